@@ -1,7 +1,7 @@
 #include "run_program.h"
 
 #include <fresco/error.h>
-#include <fresco/process_tree.h>
+#include <fresco/process.h>
 
 #include <chrono>
 #include <csignal>

@@ -1,8 +1,7 @@
 #include "printed_line.h"
 #include "run_program.h"
 
-#include <fresco/command_line.h>
-#include <fresco/declared_ports.h>
+#include <fresco/command.h>
 #include <fresco/error.h>
 #include <fresco/image_io.h>
 #include <fresco/stage.h>

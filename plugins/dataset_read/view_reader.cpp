@@ -2,7 +2,6 @@
 
 #include <fresco/dataset/dataset_files.h>
 #include <fresco/files_io.h>
-#include <fresco/packed_uv_map.h>
 #include <fresco/uv_maps.h>
 
 #include <algorithm>

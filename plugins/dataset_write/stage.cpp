@@ -5,12 +5,12 @@
 #include <fresco/dataset/dataset_files.h>
 #include <fresco/files.h>
 #include <fresco/files_io.h>
-#include <fresco/kept_pieces.h>
 #include <fresco/mesh.h>
 #include <fresco/mesh_io.h>
-#include <fresco/packed_uv_map.h>
 #include <fresco/parallel.h>
+#include <fresco/run_context.h>
 #include <fresco/stage.h>
+#include <fresco/uv_maps.h>
 #include <fresco/wording.h>
 
 #include <algorithm>

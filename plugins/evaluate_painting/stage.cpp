@@ -8,8 +8,8 @@
 #include <fresco/evaluation/statistics.h>
 #include <fresco/image_io.h>
 #include <fresco/parallel.h>
-#include <fresco/source_map.h>
 #include <fresco/stage.h>
+#include <fresco/texture.h>
 #include <fresco/texturing/exported_file.h>
 #include <fresco/uv_maps.h>
 

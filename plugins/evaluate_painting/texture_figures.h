@@ -3,7 +3,6 @@
 #include <fresco/math.h>
 #include <fresco/mesh.h>
 #include <fresco/progress.h>
-#include <fresco/source_map.h>
 #include <fresco/texture.h>
 
 #include <cstddef>

@@ -2,7 +2,7 @@
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/strict_map.h>
+#include <fresco/value.h>
 
 #include <fmt/format.h>
 
@@ -17,96 +17,59 @@ namespace
 {
 
 using fresco::Error;
-using fresco::StrictMap;
+using fresco::JsonPlace;
 using fresco::Value;
 
 constexpr std::string_view sheet_format = "fresco.study_answers";
 constexpr int sheet_version = 1;
 constexpr std::size_t longest_code = 40;
 
-std::size_t index_from(const Value& value, std::size_t count, const char* entry)
+std::size_t index_from(const JsonPlace& place, std::size_t count)
 {
-    const std::int64_t index = value.as_int();
+    const std::int64_t index = place.integer();
     if (index < 0 || index >= static_cast<std::int64_t>(count))
-        throw Error(fmt::format("{}: {}; the study has {}, numbered from 0", entry, index, count));
+        place.fail(fmt::format("{}; the study has {}, numbered from 0", index, count));
     return static_cast<std::size_t>(index);
 }
 
-Choice choice_from(const Value& value)
+Choice choice_from(const JsonPlace& place)
 {
-    const std::string& word = value.as_string();
+    const std::string& word = place.text();
     if (word == "left")
         return Choice::left;
     if (word == "right")
         return Choice::right;
     if (word == "neither")
         return Choice::neither;
-    throw Error("choice: expected left, right or neither");
+    place.fail("expected left, right or neither");
 }
 
-Answer answer_from(const Value& value, const Study& study)
+Answer answer_from(const JsonPlace& place, const Study& study)
 {
-    StrictMap entries(value);
+    place.has_only({"question", "left", "right", "choice", "seconds"});
     Answer answer;
-    answer.question = index_from(entries.take("question"), study.questions.size(), "question");
-    answer.left = index_from(entries.take("left"), study.pictures.size(), "left");
-    answer.right = index_from(entries.take("right"), study.pictures.size(), "right");
-    answer.choice = choice_from(entries.take("choice"));
-    answer.seconds = entries.take("seconds").as_double();
-    entries.refuse_others();
-    if (!(answer.seconds >= 0))
-        throw Error("seconds: expected a number that is not negative");
+    answer.question = index_from(place["question"], study.questions.size());
+    answer.left = index_from(place["left"], study.pictures.size());
+    answer.right = index_from(place["right"], study.pictures.size());
+    answer.choice = choice_from(place["choice"]);
+    answer.seconds = place["seconds"].amount();
     const Picture& left = study.pictures[answer.left];
     const Picture& right = study.pictures[answer.right];
     const std::string& ours = study.design.ours;
     const bool is_compared = ours.empty() || left.method == ours || right.method == ours;
     if (left.name != right.name || left.method == right.method || !is_compared)
-        throw Error(fmt::format("the pictures {} and {} are not a pair of the study", answer.left, answer.right));
+        place.fail(fmt::format("the pictures {} and {} are not a pair of the study", answer.left, answer.right));
     return answer;
 }
 
-std::string code_from(const Value& value)
+std::string code_from(const JsonPlace& place)
 {
-    const std::string& code = value.as_string();
+    const std::string& code = place.text();
     const auto good = [](char c)
     { return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '-' || c == '_'; };
     if (code.empty() || code.size() > longest_code || !std::ranges::all_of(code, good))
-        throw Error("participant: expected 1 to 40 letters, digits, - and _");
+        place.fail("expected 1 to 40 letters, digits, - and _");
     return code;
-}
-
-AnswerSheet sheet_from_value(const Value& root, const Study& study)
-{
-    StrictMap entries(root);
-    if (entries.take("format") != Value(sheet_format) || entries.take("version") != Value(sheet_version))
-        throw Error(fmt::format("not the answers of a study, version {}; keep only files that the page wrote in this folder",
-                                sheet_version));
-    if (entries.take("study") != Value(study.id))
-        throw Error("answers of another study; move the file away, or set option \"key\" to that study's key");
-    AnswerSheet sheet;
-    sheet.participant = code_from(entries.take("participant"));
-    sheet.complete = entries.take("complete").as_bool();
-    std::set<std::tuple<std::size_t, std::size_t, std::size_t>> known;
-    for (const Value& value : entries.take("answers").as_list())
-    {
-        const std::string place = fmt::format("answers[{}]: ", sheet.answers.size());
-        try
-        {
-            const Answer answer = answer_from(value, study);
-            if (!known.emplace(answer.question, std::min(answer.left, answer.right), std::max(answer.left, answer.right)).second)
-                throw Error("this pair is answered twice");
-            sheet.answers.push_back(answer);
-        }
-        catch (const Error& error)
-        {
-            throw Error(place + error.what());
-        }
-    }
-    entries.refuse_others();
-    if (sheet.answers.size() > static_cast<std::size_t>(study.pairs_count))
-        throw Error(fmt::format("answers: {}; expected at most {}, the pairs that a participant sees", sheet.answers.size(),
-                                study.pairs_count));
-    return sheet;
 }
 
 }  // namespace
@@ -114,14 +77,28 @@ AnswerSheet sheet_from_value(const Value& root, const Study& study)
 AnswerSheet sheet_from(std::string_view text, std::string_view source, const Study& study)
 {
     const Value root = fresco::parse_json(text, source);
-    try
+    const JsonPlace whole(root, std::string(source));
+    if (whole["format"].value() != Value(sheet_format) || whole["version"].value() != Value(sheet_version))
+        whole.fail(fmt::format("not the answers of a study, version {}; keep only files that the page wrote in this folder",
+                               sheet_version));
+    if (whole["study"].value() != Value(study.id))
+        whole.fail("answers of another study; move the file away, or set option \"key\" to that study's key");
+    whole.has_only({"format", "version", "study", "participant", "complete", "answers"});
+    AnswerSheet sheet;
+    sheet.participant = code_from(whole["participant"]);
+    sheet.complete = whole["complete"].flag();
+    std::set<std::tuple<std::size_t, std::size_t, std::size_t>> known;
+    for (const JsonPlace& place : whole["answers"].list())
     {
-        return sheet_from_value(root, study);
+        const Answer answer = answer_from(place, study);
+        if (!known.emplace(answer.question, std::min(answer.left, answer.right), std::max(answer.left, answer.right)).second)
+            place.fail("this pair is answered twice");
+        sheet.answers.push_back(answer);
     }
-    catch (const Error& error)
-    {
-        throw Error(std::string(source) + ": " + error.what());
-    }
+    if (sheet.answers.size() > static_cast<std::size_t>(study.pairs_count))
+        whole.fail("answers", fmt::format("{}; expected at most {}, the pairs that a participant sees", sheet.answers.size(),
+                                          study.pairs_count));
+    return sheet;
 }
 
 std::vector<AnswerSheet> read_sheets(const std::vector<std::filesystem::path>& files, const Study& study)

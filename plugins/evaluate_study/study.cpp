@@ -3,7 +3,7 @@
 #include <fresco/error.h>
 #include <fresco/hash.h>
 #include <fresco/random.h>
-#include <fresco/strict_map.h>
+#include <fresco/value.h>
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -15,6 +15,7 @@ namespace
 {
 
 using fresco::Error;
+using fresco::JsonPlace;
 using fresco::Value;
 
 constexpr std::string_view key_format = "fresco.study_key";
@@ -34,41 +35,25 @@ Value hints_value(const std::vector<Hint>& hints)
     return list;
 }
 
-Hint hint_from(const Value& value)
-{
-    fresco::StrictMap entries(value);
-    Hint hint;
-    hint.name = entries.take("view").as_string();
-    hint.left = entries.take("left").as_double();
-    hint.top = entries.take("top").as_double();
-    hint.width = entries.take("width").as_double();
-    hint.height = entries.take("height").as_double();
-    if (value.find("question") != nullptr)
-    {
-        const std::int64_t question = entries.take("question").as_int();
-        if (question < 0)
-            throw Error("question: expected a whole number from 0 on");
-        hint.question = static_cast<std::size_t>(question);
-    }
-    entries.refuse_others();
-    if (!(hint.left >= 0 && hint.top >= 0 && hint.width > 0 && hint.height > 0 && hint.left + hint.width <= 1 &&
-          hint.top + hint.height <= 1))
-        throw Error("left, top, width and height: expected shares of the picture, from 0 to 1");
-    return hint;
-}
-
-std::vector<Hint> hints_from_value(const Value& value)
+std::vector<Hint> hints_from(const JsonPlace& list)
 {
     std::vector<Hint> hints;
-    for (const Value& entry : value.as_list())
-        try
-        {
-            hints.push_back(hint_from(entry));
-        }
-        catch (const Error& error)
-        {
-            throw Error(fmt::format("hints[{}]: {}", hints.size(), error.what()));
-        }
+    for (const JsonPlace& place : list.list())
+    {
+        place.has_only({"view", "left", "top", "width", "height", "question"});
+        Hint hint;
+        hint.name = place["view"].text();
+        hint.left = place["left"].number();
+        hint.top = place["top"].number();
+        hint.width = place["width"].number();
+        hint.height = place["height"].number();
+        if (const auto question = place.find("question"))
+            hint.question = static_cast<std::size_t>(question->integer(0));
+        if (!(hint.left >= 0 && hint.top >= 0 && hint.width > 0 && hint.height > 0 && hint.left + hint.width <= 1 &&
+              hint.top + hint.height <= 1))
+            place.fail("left, top, width and height: expected shares of the picture, from 0 to 1");
+        hints.push_back(std::move(hint));
+    }
     return hints;
 }
 
@@ -208,14 +193,7 @@ std::vector<std::string> split_questions(std::string_view text)
 std::vector<Hint> hints_from(std::string_view text, std::string_view source)
 {
     const Value root = fresco::parse_json(text, source);
-    try
-    {
-        return hints_from_value(root);
-    }
-    catch (const Error& error)
-    {
-        throw Error(std::string(source) + ": " + error.what());
-    }
+    return hints_from(JsonPlace(root, std::string(source)));
 }
 
 std::string key_text(const Study& study)
@@ -236,42 +214,36 @@ std::string key_text(const Study& study)
 Study key_from(std::string_view text, std::string_view source)
 {
     const Value root = fresco::parse_json(text, source);
-    const auto read = [&]
+    const JsonPlace whole(root, std::string(source));
+    if (whole["format"].value() != Value(key_format) || whole["version"].value() != Value(key_version))
+        whole.fail(fmt::format("not the key of a study, version {}", key_version));
+    whole.has_only({"format", "version", "study", "questions", "pairs_count", "ours", "mixes_questions", "hints", "pictures"});
+    Study study;
+    study.id = whole["study"].text();
+    study.questions = whole["questions"].texts();
+    study.pairs_count = static_cast<int>(whole["pairs_count"].integer());
+    study.design.ours = whole["ours"].text();
+    study.design.mixes_questions = whole["mixes_questions"].flag();
+    study.design.hints = hints_from(whole["hints"]);
+    std::set<std::pair<std::string, std::string>> known;
+    for (const JsonPlace& picture : whole["pictures"].list())
     {
-        fresco::StrictMap entries(root);
-        if (entries.take("format") != Value(key_format) || entries.take("version") != Value(key_version))
-            throw Error(fmt::format("not the key of a study, version {}", key_version));
-        Study study;
-        study.id = entries.take("study").as_string();
-        for (const Value& question : entries.take("questions").as_list())
-            study.questions.push_back(question.as_string());
-        study.pairs_count = static_cast<int>(entries.take("pairs_count").as_int());
-        study.design.ours = entries.take("ours").as_string();
-        study.design.mixes_questions = entries.take("mixes_questions").as_bool();
-        study.design.hints = hints_from_value(entries.take("hints"));
-        std::set<std::pair<std::string, std::string>> known;
-        for (const Value& value : entries.take("pictures").as_list())
-        {
-            fresco::StrictMap picture(value);
-            study.pictures.push_back({picture.take("method").as_string(), picture.take("name").as_string()});
-            picture.refuse_others();
-            if (!known.emplace(study.pictures.back().method, study.pictures.back().name).second)
-                throw Error("pictures: " + study.pictures.back().name + " of " + study.pictures.back().method + " appears twice");
-        }
-        entries.refuse_others();
-        check_design(study);
-        if (study.questions.empty() || comparisons(study).empty())
-            throw Error("it has no question, or no pair of pictures");
-        return study;
-    };
+        picture.has_only({"method", "name"});
+        study.pictures.push_back({picture["method"].text(), picture["name"].text()});
+        if (!known.emplace(study.pictures.back().method, study.pictures.back().name).second)
+            picture.fail(study.pictures.back().name + " of " + study.pictures.back().method + " appears twice");
+    }
     try
     {
-        return read();
+        check_design(study);
     }
     catch (const Error& error)
     {
-        throw Error(std::string(source) + ": " + error.what());
+        whole.fail(error.what());
     }
+    if (study.questions.empty() || comparisons(study).empty())
+        whole.fail("it has no question, or no pair of pictures");
+    return study;
 }
 
 }  // namespace study

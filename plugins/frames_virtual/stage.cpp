@@ -1,7 +1,7 @@
 #include "free_space.h"
 #include "view_plan.h"
 
-#include <fresco/cameras_up.h>
+#include <fresco/camera.h>
 #include <fresco/frames.h>
 #include <fresco/geometry/upright.h>
 #include <fresco/mesh.h>

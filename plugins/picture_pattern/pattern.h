@@ -1,8 +1,8 @@
 #pragma once
 
+#include <fresco/image.h>
 #include <fresco/math.h>
 #include <fresco/progress.h>
-#include <fresco/raster.h>
 
 #include <cstdint>
 #include <string_view>

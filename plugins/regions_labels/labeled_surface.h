@@ -1,7 +1,6 @@
 #pragma once
 
 #include <fresco/mesh.h>
-#include <fresco/model.h>
 #include <fresco/progress.h>
 
 #include <cstdint>

@@ -1,6 +1,6 @@
 #include "fly_path.h"
 
-#include <fresco/cameras_up.h>
+#include <fresco/camera.h>
 
 #include <algorithm>
 #include <cmath>

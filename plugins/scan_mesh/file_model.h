@@ -1,7 +1,7 @@
 #pragma once
 
+#include <fresco/mesh.h>
 #include <fresco/mesh_io.h>
-#include <fresco/model.h>
 
 #include <cstddef>
 #include <cstdint>

@@ -5,7 +5,7 @@
 #include <fresco/gltf/gltf_accessors.h>
 #include <fresco/gltf/gltf_file.h>
 #include <fresco/math.h>
-#include <fresco/model.h>
+#include <fresco/mesh.h>
 #include <fresco/numerics/rotations.h>
 #include <fresco/texturing/linear_light.h>
 

@@ -2,7 +2,7 @@
 
 #include <fresco/error.h>
 #include <fresco/recordings/cameras.h>
-#include <fresco/recordings/json_record.h>
+#include <fresco/value.h>
 
 #include <algorithm>
 #include <array>
@@ -18,49 +18,76 @@ namespace
 {
 
 namespace fs = std::filesystem;
+using fresco::JsonPlace;
 using fresco::Value;
-using fresco::recordings::JsonRecord;
 using fresco::recordings::RecordedView;
 
-fresco::Intrinsics intrinsics_of(const Value& frame, const JsonRecord& record)
+double number(const JsonPlace& record, std::string_view key, double fallback)
+{
+    const auto found = record.find(key);
+    return found ? found->number() : fallback;
+}
+
+std::string path_text(const JsonPlace& place)
+{
+    if (place.text().empty())
+        place.fail("expected a path");
+    return place.text();
+}
+
+/// A list of 3 or 4 rows of 4 numbers; row-major, the fourth row 0 0 0 1 where it is not there.
+std::vector<double> matrix(const JsonPlace& place)
+{
+    std::vector<double> entries;
+    for (const JsonPlace& row : place.list())
+    {
+        const auto numbers = row.numbers(4);
+        entries.insert(entries.end(), numbers.begin(), numbers.end());
+    }
+    if (entries.size() == 12)
+        entries.insert(entries.end(), {0, 0, 0, 1});
+    return entries;
+}
+
+fresco::Intrinsics intrinsics_of(const Value& frame, const JsonPlace& record)
 {
     fresco::Intrinsics k;
-    k.width = record.pixels("w");
-    k.height = record.pixels("h");
+    k.width = record["w"].pixels();
+    k.height = record["h"].pixels();
     // A frame's own angle goes before the file's focal lengths.
-    const JsonRecord own(frame, record.place());
-    const bool own_angle = own.find("fl_x") == nullptr && own.find("camera_angle_x") != nullptr;
-    const JsonRecord& focals = own_angle ? own : record;
+    const JsonPlace own(frame, record.place());
+    const bool own_angle = !own.find("fl_x") && own.find("camera_angle_x");
+    const JsonPlace& focals = own_angle ? own : record;
     const auto focal = [&](const char* key, const char* angle, double fallback, int size)
     {
-        if (focals.find(key) == nullptr && focals.find(angle) != nullptr)
+        if (!focals.find(key) && focals.find(angle))
         {
-            const double radians = focals.number(angle);
+            const double radians = focals[angle].number();
             if (!(radians > 0 && radians < std::numbers::pi))
                 focals.fail(angle, "must be a field of view in radians, above 0 and below pi");
             return size / (2 * std::tan(radians / 2));
         }
-        return fallback > 0 ? focals.number(key, fallback) : focals.number(key);
+        return fallback > 0 ? number(focals, key, fallback) : focals[key].number();
     };
     k.fx = focal("fl_x", "camera_angle_x", 0, k.width);
     k.fy = focal("fl_y", "camera_angle_y", k.fx, k.height);
-    k.cx = record.number("cx", k.width / 2.0);
-    k.cy = record.number("cy", k.height / 2.0);
+    k.cx = number(record, "cx", k.width / 2.0);
+    k.cy = number(record, "cy", k.height / 2.0);
     return k;
 }
 
-fresco::recordings::Lens lens_of(const JsonRecord& record)
+fresco::recordings::Lens lens_of(const JsonPlace& record)
 {
-    std::string model = record.find("camera_model") == nullptr ? "OPENCV" : record.text("camera_model");
+    std::string model = record.find("camera_model") ? record["camera_model"].text() : "OPENCV";
     constexpr std::array known{"PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV", "FULL_OPENCV", "OPENCV_FISHEYE"};
     if (std::find(known.begin(), known.end(), model) == known.end())
         record.fail("camera_model", "is " + model +
                                         "; PINHOLE, SIMPLE_PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV, FULL_OPENCV and "
                                         "OPENCV_FISHEYE are supported: undistort the pictures to PINHOLE first");
     // instant-ngp's word for the same.
-    if (const Value* fisheye = record.find("is_fisheye"); fisheye != nullptr && !(fisheye->is_bool() && !fisheye->as_bool()))
+    if (const auto fisheye = record.find("is_fisheye"); fisheye && fisheye->value() != Value(false))
         model = "OPENCV_FISHEYE";
-    const auto get = [&](const char* key) { return record.number(key, 0); };
+    const auto get = [&](const char* key) { return number(record, key, 0); };
     fresco::recordings::Lens lens{.k1 = get("k1"), .k2 = get("k2"), .k3 = get("k3")};
     if (model == "OPENCV_FISHEYE")
     {
@@ -99,40 +126,36 @@ struct WorldChange
     }
 };
 
-double applied_scale_of(const JsonRecord& whole)
+double applied_scale_of(const JsonPlace& whole)
 {
-    const double scale = whole.number("applied_scale", 1);
+    const double scale = number(whole, "applied_scale", 1);
     if (!(scale > 0))
         whole.fail("applied_scale", "must be positive");
     return scale;
 }
 
-double depth_unit_of(const JsonRecord& record, double given)
+double depth_unit_of(const JsonPlace& record, double given)
 {
-    const double unit = given > 0 ? given : record.number("depth_unit_scale_factor", 0.001);
+    const double unit = given > 0 ? given : number(record, "depth_unit_scale_factor", 0.001);
     if (!(unit > 0 && unit <= 1))
         record.fail("depth_unit_scale_factor", "must be meters per step of the depth pictures, above 0, at most 1");
     return unit;
 }
 
-const Value::List& list_of(const JsonRecord& whole, const std::string& key)
+std::vector<JsonPlace> list_of(const JsonPlace& whole, const std::string& key)
 {
-    const Value* list = whole.find(key);
-    if (list == nullptr || !list->is_list() || list->as_list().empty())
+    const auto list = whole.find(key);
+    if (!list || !list->value().is_list() || list->value().as_list().empty())
         whole.fail(key, "must be a list, not empty; expected nerfstudio's transforms.json");
-    return list->as_list();
+    return list->list();
 }
 
 /// The names that a split lists, without "./" and the like.
-std::set<fs::path> listed_names(const JsonRecord& whole, const std::string& key)
+std::set<fs::path> listed_names(const JsonPlace& whole, const std::string& key)
 {
     std::set<fs::path> names;
-    for (const Value& name : list_of(whole, key))
-    {
-        if (!name.is_string())
-            whole.fail(key, "must be a list of file names");
-        names.insert(fs::path(name.as_string()).lexically_normal());
-    }
+    for (const JsonPlace& name : list_of(whole, key))
+        names.insert(fs::path(name.text()).lexically_normal());
     return names;
 }
 
@@ -143,15 +166,15 @@ struct Chosen
     std::optional<std::set<fs::path>> names{};
 };
 
-Chosen chosen_frames(const JsonRecord& whole, const std::string& split)
+Chosen chosen_frames(const JsonPlace& whole, const std::string& split)
 {
     if (split == "all")
         return {};
     const std::string key = split + "_filenames";
-    if (whole.find(key) != nullptr)
+    if (whole.find(key))
         return {.names = listed_names(whole, key)};
     // ScanNet++ has the other frames in a list of their own.
-    if (whole.find("test_frames") != nullptr && split != "val")
+    if (whole.find("test_frames") && split != "val")
         return {.key = split == "test" ? "test_frames" : "frames"};
     whole.fail(key, "is missing; set split: all, and divide the frames with frames.hold_out");
 }
@@ -161,9 +184,9 @@ Chosen chosen_frames(const JsonRecord& whole, const std::string& split)
 std::vector<RecordedView> parse_transforms(std::string_view text, const fs::path& file, const Reading& reading)
 {
     const Value root = fresco::parse_json(text, file.string());
-    const JsonRecord whole(root, file.string());
+    const JsonPlace whole(root, file.string());
     auto chosen = chosen_frames(whole, reading.split);
-    const Value::List& frames = list_of(whole, chosen.key);
+    const std::vector<JsonPlace> frames = list_of(whole, chosen.key);
     WorldChange world{{}, reading.unit_m};
     double applied_scale = 1;
     if (reading.world == World::original)
@@ -173,7 +196,7 @@ std::vector<RecordedView> parse_transforms(std::string_view text, const fs::path
                                             "the mesh with scan.mesh if it is in another world");
         if (root.find("applied_transform") != nullptr)
             world.original_from_saved =
-                fresco::recordings::rigid_transform(whole.matrix("applied_transform"), whole.place_of("applied_transform"))
+                fresco::recordings::rigid_transform(matrix(whole["applied_transform"]), whole["applied_transform"].place())
                     .inverse();
         applied_scale = applied_scale_of(whole);
     }
@@ -182,14 +205,14 @@ std::vector<RecordedView> parse_transforms(std::string_view text, const fs::path
     std::size_t with_depth = 0;
     for (std::size_t i = 0; i < frames.size(); ++i)
     {
-        const Value& own = frames[i];
-        const JsonRecord record(own, root,
-                                fmt::format("{}: {} {}", file.string(), chosen.key == "frames" ? "frame" : "test frame", i));
-        if (chosen.names && chosen.names->erase(fs::path(record.text("file_path")).lexically_normal()) == 0)
+        const Value& own = frames[i].value();
+        const JsonPlace record(own, root,
+                               fmt::format("{}: {} {}", file.string(), chosen.key == "frames" ? "frame" : "test frame", i));
+        if (chosen.names && chosen.names->erase(fs::path(path_text(record["file_path"])).lexically_normal()) == 0)
             continue;
         RecordedView view;
         view.source = record.place();
-        const fs::path listed = record.text("file_path");
+        const fs::path listed = path_text(record["file_path"]);
         fresco::recordings::name_by_picture(view, listed);
         view.color = (reading.pictures.empty() ? file.parent_path() : reading.pictures) / listed;
         // The "transforms" of synthetic scenes name pictures without their ending.
@@ -197,7 +220,7 @@ std::vector<RecordedView> parse_transforms(std::string_view text, const fs::path
             view.color += ".png";
         if (own.find("depth_file_path") != nullptr)
         {
-            view.depth = file.parent_path() / record.text("depth_file_path");
+            view.depth = file.parent_path() / path_text(record["depth_file_path"]);
             if (view.depth.extension() != ".png")
                 record.fail("depth_file_path", "is " + view.depth.filename().string() +
                                                    "; expected a 16-bit PNG: convert it, or remove the key from every frame");
@@ -205,11 +228,11 @@ std::vector<RecordedView> parse_transforms(std::string_view text, const fs::path
             ++with_depth;
         }
         if (own.find("mask_path") != nullptr)
-            view.mask = (reading.masks.empty() ? file.parent_path() : reading.masks) / record.text("mask_path");
+            view.mask = (reading.masks.empty() ? file.parent_path() : reading.masks) / path_text(record["mask_path"]);
         view.camera = intrinsics_of(own, record);
         view.lens = lens_of(record);
         view.world_from_camera =
-            world(fresco::recordings::opencv_pose(record.matrix("transform_matrix"), record.place_of("transform_matrix")),
+            world(fresco::recordings::opencv_pose(matrix(record["transform_matrix"]), record["transform_matrix"].place()),
                   applied_scale);
         views.push_back(std::move(view));
     }

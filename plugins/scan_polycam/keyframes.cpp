@@ -2,7 +2,7 @@
 
 #include <fresco/error.h>
 #include <fresco/recordings/cameras.h>
-#include <fresco/recordings/json_record.h>
+#include <fresco/value.h>
 
 #include <fmt/format.h>
 
@@ -15,31 +15,24 @@ void parse_camera(std::string_view text, RecordedView& view)
 {
     view.source = view.pose.string();
     const auto root = fresco::parse_json(text, view.source);
-    const fresco::recordings::JsonRecord record(root, view.source);
-    view.camera = {record.pixels("width"), record.pixels("height"), record.number("fx"),
-                   record.number("fy"),    record.number("cx"),     record.number("cy")};
+    const fresco::JsonPlace record(root, view.source);
+    view.camera = {record["width"].pixels(), record["height"].pixels(), record["fx"].number(),
+                   record["fy"].number(),    record["cx"].number(),     record["cy"].number()};
     std::vector<double> matrix{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1};
     for (std::size_t entry = 0; entry < 12; ++entry)
-        matrix[entry] = record.number(fmt::format("t_{}{}", entry / 4, entry % 4));
+        matrix[entry] = record[fmt::format("t_{}{}", entry / 4, entry % 4)].number();
     view.world_from_camera = fresco::recordings::opencv_pose(matrix, view.source + ": t_00 to t_23");
 }
 
 fresco::RigidTransform parse_alignment(std::string_view text, std::string_view source)
 {
     const auto root = fresco::parse_json(text, source);
-    const auto* found = root.find("alignmentTransform");
-    const std::string place = std::string(source) + ": alignmentTransform";
-    if (found == nullptr || !found->is_list() || found->as_list().size() != 16)
-        throw fresco::Error(place + ": expected 16 numbers");
+    const auto place = fresco::JsonPlace(root, std::string(source))["alignmentTransform"];
+    const auto columns = place.numbers(16);
     std::vector<double> matrix(16);
     for (std::size_t i = 0; i < 16; ++i)
-    {
-        const auto& value = found->as_list()[i];
-        if (!value.is_number())
-            throw fresco::Error(place + ": expected 16 numbers");
-        matrix[4 * (i % 4) + i / 4] = value.as_double();
-    }
-    return fresco::recordings::rigid_transform(matrix, place);
+        matrix[4 * (i % 4) + i / 4] = columns[i];
+    return fresco::recordings::rigid_transform(matrix, place.place());
 }
 
 }  // namespace polycam

@@ -1,9 +1,9 @@
 #include "replica_scene.h"
 
 #include <fresco/error.h>
-#include <fresco/recordings/json_record.h>
 #include <fresco/recordings/matrix_text.h>
 #include <fresco/recordings/text_records.h>
+#include <fresco/value.h>
 
 namespace replica
 {
@@ -15,12 +15,12 @@ SceneCamera parse_camera(std::string_view text, std::string_view source)
     const auto* camera = root.find("camera");
     if (camera == nullptr)
         throw fresco::Error(name + R"(: expected {"camera": {"w": …, "h": …, "fx": …, "fy": …, "cx": …, "cy": …, "scale": …}})");
-    const fresco::recordings::JsonRecord record(*camera, name + ": camera");
-    const double scale = record.number("scale");
+    const auto record = fresco::JsonPlace(root, name)["camera"];
+    const double scale = record["scale"].number();
     if (!(scale >= 1 && scale <= 1e6))
         record.fail("scale", "must be steps of depth per meter, from 1 to 1000000");
-    return {{record.pixels("w"), record.pixels("h"), record.number("fx"), record.number("fy"), record.number("cx") + 0.5,
-             record.number("cy") + 0.5},
+    return {{record["w"].pixels(), record["h"].pixels(), record["fx"].number(), record["fy"].number(),
+             record["cx"].number() + 0.5, record["cy"].number() + 0.5},
             1 / scale};
 }
 

@@ -4,7 +4,7 @@
 #include "scene.h"
 
 #include <fresco/camera.h>
-#include <fresco/raster.h>
+#include <fresco/image.h>
 
 #include <cstdint>
 #include <vector>

@@ -4,9 +4,9 @@
 #include "scene.h"
 
 #include <fresco/camera.h>
+#include <fresco/image.h>
 #include <fresco/mesh.h>
 #include <fresco/progress.h>
-#include <fresco/raster.h>
 
 #include <atomic>
 #include <vector>

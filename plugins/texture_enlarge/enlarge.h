@@ -3,7 +3,7 @@
 #include <fresco/image.h>
 #include <fresco/mesh.h>
 #include <fresco/progress.h>
-#include <fresco/source_map.h>
+#include <fresco/texture.h>
 
 namespace fresco::enlarge
 {

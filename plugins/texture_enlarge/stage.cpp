@@ -1,6 +1,5 @@
 #include "enlarge.h"
 
-#include <fresco/source_map.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
 

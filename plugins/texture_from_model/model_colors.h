@@ -3,7 +3,6 @@
 #include <fresco/image.h>
 #include <fresco/math.h>
 #include <fresco/mesh.h>
-#include <fresco/model.h>
 
 #include <array>
 #include <cstdint>

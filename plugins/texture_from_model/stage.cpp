@@ -1,7 +1,7 @@
 #include "model_texture.h"
 
 #include <fresco/image_io.h>
-#include <fresco/model.h>
+#include <fresco/mesh.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
 

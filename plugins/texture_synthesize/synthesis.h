@@ -8,7 +8,6 @@
 #include <fresco/image_io.h>
 #include <fresco/mesh.h>
 #include <fresco/run_context.h>
-#include <fresco/source_map.h>
 #include <fresco/texture.h>
 
 #include <cstdint>

@@ -13,8 +13,8 @@
 #
 # fresco_leave_out(NAME "REASON") says why a plugin of the tree is not built: at configure time, and to who asks the program for it.
 #
-# fresco_add_artifact(NAME SOURCES file… [LINK target…]) makes the shared library of an artifact type; its producers and
-# consumers link it. Its folder is an include directory for them.
+# fresco_add_artifact(NAME SOURCES file… [LINK target…] [TESTS file…]) makes the shared library of an artifact type; its producers and
+# consumers link it. Its folder is an include directory for them. TESTS become the test test_NAME.
 
 set(FRESCO_PLUGIN_ENTRY_SOURCE ${CMAKE_CURRENT_LIST_DIR}/plugin_entry.cpp)
 set(FRESCO_TEST_MAIN_SOURCE ${CMAKE_CURRENT_LIST_DIR}/test_main.cpp)
@@ -124,11 +124,17 @@ function(fresco_add_algorithms NAME)
 endfunction()
 
 function(fresco_add_artifact NAME)
-    cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
+    cmake_parse_arguments(ARG "" "" "SOURCES;LINK;TESTS" ${ARGN})
+    if(ARG_UNPARSED_ARGUMENTS OR NOT ARG_SOURCES)
+        message(FATAL_ERROR "fresco_add_artifact(${NAME}): SOURCES missing or unknown arguments: ${ARG_UNPARSED_ARGUMENTS}")
+    endif()
     add_library(${NAME} SHARED ${ARG_SOURCES})
     target_include_directories(${NAME} PUBLIC $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}>)
     target_link_libraries(${NAME} PUBLIC fresco::sdk ${ARG_LINK})
     _fresco_own_options(${NAME})
+    if(ARG_TESTS AND BUILD_TESTING)
+        fresco_add_test(test_${NAME} SOURCES ${ARG_TESTS} LINK ${NAME})
+    endif()
     install(TARGETS ${NAME} LIBRARY DESTINATION lib)
 endfunction()
 

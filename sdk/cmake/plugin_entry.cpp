@@ -1,5 +1,4 @@
 // Compiled into every plugin by fresco_add_plugin: the handshake's two symbols and the plugin's own list of entries.
-#include <fresco/compiler_stamp.h>
 #include <fresco/plugin.h>
 
 #include <vector>

@@ -4,7 +4,6 @@
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
 #include <fresco/npy.h>
-#include <fresco/strict_map.h>
 
 #include <fmt/format.h>
 #include <limits>
@@ -76,45 +75,18 @@ Value to_value(const Camera& camera)
                       {"world_from_camera", std::move(pose)}};
 }
 
-Camera camera_from(const Value& value, std::string_view source)
+Camera camera_from(const JsonPlace& place)
 {
-    const auto pixels = [](const Value& side, const char* name)
-    {
-        const std::int64_t count = side.as_int();
-        if (!std::in_range<int>(count))
-            throw Error(fmt::format("{} is {}; expected 1 to 65536 pixels", name, count));
-        return static_cast<int>(count);
-    };
+    place.has_only({"width", "height", "fx", "fy", "cx", "cy", "world_from_camera"});
     Camera camera;
-    try
-    {
-        StrictMap entries(value);
-        Intrinsics& k = camera.intrinsics;
-        k.width = pixels(entries.take("width"), "width");
-        k.height = pixels(entries.take("height"), "height");
-        k.fx = entries.take("fx").as_double();
-        k.fy = entries.take("fy").as_double();
-        k.cx = entries.take("cx").as_double();
-        k.cy = entries.take("cy").as_double();
-        const auto& pose = entries.take("world_from_camera").as_list();
-        entries.refuse_others();
-        if (pose.size() != 12)
-            throw Error(fmt::format("world_from_camera has {} entries; expected 12 (3 x 4, row-major)", pose.size()));
-        RigidTransform& t = camera.world_from_camera;
-        double* translation[] = {&t.translation.x, &t.translation.y, &t.translation.z};
-        for (int row = 0; row < 3; ++row)
-        {
-            const auto first = static_cast<std::size_t>(4 * row);
-            for (int column = 0; column < 3; ++column)
-                t.rotation(row, column) = pose[first + static_cast<std::size_t>(column)].as_double();
-            *translation[row] = pose[first + 3].as_double();
-        }
-    }
-    catch (const Error& error)
-    {
-        throw Error(std::string(source) + ": camera: " + error.what());
-    }
-    check_camera(camera, source);
+    camera.intrinsics = {place["width"].pixels(), place["height"].pixels(), place["fx"].number(),
+                         place["fy"].number(),    place["cx"].number(),     place["cy"].number()};
+    // 3 x 4, row-major.
+    const auto pose = place["world_from_camera"].numbers(12);
+    RigidTransform& t = camera.world_from_camera;
+    t.rotation.m = {pose[0], pose[1], pose[2], pose[4], pose[5], pose[6], pose[8], pose[9], pose[10]};
+    t.translation = {pose[3], pose[7], pose[11]};
+    check_camera(camera, place.place());
     return camera;
 }
 

@@ -6,7 +6,9 @@
 #include <fresco/value.h>
 
 #include <filesystem>
+#include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 
 /// \file What several artifacts share in their on-disk forms.
@@ -15,11 +17,14 @@ namespace fresco::detail
 {
 
 Value to_value(const Camera& camera);
-/// Throws Error naming `source` on missing entries or a camera that is not usable.
-Camera camera_from(const Value& value, std::string_view source);
+/// Throws Error naming the place of what is missing, or of a camera that is not usable.
+Camera camera_from(const JsonPlace& place);
 
 /// Reads a JSON file of the folder; throws Error naming it.
 Value read_json_file(const std::filesystem::path& file);
+
+/// The part of `path` below `base`, or nothing.
+std::optional<std::string> below(const std::filesystem::path& path, const std::filesystem::path& base);
 
 /// H x W (one channel) or H x W x C.
 void write_raster(const std::filesystem::path& file, const Raster8& raster);

@@ -43,11 +43,9 @@ std::shared_ptr<Files> Files::load(const ArtifactFolder& folder)
     auto files = std::make_shared<Files>();
     files->loaded_from = folder.path;
     const Value root = detail::read_json_file(folder.path / "files.json");
-    for (const Value& name : root.at("files").as_list())
-    {
-        check_name(name.as_string(), folder.path);
-        files->names.push_back(name.as_string());
-    }
+    files->names = JsonPlace(root, (folder.path / "files.json").string())["files"].texts();
+    for (const std::string& name : files->names)
+        check_name(name, folder.path);
     return files;
 }
 
@@ -115,13 +113,12 @@ std::shared_ptr<Table> Table::load(const ArtifactFolder& folder)
     const fs::path file = folder.path / "table.json";
     const Value root = detail::read_json_file(file);
     auto table = std::make_shared<Table>();
-    for (const Value& column : root.at("columns").as_list())
-        table->columns.push_back(column.as_string());
-    for (const Value& row : root.at("rows").as_list())
+    const JsonPlace whole(root, file.string());
+    table->columns = whole["columns"].texts();
+    for (const JsonPlace& row : whole["rows"].list())
     {
-        table->rows.push_back(row.as_list());
-        if (table->rows.back().size() != table->columns.size())
-            throw Error(fmt::format("{}: row {} does not have one cell per column", file.string(), table->rows.size()));
+        (void)row.list(table->columns.size());
+        table->rows.push_back(row.value().as_list());
     }
     return table;
 }

@@ -1,5 +1,4 @@
 #include "artifact_files.h"
-#include "reference.h"
 
 #include <fresco/error.h>
 #include <fresco/file_access.h>
@@ -8,7 +7,6 @@
 #include <fresco/hash.h>
 #include <fresco/image_io.h>
 #include <fresco/run_context.h>
-#include <fresco/strict_map.h>
 #include <fresco/value.h>
 
 #include <algorithm>
@@ -40,67 +38,59 @@ Value picture_to_value(const PictureFile& picture, const ArtifactFolder& folder)
     return Value::Map{{"ref", reference_to(picture.path, folder)}, {"hash", picture.hash}};
 }
 
-/// What `read` makes of the entry `key`; its errors name the entry.
-template <class Read>
-auto entry_of(StrictMap& map, const char* key, const Read& read)
+PictureFile picture_from(const JsonPlace& place, const ArtifactFolder& folder)
 {
-    const Value& value = map.take(key);
+    if (place.value().is_null())
+        return {};
+    place.has_only({"ref", "hash"});
+    PictureFile picture;
+    const std::string& reference = place["ref"].text();
     try
     {
-        return read(value);
+        picture.path = referred_file(reference, folder);
     }
     catch (const Error& error)
     {
-        throw Error("\"" + std::string(key) + "\": " + error.what());
+        place.fail(error.what());
     }
-}
-
-PictureFile picture_from(const Value& value, const ArtifactFolder& folder)
-{
-    if (value.is_null())
-        return {};
-    StrictMap entries(value);
-    PictureFile picture{referred_file(entries.take("ref").as_string(), folder), ""};
-    if (value.find("hash") != nullptr)
-        picture.hash = entries.take("hash").as_string();
-    entries.refuse_others();
+    if (const auto hash = place.find("hash"))
+        picture.hash = hash->text();
     return picture;
 }
 
-std::string safe_name_from(const Value& value)
+std::string safe_name_from(const JsonPlace& place)
 {
-    const std::string& name = value.as_string();
+    const std::string& name = place.text();
     const auto is_safe = [](char c)
     { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_' || c == '.'; };
     if (name.empty() || name.front() == '.' || !std::ranges::all_of(name, is_safe))
-        throw Error("\"" + name + "\" cannot be part of a file's name; expected letters, digits and -_., not a dot first");
+        place.fail("\"" + name + "\" cannot be part of a file's name; expected letters, digits and -_., not a dot first");
     return name;
 }
 
-double depth_unit_from(const Value& value)
+double depth_unit_from(const JsonPlace& place)
 {
-    const double unit_m = value.as_double();
+    const double unit_m = place.number();
     if (!(unit_m > 0 && unit_m <= 1))
-        throw Error("expected meters per step of the depth picture, above 0, at most 1");
+        place.fail("expected meters per step of the depth picture, above 0, at most 1");
     return unit_m;
 }
 
-Frame frame_from(const Value& value, const ArtifactFolder& folder)
+Frame frame_from(const JsonPlace& place, const ArtifactFolder& folder)
 {
+    place.has_only(
+        {"sequence", "name", "number", "color_camera", "depth_camera", "color_picture", "depth_picture", "depth_unit_m", "mask"});
     Frame frame;
-    StrictMap entries(value);
-    const auto picture = [&](const Value& entry) { return picture_from(entry, folder); };
-    frame.sequence = entry_of(entries, "sequence", safe_name_from);
-    frame.name = entry_of(entries, "name", safe_name_from);
-    frame.number = entry_of(entries, "number", [](const Value& entry) { return entry.as_int(); });
-    frame.color = detail::camera_from(entries.take("color_camera"), "\"color_camera\"");
-    frame.depth = detail::camera_from(entries.take("depth_camera"), "\"depth_camera\"");
-    frame.color_picture = entry_of(entries, "color_picture", picture);
-    frame.depth_picture = entry_of(entries, "depth_picture", picture);
-    frame.depth_unit_m = entry_of(entries, "depth_unit_m", depth_unit_from);
-    if (value.find("mask") != nullptr)
-        frame.mask = entry_of(entries, "mask", picture);
-    entries.refuse_others();
+    frame.sequence = safe_name_from(place["sequence"]);
+    frame.name = safe_name_from(place["name"]);
+    frame.number = place["number"].integer();
+    frame.color = detail::camera_from(place["color_camera"]);
+    frame.depth = detail::camera_from(place["depth_camera"]);
+    frame.color_picture = picture_from(place["color_picture"], folder);
+    frame.depth_picture = picture_from(place["depth_picture"], folder);
+    frame.depth_unit_m = depth_unit_from(place["depth_unit_m"]);
+    if (const auto mask = place.find("mask"))
+        frame.mask = picture_from(*mask, folder);
     return frame;
 }
 
@@ -178,25 +168,15 @@ std::shared_ptr<Frames> Frames::load(const ArtifactFolder& folder)
 {
     const fs::path file = folder.path / "frames.json";
     const Value root = detail::read_json_file(file);
+    const JsonPlace whole(root, file.string());
+    whole.has_only({"frames"});
     auto result = std::make_shared<Frames>();
     std::set<std::pair<std::string, std::string>> names;
-    std::string place = file.string();
-    try
+    for (const JsonPlace& place : whole["frames"].list())
     {
-        StrictMap entries(root);
-        const auto& list = entries.take("frames").as_list();
-        entries.refuse_others();
-        for (std::size_t i = 0; i < list.size(); ++i)
-        {
-            place = fmt::format("{}: frame {}", file.string(), i);
-            const Frame& frame = result->frames.emplace_back(frame_from(list[i], folder));
-            if (!names.emplace(frame.sequence, frame.name).second)
-                throw Error(frame.sequence + "/" + frame.name + " appears twice; a name must be unique in its sequence");
-        }
-    }
-    catch (const Error& error)
-    {
-        throw Error(place + ": " + error.what());
+        const Frame& frame = result->frames.emplace_back(frame_from(place, folder));
+        if (!names.emplace(frame.sequence, frame.name).second)
+            place.fail(frame.sequence + "/" + frame.name + " appears twice; a name must be unique in its sequence");
     }
     return result;
 }

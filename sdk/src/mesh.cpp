@@ -1,15 +1,19 @@
-#include <fresco/mesh.h>
-#include <fresco/mesh_io.h>
-
-#include "mesh_builder.h"
+#include "artifact_files.h"
+#include "mesh_text.h"
 
 #include <fresco/error.h>
+#include <fresco/file_access.h>
 #include <fresco/files_io.h>
 #include <fresco/hash.h>
+#include <fresco/mesh.h>
+#include <fresco/mesh_io.h>
+#include <fresco/npy.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fmt/format.h>
+#include <limits>
 #include <memory>
 #include <span>
 #include <string>
@@ -31,7 +35,7 @@ bool is_finite(Vec3f p)
 
 bool is_near(Vec3f p)
 {
-    return std::abs(p.x) <= farthest_vertex_m && std::abs(p.y) <= farthest_m && std::abs(p.z) <= farthest_m;
+    return std::abs(p.x) <= farthest_vertex_m && std::abs(p.y) <= farthest_vertex_m && std::abs(p.z) <= farthest_vertex_m;
 }
 
 /// Twice the area times the unit normal, in double: scans have slivers whose float cross product is noise.
@@ -162,6 +166,121 @@ Mesh read_mesh(const std::filesystem::path& file, const MeshLimits& limits, Mesh
     const auto bytes = read_file(file);
     return is_ply ? parse_ply(bytes, file.string(), limits, report, materials)
                   : parse_obj(bytes, file.string(), limits, report, materials);
+}
+namespace
+{
+
+namespace fs = std::filesystem;
+
+constexpr std::array<std::string_view, 3> wrap_names{"repeat", "mirror", "clamp"};
+
+Value to_value(const ModelMaterial& material)
+{
+    const auto wrap = [](Wrap w) { return Value(wrap_names.at(static_cast<std::size_t>(w))); };
+    const Vec3d color = vec_cast<double>(material.color);
+    return Value::Map{{"name", material.name},
+                      {"color", Value::List{color.x, color.y, color.z}},
+                      {"picture", material.picture},
+                      {"wrap", Value::List{wrap(material.wrap_u), wrap(material.wrap_v)}},
+                      {"vertex_colors", material.vertex_colors}};
+}
+
+Wrap wrap_from(const JsonPlace& name)
+{
+    const auto found = std::ranges::find(wrap_names, name.text());
+    if (found == wrap_names.end())
+        name.fail("\"" + name.text() + "\"; expected repeat, mirror or clamp");
+    return static_cast<Wrap>(found - wrap_names.begin());
+}
+
+ModelMaterial material_from(const JsonPlace& place)
+{
+    place.has_only({"name", "color", "picture", "wrap", "vertex_colors"});
+    ModelMaterial material;
+    material.name = place["name"].text();
+    const auto color = place["color"].numbers(3);
+    material.color = {static_cast<float>(color[0]), static_cast<float>(color[1]), static_cast<float>(color[2])};
+    material.picture = static_cast<int>(place["picture"].integer(ModelMaterial::no_picture, std::numeric_limits<int>::max()));
+    const auto wrap = place["wrap"].list(2);
+    material.wrap_u = wrap_from(wrap[0]);
+    material.wrap_v = wrap_from(wrap[1]);
+    material.vertex_colors = place["vertex_colors"].flag();
+    return material;
+}
+
+void check_picture(const std::string& name, const fs::path& folder)
+{
+    if (name.empty() || name == ".." || name.find('/') != std::string::npos)
+        throw Error(folder.string() + ": \"" + name + "\" is not a file name");
+    if (!is_file(folder / name))
+        throw Error((folder / name).string() + ": this picture of the model was not written");
+}
+
+bool is_light(float value)
+{
+    return value >= 0 && value <= 1;
+}
+
+}  // namespace
+
+Model::~Model() = default;
+
+void Model::save(const ArtifactFolder& folder) const
+{
+    for (const std::string& picture : pictures)
+        check_picture(picture, folder.path);
+    mesh.save(folder);
+    const std::array<std::size_t, 1> shape{material_of_face.size()};
+    write_file(folder.path / "materials.npy", to_npy(NpyType::uint32, shape, std::as_bytes(std::span(material_of_face))));
+    Value::List list;
+    for (const ModelMaterial& material : materials)
+        list.push_back(to_value(material));
+    write_file(
+        folder.path / "model.json",
+        to_json(Value::Map{{"materials", std::move(list)}, {"pictures", Value::List(pictures.begin(), pictures.end())}}, 1));
+}
+
+std::shared_ptr<Model> Model::load(const ArtifactFolder& folder)
+{
+    auto model = std::make_shared<Model>();
+    model->loaded_from = folder.path;
+    model->mesh = std::move(*Mesh::load(folder));
+    const auto values = read_npy(folder.path / "materials.npy");
+    const auto numbers = values.as<std::uint32_t>();
+    model->material_of_face.assign(numbers.begin(), numbers.end());
+    const fs::path file = folder.path / "model.json";
+    const Value root = detail::read_json_file(file);
+    const JsonPlace whole(root, file.string());
+    for (const JsonPlace& material : whole["materials"].list())
+        model->materials.push_back(material_from(material));
+    model->pictures = whole["pictures"].texts();
+    for (const std::string& picture : model->pictures)
+        check_picture(picture, folder.path);
+    check_model(*model, folder.path.string());
+    return model;
+}
+
+void check_model(const Model& model, std::string_view source)
+{
+    check_mesh(model.mesh, source);
+    const auto fail = [&](const std::string& what) { throw Error(std::string(source) + ": " + what); };
+    if (model.material_of_face.size() != model.mesh.triangles.size())
+        fail(fmt::format("materials of {} faces; expected {}", model.material_of_face.size(), model.mesh.triangles.size()));
+    for (std::size_t face = 0; face < model.material_of_face.size(); ++face)
+        if (model.material_of_face[face] >= model.materials.size())
+            fail(fmt::format("face {} names material {} of {}", face, model.material_of_face[face], model.materials.size()));
+    for (const ModelMaterial& material : model.materials)
+    {
+        const std::string name = "material \"" + material.name + "\"";
+        if (!is_light(material.color.x) || !is_light(material.color.y) || !is_light(material.color.z))
+            fail(name + " has a color outside of 0 to 1");
+        if (material.picture < ModelMaterial::no_picture || material.picture >= static_cast<int>(model.pictures.size()))
+            fail(fmt::format("{} names picture {} of {}", name, material.picture, model.pictures.size()));
+        if (material.picture != ModelMaterial::no_picture && model.mesh.texcoords.empty())
+            fail(name + " has a picture, but the mesh has no texcoords");
+        if (material.vertex_colors && model.mesh.colors.empty())
+            fail(name + " has vertex colors, but the mesh has none");
+    }
 }
 
 }  // namespace fresco

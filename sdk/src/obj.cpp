@@ -1,4 +1,3 @@
-#include "mesh_builder.h"
 #include "mesh_text.h"
 
 #include <algorithm>

@@ -1,18 +1,211 @@
-#include "packed_uv_map_header.h"
+#include "packed_uv_map.h"
 #include "residuals.h"
-#include "zstd_frames.h"
 
 #include <fresco/error.h>
-#include <fresco/packed_uv_map.h>
+#include <fresco/uv_maps.h>
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <fmt/format.h>
 #include <limits>
 #include <memory>
+#include <new>
 #include <stdexcept>
 #include <string>
+#include <zlib.h>
+#include <zstd.h>
+
+namespace fresco::detail
+{
+namespace
+{
+
+constexpr char magic[] = "FRESCOUV";
+constexpr std::uint32_t form = 2;
+
+std::uint32_t crc32(std::span<const std::byte> bytes)
+{
+    return static_cast<std::uint32_t>(crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
+}
+
+class HeaderWriter
+{
+  public:
+    explicit HeaderWriter(std::span<std::byte> out) : out_(out) {}
+    void byte(std::uint8_t value) { out_[at_++] = std::byte{value}; }
+    void number(std::uint32_t value)
+    {
+        for (unsigned shift = 0; shift < 32; shift += 8)
+            byte(static_cast<std::uint8_t>(value >> shift));
+    }
+    std::span<const std::byte> written() const { return out_.first(at_); }
+
+  private:
+    std::span<std::byte> out_;
+    std::size_t at_ = 0;
+};
+
+class Reader
+{
+  public:
+    explicit Reader(std::span<const std::byte> bytes) : bytes_(bytes) {}
+    std::uint8_t byte() { return std::to_integer<std::uint8_t>(bytes_[at_++]); }
+    std::uint32_t number()
+    {
+        std::uint32_t value = 0;
+        for (unsigned shift = 0; shift < 32; shift += 8)
+            value |= std::uint32_t{byte()} << shift;
+        return value;
+    }
+    std::size_t at() const { return at_; }
+    std::span<const std::byte> done() const { return bytes_.first(at_); }
+
+  private:
+    std::span<const std::byte> bytes_;
+    std::size_t at_ = 0;
+};
+
+}  // namespace
+
+void fail_packed(std::string_view source, std::size_t offset, std::string_view what)
+{
+    throw Error(fmt::format(
+        "{}: offset {}: {}; the file is damaged: rerun the stage that wrote it ('fresco store verify' finds its result)", source,
+        offset, what));
+}
+
+std::array<std::byte, PackedUvMapHeader::bytes> PackedUvMapHeader::write() const
+{
+    std::array<std::byte, bytes> out{};
+    HeaderWriter writer(out);
+    for (const char letter : std::string_view(magic))
+        writer.byte(static_cast<std::uint8_t>(letter));
+    for (const std::uint32_t value : {form, width, height, valid_pixels})
+        writer.number(value);
+    for (const std::uint8_t value : bits)
+        writer.byte(value);
+    writer.number(std::bit_cast<std::uint32_t>(depth_steps_per_meter));
+    writer.number(mask);
+    for (const PackedParts& quantity : parts)
+        for (const std::uint32_t size : {quantity.low, quantity.extra, quantity.large})
+            writer.number(size);
+    writer.number(crc32(writer.written()));
+    return out;
+}
+
+PackedUvMapHeader PackedUvMapHeader::read(std::span<const std::byte> file, std::string_view source)
+{
+    if (file.size() < bytes)
+        fail_packed(source, file.size(), fmt::format("ends within the header of {} bytes", bytes));
+    if (std::memcmp(file.data(), magic, std::strlen(magic)) != 0)
+        fail_packed(source, 0, "expected \"FRESCOUV\", the beginning of a packed uv map");
+    Reader reader(file);
+    reader.number();
+    reader.number();
+    if (const std::uint32_t found = reader.number(); found != form)
+        fail_packed(source, 8, fmt::format("expected form {}, got {}", form, found));
+    PackedUvMapHeader header;
+    header.width = reader.number();
+    header.height = reader.number();
+    header.valid_pixels = reader.number();
+    for (std::uint8_t& value : header.bits)
+        value = reader.byte();
+    header.depth_steps_per_meter = std::bit_cast<float>(reader.number());
+    std::uint64_t end = bytes;
+    end += header.mask = reader.number();
+    for (PackedParts& quantity : header.parts)
+        for (std::uint32_t* size : {&quantity.low, &quantity.extra, &quantity.large})
+            end += * size = reader.number();
+    const std::uint32_t sum = crc32(reader.done());
+    if (reader.number() != sum)
+        fail_packed(source, bytes - 4, "the header's checksum is wrong");
+    if (end != file.size())
+        fail_packed(source, file.size(), fmt::format("ends; the header lists parts up to {}", end));
+
+    const auto& [u, v, cosine, depth] = header.bits;
+    if (u < 16 || u > 22 || v != u || cosine != 8 || (depth != 16 && depth != 22))
+        fail_packed(source, 24, "expected 16 to 22 bits of u and as many of v, 8 of the cosine, 16 or 22 of depth");
+    // Too few would make infinite depths of sound steps.
+    if (!(header.depth_steps_per_meter > 0 && header.depth_steps_per_meter <= 1000) ||
+        !std::isfinite(4194303.0F / header.depth_steps_per_meter))
+        fail_packed(source, 28, "expected steps of depth per meter above 0 and at most 1000");
+    return header;
+}
+namespace
+{
+
+// Residuals hardly repeat: what counts is how often each byte occurs. Short repetitions, and long searches for them, cost more
+// than they save.
+constexpr int level = 1;
+constexpr int shortest_repetition = 7;
+constexpr int searched_log = 10;
+
+/// The thread's own: making one costs more than a small frame.
+ZSTD_CCtx* compressor()
+{
+    struct Free
+    {
+        void operator()(ZSTD_CCtx* context) const { ZSTD_freeCCtx(context); }
+    };
+    thread_local const std::unique_ptr<ZSTD_CCtx, Free> context(ZSTD_createCCtx());
+    if (!context)
+        throw std::bad_alloc();
+    return context.get();
+}
+
+ZSTD_DCtx* decompressor()
+{
+    struct Free
+    {
+        void operator()(ZSTD_DCtx* context) const { ZSTD_freeDCtx(context); }
+    };
+    thread_local const std::unique_ptr<ZSTD_DCtx, Free> context(ZSTD_createDCtx());
+    if (!context)
+        throw std::bad_alloc();
+    return context.get();
+}
+
+}  // namespace
+
+std::uint32_t FrameWriter::append(std::span<const std::uint8_t> contents)
+{
+    if (contents.empty())
+        return 0;
+    const std::size_t bound = ZSTD_compressBound(contents.size());
+    if (bound > scratch_bytes_)
+    {
+        scratch_ = std::make_unique_for_overwrite<std::byte[]>(bound);
+        scratch_bytes_ = bound;
+    }
+    ZSTD_CCtx* context = compressor();
+    ZSTD_CCtx_reset(context, ZSTD_reset_session_and_parameters);
+    ZSTD_CCtx_setParameter(context, ZSTD_c_compressionLevel, level);
+    ZSTD_CCtx_setParameter(context, ZSTD_c_minMatch, shortest_repetition);
+    ZSTD_CCtx_setParameter(context, ZSTD_c_hashLog, searched_log);
+    ZSTD_CCtx_setParameter(context, ZSTD_c_checksumFlag, 1);
+    const std::size_t size = ZSTD_compress2(context, scratch_.get(), bound, contents.data(), contents.size());
+    if (ZSTD_isError(size) != 0)
+        throw Error(std::string("a uv map cannot be packed: ") + ZSTD_getErrorName(size));
+    bytes_.insert(bytes_.end(), scratch_.get(), scratch_.get() + size);
+    return static_cast<std::uint32_t>(size);
+}
+
+std::string read_frame(std::span<const std::byte> frame, std::span<std::uint8_t> bytes)
+{
+    if (bytes.empty())
+        return frame.empty() ? "" : "expected no bytes";
+    const auto says = ZSTD_getFrameContentSize(frame.data(), frame.size());
+    if (says == ZSTD_CONTENTSIZE_ERROR || says == ZSTD_CONTENTSIZE_UNKNOWN)
+        return "expected a Zstandard frame with its size";
+    if (says != bytes.size())
+        return fmt::format("expected a frame of {} bytes, got {}", bytes.size(), says);
+    const std::size_t size = ZSTD_decompressDCtx(decompressor(), bytes.data(), bytes.size(), frame.data(), frame.size());
+    return ZSTD_isError(size) != 0 ? ZSTD_getErrorName(size) : "";
+}
+
+}  // namespace fresco::detail
 
 namespace fresco
 {
@@ -195,10 +388,10 @@ void check_pixels(const PackedUvMapHeader& header, std::string_view source)
 }
 
 /// Fetches the parts of a file one after the other.
-class Parts
+class PartReader
 {
   public:
-    Parts(std::span<const std::byte> file, std::string_view source) : file_(file), source_(source) {}
+    PartReader(std::span<const std::byte> file, std::string_view source) : file_(file), source_(source) {}
 
     std::span<const std::uint8_t> next(std::uint32_t packed, std::size_t bytes, std::unique_ptr<std::uint8_t[]>& memory)
     {
@@ -220,7 +413,7 @@ class Parts
 /// One quantity's planes out of a file, and their decoder.
 struct Quantity
 {
-    Quantity(Parts& parts, const detail::PackedParts& sizes, int width, int height, int bits)
+    Quantity(PartReader& parts, const detail::PackedParts& sizes, int width, int height, int bits)
         : pixels(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)),
           low_bytes(parts.next(sizes.low, pixels, low)),
           extra_bytes(parts.next(sizes.extra, detail::extra_bits(bits) > 0 ? pixels : 0, extra)),
@@ -336,7 +529,7 @@ UvMap unpack_uv_map(std::span<const std::byte> bytes, int width, int height, std
             fmt::format("{}: offset 12: is {}x{}; the index says {}x{}", source, header.width, header.height, width, height));
     check_pixels(header, source);
     UvMap map{{width, height, 2}, {width, height}, {width, height}, {width, height}};
-    Parts parts(bytes, source);
+    PartReader parts(bytes, source);
     {
         std::unique_ptr<std::uint8_t[]> memory;
         const auto mask = parts.next(header.mask, (map.valid.values.size() + 7) / 8, memory);

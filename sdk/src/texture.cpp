@@ -9,6 +9,8 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <limits>
+#include <numbers>
 
 namespace fresco
 {
@@ -30,12 +32,11 @@ std::shared_ptr<Texture> Texture::load(const ArtifactFolder& folder)
     const auto file = folder.path / "texture.json";
     const Value root = detail::read_json_file(file);
     auto texture = std::make_shared<Texture>();
-    texture->values = root.at("values").as_string();
-    texture->atlas = root.at("atlas").as_string();
-    const std::int64_t layers = root.at("layers").as_int();
-    const std::int64_t size = root.at("size_px").as_int();
-    if (layers < 1 || layers > 16 || size < 1)
-        throw Error(file.string() + ": a texture has 1 to 16 layers and at least 1 texel");
+    const JsonPlace whole(root, file.string());
+    texture->values = whole["values"].text();
+    texture->atlas = whole["atlas"].text();
+    const std::int64_t layers = whole["layers"].integer(1, 16);
+    const std::int64_t size = whole["size_px"].integer(1);
     for (std::int64_t i = 0; i < layers; ++i)
     {
         const auto layer_file = folder.path / fmt::format("layer_{}.npy", i);
@@ -69,7 +70,8 @@ void TexturedMesh::save(const ArtifactFolder& folder) const
 std::shared_ptr<TexturedMesh> TexturedMesh::load(const ArtifactFolder& folder)
 {
     const auto file = folder.path / "textured_mesh.json";
-    const auto mesh_file = referred_file(detail::read_json_file(file).at("mesh").as_string(), folder);
+    const Value root = detail::read_json_file(file);
+    const auto mesh_file = referred_file(JsonPlace(root, file.string())["mesh"].text(), folder);
     if (mesh_file.filename() != Mesh::file_name)
         throw Error(file.string() + ": refers to " + mesh_file.string() + "; expected a " + std::string(Mesh::file_name));
     auto result = std::make_shared<TexturedMesh>();
@@ -142,6 +144,67 @@ void sample_bilinear(const RasterF& texture, float u, float v, float* out)
         const float bottom = texture.at(x0, y1, c) * (1 - fx) + texture.at(x1, y1, c) * fx;
         out[c] = top * (1 - fy) + bottom * fy;
     }
+}
+namespace
+{
+
+constexpr float steps = 65534;
+constexpr float turn = 2 * std::numbers::pi_v<float>;
+
+std::uint16_t rounded(float share)
+{
+    return static_cast<std::uint16_t>(std::lround(std::clamp(share, 0.0F, 1.0F) * steps));
+}
+
+}  // namespace
+
+SourceMap::~SourceMap() = default;
+
+std::optional<SourceMap::Place> SourceMap::place(int x, int y) const
+{
+    const std::uint16_t* value = &places.at(x, y);
+    if (value[0] == none)
+        return std::nullopt;
+    const auto share = [&](int i) { return static_cast<float>(value[i]) / steps; };
+    return Place{{share(0) * static_cast<float>(picture_width), share(1) * static_cast<float>(picture_height)}, share(2) * turn};
+}
+
+void SourceMap::set_place(int x, int y, const Place& place)
+{
+    std::uint16_t* value = &places.at(x, y);
+    value[0] = rounded(place.at.x / static_cast<float>(picture_width));
+    value[1] = rounded(place.at.y / static_cast<float>(picture_height));
+    const float turns = place.angle / turn;
+    value[2] = rounded(turns - std::floor(turns));
+}
+
+void SourceMap::save(const ArtifactFolder& folder) const
+{
+    write_file(folder.path / "source_map.json", to_json(Value::Map{{"atlas", atlas},
+                                                                   {"picture_width", picture_width},
+                                                                   {"picture_height", picture_height},
+                                                                   {"pixels_per_texel", static_cast<double>(pixels_per_texel)}},
+                                                        1));
+    detail::write_raster(folder.path / "places.npy", places);
+}
+
+std::shared_ptr<SourceMap> SourceMap::load(const ArtifactFolder& folder)
+{
+    const auto file = folder.path / "source_map.json";
+    const Value root = detail::read_json_file(file);
+    auto result = std::make_shared<SourceMap>();
+    const JsonPlace whole(root, file.string());
+    result->atlas = whole["atlas"].text();
+    result->picture_width = static_cast<int>(whole["picture_width"].integer(1, std::numeric_limits<int>::max()));
+    result->picture_height = static_cast<int>(whole["picture_height"].integer(1, std::numeric_limits<int>::max()));
+    result->pixels_per_texel = static_cast<float>(whole["pixels_per_texel"].amount());
+    if (!(result->pixels_per_texel > 0))
+        whole.fail("pixels_per_texel", "expected a number above 0");
+    const auto places_file = folder.path / "places.npy";
+    result->places = detail::read_raster16(places_file, 3);
+    if (result->places.width != result->places.height)
+        throw Error(places_file.string() + ": expected a square map");
+    return result;
 }
 
 }  // namespace fresco

@@ -2,7 +2,6 @@
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/packed_uv_map.h>
 #include <fresco/run_context.h>
 #include <fresco/uv_maps.h>
 
@@ -20,16 +19,8 @@ fs::path map_file(const fs::path& folder, std::size_t view, int height_px)
     return folder / fmt::format("{:06}_{}.uvmap", view, height_px);
 }
 
-constexpr int largest_texture_px = 262144;
+constexpr int most_texture_px = 262144;
 constexpr int largest_height_px = 65536;
-
-int number_in(const Value& value, const char* name, int least, int most, const fs::path& file)
-{
-    const std::int64_t number = value.as_int();
-    if (number < least || number > most)
-        throw Error(fmt::format("{}: {} is {}; expected {} to {}", file.string(), name, number, least, most));
-    return static_cast<int>(number);
-}
 
 }  // namespace
 
@@ -70,21 +61,20 @@ std::shared_ptr<UvMaps> UvMaps::load(const ArtifactFolder& folder)
     const Value root = detail::read_json_file(file);
     auto result = std::make_shared<UvMaps>();
     result->folder_ = folder.path;
-    result->atlas = root.at("atlas").as_string();
-    result->texture_px = number_in(root.at("texture_px"), "texture_px", 0, largest_texture_px, file);
-    result->uv_bits = number_in(root.at("uv_bits"), "uv_bits", min_uv_bits, max_uv_bits, file);
-    for (const Value& height : root.at("heights_px").as_list())
-        result->heights_px.push_back(number_in(height, "a height of heights_px", 1, largest_height_px, file));
-    for (const Value& value : root.at("views").as_list())
+    const JsonPlace whole(root, file.string());
+    result->atlas = whole["atlas"].text();
+    result->texture_px = static_cast<int>(whole["texture_px"].integer(0, most_texture_px));
+    result->uv_bits = static_cast<int>(whole["uv_bits"].integer(min_uv_bits, max_uv_bits));
+    for (const JsonPlace& height : whole["heights_px"].list())
+        result->heights_px.push_back(static_cast<int>(height.integer(1, largest_height_px)));
+    for (const JsonPlace& place : whole["views"].list())
     {
         View view;
-        view.sequence = value.at("sequence").as_string();
-        view.frame = value.at("frame").as_string();
-        view.camera = detail::camera_from(value.at("camera"), file.string());
-        for (const Value& count : value.at("valid_pixels").as_list())
-            view.valid_pixels.push_back(count.as_int());
-        if (view.valid_pixels.size() != result->heights_px.size())
-            throw Error(file.string() + ": view " + view.sequence + "/" + view.frame + " has no count per height");
+        view.sequence = place["sequence"].text();
+        view.frame = place["frame"].text();
+        view.camera = detail::camera_from(place["camera"]);
+        for (const JsonPlace& count : place["valid_pixels"].list(result->heights_px.size()))
+            view.valid_pixels.push_back(count.integer());
         result->views.push_back(std::move(view));
     }
     return result;

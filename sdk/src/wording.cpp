@@ -1,3 +1,4 @@
+#include <fresco/error.h>
 #include <fresco/wording.h>
 
 #include <algorithm>
@@ -133,5 +134,11 @@ std::string number_text(double number)
                            : std::to_chars(buffer.data(), buffer.data() + buffer.size(), number).ptr;
     return std::string(buffer.data(), end);
 }
+
+Error::~Error() = default;
+MissingInput::~MissingInput() = default;
+
+Canceled::Canceled() : std::runtime_error("The run was interrupted.") {}
+Canceled::~Canceled() = default;
 
 }  // namespace fresco

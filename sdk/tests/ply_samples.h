@@ -153,27 +153,3 @@ inline bool same_mesh(const fresco::Mesh& a, const fresco::Mesh& b)
     return same_bits(a.positions, b.positions) && a.colors == b.colors && a.triangles == b.triangles &&
            same_bits(a.texcoords, b.texcoords) && a.charts == b.charts;
 }
-
-/// A mesh that a reader gave: nothing a stage could trip over.
-inline void require_valid(const fresco::Mesh& mesh)
-{
-    fresco::check_mesh(mesh, "parsed mesh");
-}
-
-/// Small portable generator, the same numbers everywhere.
-class TestRandom
-{
-  public:
-    explicit TestRandom(std::uint64_t seed) : state_(seed) {}
-    std::uint64_t next()
-    {
-        std::uint64_t z = (state_ += 0x9e3779b97f4a7c15ULL);
-        z = (z ^ (z >> 30U)) * 0xbf58476d1ce4e5b9ULL;
-        z = (z ^ (z >> 27U)) * 0x94d049bb133111ebULL;
-        return z ^ (z >> 31U);
-    }
-    std::size_t below(std::size_t bound) { return static_cast<std::size_t>(next() % bound); }
-
-  private:
-    std::uint64_t state_;
-};

@@ -1,11 +1,11 @@
 #include "catch.h"
 
 #include <fresco/error.h>
+#include <fresco/file_access.h>
 #include <fresco/files.h>
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
 #include <fresco/hash.h>
-#include <fresco/input_roots.h>
 #include <fresco/npy.h>
 #include <fresco/testing.h>
 #include <fresco/texture.h>
@@ -175,10 +175,10 @@ TEST_CASE("Sizes in an index of uv maps that no picture has are refused")
         fresco::UvMaps::load(own);
     };
     // 2^32 more is the same number in 32 bits.
-    CHECK_THROWS_WITH(with("  16", "  4294967312"), Contains("a height of heights_px is 4294967312; expected 1 to 65536"));
-    CHECK_THROWS_WITH(with("  16", "  -16"), Contains("a height of heights_px is -16"));
-    CHECK_THROWS_WITH(with("\"width\": 64", "\"width\": 4294967360"),
-                      Contains("uvmaps.json: camera: width is 4294967360; expected 1 to 65536 pixels"));
+    CHECK_THROWS_WITH(with("  16", "  4294967312"),
+                      Contains("heights_px[0]: expected an integer from 1 to 65536, got 4294967312"));
+    CHECK_THROWS_WITH(with("  16", "  -16"), Contains("heights_px[0]: "));
+    CHECK_THROWS_WITH(with("\"width\": 64", "\"width\": 4294967360"), Contains("uvmaps.json: views[0].camera.width: expected"));
     CHECK_NOTHROW(with("  16", "  16"));
 }
 

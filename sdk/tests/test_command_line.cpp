@@ -1,6 +1,6 @@
 #include "catch.h"
 
-#include <fresco/command_line.h>
+#include <fresco/command.h>
 
 using namespace fresco;
 using Words = std::vector<std::string>;

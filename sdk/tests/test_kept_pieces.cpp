@@ -1,7 +1,7 @@
 #include "catch.h"
 
 #include <fresco/files_io.h>
-#include <fresco/kept_pieces.h>
+#include <fresco/run_context.h>
 #include <fresco/testing.h>
 
 using namespace fresco;

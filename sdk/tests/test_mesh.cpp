@@ -5,6 +5,7 @@
 #include <fresco/files_io.h>
 #include <fresco/mesh_io.h>
 #include <fresco/testing.h>
+#include <fresco/testing_scenes.h>
 
 #include <algorithm>
 #include <cmath>
@@ -13,25 +14,11 @@
 using namespace fresco;
 using Catch::Contains;
 
-namespace
-{
-
-/// The unit cube, two triangles a side, seen from outside counter-clockwise.
-Mesh cube()
-{
-    Mesh mesh;
-    for (int i = 0; i < 8; ++i)
-        mesh.positions.push_back({static_cast<float>(i & 1), static_cast<float>((i >> 1) & 1), static_cast<float>((i >> 2) & 1)});
-    mesh.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
-                      {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
-    return mesh;
-}
-
-}  // namespace
+using testing::box;
 
 TEST_CASE("Mesh: the face normals of a cube point outwards", "[mesh]")
 {
-    const auto normals = face_normals(cube());
+    const auto normals = face_normals(box());
     const Vec3f expected[] = {{0, 0, -1}, {0, 0, 1}, {0, -1, 0}, {0, 1, 0}, {-1, 0, 0}, {1, 0, 0}};
     REQUIRE(normals.size() == 12);
     for (std::size_t i = 0; i < 12; ++i)
@@ -71,7 +58,7 @@ TEST_CASE("Mesh: check_mesh names the first offence", "[mesh]")
 {
     const auto refused = [](auto&& damage, const std::string& reason)
     {
-        Mesh mesh = cube();
+        Mesh mesh = box();
         mesh.texcoords.assign(36, {0.5F, 0.5F});
         mesh.colors.assign(8, {1, 2, 3});
         mesh.charts.assign(12, 0);
@@ -101,7 +88,7 @@ TEST_CASE("Mesh: the largest and the smallest that check_mesh takes have squared
 {
     for (const float scale : {1e7F, 1e-4F})
     {
-        Mesh mesh = cube();
+        Mesh mesh = box();
         for (Vec3f& position : mesh.positions)
             position = position * scale;
         CHECK_NOTHROW(check_mesh(mesh, "cube"));
@@ -114,7 +101,7 @@ TEST_CASE("Mesh: the largest and the smallest that check_mesh takes have squared
 TEST_CASE("Mesh: saved and loaded it is the same, faces that name a vertex twice included", "[mesh]")
 {
     const testing::TemporaryFolder folder;
-    Mesh mesh = cube();
+    Mesh mesh = box();
     mesh.triangles.push_back({3, 3, 5});
     mesh.texcoords.assign(39, {0.25F, 0.75F});
     for (std::uint32_t f = 0; f < 13; ++f)
@@ -128,7 +115,7 @@ TEST_CASE("Mesh: load refuses a missing and a damaged file", "[mesh]")
 {
     const testing::TemporaryFolder folder;
     CHECK_THROWS_AS(Mesh::load({folder.path(), {}}), MissingInput);
-    cube().save({folder.path(), {}});
+    box().save({folder.path(), {}});
     const auto bytes = read_file(folder.path() / "mesh.ply");
     write_file(folder.path() / "mesh.ply", std::span(bytes).first(bytes.size() - 1));
     CHECK_THROWS_WITH(Mesh::load({folder.path(), {}}), Contains("mesh.ply"));
@@ -144,10 +131,10 @@ TEST_CASE("Mesh: a mesh that cannot be saved leaves no file", "[mesh]")
 TEST_CASE("Mesh: read_mesh goes by the extension", "[mesh]")
 {
     const testing::TemporaryFolder folder;
-    write_file(folder.path() / "cube.PLY", to_ply(cube()));
+    write_file(folder.path() / "cube.PLY", to_ply(box()));
     write_file(folder.path() / "triangle.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 4 3\n");
     write_file(folder.path() / "scan.stl", "solid\n");
-    CHECK(same_mesh(read_mesh(folder.path() / "cube.PLY"), cube()));
+    CHECK(same_mesh(read_mesh(folder.path() / "cube.PLY"), box()));
     MeshReadReport report;
     CHECK(read_mesh(folder.path() / "triangle.obj", {}, &report).triangles.size() == 2);
     CHECK(report.polygons_split == 1);

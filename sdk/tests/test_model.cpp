@@ -2,7 +2,7 @@
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/model.h>
+#include <fresco/mesh.h>
 #include <fresco/testing.h>
 
 #include <filesystem>
@@ -82,5 +82,5 @@ TEST_CASE("a model that does not fit together is refused", "[model]")
     std::string text = read_text_file(folder.path() / "model.json");
     text.replace(text.find("mirror"), 6, "murror");
     write_file(folder.path() / "model.json", text);
-    CHECK_THROWS_WITH(Model::load({folder.path(), folder.path()}), Contains("model.json: wrap: \"murror\""));
+    CHECK_THROWS_WITH(Model::load({folder.path(), folder.path()}), Contains("model.json: materials[0].wrap[0]: "));
 }

@@ -125,32 +125,6 @@ TEST_CASE("OBJ: a file cut inside a line is refused", "[obj]")
     }
 }
 
-TEST_CASE("OBJ: flipped bytes give an error or a valid mesh", "[obj]")
-{
-    const std::string good = square + uvs + normals + "g a\nf 1/1/1 2/2/1 3/3/1\nf -4/-4/2 -2/3/2 4/4/2\n";
-    TestRandom random(5);
-    std::size_t refused = 0;
-    std::size_t accepted = 0;
-    for (int trial = 0; trial < 1000; ++trial)
-    {
-        std::string text = good;
-        const std::size_t at = random.below(text.size());
-        text[at] = static_cast<char>(text[at] ^ static_cast<char>(1U << random.below(8)));
-        try
-        {
-            require_valid(parse(text));
-            ++accepted;
-        }
-        catch (const Error& error)
-        {
-            CHECK_THAT(error.what(), Contains("room.obj:"));
-            ++refused;
-        }
-    }
-    CHECK(refused > 300);
-    CHECK(accepted > 50);
-}
-
 TEST_CASE("OBJ: limits are kept", "[obj]")
 {
     const auto text = square + uvs + normals + "f 1 2 3 4\n";

@@ -1,6 +1,6 @@
 #include "catch.h"
 
-#include <fresco/raster.h>
+#include <fresco/image.h>
 
 #include <algorithm>
 #include <cmath>
@@ -63,22 +63,6 @@ TEST_CASE("Raster: index is row-major with interleaved channels", "[raster]")
     CHECK(Raster<float>().empty());
 }
 
-TEST_CASE("resized: a constant stays constant", "[raster]")
-{
-    const Raster<std::uint8_t> bytes(13, 7, 3, 201);
-    const Raster<float> floats(13, 7, 2, 0.1F);
-    for (const int width : {1, 5, 12, 13, 14, 40})
-        for (const int height : {1, 3, 7, 19})
-        {
-            const auto small = resized(bytes, width, height);
-            CHECK(small == Raster<std::uint8_t>(width, height, 3, 201));
-            const auto other = resized(floats, width, height);
-            REQUIRE(other.values.size() == static_cast<std::size_t>(width * height * 2));
-            for (const float v : other.values)
-                CHECK(v == Approx(0.1F).epsilon(1e-6));
-        }
-}
-
 TEST_CASE("resized: shrinking averages boxes", "[raster]")
 {
     Raster<std::uint8_t> source(4, 2);
@@ -106,13 +90,6 @@ TEST_CASE("resized: enlarging interpolates between pixel centers and is clamped 
     CHECK(large.at(1, 1) == 60);   // 3/4 and 1/4 along both axes: 20 + 40
     CHECK(large.at(2, 1) == 100);  // 60 + 40
     CHECK(large.at(0, 2) == 120);
-}
-
-TEST_CASE("resized: one axis may shrink while the other grows", "[raster]")
-{
-    Raster<float> source(2, 2);
-    source.values = {1, 3, 5, 9};
-    CHECK(resized(source, 1, 4).values == std::vector<float>{2, 3.25F, 5.75F, 7});
 }
 
 TEST_CASE("resized: equals the definition for any sizes", "[raster]")

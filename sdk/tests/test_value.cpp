@@ -1,7 +1,6 @@
 #include "catch.h"
 
 #include <fresco/error.h>
-#include <fresco/strict_map.h>
 #include <fresco/value.h>
 
 #include <ctime>
@@ -57,15 +56,27 @@ TEST_CASE("A value of another kind is named in the error")
     CHECK(Value(3).as_double() == 3.0);
 }
 
-TEST_CASE("A strict map gives what it has, and names what is missing or not known")
+TEST_CASE("A place in a JSON file gives what it has, and names where something is missing, unknown or of another kind")
 {
-    const fresco::Value value = fresco::parse_json(R"({"a": 1, "b": 2})");
-    fresco::StrictMap map(value);
-    CHECK(map.take("a").as_int() == 1);
-    CHECK_THROWS_WITH(map.take("c"), "the entry \"c\" is missing");
-    CHECK_THROWS_WITH(map.refuse_others(), "the entry \"b\" is not known");
-    map.take("b");
-    CHECK_NOTHROW(map.refuse_others());
-    const fresco::Value list{fresco::Value::List{}};
-    CHECK_THROWS_WITH(fresco::StrictMap(list).take("a"), "the entry \"a\" is missing");
+    using Catch::Contains;
+    const Value value = fresco::parse_json(R"({"a": 1, "b": [{"c": "x"}, {"d": [1, 2.5]}], "w": 640.0})");
+    const fresco::JsonPlace whole(value, "f.json");
+    CHECK(whole["a"].integer(0, 1) == 1);
+    CHECK(whole["w"].pixels() == 640);
+    CHECK(whole["b"].list(2)[1]["d"].numbers(2) == std::vector<double>{1, 2.5});
+    CHECK_FALSE(whole.find("x"));
+    CHECK_NOTHROW(whole.has_only({"a", "b", "w"}));
+    CHECK_THROWS_WITH(whole.has_only({"a", "b"}), "f.json: unknown entry 'w'");
+    CHECK_THROWS_WITH(whole["x"], "f.json: x: missing");
+    CHECK_THROWS_WITH(whole["b"].list()[0]["d"], "f.json: b[0].d: missing");
+    CHECK_THROWS_WITH(whole["b"].list()[0]["c"].number(), "f.json: b[0].c: expected a number, got \"x\"");
+    CHECK_THROWS_WITH(whole["b"].list()[1]["d"].list()[1].integer(), "f.json: b[1].d[1]: expected an integer, got 2.5");
+    CHECK_THROWS_WITH(whole["a"].integer(2, 3), "f.json: a: expected an integer from 2 to 3, got 1");
+    CHECK_THROWS_WITH(whole["b"].text(), "f.json: b: expected a text, got a list");
+    CHECK_THROWS_WITH(whole["b"].list(3), Contains("f.json: b: ") && Contains("3"));
+    CHECK_THROWS_WITH(whole["a"]["c"], Contains("f.json: a: expected a map"));
+    const Value own = fresco::parse_json(R"({"a": 2})");
+    const fresco::JsonPlace frame(own, value, "f.json: frame 3");
+    CHECK(frame["a"].integer() == 2);
+    CHECK_THROWS_WITH(frame["w"].flag(), Contains("f.json: frame 3: w: "));
 }

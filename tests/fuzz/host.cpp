@@ -14,7 +14,7 @@
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/hash.h>
-#include <fresco/kept_pieces.h>
+#include <fresco/run_context.h>
 #include <fresco/testing.h>
 
 #include "plugins/texture_synthesize/checkpoint.h"
@@ -192,7 +192,7 @@ const Registered registered{
     {"stored",
      "framework/src/store/(stage_record|statistics)\\.cpp|framework/src/base/(durable_file|chunk_hash|file_stamp)\\.cpp",
      read_stored},
-    {"checked", "sdk/src/(checked_file|kept_pieces)\\.cpp|plugins/texture_synthesize/checkpoint\\.cpp", read_checked_files}};
+    {"checked", "sdk/src/run_context\\.cpp|plugins/texture_synthesize/checkpoint\\.cpp", read_checked_files}};
 
 }  // namespace
 }  // namespace fresco::fuzz

@@ -49,9 +49,8 @@ void read_obj(Bytes bytes)
     read(bytes, [](auto&&... arguments) { return parse_obj(std::forward<decltype(arguments)>(arguments)...); });
 }
 
-const Registered registered{
-    {"ply", "sdk/src/(ply|ply_header|ply_layout|mesh_text)\\.cpp|sdk/src/(ply_cursor|mesh_text|mesh_builder)\\.h", read_ply},
-    {"obj", "sdk/src/obj\\.cpp", read_obj}};
+const Registered registered{{"ply", "sdk/src/ply(_header)?\\.cpp|sdk/src/(ply_cursor|mesh_text)\\.h", read_ply},
+                            {"obj", "sdk/src/obj\\.cpp", read_obj}};
 
 }  // namespace
 }  // namespace fresco::fuzz

@@ -1,10 +1,9 @@
 #include "parsers.h"
 
-#include "sdk/src/packed_uv_map_header.h"
+#include "sdk/src/packed_uv_map.h"
 #include "sdk/src/residuals.h"
-#include "sdk/src/zstd_frames.h"
 
-#include <fresco/packed_uv_map.h>
+#include <fresco/uv_maps.h>
 
 #include <zlib.h>
 
@@ -88,7 +87,7 @@ void read_planes(Bytes bytes)
     unpack(std::move(file));
 }
 
-const Registered registered{{"uv_map", "sdk/src/(packed_uv_map_header|zstd_frames)\\.cpp", read_file},
+const Registered registered{{"uv_map", "sdk/src/packed_uv_map\\.cpp", read_file},
                             {"uv_map_planes", "sdk/src/(packed_uv_map|residuals)\\.cpp", read_planes}};
 
 }  // namespace

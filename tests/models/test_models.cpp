@@ -2,8 +2,8 @@
 #include "model_samples.h"
 
 #include <fresco/files.h>
+#include <fresco/mesh.h>
 #include <fresco/mesh_io.h>
-#include <fresco/model.h>
 #include <fresco/stage.h>
 #include <fresco/testing.h>
 #include <fresco/texture.h>

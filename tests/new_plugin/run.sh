@@ -1,12 +1,13 @@
 #!/usr/bin/env bash
-# run.sh CMAKE BUILD torch|plain: install to a fresh prefix; then begin a plugin of each kind, build, test, describe and run it.
+# run.sh CMAKE BUILD torch|plain: install to a fresh prefix, whose pages must have no dead links; then begin a plugin of each kind, build, test, describe and run it.
 source "$(dirname "$0")/../program_test.sh"
 cmake=$1 build=$2 torch=$3
 
 "$cmake" --install "$build" --prefix "$work/prefix" >/dev/null
 fresco=$work/prefix/bin/fresco
 cd "$work"
-kinds=(stage)
+python3 "$(dirname "$0")/links.py" "$work/prefix/share/fresco"
+kinds=(stage reader)
 [ "$torch" = plain ] || kinds+=(loss features texture)
 for kind in "${kinds[@]}"; do
     type=paint.made_$kind folder=paint_made_$kind
@@ -19,6 +20,7 @@ for kind in "${kinds[@]}"; do
     grep -q "100% tests passed, 0 tests failed out of 1" log || { cat log; exit 1; }
     FRESCO_PLUGIN_PATH=$folder/build "$fresco" describe "$type" >log
     grep -q "$type" log
+    [ "$kind" != reader ] || python3 "$(dirname "$0")/recording.py" "$folder/recording"
     FRESCO_PLUGIN_PATH=$folder/build "$fresco" run "$folder/pipeline.yaml" --store store --out "out_$kind" >log 2>&1 || { cat log; exit 1; }
     "$cmake" --install "$folder/build" >/dev/null --prefix "$work/prefix"
     "$fresco" describe "$type" >/dev/null  # Beside fresco's own now.

@@ -3,7 +3,7 @@
 
 #include <fresco/files_io.h>
 #include <fresco/npy.h>
-#include <fresco/packed_uv_map.h>
+#include <fresco/uv_maps.h>
 
 #include <cstdio>
 #include <exception>

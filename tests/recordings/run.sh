@@ -86,7 +86,7 @@ refused() { # STAGE TEXT
     ! "$fresco" run mine.yaml --until "$1" --store store --out out >log 2>&1 || fail "$1: a mirrored pose was read"
     tr -d '\n' <log | tr -s ' ' | grep -q "$2" || { cat log; fail "$1: the mirrored pose is not named"; }
 }
-refused listed 'mine/frames.json: frame 7: "color_camera": the pose'
+refused listed 'mine/frames.json: frames\[7\].color_camera: the pose'
 refused plain 'mine/poses.txt:8: '
 
 # What a network reconstructs from a video: another scale, camera_from_world, depth in smaller float32 pictures. Its mesh is that of the room.

@@ -2,8 +2,8 @@
 #include "base/glob.h"
 #include "base/records.h"
 #include <fresco/error.h>
+#include <fresco/file_access.h>
 #include <fresco/hash.h>
-#include <fresco/input_roots.h>
 
 #include <algorithm>
 #include <array>

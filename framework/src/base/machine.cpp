@@ -1,6 +1,6 @@
 #include "base/machine.h"
 #include "base/control_groups.h"
-#include <fresco/process_tree.h>
+#include <fresco/process.h>
 
 #include <algorithm>
 #include <cmath>

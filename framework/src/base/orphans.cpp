@@ -1,5 +1,5 @@
 #include "base/orphans.h"
-#include <fresco/process_tree.h>
+#include <fresco/process.h>
 
 #include <algorithm>
 #include <csignal>

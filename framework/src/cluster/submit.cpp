@@ -2,7 +2,7 @@
 #include "base/file_lock.h"
 #include "run/run_state.h"
 #include <fresco/error.h>
-#include <fresco/input_roots.h>
+#include <fresco/file_access.h>
 
 #include <algorithm>
 #include <chrono>

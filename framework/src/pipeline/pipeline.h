@@ -103,7 +103,7 @@ struct Pipeline
 {
     std::filesystem::path file;
     std::vector<PipelineText> texts;                      ///< The file, and those that it builds on.
-    std::map<std::string, std::filesystem::path> inputs;  ///< Folders named under `inputs`, see fresco/input_roots.h.
+    std::map<std::string, std::filesystem::path> inputs;  ///< Folders named under `inputs`, see fresco/file_access.h.
     std::vector<PipelineStage> stages;
     std::shared_ptr<const StageGraph> graph;  ///< Which stage needs which, by their places in `stages`.
     Sweep sweep;

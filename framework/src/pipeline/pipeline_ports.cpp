@@ -1,5 +1,5 @@
 #include "pipeline/pipeline_ports.h"
-#include <fresco/command_line.h>
+#include <fresco/command.h>
 #include <fresco/texture_rules.h>
 
 #include <algorithm>

@@ -2,8 +2,8 @@
 
 #include "base/unit_text.h"
 #include "plugins/plugin_library.h"
-#include <fresco/compiler_stamp.h>
 #include <fresco/error.h>
+#include <fresco/plugin.h>
 
 #define BOOST_DLL_USE_STD_FS
 #include <boost/dll/shared_library.hpp>

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <fresco/abi.h>
-#include <fresco/configurable.h>
+#include <fresco/component.h>
 #include <fresco/value.h>
 
 #include <filesystem>

@@ -63,7 +63,7 @@ std::vector<TextFile> template_files(const std::string& name)
 
 std::vector<std::string> plugin_kinds()
 {
-    return {"features", "loss", "stage", "texture"};
+    return {"features", "loss", "reader", "stage", "texture"};
 }
 
 std::string plugin_folder_name(const std::string& type)
@@ -86,6 +86,7 @@ std::vector<TextFile> new_plugin(const std::string& kind, const std::string& typ
     if (std::find(kinds.begin(), kinds.end(), kind) == kinds.end())
         throw Error("unknown kind of plugin '" + kind + "'");
     auto files = template_files(kind);
+    files.push_back({".gitignore", "build/\n.fresco/\nout/\n"});
     const Names names{{{"my.plugin", type}, {"my_plugin", plugin_folder_name(type)}, {"MyPlugin", class_name(type)}}};
     for (auto& file : files)
         for (std::string* text : {&file.path, &file.text})

@@ -4,7 +4,7 @@
 #include "run/exports.h"
 #include "run/result_key.h"
 #include "store/stage_record.h"
-#include <fresco/input_roots.h>
+#include <fresco/file_access.h>
 
 #include <algorithm>
 #include <fmt/format.h>

@@ -4,7 +4,7 @@
 #include "run/run_state.h"
 #include "run/task_table.h"
 #include <fresco/error.h>
-#include <fresco/input_roots.h>
+#include <fresco/file_access.h>
 
 #include <optional>
 

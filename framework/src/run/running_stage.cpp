@@ -6,7 +6,7 @@
 #include "worker/scratch_folder.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/process_tree.h>
+#include <fresco/process.h>
 
 #include <algorithm>
 #include <cmath>

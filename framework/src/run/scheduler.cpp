@@ -14,7 +14,7 @@
 #include "store/store_tidy.h"
 #include "store/store_use.h"
 #include <fresco/error.h>
-#include <fresco/input_roots.h>
+#include <fresco/file_access.h>
 
 #include <algorithm>
 #include <csignal>

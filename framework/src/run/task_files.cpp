@@ -111,111 +111,27 @@ Value head_value(const TaskTable& table)
         {"task_count", table.task_count}, {"chunk_size", table.chunk_size}};
 }
 
-/// One value of a file, with where it stands: "tasks.json: groups[1].first".
-class Place
+/// JsonPlace::integer for sizes.
+std::size_t size_in(const JsonPlace& place, std::size_t least, std::size_t most)
 {
-  public:
-    Place(const Value& value, std::string name) : value_(value), name_(std::move(name)) {}
+    return static_cast<std::size_t>(place.integer(static_cast<std::int64_t>(least), static_cast<std::int64_t>(most)));
+}
 
-    [[noreturn]] void fail(const std::string& text) const { throw Error(name_ + ": " + text); }
-
-    Place operator[](std::string_view key) const
+/// Ascending, below `end`.
+std::vector<std::size_t> ascending(const JsonPlace& list, std::size_t end)
+{
+    std::vector<std::size_t> result;
+    for (const JsonPlace& place : list.list())
     {
-        if (!value_.is_map())
-            fail("expected a map, got " + std::string(value_.kind_name()));
-        const std::string name = name_ + (name_.ends_with(".json") ? ": " : ".") + std::string(key);
-        const Value* entry = value_.find(key);
-        if (entry == nullptr)
-            throw Error(name + ": missing");
-        return {*entry, name};
+        const std::size_t least = result.empty() ? 0 : result.back() + 1;
+        if (least >= end)
+            place.fail(fmt::format("expected ascending numbers below {}", end));
+        result.push_back(size_in(place, least, end - 1));
     }
+    return result;
+}
 
-    /// Refuses entries of other names.
-    void has_only(const std::vector<std::string_view>& keys) const
-    {
-        for (const auto& [key, value] : value_.as_map())
-            if (std::find(keys.begin(), keys.end(), key) == keys.end())
-                fail("unknown entry '" + key + "'");
-    }
-
-    std::vector<Place> list() const
-    {
-        if (!value_.is_list())
-            fail("expected a list, got " + std::string(value_.kind_name()));
-        std::vector<Place> places;
-        for (std::size_t i = 0; i < value_.as_list().size(); ++i)
-            places.emplace_back(value_.as_list()[i], fmt::format("{}[{}]", name_, i));
-        return places;
-    }
-
-    std::vector<std::pair<std::string, Place>> map() const
-    {
-        if (!value_.is_map())
-            fail("expected a map, got " + std::string(value_.kind_name()));
-        std::vector<std::pair<std::string, Place>> places;
-        for (const auto& [key, value] : value_.as_map())
-            places.emplace_back(key, Place(value, name_ + "." + key));
-        return places;
-    }
-
-    std::string text() const
-    {
-        if (!value_.is_string())
-            fail("expected a text, got " + std::string(value_.kind_name()));
-        return value_.as_string();
-    }
-
-    bool flag() const
-    {
-        if (!value_.is_bool())
-            fail("expected true or false, got " + std::string(value_.kind_name()));
-        return value_.as_bool();
-    }
-
-    /// From `least` to `most`.
-    std::size_t number(std::size_t least, std::size_t most) const
-    {
-        if (!value_.is_int() || value_.as_int() < 0 || static_cast<std::size_t>(value_.as_int()) < least ||
-            static_cast<std::size_t>(value_.as_int()) > most)
-            fail(fmt::format("expected an integer from {} to {}, got {}", least, most, to_json(value_)));
-        return static_cast<std::size_t>(value_.as_int());
-    }
-
-    double amount() const
-    {
-        if (!value_.is_number() || !(value_.as_double() >= 0) || std::isinf(value_.as_double()))
-            fail("expected a number from 0, got " + to_json(value_));
-        return value_.as_double();
-    }
-
-    std::vector<std::string> texts() const
-    {
-        std::vector<std::string> result;
-        for (const Place& place : list())
-            result.push_back(place.text());
-        return result;
-    }
-
-    /// Ascending, below `end`.
-    std::vector<std::size_t> ascending(std::size_t end) const
-    {
-        std::vector<std::size_t> result;
-        for (const Place& place : list())
-        {
-            const std::size_t least = result.empty() ? 0 : result.back() + 1;
-            if (least >= end)
-                place.fail(fmt::format("expected ascending numbers below {}", end));
-            result.push_back(place.number(least, end - 1));
-        }
-        return result;
-    }
-
-  private:
-    const Value& value_;
-    std::string name_;
-};
-
-FrozenPipeline read_pipeline(const Place& place, const fs::path& folder)
+FrozenPipeline read_pipeline(const JsonPlace& place, const fs::path& folder)
 {
     place.has_only({"file", "working_directory", "until", "preview", "files", "sets"});
     FrozenPipeline pipeline;
@@ -223,7 +139,7 @@ FrozenPipeline read_pipeline(const Place& place, const fs::path& folder)
     pipeline.working_directory = place["working_directory"].text();
     pipeline.until = place["until"].text();
     pipeline.preview = place["preview"].flag();
-    for (const Place& file : place["files"].list())
+    for (const JsonPlace& file : place["files"].list())
     {
         file.has_only({"file", "copy", "hash"});
         const fs::path copy = folder / file["copy"].text();
@@ -233,8 +149,8 @@ FrozenPipeline read_pipeline(const Place& place, const fs::path& folder)
                         " and make the tasks again");
     }
     if (pipeline.texts.empty() || pipeline.texts.front().file != pipeline.file)
-        place["files"].fail("expected " + pipeline.file.string() + " first");
-    for (const Place& set : place["sets"].list())
+        place.fail("files", "expected " + pipeline.file.string() + " first");
+    for (const JsonPlace& set : place["sets"].list())
     {
         set.has_only({"name", "value"});
         pipeline.sets.emplace_back(set["name"].text(), set["value"].text());
@@ -242,7 +158,7 @@ FrozenPipeline read_pipeline(const Place& place, const fs::path& folder)
     return pipeline;
 }
 
-TaskGroup read_group(const Place& place, const TaskTable& table, std::size_t task_count)
+TaskGroup read_group(const JsonPlace& place, const TaskTable& table, std::size_t task_count)
 {
     place.has_only({"name", "axes", "gpu", "stages", "needs", "first", "count", "seconds", "memory_mb", "threads"});
     constexpr std::size_t most_threads = 1U << 16U;
@@ -252,32 +168,32 @@ TaskGroup read_group(const Place& place, const TaskTable& table, std::size_t tas
     group.axes = place["axes"].texts();
     group.gpu = place["gpu"].flag();
     group.stages = place["stages"].texts();
-    group.needs = place["needs"].ascending(table.groups.size());
-    group.first = place["first"].number(first, first);
+    group.needs = ascending(place["needs"], table.groups.size());
+    group.first = size_in(place["first"], first, first);
     if (first >= task_count)
-        place["first"].fail(fmt::format("expected a number below the {} tasks", task_count));
-    group.count = place["count"].number(1, task_count - first);
+        place.fail("first", fmt::format("expected a number below the {} tasks", task_count));
+    group.count = size_in(place["count"], 1, task_count - first);
     group.seconds = place["seconds"].amount();
     group.memory_mb = place["memory_mb"].amount();
-    group.threads = static_cast<int>(place["threads"].number(1, most_threads));
+    group.threads = static_cast<int>(size_in(place["threads"], 1, most_threads));
     return group;
 }
 
-Task read_task_entry(const Place& place, const TaskTable& head, std::size_t id)
+Task read_task_entry(const JsonPlace& place, const TaskTable& head, std::size_t id)
 {
     place.has_only({"id", "group", "axes", "stages", "needs", "seconds", "memory_mb"});
     Task task;
-    task.id = place["id"].number(id, id);
+    task.id = size_in(place["id"], id, id);
     const auto owner = std::find_if(head.groups.begin(), head.groups.end(),
                                     [&](const TaskGroup& group) { return id - group.first < group.count; });
     const auto number = static_cast<std::size_t>(owner - head.groups.begin());
-    task.group = place["group"].number(number, number);
+    task.group = size_in(place["group"], number, number);
     for (const auto& [axis, label] : place["axes"].map())
         task.axes.emplace_back(axis, label.text());
     task.stages = place["stages"].texts();
     if (task.stages.empty())
-        place["stages"].fail("expected at least one stage");
-    task.needs = place["needs"].ascending(id);
+        place.fail("stages", "expected at least one stage");
+    task.needs = ascending(place["needs"], id);
     task.seconds = place["seconds"].amount();
     task.memory_mb = place["memory_mb"].amount();
     return task;
@@ -287,13 +203,13 @@ std::vector<Task> read_chunk(const fs::path& folder, const TaskTable& head, std:
 {
     const fs::path file = chunk_file(folder, chunk);
     const Value value = parse_json(read_text_file(file, size_limit), file.string());
-    const Place place(value, file.string());
-    const std::vector<Place> entries = place["tasks"].list();
+    const JsonPlace place(value, file.string());
+    const std::vector<JsonPlace> entries = place["tasks"].list();
     place.has_only({"tasks"});
     const std::size_t first = chunk * head.chunk_size;
     const std::size_t count = std::min(head.chunk_size, head.task_count - first);
     if (entries.size() != count)
-        place["tasks"].fail(fmt::format("expected {} tasks, got {}", count, entries.size()));
+        place.fail("tasks", fmt::format("expected {} tasks, got {}", count, entries.size()));
     std::vector<Task> tasks;
     for (std::size_t i = 0; i < count; ++i)
         tasks.push_back(read_task_entry(entries[i], head, first + i));
@@ -337,8 +253,8 @@ TaskTable read_task_head(const fs::path& folder)
         throw MissingInput(folder.string() + ": holds no tasks: 'fresco plan FILE --tasks --folder " + folder.string() +
                            "' makes them");
     const Value value = parse_json(read_text_file(file, size_limit), file.string());
-    const Place place(value, file.string());
-    place["version"].number(table_version, table_version);
+    const JsonPlace place(value, file.string());
+    size_in(place["version"], table_version, table_version);
     place.has_only(
         {"version", "fresco", "pipeline", "plugins", "store", "out", "axes", "stage_axes", "groups", "task_count", "chunk_size"});
     place["fresco"].text();
@@ -352,20 +268,20 @@ TaskTable read_task_head(const fs::path& folder)
     }
     table.store = place["store"].text();
     table.out = place["out"].text();
-    for (const Place& axis : place["axes"].list())
+    for (const JsonPlace& axis : place["axes"].list())
     {
         axis.has_only({"name", "labels"});
         table.axes.push_back({axis["name"].text(), axis["labels"].texts()});
     }
     for (const auto& [stage, axes] : place["stage_axes"].map())
         table.stage_axes[stage] = axes.texts();
-    table.task_count = place["task_count"].number(0, most_tasks);
-    table.chunk_size = place["chunk_size"].number(1, most_tasks);
-    for (const Place& group : place["groups"].list())
+    table.task_count = size_in(place["task_count"], 0, most_tasks);
+    table.chunk_size = size_in(place["chunk_size"], 1, most_tasks);
+    for (const JsonPlace& group : place["groups"].list())
         table.groups.push_back(read_group(group, table, table.task_count));
     const std::size_t count = table.groups.empty() ? 0 : table.groups.back().first + table.groups.back().count;
     if (count != table.task_count)
-        place["groups"].fail(fmt::format("they have {} tasks, expected {}", count, table.task_count));
+        place.fail("groups", fmt::format("they have {} tasks, expected {}", count, table.task_count));
     return table;
 }
 

@@ -4,7 +4,6 @@
 #include "base/file_lock.h"
 #include "base/file_stamp.h"
 #include <fresco/file_access.h>
-#include <fresco/input_roots.h>
 #include <fresco/value.h>
 
 #include <filesystem>

@@ -8,7 +8,7 @@
 #include "worker/worker_context.h"
 #include "worker/worker_factory.h"
 #include <fresco/error.h>
-#include <fresco/process_tree.h>
+#include <fresco/process.h>
 #include <fresco/reader.h>
 #include <fresco/stage.h>
 

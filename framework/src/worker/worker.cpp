@@ -8,7 +8,7 @@
 #include "worker/worker_factory.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/process_tree.h>
+#include <fresco/process.h>
 
 #include <cerrno>
 #include <cstdio>

@@ -1,6 +1,6 @@
 // Built against another ABI of the SDK.
 #include <fresco/abi.h>
-#include <fresco/compiler_stamp.h>
+#include <fresco/plugin.h>
 
 extern "C"
 {

@@ -1,6 +1,6 @@
 // Built by another compiler.
 #include <fresco/abi.h>
-#include <fresco/compiler_stamp.h>
+#include <fresco/plugin.h>
 
 extern "C"
 {

@@ -1,6 +1,6 @@
 // Claims not to be a plugin.
 #include <fresco/abi.h>
-#include <fresco/compiler_stamp.h>
+#include <fresco/plugin.h>
 
 extern "C"
 {

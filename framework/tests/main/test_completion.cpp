@@ -52,7 +52,7 @@ TEST_CASE("commands, options and types are offered from the program and the regi
     CHECK_FALSE(has(offered(place, {"check", "--"}), "--cores"));
     CHECK(has(offered(place, {"describe", "test.a"}), "test.add"));
     CHECK_FALSE(has(offered(place, {"describe", "test.a"}), "test.source"));
-    CHECK(offered(place, {"new", ""}) == Words{"features", "loss", "stage", "texture"});
+    CHECK(offered(place, {"new", ""}) == Words{"features", "loss", "reader", "stage", "texture"});
     CHECK(offered(place, {"new", "loss", ""}).empty());
     CHECK(offered(place, {"completion", "z"}) == Words{"zsh"});
     CHECK(offered(place, {"run", ""}) == Words{":files"});

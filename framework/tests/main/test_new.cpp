@@ -45,7 +45,7 @@ TEST_CASE("a new plugin has its own names everywhere")
             CHECK_FALSE(contains(file.path, "my_plugin"));
         }
         CHECK_THAT(file_of(files, "CMakeLists.txt").text, Contains("fresco_add_plugin(paint_dark_dots\n"));
-        const std::string part = kind == "stage" ? "stage" : "component";
+        const std::string part = kind == "stage" || kind == "reader" ? "stage" : "component";
         CHECK_THAT(file_of(files, part + ".cpp").text, Contains("\"paint.dark_dots\", PaintDarkDots"));
         CHECK_THAT(file_of(files, "tests/test_" + part + ".cpp").text, Contains("\"paint.dark_dots\""));
         CHECK_THAT(file_of(files, "pipeline.yaml").text, Contains("type: paint.dark_dots"));

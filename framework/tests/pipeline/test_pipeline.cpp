@@ -2,7 +2,7 @@
 #include "room_pipeline.h"
 
 #include <fresco/error.h>
-#include <fresco/input_roots.h>
+#include <fresco/file_access.h>
 
 using namespace fresco::host;
 using namespace fresco::host::testing;

@@ -4,8 +4,8 @@
 #include <fresco/file_access.h>
 #include <fresco/files.h>
 #include <fresco/files_io.h>
-#include <fresco/kept_pieces.h>
 #include <fresco/reader.h>
+#include <fresco/run_context.h>
 #include <fresco/stage.h>
 #include <fresco/texture_rules.h>
 

@@ -6,8 +6,8 @@
 #include <fresco/files.h>
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
-#include <fresco/source_map.h>
 #include <fresco/testing.h>
+#include <fresco/texture.h>
 #include <fresco/uv_maps.h>
 
 #include <algorithm>

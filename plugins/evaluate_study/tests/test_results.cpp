@@ -80,16 +80,16 @@ TEST_CASE("answers that cannot be are refused by file and entry")
     CHECK_THAT(set("study", "ffff"), Contains("ann.json: answers of another study; move the file away"));
     CHECK_THAT(set("participant", "a b"), Contains("participant: expected 1 to 40 letters"));
     CHECK_THAT(set("participant", ""), Contains("participant"));
-    CHECK_THAT(set("complete", 1), Contains("ann.json: expected"));
-    CHECK_THAT(set("more", 1), Contains("\"more\" is not known"));
-    CHECK_THAT(set_first("question", 2), Contains("ann.json: answers[0]: question: 2; the study has 2"));
-    CHECK_THAT(set_first("left", 6), Contains("answers[0]: left: 6; the study has 6"));
-    CHECK_THAT(set_first("left", -1), Contains("answers[0]: left"));
+    CHECK_THAT(set("complete", 1), Contains("ann.json: complete: expected"));
+    CHECK_THAT(set("more", 1), Contains("ann.json: unknown entry 'more'"));
+    CHECK_THAT(set_first("question", 2), Contains("ann.json: answers[0].question: 2; the study has 2"));
+    CHECK_THAT(set_first("left", 6), Contains("answers[0].left: 6; the study has 6"));
+    CHECK_THAT(set_first("left", -1), Contains("answers[0].left"));
     CHECK_THAT(set_first("left", 1), Contains("the pictures 1 and 2 are not a pair"));  // another view
     CHECK_THAT(set_first("left", 2), Contains("the pictures 2 and 2 are not a pair"));  // the same picture
     CHECK_THAT(set_first("choice", "both"), Contains("left, right or neither"));
     CHECK_THAT(set_first("seconds", -1), Contains("seconds"));
-    CHECK_THAT(set_first("seconds", "1"), Contains("answers[0]: expected"));
+    CHECK_THAT(set_first("seconds", "1"), Contains("answers[0].seconds: expected"));
     CHECK_THAT(error_of([](Value& root) { root.find("answers")->as_list().push_back(answer(0, 2, 0, "right")); }),
                Contains("answers[3]: this pair is answered twice"));
     CHECK_THROWS_WITH(sheet_from("{", "ann.json", small_study()), Contains("ann.json: not valid JSON"));

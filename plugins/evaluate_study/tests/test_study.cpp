@@ -120,9 +120,9 @@ TEST_CASE("a key gives the study back, and only as it was written")
     CHECK_THROWS_WITH(key_from(changed("study_key", "other"), "k.json"), Contains("k.json: not the key of a study, version 1"));
     CHECK_THROWS_WITH(key_from(changed("\"version\": 1", "\"version\": 2"), "k.json"),
                       Contains("not the key of a study, version 1"));
-    CHECK_THROWS_WITH(key_from(changed("\"pairs_count\"", "\"pairs\""), "k.json"), Contains("\"pairs_count\" is missing"));
+    CHECK_THROWS_WITH(key_from(changed("\"pairs_count\"", "\"pairs\""), "k.json"), Contains("k.json: ") && Contains("pairs"));
     CHECK_THROWS_WITH(key_from(changed("\"version\": 1,", "\"version\": 1, \"more\": 2,"), "k.json"),
-                      Contains("\"more\" is not known"));
+                      Contains("unknown entry 'more'"));
     CHECK_THROWS_WITH(key_from(changed("\"name\": \"two\"", "\"name\": \"one\""), "k.json"), Contains("one of a appears twice"));
     CHECK_THROWS_WITH(key_from("{]", "k.json"), Contains("k.json: not valid JSON"));
 }
@@ -171,5 +171,5 @@ TEST_CASE("hints are read strictly")
           R"("view": 1, "left": 0, "top": 0, "width": 1, "height": 1)",
           R"("view": "one", "left": 0, "top": 0, "width": 1, "height": 1, "color": 1)",
           R"("view": "one", "question": -1, "left": 0, "top": 0, "width": 1, "height": 1)"})
-        CHECK_THROWS_WITH(read(wrong), Contains("hints.json") && Contains("hints[0]"));
+        CHECK_THROWS_WITH(read(wrong), Contains("hints.json[0]"));
 }

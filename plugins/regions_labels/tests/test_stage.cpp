@@ -2,7 +2,7 @@
 #include "shapes.h"
 
 #include <fresco/files_io.h>
-#include <fresco/model.h>
+#include <fresco/mesh.h>
 #include <fresco/regions/regions.h>
 #include <fresco/testing.h>
 

@@ -4,8 +4,8 @@
 #include "world_mesh.h"
 
 #include <fresco/files_io.h>
+#include <fresco/mesh.h>
 #include <fresco/mesh_io.h>
-#include <fresco/model.h>
 #include <fresco/stage.h>
 #include <fresco/testing.h>
 

@@ -195,9 +195,9 @@ TEST_CASE("a split that the file lists is read as such", "[scan.nerfstudio]")
     CHECK(names("train") == std::vector<std::string>{"frame_00001", "frame_00003"});
     CHECK(names("val") == std::vector<std::string>{"frame_00002"});
     CHECK_THAT(scan.error(Value::Map{{"split", "test"}}),
-               Contains("\"test_filenames\" lists images/frame_00009.png, which no frame has"));
+               Contains("test_filenames: lists images/frame_00009.png, which no frame has"));
     const WrittenRecording without(reader);
-    CHECK_THAT(without.error(Value::Map{{"split", "val"}}), Contains("\"val_filenames\" is missing; set split: all"));
+    CHECK_THAT(without.error(Value::Map{{"split", "val"}}), Contains("val_filenames: is missing; set split: all"));
 }
 
 TEST_CASE("the DSLR folder of ScanNet++ is found, with its masks and test frames", "[scan.nerfstudio]")
@@ -258,33 +258,33 @@ TEST_CASE("a file that cannot be used is refused by name", "[scan.nerfstudio]")
                 it.set_in_frame(list, frame, key, value);
         };
     };
-    const std::string angle = "frame 1: \"camera_angle_x\" must be a field of view in radians";
+    const std::string angle = "frame 1: camera_angle_x: must be a field of view in radians";
     check_flaws(
         reader,
         {{"no file", removing("transforms.json"), {"transforms.json"}},
-         {"no frames", writing("transforms.json", "{\"frames\": []}"), {"transforms.json: \"frames\" must be a list, not empty"}},
+         {"no frames", writing("transforms.json", "{\"frames\": []}"), {"transforms.json: frames: must be a list, not empty"}},
          {"another camera",
           set(1, {{"camera_model", "EQUIRECTANGULAR"}}),
-          {"transforms.json: frame 1: \"camera_model\" is EQUIRECTANGULAR; PINHOLE"}},
+          {"transforms.json: frame 1: camera_model: is EQUIRECTANGULAR; PINHOLE"}},
          {"degrees", set(1, {{"camera_angle_x", 60.0}}), {angle}},
          {"no angle", set(1, {{"camera_angle_x", 0.0}}), {angle}},
          {"a negative angle", set(1, {{"camera_angle_x", -1.0}}), {angle}},
          {"a tiny focal length", set(1, {{"fl_x", 1e-30}}), {"transforms.json: frame 1: a focal length of 1e-30 pixels"}},
-         {"a fourth coefficient", set(1, {{"k4", 0.1}}), {"frame 1: \"k4\" is not 0"}},
+         {"a fourth coefficient", set(1, {{"k4", 0.1}}), {"frame 1: k4: is not 0"}},
          {"a full model", set(1, {{"k4", 0.1}, {"is_fisheye", false}, {"camera_model", "FULL_OPENCV"}}), {"no error"}},
          {"a pinhole", set(1, {{"camera_model", "PINHOLE"}}), {"no error"}},
          {"a pinhole with distortion",
           set(1, {{"camera_model", "PINHOLE"}, {"k1", 0.1}}),
-          {"frame 1: \"camera_model\" is PINHOLE, but k1"}},
+          {"frame 1: camera_model: is PINHOLE, but k1"}},
          {"a short pose",
           set(2, {{"transform_matrix", Value::List{Value::List{1, 0, 0, 0}}}}),
-          {"frame 2: \"transform_matrix\": 4 numbers; expected a 4x4 matrix"}},
-         {"a pose in words", set(2, {{"transform_matrix", "x"}}), {"frame 2: \"transform_matrix\" must be a list of rows"}},
-         {"a number as text", set(0, {{"fl_x", "585"}}), {"frame 0: \"fl_x\" must be a number"}},
-         {"half a pixel", set(0, {{"w", 32.5}}), {"frame 0: \"w\" must be a whole number of pixels"}},
-         {"a number as path", set(0, {{"file_path", 3}}), {"frame 0: \"file_path\" must be a non-empty text"}},
-         {"depth of another kind", set(0, {{"depth_file_path", "depth/0.npy"}}), {"frame 0: \"depth_file_path\" is 0.npy"}},
-         {"a step of 0", set(0, {{"depth_unit_scale_factor", 0}}), {"\"depth_unit_scale_factor\" must be meters per step"}}});
+          {"frame 2: transform_matrix: 4 numbers; expected a 4x4 matrix"}},
+         {"a pose in words", set(2, {{"transform_matrix", "x"}}), {"frame 2: transform_matrix: expected a list"}},
+         {"a number as text", set(0, {{"fl_x", "585"}}), {"frame 0: fl_x: expected a number"}},
+         {"half a pixel", set(0, {{"w", 32.5}}), {"frame 0: w: expected a whole number of pixels"}},
+         {"a number as path", set(0, {{"file_path", 3}}), {"frame 0: file_path: expected a text"}},
+         {"depth of another kind", set(0, {{"depth_file_path", "depth/0.npy"}}), {"frame 0: depth_file_path: is 0.npy"}},
+         {"a step of 0", set(0, {{"depth_unit_scale_factor", 0}}), {"depth_unit_scale_factor: must be meters per step"}}});
 }
 
 TEST_CASE("the recorder's own world is asked for in vain where the file does not tell it", "[scan.nerfstudio]")
@@ -293,7 +293,7 @@ TEST_CASE("the recorder's own world is asked for in vain where the file does not
     const WrittenRecording scan(made);
     const auto text = fresco::read_text_file(scan.path / "transforms.json");
     CHECK_THROWS_WITH(nerfstudio::parse_transforms(text, scan.path / "transforms.json", {.world = nerfstudio::World::original}),
-                      Contains("applied_transform\" is missing, so the recorder's own world is unknown"));
+                      Contains("applied_transform: is missing, so the recorder's own world is unknown"));
     CHECK_NOTHROW(nerfstudio::parse_transforms(text, scan.path / "transforms.json", {}));
 }
 

@@ -88,7 +88,7 @@ TEST_CASE("a scene that cannot be used is refused by name", "[scan.replica]")
           {"a second file with this number"}},
          {"no scale",
           writing("../cam_params.json", R"({"camera": {"w": 32, "h": 24, "fx": 30}})"),
-          {"cam_params.json: camera: \"scale\" is missing"}},
+          {"cam_params.json: camera.scale: missing"}},
          {"no camera", writing("../cam_params.json", R"({"cameras": 3})"), {"cam_params.json: expected {\"camera\""}},
          {"a number as camera", writing("../cam_params.json", R"({"camera": 3})"), {"cam_params.json: camera: expected a map"}}});
 }

@@ -5,7 +5,7 @@
 #include <fresco/image.h>
 #include <fresco/mesh.h>
 #include <fresco/random.h>
-#include <fresco/source_map.h>
+#include <fresco/texture.h>
 
 #include <algorithm>
 #include <cmath>

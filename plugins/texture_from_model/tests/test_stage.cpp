@@ -2,7 +2,7 @@
 #include "catch.h"
 #include "model_samples.h"
 
-#include <fresco/model.h>
+#include <fresco/mesh.h>
 #include <fresco/stage.h>
 #include <fresco/testing.h>
 #include <fresco/texture.h>

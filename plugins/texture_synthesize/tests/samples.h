@@ -9,7 +9,6 @@
 #include <fresco/frames.h>
 #include <fresco/image.h>
 #include <fresco/random.h>
-#include <fresco/source_map.h>
 #include <fresco/stage.h>
 #include <fresco/testing.h>
 #include <fresco/texture.h>

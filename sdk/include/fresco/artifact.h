@@ -8,12 +8,17 @@
 #include <type_traits>
 #include <vector>
 
+/// \file What stages pass to each other, as a class with save and load. Every artifact type derives from Artifact; stages name
+/// them in Input and Output (port.h), and programs of the user's exchange them as files.
+
 namespace fresco
 {
 
 class ImageIo;
 class Preview;
 class RunContext;
+struct Exchange;
+struct ExchangeForm;
 
 /// Where an artifact is written or read. Lives as long as the call it is passed to.
 struct ArtifactFolder
@@ -22,33 +27,6 @@ struct ArtifactFolder
     std::filesystem::path
         store;  ///< The store's root, so that references to other results survive moving the store; may be empty.
     std::set<std::string>* references = nullptr;  ///< Where reference_to notes the results that are referred to; may be null.
-};
-
-/// How an artifact names a file that may lie outside of its folder, in what it saves: "own:NAME" below its own folder,
-/// "store:objects/…" in another result, "input:NAME/…" (fresco/input_roots.h) or "file:PATH", a user's file. Of a result in the
-/// store, the id is noted in `folder.references`: nothing but this makes the store keep and verify that result along with the
-/// artifact's own. Throws Error for a file elsewhere in the store, which would be gone when the stage is done.
-std::string reference_to(const std::filesystem::path& file, const ArtifactFolder& folder);
-/// The file that a reference names. Throws Error for text that reference_to does not make.
-std::filesystem::path referred_file(const std::string& reference, const ArtifactFolder& folder);
-
-/// One form in which an artifact is put before a program of the user's, and taken back from it: the program gets a path.
-struct ExchangeForm
-{
-    std::string as{};                  ///< Its name, where a type has several.
-    std::vector<std::string> files{};  ///< What a program must write at least.
-    bool is_folder = true;             ///< The program gets a folder's path; else that of the one file.
-    bool taken_in_place = true;        ///< An input lies in the store, and the program reads it there; else it gets a copy.
-    bool made_in_place = true;         ///< An output's files stay where the program writes them; else they are read and saved.
-};
-
-/// Where the files of an exchange form are written, or were written by a program.
-struct Exchange
-{
-    std::string as;         ///< The form.
-    ArtifactFolder folder;  ///< With a store where the files lie in one.
-    const ImageIo* images;  ///< Null where no picture codec is given.
-    RunContext& run;
 };
 
 /// A typed value passed along an edge of the pipeline. A type `T` derives from Artifact, can be made without arguments, and has
@@ -74,7 +52,7 @@ class Artifact
     virtual void save(const ArtifactFolder& folder) const = 0;
     /// Writes the files of a form; the default: those of save.
     virtual void write_exchange(const Exchange& to) const;
-    static std::vector<ExchangeForm> exchange_forms() { return {{}}; }
+    static std::vector<ExchangeForm> exchange_forms();
     /// Gives the page of a run what there is to look at (fresco/preview.h); the default gives nothing, and then the host does not
     /// load the artifact for it. Throws Error for what cannot be shown: the page says so, and keeps what was given before.
     virtual void preview(Preview& page) const;
@@ -86,6 +64,38 @@ class Artifact
     Artifact& operator=(const Artifact&) = default;
     Artifact& operator=(Artifact&&) = default;
 };
+
+/// How an artifact names a file that may lie outside of its folder, in what it saves: "own:NAME" below its own folder,
+/// "store:objects/…" in another result, "input:NAME/…" (input_name in fresco/file_access.h) or "file:PATH", a user's file. Of a
+/// result in the store, the id is noted in `folder.references`: nothing but this makes the store keep and verify that result
+/// along with the artifact's own. Throws Error for a file elsewhere in the store, which would be gone when the stage is done.
+std::string reference_to(const std::filesystem::path& file, const ArtifactFolder& folder);
+/// The file that a reference names. Throws Error for text that reference_to does not make.
+std::filesystem::path referred_file(const std::string& reference, const ArtifactFolder& folder);
+
+/// One form in which an artifact is put before a program of the user's, and taken back from it: the program gets a path.
+struct ExchangeForm
+{
+    std::string as{};                  ///< Its name, where a type has several.
+    std::vector<std::string> files{};  ///< What a program must write at least.
+    bool is_folder = true;             ///< The program gets a folder's path; else that of the one file.
+    bool taken_in_place = true;        ///< An input lies in the store, and the program reads it there; else it gets a copy.
+    bool made_in_place = true;         ///< An output's files stay where the program writes them; else they are read and saved.
+};
+
+/// Where the files of an exchange form are written, or were written by a program.
+struct Exchange
+{
+    std::string as;         ///< The form.
+    ArtifactFolder folder;  ///< With a store where the files lie in one.
+    const ImageIo* images;  ///< Null where no picture codec is given.
+    RunContext& run;
+};
+
+inline std::vector<ExchangeForm> Artifact::exchange_forms()
+{
+    return {{}};
+}
 
 /// Whether values of the type bring something for the page of a run.
 template <class T>

@@ -2,6 +2,12 @@
 
 #include <fresco/math.h>
 
+#include <optional>
+#include <span>
+
+/// \file Where a picture was taken from: intrinsics and pose, with the conventions that all stages share, and which way is up by
+/// many of them.
+
 namespace fresco
 {
 
@@ -34,5 +40,10 @@ struct Camera
     Vec3d ray(double x, double y) const;
     friend bool operator==(const Camera&, const Camera&) = default;
 };
+
+/// Which way is up by cameras (poses world_from_camera, OpenCV axes), unit length: what their horizontal axes are most nearly
+/// perpendicular to, as recorders are held level however far they look down. Phones held upright store pictures lying on their
+/// left side; where the cameras agree better on -x than on -y, that is up. Empty if they are turned every way.
+std::optional<Vec3d> cameras_up(std::span<const RigidTransform> poses);
 
 }  // namespace fresco

@@ -3,6 +3,8 @@
 #include <stdexcept>
 #include <string>
 
+/// \file What plugins and the host throw. Everything else that is thrown is reported as a bug.
+
 namespace fresco
 {
 

@@ -2,8 +2,10 @@
 
 #include <cerrno>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <sys/stat.h>
 #include <sys/types.h>
 #include <utility>
@@ -15,6 +17,7 @@
 /// link in place of one of their files or folders would turn a write, a truncation or a removal against files elsewhere. The host
 /// therefore names these folders once (`forbid_links_below`), and every function here and in files_io.h opens what lies below
 /// them one step at a time, without following links. There is no moment between a check and its use.
+
 namespace fresco
 {
 
@@ -100,5 +103,19 @@ bool remove_path(const std::filesystem::path& path);
 /// Flushes a file's data, or a folder's names, to the disk. Throws Error.
 void sync_file(const std::filesystem::path& file);
 void sync_folder(const std::filesystem::path& folder);
+
+/// Folders of the user's files by the names that a pipeline gives them under `inputs:`. What lies below one is stored by its name
+/// and the rest of its path, so that a result means the same wherever the folder is mounted.
+using InputRoots = std::map<std::string, std::filesystem::path>;
+
+/// The roots of this process, absolute. The host sets them before anything reads them.
+void set_input_roots(InputRoots roots);
+const InputRoots& input_roots();
+
+/// "input:NAME/rest" for a file or folder below a root, of several the innermost; otherwise the path itself.
+std::string input_name(const std::filesystem::path& file);
+bool is_input_name(std::string_view text);
+/// The file that input_name gave this name. The text itself where it is a path, or names a root that this process does not have.
+std::filesystem::path input_path(const std::string& name);
 
 }  // namespace fresco

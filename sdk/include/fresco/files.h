@@ -10,8 +10,8 @@
 namespace fresco
 {
 
-/// Files for the user: what an export makes. A stage writes each one below its output's folder().path under the relative name it
-/// shall have below `--out`, and lists it; the host copies it there, whole or not at all, after the stage and whenever it is
+/// Files for the user: what an export makes. A stage writes each one below its output's folder().path under the relative name
+/// that it gets below `--out`, and lists it; the host copies it there, whole or not at all, after the stage and whenever it is
 /// missing.
 struct Files : Artifact
 {

@@ -33,7 +33,7 @@ void write_file(const std::filesystem::path& file, std::string_view text);
 
 void write_durable_file(const std::filesystem::path& file, std::span<const std::byte> bytes);
 void write_durable_file(const std::filesystem::path& file, std::string_view text);
-/// Of pieces, one after the other: large data need not be joined in memory first.
+/// Writes pieces one after the other: large data need not be joined in memory first.
 void write_durable_file(const std::filesystem::path& file, std::span<const std::span<const std::byte>> pieces);
 
 void write_checked(const std::filesystem::path& file, std::span<const std::byte> bytes);

@@ -7,6 +7,8 @@
 #include <string>
 #include <string_view>
 
+/// \file Whether something changed: contents of files and pictures, atlases, parts of cache keys.
+
 namespace fresco
 {
 

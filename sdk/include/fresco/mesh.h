@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,6 +16,8 @@ namespace fresco
 using Triangle = std::array<std::uint32_t, 3>;
 
 /// An indexed triangle mesh, world frame, meters. Faces are counter-clockwise seen from outside.
+/// It need not be manifold: edges may have more than two faces, a vertex may join fans that share no edge, and faces may be
+/// duplicate, without area or turned over, as in scans. `fresco::geometry` repairs what an algorithm cannot take.
 /// On disk: `mesh.ply`, binary little-endian, with `list uchar float texcoord` and `int chart` per face where present, and
 /// `comment texture_px N` where the texture's size is known.
 struct Mesh : Artifact
@@ -60,5 +63,56 @@ void check_atlas(const std::string& id, const Mesh& mesh, std::string_view sourc
 std::vector<Vec3f> face_normals(const Mesh& mesh);
 /// V normals: area-weighted mean of the faces around, unit length; zero where there is none.
 std::vector<Vec3f> vertex_normals(const Mesh& mesh);
+
+/// What a picture shows outside of [0,1].
+enum class Wrap : std::uint8_t
+{
+    repeat,
+    mirror,
+    clamp
+};
+
+/// What a face looks like: the product of the color, the picture and the vertex colors, in linear light.
+struct ModelMaterial
+{
+    static constexpr int no_picture = -1;
+
+    std::string name;
+    Vec3f color{1, 1, 1};      ///< Linear light, 0 to 1.
+    int picture = no_picture;  ///< Index into Model::pictures.
+    Wrap wrap_u = Wrap::repeat;
+    Wrap wrap_v = Wrap::repeat;
+    bool vertex_colors = false;  ///< The mesh's colors count.
+};
+
+/// A surface as another program textured it: several materials, each with its color and picture. Positions in the world, meters.
+/// On disk: `mesh.ply`, `model.json`, `materials.npy` (uint32 F: the material of each face), and the pictures as PNG or JPEG.
+struct Model : Artifact
+{
+    static constexpr std::string_view artifact_name = "model";
+    static constexpr int artifact_version = 1;
+
+    Mesh mesh;  ///< Its texcoords may lie outside of [0,1].
+    std::vector<ModelMaterial> materials;
+    std::vector<std::uint32_t> material_of_face;  ///< F; indices into materials.
+    /// File names. The stage that makes a model writes each one into its output's folder().path.
+    std::vector<std::string> pictures;
+    std::filesystem::path loaded_from;  ///< Where load() found the pictures. Not saved.
+
+    ~Model() override;
+    Model() = default;
+    Model(const Model&) = default;
+    Model(Model&&) = default;
+    Model& operator=(const Model&) = default;
+    Model& operator=(Model&&) = default;
+
+    void save(const ArtifactFolder& folder) const override;
+    static std::shared_ptr<Model> load(const ArtifactFolder& folder);
+};
+
+/// Throws Error naming `source` and the first offence: what check_mesh refuses, a face without a material, a material whose
+/// picture is missing or whose color is not finite and from 0 to 1, a material with a picture on a mesh without texcoords, one
+/// with vertex colors on a mesh without.
+void check_model(const Model& model, std::string_view source);
 
 }  // namespace fresco

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <fresco/configurable.h>
+#include <fresco/component.h>
 
 #include <filesystem>
 #include <initializer_list>
@@ -8,6 +8,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -112,71 +113,61 @@ struct NotInKey
 };
 inline constexpr NotInKey not_in_key{};
 
-/// Of the types bool, int, std::int64_t, double, std::string, std::vector<int>, std::vector<double>, InputFile, InputFiles,
-/// InputFolder, CommandLine, OutputName. `*option` is the value, valid from configure() on (in `run` and `prepare`), the default
-/// before.
+namespace detail
+{
+inline void declare(OptionDeclaration& option, Range accepted)
+{
+    option.min = accepted.min;
+    option.max = accepted.max;
+}
+inline void declare(OptionDeclaration& option, const OneOf& accepted)
+{
+    option.choices = accepted.words;
+}
+inline void declare(OptionDeclaration& option, const Extensions& accepted)
+{
+    option.extensions = accepted.extensions;
+}
+inline void declare(OptionDeclaration& option, const FolderWith& expected)
+{
+    option.contains = expected.entries;
+    option.contains_unless = expected.unless;
+}
+inline void declare(OptionDeclaration& option, NotInKey)
+{
+    option.in_key = false;
+}
+inline void declare(OptionDeclaration& option, const std::string& help)
+{
+    option.help = help;
+}
+
+template <class... More>
+OptionDeclaration declared(std::string name, bool is_required, const More&... more)
+{
+    static_assert((int{std::is_convertible_v<More, std::string>} + ... + 0) == 1, "an option has one line of help");
+    OptionDeclaration option{.name = std::move(name), .required = is_required};
+    (declare(option, more), ...);
+    return option;
+}
+}  // namespace detail
+
+/// A setting of one of the types bool, int, std::int64_t, double, std::string, std::vector<int>, std::vector<double>, InputFile,
+/// InputFiles, InputFolder, CommandLine, OutputName. `*option` is the value, valid from configure() on (in `run` and `prepare`),
+/// the default before. After name and default (or fresco::required): what is accepted, where that is less than the type holds
+/// (range, at_least, one_of, extensions, folder_with); a line of help; and not_in_key where the value cannot change the result.
 template <class T>
 class Option final : public Parameter
 {
   public:
-    Option(Configurable* owner, std::string name, T value, std::string help)
-        : Option(owner, std::move(value), {.name = std::move(name), .help = std::move(help)})
+    template <class... More>
+    Option(Configurable* owner, std::string name, T value, const More&... more)
+        : Option(owner, std::move(value), detail::declared(std::move(name), false, more...))
     {
     }
-    Option(Configurable* owner, std::string name, T value, std::string help, NotInKey)
-        : Option(owner, std::move(value), {.name = std::move(name), .in_key = false, .help = std::move(help)})
-    {
-    }
-    Option(Configurable* owner, std::string name, T value, Range accepted, std::string help)
-        : Option(owner, std::move(value),
-                 {.name = std::move(name), .min = accepted.min, .max = accepted.max, .help = std::move(help)})
-    {
-    }
-    Option(Configurable* owner, std::string name, T value, Range accepted, std::string help, NotInKey)
-        : Option(owner, std::move(value),
-                 {.name = std::move(name), .min = accepted.min, .max = accepted.max, .in_key = false, .help = std::move(help)})
-    {
-    }
-    Option(Configurable* owner, std::string name, T value, OneOf accepted, std::string help)
-        : Option(owner, std::move(value),
-                 {.name = std::move(name), .choices = std::move(accepted.words), .help = std::move(help)})
-    {
-    }
-    Option(Configurable* owner, std::string name, T value, Extensions accepted, std::string help)
-        : Option(owner, std::move(value),
-                 {.name = std::move(name), .extensions = std::move(accepted.extensions), .help = std::move(help)})
-    {
-    }
-    Option(Configurable* owner, std::string name, Required, Extensions accepted, std::string help)
-        : Option(
-              owner, T{},
-              {.name = std::move(name), .required = true, .extensions = std::move(accepted.extensions), .help = std::move(help)})
-    {
-    }
-    Option(Configurable* owner, std::string name, T value, FolderWith expected, std::string help)
-        : Option(owner, std::move(value),
-                 {.name = std::move(name),
-                  .contains = std::move(expected.entries),
-                  .contains_unless = std::move(expected.unless),
-                  .help = std::move(help)})
-    {
-    }
-    Option(Configurable* owner, std::string name, Required, FolderWith expected, std::string help)
-        : Option(owner, T{},
-                 {.name = std::move(name),
-                  .required = true,
-                  .contains = std::move(expected.entries),
-                  .contains_unless = std::move(expected.unless),
-                  .help = std::move(help)})
-    {
-    }
-    Option(Configurable* owner, std::string name, Required, std::string help)
-        : Option(owner, T{}, {.name = std::move(name), .required = true, .help = std::move(help)})
-    {
-    }
-    Option(Configurable* owner, std::string name, Required, Range accepted, std::string help)
-        : Option(owner, T{},
-                 {.name = std::move(name), .required = true, .min = accepted.min, .max = accepted.max, .help = std::move(help)})
+    template <class... More>
+    Option(Configurable* owner, std::string name, Required, const More&... more)
+        : Option(owner, T{}, detail::declared(std::move(name), true, more...))
     {
     }
 

@@ -4,6 +4,8 @@
 #include <functional>
 #include <string_view>
 
+/// \file How stages use the threads that the host gives them, with the same bytes for any number of threads.
+
 namespace fresco
 {
 

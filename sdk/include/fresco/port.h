@@ -1,7 +1,7 @@
 #pragma once
 
 #include <fresco/artifact_type.h>
-#include <fresco/configurable.h>
+#include <fresco/component.h>
 
 #include <filesystem>
 #include <memory>
@@ -9,6 +9,9 @@
 #include <string>
 #include <utility>
 #include <vector>
+
+/// \file What a stage reads and makes, declared as members: Input<Mesh>, Output<Frames>. The host wires them by these
+/// declarations, loads inputs before `run` and saves outputs after it.
 
 namespace fresco
 {

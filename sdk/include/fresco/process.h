@@ -8,10 +8,12 @@
 #include <utility>
 #include <vector>
 
+/// \file Running other programs: for the host, which runs every stage in a process of its own, and for stages that run a program.
+
 namespace fresco
 {
 
-/// What is set on top of an environment: names and values.
+/// Variables to set on top of an environment: names and values.
 using EnvironmentChanges = std::vector<std::pair<std::string, std::string>>;
 
 /// Descriptor number of ProcessStart::channel within the process.
@@ -80,5 +82,15 @@ class LineBuffer
     std::string buffer_;
     std::size_t start_ = 0;
 };
+
+/// The children of a process.
+std::vector<pid_t> children_of(pid_t pid);
+/// The children of a process and their descendants: all that it ever started, if it adopts orphans.
+std::vector<pid_t> descendants_of(pid_t pid);
+void signal_descendants(pid_t pid, int number);
+/// From now on whatever descends from this process stays below it, also when its parent ends.
+void adopt_orphans();
+/// Kills all that descends from this process and takes their ends: for one that adopts orphans, and waits for no child any more.
+void end_descendants();
 
 }  // namespace fresco

@@ -8,6 +8,8 @@
 #include <fresco/port.h>
 #include <fresco/run_context.h>
 
+/// \file The one header that a stage includes: the base class, options, ports, registration.
+
 namespace fresco
 {
 

@@ -1,11 +1,17 @@
 #pragma once
 
 #include <cstdint>
+#include <initializer_list>
+#include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <variant>
 #include <vector>
+
+/// \file Data without a type of its own: options, reports, descriptions and JSON files, and how a JSON file of a documented form
+/// is read.
 
 namespace fresco
 {
@@ -73,5 +79,52 @@ class Value
 std::string to_json(const Value& value, int indent = -1);
 /// Strict JSON (UTF-8, no duplicate keys, at most 64 levels). Throws fresco::Error naming `source` and the byte offset.
 Value parse_json(std::string_view text, std::string_view source = "JSON");
+
+/// A value of a JSON file that must have a documented form, with the place where it stands: "tasks.json: groups[1].first".
+/// Stages, readers of recordings and the host read such files through it, so that every error names the entry that is wrong.
+/// Throws Error; what a file's text must look like is parse_json's business. References the values, which must outlive it.
+class JsonPlace
+{
+  public:
+    /// `place`: the file, or the file and what the value is called in it ("transforms.json: frame 3").
+    JsonPlace(const Value& value, std::string place) : value_(&value), place_(std::move(place)) {}
+    /// Entries that `value` lacks are those of `fallback`: a frame's own values go before the file's.
+    JsonPlace(const Value& value, const Value& fallback, std::string place);
+
+    const Value& value() const { return *value_; }
+    const std::string& place() const { return place_; }
+    /// Throws Error: the place, `problem`.
+    [[noreturn]] void fail(const std::string& problem) const;
+    /// Throws Error: the place of an entry, `problem`.
+    [[noreturn]] void fail(std::string_view key, const std::string& problem) const { at(key).fail(problem); }
+
+    /// An entry of a map, which must be there.
+    JsonPlace operator[](std::string_view key) const;
+    std::optional<JsonPlace> find(std::string_view key) const;
+    /// Refuses entries of other names.
+    void has_only(std::initializer_list<std::string_view> keys) const;
+
+    std::vector<JsonPlace> list() const;
+    std::vector<JsonPlace> list(std::size_t count) const;  ///< Throws unless it has `count` entries.
+    std::vector<std::pair<std::string, JsonPlace>> map() const;
+    bool flag() const;
+    const std::string& text() const;
+    std::vector<std::string> texts() const;
+    std::int64_t integer(std::int64_t least = std::numeric_limits<std::int64_t>::min(),
+                         std::int64_t most = std::numeric_limits<std::int64_t>::max()) const;
+    int pixels() const;     ///< 1 to 65536; recorders write 640.0, too.
+    double number() const;  ///< Finite.
+    double amount() const;  ///< A number from 0.
+    std::vector<double> numbers(std::size_t count) const;
+
+  private:
+    JsonPlace at(std::string_view key) const;
+    [[noreturn]] void expected(const std::string& what) const;
+
+    const Value* value_;
+    const Value* fallback_ = nullptr;
+    std::string place_;
+    bool is_inner_ = false;
+};
 
 }  // namespace fresco

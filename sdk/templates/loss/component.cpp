@@ -24,7 +24,10 @@ class MyPlugin final : public fresco::Loss
         return needs;
     }
 
-    void prepare(const fresco::PrepareContext& context) override { style_mean_ = context.style.fine.flatten(1).mean(1); }
+    void prepare(const fresco::PrepareContext& context) override
+    {
+        style_mean_ = fresco::ordered_mean(context.style.fine.flatten(1), 1);
+    }
 
     /// One level of one frame. Depth levels, the angle filter and the scaling of gradients are the optimizer's: a part holds the
     /// pixels that belong to it, and this looks at no others.
@@ -33,11 +36,12 @@ class MyPlugin final : public fresco::Loss
         const auto inside = part.mask(fresco::Pixels::all).flatten().nonzero().flatten();
         if (inside.numel() == 0)
             return {};
-        const auto seen = part.image().flatten(1).index_select(1, inside).mean(1);
-        const auto camera = part.camera().flatten(1).index_select(1, inside).mean(1);
+        // In a fixed order: the same bytes for any number of threads.
+        const auto seen = fresco::ordered_mean(part.image().flatten(1).index_select(1, inside), 1);
+        const auto camera = fresco::ordered_mean(part.camera().flatten(1).index_select(1, inside), 1);
         const auto style = style_mean_.to(seen.device(), seen.scalar_type());
         const auto target = camera + *strength * (style - camera);
-        return {{"", (seen - target).square().sum()}};
+        return {{"", fresco::ordered_sum((seen - target).square())}};
     }
 
   private:

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <fresco/packed_uv_map.h>
+#include <fresco/uv_maps.h>
 
 #include <functional>
 #include <span>

@@ -1,9 +1,8 @@
 #include <fresco/dataset/manifest.h>
 
-#include "manifest_values.h"
-
 #include <fresco/error.h>
-#include <fresco/strict_map.h>
+#include <fresco/frames.h>
+#include <fresco/value.h>
 
 #include <algorithm>
 #include <cmath>
@@ -41,6 +40,71 @@ std::string view_folder(std::size_t view)
     return std::string("views/") + number + "/";
 }
 
+Value camera_value(const Camera& camera)
+{
+    const Intrinsics& k = camera.intrinsics;
+    const Mat3& r = camera.world_from_camera.rotation;
+    const Vec3d& at = camera.world_from_camera.translation;
+    const auto row = [&](int i, double last) { return Value::List{r(i, 0), r(i, 1), r(i, 2), last}; };
+    return Value::Map{{"width", k.width},
+                      {"height", k.height},
+                      {"fx", k.fx},
+                      {"fy", k.fy},
+                      {"cx", k.cx},
+                      {"cy", k.cy},
+                      {"world_from_camera", Value::List{row(0, at.x), row(1, at.y), row(2, at.z)}}};
+}
+
+Camera camera_from(const JsonPlace& place)
+{
+    place.has_only({"width", "height", "fx", "fy", "cx", "cy", "world_from_camera"});
+    Camera camera;
+    camera.intrinsics = {place["width"].pixels(), place["height"].pixels(), place["fx"].number(),
+                         place["fy"].number(),    place["cx"].number(),     place["cy"].number()};
+    double* translation[] = {&camera.world_from_camera.translation.x, &camera.world_from_camera.translation.y,
+                             &camera.world_from_camera.translation.z};
+    const auto rows = place["world_from_camera"].list(3);
+    for (int i = 0; i < 3; ++i)
+    {
+        const auto numbers = rows[static_cast<std::size_t>(i)].numbers(4);
+        for (int column = 0; column < 3; ++column)
+            camera.world_from_camera.rotation(i, column) = numbers[static_cast<std::size_t>(column)];
+        *translation[i] = numbers.back();
+    }
+    check_camera(camera, place.place());
+    return camera;
+}
+
+bool is_part(std::string_view part)
+{
+    const auto bad = [](char c) { return static_cast<unsigned char>(c) < 32 || c == 127 || c == '/' || c == '\\'; };
+    return !part.empty() && part != "." && part != ".." && std::ranges::none_of(part, bad);
+}
+
+/// A text that can be one part of a path.
+std::string part_from(const JsonPlace& place)
+{
+    if (!is_part(place.text()))
+        place.fail(to_json(place.value()) + " cannot be part of a file's name");
+    return place.text();
+}
+
+/// A name that leads to a file below the folder it is relative to.
+std::string name_from(const JsonPlace& place)
+{
+    const std::string& name = place.text();
+    bool good = name != manifest_name;
+    for (std::size_t start = 0; good && start <= name.size();)
+    {
+        const std::size_t end = std::min(name.find('/', start), name.size());
+        good = is_part(std::string_view(name).substr(start, end - start));
+        start = end + 1;
+    }
+    if (!good)
+        place.fail(to_json(place.value()) + " is not a file inside the dataset's folder");
+    return name;
+}
+
 const char* word_of(UvType uv)
 {
     return uv == UvType::float32 ? "float32" : "uint16";
@@ -51,165 +115,131 @@ Value to_value(const View& view)
     return Value::Map{{"sequence", view.sequence},
                       {"frame", view.frame},
                       {"number", view.number},
-                      {"color_camera", detail::camera_value(view.color)},
-                      {"depth_camera", detail::camera_value(view.depth)},
+                      {"color_camera", camera_value(view.color)},
+                      {"depth_camera", camera_value(view.depth)},
                       {"depth_unit_m", view.depth_unit_m ? Value(*view.depth_unit_m) : Value()},
                       {"sharpness", view.sharpness},
                       {"valid_pixels", Value::List(view.valid_pixels.begin(), view.valid_pixels.end())}};
 }
 
-View view_from(const Value& value, const std::vector<int>& heights_px)
+View view_from(const JsonPlace& place, const std::vector<int>& heights_px)
 {
-    StrictMap entries(value);
+    place.has_only({"sequence", "frame", "number", "color_camera", "depth_camera", "depth_unit_m", "sharpness", "valid_pixels"});
     View view;
-    view.sequence = detail::checked_part(entries.take("sequence").as_string(), "sequence");
-    view.frame = detail::checked_part(entries.take("frame").as_string(), "frame");
-    view.number = entries.take("number").as_int();
-    view.color = detail::camera_from(entries.take("color_camera"), "color_camera");
-    view.depth = detail::camera_from(entries.take("depth_camera"), "depth_camera");
-    if (const Value& unit = entries.take("depth_unit_m"); !unit.is_null())
-        view.depth_unit_m = unit.as_double();
+    view.sequence = part_from(place["sequence"]);
+    view.frame = part_from(place["frame"]);
+    view.number = place["number"].integer();
+    view.color = camera_from(place["color_camera"]);
+    view.depth = camera_from(place["depth_camera"]);
+    if (const JsonPlace unit = place["depth_unit_m"]; !unit.value().is_null())
+        view.depth_unit_m = unit.number();
     if (view.depth_unit_m && !(*view.depth_unit_m > 0))
-        throw Error("depth_unit_m: expected a number above 0, or null");
-    view.sharpness = entries.take("sharpness").as_double();
-    if (!(view.sharpness >= 0))
-        throw Error("sharpness: expected a number that is not negative");
-    for (const Value& count : entries.take("valid_pixels").as_list())
-        view.valid_pixels.push_back(count.as_int());
-    entries.refuse_others();
+        place.fail("depth_unit_m", "expected a number above 0, or null");
+    view.sharpness = place["sharpness"].amount();
+    const JsonPlace counts = place["valid_pixels"];
+    for (const JsonPlace& count : counts.list())
+        view.valid_pixels.push_back(count.integer());
     if (view.valid_pixels.size() != heights_px.size())
-        throw Error(
-            fmt::format("valid_pixels: {} numbers; expected one per height, {}", view.valid_pixels.size(), heights_px.size()));
+        counts.fail(fmt::format("{} numbers; expected one per height, {}", view.valid_pixels.size(), heights_px.size()));
     for (std::size_t i = 0; i < heights_px.size(); ++i)
     {
         const std::int64_t most = std::int64_t{heights_px[i]} * view.color.intrinsics.width_at(heights_px[i]);
         if (view.valid_pixels[i] < 0 || view.valid_pixels[i] > most)
-            throw Error(fmt::format("valid_pixels: {} of the {} pixels at {} px", view.valid_pixels[i], most, heights_px[i]));
+            counts.fail(fmt::format("{} of the {} pixels at {} px", view.valid_pixels[i], most, heights_px[i]));
     }
     return view;
 }
 
-std::pair<std::string, FileStamp> file_from(const Value& value)
+std::pair<std::string, FileStamp> file_from(const JsonPlace& place)
 {
-    StrictMap entries(value);
-    const std::string name = detail::checked_name(entries.take("name").as_string());
-    const std::int64_t bytes = entries.take("bytes").as_int();
-    const std::string hash = entries.take("hash").as_string();
-    entries.refuse_others();
-    if (bytes < 0)
-        throw Error("bytes: expected a number that is not negative");
+    place.has_only({"name", "bytes", "hash"});
+    const std::string name = name_from(place["name"]);
+    const std::int64_t bytes = place["bytes"].integer(0);
+    const std::string& hash = place["hash"].text();
     if (hash.size() != 32 || hash.find_first_not_of("0123456789abcdef") != std::string::npos)
-        throw Error("hash: expected 32 lowercase hexadecimal digits");
+        place.fail("hash", "expected 32 lowercase hexadecimal digits");
     return {name, {static_cast<std::uint64_t>(bytes), hash}};
 }
 
-std::vector<int> heights_from(const Value& value)
+std::vector<int> heights_from(const JsonPlace& place)
 {
     std::vector<int> heights;
-    for (const Value& height : value.as_list())
+    for (const JsonPlace& height : place.list())
     {
-        const std::int64_t px = height.as_int();
+        const std::int64_t px = height.integer();
         if (px < 1 || px > largest_height || (!heights.empty() && px <= heights.back()))
-            throw Error("expected numbers from 1 to 65536 in ascending order");
+            place.fail("expected numbers from 1 to 65536 in ascending order");
         heights.push_back(static_cast<int>(px));
     }
     if (heights.empty())
-        throw Error("expected at least one height");
+        place.fail("expected at least one height");
     return heights;
 }
 
-UvType uv_type_from(const Value& value)
+UvType uv_type_from(const JsonPlace& place)
 {
-    if (value.as_string() == "float32")
+    if (place.text() == "float32")
         return UvType::float32;
-    if (value.as_string() == "uint16")
+    if (place.text() == "uint16")
         return UvType::uint16;
-    throw Error("expected float32 or uint16");
+    place.fail("expected float32 or uint16");
 }
 
-void check_format(StrictMap& entries)
+void check_format(const JsonPlace& whole)
 {
-    const Value& format = entries.take("format");
-    if (!format.is_string() || format.as_string() != format_name)
-        throw Error("format: not a fresco dataset, whose format is \"" + std::string(format_name) + "\"");
-    const std::int64_t version = entries.take("version").as_int();
+    const JsonPlace format = whole["format"];
+    if (format.value() != Value(format_name))
+        format.fail("not a fresco dataset, whose format is \"" + std::string(format_name) + "\"");
+    const std::int64_t version = whole["version"].integer();
     if (version != format_version)
-        throw Error(fmt::format("version: {}; this fresco reads version {}: write the dataset with the same fresco that reads it",
-                                version, format_version));
-    const Value& found = entries.take("conventions");
+        whole.fail("version",
+                   fmt::format("{}; this fresco reads version {}: write the dataset with the same fresco that reads it", version,
+                               format_version));
+    const JsonPlace found = whole["conventions"];
     const Value expected = conventions();
     for (const auto& [key, value] : expected.as_map())
-        if (const Value* entry = found.find(key); entry == nullptr || *entry != value)
-            throw Error("conventions: " + key + ": expected " + to_json(value) +
-                        (entry == nullptr ? "" : ", got " + to_json(*entry)));
+        if (const JsonPlace entry = found[key]; entry.value() != value)
+            entry.fail("expected " + to_json(value) + ", got " + to_json(entry.value()));
 }
 
-Agreement agreement_from(const Value& value)
+Agreement agreement_from(const JsonPlace& place)
 {
-    StrictMap entries(value);
-    const auto number = [&](std::string_view name)
-    {
-        const double found = entries.take(name).as_double();
-        if (!(found >= 0))
-            throw Error(std::string(name) + ": expected a number that is not negative");
-        return found;
-    };
-    const Agreement agreement{.error_before = number("error_before"),
-                              .error_after = number("error_after"),
-                              .median_moved_px = number("median_moved_px"),
-                              .most_moved_px = number("most_moved_px")};
-    entries.refuse_others();
-    return agreement;
+    place.has_only({"error_before", "error_after", "median_moved_px", "most_moved_px"});
+    return {.error_before = place["error_before"].amount(),
+            .error_after = place["error_after"].amount(),
+            .median_moved_px = place["median_moved_px"].amount(),
+            .most_moved_px = place["most_moved_px"].amount()};
 }
 
-/// Calls `read` and says where, should it fail.
-template <class Read>
-auto at_place(const std::string& place, const Read& read)
+Manifest manifest_from(const JsonPlace& whole)
 {
-    try
-    {
-        return read();
-    }
-    catch (const Error& error)
-    {
-        throw Error(place + ": " + error.what());
-    }
-}
-
-Manifest manifest_from(const Value& root)
-{
-    StrictMap entries(root);
-    check_format(entries);
+    check_format(whole);
+    whole.has_only(
+        {"format", "version", "conventions", "writer", "uv", "heights_px", "has_style", "agreement", "views", "files"});
     Manifest manifest;
-    if (root.find("writer") != nullptr)
-        manifest.writer = entries.take("writer").as_string();
-    manifest.uv = at_place("uv", [&] { return uv_type_from(entries.take("uv")); });
-    manifest.heights_px = at_place("heights_px", [&] { return heights_from(entries.take("heights_px")); });
-    manifest.has_style = entries.take("has_style").as_bool();
-    if (root.find("agreement") != nullptr)
-        manifest.agreement = at_place("agreement", [&] { return agreement_from(entries.take("agreement")); });
+    if (const auto writer = whole.find("writer"))
+        manifest.writer = writer->text();
+    manifest.uv = uv_type_from(whole["uv"]);
+    manifest.heights_px = heights_from(whole["heights_px"]);
+    manifest.has_style = whole["has_style"].flag();
+    if (const auto agreement = whole.find("agreement"))
+        manifest.agreement = agreement_from(*agreement);
     std::set<std::pair<std::string, std::string>> frames;
-    for (const Value& value : entries.take("views").as_list())
+    for (const JsonPlace& place : whole["views"].list())
     {
-        const std::string place = fmt::format("views[{}]", manifest.views.size());
-        View view = at_place(place, [&] { return view_from(value, manifest.heights_px); });
+        View view = view_from(place, manifest.heights_px);
         if (!frames.emplace(view.sequence, view.frame).second)
-            throw Error(place + ": " + view.sequence + "/" + view.frame + " appears twice");
+            place.fail(view.sequence + "/" + view.frame + " appears twice");
         manifest.views.push_back(std::move(view));
     }
     if (manifest.views.empty())
-        throw Error("views: expected at least one");
-    for (const Value& value : entries.take("files").as_list())
-    {
-        const std::string place = fmt::format("files[{}]", manifest.files.size());
-        const auto [file, is_new] = manifest.files.insert(at_place(place, [&] { return file_from(value); }));
-        if (!is_new)
-            throw Error(place + ": " + file->first + " appears twice");
-    }
-    entries.refuse_others();
+        whole.fail("views", "expected at least one");
+    for (const JsonPlace& place : whole["files"].list())
+        if (const auto [file, is_new] = manifest.files.insert(file_from(place)); !is_new)
+            place.fail(file->first + " appears twice");
     for (const std::string& name : needed_files(manifest))
         if (!manifest.files.contains(name))
-            throw Error("files: " + name + " is not listed");
+            whole.fail("files", name + " is not listed");
     return manifest;
 }
 
@@ -285,7 +315,7 @@ std::string to_text(const Manifest& manifest)
 Manifest parse_manifest(std::string_view text, std::string_view source)
 {
     const Value root = parse_json(text, source);
-    return at_place(std::string(source), [&] { return manifest_from(root); });
+    return manifest_from(JsonPlace(root, std::string(source)));
 }
 
 }  // namespace fresco::dataset

@@ -113,34 +113,34 @@ TEST_CASE("a manifest that is not as described is refused by file and entry")
     CHECK_THAT(set("heights_px", Value::List{}), Contains("at least one height"));
     CHECK_THAT(set("heights_px", Value::List{6}), Contains("valid_pixels: 2 numbers; expected one per height, 1"));
     CHECK_THAT(set("views", Value::List{}), Contains("views: expected at least one"));
-    CHECK_THAT(set("has_style", 1), Contains("room/dataset.json: expected"));
-    CHECK_THAT(set("agreement", Value::Map{{"error_before", -1.0}}), Contains("agreement: error_before: expected a number"));
-    CHECK_THAT(set("agreement", Value::Map{{"error_before", 1.0}}), Contains("agreement: the entry \"error_after\" is missing"));
-    CHECK_THAT(set("comment", "x"), Contains("\"comment\" is not known"));
+    CHECK_THAT(set("has_style", 1), Contains("room/dataset.json: has_style: expected"));
+    CHECK_THAT(set("agreement", Value::Map{{"error_before", -1.0}}), Contains("agreement.error_before: expected a number"));
+    CHECK_THAT(set("agreement", Value::Map{{"error_before", 1.0}}), Contains("agreement.error_after: missing"));
+    CHECK_THAT(set("comment", "x"), Contains("unknown entry 'comment'"));
     CHECK_THAT(error_of([](Value& root) { root.find("conventions")->set("uv_origin", "upper left"); }),
-               Contains("conventions: uv_origin: expected \"lower left\", got \"upper left\""));
+               Contains("conventions.uv_origin: expected \"lower left\", got \"upper left\""));
     CHECK_THAT(error_of([](Value& root) { std::erase_if(root.as_map(), [](const auto& e) { return e.first == "uv"; }); }),
-               Contains("\"uv\" is missing"));
+               Contains("uv: missing"));
     CHECK_THROWS_WITH(dataset::parse_manifest("{", "room/dataset.json"), Contains("room/dataset.json: not valid JSON at byte"));
-    CHECK_THROWS_WITH(dataset::parse_manifest("[]", "room/dataset.json"), Contains("\"format\" is missing"));
+    CHECK_THROWS_WITH(dataset::parse_manifest("[]", "room/dataset.json"), Contains("expected a map"));
 }
 
 TEST_CASE("views that cannot be are refused")
 {
     const auto set = [](const char* key, const Value& value)
     { return error_of([&](Value& root) { first_view(root).set(key, value); }); };
-    CHECK_THAT(set("sequence", "../up"), Contains("views[0]: sequence: \"../up\" cannot be part of a file's name"));
-    CHECK_THAT(set("frame", ".."), Contains("views[0]: frame"));
-    CHECK_THAT(set("frame", ""), Contains("views[0]: frame"));
+    CHECK_THAT(set("sequence", "../up"), Contains("views[0].sequence: \"../up\" cannot be part of a file's name"));
+    CHECK_THAT(set("frame", ".."), Contains("views[0].frame"));
+    CHECK_THAT(set("frame", ""), Contains("views[0].frame"));
     CHECK_THAT(set("depth_unit_m", 0.0), Contains("above 0"));
     CHECK_THAT(set("sharpness", -1), Contains("sharpness"));
     CHECK_THAT(set("valid_pixels", Value::List{49, 0}), Contains("49 of the 48 pixels at 6 px"));
     CHECK_THAT(error_of([](Value& root) { first_view(root).find("color_camera")->set("fx", -1.0); }),
                Contains("color_camera: focal lengths"));
     CHECK_THAT(error_of([](Value& root) { first_view(root).find("color_camera")->set("width", std::int64_t{1} << 40U); }),
-               Contains("color_camera: camera of"));
+               Contains("color_camera.width"));
     CHECK_THAT(error_of([](Value& root) { first_view(root).find("color_camera")->set("world_from_camera", Value::List{1}); }),
-               Contains("three rows of four"));
+               Contains("world_from_camera: expected a list of 3"));
     CHECK_THAT(error_of([](Value& root) { root.find("views")->as_list().push_back(first_view(root)); }),
                Contains("views[1]: seq-01/frame-000008 appears twice"));
 }
@@ -152,13 +152,13 @@ TEST_CASE("names that lead out of the folder, or are missing, are refused")
     {
         INFO(name);
         CHECK_THAT(error_of([&](Value& root) { first_file(root).set("name", name); }),
-                   Contains("files[0]: name:") && Contains("is not a file inside"));
+                   Contains("files[0].name:") && Contains("is not a file inside"));
     }
     CHECK_THAT(error_of([](Value& root) { first_file(root).set("name", "views/other.npy"); }),
                Contains("mesh.ply is not listed"));
     CHECK_THAT(error_of([](Value& root) { root.find("files")->as_list().pop_back(); }), Contains("valid_6.npy is not listed"));
-    CHECK_THAT(error_of([](Value& root) { first_file(root).set("hash", "00"); }), Contains("files[0]: hash: expected 32"));
-    CHECK_THAT(error_of([](Value& root) { first_file(root).set("bytes", -1); }), Contains("files[0]: bytes"));
+    CHECK_THAT(error_of([](Value& root) { first_file(root).set("hash", "00"); }), Contains("files[0].hash: expected 32"));
+    CHECK_THAT(error_of([](Value& root) { first_file(root).set("bytes", -1); }), Contains("files[0].bytes"));
     CHECK_THAT(error_of([](Value& root) { root.find("files")->as_list().push_back(first_file(root)); }),
                Contains("mesh.ply appears twice"));
 }

@@ -1,6 +1,6 @@
 #include <fresco/geometry/upright_option.h>
 
-#include <fresco/cameras_up.h>
+#include <fresco/camera.h>
 
 #include <charconv>
 

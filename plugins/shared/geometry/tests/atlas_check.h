@@ -1,7 +1,7 @@
 #pragma once
 
+#include <fresco/image.h>
 #include <fresco/mesh.h>
-#include <fresco/raster.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 #include "catch.h"
 
-#include <fresco/cameras_up.h>
+#include <fresco/camera.h>
 #include <fresco/geometry/upright.h>
 
 #include <cmath>

@@ -1,7 +1,7 @@
-#include <fresco/kept_pieces.h>
-#include <fresco/packed_uv_map.h>
 #include <fresco/parallel.h>
+#include <fresco/run_context.h>
 #include <fresco/uv_mapping/uv_mapping_stage.h>
+#include <fresco/uv_maps.h>
 
 #include <algorithm>
 #include <fmt/format.h>

@@ -6,7 +6,6 @@
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
 #include <fresco/npy.h>
-#include <fresco/packed_uv_map.h>
 #include <fresco/testing.h>
 #include <fresco/uv_maps.h>
 

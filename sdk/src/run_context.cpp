@@ -1,9 +1,9 @@
-#include <fresco/kept_pieces.h>
-
 #include <fresco/error.h>
 #include <fresco/file_access.h>
 #include <fresco/files_io.h>
 #include <fresco/hash.h>
+#include <fresco/progress.h>
+#include <fresco/run_context.h>
 
 #include <array>
 #include <fmt/format.h>
@@ -12,6 +12,16 @@
 
 namespace fresco
 {
+
+Progress::~Progress() = default;
+void Progress::progress(double, double, std::string_view) {}
+void Progress::check_canceled() const {}
+int Progress::threads() const
+{
+    return 1;
+}
+
+RunContext::~RunContext() = default;
 namespace fs = std::filesystem;
 
 KeptPieces::KeptPieces(RunContext& run) : run_(run), checkpoint_(run.checkpoint_folder())

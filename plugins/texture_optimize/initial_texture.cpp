@@ -1,8 +1,6 @@
 #include "initial_texture.h"
 
-#include "noise_picture.h"
-#include "shown_texture.h"
-#include "splat.h"
+#include "pictures.h"
 
 #include <fresco/error.h>
 #include <fresco/images/push_pull.h>

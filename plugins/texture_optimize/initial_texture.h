@@ -1,6 +1,8 @@
 #pragma once
 
-#include "view_source.h"
+/// \file The texture before the first step (option `init`). For loop.cpp.
+
+#include "views.h"
 
 #include <fresco/progress.h>
 #include <fresco/texture.h>

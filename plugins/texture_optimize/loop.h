@@ -1,8 +1,10 @@
 #pragma once
 
+/// \file The optimization as a function: the stage above it only reads options.
+
+#include "pictures.h"
 #include "schedule.h"
-#include "style_pictures.h"
-#include "view_data.h"
+#include "views.h"
 
 #include <fresco/frames.h>
 #include <fresco/image_io.h>

@@ -1,7 +1,5 @@
 #include "schedule.h"
 
-#include "random.h"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>

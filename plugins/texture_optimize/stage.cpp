@@ -1,4 +1,3 @@
-#include "default_losses.h"
 #include "loop.h"
 
 #include <fresco/stage.h>
@@ -13,6 +12,18 @@ using namespace fresco::optimize;
 
 namespace
 {
+
+// `losses: auto`
+
+/// Without network weights: the style's own patches, chosen with a say of the recolored camera picture.
+constexpr const char* losses_without_weights = R"({"strokes": {"type": "loss.patch_match"}})";
+
+/// With VGG-19 weights: Gram and content losses, each relative to its target, so that they balance alike for any scaling of the
+/// network and for any layers that the file holds.
+constexpr const char* losses_with_weights = R"({
+    "style":   {"type": "loss.gram", "weight": 1, "center": true, "features": {"type": "features.vgg19", "weights": "${weights}"}},
+    "content": {"type": "loss.content", "weight": 0.2, "relative": true, "features": {"type": "features.vgg19", "weights": "${weights}"}}
+})";
 
 /// `auto` takes a CUDA device where libtorch finds one.
 torch::Device chosen_device(const std::string& wanted)

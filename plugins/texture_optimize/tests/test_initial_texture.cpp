@@ -1,6 +1,6 @@
 #include "fakes.h"
 #include "initial_texture.h"
-#include "noise_picture.h"
+#include "pictures.h"
 
 #include "catch.h"
 

@@ -5,7 +5,6 @@
 #include <fresco/files_io.h>
 #include <fresco/testing.h>
 #include <fresco/weights/state_dict.h>
-#include <fresco/weights/write_safetensors.h>
 
 #include <cstring>
 #include <string>

@@ -40,7 +40,7 @@ struct Roles
     RasterF share;
 };
 
-std::vector<Roles> assigned_roles(const RasterF& depth, std::span<const int> heights, const DepthRule& rule)
+std::vector<Roles> assigned_roles(const RasterF& depth, std::span<const int> heights, double theta_d_m)
 {
     const Roles none{Raster8(depth.width, depth.height), Raster8(depth.width, depth.height), RasterF(depth.width, depth.height)};
     std::vector<Roles> roles(heights.size(), none);
@@ -48,7 +48,7 @@ std::vector<Roles> assigned_roles(const RasterF& depth, std::span<const int> hei
     {
         if (!(depth.values[i] > 0))
             continue;
-        const auto choice = level_choice(depth.values[i], heights, rule);
+        const auto choice = level_choice(depth.values[i], heights, theta_d_m);
         roles[choice.first].first.values[i] = 1;
         roles[choice.first].share.values[i] = static_cast<float>(choice.first_weight);
         if (choice.second == choice.first || !(choice.first_weight < 1))
@@ -95,13 +95,13 @@ RasterF degrees(const RasterF& cosine)
 /// Whether a pixel passes, by its angle in degrees.
 bool passes(double angle_deg, const AngleRule& rule)
 {
-    return rule.below ? angle_deg < rule.limit_deg : angle_deg <= rule.limit_deg;
+    return rule.protocol == Protocol::released ? angle_deg < rule.limit_deg : angle_deg <= rule.limit_deg;
 }
 
 void filter_by_angle(LevelPixels& level, const UvMap& map, const UvMap& smallest, const AngleRule& rule)
 {
     RasterF angles = degrees(map.cosine);
-    if (rule.from_smallest && map.cosine.width != smallest.cosine.width)
+    if (rule.protocol == Protocol::released && map.cosine.width != smallest.cosine.width)
     {
         // The angles themselves are enlarged for the filter, the cosines for the scaling.
         angles = resized(degrees(smallest.cosine), map.cosine.width, map.cosine.height);
@@ -115,9 +115,9 @@ void filter_by_angle(LevelPixels& level, const UvMap& map, const UvMap& smallest
 
 }  // namespace
 
-LevelChoice level_choice(double depth_m, std::span<const int> heights_px, const DepthRule& rule)
+LevelChoice level_choice(double depth_m, std::span<const int> heights_px, double theta_d_m)
 {
-    const double ideal = rule.theta_min_px * depth_m / rule.theta_d_m;
+    const double ideal = theta_min_px * depth_m / theta_d_m;
     std::size_t first = 0;
     for (std::size_t i = 1; i < heights_px.size(); ++i)
         if (std::abs(ideal - heights_px[i]) < std::abs(ideal - heights_px[first]))
@@ -127,8 +127,7 @@ LevelChoice level_choice(double depth_m, std::span<const int> heights_px, const 
     if (ideal == height || (above ? first + 1 == heights_px.size() : first == 0))
         return {first, first, 1};
     const std::size_t second = above ? first + 1 : first - 1;
-    const double way = std::abs(ideal - height) / std::abs(height - heights_px[second]);
-    return {first, second, rule.printed_weight ? way : 1 - way};
+    return {first, second, 1 - std::abs(ideal - height) / std::abs(height - heights_px[second])};
 }
 
 std::int64_t LevelPixels::count() const
@@ -164,13 +163,12 @@ std::vector<LevelPixels> whole_levels(std::span<const UvMap> maps, const AngleRu
     return levels;
 }
 
-std::vector<LevelPixels> depth_levels(std::span<const UvMap> maps, const RasterF& depth, const DepthRule& rule,
-                                      const AngleRule& angle)
+std::vector<LevelPixels> depth_levels(std::span<const UvMap> maps, const RasterF& depth, double theta_d_m, const AngleRule& angle)
 {
     std::vector<int> heights;
     for (const auto& map : maps)
         heights.push_back(map.valid.height);
-    auto roles = assigned_roles(depth, heights, rule);
+    auto roles = assigned_roles(depth, heights, theta_d_m);
     std::vector<LevelPixels> levels;
     for (std::size_t i = 0; i < maps.size(); ++i)
     {

@@ -3,7 +3,6 @@
 #include "checkpoint.h"
 #include "evaluation.h"
 #include "gradients.h"
-#include "initial_texture.h"
 #include "schedule.h"
 #include "views.h"
 
@@ -137,10 +136,12 @@ void write_preview(const std::filesystem::path& folder, const ImageIo& images, c
     write_file(folder / "texture.png", images.encode_png(displayed(looked_up(texture, size), Raster8(size, size, 1, 1), space)));
 }
 
-std::vector<std::size_t> used_views(const ViewSource& source, double train_share, RunContext& run)
+/// The released code trains with the first 99% of the views, seeing or not.
+std::vector<std::size_t> used_views(const ViewSource& source, Protocol protocol, RunContext& run)
 {
     auto views = source.seeing_views();
-    const auto share = static_cast<std::size_t>(train_share * static_cast<double>(source.view_count()));
+    const auto share =
+        static_cast<std::size_t>((protocol == Protocol::released ? 0.99 : 1.0) * static_cast<double>(source.view_count()));
     const std::size_t trained = std::max<std::size_t>(1, share);
     std::erase_if(views, [&](std::size_t view) { return view >= trained; });
     if (views.empty())
@@ -163,11 +164,11 @@ class Loop
     Loop(const LoopInputs& inputs, const LoopComponents& components, const LoopOptions& options, RunContext& run)
         : components_(components), options_(options), run_(run),
           source_(inputs.maps, inputs.frames, components.images, options.heights_px, inputs.start), start_(inputs.start),
-          space_(options.values, !options.clamp_layers),
-          split_(split_views(used_views(source_, options.train_share, run), options.held_out_count)),
+          space_(options.values, options.levels.protocol == Protocol::paper),
+          split_(split_views(used_views(source_, options.levels.protocol, run), options.held_out_count)),
           schedule_(split_.trained, options.seed, options.schedule), checkpoints_(run.checkpoint_folder()),
           evaluator_(components.losses, space_, options.device, options.seed, !options.reference),
-          style_(style_sizes(inputs.style, options.style_rule, [&](const std::string& text) { run.message(text); })),
+          style_(style_sizes(inputs.style, options.levels.protocol, [&](const std::string& text) { run.message(text); })),
           whole_steps_(run)
     {
     }
@@ -195,7 +196,7 @@ class Loop
         // Its state is not needed when the layers are copied.
         components_.rule.attach({});
         Texture texture = components_.texture.to_texture();
-        texture.values = options_.values;
+        texture.values = space_.is_network() ? "network" : "display";
         texture.seen = seen_;
         run_.report("seen_share", share_of_ones(seen_));
         return texture;
@@ -403,10 +404,11 @@ class Loop
             components_.rule.step(parameters(), evaluate, schedule_.rate(step_) * std::pow(0.5, rollbacks_), options_.lambda_r);
         last_summands_ = evaluator_.summands();
         if (step_ == 0)
-            report_balance(components_.losses, last_summands_, options_.init == "zeros" || options_.init == "color", run_);
+            report_balance(components_.losses, last_summands_, options_.init == Init::zeros || options_.init == Init::color,
+                           run_);
         if (options_.reference)
             forget_camera(data);
-        if (options_.clamp_layers)
+        if (!space_.is_clamped())
             for (auto& parameter : parameters())
                 write_clamped(parameter.values, static_cast<float>(space_.stored_range().first),
                               static_cast<float>(space_.stored_range().second));

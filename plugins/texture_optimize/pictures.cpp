@@ -155,13 +155,13 @@ StyleSizes released_sizes(RasterF source)
 
 }  // namespace
 
-StyleSizes style_sizes(const Raster8& picture, StyleRule rule, const std::function<void(const std::string&)>& message)
+StyleSizes style_sizes(const Raster8& picture, Protocol protocol, const std::function<void(const std::string&)>& message)
 {
     RasterF source = opaque_rgb(picture);
     if (std::min(source.width, source.height) < least_side)
         throw Error(fmt::format("the style picture is {}x{}; expected at least {} px on the shorter side", source.width,
                                 source.height, least_side));
-    if (rule == StyleRule::released)
+    if (protocol == Protocol::released)
         return released_sizes(std::move(source));
     const int longer = std::max(source.width, source.height);
     if (longer > largest_side)

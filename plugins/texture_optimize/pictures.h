@@ -3,6 +3,8 @@
 /// \file Pictures on their way into the optimization, without tensors: stored values and displayed colors, the sizes of the
 /// style picture, noise, textures as views show them, and views' colors gathered into texels.
 
+#include "protocol.h"
+
 #include <fresco/image.h>
 #include <fresco/math.h>
 #include <fresco/texture.h>
@@ -18,13 +20,19 @@
 namespace fresco::optimize
 {
 
-/// What the texture's numbers mean: `display` = RGB in [0,1]; `network` = BGR in 0..255 minus (103.939,
-/// 116.779, 123.68). Pictures are shown as displayed RGB, clamped to [0,1].
+/// What the texture's numbers mean.
+enum class Values
+{
+    display,  ///< RGB in [0,1].
+    network   ///< BGR in 0..255 minus (103.939, 116.779, 123.68).
+};
+
+/// Stored values to pictures, which are displayed RGB, clamped to [0,1], and back.
 class ValueSpace
 {
   public:
-    /// `values`: "display" or "network". With `clamped` false pictures are shown beyond [0,1] too, and all gradients pass.
-    explicit ValueSpace(const std::string& values, bool clamped = true) : network_(values == "network"), clamped_(clamped) {}
+    /// With `clamped` false pictures are shown beyond [0,1] too, and all gradients pass.
+    explicit ValueSpace(Values values, bool clamped = true) : network_(values == Values::network), clamped_(clamped) {}
 
     /// The range of stored values whose every channel may be displayed; each layer's in the authors' code.
     std::pair<double, double> stored_range() const;
@@ -52,13 +60,6 @@ class ValueSpace
     bool clamped_;
 };
 
-/// How the sizes are found (StyleMesh, section 3.3).
-enum class StyleRule
-{
-    printed,  ///< As style_sizes says.
-    released  ///< As the authors' code does it.
-};
-
 /// The two sizes of the style picture, RGB in [0,1] (StyleMesh, section 3.3).
 struct StyleSizes
 {
@@ -72,7 +73,7 @@ struct StyleSizes
 /// of 256 px, enlarged too, and `coarse` is the third of these: 256 px, the halvings that are no smaller, ascending (256 px again
 /// where one is), the picture. Both without antialiasing. Throws Error for a side below 64 px or another number of channels than
 /// 1, 3 or 4.
-StyleSizes style_sizes(const Raster8& picture, StyleRule rule, const std::function<void(const std::string&)>& message);
+StyleSizes style_sizes(const Raster8& picture, Protocol protocol, const std::function<void(const std::string&)>& message);
 
 /// S x S x 3 of colored noise: the sum of five octaves with cells of 4 to 64 texels, each interpolated between random corners,
 /// about `mean` with `deviation` in each channel on its own; clamped to [0,1]. The same bytes on every machine, for any number of

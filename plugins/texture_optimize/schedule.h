@@ -23,6 +23,13 @@ inline std::uint64_t mixed(std::uint64_t seed, std::uint64_t a, std::uint64_t b)
     return mixed(mixed(mixed(seed) ^ a) ^ b);
 }
 
+/// How the learning rate falls.
+enum class Decay
+{
+    cosine,  ///< Full for decay_start, then down to 0.
+    step     ///< Multiplied by step_factor every step_epochs.
+};
+
 struct ScheduleOptions
 {
     int epochs;              ///< Number of visits to every view.
@@ -30,7 +37,7 @@ struct ScheduleOptions
     std::int64_t max_steps;  ///< 0 = no limit.
     bool shuffled;
     double rate;
-    bool cosine;
+    Decay decay;
     double decay_start;  ///< Cosine: the share of the steps at the full rate.
     int step_epochs;     ///< Steps: the rate is multiplied by step_factor every so many epochs.
     double step_factor;

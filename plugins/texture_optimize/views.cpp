@@ -3,7 +3,6 @@
 #include <fresco/error.h>
 #include <fresco/torch/tensor.h>
 #include <fresco/uv_mapping/view_frames.h>
-#include <fresco/uv_mapping/view_frames.h>
 
 #include <ATen/ops/empty.h>
 #include <c10/core/DeviceGuard.h>
@@ -89,13 +88,14 @@ torch::Tensor bool_tensor(const Raster8& mask)
 std::vector<LevelPixels> level_pixels(const ViewSource& source, std::size_t view, std::span<const UvMap> maps,
                                       const LevelRules& rules)
 {
+    const AngleRule angle{rules.angle_limit_deg, rules.protocol};
     if (!rules.by_depth)
-        return whole_levels(maps, rules.angle);
+        return whole_levels(maps, angle);
     if (rules.depth == LevelRules::Depth::mesh)
-        return depth_levels(maps, maps[0].depth, rules.depth_rule, rules.angle);
+        return depth_levels(maps, maps[0].depth, rules.theta_d_m, angle);
     constexpr float no_distance = 1e-6F;
     const float unmeasured = rules.depth == LevelRules::Depth::sensor_or_lowest ? no_distance : 0;
-    return depth_levels(maps, source.measured_depth(view, maps[0], unmeasured), rules.depth_rule, rules.angle);
+    return depth_levels(maps, source.measured_depth(view, maps[0], unmeasured), rules.theta_d_m, angle);
 }
 
 /// The map that shows the texture's first texel where there is no surface.
@@ -137,9 +137,10 @@ std::unique_ptr<ViewData> load_view(const ViewSource& source, std::size_t view, 
 
     auto data = std::make_unique<ViewData>();
     data->view = view;
-    data->share_by_features = rules.share_by_features;
+    const bool released = rules.protocol == Protocol::released;
+    data->share_by_features = released;
     std::shared_ptr<SmallestCamera> smallest;
-    if (rules.enlarge_camera_features)
+    if (released)
         smallest = std::make_shared<SmallestCamera>(
             SmallestCamera{to_tensor(resized(camera, maps[0].valid.width, maps[0].valid.height)), {}});
     for (std::size_t level = 0; level < maps.size(); ++level)
@@ -149,11 +150,11 @@ std::unique_ptr<ViewData> load_view(const ViewSource& source, std::size_t view, 
         const auto& map = maps[level];
         LevelData result;
         result.height_px = source.height_px(level);
-        const UvMap shown = rules.fill_with_corner ? filled_with_corner(map) : map;
+        const UvMap shown = released ? filled_with_corner(map) : map;
         result.view = texture.make_view(shown);
         result.factor = gradient_factor(map, pixels[level], rules.scaling);
         // The released code only masks gradients by the angle's cosine and the level's weight, and both are 0 there.
-        if (rules.fill_with_corner && rules.scaling == GradientScaling::none)
+        if (released && rules.scaling == GradientScaling::none)
             for (std::size_t i = 0; i < map.valid.values.size(); ++i)
                 if (map.valid.values[i] == 0)
                     result.factor.values[i] = 1;

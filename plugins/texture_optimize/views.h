@@ -84,14 +84,12 @@ struct LevelRules
         sensor_or_lowest  ///< … or to the lowest height.
     };
 
+    Protocol protocol;
     bool by_depth;  ///< Depth levels; else every height shows every pixel.
     Depth depth;
-    DepthRule depth_rule;
-    AngleRule angle;
+    double theta_d_m;
+    double angle_limit_deg;
     GradientScaling scaling;
-    bool share_by_features;        ///< ŵ_l from the masks on each layer's grid; else from pixels.
-    bool enlarge_camera_features;  ///< The camera is encoded at the smallest height and its features enlarged.
-    bool fill_with_corner;         ///< Pixels without a surface show the texture's first texel; else black.
 };
 
 /// Features by network and layer.

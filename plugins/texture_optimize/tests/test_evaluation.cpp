@@ -298,7 +298,7 @@ TEST_CASE("the evaluation's gradient is that of the weighted sum over losses and
     world.losses = {{"camera", std::make_shared<CameraLoss>()}};
     world.texture.parameters()[0].values.fill_(0.4);
     const auto data = load_view(world.source, 1, world.texture, unscaled);
-    Evaluator evaluator(world.losses, ValueSpace("display"), torch::kCPU, 1);
+    Evaluator evaluator(world.losses, ValueSpace(Values::display), torch::kCPU, 1);
     const auto loss = [&] { return evaluator.evaluate(0, {}, *data, "v", 1); };
     const auto evaluation = loss();
     CHECK(evaluator.summands().at("camera") == Approx(evaluation.loss));
@@ -348,7 +348,7 @@ TEST_CASE("levels share by pixels, or by the cells of a term's layer where the n
     World world;
     HalfNetwork network;
     LevelRules rules = all_pixels;
-    rules.share_by_features = true;
+    rules.protocol = Protocol::released;
     const auto data = load_view(world.source, 0, world.texture, rules);
     REQUIRE(data->levels.size() == 2);
     // Cells look at the pixels with odd row and column: leave every second of these out.
@@ -372,7 +372,7 @@ TEST_CASE("levels share by pixels, or by the cells of a term's layer where the n
     {
         const std::map<std::string, std::shared_ptr<Loss>> losses{
             {"lowest", std::make_shared<LowestLoss>(network, names_network)}};
-        Evaluator evaluator(losses, ValueSpace("display"), torch::kCPU, 1);
+        Evaluator evaluator(losses, ValueSpace(Values::display), torch::kCPU, 1);
         CHECK(evaluator.evaluate(0, {}, *data, "v", 1).loss == Approx(names_network ? cells : data->levels[0].share));
     }
 }
@@ -406,7 +406,7 @@ TEST_CASE("a level's picture goes on beyond the level, as far as the texture is 
     level.pixels.all.at(20, 20) = 1;
     auto witness = std::make_shared<WitnessLoss>();
     const std::map<std::string, std::shared_ptr<Loss>> losses{{"witness", witness}};
-    Evaluator evaluator(losses, ValueSpace("display"), torch::kCPU, 1);
+    Evaluator evaluator(losses, ValueSpace(Values::display), torch::kCPU, 1);
     evaluator.evaluate(0, {}, *data, "v", 1);
     CHECK(witness->seen[0][5][30].item<float>() == Approx(0.4));
     CHECK(witness->seen[0][5][0].item<float>() == 0);  // Not on the wall.
@@ -418,7 +418,7 @@ TEST_CASE("a loss that is not finite is named with step and view")
     world.losses = {{"boom", std::make_shared<ExplodingLoss>()}};
     world.texture.parameters()[0].values.fill_(0.4);
     const auto data = load_view(world.source, 0, world.texture, unscaled);
-    Evaluator evaluator(world.losses, ValueSpace("display"), torch::kCPU, 1);
+    Evaluator evaluator(world.losses, ValueSpace(Values::display), torch::kCPU, 1);
     CHECK_NOTHROW(evaluator.evaluate(1, {}, *data, "walk/frame-0", 1));
     CHECK_THROWS_WITH(evaluator.evaluate(2, {}, *data, "walk/frame-0", 1),
                       Catch::Contains("step 3") && Catch::Contains("walk/frame-0") && Catch::Contains("'boom'") &&
@@ -469,7 +469,7 @@ TEST_CASE("pixels without a surface show the texture's corner where the released
     for (const bool by_angle : {false, true})
     {
         LevelRules rules = all_pixels;
-        rules.fill_with_corner = true;
+        rules.protocol = Protocol::released;
         rules.scaling = by_angle ? GradientScaling::angle : GradientScaling::none;
         const auto data = load_view(source, 1, texture, rules);
         const UvMap& map = texture.maps.back();

@@ -15,8 +15,8 @@ namespace
 {
 
 const std::vector<int> paper_heights{256, 432, 608, 784};
-constexpr DepthRule quarter{.theta_min_px = 32, .theta_d_m = 0.25, .printed_weight = false};  // R = 128 d
-constexpr AngleRule all_angles{.limit_deg = 90, .below = false, .from_smallest = false};
+constexpr double quarter = 0.25;  // R = 128 d
+constexpr AngleRule all_angles{90, Protocol::paper};
 
 UvMap flat_map(int width, int height, float depth, float cosine)
 {
@@ -32,7 +32,7 @@ struct SlowChoice
     double weight;
 };
 
-SlowChoice slow_choice(double ideal, bool printed)
+SlowChoice slow_choice(double ideal)
 {
     SlowChoice choice{0, -1, 1};
     double best = 1e300;
@@ -54,10 +54,7 @@ SlowChoice slow_choice(double ideal, bool printed)
         }
     }
     if (choice.other >= 0)
-    {
-        const double way = best / (best + gap);
-        choice.weight = printed ? way : 1 - way;
-    }
+        choice.weight = 1 - best / (best + gap);
     return choice;
 }
 
@@ -80,25 +77,17 @@ TEST_CASE("a depth below, above, on and between heights goes to the levels that 
     CHECK(at(388).second == 0);
     CHECK(at(388).first_weight == Approx(0.75));
     CHECK(at(344).first == 0);  // As near to both: the lower.
-    DepthRule printed = quarter;
-    printed.printed_weight = true;
-    CHECK(level_choice(300.0 / 128, paper_heights, printed).first_weight == Approx(0.25));
-    CHECK(level_choice(900.0 / 128, paper_heights, printed).first_weight == 1);
     // Half the length asks for twice the height.
-    DepthRule half = quarter;
-    half.theta_d_m = 0.125;
-    CHECK(level_choice(300.0 / 256, paper_heights, half).first_weight == Approx(0.75));
-    for (const bool rule : {false, true})
-        for (double ideal = 200.3; ideal < 850; ideal += 3.7)
-        {
-            CAPTURE(ideal, rule);
-            printed.printed_weight = rule;
-            const auto fast = level_choice(ideal / 128, paper_heights, printed);
-            const auto slow = slow_choice(ideal, rule);
-            CHECK(static_cast<int>(fast.first) == slow.nearest);
-            CHECK(static_cast<int>(fast.second) == (slow.other < 0 ? slow.nearest : slow.other));
-            CHECK(fast.first_weight == Approx(slow.weight));
-        }
+    CHECK(level_choice(300.0 / 256, paper_heights, 0.125).first_weight == Approx(0.75));
+    for (double ideal = 200.3; ideal < 850; ideal += 3.7)
+    {
+        CAPTURE(ideal);
+        const auto fast = at(ideal);
+        const auto slow = slow_choice(ideal);
+        CHECK(static_cast<int>(fast.first) == slow.nearest);
+        CHECK(static_cast<int>(fast.second) == (slow.other < 0 ? slow.nearest : slow.other));
+        CHECK(fast.first_weight == Approx(slow.weight));
+    }
 }
 
 TEST_CASE("erosion keeps pixels whose nine neighbors are in, and nothing at the border")
@@ -176,26 +165,26 @@ TEST_CASE("the angle filter takes a level's own cosines, or the smallest height'
     maps[1].cosine.at(3, 3) = 0.2F;
     maps[0].cosine.at(0, 0) = 0.2F;
     maps[0].cosine.at(3, 3) = std::nextafter(on_limit, 1.0F);
-    const auto own = whole_levels(maps, {limit_deg, false, false});
+    const auto own = whole_levels(maps, {limit_deg, Protocol::paper});
     CHECK(own[0].fine.at(0, 0) == 0);
     CHECK(own[0].fine.at(3, 3) == 1);
     CHECK(own[1].fine.at(3, 3) == 0);
     CHECK(own[1].fine.at(0, 0) == 1);
     CHECK(own[1].all.at(3, 3) == 1);
-    const auto smallest = whole_levels(maps, {limit_deg, false, true});
+    const auto smallest = whole_levels(maps, {limit_deg, Protocol::released});
     CHECK(smallest[1].fine.at(3, 3) == 1);
     CHECK(smallest[1].fine.at(0, 0) == 0);
     CHECK(gradient_factor(maps[1], smallest[1], GradientScaling::angle).at(0, 0) == Approx(0.2));
     CHECK(gradient_factor(maps[1], own[1], GradientScaling::angle).at(0, 0) == Approx(0.9));
     // The angles are enlarged, not the cosines: a quarter of the way from 25.8° to 78.5° is 39.0°; the mean of the cosines would
     // be that of 43.5°.
-    const auto between = whole_levels(maps, {41, false, true});
+    const auto between = whole_levels(maps, {41, Protocol::released});
     CHECK(between[1].fine.at(2, 0) == 1);
     CHECK(between[1].fine.at(1, 0) == 0);
     // Exactly on the limit: cos 90° = 0 passes "at most", not "below".
     maps[0].cosine.at(1, 1) = 0;
-    CHECK(whole_levels(maps, {90, false, false})[0].fine.at(1, 1) == 1);
-    CHECK(whole_levels(maps, {90, true, false})[0].fine.at(1, 1) == 0);
+    CHECK(whole_levels(maps, {90, Protocol::paper})[0].fine.at(1, 1) == 1);
+    CHECK(whole_levels(maps, {90, Protocol::released})[0].fine.at(1, 1) == 0);
 }
 
 TEST_CASE("gradients are scaled by the level's share and the cosine, or not at all")

@@ -13,9 +13,9 @@ using namespace fresco::optimize;
 namespace
 {
 
-StyleSizes sizes(int width, int height, std::vector<std::string>& messages, StyleRule rule = StyleRule::printed)
+StyleSizes sizes(int width, int height, std::vector<std::string>& messages, Protocol protocol = Protocol::paper)
 {
-    return style_sizes(Raster8(width, height, 3, 100), rule, [&](const std::string& m) { messages.push_back(m); });
+    return style_sizes(Raster8(width, height, 3, 100), protocol, [&](const std::string& m) { messages.push_back(m); });
 }
 
 }  // namespace
@@ -47,7 +47,7 @@ TEST_CASE("style sizes by hand")
 TEST_CASE("style sizes as the released code finds them")
 {
     std::vector<std::string> messages;
-    const auto released = [&](int width, int height) { return sizes(width, height, messages, StyleRule::released); };
+    const auto released = [&](int width, int height) { return sizes(width, height, messages, Protocol::released); };
     auto s = released(1600, 1200);  // 256, 300, 600, 1200: the third is 600
     CHECK(s.fine.height == 256);
     CHECK(s.fine.width == 341);
@@ -73,7 +73,7 @@ TEST_CASE("style sizes as the released code finds them")
         for (int x = 0; x < 1024; ++x)
             for (int c = 0; c < 3; ++c)
                 stripes.at(x, y, c) = static_cast<std::uint8_t>(x % 4 == 1 ? 100 : x % 4 == 3 ? 255 : 0);
-    s = style_sizes(stripes, StyleRule::released, [](const std::string&) {});
+    s = style_sizes(stripes, Protocol::released, [](const std::string&) {});
     CHECK(s.fine.at(17, 5, 1) == Approx(50 / 255.0));
     CHECK(s.coarse.at(8, 5, 0) == Approx(50 / 255.0));
     CHECK(s.coarse.at(9, 5, 0) == Approx(127.5 / 255.0));
@@ -90,20 +90,20 @@ TEST_CASE("alpha is composited on white, gray spread, other pictures refused")
         rgba.values[i + 2] = 51;
         rgba.values[i + 3] = 51;
     }
-    const auto composited = style_sizes(rgba, StyleRule::printed, ignore).fine;
+    const auto composited = style_sizes(rgba, Protocol::paper, ignore).fine;
     CHECK(composited.values[0] == Approx(1));
     CHECK(composited.values[1] == Approx(0.8));
     CHECK(composited.values[2] == Approx(0.84));
-    CHECK(style_sizes(Raster8(64, 64, 1, 51), StyleRule::printed, ignore).fine.at(1, 1, 2) == Approx(0.2));
-    CHECK_THROWS_AS(style_sizes(Raster8(64, 64, 2), StyleRule::printed, ignore), Error);
-    CHECK_THROWS_WITH(style_sizes(Raster8(100, 63, 3), StyleRule::released, ignore),
+    CHECK(style_sizes(Raster8(64, 64, 1, 51), Protocol::paper, ignore).fine.at(1, 1, 2) == Approx(0.2));
+    CHECK_THROWS_AS(style_sizes(Raster8(64, 64, 2), Protocol::paper, ignore), Error);
+    CHECK_THROWS_WITH(style_sizes(Raster8(100, 63, 3), Protocol::released, ignore),
                       Catch::Contains("100x63") && Catch::Contains("64 px"));
-    CHECK_THROWS_AS(style_sizes(Raster8(), StyleRule::printed, ignore), Error);
+    CHECK_THROWS_AS(style_sizes(Raster8(), Protocol::paper, ignore), Error);
 }
 
 TEST_CASE("network values are BGR minus the mean, and come back as displayed RGB")
 {
-    const ValueSpace network("network");
+    const ValueSpace network(Values::network);
     RasterF picture(1, 1, 3);
     picture.values = {1.0F, 0.5F, 0.0F};
     network.store(picture);
@@ -126,9 +126,9 @@ TEST_CASE("the gradient of the displayed picture agrees with finite differences"
     const std::vector<std::uint8_t> valid{1, 1};
     const std::vector<float> factor{0.5F, 2.0F};
     const std::vector<float> direction{0.3F, -0.2F, 0.7F, 0.1F, -0.4F, 0.6F};
-    for (const char* name : {"display", "network"})
+    for (const auto values : {Values::display, Values::network})
     {
-        const ValueSpace space(name);
+        const ValueSpace space(values);
         std::vector<float> stored{0.2F, 0.4F, 0.6F, 0.3F, 0.5F, 0.1F};
         auto gradient = direction;
         space.back(stored, factor, gradient);
@@ -152,7 +152,7 @@ TEST_CASE("the gradient of the displayed picture agrees with finite differences"
 
 TEST_CASE("outside the displayable range only the way back passes")
 {
-    const ValueSpace space("display");
+    const ValueSpace space(Values::display);
     const std::vector<float> stored{1.2F, 1.2F, -0.1F};
     const std::vector<float> one{1.0F};
     std::vector<float> gradient{0.5F, -0.5F, -0.25F};
@@ -162,7 +162,7 @@ TEST_CASE("outside the displayable range only the way back passes")
 
 TEST_CASE("without the clamp of the sum pictures go beyond the range, and every gradient passes")
 {
-    const ValueSpace space("network", false);
+    const ValueSpace space(Values::network, false);
     const std::vector<float> stored{300.0F, -200.0F, 0.0F};  // blue, green, red
     const std::vector<std::uint8_t> valid{1};
     std::vector<float> shown(3);
@@ -187,7 +187,7 @@ TEST_CASE("levels share by covered area, and gradients scale by the cosine")
     for (std::size_t i = 0; i < 8; ++i)
         large.valid.values[i] = 1;
     const std::vector<UvMap> maps{small, large, UvMap{RasterF(2, 2, 2), RasterF(2, 2), RasterF(2, 2), Raster8(2, 2)}};
-    const auto levels = whole_levels(maps, {.limit_deg = 90, .below = false, .from_smallest = false});
+    const auto levels = whole_levels(maps, {90, Protocol::paper});
     CHECK(levels[0].count() == 4);
     CHECK((levels[0].fine == small.valid));
     const auto shares = level_shares(levels);

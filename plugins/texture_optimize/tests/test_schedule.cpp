@@ -17,7 +17,7 @@ constexpr ScheduleOptions usual{.epochs = 1,
                                 .max_steps = 0,
                                 .shuffled = true,
                                 .rate = 1,
-                                .cosine = true,
+                                .decay = Decay::cosine,
                                 .decay_start = 0.5,
                                 .step_epochs = 3,
                                 .step_factor = 0.1};
@@ -113,7 +113,7 @@ TEST_CASE("learning rates by hand")
     CHECK(cosine.rate(99) < 0.01);
     o.decay_start = 1;
     CHECK(scheduled(10, o).rate(99) == 2);
-    o.cosine = false;
+    o.decay = Decay::step;
     const Schedule steps = scheduled(10, o);
     CHECK(steps.rate(29) == 2);
     CHECK(steps.rate(30) == Approx(0.2));

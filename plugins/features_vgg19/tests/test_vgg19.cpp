@@ -555,3 +555,12 @@ TEST_CASE("how maps lie in memory changes neither features nor gradients")
         }
     }
 }
+
+TEST_CASE("The scale of the raw network's layers is that of its published activations")
+{
+    const std::vector<std::pair<const char*, double>> published{{"relu1_1", 21},  {"relu2_1", 83}, {"relu3_1", 76},
+                                                                {"relu4_1", 320}, {"relu5_1", 27}, {"relu4_2", 390}};
+    for (const auto& [layer, mean] : published)
+        CHECK(vgg19::raw_mean(layer) == mean);
+    CHECK(vgg19::raw_mean("relu1_2") == 21);
+}

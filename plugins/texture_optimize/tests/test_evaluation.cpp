@@ -487,6 +487,46 @@ TEST_CASE("pixels without a surface show the texture's corner where the released
     CHECK(texture.maps.back().valid.at(0, 3) == 0);
 }
 
+TEST_CASE("pixels that the sensor did not measure are in no level, or in the lowest")
+{
+    const testing::TemporaryFolder folder;
+    Wall wall(folder.path(), 2, {24, 36});
+    // The right half is 2 m away, where the larger height is wanted; nothing is known of the left half.
+    std::vector<std::uint16_t> steps;
+    for (int i = 0; i < 40 * 30; ++i)
+        steps.push_back(i % 40 < 20 ? 0 : 2000);
+    const std::vector<std::size_t> shape{30, 40};
+    for (auto& frame : wall.frames.frames)
+    {
+        frame.depth_picture.path = folder.path() / "depth.npy";
+        write_npy(frame.depth_picture.path, shape, std::span<const std::uint16_t>(steps));
+    }
+    const ViewSource source(*wall.maps, wall.frames, nullptr, {});
+    const KeptMaps texture;
+    LevelRules rules = all_pixels;
+    rules.by_depth = true;
+    rules.depth = LevelRules::Depth::sensor;
+    CHECK(load_view(source, 0, texture, rules)->numbers == std::vector<int>{1});
+    rules.depth = LevelRules::Depth::sensor_or_lowest;
+    CHECK(load_view(source, 0, texture, rules)->numbers == std::vector<int>{0, 1});
+}
+
+TEST_CASE("camera features of the smallest height are enlarged between the centers of cells")
+{
+    HalfNetwork network;
+    const Demands demands{{&network, {{"half"}, {"half"}, true}}};
+    LevelData level;
+    // Cells of 0.5 and 2.5 along a row.
+    level.smallest =
+        std::make_shared<SmallestCamera>(SmallestCamera{at::arange(4, at::kFloat).expand({3, 4, 4}).contiguous(), {}});
+    RenderedPart part({}, at::zeros({3, 8, 8}), level, demands);
+    const auto row = part.camera_features(network, "half")[0][0];
+    REQUIRE(row.numel() == 4);
+    const std::vector<float> expected{0.5F, 1.0F, 2.0F, 2.5F};
+    for (std::int64_t i = 0; i < 4; ++i)
+        CHECK(row[i].item<float>() == Approx(expected[static_cast<std::size_t>(i)]));
+}
+
 TEST_CASE("prefetched items come in order and no more than asked ahead")
 {
     std::atomic<int> made{0};

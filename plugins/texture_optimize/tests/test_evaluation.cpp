@@ -557,11 +557,6 @@ TEST_CASE("a loader's exception arrives where its item would be taken")
     CHECK_THROWS_WITH(loader.next(), "no view 2");
 }
 
-TEST_CASE("a loader that nobody asks ends at once")
-{
-    const Prefetch<int> loader(0, 1000000, 1, [](std::size_t i) { return static_cast<int>(i); });
-}
-
 using namespace fresco;
 
 namespace

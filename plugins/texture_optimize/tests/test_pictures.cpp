@@ -1,4 +1,3 @@
-#include "levels.h"
 #include "pictures.h"
 
 #include "catch.h"
@@ -177,26 +176,6 @@ TEST_CASE("without the clamp of the sum pictures go beyond the range, and every 
     CHECK(gradient[1] == Approx(1.0 / 255));
     CHECK(space.stored_range().first == Approx(-123.68));
     CHECK(space.stored_range().second == Approx(151.061));
-}
-
-TEST_CASE("levels share by covered area, and gradients scale by the cosine")
-{
-    UvMap small{RasterF(4, 2, 2), RasterF(4, 2), RasterF(4, 2, 1, 0.5F), Raster8(4, 2)};
-    small.valid.values = {1, 1, 0, 0, 1, 1, 0, 0};
-    UvMap large{RasterF(8, 4, 2), RasterF(8, 4), RasterF(8, 4), Raster8(8, 4)};
-    for (std::size_t i = 0; i < 8; ++i)
-        large.valid.values[i] = 1;
-    const std::vector<UvMap> maps{small, large, UvMap{RasterF(2, 2, 2), RasterF(2, 2), RasterF(2, 2), Raster8(2, 2)}};
-    const auto levels = whole_levels(maps, {90, Protocol::paper});
-    CHECK(levels[0].count() == 4);
-    CHECK((levels[0].fine == small.valid));
-    const auto shares = level_shares(levels);
-    CHECK(shares[0] == Approx(2.0 / 3));
-    CHECK(shares[1] == Approx(1.0 / 3));
-    CHECK(shares[2] == 0);
-    CHECK(gradient_factor(small, levels[0], GradientScaling::angle).values[1] == 0.5F);
-    CHECK(gradient_factor(small, levels[0], GradientScaling::none).values[1] == 1);
-    CHECK(gradient_factor(small, levels[0], GradientScaling::angle).values[2] == 0);
 }
 
 namespace

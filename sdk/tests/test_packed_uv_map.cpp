@@ -30,11 +30,13 @@ class PlainReader
         const int width = static_cast<int>(width_);
         const int height = static_cast<int>(height_);
         UvMap map{{width, height, 2}, {width, height}, {width, height}, {width, height}};
-        const auto mask = part();
+        content_.resize(11 * pixels_ + 1);
+        content_.resize(ZSTD_decompress(content_.data(), content_.size(), file_.data() + 36, file_.size() - 36));
+        at_ = (pixels_ + 7) / 8;
         float steps_per_meter = 0;
         std::memcpy(&steps_per_meter, file_.data() + 28, sizeof steps_per_meter);
-        const int uv_bits = std::to_integer<int>(file_[24]);
-        const int depth_bits = std::to_integer<int>(file_[27]);
+        const int uv_bits = static_cast<int>(number(20));
+        const int depth_bits = static_cast<int>(number(24));
         const auto last = static_cast<float>((1 << uv_bits) - 1);
         const auto u = steps(uv_bits);
         const auto v = steps(uv_bits);
@@ -42,7 +44,7 @@ class PlainReader
         const auto depth = steps(depth_bits);
         for (std::size_t i = 0; i < pixels_; ++i)
         {
-            map.valid.values[i] = mask[i / 8] >> i % 8 & 1;
+            map.valid.values[i] = content_[i / 8] >> i % 8 & 1;
             if (map.valid.values[i] == 0)
                 continue;
             map.uv.values[2 * i] = static_cast<float>(u[i]) / last;
@@ -61,33 +63,13 @@ class PlainReader
             value |= std::to_integer<std::size_t>(file_[offset + i]) << 8 * i;
         return value;
     }
-    std::vector<std::uint8_t> part()
-    {
-        const std::size_t size = number(entry_);
-        entry_ += 4;
-        std::vector<std::uint8_t> bytes(4 * pixels_ + 8);
-        const std::size_t count = size == 0 ? 0 : ZSTD_decompress(bytes.data(), bytes.size(), file_.data() + at_, size);
-        at_ += size;
-        bytes.resize(count);
-        return bytes;
-    }
     std::vector<std::int64_t> steps(int bits)
     {
-        const auto low = part();
-        const auto extra = part();
-        const auto large = part();
         std::vector<std::int64_t> result;
-        std::size_t next_large = 0;
         for (std::size_t i = 0; i < pixels_; ++i)
         {
-            std::int64_t n = low[i];
-            if (n == 255 && bits > 8)
-            {
-                n = large[next_large] + 256 * large[large.size() / 2 + next_large];
-                ++next_large;
-            }
-            if (!extra.empty())
-                n = n * (std::int64_t{1} << (bits - 16)) + extra[i];
+            const std::int64_t n = content_.at(at_ + i) + 256 * (bits > 8 ? content_.at(at_ + pixels_ + i) : 0) +
+                                   65536 * (bits > 16 ? content_.at(at_ + 2 * pixels_ + i) : 0);
             const std::int64_t difference = n % 2 == 0 ? n / 2 : -(n + 1) / 2;
             const std::int64_t left = i % width_ > 0 ? result[i - 1] : 0;
             const std::int64_t above = i >= width_ ? result[i - width_] : 0;
@@ -95,15 +77,16 @@ class PlainReader
             const std::int64_t modulus = std::int64_t{1} << bits;
             result.push_back(((left + above - corner + difference) % modulus + modulus) % modulus);
         }
+        at_ += pixels_ * static_cast<std::size_t>(bits > 16 ? 3 : bits > 8 ? 2 : 1);
         return result;
     }
 
     const std::vector<std::byte>& file_;
+    std::vector<std::uint8_t> content_;
     std::size_t width_;
     std::size_t height_;
     std::size_t pixels_;
-    std::size_t entry_ = 32;
-    std::size_t at_ = 88;
+    std::size_t at_ = 0;
 };
 
 UvMap there_and_back(const UvMap& map, int uv_bits)
@@ -208,7 +191,7 @@ TEST_CASE("What lies in front of the camera stays there")
     CHECK(back.depth.at(6, 5) == 0);
 }
 
-TEST_CASE("A flat wall costs next to nothing across a straight seam too, and a hole in it costs only its mask")
+TEST_CASE("A flat wall costs next to nothing across a straight seam too")
 {
     const int width = 256;
     const int height = 128;
@@ -219,25 +202,7 @@ TEST_CASE("A flat wall costs next to nothing across a straight seam too, and a h
             wall.uv.at(x, y, 0) = static_cast<float>(64 * x + (x < 100 ? 0 : 30000)) / 65535;
             wall.uv.at(x, y, 1) = static_cast<float>(64 * y) / 65535;
         }
-    const auto whole = fresco::pack_uv_map(wall, 16, "test");
-    CHECK(8.0 * static_cast<double>(whole.size()) / (width * height) < 0.15);
-    for (int y = 20; y < 60; ++y)
-        for (int x = 20; x < 60; ++x)
-            wall.valid.at(x, y) = 0;
-    const auto bytes = fresco::packed_uv_map_bytes(whole, "test");
-    const auto with_hole = fresco::packed_uv_map_bytes(fresco::pack_uv_map(wall, 16, "test"), "test");
-    CHECK(with_hole.uv == bytes.uv);
-    CHECK(with_hole.cosine == bytes.cosine);
-    CHECK(with_hole.depth == bytes.depth);
-}
-
-TEST_CASE("The parts of a packed map are its bytes")
-{
-    const auto bytes = fresco::pack_uv_map(charts_uv_map(160, 120), 16, "test");
-    const auto parts = fresco::packed_uv_map_bytes(bytes, "test");
-    CHECK(parts.header == 88);
-    CHECK(std::min({parts.validity, parts.uv, parts.cosine, parts.depth}) > 20);
-    CHECK(parts.header + parts.validity + parts.uv + parts.cosine + parts.depth == bytes.size());
+    CHECK(8.0 * static_cast<double>(fresco::pack_uv_map(wall, 16, "test").size()) / (width * height) < 0.15);
 }
 
 TEST_CASE("The bits of texcoords follow the texture, and are found again")
@@ -299,4 +264,130 @@ TEST_CASE("A map that cannot be packed is refused by pixel and value")
     CHECK_THAT(refused(UvMap{{0, 0, 2}, {}, {}, {}}), Contains("expected 1 to "));
     CHECK_THROWS_AS(fresco::pack_uv_map(good, 15, "test"), std::invalid_argument);
     CHECK_THROWS_AS(fresco::pack_uv_map(good, 23, "test"), std::invalid_argument);
+}
+
+namespace
+{
+
+constexpr int width = 96;
+constexpr int height = 72;
+
+std::vector<std::byte> packed()
+{
+    return fresco::pack_uv_map(charts_uv_map(width, height), 18, "test");
+}
+
+/// The error's text; "" if the map came back as it was, "another" if it came back differently.
+std::string outcome(const std::vector<std::byte>& file)
+{
+    static const UvMap expected = fresco::unpack_uv_map(packed(), width, height, "test");
+    try
+    {
+        const UvMap map = fresco::unpack_uv_map(file, width, height, "000000_72.uvmap");
+        return map.uv == expected.uv && map.depth == expected.depth && map.cosine == expected.cosine &&
+                       map.valid == expected.valid
+                   ? ""
+                   : "another";
+    }
+    catch (const fresco::Error& error)
+    {
+        return error.what();
+    }
+}
+
+/// A well-meant checksum over a header that is not.
+void seal(std::vector<std::byte>& file)
+{
+    std::uint32_t remainder = ~0U;
+    for (std::size_t i = 0; i < 32; ++i)
+    {
+        remainder ^= std::to_integer<std::uint32_t>(file[i]);
+        for (int bit = 0; bit < 8; ++bit)
+            remainder = remainder >> 1U ^ (remainder % 2 != 0 ? 0xedb88320U : 0U);
+    }
+    remainder = ~remainder;
+    std::memcpy(file.data() + 32, &remainder, 4);
+}
+
+std::string sealed(std::size_t offset, std::uint32_t value, std::size_t bytes = 4)
+{
+    auto file = packed();
+    std::memcpy(file.data() + offset, &value, bytes);
+    seal(file);
+    return outcome(file);
+}
+
+}  // namespace
+
+TEST_CASE("A packed uv map cut anywhere is refused, and says where it ends and what to do")
+{
+    const auto whole = packed();
+    REQUIRE(outcome(whole).empty());
+    for (std::size_t cut = 0; cut < 200; ++cut)
+    {
+        const std::size_t size = whole.size() * cut / 200;
+        CAPTURE(size);
+        const auto error = outcome({whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size)});
+        CHECK_THAT(error, Contains("000000_72.uvmap: offset " + std::to_string(size < 36 ? size : 36) + ":") &&
+                              Contains("fresco store verify"));
+    }
+    auto longer = whole;
+    longer.push_back(std::byte{0});
+    CHECK_THAT(outcome(longer), Contains("offset 36:"));
+}
+
+TEST_CASE("Flipped bytes of a packed uv map give an error or the same map, never another")
+{
+    const auto whole = packed();
+    fresco::Random random(41);
+    int refused = 0;
+    for (int i = 0; i < 500; ++i)
+    {
+        auto file = whole;
+        // Every byte of the header, then anywhere.
+        const auto at = i < 36 ? static_cast<std::size_t>(i)
+                               : static_cast<std::size_t>(random.below(static_cast<std::int64_t>(whole.size())));
+        file[at] ^= static_cast<std::byte>(1 + random.below(255));
+        CAPTURE(at);
+        const auto error = outcome(file);
+        CHECK(error != "another");
+        if (!error.empty())
+        {
+            ++refused;
+            CHECK_THAT(error, Contains("000000_72.uvmap: offset "));
+        }
+    }
+    CHECK(refused > 450);
+}
+
+TEST_CASE("A header made up with its checksum right is held against the frame and the index")
+{
+    const auto whole = packed();
+    CHECK_THAT(sealed(0, 0), Contains("offset 0:"));
+    CHECK_THAT(sealed(8, 2), Contains("offset 8: expected form 3, got 2"));
+    CHECK_THAT(sealed(12, 97), Contains("is 97x72; the index says 96x72"));
+    for (const std::uint32_t bits : {0U, 15U, 23U, 0x80000010U})
+        CHECK_THAT(sealed(20, bits), Contains("offset 20:"));
+    CHECK_THAT(sealed(24, 8), Contains("offset 20:"));
+    // Fewer or more planes than the frame has.
+    CHECK_THAT(sealed(20, 16), Contains("offset 36: expected a Zstandard frame"));
+    CHECK_THAT(sealed(24, 22), Contains("offset 36: expected a Zstandard frame"));
+    for (const std::uint32_t steps : {0U, 0x7fc00000U, 0x00000001U})
+        CHECK_THAT(sealed(28, steps), Contains("offset 28:"));
+    // An index that agrees with the header does not help.
+    auto half = whole;
+    half[16] = std::byte{36};
+    seal(half);
+    CHECK_THROWS_WITH(fresco::unpack_uv_map(half, 96, 36, "m"), Contains("m: offset 36:"));
+    CHECK_THROWS_WITH(fresco::unpack_uv_map(whole, 96, 73, "m"), Contains("is 96x72; the index says 96x73"));
+    // More pixels than the bytes can hold are refused before memory is taken for them.
+    for (const auto& [width, height] : {std::pair{2'000'000'000U, 2'000'000'000U}, {0U, 72U}, {16384U, 16384U}})
+    {
+        auto file = whole;
+        std::memcpy(file.data() + 12, &width, 4);
+        std::memcpy(file.data() + 16, &height, 4);
+        seal(file);
+        CHECK_THROWS_WITH(fresco::unpack_uv_map(file, static_cast<int>(width), static_cast<int>(height), "m"),
+                          Contains("m: offset 12:"));
+    }
 }

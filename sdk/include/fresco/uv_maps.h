@@ -33,7 +33,7 @@ class UvMaps : public Artifact
 {
   public:
     static constexpr std::string_view artifact_name = "uv_maps";
-    static constexpr int artifact_version = 4;
+    static constexpr int artifact_version = 5;
 
     struct View
     {

@@ -1,7 +1,7 @@
 #pragma once
 
-/// \file Patches of pictures as rows of numbers: of the style, in few principal directions, and of the camera picture recolored to
-/// it. For component.cpp.
+/// \file Patches of pictures as rows of numbers: of the style, in few principal directions, and of the camera picture recolored
+/// to it. For component.cpp.
 
 #include <fresco/images/recolor.h>
 

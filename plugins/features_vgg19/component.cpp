@@ -1,4 +1,3 @@
-#include "rescale.h"
 #include "vgg19.h"
 
 #include <fresco/error.h>

@@ -1,7 +1,6 @@
 #pragma once
 
 #include "convolution.h"
-#include "maps.h"
 
 #include <fresco/weights/vgg19.h>
 

@@ -1,16 +1,17 @@
-// The loops of winograd_kernel.h with vectors of FRESCO_LANES floats. Compiled several times for other processors, so that it
+// The loops of winograd_kernel.h with vectors of FRESCO_VECTOR_BYTES. Compiled several times for other processors, so that it
 // must not use anything inline from elsewhere: the linker might take this copy for all.
 
 #include "winograd_kernel.h"
 
 namespace winograd
 {
+#if FRESCO_VECTOR_BYTES > 0
 namespace
 {
 
-constexpr int lanes = FRESCO_LANES;
+constexpr int lanes = FRESCO_VECTOR_BYTES / 4;
 constexpr int tile_rows = 6;
-constexpr int panel_vectors = FRESCO_PANEL_VECTORS;
+constexpr int panel_vectors = FRESCO_VECTOR_BYTES == 64 ? 4 : 2;
 constexpr int turned_rows = 2 * panel_vectors;
 
 typedef float Vector __attribute__((vector_size(lanes * 4), aligned(4), may_alias));
@@ -358,12 +359,17 @@ void mask_sum(const float* a, const float* b, const std::uint8_t* mask, std::siz
 }
 
 }  // namespace
+#endif
 
 const Kernel* FRESCO_KERNEL()
 {
+#if FRESCO_VECTOR_BYTES > 0
     static constexpr Kernel kernel{FRESCO_KERNEL_NAME, panel_vectors * lanes, tile_rows,    lanes, transform, multiply,
                                    multiply_turned,    transform_back,        rectify_back, pool,  unpool,    mask_sum};
     return &kernel;
+#else
+    return nullptr;
+#endif
 }
 
 }  // namespace winograd

@@ -6,7 +6,7 @@
 #include <fresco/numerics/greedy_cover.h>
 #include <fresco/parallel.h>
 #include <fresco/texturing/texel_faces.h>
-#include <fresco/uv_mapping/sight.h>
+#include <fresco/uv_mapping/shading.h>
 
 #include <algorithm>
 #include <array>

@@ -1,11 +1,10 @@
 #include "moments.h"
-#include "view_average.h"
 
 #include <fresco/error.h>
 #include <fresco/option.h>
 #include <fresco/plugin.h>
 #include <fresco/stage.h>
-#include <fresco/torch/style_layers.h>
+#include <fresco/torch/loss.h>
 
 #include <ATen/core/grad_mode.h>
 #include <torch/version.h>

@@ -1,11 +1,10 @@
 #include "nearest.h"
-#include "samples.h"
 
 #include <fresco/option.h>
 #include <fresco/plugin.h>
 #include <fresco/random.h>
 #include <fresco/stage.h>
-#include <fresco/torch/style_layers.h>
+#include <fresco/torch/loss.h>
 
 #include <ATen/core/grad_mode.h>
 #include <torch/version.h>

@@ -1,8 +1,5 @@
 #include "patches.h"
-#include "recolor.h"
-#include "robust_distance.h"
 #include "search.h"
-#include "style_patches.h"
 
 #include <fresco/error.h>
 #include <fresco/option.h>

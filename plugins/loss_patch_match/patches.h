@@ -1,5 +1,10 @@
 #pragma once
 
+/// \file Patches of pictures as rows of numbers: of the style, in few principal directions, and of the camera picture recolored
+/// to it. For component.cpp.
+
+#include <fresco/images/recolor.h>
+
 #include <torch/types.h>
 
 #include <algorithm>
@@ -37,5 +42,28 @@ torch::Tensor whole_patches(const torch::Tensor& mask, const PatchGrid& grid);
 /// `picture` averaged over 2x2 cells, and a mask with only those cells whose four pixels are valid.
 torch::Tensor halved(const torch::Tensor& picture);
 torch::Tensor halved_mask(const torch::Tensor& mask);
+
+/// The patches of one style picture at one scale, ready to be searched.
+struct StylePatches
+{
+    torch::Tensor patches;      ///< N x 147, float32
+    torch::Tensor mean;         ///< 147
+    torch::Tensor basis;        ///< 147 x D: principal directions, strongest first
+    torch::Tensor keys;         ///< N x D: (patch - mean) · basis
+    double total_variance = 0;  ///< Mean square distance of a patch to the mean.
+};
+
+/// Patches of `picture` (3 x H x W, both at least 7): every pixel's, or of the finest grid with at most `most` of them. D is
+/// `dimensions`, at most 147. Deterministic for any thread count.
+StylePatches make_style_patches(const torch::Tensor& picture, std::int64_t most, int dimensions);
+
+/// (rows - mean) · basis: N x D of N x 147.
+torch::Tensor project(const StylePatches& style, const torch::Tensor& rows);
+
+/// The colors of `picture`: 3 x H x W, any float type, on any device.
+fresco::ColorMoments color_moments(const torch::Tensor& picture);
+
+/// `picture` (3 x H x W) with each color mapped and clamped to [0,1]; the same type and device.
+torch::Tensor recolored(const torch::Tensor& picture, const fresco::ColorMap& map);
 
 }  // namespace patch_match

@@ -1,11 +1,13 @@
 #pragma once
 
+/// ile Adam (Kingma and Ba, ICLR 2015, algorithm 1) on blocks of N texels of 3 values, for gradients that are known for few
+/// texels; and by libtorch's operators for other devices than the CPU, the same to some 1e-6, without waiting.
+
+#include <torch/types.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <span>
-
-/// \file Adam (Kingma and Ba, ICLR 2015, algorithm 1) on blocks of N texels of 3 values, for gradients that are known for few
-/// texels.
 
 namespace fresco::adam
 {
@@ -57,5 +59,20 @@ void step_dense(const Block& block, const Gradient& gradient, std::int64_t step,
 /// counts its own steps, so every texel takes the textbook's steps as if only its own steps had happened.
 void step_visible(const Block& block, const Gradient& gradient, double rate, double pull, const Constants& constants,
                   int threads);
+
+struct TensorBlock
+{
+    torch::Tensor values;  ///< N x 3; changed in place, as the moments and
+    torch::Tensor first;
+    torch::Tensor second;
+    torch::Tensor steps;  ///< N, int32: how often each texel was changed; only for step_visible.
+};
+
+/// \see step_dense of a Block. `texels` (n, int64, each once) and `gradient` (n x 3): where it is not zero.
+void step_dense(TensorBlock& block, const torch::Tensor& texels, const torch::Tensor& gradient, std::int64_t step, double rate,
+                double pull, const Constants& constants);
+/// \see step_visible of a Block.
+void step_visible(TensorBlock& block, const torch::Tensor& texels, const torch::Tensor& gradient, double rate, double pull,
+                  const Constants& constants);
 
 }  // namespace fresco::adam

@@ -1,11 +1,10 @@
 #include "adam.h"
-#include "adam_tensors.h"
 
 #include <fresco/error.h>
 #include <fresco/option.h>
 #include <fresco/stage.h>
-#include <fresco/torch/lazy_tensor.h>
 #include <fresco/torch/optimizer_rule.h>
+#include <fresco/torch/tensor_memory.h>
 
 #include <ATen/Parallel.h>
 #include <ATen/ops/full.h>

@@ -1,34 +1,52 @@
-#include "lbfgs.h"
-
 #include <fresco/error.h>
 #include <fresco/option.h>
 #include <fresco/plugin.h>
 #include <fresco/stage.h>
 #include <fresco/torch/optimizer_rule.h>
+#include <fresco/torch/tensor.h>
 
 #include <ATen/Parallel.h>
-#include <ATen/ops/empty.h>
+#include <ATen/ops/full.h>
+#include <ATen/ops/zeros_like.h>
+#include <torch/optim/lbfgs.h>
 
-#include <algorithm>
-#include <cmath>
+#include <cstdint>
 #include <fmt/format.h>
+#include <optional>
 #include <stdexcept>
-#include <string>
+#include <vector>
+
+#include <dlfcn.h>
 
 namespace
 {
 
-namespace lb = fresco::lbfgs;
+/// While there is one, libtorch's sums, and those of the BLAS behind it, are one thread's: their order depends on the number of
+/// threads.
+class OneThread
+{
+  public:
+    OneThread() : before_(at::get_num_threads())
+    {
+        at::set_num_threads(1);
+        // OpenBLAS may have threads of its own. Nothing else in this process multiplies by it.
+        if (void* set = ::dlsym(RTLD_DEFAULT, "openblas_set_num_threads"); set != nullptr)
+            reinterpret_cast<void (*)(int)>(set)(1);
+    }
+    ~OneThread() { at::set_num_threads(before_); }
+    OneThread(const OneThread&) = delete;
+    OneThread& operator=(const OneThread&) = delete;
+
+    int before() const { return before_; }
+
+  private:
+    int before_;
+};
 
 class OptimizerLbfgs final : public fresco::OptimizerRule
 {
-    fresco::Option<int> history_count{this, "history_count", 10, fresco::range(1, 100),
-                                      "Past steps that shape the search direction"};
-    fresco::Option<std::string> line_search{
-        this, "line_search", "strong_wolfe", fresco::one_of({"strong_wolfe", "backtracking"}),
-        "strong_wolfe: until value and slope have decreased enough; backtracking: halve the step until the value has"};
-    fresco::Option<int> max_evaluations{this, "max_evaluations", 8, fresco::range(2, 100),
-                                        "Maximum number of loss evaluations per step, including the first"};
+    fresco::Option<int> iterations_count{this, "iterations_count", 4, fresco::range(1, 100),
+                                         "Iterations of L-BFGS per step, on one view; each needs one or more evaluations"};
     fresco::Option<double> max_change{this, "max_change", 10.0, fresco::range(1e-3, 1e9),
                                       "Largest change of a value in a step, in learning rates"};
     fresco::Option<int> max_memory_mb{this,
@@ -41,142 +59,88 @@ class OptimizerLbfgs final : public fresco::OptimizerRule
   public:
     void attach(const std::vector<fresco::TextureParameter>& parameters) override
     {
-        pairs_.clear();
-        size_ = 0;
+        std::int64_t values = 0;
         for (const auto& parameter : parameters)
-            size_ += static_cast<std::size_t>(parameter.values.numel());
-        const double megabytes = lb::memory_bytes(size_, static_cast<std::size_t>(*history_count)) / 1e6;
+            values += parameter.values.numel();
+        // Two vectors for each iteration, and what libtorch's step and its line search copy.
+        const double megabytes = 4e-6 * static_cast<double>(values) * (2 * *iterations_count + 12);
         if (megabytes > *max_memory_mb)
             throw fresco::Error(fmt::format(
-                "optimizer.lbfgs would need {:.0f} MB for {} values and `history_count` {}, more than `max_memory_mb` "
-                "{}: use optimizer.adam, a smaller texture or a shorter history, or raise max_memory_mb",
-                megabytes, size_, *history_count, *max_memory_mb));
+                "optimizer.lbfgs would need {:.0f} MB for {} values and `iterations_count` {}, more than `max_memory_mb` {}: use "
+                "optimizer.adam, a smaller texture or fewer iterations, or raise max_memory_mb",
+                megabytes, values, *iterations_count, *max_memory_mb));
     }
 
     double step(std::vector<fresco::TextureParameter>& parameters, const fresco::Evaluate& evaluate, double rate,
                 double lambda_r) override
     {
-        auto x = flattened(parameters);
-        if (x.size() != size_)
-            throw std::logic_error("optimizer.lbfgs: step() with other parameters than attach()");
-        double first_loss = 0;
-        bool first = true;
-        const auto function = [&](const lb::Vector& at, lb::Vector& gradient)
+        std::vector<torch::Tensor> values;
+        std::vector<torch::Tensor> before;
+        for (const auto& parameter : parameters)
         {
-            store(at, parameters);
-            const auto evaluation = evaluate();
-            if (first)
-                first_loss = evaluation.loss;
-            first = false;
-            gradient.assign(gradient.size(), 0.0F);
-            return evaluation.loss + add_gradients(parameters, evaluation.gradients, lambda_r, gradient);
-        };
-        lb::step(x, pairs_, function,
-                 {.history_count = static_cast<std::size_t>(*history_count),
-                  .search = {.strong_wolfe = *line_search == "strong_wolfe", .max_evaluations = *max_evaluations},
-                  .first_change = rate,
-                  .largest_change = rate * *max_change},
-                 at::get_num_threads());
-        store(x, parameters);
-        return first_loss;
-    }
-
-    fresco::TensorMap state() const override
-    {
-        fresco::TensorMap result;
-        for (std::size_t i = 0; i < pairs_.size(); ++i)
-        {
-            result.emplace(fmt::format("change.{}", i), tensor(pairs_[i].change));
-            result.emplace(fmt::format("difference.{}", i), tensor(pairs_[i].difference));
+            values.push_back(parameter.values);
+            before.push_back(parameter.values.clone());
         }
-        return result;
+        std::optional<double> first_loss;
+        const OneThread one_thread;
+        const auto closure = [&]
+        {
+            at::set_num_threads(one_thread.before());
+            const auto evaluation = evaluate();
+            at::set_num_threads(1);
+            if (!first_loss)
+                first_loss = evaluation.loss;
+            return at::full({}, evaluation.loss + set_gradients(parameters, evaluation.gradients, lambda_r), at::kDouble);
+        };
+        // Its history is of this step only: differences between gradients of two views would describe neither.
+        torch::optim::LBFGS(values, torch::optim::LBFGSOptions(rate)
+                                        .max_iter(*iterations_count)
+                                        .history_size(*iterations_count)
+                                        .tolerance_grad(0)
+                                        .tolerance_change(0)
+                                        .line_search_fn("strong_wolfe"))
+            .step(closure);
+        const double most = rate * *max_change;
+        for (std::size_t i = 0; i < values.size(); ++i)
+        {
+            values[i].copy_(before[i] + (values[i] - before[i]).clamp(-most, most));
+            values[i].mutable_grad().reset();
+        }
+        return first_loss.value();
     }
 
+    fresco::TensorMap state() const override { return {}; }
     void restore(const fresco::TensorMap& state) override
     {
-        pairs_.clear();
-        if (state.size() > 2 * static_cast<std::size_t>(*history_count))
-            does_not_fit("history_count");
-        for (std::size_t i = 0; i < state.size() / 2; ++i)
-            pairs_.push_back({entry(state, fmt::format("change.{}", i)), entry(state, fmt::format("difference.{}", i))});
+        if (!state.empty())
+            throw fresco::Error("the checkpoint holds '" + state.begin()->first +
+                                "', which optimizer.lbfgs does not have; remove the checkpoint folder");
     }
 
   private:
-    [[noreturn]] static void does_not_fit(const std::string& what)
-    {
-        throw fresco::Error("the checkpoint's state of optimizer.lbfgs has no '" + what +
-                            "' that fits this texture; remove the checkpoint folder");
-    }
-
-    static lb::Vector flattened(const std::vector<fresco::TextureParameter>& parameters)
-    {
-        lb::Vector x;
-        for (const auto& parameter : parameters)
-            x.insert(x.end(), parameter.values.data_ptr<float>(), parameter.values.data_ptr<float>() + parameter.values.numel());
-        return x;
-    }
-
-    static void store(const lb::Vector& x, std::vector<fresco::TextureParameter>& parameters)
-    {
-        const float* next = x.data();
-        for (auto& parameter : parameters)
-        {
-            std::copy(next, next + parameter.values.numel(), parameter.values.data_ptr<float>());
-            next += parameter.values.numel();
-        }
-    }
-
-    /// Adds the sparse gradients and the regularizer's to `gradient`; returns the regularizer.
-    static double add_gradients(const std::vector<fresco::TextureParameter>& parameters,
-                                const std::vector<fresco::SparseGradient>& sparse, double lambda_r, lb::Vector& gradient)
+    /// The sparse gradients and the regularizer's as those of the parameters; returns the regularizer.
+    static double set_gradients(std::vector<fresco::TextureParameter>& parameters,
+                                const std::vector<fresco::SparseGradient>& sparse, double lambda_r)
     {
         double penalty = 0;
-        float* out = gradient.data();
         for (std::size_t i = 0; i < parameters.size(); ++i)
         {
-            const auto& values = parameters[i].values;
-            const auto texels = sparse.at(i).texels.contiguous();
-            const auto slopes = sparse[i].values.contiguous();
-            for (std::int64_t n = 0; n < texels.numel(); ++n)
-                for (std::int64_t c = 0; c < 3; ++c)
-                    out[3 * texels.data_ptr<std::int64_t>()[n] + c] += slopes.data_ptr<float>()[3 * n + c];
+            auto& values = parameters[i].values;
+            auto gradient = at::zeros_like(values);
+            gradient.index_copy_(0, sparse.at(i).texels, sparse[i].values);
             // λ_r k mean(values²) and its derivative.
-            const double factor = lambda_r * parameters[i].regularizer / static_cast<double>(values.numel());
-            const float* value = values.data_ptr<float>();
-            double squares = 0;
-            for (std::int64_t n = 0; factor > 0 && n < values.numel(); ++n)
+            if (const double factor = lambda_r * parameters[i].regularizer; factor > 0)
             {
-                squares += static_cast<double>(value[n]) * static_cast<double>(value[n]);
-                out[n] += static_cast<float>(2 * factor) * value[n];
+                penalty += factor * fresco::ordered_mean(values * values).item<double>();
+                gradient.add_(values, 2 * factor / static_cast<double>(values.numel()));
             }
-            penalty += factor * squares;
-            out += values.numel();
+            values.mutable_grad() = gradient;
         }
         return penalty;
     }
-
-    static torch::Tensor tensor(const lb::Vector& vector)
-    {
-        auto result = at::empty({static_cast<std::int64_t>(vector.size())}, at::kFloat);
-        std::copy(vector.begin(), vector.end(), result.data_ptr<float>());
-        return result;
-    }
-
-    lb::Vector entry(const fresco::TensorMap& state, const std::string& name) const
-    {
-        const auto found = state.find(name);
-        if (found == state.end() || found->second.scalar_type() != at::kFloat ||
-            found->second.numel() != static_cast<std::int64_t>(size_))
-            does_not_fit(name);
-        const auto values = found->second.contiguous();
-        return {values.data_ptr<float>(), values.data_ptr<float>() + values.numel()};
-    }
-
-    std::size_t size_ = 0;
-    std::deque<lb::Pair> pairs_;
 };
 
 }  // namespace
 
 FRESCO_COMPONENT("optimizer.lbfgs", OptimizerLbfgs, fresco::OptimizerRule,
-                 "L-BFGS with a line search: few, expensive steps, for small textures")
+                 "libtorch's L-BFGS on one view after another: few, expensive steps, for small textures")

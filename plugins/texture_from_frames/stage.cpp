@@ -3,7 +3,6 @@
 
 #include <fresco/stage.h>
 #include <fresco/texture.h>
-#include <fresco/uv_mapping/sensor_depth.h>
 #include <fresco/uv_mapping/view_frames.h>
 
 #include <algorithm>

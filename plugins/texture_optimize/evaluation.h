@@ -1,16 +1,25 @@
 #pragma once
 
-#include "part.h"
+/// \file What the losses say of rendered views: for a step with the gradient of the texture (Evaluator), for held-out views
+/// without one (HeldOutViews), and how style and content balance. For loop.cpp.
+
+#include "pictures.h"
+#include "rendered_part.h"
 #include "schedule.h"
-#include "value_space.h"
+#include "views.h"
 
 #include <fresco/error.h>
+#include <fresco/stage.h>
+#include <fresco/torch/loss.h>
 #include <fresco/torch/optimizer_rule.h>
 
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
 namespace fresco::optimize
 {
@@ -76,6 +85,61 @@ class Evaluator
     bool crops_;
     std::map<std::string, double> summands_;
     std::vector<Noted> noted_;
+};
+
+/// Style over content: the summands (by the losses' names) of losses that compare features only with the style picture, over
+/// those of losses that compare them with the camera's. None where either is missing or zero.
+std::optional<double> style_over_content(const std::map<std::string, std::shared_ptr<Loss>>& losses,
+                                         const std::map<std::string, double>& summands);
+
+/// Reports that ratio of the first step as `initial_style_over_content`. Warns where a run that begins without a picture is
+/// outside of 0.3 to 8: 1.5 is what the weights of StyleMesh's losses are balanced for, other pictures and
+/// layers considered. Where a run begins with a picture, content or style begins small, and the ratio says nothing of the scale.
+void report_balance(const std::map<std::string, std::shared_ptr<Loss>>& losses, const std::map<std::string, double>& summands,
+                    bool begins_empty, RunContext& run);
+
+/// Splits the views, in recorded order, into those to optimize for and `count` evenly spread ones to measure on. Throws Error
+/// where that leaves none to optimize for.
+struct ViewSplit
+{
+    std::vector<std::size_t> trained;
+    std::vector<std::size_t> held_out;
+};
+ViewSplit split_views(const std::vector<std::size_t>& views, int count);
+
+/// A loss measured on the held-out views after some steps.
+struct HeldOutLoss
+{
+    std::int64_t step = 0;
+    double loss = 0;
+    std::vector<double> parts;  ///< Of each loss, in the order of their names; their sum is `loss`.
+    /// Since the stage began, without the measuring; not known of measurements before an interruption, and in no checkpoint.
+    std::optional<double> seconds{};
+};
+
+/// Whether the last `window` measurements are worth nothing: their smallest is not below (1 - gain) times the smallest before.
+bool has_stopped_falling(const std::vector<HeldOutLoss>& history, double gain, std::size_t window = 3);
+
+/// What the losses, without the texture's regularizer, say of views that are not optimized for: the mean over these views. One
+/// view is in memory at a time. Used by one thread; references its arguments.
+class HeldOutViews
+{
+  public:
+    HeldOutViews(const ViewSource& source, const std::vector<std::size_t>& views, const TextureRepresentation& texture,
+                 const LevelRules& rules, const torch::Device& device, bool texture_too);
+
+    /// Every view is measured with the losses' present state and with the draws of step 0, so that measurements differ
+    /// only by the texture; the state is left as it was. Throws Canceled between two views.
+    HeldOutLoss measured(Evaluator& evaluator, std::int64_t step, const std::map<std::string, std::shared_ptr<Loss>>& losses,
+                         const Progress& progress);
+
+  private:
+    const ViewSource& source_;
+    const std::vector<std::size_t>& views_;
+    const TextureRepresentation& texture_;
+    const LevelRules& rules_;
+    torch::Device device_;
+    bool texture_too_;
 };
 
 }  // namespace fresco::optimize

@@ -1,5 +1,7 @@
 #pragma once
 
+/// \file Masks of pixels on the coarser grids of features, and the features under them. For rendered_part.cpp.
+
 #include <fresco/image.h>
 
 #include <torch/types.h>

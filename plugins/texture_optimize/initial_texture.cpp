@@ -1,8 +1,6 @@
 #include "initial_texture.h"
 
-#include "noise_picture.h"
-#include "shown_texture.h"
-#include "splat.h"
+#include "pictures.h"
 
 #include <fresco/error.h>
 #include <fresco/images/push_pull.h>
@@ -135,12 +133,29 @@ RasterF resampled(const RasterF& picture, Raster8& covered, int size_px)
 
 }  // namespace
 
+std::string_view word_of(Init init)
+{
+    switch (init)
+    {
+    case Init::zeros:
+        return "zeros";
+    case Init::color:
+        return "color";
+    case Init::noise:
+        return "noise";
+    case Init::frames:
+        break;
+    }
+    return "frames";
+}
+
 void InitialRules::check() const
 {
     if (start == nullptr)
         return;
-    if (init != "frames" && !start_is_shown)
-        throw Error("port 'start' is wired, but init is " + init + ": set init: frames, or remove the wire");
+    if (init != Init::frames && !start_is_shown)
+        throw Error("port 'start' is wired, but init is " + std::string(word_of(init)) +
+                    ": set init: frames, or remove the wire");
     if (start->values != "display")
         throw Error("the texture on port 'start' holds \"" + start->values +
                     "\" values; expected displayed colors (values: display), as texture.from_frames makes them");
@@ -156,7 +171,7 @@ InitialTexture initial_texture(const ViewSource& source, const std::vector<std::
                                const InitialRules& rules, Progress& progress)
 {
     rules.check();
-    const bool gathers = rules.init == "frames" && rules.start == nullptr;
+    const bool gathers = rules.init == Init::frames && rules.start == nullptr;
     TexelGatherer gatherer(rules.size_px, gathers);
     ColorMoments recorded;
     const auto batch = static_cast<std::size_t>(std::max(1, progress.threads()));
@@ -187,14 +202,14 @@ InitialTexture initial_texture(const ViewSource& source, const std::vector<std::
 
     InitialTexture result;
     result.seen = gatherer.seen();
-    if (rules.init == "zeros")
+    if (rules.init == Init::zeros)
         return result;
     const ColorMoments wanted = moments_of(style);
-    if (rules.init == "noise")
+    if (rules.init == Init::noise)
         result.picture = noise_picture(rules.size_px, wanted.mean(), deviation(wanted), rules.seed, progress.threads());
-    else if (rules.init == "color")
+    else if (rules.init == Init::color)
         result.picture = plain(rules.size_px, wanted.mean());
-    if (rules.init != "frames")
+    if (rules.init != Init::frames)
         return result;
     Raster8 covered;
     if (gathers)

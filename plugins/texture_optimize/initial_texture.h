@@ -1,12 +1,14 @@
 #pragma once
 
-#include "view_source.h"
+/// \file The texture before the first step (option `init`). For loop.cpp.
+
+#include "views.h"
 
 #include <fresco/progress.h>
 #include <fresco/texture.h>
 
 #include <cstdint>
-#include <string>
+#include <string_view>
 #include <vector>
 
 namespace fresco::optimize
@@ -19,12 +21,22 @@ struct InitialTexture
     Raster8 seen;     ///< S x S: 1 = in the bilinear footprint of some view's pixel.
 };
 
+/// Option `init`, under the same names.
+enum class Init
+{
+    frames,
+    zeros,
+    color,
+    noise
+};
+std::string_view word_of(Init init);
+
 struct InitialRules
 {
-    std::string init;  ///< "zeros", "color", "noise" or "frames".
+    Init init;
     int size_px = 0;
     std::uint64_t seed = 0;          ///< Of the noise.
-    const Texture* start = nullptr;  ///< With "frames": taken instead of gathering. Of the same atlas as the maps.
+    const Texture* start = nullptr;  ///< With `frames`: taken instead of gathering. Of the same atlas as the maps.
     bool start_is_shown = false;     ///< By frames without pictures: then it may be there with any `init`.
 
     /// Throws Error if the start texture does not hold displayed, finite colors, if nothing of it was seen, and if it is given
@@ -32,7 +44,7 @@ struct InitialRules
     void check() const;
 };
 
-/// "color" is the mean of `style`, "noise" has its mean and deviation, "frames" are camera colors, recolored to the style by
+/// `color` is the mean of `style`, `noise` has its mean and deviation, `frames` are camera colors, recolored to the style by
 /// the linear Monge-Kantorovich map and filled in where no view looks: gathered through the uv maps of the largest height, or
 /// those of the start texture where it was seen, in any size. Reads every view once, a few at a time. `style`: RGB in [0,1]. The
 /// same bytes for any number of threads. Throws Error as rules.check().

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstdlib>
 #include <numbers>
+#include <optional>
+#include <utility>
 
 namespace fresco::optimize
 {
@@ -38,7 +40,7 @@ struct Roles
     RasterF share;
 };
 
-std::vector<Roles> assigned_roles(const RasterF& depth, std::span<const int> heights, const DepthRule& rule)
+std::vector<Roles> assigned_roles(const RasterF& depth, std::span<const int> heights, double theta_d_m)
 {
     const Roles none{Raster8(depth.width, depth.height), Raster8(depth.width, depth.height), RasterF(depth.width, depth.height)};
     std::vector<Roles> roles(heights.size(), none);
@@ -46,7 +48,7 @@ std::vector<Roles> assigned_roles(const RasterF& depth, std::span<const int> hei
     {
         if (!(depth.values[i] > 0))
             continue;
-        const auto choice = level_choice(depth.values[i], heights, rule);
+        const auto choice = level_choice(depth.values[i], heights, theta_d_m);
         roles[choice.first].first.values[i] = 1;
         roles[choice.first].share.values[i] = static_cast<float>(choice.first_weight);
         if (choice.second == choice.first || !(choice.first_weight < 1))
@@ -93,13 +95,13 @@ RasterF degrees(const RasterF& cosine)
 /// Whether a pixel passes, by its angle in degrees.
 bool passes(double angle_deg, const AngleRule& rule)
 {
-    return rule.below ? angle_deg < rule.limit_deg : angle_deg <= rule.limit_deg;
+    return rule.protocol == Protocol::released ? angle_deg < rule.limit_deg : angle_deg <= rule.limit_deg;
 }
 
 void filter_by_angle(LevelPixels& level, const UvMap& map, const UvMap& smallest, const AngleRule& rule)
 {
     RasterF angles = degrees(map.cosine);
-    if (rule.from_smallest && map.cosine.width != smallest.cosine.width)
+    if (rule.protocol == Protocol::released && map.cosine.width != smallest.cosine.width)
     {
         // The angles themselves are enlarged for the filter, the cosines for the scaling.
         angles = resized(degrees(smallest.cosine), map.cosine.width, map.cosine.height);
@@ -113,9 +115,9 @@ void filter_by_angle(LevelPixels& level, const UvMap& map, const UvMap& smallest
 
 }  // namespace
 
-LevelChoice level_choice(double depth_m, std::span<const int> heights_px, const DepthRule& rule)
+LevelChoice level_choice(double depth_m, std::span<const int> heights_px, double theta_d_m)
 {
-    const double ideal = rule.theta_min_px * depth_m / rule.theta_d_m;
+    const double ideal = theta_min_px * depth_m / theta_d_m;
     std::size_t first = 0;
     for (std::size_t i = 1; i < heights_px.size(); ++i)
         if (std::abs(ideal - heights_px[i]) < std::abs(ideal - heights_px[first]))
@@ -125,8 +127,7 @@ LevelChoice level_choice(double depth_m, std::span<const int> heights_px, const 
     if (ideal == height || (above ? first + 1 == heights_px.size() : first == 0))
         return {first, first, 1};
     const std::size_t second = above ? first + 1 : first - 1;
-    const double way = std::abs(ideal - height) / std::abs(height - heights_px[second]);
-    return {first, second, rule.printed_weight ? way : 1 - way};
+    return {first, second, 1 - std::abs(ideal - height) / std::abs(height - heights_px[second])};
 }
 
 std::int64_t LevelPixels::count() const
@@ -162,13 +163,12 @@ std::vector<LevelPixels> whole_levels(std::span<const UvMap> maps, const AngleRu
     return levels;
 }
 
-std::vector<LevelPixels> depth_levels(std::span<const UvMap> maps, const RasterF& depth, const DepthRule& rule,
-                                      const AngleRule& angle)
+std::vector<LevelPixels> depth_levels(std::span<const UvMap> maps, const RasterF& depth, double theta_d_m, const AngleRule& angle)
 {
     std::vector<int> heights;
     for (const auto& map : maps)
         heights.push_back(map.valid.height);
-    auto roles = assigned_roles(depth, heights, rule);
+    auto roles = assigned_roles(depth, heights, theta_d_m);
     std::vector<LevelPixels> levels;
     for (std::size_t i = 0; i < maps.size(); ++i)
     {
@@ -210,6 +210,136 @@ RasterF gradient_factor(const UvMap& map, const LevelPixels& pixels, GradientSca
         else if (scaling == GradientScaling::none)
             factor.values[i] = pixels.all.values[i] != 0 ? 1.0F : 0.0F;
     return factor;
+}
+
+namespace
+{
+
+/// Sums over boxes of cells of `align` x `align` pixels: which of them the mask touches.
+class CellCounts
+{
+  public:
+    CellCounts(const Raster8& mask, int align)
+        : width_((mask.width + align - 1) / align), height_((mask.height + align - 1) / align)
+    {
+        sums_.assign(static_cast<std::size_t>(width_ + 1) * static_cast<std::size_t>(height_ + 1), 0);
+        for (int y = 0; y < mask.height; ++y)
+            for (int x = 0; x < mask.width; ++x)
+                if (mask.at(x, y) != 0)
+                    sum(x / align + 1, y / align + 1) = 1;
+        for (int y = 1; y <= height_; ++y)
+            for (int x = 1; x <= width_; ++x)
+                sum(x, y) += sum(x - 1, y) + sum(x, y - 1) - sum(x - 1, y - 1);
+    }
+
+    PixelBox whole() const { return {0, 0, width_, height_}; }
+    int count(const PixelBox& box) const
+    {
+        return sum(box.x1, box.y1) - sum(box.x0, box.y1) - sum(box.x1, box.y0) + sum(box.x0, box.y0);
+    }
+    /// The smallest box that holds what `box` holds.
+    PixelBox shrunk(PixelBox box) const
+    {
+        while (box.x0 < box.x1 && count({box.x0, box.y0, box.x0 + 1, box.y1}) == 0)
+            ++box.x0;
+        while (box.x0 < box.x1 && count({box.x1 - 1, box.y0, box.x1, box.y1}) == 0)
+            --box.x1;
+        while (box.y0 < box.y1 && count({box.x0, box.y0, box.x1, box.y0 + 1}) == 0)
+            ++box.y0;
+        while (box.y0 < box.y1 && count({box.x0, box.y1 - 1, box.x1, box.y1}) == 0)
+            --box.y1;
+        return box;
+    }
+
+  private:
+    int& sum(int x, int y)
+    {
+        return sums_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_ + 1) + static_cast<std::size_t>(x)];
+    }
+    int sum(int x, int y) const
+    {
+        return sums_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_ + 1) + static_cast<std::size_t>(x)];
+    }
+
+    int width_;
+    int height_;
+    std::vector<int> sums_;
+};
+
+class Cover
+{
+  public:
+    Cover(const Raster8& mask, int align, int margin_px)
+        : counts_(mask, align), width_(mask.width), height_(mask.height), align_(align),
+          margin_((margin_px + align - 1) / align * align)
+    {
+    }
+
+    std::vector<Crop> operator()()
+    {
+        const PixelBox all = counts_.whole();
+        if (counts_.count(all) == 0)
+            return {};
+        split(counts_.shrunk(all));
+        std::int64_t encoded = 0;
+        for (const auto& crop : crops_)
+            encoded += crop.encoded.area();
+        const PixelBox frame{0, 0, width_, height_};
+        if (10 * encoded > 9 * frame.area())
+            return {{frame, frame}};
+        return std::move(crops_);
+    }
+
+  private:
+    /// Box of cells to pixels, `margin` wider, inside the frame.
+    PixelBox pixels(const PixelBox& cells, int margin) const
+    {
+        return {std::max(0, cells.x0 * align_ - margin), std::max(0, cells.y0 * align_ - margin),
+                std::min(width_, cells.x1 * align_ + margin), std::min(height_, cells.y1 * align_ + margin)};
+    }
+    std::int64_t cost(const PixelBox& cells) const { return pixels(cells, margin_).area(); }
+
+    /// Cuts a box in two wherever that saves most, as long as it saves a twentieth of it.
+    void split(const PixelBox& box)
+    {
+        std::int64_t best = cost(box) - cost(box) / 20;
+        std::optional<std::pair<PixelBox, PixelBox>> halves;
+        const auto consider = [&](const PixelBox& a, const PixelBox& b)
+        {
+            const auto first = counts_.shrunk(a);
+            const auto second = counts_.shrunk(b);
+            const auto sum = cost(first) + cost(second);
+            if (sum >= best)
+                return;
+            best = sum;
+            halves = std::pair(first, second);
+        };
+        for (int x = box.x0 + 1; x < box.x1; ++x)
+            consider({box.x0, box.y0, x, box.y1}, {x, box.y0, box.x1, box.y1});
+        for (int y = box.y0 + 1; y < box.y1; ++y)
+            consider({box.x0, box.y0, box.x1, y}, {box.x0, y, box.x1, box.y1});
+        if (!halves)
+        {
+            crops_.push_back({pixels(box, 0), pixels(box, margin_)});
+            return;
+        }
+        split(halves->first);
+        split(halves->second);
+    }
+
+    CellCounts counts_;
+    int width_;
+    int height_;
+    int align_;
+    int margin_;
+    std::vector<Crop> crops_;
+};
+
+}  // namespace
+
+std::vector<Crop> covering_crops(const Raster8& mask, int align, int margin_px)
+{
+    return Cover(mask, align, margin_px)();
 }
 
 }  // namespace fresco::optimize

@@ -1,5 +1,11 @@
 #pragma once
 
+/// \file Depth levels and the angle filter, on the CPU and without tensors: which pixels of a view belong to which height of the
+/// pyramid, and the boxes around them that are encoded.
+
+#include "protocol.h"
+
+#include <fresco/image.h>
 #include <fresco/uv_maps.h>
 
 #include <span>
@@ -8,13 +14,8 @@
 namespace fresco::optimize
 {
 
-/// How pixels are given to the heights of the render pyramid (StyleMesh, section 3.2).
-struct DepthRule
-{
-    double theta_min_px;  ///< What θ_d meters at a distance of 1 m should be at least, in pixels of height.
-    double theta_d_m;     ///< Smaller for scans of short range.
-    bool printed_weight;  ///< |R - L1| / |L1 - L2| for L1, as the paper prints it; else 1 minus that.
-};
+/// θ_min of StyleMesh, section 3.2: what θ_d meters at a distance of 1 m should be at least, in pixels of height.
+inline constexpr double theta_min_px = 32;
 
 /// The two heights of one depth, as indices; `second == first` and weight 1 where only one takes part.
 struct LevelChoice
@@ -25,15 +26,16 @@ struct LevelChoice
 };
 
 /// Ideal height R = θ_min d / θ_d; the nearest height first (the lower of two as near), the next one on R's other side second.
-/// `heights_px`: ascending, not empty.
-LevelChoice level_choice(double depth_m, std::span<const int> heights_px, const DepthRule& rule);
+/// Where R lies the share t of the way to the second, the first has the weight 1 - t: the formula that the paper prints would
+/// give 0 at an exact hit. `heights_px`: ascending, not empty. `theta_d_m`: θ_d, smaller for scans of short range.
+LevelChoice level_choice(double depth_m, std::span<const int> heights_px, double theta_d_m);
 
 /// Which pixels take part in the fine style loss (StyleMesh, section 3.3).
 struct AngleRule
 {
-    double limit_deg;    ///< Largest angle between normal and view that passes.
-    bool below;          ///< The angle must be smaller than the limit; else at most the limit.
-    bool from_smallest;  ///< Angles of the smallest height, enlarged bilinearly, cosines alike; else each height's own.
+    double limit_deg;  ///< Largest angle between normal and view that passes, of each height's own map.
+    /// Released: the limit itself does not pass; angles of the smallest height, enlarged bilinearly, cosines alike.
+    Protocol protocol;
 };
 
 /// The pixels of one rendered height that take part.
@@ -53,7 +55,7 @@ std::vector<LevelPixels> whole_levels(std::span<const UvMap> maps, const AngleRu
 /// height and resampled by nearest neighbor; a mask is eroded after the union of its two roles, weights per role. Pixels that
 /// are invalid at their own height are left out.
 /// \param depth  of the smallest height's pixels in meters, 0 = belongs to no level; usually maps[0].depth
-std::vector<LevelPixels> depth_levels(std::span<const UvMap> maps, const RasterF& depth, const DepthRule& rule,
+std::vector<LevelPixels> depth_levels(std::span<const UvMap> maps, const RasterF& depth, double theta_d_m,
                                       const AngleRule& angle);
 
 /// ŵ_l of StyleMesh, section 3.4: the covered share of each level, divided by the sum of the shares; all zero without any pixel.
@@ -72,5 +74,29 @@ RasterF gradient_factor(const UvMap& map, const LevelPixels& pixels, GradientSca
 
 /// 1 where `mask` and its eight neighbors are 1; outside the raster is 0.
 Raster8 eroded(const Raster8& mask);
+
+/// Pixels [x0, x1) x [y0, y1).
+struct PixelBox
+{
+    int x0 = 0;
+    int y0 = 0;
+    int x1 = 0;
+    int y1 = 0;
+    std::int64_t area() const { return static_cast<std::int64_t>(x1 - x0) * (y1 - y0); }
+    friend bool operator==(const PixelBox&, const PixelBox&) = default;
+};
+
+/// A part of a frame that is encoded by itself.
+struct Crop
+{
+    PixelBox core;     ///< Whose features are used.
+    PixelBox encoded;  ///< The core and the pixels that its features see.
+};
+
+/// Crops whose cores are disjoint and together hold every pixel of `mask`; one of the whole frame where crops would save less
+/// than a tenth of its pixels, none for an empty mask. Boxes begin at multiples of `align` and end there or at the frame's
+/// border, so that a network whose strides divide `align` gives in a crop's core what it gives in the whole frame. \param
+/// margin_px  pixels beyond its own cell that a feature sees
+std::vector<Crop> covering_crops(const Raster8& mask, int align, int margin_px);
 
 }  // namespace fresco::optimize

@@ -1,38 +1,147 @@
 #include "loop.h"
 
-#include "balance.h"
-#include "checkpoint_folder.h"
+#include "checkpoint.h"
 #include "evaluation.h"
-#include "held_out.h"
-#include "initial_texture.h"
-#include "preparation.h"
-#include "preview.h"
+#include "gradients.h"
 #include "schedule.h"
-#include "view_feed.h"
-#include "whole_steps.h"
+#include "views.h"
 
 #include <fresco/error.h>
-#include <fresco/torch/lazy_tensor.h>
+#include <fresco/files_io.h>
+#include <fresco/progress.h>
 #include <fresco/torch/tensor.h>
 #include <fresco/torch/tensor_memory.h>
 
 #include <ATen/Parallel.h>
+#include <ATen/ops/empty.h>
+#include <ATen/ops/empty_like.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <fmt/format.h>
 #include <optional>
+#include <set>
 
 namespace fresco::optimize
 {
 namespace
 {
 
-std::vector<std::size_t> used_views(const ViewSource& source, double train_share, RunContext& run)
+/// What losses are given to learn of a cancellation: nothing within a step, which none of them could take up halfway. A run is
+/// canceled between two steps.
+class WholeSteps final : public Progress
+{
+  public:
+    /// `run` must outlive it.
+    explicit WholeSteps(const Progress& run) : run_(run) {}
+
+    void check_canceled() const override
+    {
+        if (!within_)
+            run_.check_canceled();
+    }
+    int threads() const override { return run_.threads(); }
+
+    /// While there is one of these, a step is being made. Not to be nested; for the thread that makes the steps.
+    class Step
+    {
+      public:
+        explicit Step(WholeSteps& steps) : steps_(steps) { steps_.within_ = true; }
+        ~Step() { steps_.within_ = false; }
+        Step(const Step&) = delete;
+        Step& operator=(const Step&) = delete;
+
+      private:
+        WholeSteps& steps_;
+    };
+
+  private:
+    const Progress& run_;
+    std::atomic<bool> within_{false};
+};
+
+/// A few camera pictures of `views`, spread over them, at the smallest height: RGB in [0,1], 3 x H x W.
+std::vector<torch::Tensor> camera_samples(const ViewSource& source, const std::vector<std::size_t>& views,
+                                          const torch::Device& device)
+{
+    constexpr std::size_t most = 8;
+    const std::size_t count = std::min(most, views.size());
+    std::vector<torch::Tensor> samples;
+    for (std::size_t i = 0; i < count; ++i)
+    {
+        const Raster8 picture = source.camera(views[(2 * i + 1) * views.size() / (2 * count)]);
+        const int height = source.height_px(0);
+        const int width = Intrinsics{picture.width, picture.height, 1, 1, 0, 0}.width_at(height);
+        samples.push_back(to_tensor(resized(picture, width, height)).to(device));
+    }
+    return samples;
+}
+
+/// Prepares every feature network that a loss needs, once, and then every loss, in the order of their names.
+void prepare(const std::map<std::string, std::shared_ptr<Loss>>& losses, const PrepareContext& context)
+{
+    std::set<const FeatureNetwork*> prepared;
+    for (const auto& [name, loss] : losses)
+        for (const auto& layers : loss->needs().features)
+            if (layers.network != nullptr && prepared.insert(layers.network).second)
+                layers.network->prepare(context);
+    for (const auto& [name, loss] : losses)
+        loss->prepare(context);
+}
+
+constexpr int largest_side = 1024;
+
+Raster8 displayed(const torch::Tensor& stored, const Raster8& valid, const ValueSpace& space)
+{
+    const auto result = at::empty_like(stored);
+    space.display(values_of(stored), valid.values, values_of(result));
+    return to_raster8(result);
+}
+
+/// `rows` of the texture from row `first` on, at size x size points.
+UvMap strip(int size, int first, int rows)
+{
+    UvMap map{RasterF(size, rows, 2), RasterF(size, rows), RasterF(size, rows), Raster8(size, rows, 1, 1)};
+    for (int y = 0; y < rows; ++y)
+        for (int x = 0; x < size; ++x)
+        {
+            map.uv.at(x, y, 0) = (static_cast<float>(x) + 0.5F) / static_cast<float>(size);
+            map.uv.at(x, y, 1) = 1 - (static_cast<float>(first + y) + 0.5F) / static_cast<float>(size);
+        }
+    return map;
+}
+
+/// The texture at `size` x `size` points, as 3 planes. In strips: a copy of the layers would take as much memory again.
+torch::Tensor looked_up(const TextureRepresentation& texture, int size)
+{
+    constexpr int rows = 64;
+    auto result = at::empty({3, size, size}, at::kFloat);
+    for (int first = 0; first < size; first += rows)
+    {
+        const int count = std::min(rows, size - first);
+        result.slice(1, first, first + count).copy_(texture.make_view(strip(size, first, count))->render());
+    }
+    return result;
+}
+
+/// Writes what the run looks like now into `folder`: `view.png`, the rendered level `view` with its `valid` pixels, and
+/// `texture.png`, the whole texture (of size_px) at most 1024 px a side.
+void write_preview(const std::filesystem::path& folder, const ImageIo& images, const ValueSpace& space, const TextureView& view,
+                   const Raster8& valid, const TextureRepresentation& texture, int size_px)
+{
+    write_file(folder / "view.png", images.encode_png(displayed(view.render().to(at::kCPU), valid, space)));
+    const int size = std::min(largest_side, size_px);
+    write_file(folder / "texture.png", images.encode_png(displayed(looked_up(texture, size), Raster8(size, size, 1, 1), space)));
+}
+
+/// The released code trains with the first 99% of the views, seeing or not.
+std::vector<std::size_t> used_views(const ViewSource& source, Protocol protocol, RunContext& run)
 {
     auto views = source.seeing_views();
-    const auto share = static_cast<std::size_t>(train_share * static_cast<double>(source.view_count()));
+    const auto share =
+        static_cast<std::size_t>((protocol == Protocol::released ? 0.99 : 1.0) * static_cast<double>(source.view_count()));
     const std::size_t trained = std::max<std::size_t>(1, share);
     std::erase_if(views, [&](std::size_t view) { return view >= trained; });
     if (views.empty())
@@ -55,11 +164,11 @@ class Loop
     Loop(const LoopInputs& inputs, const LoopComponents& components, const LoopOptions& options, RunContext& run)
         : components_(components), options_(options), run_(run),
           source_(inputs.maps, inputs.frames, components.images, options.heights_px, inputs.start), start_(inputs.start),
-          space_(options.values, !options.clamp_layers),
-          split_(split_views(used_views(source_, options.train_share, run), options.held_out_count)),
+          space_(options.values, options.levels.protocol == Protocol::paper),
+          split_(split_views(used_views(source_, options.levels.protocol, run), options.held_out_count)),
           schedule_(split_.trained, options.seed, options.schedule), checkpoints_(run.checkpoint_folder()),
           evaluator_(components.losses, space_, options.device, options.seed, !options.reference),
-          style_(style_sizes(inputs.style, options.style_rule, [&](const std::string& text) { run.message(text); })),
+          style_(style_sizes(inputs.style, options.levels.protocol, [&](const std::string& text) { run.message(text); })),
           whole_steps_(run)
     {
     }
@@ -87,7 +196,7 @@ class Loop
         // Its state is not needed when the layers are copied.
         components_.rule.attach({});
         Texture texture = components_.texture.to_texture();
-        texture.values = options_.values;
+        texture.values = space_.is_network() ? "network" : "display";
         texture.seen = seen_;
         run_.report("seen_share", share_of_ones(seen_));
         return texture;
@@ -295,10 +404,11 @@ class Loop
             components_.rule.step(parameters(), evaluate, schedule_.rate(step_) * std::pow(0.5, rollbacks_), options_.lambda_r);
         last_summands_ = evaluator_.summands();
         if (step_ == 0)
-            report_balance(components_.losses, last_summands_, options_.init == "zeros" || options_.init == "color", run_);
+            report_balance(components_.losses, last_summands_, options_.init == Init::zeros || options_.init == Init::color,
+                           run_);
         if (options_.reference)
             forget_camera(data);
-        if (options_.clamp_layers)
+        if (!space_.is_clamped())
             for (auto& parameter : parameters())
                 write_clamped(parameter.values, static_cast<float>(space_.stored_range().first),
                               static_cast<float>(space_.stored_range().second));

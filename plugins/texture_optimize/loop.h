@@ -1,8 +1,11 @@
 #pragma once
 
+/// \file The optimization as a function: the stage above it only reads options.
+
+#include "initial_texture.h"
+#include "pictures.h"
 #include "schedule.h"
-#include "style_pictures.h"
-#include "view_data.h"
+#include "views.h"
 
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
@@ -44,15 +47,12 @@ struct LoopOptions
 {
     int size_px;
     std::vector<int> heights_px;  ///< Empty = all.
-    std::string values;
-    bool clamp_layers;  ///< The stored values of each layer after every step; else the sum in the lookup.
-    std::string init;
+    Values values;
+    Init init;
     LevelRules levels;
-    StyleRule style_rule;
     double lambda_r;
     std::uint64_t seed;
     torch::Device device;
-    double train_share;  ///< Of the views, in recorded order: the first so many train.
     ScheduleOptions schedule;
     // Measuring on views that are not optimized for
     int held_out_count;

@@ -1,7 +1,5 @@
 #include "schedule.h"
 
-#include "random.h"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -73,7 +71,7 @@ ScheduledStep Schedule::at(std::int64_t step) const
 
 double Schedule::rate(std::int64_t step) const
 {
-    if (!options_.cosine)
+    if (options_.decay == Decay::step)
         return options_.rate * std::pow(options_.step_factor, static_cast<double>(at(step).epoch / options_.step_epochs));
     const double begin = options_.decay_start * static_cast<double>(steps_);
     const double length = static_cast<double>(steps_) - begin;

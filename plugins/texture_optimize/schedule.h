@@ -1,11 +1,34 @@
 #pragma once
 
+/// \file Which view a step sees, and at which learning rate; computed, not stored, so that a run goes on anywhere.
+
+#include <fresco/random.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
 namespace fresco::optimize
 {
+
+/// A number that depends on all of `x`: the first one drawn with it as the seed.
+inline std::uint64_t mixed(std::uint64_t x)
+{
+    return Random(x).bits();
+}
+
+/// A number that depends on all three.
+inline std::uint64_t mixed(std::uint64_t seed, std::uint64_t a, std::uint64_t b)
+{
+    return mixed(mixed(mixed(seed) ^ a) ^ b);
+}
+
+/// How the learning rate falls.
+enum class Decay
+{
+    cosine,  ///< Full for decay_start, then down to 0.
+    step     ///< Multiplied by step_factor every step_epochs.
+};
 
 struct ScheduleOptions
 {
@@ -14,7 +37,7 @@ struct ScheduleOptions
     std::int64_t max_steps;  ///< 0 = no limit.
     bool shuffled;
     double rate;
-    bool cosine;
+    Decay decay;
     double decay_start;  ///< Cosine: the share of the steps at the full rate.
     int step_epochs;     ///< Steps: the rate is multiplied by step_factor every so many epochs.
     double step_factor;

@@ -1,6 +1,6 @@
-#include "default_losses.h"
 #include "loop.h"
 
+#include <fresco/choice.h>
 #include <fresco/stage.h>
 
 #include <ATen/Context.h>
@@ -14,13 +14,37 @@ using namespace fresco::optimize;
 namespace
 {
 
-/// `auto` takes a CUDA device where libtorch finds one.
-torch::Device chosen_device(const std::string& wanted)
+// `losses: auto`
+
+/// Without network weights: the style's own patches, chosen with a say of the recolored camera picture.
+constexpr const char* losses_without_weights = R"({"strokes": {"type": "loss.patch_match"}})";
+
+/// With VGG-19 weights: Gram and content losses, each relative to its target, so that they balance alike for any scaling of the
+/// network and for any layers that the file holds.
+constexpr const char* losses_with_weights = R"({
+    "style":   {"type": "loss.gram", "weight": 1, "center": true, "features": {"type": "features.vgg19", "weights": "${weights}"}},
+    "content": {"type": "loss.content", "weight": 0.2, "relative": true, "features": {"type": "features.vgg19", "weights": "${weights}"}}
+})";
+
+enum class Execution
 {
-    if (wanted == "cuda" && !at::hasCUDA())
+    active,
+    reference
+};
+
+enum class Device
+{
+    automatic,  ///< CUDA where libtorch finds it.
+    cpu,
+    cuda
+};
+
+torch::Device chosen_device(Device wanted)
+{
+    if (wanted == Device::cuda && !at::hasCUDA())
         throw Error("option \"device\": cuda is not available: this libtorch (" TORCH_VERSION
                     ") finds no CUDA device; set cpu or auto, or build with a CUDA libtorch");
-    if (wanted == "cpu" || !at::hasCUDA())
+    if (wanted == Device::cpu || !at::hasCUDA())
         return torch::kCPU;
     // float32 shall be float32; a network has an option for less.
     at::globalContext().setAllowTF32CuDNN(false);
@@ -40,6 +64,11 @@ class TextureOptimize final : public Stage
                          "frames without pictures show"};
     Output<Texture> texture{this, "texture", "The optimized texture, layer by layer"};
 
+    Choice<Protocol> protocol{this,
+                              "protocol",
+                              Protocol::paper,
+                              {{"paper", Protocol::paper}, {"released", Protocol::released}},
+                              "Where they differ: as StyleMesh's paper has it, or as its authors' released code does"};
     Option<int> size_px{this, "size_px", 0, range(0, 16384),
                         "Texels per side, a multiple of 8 for the default texture; 0: as the uv maps say, which have it "
                         "from the atlas"};
@@ -48,67 +77,68 @@ class TextureOptimize final : public Stage
     Option<int> epochs{this, "epochs", 2, range(1, 100000), "Number of visits to every view"};
     Option<int> repeats_count{this, "repeats_count", 8, range(1, 100000), "Consecutive steps on a view at each visit"};
     Option<std::int64_t> max_steps{this, "max_steps", 0, at_least(0), "Maximum number of steps; 0: no limit"};
-    Option<std::string> order{this, "order", "shuffled", one_of({"shuffled", "recorded"}),
-                              "Order of the views in an epoch; shuffled: seeded, and evenly spread over the recording"};
     Option<double> rate{this, "rate", 0.02, range(0, 1e6), "Learning rate, in units of `values`"};
-    Option<std::string> decay{
-        this, "decay", "cosine", one_of({"cosine", "step"}),
-        "cosine: full rate for decay_start, then down to 0; step: multiplied by step_factor every step_epochs"};
+    Choice<Decay> decay{this,
+                        "decay",
+                        Decay::cosine,
+                        {{"cosine", Decay::cosine}, {"step", Decay::step}},
+                        "cosine: full rate for decay_start, then down to 0; step: multiplied by step_factor every step_epochs"};
     Option<double> decay_start{this, "decay_start", 0.5, range(0, 1), "With decay cosine: share of the steps at the full rate"};
     Option<int> step_epochs{this, "step_epochs", 3, at_least(1), "With decay step: epochs between two drops"};
     Option<double> step_factor{this, "step_factor", 0.1, range(0, 1), "With decay step: factor of each drop"};
-    Option<std::string> values{this, "values", "display", one_of({"display", "network"}),
-                               "Stored values: RGB in [0,1], or BGR in 0..255 minus the network's mean"};
-    Option<std::string> clamp{this, "clamp", "sum", one_of({"sum", "layers"}),
-                              "Clamp the sum of the layers at lookup, or the stored values of each layer after every step"};
-    Option<std::string> init{this, "init", "frames", one_of({"frames", "zeros", "color", "noise"}),
-                             "Start from: recolored pictures (or start), zeros, the style's mean color, or noise around it"};
+    Choice<Values> values{this,
+                          "values",
+                          Values::display,
+                          {{"display", Values::display}, {"network", Values::network}},
+                          "Stored values: RGB in [0,1], or BGR in 0..255 minus the network's mean"};
+    Choice<Init> init{this,
+                      "init",
+                      Init::frames,
+                      {{"frames", Init::frames}, {"zeros", Init::zeros}, {"color", Init::color}, {"noise", Init::noise}},
+                      "Start from: recolored pictures (or start), zeros, the style's mean color, or noise around it"};
     Option<double> lambda_r{this, "lambda_r", 0, at_least(0),
                             "λ_r in the regularizer λ_r Σ k_i mean(layer_i²); the paper: 5000, in network units"};
-    Option<std::string> gradient_scaling{this, "gradient_scaling", "angle", one_of({"none", "level", "angle"}),
-                                         "Multiply each pixel's gradient by the level's share in it (level), and by the "
-                                         "cosine between normal and view (angle)"};
+    Choice<GradientScaling> gradient_scaling{
+        this,
+        "gradient_scaling",
+        GradientScaling::angle,
+        {{"none", GradientScaling::none}, {"level", GradientScaling::level}, {"angle", GradientScaling::angle}},
+        "Multiply each pixel's gradient by the level's share in it (level), and by the "
+        "cosine between normal and view (angle)"};
     Option<bool> depth_levels{this, "depth_levels", false,
                               "Show each pixel only at the heights that fit its depth, so that patterns keep one size in "
                               "the world"};
     Option<double> theta_d_m{this, "theta_d_m", 0.25, range(0.001, 1000),
-                             "θ_d: ideal height = theta_min_px · depth / theta_d_m; smaller for short-range scans"};
-    Option<double> theta_min_px{this, "theta_min_px", 32, range(1, 10000),
-                                "θ_min: height in pixels of a length θ_d seen from 1 m"};
-    Option<std::string> level_weight{
-        this, "level_weight", "nearest", one_of({"nearest", "printed"}),
-        "Weight of the nearer of two heights: larger the nearer it is (nearest), or the paper's formula (printed)"};
-    Option<std::string> level_depth{this, "level_depth", "mesh", one_of({"mesh", "sensor", "sensor_or_lowest"}),
-                                    "Depth for the levels; pixels that the sensor did not measure are in no level "
-                                    "(sensor) or in the lowest (sensor_or_lowest)"};
-    Option<std::string> level_share{this, "level_share", "pixels", one_of({"pixels", "features"}),
-                                    "Weight of a level in the sum: its number of pixels, or of cells in each layer"};
+                             "θ_d: ideal height = 32 px · depth / theta_d_m; smaller for short-range scans"};
+    Choice<LevelRules::Depth> level_depth{this,
+                                          "level_depth",
+                                          LevelRules::Depth::mesh,
+                                          {{"mesh", LevelRules::Depth::mesh},
+                                           {"sensor", LevelRules::Depth::sensor},
+                                           {"sensor_or_lowest", LevelRules::Depth::sensor_or_lowest}},
+                                          "Depth for the levels; pixels that the sensor did not measure are in no level "
+                                          "(sensor) or in the lowest (sensor_or_lowest)"};
     Option<double> angle_limit_deg{this, "angle_limit_deg", 90, range(0, 90),
                                    "Largest angle between normal and view for the fine style; 90: all pixels"};
-    Option<std::string> angle_rule{this, "angle_rule", "at_most", one_of({"at_most", "below"}),
-                                   "Whether the limit itself passes"};
-    Option<std::string> angle_map{this, "angle_map", "own", one_of({"own", "smallest"}),
-                                  "Angles at each height, or at the smallest, enlarged"};
-    Option<std::string> empty_pixels{this, "empty_pixels", "black", one_of({"black", "corner"}),
-                                     "What pixels without a surface show to the losses' networks: black, or the texture's "
-                                     "first texel"};
-    Option<std::string> content_target{this, "content_target", "own", one_of({"own", "smallest"}),
-                                       "Camera features at each height, or at the smallest, enlarged"};
-    Option<std::string> style_sizes{this, "style_sizes", "printed", one_of({"printed", "released"}),
-                                    "How the fine and the coarse style picture are sized"};
-    Option<double> train_share{this, "train_share", 1, range(0.01, 1), "Share of the views to use, the first ones"};
     Option<int> held_out_count{this, "held_out_count", 0, range(0, 16),
                                "Number of evenly spread views to measure the losses on instead of optimizing"};
     Option<int> measure_steps{this, "measure_steps", 50, at_least(1), "With held_out_count: steps between two measurements"};
     Option<double> stop_gain{
         this, "stop_gain", 0, range(0, 0.99),
         "With held_out_count: stop when three measurements have not lowered the loss by this share; 0: run all steps"};
-    Option<std::string> execution{this, "execution", "active", one_of({"active", "reference"}),
-                                  "active: encode only the parts of a frame with pixels of a level, and the camera "
-                                  "picture once per visit; reference: encode everything in every step, for comparison"};
+    Choice<Execution> execution{this,
+                                "execution",
+                                Execution::active,
+                                {{"active", Execution::active}, {"reference", Execution::reference}},
+                                "active: encode only the parts of a frame with pixels of a level, and the camera "
+                                "picture once per visit; reference: encode everything in every step, for comparison"};
     Option<std::int64_t> seed{this, "seed", 0, at_least(0),
                               "Seed of the views' order, of the losses' sampling and of the noise of `init: noise`"};
-    Option<std::string> device{this, "device", "auto", one_of({"auto", "cpu", "cuda"}), "Where losses are computed"};
+    Choice<Device> device{this,
+                          "device",
+                          Device::automatic,
+                          {{"auto", Device::automatic}, {"cpu", Device::cpu}, {"cuda", Device::cuda}},
+                          "Where losses are computed"};
     Option<InputFile> weights{this, "weights", InputFile{}, extensions({".safetensors", ".pth", ".pt"}),
                               "VGG-19 weights for `losses: auto`; empty: losses without a network"};
     // In the key: where a run goes back to after a loss that is not finite depends on it.
@@ -167,49 +197,34 @@ class TextureOptimize final : public Stage
     }
 
   private:
-    LevelRules level_rules() const
-    {
-        return {
-            .by_depth = *depth_levels,
-            .depth = *level_depth == "mesh"     ? LevelRules::Depth::mesh
-                     : *level_depth == "sensor" ? LevelRules::Depth::sensor
-                                                : LevelRules::Depth::sensor_or_lowest,
-            .depth_rule = {.theta_min_px = *theta_min_px, .theta_d_m = *theta_d_m, .printed_weight = *level_weight == "printed"},
-            .angle = {.limit_deg = *angle_limit_deg, .below = *angle_rule == "below", .from_smallest = *angle_map == "smallest"},
-            .scaling = *gradient_scaling == "angle"   ? GradientScaling::angle
-                       : *gradient_scaling == "level" ? GradientScaling::level
-                                                      : GradientScaling::none,
-            .share_by_features = *level_share == "features",
-            .enlarge_camera_features = *content_target == "smallest",
-            .fill_with_corner = *empty_pixels == "corner"};
-    }
-
     LoopOptions loop_options(int size) const
     {
         return {.size_px = size,
                 .heights_px = *heights_px,
                 .values = *values,
-                .clamp_layers = *clamp == "layers",
                 .init = *init,
-                .levels = level_rules(),
-                .style_rule = *style_sizes == "released" ? StyleRule::released : StyleRule::printed,
+                .levels = {.protocol = *protocol,
+                           .by_depth = *depth_levels,
+                           .depth = *level_depth,
+                           .theta_d_m = *theta_d_m,
+                           .angle_limit_deg = *angle_limit_deg,
+                           .scaling = *gradient_scaling},
                 .lambda_r = *lambda_r,
                 .seed = static_cast<std::uint64_t>(*seed),
                 .device = chosen_device(*device),
-                .train_share = *train_share,
                 .schedule = {.epochs = *epochs,
                              .repeats_count = *repeats_count,
                              .max_steps = *max_steps,
-                             .shuffled = *order == "shuffled",
+                             .shuffled = *protocol == Protocol::paper,
                              .rate = *rate,
-                             .cosine = *decay == "cosine",
+                             .decay = *decay,
                              .decay_start = *decay_start,
                              .step_epochs = *step_epochs,
                              .step_factor = *step_factor},
                 .held_out_count = *held_out_count,
                 .measure_steps = *measure_steps,
                 .stop_gain = *stop_gain,
-                .reference = *execution == "reference",
+                .reference = *execution == Execution::reference,
                 .checkpoint_steps = *checkpoint_steps,
                 .checkpoint_seconds = *checkpoint_seconds,
                 .preview_every = *preview_every};

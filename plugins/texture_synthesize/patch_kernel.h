@@ -27,8 +27,8 @@ struct PatchKernel
 };
 
 /// For any processor, and for x86-64 ones with AVX2 and FMA, and with AVX-512; null where the compiler cannot make them.
-const PatchKernel* base_patch_kernel();
-const PatchKernel* avx2_patch_kernel();
-const PatchKernel* avx512_patch_kernel();
+const PatchKernel* base_kernel();
+const PatchKernel* avx2_kernel();
+const PatchKernel* avx512_kernel();
 
 }  // namespace fresco::synthesize

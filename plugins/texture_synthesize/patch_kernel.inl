@@ -1,15 +1,16 @@
-// The loops of patch_kernel.h with vectors of FRESCO_LANES floats. Compiled several times for other processors, so that it must
+// The loops of patch_kernel.h with vectors of FRESCO_VECTOR_BYTES. Compiled several times for other processors, so that it must
 // not use anything inline from elsewhere: the linker might take this copy for all.
 
 #include "patch_kernel.h"
 
 namespace fresco::synthesize
 {
+#if FRESCO_VECTOR_BYTES > 0
 namespace
 {
 
-constexpr std::size_t lanes = FRESCO_LANES;
-constexpr std::size_t vectors = FRESCO_PANEL_VECTORS;
+constexpr std::size_t lanes = FRESCO_VECTOR_BYTES / 4;
+constexpr std::size_t vectors = FRESCO_VECTOR_BYTES == 64 ? 4 : 2;
 constexpr std::size_t rows = 6;
 
 typedef float Vector __attribute__((vector_size(lanes * 4), aligned(4), may_alias));
@@ -63,11 +64,16 @@ float squared_distance(const float* a, const float* b, std::size_t b_stride, std
 }
 
 }  // namespace
+#endif
 
 const PatchKernel* FRESCO_KERNEL()
 {
+#if FRESCO_VECTOR_BYTES > 0
     static constexpr PatchKernel kernel{FRESCO_KERNEL_NAME, rows, vectors * lanes, compare, squared_distance};
     return &kernel;
+#else
+    return nullptr;
+#endif
 }
 
 }  // namespace fresco::synthesize

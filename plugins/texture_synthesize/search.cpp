@@ -24,7 +24,7 @@ constexpr float never = 1e30F;
 
 const PatchKernel& patch_kernel()
 {
-    static const PatchKernel& kernel = fastest_of(avx512_patch_kernel(), avx2_patch_kernel(), base_patch_kernel());
+    static const PatchKernel& kernel = fastest_of(avx512_kernel(), avx2_kernel(), base_kernel());
     return kernel;
 }
 

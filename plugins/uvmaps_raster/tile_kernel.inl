@@ -1,4 +1,4 @@
-// The loop of tile_kernel.h with vectors of FRESCO_LANES doubles. Compiled several times for other processors, so that it must
+// The loop of tile_kernel.h with vectors of FRESCO_VECTOR_BYTES. Compiled several times for other processors, so that it must
 // not use anything inline from elsewhere: the linker might take this copy for all.
 
 #include "tile_kernel.h"
@@ -11,10 +11,11 @@
 
 namespace raster
 {
+#if FRESCO_VECTOR_BYTES > 0
 namespace
 {
 
-constexpr int lanes = FRESCO_LANES;
+constexpr int lanes = FRESCO_VECTOR_BYTES / 8;
 
 typedef double Doubles __attribute__((vector_size(lanes * 8)));
 typedef std::int64_t Longs __attribute__((vector_size(lanes * 8)));
@@ -128,11 +129,16 @@ void draw(const Piece* pieces, const std::uint32_t* numbers, std::size_t count, 
 }
 
 }  // namespace
+#endif
 
 const TileKernel* FRESCO_KERNEL()
 {
+#if FRESCO_VECTOR_BYTES > 0
     static constexpr TileKernel kernel{FRESCO_KERNEL_NAME, draw};
     return &kernel;
+#else
+    return nullptr;
+#endif
 }
 
 }  // namespace raster

@@ -1,15 +1,16 @@
-// The loop of matrix_kernel.h with vectors of FRESCO_LANES floats. Compiled several times for other processors, so that it must
+// The loop of matrix_kernel.h with vectors of FRESCO_VECTOR_BYTES. Compiled several times for other processors, so that it must
 // not use anything inline from elsewhere: the linker might take this copy for all.
 
 #include "matrix_kernel.h"
 
 namespace fresco::matrix
 {
+#if FRESCO_VECTOR_BYTES > 0
 namespace
 {
 
-constexpr std::size_t lanes = FRESCO_LANES;
-constexpr std::size_t vectors = FRESCO_PANEL_VECTORS;
+constexpr std::size_t lanes = FRESCO_VECTOR_BYTES / 4;
+constexpr std::size_t vectors = FRESCO_VECTOR_BYTES == 64 ? 4 : 2;
 constexpr std::size_t rows = 6;
 
 typedef float Vector __attribute__((vector_size(lanes * 4), aligned(4), may_alias));
@@ -41,11 +42,16 @@ void multiply(const float* const* a, std::ptrdiff_t a_step, const float* b, std:
 }
 
 }  // namespace
+#endif
 
 const Kernel* FRESCO_KERNEL()
 {
+#if FRESCO_VECTOR_BYTES > 0
     static constexpr Kernel kernel{FRESCO_KERNEL_NAME, rows, vectors * lanes, multiply};
     return &kernel;
+#else
+    return nullptr;
+#endif
 }
 
 }  // namespace fresco::matrix

@@ -1,223 +1,29 @@
-#include "packed_uv_map.h"
-#include "residuals.h"
-
 #include <fresco/error.h>
 #include <fresco/uv_maps.h>
 
+#include <zlib.h>
+#include <zstd.h>
+
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <fmt/format.h>
-#include <limits>
 #include <memory>
 #include <new>
 #include <stdexcept>
 #include <string>
-#include <zlib.h>
-#include <zstd.h>
-
-namespace fresco::detail
-{
-namespace
-{
-
-constexpr char magic[] = "FRESCOUV";
-constexpr std::uint32_t form = 2;
-
-std::uint32_t crc32(std::span<const std::byte> bytes)
-{
-    return static_cast<std::uint32_t>(crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
-}
-
-class HeaderWriter
-{
-  public:
-    explicit HeaderWriter(std::span<std::byte> out) : out_(out) {}
-    void byte(std::uint8_t value) { out_[at_++] = std::byte{value}; }
-    void number(std::uint32_t value)
-    {
-        for (unsigned shift = 0; shift < 32; shift += 8)
-            byte(static_cast<std::uint8_t>(value >> shift));
-    }
-    std::span<const std::byte> written() const { return out_.first(at_); }
-
-  private:
-    std::span<std::byte> out_;
-    std::size_t at_ = 0;
-};
-
-class Reader
-{
-  public:
-    explicit Reader(std::span<const std::byte> bytes) : bytes_(bytes) {}
-    std::uint8_t byte() { return std::to_integer<std::uint8_t>(bytes_[at_++]); }
-    std::uint32_t number()
-    {
-        std::uint32_t value = 0;
-        for (unsigned shift = 0; shift < 32; shift += 8)
-            value |= std::uint32_t{byte()} << shift;
-        return value;
-    }
-    std::size_t at() const { return at_; }
-    std::span<const std::byte> done() const { return bytes_.first(at_); }
-
-  private:
-    std::span<const std::byte> bytes_;
-    std::size_t at_ = 0;
-};
-
-}  // namespace
-
-void fail_packed(std::string_view source, std::size_t offset, std::string_view what)
-{
-    throw Error(fmt::format(
-        "{}: offset {}: {}; the file is damaged: rerun the stage that wrote it ('fresco store verify' finds its result)", source,
-        offset, what));
-}
-
-std::array<std::byte, PackedUvMapHeader::bytes> PackedUvMapHeader::write() const
-{
-    std::array<std::byte, bytes> out{};
-    HeaderWriter writer(out);
-    for (const char letter : std::string_view(magic))
-        writer.byte(static_cast<std::uint8_t>(letter));
-    for (const std::uint32_t value : {form, width, height, valid_pixels})
-        writer.number(value);
-    for (const std::uint8_t value : bits)
-        writer.byte(value);
-    writer.number(std::bit_cast<std::uint32_t>(depth_steps_per_meter));
-    writer.number(mask);
-    for (const PackedParts& quantity : parts)
-        for (const std::uint32_t size : {quantity.low, quantity.extra, quantity.large})
-            writer.number(size);
-    writer.number(crc32(writer.written()));
-    return out;
-}
-
-PackedUvMapHeader PackedUvMapHeader::read(std::span<const std::byte> file, std::string_view source)
-{
-    if (file.size() < bytes)
-        fail_packed(source, file.size(), fmt::format("ends within the header of {} bytes", bytes));
-    if (std::memcmp(file.data(), magic, std::strlen(magic)) != 0)
-        fail_packed(source, 0, "expected \"FRESCOUV\", the beginning of a packed uv map");
-    Reader reader(file);
-    reader.number();
-    reader.number();
-    if (const std::uint32_t found = reader.number(); found != form)
-        fail_packed(source, 8, fmt::format("expected form {}, got {}", form, found));
-    PackedUvMapHeader header;
-    header.width = reader.number();
-    header.height = reader.number();
-    header.valid_pixels = reader.number();
-    for (std::uint8_t& value : header.bits)
-        value = reader.byte();
-    header.depth_steps_per_meter = std::bit_cast<float>(reader.number());
-    std::uint64_t end = bytes;
-    end += header.mask = reader.number();
-    for (PackedParts& quantity : header.parts)
-        for (std::uint32_t* size : {&quantity.low, &quantity.extra, &quantity.large})
-            end += * size = reader.number();
-    const std::uint32_t sum = crc32(reader.done());
-    if (reader.number() != sum)
-        fail_packed(source, bytes - 4, "the header's checksum is wrong");
-    if (end != file.size())
-        fail_packed(source, file.size(), fmt::format("ends; the header lists parts up to {}", end));
-
-    const auto& [u, v, cosine, depth] = header.bits;
-    if (u < 16 || u > 22 || v != u || cosine != 8 || (depth != 16 && depth != 22))
-        fail_packed(source, 24, "expected 16 to 22 bits of u and as many of v, 8 of the cosine, 16 or 22 of depth");
-    // Too few would make infinite depths of sound steps.
-    if (!(header.depth_steps_per_meter > 0 && header.depth_steps_per_meter <= 1000) ||
-        !std::isfinite(4194303.0F / header.depth_steps_per_meter))
-        fail_packed(source, 28, "expected steps of depth per meter above 0 and at most 1000");
-    return header;
-}
-namespace
-{
-
-// Residuals hardly repeat: what counts is how often each byte occurs. Short repetitions, and long searches for them, cost more
-// than they save.
-constexpr int level = 1;
-constexpr int shortest_repetition = 7;
-constexpr int searched_log = 10;
-
-/// The thread's own: making one costs more than a small frame.
-ZSTD_CCtx* compressor()
-{
-    struct Free
-    {
-        void operator()(ZSTD_CCtx* context) const { ZSTD_freeCCtx(context); }
-    };
-    thread_local const std::unique_ptr<ZSTD_CCtx, Free> context(ZSTD_createCCtx());
-    if (!context)
-        throw std::bad_alloc();
-    return context.get();
-}
-
-ZSTD_DCtx* decompressor()
-{
-    struct Free
-    {
-        void operator()(ZSTD_DCtx* context) const { ZSTD_freeDCtx(context); }
-    };
-    thread_local const std::unique_ptr<ZSTD_DCtx, Free> context(ZSTD_createDCtx());
-    if (!context)
-        throw std::bad_alloc();
-    return context.get();
-}
-
-}  // namespace
-
-std::uint32_t FrameWriter::append(std::span<const std::uint8_t> contents)
-{
-    if (contents.empty())
-        return 0;
-    const std::size_t bound = ZSTD_compressBound(contents.size());
-    if (bound > scratch_bytes_)
-    {
-        scratch_ = std::make_unique_for_overwrite<std::byte[]>(bound);
-        scratch_bytes_ = bound;
-    }
-    ZSTD_CCtx* context = compressor();
-    ZSTD_CCtx_reset(context, ZSTD_reset_session_and_parameters);
-    ZSTD_CCtx_setParameter(context, ZSTD_c_compressionLevel, level);
-    ZSTD_CCtx_setParameter(context, ZSTD_c_minMatch, shortest_repetition);
-    ZSTD_CCtx_setParameter(context, ZSTD_c_hashLog, searched_log);
-    ZSTD_CCtx_setParameter(context, ZSTD_c_checksumFlag, 1);
-    const std::size_t size = ZSTD_compress2(context, scratch_.get(), bound, contents.data(), contents.size());
-    if (ZSTD_isError(size) != 0)
-        throw Error(std::string("a uv map cannot be packed: ") + ZSTD_getErrorName(size));
-    bytes_.insert(bytes_.end(), scratch_.get(), scratch_.get() + size);
-    return static_cast<std::uint32_t>(size);
-}
-
-std::string read_frame(std::span<const std::byte> frame, std::span<std::uint8_t> bytes)
-{
-    if (bytes.empty())
-        return frame.empty() ? "" : "expected no bytes";
-    const auto says = ZSTD_getFrameContentSize(frame.data(), frame.size());
-    if (says == ZSTD_CONTENTSIZE_ERROR || says == ZSTD_CONTENTSIZE_UNKNOWN)
-        return "expected a Zstandard frame with its size";
-    if (says != bytes.size())
-        return fmt::format("expected a frame of {} bytes, got {}", bytes.size(), says);
-    const std::size_t size = ZSTD_decompressDCtx(decompressor(), bytes.data(), bytes.size(), frame.data(), frame.size());
-    return ZSTD_isError(size) != 0 ? ZSTD_getErrorName(size) : "";
-}
-
-}  // namespace fresco::detail
 
 namespace fresco
 {
 namespace
 {
 
-using detail::fail_packed;
-using detail::PackedUvMapHeader;
-using detail::ResidualDecoder;
-using detail::ResidualEncoder;
-
-constexpr float uv_rounding = 1e-5F;
+constexpr std::string_view magic = "FRESCOUV";
+constexpr std::uint32_t form = 3;
+constexpr float rounding = 1e-5F;
 constexpr int cosine_bits = 8;
 constexpr float most_steps_per_meter = 1000;
 constexpr int depth_bits = 16;
@@ -227,210 +33,227 @@ constexpr double most_steps = 2'097'152;
 constexpr std::size_t most_pixels = std::size_t{1} << 28U;
 /// Zstandard's smallest block, of 4 bytes, holds 128 KiB.
 constexpr std::size_t most_packed = 32768;
+/// Differences hardly repeat: searching longer for repetitions costs more than it saves.
+constexpr int zstd_level = 1;
 
-constexpr int last_step(int bits)
+int last_step(int bits)
 {
     return (1 << bits) - 1;
 }
 
-std::string pixel_text(std::size_t pixel, int width)
+[[noreturn]] void fail(std::string_view source, std::size_t offset, std::string_view what)
 {
-    const auto columns = static_cast<std::size_t>(width);
-    return fmt::format("pixel ({}, {})", pixel % columns, pixel / columns);
+    throw Error(fmt::format(
+        "{}: offset {}: {}; the file is damaged: rerun the stage that wrote it ('fresco store verify' finds its result)", source,
+        offset, what));
 }
 
-/// All ones where a pixel is valid, 0 elsewhere.
-void keep_masks(const std::uint8_t* __restrict valid, std::size_t width, std::uint32_t* __restrict keep)
+/// The 36 bytes before the frame; little-endian numbers.
+struct Header
 {
-    for (std::size_t x = 0; x < width; ++x)
-        keep[x] = valid[x] != 0 ? ~0U : 0U;
-}
+    static constexpr std::size_t bytes = 36;
+    std::uint32_t width = 0;
+    std::uint32_t height = 0;
+    std::uint32_t uv_bits = 0;
+    std::uint32_t depth_bits = 0;
+    float steps_per_meter = 0;
 
-void pick_channel(const float* __restrict values, std::size_t width, std::size_t channels, std::size_t channel,
-                  std::uint32_t* __restrict out)
-{
-    for (std::size_t x = 0; x < width; ++x)
-        out[x] = std::bit_cast<std::uint32_t>(values[x * channels + channel]);
-}
+    std::size_t pixels() const { return std::size_t{width} * height; }
+    /// Of the frame: the mask, and a plane for each byte of each quantity's numbers.
+    std::size_t content_bytes() const
+    {
+        return (pixels() + 7) / 8 + pixels() * (2 * planes(uv_bits) + planes(cosine_bits) + planes(depth_bits));
+    }
+    static std::size_t planes(std::uint32_t bits) { return (bits + 7) / 8; }
+
+    void write(std::span<std::byte> file) const
+    {
+        const std::array<std::uint32_t, 6> numbers{form,    width,      height,
+                                                   uv_bits, depth_bits, std::bit_cast<std::uint32_t>(steps_per_meter)};
+        std::memcpy(file.data(), magic.data(), magic.size());
+        std::memcpy(file.data() + 8, numbers.data(), sizeof numbers);
+        const std::uint32_t sum = checksum(file);
+        std::memcpy(file.data() + 32, &sum, sizeof sum);
+    }
+
+    static Header read(std::span<const std::byte> file, std::string_view source)
+    {
+        static_assert(std::endian::native == std::endian::little);
+        if (file.size() < bytes)
+            fail(source, file.size(), fmt::format("ends within the header of {} bytes", bytes));
+        if (std::memcmp(file.data(), magic.data(), magic.size()) != 0)
+            fail(source, 0, "expected \"FRESCOUV\", the beginning of a packed uv map");
+        std::array<std::uint32_t, 7> numbers{};
+        std::memcpy(numbers.data(), file.data() + 8, sizeof numbers);
+        if (numbers[0] != form)
+            fail(source, 8, fmt::format("expected form {}, got {}", form, numbers[0]));
+        if (numbers[6] != checksum(file))
+            fail(source, 32, "the header's checksum is wrong");
+        const Header header{numbers[1], numbers[2], numbers[3], numbers[4], std::bit_cast<float>(numbers[5])};
+        if (header.uv_bits < min_uv_bits || header.uv_bits > max_uv_bits ||
+            (header.depth_bits != fresco::depth_bits && header.depth_bits != far_depth_bits))
+            fail(source, 20, "expected 16 to 22 bits of texcoords, 16 or 22 of depth");
+        // Too few would make infinite depths of sound steps.
+        if (!(header.steps_per_meter > 0 && header.steps_per_meter <= most_steps_per_meter) ||
+            !std::isfinite(4194303.0F / header.steps_per_meter))
+            fail(source, 28, "expected steps of depth per meter above 0 and at most 1000");
+        if (header.pixels() < 1 || header.pixels() > most_pixels)
+            fail(source, 12, fmt::format("expected 1 to {} pixels, got {}x{}", most_pixels, header.width, header.height));
+        if (header.content_bytes() / most_packed > file.size() - bytes)
+            fail(source, 12, fmt::format("{}x{} pixels cannot be in {} bytes", header.width, header.height, file.size() - bytes));
+        return header;
+    }
+
+  private:
+    static std::uint32_t checksum(std::span<const std::byte> file)
+    {
+        return static_cast<std::uint32_t>(crc32_z(0, reinterpret_cast<const Bytef*>(file.data()), 32));
+    }
+};
 
 /// The nearest whole number, of numbers from 0 on.
-std::int32_t rounded(double number)
+std::uint32_t rounded(double number)
 {
     // lround is not vectorized; the last bit, in which they may differ, counts nothing here.
-    return static_cast<std::int32_t>(number + 0.5);  // NOLINT(bugprone-incorrect-roundings)
+    return static_cast<std::uint32_t>(static_cast<std::int32_t>(number + 0.5));  // NOLINT(bugprone-incorrect-roundings)
 }
 
-/// Floats of a row, as bits, rounded to steps of [0,1]; 1e-5 beyond is taken for 0 or 1. False if a kept value is farther out.
-bool share_steps(std::uint32_t* __restrict row, const std::uint32_t* __restrict keep, std::size_t width, int last)
+/// A value of [0,1] in steps; 1e-5 beyond is taken for 0 or 1.
+std::uint32_t share_step(float value, int last)
 {
-    std::uint32_t bad = 0;
-    for (std::size_t x = 0; x < width; ++x)
-    {
-        const auto value = std::bit_cast<float>(row[x] & keep[x]);
-        const std::uint32_t good = (value >= -uv_rounding ? ~0U : 0U) & (value <= 1 + uv_rounding ? ~0U : 0U);
-        bad |= ~good;
-        const auto within = static_cast<double>(std::bit_cast<float>(std::bit_cast<std::uint32_t>(value) & good));
-        const auto step = rounded(within * last);
-        row[x] = static_cast<std::uint32_t>(step < 0 ? 0 : step > last ? last : step);
-    }
-    return bad == 0;
+    const float within = value < 0 ? 0 : value > 1 ? 1 : value;
+    return rounded(static_cast<double>(within) * last);
 }
 
-/// The same for depth: surface in front of the camera stays there.
-void depth_steps(std::uint32_t* __restrict row, const std::uint32_t* __restrict keep, std::size_t width, double per_meter)
+/// Calls check(value) for every valid pixel's values, and throws Error naming the first pixel for which it is false.
+template <class Check>
+void check_values(const RasterF& raster, const Raster8& valid, std::string_view what, std::string_view expected,
+                  std::string_view source, const Check& check)
 {
-    for (std::size_t x = 0; x < width; ++x)
-    {
-        const auto depth = std::bit_cast<float>(row[x] & keep[x]);
-        const std::int32_t step = rounded(static_cast<double>(depth) * per_meter);
-        const std::int32_t least = depth > 0 ? 1 : 0;
-        row[x] = static_cast<std::uint32_t>(step < least ? least : step);
-    }
-}
-
-/// The largest depth of a valid pixel; negative and not finite ones throw.
-float largest_depth(const UvMap& map, std::string_view source)
-{
-    // Compared as bits: of floats from 0 on they are in the same order, those of all others are larger than infinity's.
-    constexpr auto infinity = std::bit_cast<std::uint32_t>(std::numeric_limits<float>::infinity());
-    const float* depth = map.depth.values.data();
-    const std::uint8_t* valid = map.valid.values.data();
-    const std::size_t pixels = map.valid.values.size();
-    const auto bits_at = [&](std::size_t i) { return valid[i] != 0 ? std::bit_cast<std::uint32_t>(depth[i] + 0.0F) : 0U; };
-    std::uint32_t largest = 0;
-    for (std::size_t i = 0; i < pixels; ++i)
-        largest = std::max(largest, bits_at(i));
-    if (largest >= infinity)
-    {
-        std::size_t bad = 0;
-        while (bits_at(bad) < infinity)
-            ++bad;
-        throw Error(fmt::format("{}: depth: {} holds {:f}; expected a distance in meters", source,
-                                pixel_text(bad, map.depth.width), depth[bad]));
-    }
-    return std::bit_cast<float>(largest);
-}
-
-[[noreturn]] void fail_share(const RasterF& raster, const Raster8& valid, std::string_view what, std::string_view source)
-{
+    const auto channels = static_cast<std::size_t>(raster.channels);
     for (std::size_t i = 0; i < raster.values.size(); ++i)
-    {
-        const std::size_t pixel = i / static_cast<std::size_t>(raster.channels);
-        const float value = raster.values[i];
-        if (valid.values[pixel] != 0 && !(value >= -uv_rounding && value <= 1 + uv_rounding))
-            throw Error(fmt::format("{}: {}: {} holds {:f}; expected a number from 0 to 1", source, what,
-                                    pixel_text(pixel, raster.width), value));
-    }
-    throw std::logic_error("no value is out of range");
+        if (valid.values[i / channels] != 0 && !check(raster.values[i]))
+            throw Error(fmt::format("{}: {}: pixel ({}, {}) holds {:f}; expected {}", source, what,
+                                    i / channels % static_cast<std::size_t>(raster.width),
+                                    i / channels / static_cast<std::size_t>(raster.width), raster.values[i], expected));
 }
 
-void check_rasters(const UvMap& map, std::string_view source)
+void check_map(const UvMap& map, std::string_view source)
 {
-    const auto check = [&](const auto& raster, int channels, const char* what)
+    const auto check_size = [&](const auto& raster, int channels, const char* what)
     {
         if (raster.width != map.valid.width || raster.height != map.valid.height || raster.channels != channels)
             throw Error(fmt::format("{}: {}: is {}x{}x{}; expected {}x{}x{}, as the validity has it", source, what, raster.width,
                                     raster.height, raster.channels, map.valid.width, map.valid.height, channels));
     };
-    check(map.valid, 1, "validity");
-    check(map.uv, 2, "uv");
-    check(map.depth, 1, "depth");
-    check(map.cosine, 1, "cosine");
+    check_size(map.valid, 1, "validity");
+    check_size(map.uv, 2, "uv");
+    check_size(map.depth, 1, "depth");
+    check_size(map.cosine, 1, "cosine");
     if (map.valid.empty() || map.valid.values.size() > most_pixels)
         throw Error(fmt::format("{}: expected 1 to {} pixels, got {}", source, most_pixels, map.valid.values.size()));
+    const auto is_share = [](float value) { return value >= -rounding && value <= 1 + rounding; };
+    check_values(map.uv, map.valid, "uv", "a number from 0 to 1", source, is_share);
+    check_values(map.cosine, map.valid, "cosine", "a number from 0 to 1", source, is_share);
+    check_values(map.depth, map.valid, "depth", "a distance in meters", source,
+                 [](float value) { return value >= 0 && std::isfinite(value); });
 }
 
-/// Bit i % 8 of byte i / 8 says whether pixel i is valid.
-std::vector<std::uint8_t> mask_of(const Raster8& valid, std::uint32_t& valid_pixels)
+/// A quantity's numbers as planes of bytes, the lowest first. Each is the difference of a pixel's steps from those of the pixel
+/// to its left, minus the same difference in the row above: on a flat wall 0. An invalid pixel is taken as step_of(0.0F),
+/// whatever it holds. Loop by loop over a row, so that the compiler may vectorize them.
+template <class StepOf>
+void put_planes(std::vector<std::uint8_t>& content, const Raster8& valid, int bits, const float* values, std::size_t channels,
+                const StepOf& step_of)
 {
     const std::size_t pixels = valid.values.size();
-    std::vector<std::uint8_t> mask((pixels + 7) / 8);
-    std::size_t ones = 0;
-    for (std::size_t i = 0; i < mask.size(); ++i)
+    const std::size_t planes = Header::planes(static_cast<std::uint32_t>(bits));
+    const std::size_t begin = content.size();
+    content.resize(begin + planes * pixels);
+    std::uint8_t* out = content.data() + begin;
+    const auto width = static_cast<std::size_t>(valid.width);
+    std::vector<std::uint32_t> above(width);
+    std::vector<std::uint32_t> numbers(width);
+    std::vector<std::uint32_t> steps(width + 1);
+    const int unused = 32 - bits;
+    for (std::size_t row = 0; row < pixels; row += width, out += width)
     {
-        std::array<std::uint8_t, 8> eight{};
-        std::copy_n(valid.values.data() + 8 * i, std::min<std::size_t>(8, pixels - 8 * i), eight.data());
-        for (std::uint8_t& pixel : eight)
-            pixel = pixel != 0 ? 1 : 0;
-        // The product's top byte collects the lowest bits of the eight bytes.
-        mask[i] = static_cast<std::uint8_t>(std::bit_cast<std::uint64_t>(eight) * 0x0102040810204080U >> 56U);
-        ones += static_cast<std::size_t>(std::popcount(mask[i]));
+        for (std::size_t x = 0; x < width; ++x)
+            steps[x + 1] = step_of(valid.values[row + x] != 0 ? values[(row + x) * channels] : 0.0F);
+        for (std::size_t x = 0; x < width; ++x)
+        {
+            const std::uint32_t across = steps[x + 1] - steps[x];
+            // 0, -1, 1, -2, 2 … as 0, 1, 2, 3, 4 …, counting modulo 2^bits.
+            const auto difference = static_cast<std::int32_t>((across - above[x]) << unused) >> unused;
+            numbers[x] = static_cast<std::uint32_t>(difference) << 1U ^ static_cast<std::uint32_t>(difference >> 31);
+            above[x] = across;
+        }
+        for (std::size_t plane = 0; plane < planes; ++plane)
+            for (std::size_t x = 0; x < width; ++x)
+                out[plane * pixels + x] = static_cast<std::uint8_t>(numbers[x] >> 8 * plane);
     }
-    valid_pixels = static_cast<std::uint32_t>(ones);
-    return mask;
 }
 
-std::size_t put_mask(std::span<const std::uint8_t> mask, Raster8& valid)
+/// The reverse: values[…] = value_of(step), 0 for invalid pixels. Returns the bytes behind the planes.
+template <class ValueOf>
+const std::uint8_t* take_planes(const std::uint8_t* content, const Raster8& valid, int bits, float* values, std::size_t channels,
+                                const ValueOf& value_of)
 {
-    static_assert(std::endian::native == std::endian::little, "the first of eight pixels is a word's lowest byte");
     const std::size_t pixels = valid.values.size();
-    std::size_t ones = 0;
-    for (std::size_t i = 0; i < mask.size(); ++i)
+    const std::size_t planes = Header::planes(static_cast<std::uint32_t>(bits));
+    const auto width = static_cast<std::size_t>(valid.width);
+    const auto mask = static_cast<std::uint32_t>(last_step(bits));
+    std::vector<std::uint32_t> above(width);
+    std::vector<std::uint32_t> numbers(width);
+    const std::uint8_t* in = content;
+    for (std::size_t row = 0; row < pixels; row += width, in += width)
     {
-        // Byte k keeps bit k of the mask, then becomes 1 if it has any.
-        const std::uint64_t bits = mask[i] * 0x0101010101010101U & 0x8040201008040201U;
-        const auto eight = std::bit_cast<std::array<std::uint8_t, 8>>((bits + 0x7f7f7f7f7f7f7f7fU) >> 7U & 0x0101010101010101U);
-        std::copy_n(eight.data(), std::min<std::size_t>(8, pixels - 8 * i), valid.values.data() + 8 * i);
-        ones += static_cast<std::size_t>(std::popcount(mask[i]));
+        for (std::size_t x = 0; x < width; ++x)
+            numbers[x] = in[x];
+        for (std::size_t plane = 1; plane < planes; ++plane)
+            for (std::size_t x = 0; x < width; ++x)
+                numbers[x] |= std::uint32_t{in[plane * pixels + x]} << 8 * plane;
+        for (std::size_t x = 0; x < width; ++x)
+            above[x] += numbers[x] >> 1U ^ (0U - (numbers[x] & 1U));
+        std::uint32_t step = 0;
+        for (std::size_t x = 0; x < width; ++x)
+            numbers[x] = step += above[x];
+        for (std::size_t x = 0; x < width; ++x)
+            values[(row + x) * channels] =
+                valid.values[row + x] != 0 ? value_of(static_cast<std::int32_t>(numbers[x] & mask)) : 0.0F;
     }
-    return ones;
+    return content + planes * pixels;
 }
 
-/// Before anything is allocated for them.
-void check_pixels(const PackedUvMapHeader& header, std::string_view source)
+std::vector<std::byte> compressed(std::span<const std::uint8_t> content)
 {
-    const std::size_t pixels = std::size_t{header.width} * header.height;
-    if (pixels < 1 || pixels > most_pixels)
-        fail_packed(source, 12, fmt::format("expected 1 to {} pixels, got {}x{}", most_pixels, header.width, header.height));
-    for (const detail::PackedParts& quantity : header.parts)
-        if (pixels / most_packed > quantity.low)
-            fail_packed(source, 12, fmt::format("{}x{} pixels cannot be in {} bytes", header.width, header.height, quantity.low));
+    std::vector<std::byte> file(Header::bytes + ZSTD_compressBound(content.size()));
+    const std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context(ZSTD_createCCtx(), ZSTD_freeCCtx);
+    if (!context)
+        throw std::bad_alloc();
+    ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, zstd_level);
+    ZSTD_CCtx_setParameter(context.get(), ZSTD_c_checksumFlag, 1);
+    const std::size_t size =
+        ZSTD_compress2(context.get(), file.data() + Header::bytes, file.size() - Header::bytes, content.data(), content.size());
+    if (ZSTD_isError(size) != 0)
+        throw Error(std::string("a uv map cannot be packed: ") + ZSTD_getErrorName(size));
+    file.resize(Header::bytes + size);
+    return file;
 }
 
-/// Fetches the parts of a file one after the other.
-class PartReader
+std::unique_ptr<std::uint8_t[]> decompressed(std::span<const std::byte> frame, std::size_t bytes, std::string_view source)
 {
-  public:
-    PartReader(std::span<const std::byte> file, std::string_view source) : file_(file), source_(source) {}
-
-    std::span<const std::uint8_t> next(std::uint32_t packed, std::size_t bytes, std::unique_ptr<std::uint8_t[]>& memory)
-    {
-        memory = std::make_unique_for_overwrite<std::uint8_t[]>(bytes);
-        const std::span<std::uint8_t> out(memory.get(), bytes);
-        const std::string wrong = detail::read_frame(file_.subspan(at_, packed), out);
-        if (!wrong.empty())
-            fail_packed(source_, at_, wrong);
-        at_ += packed;
-        return out;
-    }
-
-  private:
-    std::span<const std::byte> file_;
-    std::string_view source_;
-    std::size_t at_ = PackedUvMapHeader::bytes;
-};
-
-/// One quantity's planes out of a file, and their decoder.
-struct Quantity
-{
-    Quantity(PartReader& parts, const detail::PackedParts& sizes, int width, int height, int bits)
-        : pixels(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)),
-          low_bytes(parts.next(sizes.low, pixels, low)),
-          extra_bytes(parts.next(sizes.extra, detail::extra_bits(bits) > 0 ? pixels : 0, extra)),
-          large_bytes(parts.next(sizes.large, 2 * detail::count_large(low_bytes, bits), large)),
-          rows(width, bits, low_bytes.data(), extra_bytes.data(), large_bytes)
-    {
-    }
-
-    std::unique_ptr<std::uint8_t[]> low;
-    std::unique_ptr<std::uint8_t[]> extra;
-    std::unique_ptr<std::uint8_t[]> large;
-    std::size_t pixels;
-    std::span<const std::uint8_t> low_bytes;
-    std::span<const std::uint8_t> extra_bytes;
-    std::span<const std::uint8_t> large_bytes;
-    ResidualDecoder rows;
-};
+    const auto says = ZSTD_getFrameContentSize(frame.data(), frame.size());
+    if (says != bytes)
+        fail(source, Header::bytes,
+             fmt::format("expected a Zstandard frame of {} bytes, got {}", bytes,
+                         says == ZSTD_CONTENTSIZE_ERROR || says == ZSTD_CONTENTSIZE_UNKNOWN ? "none" : std::to_string(says)));
+    auto content = std::make_unique_for_overwrite<std::uint8_t[]>(bytes);
+    const std::size_t size = ZSTD_decompress(content.get(), bytes, frame.data(), frame.size());
+    if (ZSTD_isError(size) != 0)
+        fail(source, Header::bytes, ZSTD_getErrorName(size));
+    return content;
+}
 
 }  // namespace
 
@@ -465,119 +288,62 @@ std::vector<std::byte> pack_uv_map(const UvMap& map, int uv_bits, std::string_vi
 {
     if (uv_bits < min_uv_bits || uv_bits > max_uv_bits)
         throw std::invalid_argument(fmt::format("expected 16 to 22 bits of texcoords, got {}", uv_bits));
-    check_rasters(map, source);
-    const int width = map.valid.width;
-    const int height = map.valid.height;
-
+    check_map(map, source);
+    const std::size_t pixels = map.valid.values.size();
+    double deepest = 0;
+    for (std::size_t i = 0; i < pixels; ++i)
+        if (map.valid.values[i] != 0)
+            deepest = std::max(deepest, static_cast<double>(map.depth.values[i]));
     float steps_per_meter = most_steps_per_meter;
-    const auto deepest = static_cast<double>(largest_depth(map, source));
     while (deepest * steps_per_meter > most_steps)
         steps_per_meter /= 2;
     const bool far = deepest * steps_per_meter + 0.5 >= last_step(depth_bits) + 1;
+    const Header header{static_cast<std::uint32_t>(map.valid.width), static_cast<std::uint32_t>(map.valid.height),
+                        static_cast<std::uint32_t>(uv_bits), static_cast<std::uint32_t>(far ? far_depth_bits : depth_bits),
+                        steps_per_meter};
 
-    PackedUvMapHeader header;
-    header.width = static_cast<std::uint32_t>(width);
-    header.height = static_cast<std::uint32_t>(height);
-    header.bits = {static_cast<std::uint8_t>(uv_bits), static_cast<std::uint8_t>(uv_bits), cosine_bits,
-                   static_cast<std::uint8_t>(far ? far_depth_bits : depth_bits)};
-    header.depth_steps_per_meter = steps_per_meter;
-    const auto mask = mask_of(map.valid, header.valid_pixels);
-
-    std::array<ResidualEncoder, detail::packed_quantities> encoders{
-        ResidualEncoder(width, height, header.bits[0]), ResidualEncoder(width, height, header.bits[1]),
-        ResidualEncoder(width, height, header.bits[2]), ResidualEncoder(width, height, header.bits[3])};
-    const auto columns = static_cast<std::size_t>(width);
-    std::vector<std::uint32_t> keep(columns);
-    std::vector<std::uint32_t> steps(columns);
-    for (int y = 0; y < height; ++y)
-    {
-        const std::uint8_t* valid = &map.valid.at(0, y);
-        keep_masks(valid, columns, keep.data());
-        for (const std::size_t channel : {detail::packed_u, detail::packed_v})
-        {
-            pick_channel(&map.uv.at(0, y), columns, 2, channel, steps.data());
-            if (!share_steps(steps.data(), keep.data(), columns, last_step(uv_bits)))
-                fail_share(map.uv, map.valid, "uv", source);
-            encoders[channel].row(steps.data(), valid);
-        }
-        pick_channel(&map.cosine.at(0, y), columns, 1, 0, steps.data());
-        if (!share_steps(steps.data(), keep.data(), columns, last_step(cosine_bits)))
-            fail_share(map.cosine, map.valid, "cosine", source);
-        encoders[detail::packed_cosine].row(steps.data(), valid);
-        pick_channel(&map.depth.at(0, y), columns, 1, 0, steps.data());
-        depth_steps(steps.data(), keep.data(), columns, static_cast<double>(steps_per_meter));
-        encoders[detail::packed_depth].row(steps.data(), valid);
-    }
-
-    detail::FrameWriter frames(PackedUvMapHeader::bytes);
-    header.mask = frames.append(mask);
-    for (std::size_t i = 0; i < encoders.size(); ++i)
-    {
-        const auto planes = std::move(encoders[i]).planes();
-        header.parts[i] = {frames.append(planes.low), frames.append(planes.extra), frames.append(planes.large)};
-    }
-    auto file = std::move(frames).bytes();
-    std::ranges::copy(header.write(), file.begin());
+    std::vector<std::uint8_t> content((pixels + 7) / 8);
+    content.reserve(header.content_bytes());
+    for (std::size_t i = 0; i < pixels; ++i)
+        content[i / 8] |= static_cast<std::uint8_t>((map.valid.values[i] != 0 ? 1U : 0U) << i % 8);
+    const auto share = [](int last) { return [last](float value) { return share_step(value, last); }; };
+    for (const std::size_t channel : {0, 1})
+        put_planes(content, map.valid, uv_bits, map.uv.values.data() + channel, 2, share(last_step(uv_bits)));
+    put_planes(content, map.valid, cosine_bits, map.cosine.values.data(), 1, share(last_step(cosine_bits)));
+    put_planes(content, map.valid, static_cast<int>(header.depth_bits), map.depth.values.data(), 1,
+               [steps_per_meter](float depth)
+               {
+                   // Surface in front of the camera stays there.
+                   const std::uint32_t step = rounded(static_cast<double>(depth) * steps_per_meter);
+                   const std::uint32_t least = depth > 0 ? 1 : 0;
+                   return step < least ? least : step;
+               });
+    auto file = compressed(content);
+    header.write(file);
     return file;
 }
 
 UvMap unpack_uv_map(std::span<const std::byte> bytes, int width, int height, std::string_view source)
 {
-    const PackedUvMapHeader header = PackedUvMapHeader::read(bytes, source);
+    const Header header = Header::read(bytes, source);
     if (header.width != static_cast<std::uint32_t>(width) || header.height != static_cast<std::uint32_t>(height))
         throw Error(
             fmt::format("{}: offset 12: is {}x{}; the index says {}x{}", source, header.width, header.height, width, height));
-    check_pixels(header, source);
+    const auto content = decompressed(bytes.subspan(Header::bytes), header.content_bytes(), source);
     UvMap map{{width, height, 2}, {width, height}, {width, height}, {width, height}};
-    PartReader parts(bytes, source);
-    {
-        std::unique_ptr<std::uint8_t[]> memory;
-        const auto mask = parts.next(header.mask, (map.valid.values.size() + 7) / 8, memory);
-        if (const std::size_t ones = put_mask(mask, map.valid); ones != header.valid_pixels)
-            fail_packed(source, 20, fmt::format("{} valid pixels are listed, the mask has {}", header.valid_pixels, ones));
-    }
-    const auto quantity = [&](std::size_t i) { return Quantity(parts, header.parts[i], width, height, header.bits[i]); };
-    Quantity u = quantity(detail::packed_u);
-    Quantity v = quantity(detail::packed_v);
-    Quantity cosine = quantity(detail::packed_cosine);
-    Quantity depth = quantity(detail::packed_depth);
-
-    const auto last_uv = static_cast<float>(last_step(header.bits[detail::packed_u]));
-    const auto last_cosine = static_cast<float>(last_step(header.bits[detail::packed_cosine]));
-    const auto columns = static_cast<std::size_t>(width);
-    for (int y = 0; y < height; ++y)
-    {
-        const std::uint8_t* valid = &map.valid.at(0, y);
-        const std::uint32_t* us = u.rows.row();
-        const std::uint32_t* vs = v.rows.row();
-        const std::uint32_t* cosines = cosine.rows.row();
-        const std::uint32_t* depths = depth.rows.row();
-        float* uv_row = &map.uv.at(0, y);
-        float* cosine_row = &map.cosine.at(0, y);
-        float* depth_row = &map.depth.at(0, y);
-        // Signed, as processors convert; a mask of all ones or none keeps invalid pixels at 0.
-        const auto kept = [&](std::uint32_t steps, std::size_t x)
-        { return static_cast<float>(static_cast<std::int32_t>(steps & (0U - valid[x]))); };
-        for (std::size_t x = 0; x < columns; ++x)
-        {
-            uv_row[2 * x] = kept(us[x], x) / last_uv;
-            uv_row[2 * x + 1] = kept(vs[x], x) / last_uv;
-        }
-        for (std::size_t x = 0; x < columns; ++x)
-            cosine_row[x] = kept(cosines[x], x) / last_cosine;
-        for (std::size_t x = 0; x < columns; ++x)
-            depth_row[x] = kept(depths[x], x) / header.depth_steps_per_meter;
-    }
+    for (std::size_t i = 0; i < header.pixels(); ++i)
+        map.valid.values[i] = content[i / 8] >> i % 8 & 1U;
+    const std::uint8_t* next = content.get() + (header.pixels() + 7) / 8;
+    const int uv_bits = static_cast<int>(header.uv_bits);
+    const auto divided_by = [](float most) { return [most](std::int32_t step) { return static_cast<float>(step) / most; }; };
+    for (const std::size_t channel : {0, 1})
+        next = take_planes(next, map.valid, uv_bits, map.uv.values.data() + channel, 2,
+                           divided_by(static_cast<float>(last_step(uv_bits))));
+    next = take_planes(next, map.valid, cosine_bits, map.cosine.values.data(), 1,
+                       divided_by(static_cast<float>(last_step(cosine_bits))));
+    take_planes(next, map.valid, static_cast<int>(header.depth_bits), map.depth.values.data(), 1,
+                divided_by(header.steps_per_meter));
     return map;
-}
-
-PackedUvMapBytes packed_uv_map_bytes(std::span<const std::byte> bytes, std::string_view source)
-{
-    const PackedUvMapHeader header = PackedUvMapHeader::read(bytes, source);
-    const auto sum = [&](std::size_t i)
-    { return std::size_t{header.parts[i].low} + header.parts[i].extra + header.parts[i].large; };
-    return {PackedUvMapHeader::bytes, header.mask, sum(detail::packed_u) + sum(detail::packed_v), sum(detail::packed_cosine),
-            sum(detail::packed_depth)};
 }
 
 }  // namespace fresco

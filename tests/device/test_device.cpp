@@ -79,7 +79,7 @@ struct Room
         const auto steps = made<OptimizerRule>(
             rule, rule == "optimizer.adam" ? Value::Map{{"mode", "visible"}} : Value::Map{{"max_evaluations", 2}}, factory);
         LoopOptions options = optimize::short_loop(64, repeats, device);
-        options.init = "frames";
+        options.init = Init::frames;
         options.lambda_r = 0.01;
         options.levels.angle.limit_deg = 60;
         testing::TestRun run;

@@ -79,7 +79,7 @@ stages:
     epochs: 1
     init: frames
     max_steps: 20
-    theta_min_px: 8
+    theta_d_m: 1
     losses: {style: {type: example.smooth, weight: 1}, content: }
   views:
 YAML

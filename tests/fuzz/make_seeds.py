@@ -346,17 +346,9 @@ def zstd_frame(contents):
 def uv_map():
     width, height = 32, 24
     pixels = width * height
-    # A mask of 96 bytes has its size in one byte.
-    mask = b"\xFF" * (pixels // 8)
-    mask = struct.pack("<IBB", 0xFD2FB528, 0x20, len(mask)) + struct.pack("<I", (len(mask) << 3) | 1)[:3] + mask
-    parts, sizes = [mask], [len(mask)]
-    for _ in range(4):
-        low = bytes(i % 3 for i in range(pixels))
-        parts.append(zstd_frame(low))
-        sizes += [len(parts[-1]), 0, 0]
-    header = b"FRESCOUV" + struct.pack("<IIII4BfI", 2, width, height, pixels, 16, 16, 8, 16, 1000, sizes[0])
-    header += struct.pack("<12I", *sizes[1:])
-    return header + struct.pack("<I", zlib.crc32(header)) + b"".join(parts)
+    content = b"\xFF" * (pixels // 8) + bytes(i % 3 for i in range(7 * pixels))
+    header = b"FRESCOUV" + struct.pack("<5If", 3, width, height, 16, 16, 1000)
+    return header + struct.pack("<I", zlib.crc32(header)) + zstd_frame(content)
 
 
 def checkpoint():

@@ -15,8 +15,8 @@ from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
 
-# The paper's constants, but for the smallest ideal height, which is less because the pictures are.
-THETA_MIN_PX, THETA_D_M, ANGLE_LIMIT_DEG = 5, 0.25, 30
+# The paper's constants, but for the length that has the smallest height, which is more because the pictures are smaller.
+THETA_MIN_PX, THETA_D_M, ANGLE_LIMIT_DEG = 32, 1.6, 30
 CONTENT_WEIGHT, STYLE_WEIGHT, REGULARIZER_WEIGHT = 70, 1e-4, 5000
 STYLE_LAYERS = {"1_1": 1000, "2_1": 1000, "3_1": 10, "4_1": 10, "5_1": 1000}
 CONTENT_LAYER = "4_2"

@@ -11,7 +11,7 @@ base: $pipelines/presets/stylemesh-scannet.yaml
 vars: {data: $work, weights: $work/vgg19.safetensors}
 stages:
   scan: {type: scan.synthetic_room, length_m: 8, frames_count: 5, color_width_px: 160, color_height_px: 120, edge_m: 0.15}
-  frames: {min_sharpness: 0}
+  frames: {min_sharpness: 0, max_frames: 1}
   mesh: {max_faces: 4000}
   atlas: {size_px: 256}
   uvmaps: {heights_px: [44, 70, 102]}
@@ -19,10 +19,9 @@ stages:
   dataset: {type: dataset.write, input: {uvmaps: uvmaps, frames: frames, mesh: atlas, style: pattern}}
   texture:
     input: {style: pattern}
-    theta_min_px: 5
+    theta_d_m: 1.6
     init: noise
     seed: 1
-    order: recorded
     max_steps: 1
     optimizer: {epsilon: 1}
 YAML

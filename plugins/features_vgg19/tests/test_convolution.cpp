@@ -1,5 +1,4 @@
 #include "convolution.h"
-#include "maps.h"
 #include "random_numbers.h"
 
 #include <fresco/parallel.h>

@@ -1,6 +1,5 @@
 #include "nearest.h"
 #include "random_tensor.h"
-#include "samples.h"
 
 #include <fresco/progress.h>
 #include <fresco/torch/testing.h>

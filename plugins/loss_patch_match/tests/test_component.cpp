@@ -156,22 +156,3 @@ TEST_CASE("A style picture too small for the scales is refused")
     fixture.context.style = {waves(20, 64, 3), waves(20, 64, 3)};
     CHECK_THROWS_WITH(fixture.make(), Catch::Contains("64 x 20") && Catch::Contains("scales"));
 }
-
-TEST_CASE("loss.patch_match gives the same bytes for any thread count")
-{
-    const int before = at::get_num_threads();
-    Fixture fixture;
-    const auto run = [&](int threads)
-    {
-        at::set_num_threads(threads);
-        const auto loss = fixture.make();
-        auto picture = waves(40, 48, 5).requires_grad_();
-        fresco::testing::PicturePart part(picture, fixture.camera);
-        loss->evaluate(part).at(0).value.backward();
-        return picture.grad();
-    };
-    const auto one = run(1);
-    const auto two = run(2);
-    at::set_num_threads(before);
-    CHECK(at::equal(one, two));
-}

@@ -1,32 +1,35 @@
 #pragma once
 
-#include "level_rules.h"
-
 #include "loop.h"
 
 namespace fresco::optimize
 {
+
+/// Every pixel at every height, at any angle.
+inline constexpr LevelRules all_pixels{.protocol = Protocol::paper,
+                                       .by_depth = false,
+                                       .depth = LevelRules::Depth::mesh,
+                                       .theta_d_m = 0.25,
+                                       .angle_limit_deg = 90,
+                                       .scaling = GradientScaling::angle};
 
 /// Steps over all views in their whole size, neither measured nor kept, from zeros.
 inline LoopOptions short_loop(int size_px, int repeats_count, const torch::Device& device = torch::kCPU)
 {
     return {.size_px = size_px,
             .heights_px = {},
-            .values = "display",
-            .clamp_layers = false,
-            .init = "zeros",
+            .values = Values::display,
+            .init = Init::zeros,
             .levels = all_pixels,
-            .style_rule = StyleRule::printed,
             .lambda_r = 0,
             .seed = 0,
             .device = device,
-            .train_share = 1,
             .schedule = {.epochs = 1,
                          .repeats_count = repeats_count,
                          .max_steps = 0,
                          .shuffled = true,
                          .rate = 0.02,
-                         .cosine = true,
+                         .decay = Decay::cosine,
                          .decay_start = 0.5,
                          .step_epochs = 3,
                          .step_factor = 0.1},

@@ -1,6 +1,6 @@
 #include "fakes.h"
 #include "initial_texture.h"
-#include "noise_picture.h"
+#include "pictures.h"
 
 #include "catch.h"
 
@@ -30,8 +30,8 @@ TEST_CASE("the camera pictures gathered into the texture, recolored, have the st
     testing::TestRun two(2);
     const auto views = source.seeing_views();
     REQUIRE(views.size() == 9);
-    const auto texture = initial_texture(source, views, style, {"frames", 32}, run);
-    CHECK((initial_texture(source, views, style, {"frames", 32}, two).picture == texture.picture));
+    const auto texture = initial_texture(source, views, style, {Init::frames, 32}, run);
+    CHECK((initial_texture(source, views, style, {Init::frames, 32}, two).picture == texture.picture));
 
     // The slow twin: the painting itself, mapped by the statistics of what the frames show.
     ColorMoments shown;
@@ -77,9 +77,9 @@ TEST_CASE("a texture begins with the style's mean color, or at zero, and is mark
     RasterF style(2, 1, 3);
     style.values = {0, 0.5F, 1, 1, 0.5F, 0};
     testing::TestRun run;
-    const auto zeros = initial_texture(source, {0, 1, 2}, style, {"zeros", 16}, run);
-    const auto color = initial_texture(source, {0, 1, 2}, style, {"color", 16}, run);
-    const auto frames = initial_texture(source, {0, 1, 2}, style, {"frames", 16}, run);
+    const auto zeros = initial_texture(source, {0, 1, 2}, style, {Init::zeros, 16}, run);
+    const auto color = initial_texture(source, {0, 1, 2}, style, {Init::color, 16}, run);
+    const auto frames = initial_texture(source, {0, 1, 2}, style, {Init::frames, 16}, run);
     CHECK(zeros.picture.empty());
     CHECK(color.picture.values == std::vector<float>(16 * 16 * 3, 0.5F));
     CHECK((zeros.seen == color.seen));
@@ -101,7 +101,7 @@ TEST_CASE("a style of one color, or with a channel that does not vary, begins wi
         RasterF style(64, 50, 3);
         for (std::size_t i = 0; i < style.values.size(); ++i)
             style.values[i] = i % 3 == 1 ? static_cast<float>(i % 7) / 10 : static_cast<float>(shade) / 255;
-        const auto noise = initial_texture(source, {0, 1, 2}, style, {"noise", 16, 5}, run);
+        const auto noise = initial_texture(source, {0, 1, 2}, style, {Init::noise, 16, 5}, run);
         REQUIRE(noise.picture.values.size() == 16 * 16 * 3);
         bool same = true;
         for (std::size_t i = 0; i < noise.picture.values.size(); ++i)
@@ -140,12 +140,12 @@ TEST_CASE("a start texture of one color becomes the style's mean, whatever its s
     RasterF style(2, 1, 3);
     style.values = {0.1F, 0.5F, 0.9F, 0.5F, 0.7F, 0.7F};
     testing::TestRun run;
-    const auto gathered = initial_texture(source, {0, 1, 2}, style, {"frames", 32}, run);
+    const auto gathered = initial_texture(source, {0, 1, 2}, style, {Init::frames, 32}, run);
     for (const int size_px : {16, 20, 32, 64, 70})
     {
         CAPTURE(size_px);
         const Texture start = half_seen(size_px, {0.2F, 0.4F, 0.3F});
-        const auto texture = initial_texture(source, {0, 1, 2}, style, {"frames", 32, 0, &start}, run);
+        const auto texture = initial_texture(source, {0, 1, 2}, style, {Init::frames, 32, 0, &start}, run);
         REQUIRE(texture.picture.width == 32);
         for (int y = 0; y < 32; ++y)
             for (int x = 0; x < 32; ++x)
@@ -179,7 +179,7 @@ TEST_CASE("a start texture takes the style's mean and deviation, summed over its
     for (const int size_px : {16, 8, 32})
     {
         CAPTURE(size_px);
-        const auto texture = initial_texture(source, {0, 1, 2}, style, {"frames", size_px, 0, &start}, run);
+        const auto texture = initial_texture(source, {0, 1, 2}, style, {Init::frames, size_px, 0, &start}, run);
         CHECK(texture.picture.at(0, 0, 0) == Approx(0.4).margin(size_px == 32 ? 0.01 : 1e-5));
         CHECK(texture.picture.at(size_px - 1, size_px - 1, 0) == Approx(0.6).margin(size_px == 32 ? 0.01 : 1e-5));
         CHECK(texture.picture.at(0, 0, 1) == Approx(0.5).margin(1e-5));
@@ -193,20 +193,20 @@ TEST_CASE("a start texture that cannot be begun with is refused")
     const ViewSource source(*wall.maps, wall.frames, nullptr, {});
     const RasterF style(2, 1, 3, 0.5F);
     testing::TestRun run;
-    const auto begin = [&](const char* init, const Texture& start) {
+    const auto begin = [&](Init init, const Texture& start) {
         initial_texture(source, {0, 1, 2}, style, {init, 16, 0, &start}, run);
     };
     Texture start = half_seen(16, {0.2F, 0.4F, 0.3F});
-    CHECK_THROWS_WITH(begin("zeros", start), Catch::Contains("port 'start' is wired, but init is zeros"));
+    CHECK_THROWS_WITH(begin(Init::zeros, start), Catch::Contains("port 'start' is wired, but init is zeros"));
     start.values = "network";
-    CHECK_THROWS_WITH(begin("frames", start),
+    CHECK_THROWS_WITH(begin(Init::frames, start),
                       Catch::Contains("port 'start' holds \"network\" values; expected displayed colors"));
     start.values = "display";
     start.seen = Raster8(16, 16);
-    CHECK_THROWS_WITH(begin("frames", start), Catch::Contains("no texel that a frame saw"));
+    CHECK_THROWS_WITH(begin(Init::frames, start), Catch::Contains("no texel that a frame saw"));
     start = half_seen(16, {0.2F, 0.4F, 0.3F});
     start.layers.front().values[5] = std::nanf("");
-    CHECK_THROWS_WITH(begin("frames", start), Catch::Contains("not finite"));
+    CHECK_THROWS_WITH(begin(Init::frames, start), Catch::Contains("not finite"));
 }
 
 TEST_CASE("noise has the mean and the deviation asked for, structure of several sizes, and depends only on the seed")

@@ -107,19 +107,6 @@ TEST_CASE("what a run that ends without warning would lose is kept from time to 
     CHECK(kept->step < 9);
 }
 
-TEST_CASE("a damaged checkpoint is named and the run starts over")
-{
-    Studio studio;
-    const auto options = Studio::options(mean_losses, {{"epochs", 1}});
-    testing::TestRun whole;
-    const auto expected = bytes_in(studio.paint(whole, options));
-    testing::TestRun run;
-    write_file(run.checkpoint_folder() / "checkpoint.safetensors", "nonsense");
-    CHECK((bytes_in(studio.paint(run, options)) == expected));
-    CHECK(std::any_of(run.messages.begin(), run.messages.end(),
-                      [](const std::string& m) { return m.find("warning: the checkpoint cannot be used") == 0; }));
-}
-
 TEST_CASE("a checkpoint that cannot take its place ends the run")
 {
     Studio studio;

@@ -4,6 +4,7 @@
 
 #include <fresco/numerics/noise.h>
 
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -14,8 +15,8 @@ namespace
 {
 
 const std::vector<int> paper_heights{256, 432, 608, 784};
-constexpr DepthRule quarter{.theta_min_px = 32, .theta_d_m = 0.25, .printed_weight = false};  // R = 128 d
-constexpr AngleRule all_angles{.limit_deg = 90, .below = false, .from_smallest = false};
+constexpr double quarter = 0.25;  // R = 128 d
+constexpr AngleRule all_angles{90, Protocol::paper};
 
 UvMap flat_map(int width, int height, float depth, float cosine)
 {
@@ -31,7 +32,7 @@ struct SlowChoice
     double weight;
 };
 
-SlowChoice slow_choice(double ideal, bool printed)
+SlowChoice slow_choice(double ideal)
 {
     SlowChoice choice{0, -1, 1};
     double best = 1e300;
@@ -53,10 +54,7 @@ SlowChoice slow_choice(double ideal, bool printed)
         }
     }
     if (choice.other >= 0)
-    {
-        const double way = best / (best + gap);
-        choice.weight = printed ? way : 1 - way;
-    }
+        choice.weight = 1 - best / (best + gap);
     return choice;
 }
 
@@ -79,25 +77,17 @@ TEST_CASE("a depth below, above, on and between heights goes to the levels that 
     CHECK(at(388).second == 0);
     CHECK(at(388).first_weight == Approx(0.75));
     CHECK(at(344).first == 0);  // As near to both: the lower.
-    DepthRule printed = quarter;
-    printed.printed_weight = true;
-    CHECK(level_choice(300.0 / 128, paper_heights, printed).first_weight == Approx(0.25));
-    CHECK(level_choice(900.0 / 128, paper_heights, printed).first_weight == 1);
     // Half the length asks for twice the height.
-    DepthRule half = quarter;
-    half.theta_d_m = 0.125;
-    CHECK(level_choice(300.0 / 256, paper_heights, half).first_weight == Approx(0.75));
-    for (const bool rule : {false, true})
-        for (double ideal = 200.3; ideal < 850; ideal += 3.7)
-        {
-            CAPTURE(ideal, rule);
-            printed.printed_weight = rule;
-            const auto fast = level_choice(ideal / 128, paper_heights, printed);
-            const auto slow = slow_choice(ideal, rule);
-            CHECK(static_cast<int>(fast.first) == slow.nearest);
-            CHECK(static_cast<int>(fast.second) == (slow.other < 0 ? slow.nearest : slow.other));
-            CHECK(fast.first_weight == Approx(slow.weight));
-        }
+    CHECK(level_choice(300.0 / 256, paper_heights, 0.125).first_weight == Approx(0.75));
+    for (double ideal = 200.3; ideal < 850; ideal += 3.7)
+    {
+        CAPTURE(ideal);
+        const auto fast = at(ideal);
+        const auto slow = slow_choice(ideal);
+        CHECK(static_cast<int>(fast.first) == slow.nearest);
+        CHECK(static_cast<int>(fast.second) == (slow.other < 0 ? slow.nearest : slow.other));
+        CHECK(fast.first_weight == Approx(slow.weight));
+    }
 }
 
 TEST_CASE("erosion keeps pixels whose nine neighbors are in, and nothing at the border")
@@ -175,26 +165,26 @@ TEST_CASE("the angle filter takes a level's own cosines, or the smallest height'
     maps[1].cosine.at(3, 3) = 0.2F;
     maps[0].cosine.at(0, 0) = 0.2F;
     maps[0].cosine.at(3, 3) = std::nextafter(on_limit, 1.0F);
-    const auto own = whole_levels(maps, {limit_deg, false, false});
+    const auto own = whole_levels(maps, {limit_deg, Protocol::paper});
     CHECK(own[0].fine.at(0, 0) == 0);
     CHECK(own[0].fine.at(3, 3) == 1);
     CHECK(own[1].fine.at(3, 3) == 0);
     CHECK(own[1].fine.at(0, 0) == 1);
     CHECK(own[1].all.at(3, 3) == 1);
-    const auto smallest = whole_levels(maps, {limit_deg, false, true});
+    const auto smallest = whole_levels(maps, {limit_deg, Protocol::released});
     CHECK(smallest[1].fine.at(3, 3) == 1);
     CHECK(smallest[1].fine.at(0, 0) == 0);
     CHECK(gradient_factor(maps[1], smallest[1], GradientScaling::angle).at(0, 0) == Approx(0.2));
     CHECK(gradient_factor(maps[1], own[1], GradientScaling::angle).at(0, 0) == Approx(0.9));
     // The angles are enlarged, not the cosines: a quarter of the way from 25.8° to 78.5° is 39.0°; the mean of the cosines would
     // be that of 43.5°.
-    const auto between = whole_levels(maps, {41, false, true});
+    const auto between = whole_levels(maps, {41, Protocol::released});
     CHECK(between[1].fine.at(2, 0) == 1);
     CHECK(between[1].fine.at(1, 0) == 0);
     // Exactly on the limit: cos 90° = 0 passes "at most", not "below".
     maps[0].cosine.at(1, 1) = 0;
-    CHECK(whole_levels(maps, {90, false, false})[0].fine.at(1, 1) == 1);
-    CHECK(whole_levels(maps, {90, true, false})[0].fine.at(1, 1) == 0);
+    CHECK(whole_levels(maps, {90, Protocol::paper})[0].fine.at(1, 1) == 1);
+    CHECK(whole_levels(maps, {90, Protocol::released})[0].fine.at(1, 1) == 0);
 }
 
 TEST_CASE("gradients are scaled by the level's share and the cosine, or not at all")
@@ -210,4 +200,93 @@ TEST_CASE("gradients are scaled by the level's share and the cosine, or not at a
     CHECK(none.at(8, 8) == 1);
     CHECK(none.at(0, 0) == 0);
     CHECK(none.at(5, 5) == 0);
+}
+
+namespace
+{
+
+/// How often each pixel is in a core.
+std::vector<int> held(const std::vector<Crop>& crops, int width, int height)
+{
+    std::vector<int> counts(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), 0);
+    for (const auto& crop : crops)
+        for (int y = crop.core.y0; y < crop.core.y1; ++y)
+            for (int x = crop.core.x0; x < crop.core.x1; ++x)
+                ++counts[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)];
+    return counts;
+}
+
+}  // namespace
+
+TEST_CASE("two spots far apart are two crops with their margins")
+{
+    Raster8 mask(100, 60);
+    mask.at(10, 10) = 1;
+    mask.at(11, 12) = 1;
+    mask.at(90, 50) = 1;
+    const auto crops = covering_crops(mask, 4, 6);
+    REQUIRE(crops.size() == 2);
+    CHECK((crops[0].core == PixelBox{8, 8, 12, 16}));
+    CHECK((crops[0].encoded == PixelBox{0, 0, 20, 24}));  // 6 px become 8, a multiple of 4
+    CHECK((crops[1].core == PixelBox{88, 48, 92, 52}));
+    CHECK((crops[1].encoded == PixelBox{80, 40, 100, 60}));
+}
+
+TEST_CASE("a full mask is one frame, an empty one nothing, a half one half")
+{
+    const PixelBox frame{0, 0, 50, 30};
+    const auto full = covering_crops(Raster8(50, 30, 1, 1), 8, 3);
+    REQUIRE(full.size() == 1);
+    CHECK((full[0].core == frame));
+    CHECK((full[0].encoded == frame));
+    CHECK(covering_crops(Raster8(50, 30), 8, 3).empty());
+    Raster8 left(50, 30);
+    for (int y = 0; y < 30; ++y)
+        for (int x = 0; x < 20; ++x)
+            left.at(x, y) = 1;
+    const auto half = covering_crops(left, 8, 3);
+    REQUIRE(half.size() == 1);
+    CHECK((half[0].core == PixelBox{0, 0, 24, 30}));
+    CHECK((half[0].encoded == PixelBox{0, 0, 32, 30}));
+}
+
+TEST_CASE("cores hold every pixel of the mask once, aligned, and with their margin inside what is encoded")
+{
+    for (std::uint32_t seed = 0; seed < 30; ++seed)
+    {
+        CAPTURE(seed);
+        const int width = 40 + static_cast<int>(seed) * 3;
+        const int height = 33 + static_cast<int>(seed % 7) * 5;
+        Raster8 mask(width, height);
+        for (std::uint32_t blob = 0; blob < 4; ++blob)
+        {
+            const int cx = static_cast<int>(noise::unit(seed, 10 * blob) * static_cast<float>(width));
+            const int cy = static_cast<int>(noise::unit(seed, 10 * blob + 1) * static_cast<float>(height));
+            const int radius = static_cast<int>(noise::unit(seed, 10 * blob + 2) * 8);
+            for (int y = std::max(0, cy - radius); y < std::min(height, cy + radius + 1); ++y)
+                for (int x = std::max(0, cx - radius); x < std::min(width, cx + radius + 1); ++x)
+                    mask.at(x, y) = 1;
+        }
+        const int align = seed % 2 == 0 ? 4 : 8;
+        const int margin = static_cast<int>(seed % 11);
+        const auto crops = covering_crops(mask, align, margin);
+        const auto counts = held(crops, width, height);
+        std::int64_t encoded = 0;
+        for (std::size_t i = 0; i < counts.size(); ++i)
+            CHECK((counts[i] == 1 || (counts[i] == 0 && mask.values[i] == 0)));
+        for (const auto& [core, box] : crops)
+        {
+            encoded += box.area();
+            for (const auto& [begin, end, whole, outer_begin, outer_end] :
+                 {std::array{core.x0, core.x1, width, box.x0, box.x1}, std::array{core.y0, core.y1, height, box.y0, box.y1}})
+            {
+                CHECK(begin % align == 0);
+                CHECK((end % align == 0 || end == whole));
+                CHECK(outer_begin % align == 0);
+                CHECK((outer_begin == 0 || begin - outer_begin >= margin));
+                CHECK((outer_end == whole || outer_end - end >= margin));
+            }
+        }
+        CHECK(encoded <= static_cast<std::int64_t>(width) * height);
+    }
 }

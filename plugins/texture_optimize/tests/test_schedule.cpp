@@ -1,15 +1,11 @@
-#include "prefetch.h"
 #include "schedule.h"
 
 #include "catch.h"
 
-#include <atomic>
 #include <cmath>
-#include <memory>
 #include <numeric>
 #include <set>
 #include <stdexcept>
-#include <string>
 
 using namespace fresco::optimize;
 
@@ -21,7 +17,7 @@ constexpr ScheduleOptions usual{.epochs = 1,
                                 .max_steps = 0,
                                 .shuffled = true,
                                 .rate = 1,
-                                .cosine = true,
+                                .decay = Decay::cosine,
                                 .decay_start = 0.5,
                                 .step_epochs = 3,
                                 .step_factor = 0.1};
@@ -117,44 +113,9 @@ TEST_CASE("learning rates by hand")
     CHECK(cosine.rate(99) < 0.01);
     o.decay_start = 1;
     CHECK(scheduled(10, o).rate(99) == 2);
-    o.cosine = false;
+    o.decay = Decay::step;
     const Schedule steps = scheduled(10, o);
     CHECK(steps.rate(29) == 2);
     CHECK(steps.rate(30) == Approx(0.2));
     CHECK(steps.rate(99) == Approx(0.002));
-}
-
-TEST_CASE("prefetched items come in order and no more than asked ahead")
-{
-    std::atomic<int> made{0};
-    Prefetch<std::unique_ptr<int>> loader(3, 40, 2,
-                                          [&](std::size_t i)
-                                          {
-                                              ++made;
-                                              return std::make_unique<int>(static_cast<int>(i));
-                                          });
-    for (int i = 3; i < 20; ++i)
-    {
-        CHECK(*loader.next() == i);
-        CHECK(made <= i - 3 + 1 + 3);
-    }
-}
-
-TEST_CASE("a loader's exception arrives where its item would be taken")
-{
-    Prefetch<int> loader(0, 5, 2,
-                         [](std::size_t i)
-                         {
-                             if (i == 2)
-                                 throw std::runtime_error("no view 2");
-                             return static_cast<int>(i);
-                         });
-    CHECK(loader.next() == 0);
-    CHECK(loader.next() == 1);
-    CHECK_THROWS_WITH(loader.next(), "no view 2");
-}
-
-TEST_CASE("a loader that nobody asks ends at once")
-{
-    const Prefetch<int> loader(0, 1000000, 1, [](std::size_t i) { return static_cast<int>(i); });
 }

@@ -167,13 +167,14 @@ TEST_CASE("errors name what is wrong")
     CHECK_THROWS_WITH(blind.paint(run, Studio::options(camera_loss, {})), Catch::Contains("valid pixel"));
 }
 
-TEST_CASE("layers can be clamped in place of their sum")
+TEST_CASE("the released protocol clamps layers in place of their sum")
 {
     Studio studio;
     testing::TestRun run;
     const auto folder = studio.paint(
-        run, Studio::options(camera_loss,
-                             {{"epochs", 2}, {"values", "network"}, {"init", "zeros"}, {"rate", 120.0}, {"clamp", "layers"}}));
+        run,
+        Studio::options(camera_loss,
+                        {{"epochs", 2}, {"values", "network"}, {"init", "zeros"}, {"rate", 120.0}, {"protocol", "released"}}));
     const auto texture = Texture::load({folder, {}});
     double least = 0;
     double most = 0;

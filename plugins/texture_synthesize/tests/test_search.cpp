@@ -16,11 +16,11 @@ namespace
 /// Those that exist and run here.
 std::vector<const PatchKernel*> kernels()
 {
-    std::vector<const PatchKernel*> result{base_patch_kernel()};
-    if (avx2_patch_kernel() != nullptr && runs_avx2())
-        result.push_back(avx2_patch_kernel());
-    if (avx512_patch_kernel() != nullptr && runs_avx512())
-        result.push_back(avx512_patch_kernel());
+    std::vector<const PatchKernel*> result{base_kernel()};
+    if (avx2_kernel() != nullptr && runs_avx2())
+        result.push_back(avx2_kernel());
+    if (avx512_kernel() != nullptr && runs_avx512())
+        result.push_back(avx512_kernel());
     return result;
 }
 

@@ -38,7 +38,7 @@ class UvMaps : public Artifact
 {
   public:
     static constexpr std::string_view artifact_name = "uv_maps";
-    static constexpr int artifact_version = 4;
+    static constexpr int artifact_version = 5;
 
     struct View
     {
@@ -83,12 +83,8 @@ class UvMaps : public Artifact
 /// texture of so many texels a side, within 0.032 texel.
 void check_uv_bits(const UvMaps& maps, int size_px, std::string_view source);
 
-// The packed form of one uv map, as the store holds it. sdk/docs/uv_maps.md describes it byte by byte.
-//
-// Values are rounded to steps; a pixel's step count is predicted from its left, upper and upper left neighbors as if the
-// surface went on flat (Ibarria, Lindstrom, Rossignac, Szymczak, "Out-of-core compression and decompression of large
-// n-dimensional scalar fields", 2003), and the differences, mostly a few steps, are compressed as bytes. Invalid pixels lie on
-// the plane through their neighbors and cost nothing.
+// The packed form of one uv map, as the store holds it: values rounded to steps, their differences to the neighbors, and
+// Zstandard. sdk/docs/uv_maps.md describes it byte by byte.
 
 /// Texcoords in steps of 1 / (2^bits - 1).
 constexpr int min_uv_bits = 16;
@@ -114,17 +110,5 @@ std::vector<std::byte> pack_uv_map(const UvMap& map, int uv_bits, std::string_vi
 /// and what to do, if the bytes are damaged or not of this size; memory stays within the map's and its packed planes'.
 /// Thread-safe.
 UvMap unpack_uv_map(std::span<const std::byte> bytes, int width, int height, std::string_view source);
-
-/// How many bytes of a packed form which quantity takes.
-struct PackedUvMapBytes
-{
-    std::size_t header = 0;
-    std::size_t validity = 0;
-    std::size_t uv = 0;
-    std::size_t cosine = 0;
-    std::size_t depth = 0;
-};
-/// Unpacks the result of pack_uv_map. Throws Error as unpack_uv_map does.
-PackedUvMapBytes packed_uv_map_bytes(std::span<const std::byte> bytes, std::string_view source);
 
 }  // namespace fresco

@@ -20,36 +20,27 @@ def read_uv_map(path: str | pathlib.Path) -> dict[str, npt.NDArray[Any]]:
     import zstandard  # Blender's Python lacks it, and needs no uv maps.
 
     file = pathlib.Path(path).read_bytes()
-    magic, form, width, height, valid_pixels, *rest = struct.unpack_from("<8s4I4Bf14I", file)
-    bits, per_meter, sizes, checksum = rest[:4], np.float32(rest[4]), iter(rest[5:18]), rest[18]
-    if magic != b"FRESCOUV" or form != 2 or zlib.crc32(file[:84]) != checksum:
-        raise ValueError(f"{path}: no packed uv map of form 2, or a damaged one")
-    at = 88
-
-    def part() -> npt.NDArray[np.uint8]:
-        nonlocal at
-        begin, at = at, at + next(sizes)
-        packed = file[begin:at]
-        return np.frombuffer(zstandard.ZstdDecompressor().decompress(packed) if packed else b"", np.uint8)
-
-    valid = np.unpackbits(part(), count=width * height, bitorder="little").reshape(height, width).astype(bool)
-    if valid.sum() != valid_pixels:
-        raise ValueError(f"{path}: the mask has not the {valid_pixels} valid pixels that are listed")
+    magic, form, width, height, uv_bits, depth_bits, per_meter, checksum = struct.unpack_from("<8s5IfI", file)
+    if magic != b"FRESCOUV" or form != 3 or zlib.crc32(file[:32]) != checksum:
+        raise ValueError(f"{path}: no packed uv map of form 3, or a damaged one")
+    content = np.frombuffer(zstandard.ZstdDecompressor().decompress(file[36:]), np.uint8)
+    pixels = width * height
+    at = (pixels + 7) // 8
+    valid = np.unpackbits(content[:at], count=pixels, bitorder="little").reshape(height, width).astype(bool)
 
     def steps(bits: int) -> npt.NDArray[np.float32]:
-        low, extra, large = part(), part(), part()
-        number = low.astype(np.int64)
-        if large.size:
-            number[low == 255] = large[: large.size // 2] + 256 * large[large.size // 2 :].astype(np.int64)
-        if extra.size:
-            number = number << (bits - 16) | extra
+        nonlocal at
+        number = np.zeros(pixels, np.int64)
+        for shift in range(0, bits, 8):
+            number |= content[at : at + pixels].astype(np.int64) << shift
+            at += pixels
         difference = (number >> 1) ^ -(number & 1)
         total = difference.reshape(height, width).cumsum(axis=0).cumsum(axis=1)
         return np.where(valid, total & (2**bits - 1), 0).astype(np.float32)
 
-    u, v, cosine, depth = [steps(count) for count in bits]
-    last = np.float32(2 ** bits[0] - 1)
-    return {"uv": np.stack([u / last, v / last], -1), "depth": depth / per_meter, "cosine": cosine / np.float32(255), "valid": valid}
+    u, v, cosine, depth = steps(uv_bits), steps(uv_bits), steps(8), steps(depth_bits)
+    last = np.float32(2**uv_bits - 1)
+    return {"uv": np.stack([u / last, v / last], -1), "depth": depth / np.float32(per_meter), "cosine": cosine / np.float32(255), "valid": valid}
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-#include <fresco/torch/lazy_tensor.h>
+#include <fresco/torch/tensor_memory.h>
 
 #include <ATen/ops/equal.h>
 #include <ATen/ops/full.h>

@@ -1,7 +1,7 @@
 #include "catch.h"
 
 #include <fresco/testing.h>
-#include <fresco/torch/style_layers.h>
+#include <fresco/torch/loss.h>
 
 #include <ATen/ops/ones.h>
 #include <ATen/ops/zeros.h>

@@ -1,5 +1,4 @@
 #include <fresco/weights/state_dict.h>
-#include <fresco/weights/write_safetensors.h>
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>

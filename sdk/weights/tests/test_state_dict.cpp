@@ -1,7 +1,6 @@
 #include "made_weights.h"
 
 #include <fresco/error.h>
-#include <fresco/random.h>
 
 #include <algorithm>
 #include <cmath>
@@ -35,32 +34,6 @@ std::string state_dict_error(std::span<const std::byte> bytes)
         return error.what();
     }
     return {};
-}
-
-/// An error, or tensors whose bytes lie where they should: reading them all must not leave the buffer.
-bool refused_or_sound(std::span<const std::byte> bytes)
-{
-    try
-    {
-        const auto contents = parse_state_dict(bytes, "w.pth");
-        for (const auto& tensor : contents.tensors)
-        {
-            std::size_t size = size_of(tensor.type);
-            for (const auto extent : tensor.shape)
-                size *= extent;
-            REQUIRE(tensor.bytes.size() == size);
-            REQUIRE((tensor.bytes.empty() || (tensor.bytes.data() >= bytes.data() &&
-                                              tensor.bytes.data() + tensor.bytes.size() <= bytes.data() + bytes.size())));
-            volatile unsigned sum = 0;
-            for (const auto byte : tensor.bytes)
-                sum = sum + std::to_integer<unsigned>(byte);
-        }
-        return false;
-    }
-    catch (const fresco::Error&)
-    {
-        return true;
-    }
 }
 
 }  // namespace
@@ -125,34 +98,8 @@ TEST_CASE("A file cut anywhere is refused")
             // A copy of its own, so that a sanitizer sees a read beyond the end.
             const std::vector<std::byte> piece(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(cut));
             INFO("cut at " << cut << " of " << whole.size());
-            CHECK(refused_or_sound(piece));
+            CHECK_FALSE(state_dict_error(piece).empty());
         }
-    }
-}
-
-TEST_CASE("A file with a wrong byte is refused or read within its bounds")
-{
-    fresco::Random random(7);
-    for (const auto& name : good_files)
-    {
-        CAPTURE(name);
-        const auto whole = made_bytes(name);
-        std::size_t refusals = 0;
-        for (int i = 0; i < 500; ++i)
-        {
-            auto damaged = whole;
-            // Half of them where the structure is, at either end.
-            const auto size = static_cast<std::int64_t>(whole.size());
-            const std::int64_t place = i % 2 == 0   ? random.below(size)
-                                       : i % 4 == 1 ? random.below(900)
-                                                    : size - 1 - random.below(700);
-            const auto flip = static_cast<unsigned char>(1 + random.below(255));
-            damaged[static_cast<std::size_t>(place)] ^= std::byte{flip};
-            if (refused_or_sound(damaged))
-                ++refusals;
-        }
-        // Checksums find what is changed in a zip archive; in a legacy file elements may differ unseen.
-        CHECK(refusals > (name.starts_with("zip") ? 350U : 30U));
     }
 }
 

@@ -1,10 +1,10 @@
 #include "atlases.h"
 #include "forked_case.h"
 #include "map_figures.h"
-#include "map_forms.h"
 #include "raster_finder.h"
 #include "tables.h"
 
+#include <fresco/uv_maps.h>
 #include <fresco/uv_mapping/uv_mapper.h>
 
 #include <algorithm>
@@ -16,58 +16,44 @@ namespace
 
 constexpr int repeats = 15;
 
-struct MapSums
+/// The store's form for a texture.
+struct MapForm
 {
-    fresco::PackedUvMapBytes bytes;
+    const char* name;
+    int uv_bits;
+};
+
+fresco::Value measured(const MapForm& form, const std::vector<fresco::UvMap>& maps, int size_px, Measure& measure)
+{
+    double bits = 0;
     double pixels = 0;
     double pack_ms = 0;
     double unpack_ms = 0;
     MapFigures apart;
-};
-
-void add(MapSums& sums, const MapForm& form, const fresco::UvMap& map, Measure& measure)
-{
-    const int width = map.valid.width;
-    const int height = map.valid.height;
-    std::vector<std::byte> file;
-    fresco::UvMap back;
-    sums.pack_ms += 1e3 * measure.times(repeats, [&] { file = form.pack(map); }).processor;
-    sums.unpack_ms += 1e3 * measure.times(repeats, [&] { back = form.unpack(file, width, height); }).processor;
-    const auto bytes = form.bytes(file);
-    sums.bytes.header += bytes.header;
-    sums.bytes.validity += bytes.validity;
-    sums.bytes.uv += bytes.uv;
-    sums.bytes.cosine += bytes.cosine;
-    sums.bytes.depth += bytes.depth;
-    sums.pixels += static_cast<double>(map.valid.values.size());
-    const auto apart = map_figures(map, back);
-    sums.apart.other_validity_share = std::max(sums.apart.other_validity_share, apart.other_validity_share);
-    sums.apart.largest_uv = std::max(sums.apart.largest_uv, apart.largest_uv);
-    sums.apart.largest_depth_m = std::max(sums.apart.largest_depth_m, apart.largest_depth_m);
-    sums.apart.largest_cosine = std::max(sums.apart.largest_cosine, apart.largest_cosine);
-}
-
-fresco::Value measured(const MapForm& form, const std::vector<fresco::UvMap>& maps, int size_px, Measure& measure)
-{
-    MapSums sums;
     for (const auto& map : maps)
-        add(sums, form, map, measure);
-    const auto bits = [&](std::size_t bytes) { return 8 * static_cast<double>(bytes) / sums.pixels; };
-    const auto& bytes = sums.bytes;
-    const std::size_t without_depth = bytes.header + bytes.validity + bytes.uv + bytes.cosine;
+    {
+        const int width = map.valid.width;
+        const int height = map.valid.height;
+        std::vector<std::byte> file;
+        fresco::UvMap back;
+        pack_ms += 1e3 * measure.times(repeats, [&] { file = fresco::pack_uv_map(map, form.uv_bits, "bench"); }).processor;
+        unpack_ms += 1e3 * measure.times(repeats, [&] { back = fresco::unpack_uv_map(file, width, height, "bench"); }).processor;
+        bits += 8 * static_cast<double>(file.size());
+        pixels += static_cast<double>(map.valid.values.size());
+        const auto figures = map_figures(map, back);
+        apart.other_validity_share = std::max(apart.other_validity_share, figures.other_validity_share);
+        apart.largest_uv = std::max(apart.largest_uv, figures.largest_uv);
+        apart.largest_depth_m = std::max(apart.largest_depth_m, figures.largest_depth_m);
+        apart.largest_cosine = std::max(apart.largest_cosine, figures.largest_cosine);
+    }
     const auto count = static_cast<double>(maps.size());
-    return fresco::Value::Map{{"validity_bits", bits(bytes.validity)},
-                              {"uv_bits", bits(bytes.uv)},
-                              {"cosine_bits", bits(bytes.cosine)},
-                              {"without_depth_bits", bits(without_depth)},
-                              {"depth_bits", bits(bytes.depth)},
-                              {"all_bits", bits(without_depth + bytes.depth)},
-                              {"pack_ms", sums.pack_ms / count},
-                              {"unpack_ms", sums.unpack_ms / count},
-                              {"other_validity_share", sums.apart.other_validity_share},
-                              {"largest_texels", sums.apart.largest_uv * size_px},
-                              {"largest_cosine", sums.apart.largest_cosine},
-                              {"largest_depth_mm", 1e3 * sums.apart.largest_depth_m}};
+    return fresco::Value::Map{{"all_bits", bits / pixels},
+                              {"pack_ms", pack_ms / count},
+                              {"unpack_ms", unpack_ms / count},
+                              {"other_validity_share", apart.other_validity_share},
+                              {"largest_texels", apart.largest_uv * size_px},
+                              {"largest_cosine", apart.largest_cosine},
+                              {"largest_depth_mm", 1e3 * apart.largest_depth_m}};
 }
 
 /// With an entry of its own for the mean over the heights, as each height is read as often as the others.
@@ -75,7 +61,7 @@ void add_rows(Table& table, const GeometryInput& input, const fresco::Mesh& atla
               const GeometrySettings& settings)
 {
     fresco::UvMapper mapper(atlas, std::make_unique<RasterFinder>(atlas));
-    fresco::Value::Map mean{{"without_depth_bits", 0.0}, {"all_bits", 0.0}};
+    fresco::Value::Map mean{{"all_bits", 0.0}};
     for (const int height : settings.heights_px)
     {
         std::vector<fresco::UvMap> maps;
@@ -108,11 +94,6 @@ Table packed_uv_map_table(const std::vector<GeometryInput>& inputs, const Geomet
                  {"faces", "faces"},
                  {"form", "form"},
                  {"height_px", "height px"},
-                 {"validity_bits", "validity"},
-                 {"uv_bits", "uv"},
-                 {"cosine_bits", "cosine"},
-                 {"without_depth_bits", "these three"},
-                 {"depth_bits", "depth"},
                  {"all_bits", "all"},
                  {"pack_ms", "pack cpu ms"},
                  {"unpack_ms", "unpack cpu ms"},
@@ -123,7 +104,8 @@ Table packed_uv_map_table(const std::vector<GeometryInput>& inputs, const Geomet
     {
         Threads progress(settings.threads);
         const auto atlas = atlas_makers().front().run(simplified(input.mesh, settings), settings.size_px, progress);
-        for (const auto& form : map_forms())
+        for (const auto& form :
+             {MapForm{"for 4096 texels", fresco::min_uv_bits}, {"for 16384 texels", fresco::uv_bits_for_texture(16384)}})
             add_rows(table, input, atlas, form, settings);
     }
     return table;

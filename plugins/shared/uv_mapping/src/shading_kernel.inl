@@ -12,6 +12,7 @@
 namespace fresco::shading
 {
 
+#if FRESCO_VECTOR_BYTES > 0
 namespace
 {
 
@@ -314,11 +315,16 @@ void shade_row(const Source& source, const std::uint32_t* faces, int width, cons
 }
 
 }  // namespace
+#endif
 
 const Kernel* FRESCO_KERNEL()
 {
+#if FRESCO_VECTOR_BYTES > 0
     static constexpr Kernel kernel{FRESCO_KERNEL_NAME, sizeof(Plane) + 2 * sizeof(std::uint32_t), shade_row};
     return &kernel;
+#else
+    return nullptr;
+#endif
 }
 
 }  // namespace fresco::shading

@@ -1,6 +1,7 @@
 #include <fresco/error.h>
 #include <fresco/uv_mapping/view_frames.h>
 
+#include <cmath>
 #include <map>
 #include <string>
 #include <utility>
@@ -22,6 +23,29 @@ std::vector<std::size_t> frames_of_views(const UvMaps& maps, const Frames& frame
                         ", which is missing on port 'frames'; wire the frames that the uv maps were made from");
         result.push_back(found->second);
     }
+    return result;
+}
+
+RasterF sensor_depth(const UvMap& map, const Camera& color, const Camera& depth_camera, const RasterF& measured, float unmeasured)
+{
+    const int width = map.valid.width;
+    const int height = map.valid.height;
+    const Camera camera{color.intrinsics.scaled_to(width, height), color.world_from_camera};
+    RasterF result(width, height);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+        {
+            if (map.valid.at(x, y) == 0)
+                continue;
+            const auto point =
+                camera.world_from_camera.translation + camera.ray(x + 0.5, y + 0.5) * static_cast<double>(map.depth.at(x, y));
+            const auto seen = depth_camera.project(point);
+            const auto column = std::floor(seen.x);
+            const auto row = std::floor(seen.y);
+            const bool inside = seen.z > 0 && column >= 0 && row >= 0 && column < measured.width && row < measured.height;
+            const float depth = inside ? measured.at(static_cast<int>(column), static_cast<int>(row)) : 0;
+            result.at(x, y) = depth > 0 ? depth : unmeasured;
+        }
     return result;
 }
 

@@ -76,46 +76,6 @@ TEST_CASE("a wall seen from the front has the uv, depth and cosine of plain geom
         }
 }
 
-TEST_CASE("uv is correct in perspective on a slanted wall and at another height")
-{
-    const double angle = 0.5;
-    const auto [map, counts] = one_map(wall(), turned(straight(64, 48, 50), angle), 36);
-    REQUIRE(map.uv.width == 48);
-    int checked = 0;
-    for (int y = 0; y < 36; ++y)
-        for (int x = 0; x < 48; ++x)
-        {
-            const double dx = ((x + 0.5) * 4 / 3 - 32) / 50;
-            const double dy = ((y + 0.5) * 4 / 3 - 24) / 50;
-            const double world_x = std::cos(angle) * dx + std::sin(angle);
-            const double world_z = -std::sin(angle) * dx + std::cos(angle);
-            const double depth = 2 / world_z;
-            const double px = depth * world_x;
-            const double py = depth * dy;
-            if (std::abs(px) > 1.999 || std::abs(py) > 1.999)
-                continue;
-            ++checked;
-            CHECK(map.depth.at(x, y) == Approx(depth).epsilon(1e-5));
-            CHECK(map.uv.at(x, y, 0) == Approx((px + 2) / 4).margin(1e-5));
-            CHECK(map.uv.at(x, y, 1) == Approx(1 - (py + 2) / 4).margin(1e-5));
-            CHECK(map.cosine.at(x, y) == Approx(world_z / std::sqrt(dx * dx + dy * dy + 1)).epsilon(1e-5));
-        }
-    CHECK(checked > 1000);
-    CHECK(counts.nothing > 0);
-    CHECK(counts.valid + counts.nothing == 1728);
-}
-
-TEST_CASE("a map scales each axis on its own")
-{
-    // 100 x 75 at height 10 is 13 wide: 13/100 against 10/75.
-    const UvMap map = one_map(wall(), straight(100, 75, 80), 10).map;
-    REQUIRE(map.uv.width == 13);
-    const double dx = ((0.5 / 13) * 100 - 50) / 80;
-    const double dy = ((0.5 / 10) * 75 - 37.5) / 80;
-    CHECK(map.uv.at(0, 0, 0) == Approx((2 * dx + 2) / 4).epsilon(1e-5));
-    CHECK(map.uv.at(0, 0, 1) == Approx(1 - (2 * dy + 2) / 4).epsilon(1e-5));
-}
-
 TEST_CASE("back faces, near faces and the void are invalid and counted")
 {
     Camera behind = straight(8, 6, 10);
@@ -138,20 +98,6 @@ TEST_CASE("back faces, near faces and the void are invalid and counted")
     Camera away = straight(8, 6, 10);
     away.world_from_camera.translation = {0, 0, 3};
     CHECK(one_map(wall(), away, 6).counts.nothing == 48);
-}
-
-TEST_CASE("the nearer of two walls hides the other")
-{
-    Mesh mesh = wall();
-    add_rectangle(mesh, -0.2F, -0.2F, 0.2F, 0.2F, 1);
-    const UvMap map = one_map(mesh, straight(40, 40, 40), 40).map;
-    CHECK(map.depth.at(20, 20) == Approx(1));
-    CHECK(map.uv.at(20, 20, 0) == 0.5F);
-    CHECK(map.depth.at(2, 2) == Approx(2));
-    int small = 0;
-    for (const float depth : map.depth.values)
-        small += depth < 1.5F;
-    CHECK(small == 16 * 16);
 }
 
 TEST_CASE("the cosine comes from area-weighted vertex normals")

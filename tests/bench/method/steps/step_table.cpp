@@ -108,8 +108,8 @@ struct Studio
             for (int x = 0; x < depth.width; ++x)
                 depth.at(x, y) *= static_cast<float>((room.farthest - (room.farthest - room.nearest) * y / depth.height) /
                                                      static_cast<double>(std::max(depth.at(x, y), 1e-3F)));
-        const AngleRule angle{30, false, false};
-        const auto pixels = depth_levels(maps, depth, {.theta_min_px = 32, .theta_d_m = 0.25, .printed_weight = false}, angle);
+        const AngleRule angle{30, Protocol::paper};
+        const auto pixels = depth_levels(maps, depth, 0.25, angle);
         const auto shares = level_shares(pixels);
         for (std::size_t i = 0; i < maps.size(); ++i)
         {
@@ -186,7 +186,7 @@ fresco::Value measured(const Network& network, const Room& room, bool reference,
         fresco::reuse_tensor_memory();
     }
     Studio studio(network, room, reference, settings, weights);
-    Evaluator evaluator(studio.losses, ValueSpace("network"), torch::kCPU, 0, !reference);
+    Evaluator evaluator(studio.losses, ValueSpace(Values::network), torch::kCPU, 0, !reference);
     // The first step of a run sorts the filters and touches memory for the first time, either way.
     const double loss = studio.step(evaluator);
     const auto first = measure.times(1,

@@ -1,5 +1,10 @@
 #pragma once
 
+/// \file Named tensors in files, read as bytes: safetensors, and the state dicts that PyTorch saves. Nothing in a file is ever
+/// executed, and no size that a file claims is believed before it is compared with the bytes that are there.
+
+#include <fresco/weights/state_dict.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -8,9 +13,6 @@
 #include <string>
 #include <string_view>
 #include <vector>
-
-/// \file Named tensors in files, read as bytes: safetensors, and the state dicts that PyTorch saves. Nothing in a file is ever
-/// executed, and no size that a file claims is believed before it is compared with the bytes that are there.
 
 namespace fresco::weights
 {
@@ -100,5 +102,9 @@ std::vector<std::byte> to_safetensors(std::span<const TensorView> tensors, const
 StateDict parse_legacy_pickle(std::span<const std::byte> bytes, std::string_view source);
 /// A state dict in a zip archive (torch.save since PyTorch 1.6): stored entries only, checksums compared.
 StateDict parse_zip_pickle(std::span<const std::byte> bytes, std::string_view source);
+
+/// Writes what to_safetensors() gives, from where the tensors lie: no copy of them is made. Whole or not at all, as write_file.
+void write_safetensors(const std::filesystem::path& file, std::span<const TensorView> tensors,
+                       const std::map<std::string, std::string>& metadata);
 
 }  // namespace fresco::weights

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <fresco/raycast/scene.h>
-#include <fresco/uv_mapping/sight.h>
+#include <fresco/uv_mapping/shading.h>
 
 namespace fresco::raycast
 {

@@ -1,6 +1,10 @@
 #pragma once
 
+/// \file From the face that each pixel sees to the values of its uv map, and the pixels that see none well: what a ray ends on,
+/// cracks of the mesh, masks. For uv_mapper.h; Sight also for those who cast rays.
+
 #include <fresco/camera.h>
+#include <fresco/image.h>
 #include <fresco/mesh.h>
 #include <fresco/uv_maps.h>
 
@@ -10,6 +14,29 @@
 
 namespace fresco
 {
+
+/// Nearer surfaces are the scanner's own noise, not something a camera saw.
+inline constexpr double nearest_surface_m = 0.05;
+
+/// What a camera's ray ends on.
+enum class Sight
+{
+    nothing,
+    surface,    ///< The front of a face, at least nearest_surface_m away.
+    back_face,  ///< The back of a face: nothing behind it is seen either.
+    too_near    ///< The front of a face nearer than nearest_surface_m along the optical axis.
+};
+
+/// Judges what was met at a depth (meters along the optical axis).
+Sight sight(bool front, double depth);
+
+/// How far behind all its neighbors a pixel lies that was seen through a crack of the mesh.
+inline constexpr float crack_depth_m = 0.05F;
+
+/// Whether the pixel lies more than crack_depth_m behind each of its eight neighbors. `met`: H x W, the depth of what each
+/// pixel's ray meets first, whichever side of whatever it is; infinity where it meets nothing. A pixel at the border of the
+/// picture has no eight neighbors, one that met nothing lies behind nothing: false.
+bool seen_through_crack(const RasterF& met, int x, int y);
 
 /// H x W: the face (its index in the mesh) that each pixel center's ray meets first, or no_face.
 using FaceMap = Raster<std::uint32_t>;

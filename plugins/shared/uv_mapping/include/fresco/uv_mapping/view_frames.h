@@ -1,5 +1,8 @@
 #pragma once
 
+/// \file From the views of uv maps back to their recorded frames and what their depth cameras measured. For stages that take uv
+/// maps and frames.
+
 #include <fresco/frames.h>
 #include <fresco/uv_maps.h>
 
@@ -12,5 +15,13 @@ namespace fresco
 /// The frame that each view of the uv maps was made from: its index into `frames`. Throws Error naming the first view whose frame
 /// is not there.
 std::vector<std::size_t> frames_of_views(const UvMaps& maps, const Frames& frames);
+
+/// What the depth camera measured of the surface point that each pixel of the color camera sees: H x W like `map`, meters along
+/// the depth camera's axis, nearest neighbor. Where it measured nothing, or does not look, the result is `unmeasured`; 0 where
+/// the map is invalid.
+/// \param color     the color camera at full size
+/// \param measured  the frame's depth picture in meters, 0 = none
+RasterF sensor_depth(const UvMap& map, const Camera& color, const Camera& depth_camera, const RasterF& measured,
+                     float unmeasured);
 
 }  // namespace fresco

@@ -1,0 +1,54 @@
+#pragma once
+
+/// \file The way from the losses' gradient of a displayed picture back to the texels that it shows. For evaluation.cpp and
+/// views.h.
+
+#include "pictures.h"
+
+#include <fresco/torch/texture_representation.h>
+
+#include <torch/types.h>
+
+#include <span>
+#include <vector>
+
+namespace fresco::optimize
+{
+
+/// Of a contiguous float32 tensor on the CPU, which must outlive it.
+inline std::span<float> values_of(const torch::Tensor& tensor)
+{
+    return {tensor.data_ptr<float>(), static_cast<std::size_t>(tensor.numel())};
+}
+
+/// What ValueSpace does, by libtorch on any device and as a few operators. \see ValueSpace::display: 3 x H x W of `stored` (3 x H
+/// x W) and `valid` (H x W, bool).
+torch::Tensor displayed_values(const ValueSpace& space, const torch::Tensor& stored, const torch::Tensor& valid);
+/// \see ValueSpace::back: d loss / d stored of `gradient` (d loss / d displayed) and `factor` (H x W).
+torch::Tensor values_back(const ValueSpace& space, const torch::Tensor& stored, const torch::Tensor& factor,
+                          const torch::Tensor& gradient);
+
+/// The sum of two gradients of one parameter: the union of their texels, ascending; where both have a texel, a's value plus b's.
+SparseGradient sparse_sum(const SparseGradient& a, const SparseGradient& b);
+
+/// Sums the gradients of a view's levels on another device than the CPU. Which texels they share is found out once, at the price
+/// of waiting for the device, and again where other texels come.
+class GradientUnion
+{
+  public:
+    /// `levels`: per level, one entry per parameter; at least one level.
+    std::vector<SparseGradient> sum(const std::vector<std::vector<SparseGradient>>& levels);
+
+  private:
+    struct Merged
+    {
+        std::vector<torch::Tensor> of_levels;  ///< What was merged.
+        torch::Tensor texels;                  ///< Of any level, ascending.
+        std::vector<torch::Tensor> places;     ///< Of each level's texels among them.
+    };
+    Merged& merged(const std::vector<std::vector<SparseGradient>>& levels, std::size_t parameter);
+
+    std::vector<Merged> parameters_;
+};
+
+}  // namespace fresco::optimize

@@ -1,0 +1,668 @@
+#include "evaluation.h"
+#include "fakes.h"
+#include "gradients.h"
+#include "loop_options.h"
+#include "rendered_part.h"
+#include "views.h"
+
+#include "catch.h"
+
+#include <fresco/error.h>
+
+#include <ATen/Parallel.h>
+#include <ATen/ops/arange.h>
+#include <ATen/ops/conv2d.h>
+#include <ATen/ops/empty.h>
+#include <ATen/ops/equal.h>
+#include <ATen/ops/index_select.h>
+#include <ATen/ops/matmul.h>
+#include <ATen/ops/max_pool2d.h>
+#include <ATen/ops/ones.h>
+#include <ATen/ops/rand.h>
+#include <ATen/ops/relu.h>
+#include <torch/csrc/autograd/autograd.h>
+
+#include <atomic>
+#include <memory>
+#include <stdexcept>
+#include <vector>
+
+using namespace fakes;
+using namespace fresco::optimize;
+
+namespace
+{
+
+/// A texture of one texel, shown by every pixel.
+class OneTexel final : public TextureRepresentation
+{
+  public:
+    class View final : public TextureView
+    {
+      public:
+        View(const torch::Tensor& value, int width, int height) : value_(value), width_(width), height_(height) {}
+        torch::Tensor render() const override { return value_.reshape({3, 1, 1}).expand({3, height_, width_}).contiguous(); }
+        std::vector<SparseGradient> gradient(const torch::Tensor& g) const override
+        {
+            return {{at::zeros({1}, at::kLong), g.sum({1, 2}).reshape({1, 3})}};
+        }
+
+      private:
+        torch::Tensor value_;
+        int width_;
+        int height_;
+    };
+    void allocate(int) override { parameters_ = {{"texel", at::zeros({1, 3}), 1}}; }
+    void set_picture(const RasterF& p) override
+    {
+        parameters_[0].values.copy_(to_tensor(p).reshape({3, -1}).mean(1).reshape({1, 3}));
+    }
+    std::vector<TextureParameter>& parameters() override { return parameters_; }
+    std::unique_ptr<TextureView> make_view(const UvMap& map) const override
+    {
+        return std::make_unique<View>(parameters_[0].values, map.valid.width, map.valid.height);
+    }
+    Texture to_texture() const override { return {}; }
+
+  private:
+    std::vector<TextureParameter> parameters_;
+};
+
+struct World
+{
+    testing::TemporaryFolder folder;
+    Wall wall{folder.path(), 2, {24, 36}};
+    ViewSource source{*wall.maps, wall.frames, nullptr, {}};
+    OneTexel texture;
+    std::shared_ptr<HalfNetwork> network = std::make_shared<HalfNetwork>();
+    testing::TestFactory factory;
+    std::map<std::string, std::shared_ptr<Loss>> losses;
+    World()
+    {
+        texture.allocate(1);
+        factory.add("features.half", [this] { return network; });
+        factory.add("mean", [] { return std::make_shared<MeanLoss>(); });
+        for (const char* name : {"first", "second"})
+            losses[name] = std::dynamic_pointer_cast<Loss>(
+                factory.create("loss", Value::Map{{"type", "mean"}, {"weight", std::string(name) == "first" ? 2.0 : 3.0}}));
+    }
+};
+
+}  // namespace
+
+TEST_CASE("a grid cell takes the pixel at its center")
+{
+    Raster8 mask(5, 4);
+    mask.at(1, 1) = 1;
+    mask.at(3, 3) = 1;
+    mask.at(2, 0) = 1;
+    mask.at(4, 1) = 1;
+    const auto half = grid_mask(mask, 2, torch::kCPU);
+    REQUIRE(half.cells.sizes() == at::IntArrayRef({2, 2}));
+    REQUIRE(half.index.numel() == 2);
+    CHECK(half.index[0].item<std::int64_t>() == 0);
+    CHECK(half.index[1].item<std::int64_t>() == 3);
+    CHECK(half.cells[1][1].item<bool>());
+    CHECK_FALSE(half.cells[0][1].item<bool>());
+    CHECK(grid_mask(mask, 1, torch::kCPU).index.numel() == 4);
+}
+
+TEST_CASE("selected cells and their gradient equal index_select's, for any type, place in memory and threads")
+{
+    const int before = at::get_num_threads();
+    std::vector<int> every_third;
+    for (int i = 0; i < 17 * 9; i += 3)
+        every_third.push_back(i);
+    for (const auto& list :
+         std::vector<std::vector<int>>{{0}, {152}, {0, 1, 2}, {150, 151, 152}, {5, 70}, {0, 152}, every_third, {}})
+    {
+        Raster8 mask(17, 9);
+        for (const int i : list)
+            mask.values[static_cast<std::size_t>(i)] = 1;
+        const auto grid = grid_mask(mask, 1, torch::kCPU);
+        for (const int threads : {1, 3})
+            for (const auto type : {at::kFloat, at::kDouble})
+                for (const bool innermost : {true, false})
+                {
+                    at::set_num_threads(threads);
+                    const auto numbers = at::arange(5 * 9 * 17, type);
+                    const auto features =
+                        (innermost ? numbers.reshape({9, 17, 5}).permute({2, 0, 1}) : numbers.reshape({5, 9, 17}))
+                            .detach()
+                            .set_requires_grad(true);
+                    const auto each = at::arange(5 * grid.index.numel(), type) + 1;
+                    const auto direction = innermost ? each.reshape({-1, 5}).t() : each.reshape({5, -1});
+                    const auto fast = selected_cells(features, grid);
+                    const auto slow = at::index_select(features.reshape({5, -1}), 1, grid.index);
+                    CHECK(at::equal(fast, slow));
+                    CHECK(at::equal(torch::autograd::grad({fast}, {features}, {direction})[0],
+                                    torch::autograd::grad({slow}, {features}, {direction})[0]));
+                }
+    }
+    at::set_num_threads(before);
+}
+
+namespace
+{
+const LevelRules unscaled = []
+{
+    LevelRules rules = all_pixels;
+    rules.scaling = GradientScaling::none;
+    return rules;
+}();
+}  // namespace
+
+TEST_CASE("losses on one network share its encodings, and the camera's outlive the step")
+{
+    World world;
+    const auto data = load_view(world.source, 0, world.texture, all_pixels);
+    REQUIRE(data->levels.size() == 2);
+    CHECK(data->numbers == std::vector<int>{0, 1});
+    CHECK(data->levels[0].share == Approx(0.5).margin(0.02));
+    const auto demands = demands_of(world.losses, false);
+    REQUIRE(demands.size() == 1);
+    CHECK(demands.begin()->second.image == std::vector<std::string>{"half"});
+    for (int step = 0; step < 3; ++step)
+    {
+        const auto image = data->levels[1].view->render().set_requires_grad(true);
+        RenderedPart part({1, step, 0, step, 7}, image, data->levels[1], demands);
+        CHECK(part.height_px() == 36);
+        CHECK(part.camera().sizes() == image.sizes());
+        const auto features = part.features(*world.network, "half");
+        CHECK(features.requires_grad());
+        CHECK(at::equal(features, part.features(*world.network, "half")));
+        CHECK(part.feature_mask(*world.network, "half", Pixels::all).sizes() == features.sizes().slice(1));
+        CHECK_FALSE(part.camera_features(*world.network, "half").requires_grad());
+        CHECK(part.selected(*world.network, "half", Pixels::all).size(1) == 18 * 23);
+        CHECK(world.network->encoded == 2 + step);
+        CHECK_THROWS_AS(part.features(*world.network, "same"), std::logic_error);
+        CHECK_THROWS_AS(part.features(HalfNetwork(), "half"), std::logic_error);
+    }
+}
+
+namespace
+{
+
+/// Two convolutions with a pooling between them, zeros beyond the border.
+class ConvolvedNetwork final : public FeatureNetwork
+{
+  public:
+    ConvolvedNetwork()
+    {
+        at::manual_seed(3);
+        first_ = at::rand({4, 3, 3, 3}, at::kDouble) - 0.4;
+        second_ = at::rand({5, 4, 3, 3}, at::kDouble) - 0.4;
+    }
+    void prepare(const PrepareContext&) override {}
+    std::vector<FeatureLayer> layers() const override { return {{"fine", 4, 1, 1}, {"deep", 5, 2, 3}}; }
+    std::vector<torch::Tensor> encode(const torch::Tensor& picture, const std::vector<std::string>& names) const override
+    {
+        pixels += picture.size(1) * picture.size(2);
+        const auto fine = at::relu(at::conv2d(picture.unsqueeze(0), first_, {}, 1, 1));
+        const auto deep = at::relu(at::conv2d(at::max_pool2d(fine, {2, 2}), second_, {}, 1, 1));
+        std::vector<torch::Tensor> result;
+        for (const auto& name : names)
+            result.push_back((name == "fine" ? fine : deep).squeeze(0));
+        return result;
+    }
+    mutable std::int64_t pixels = 0;
+
+  private:
+    torch::Tensor first_;
+    torch::Tensor second_;
+};
+
+/// Gram matrices and differences to the camera on both layers.
+class SelectedLoss final : public Loss
+{
+  public:
+    explicit SelectedLoss(FeatureNetwork& network) : network_(network) {}
+    LossNeeds needs() const override { return {{{&network_, {"fine", "deep"}, false, true}}, false}; }
+    void prepare(const PrepareContext&) override {}
+    std::vector<LossTerm> evaluate(Part& part) override
+    {
+        std::vector<LossTerm> terms;
+        for (const char* layer : {"fine", "deep"})
+            for (const auto pixels : {Pixels::all, Pixels::fine, Pixels::steep})
+            {
+                const auto seen = part.selected(network_, layer, pixels);
+                const auto difference = seen - part.camera_selected(network_, layer, pixels);
+                terms.push_back({layer, at::matmul(seen, seen.t()).pow(2).sum() / 1e3 + difference.pow(2).sum()});
+            }
+        return terms;
+    }
+
+  private:
+    FeatureNetwork& network_;
+};
+
+}  // namespace
+
+TEST_CASE("crops give the loss and the gradient of the whole frame, and encode less")
+{
+    at::manual_seed(8);
+    const int width = 61;
+    const int height = 47;
+    LevelData data;
+    data.height_px = height;
+    data.camera = at::rand({3, height, width}, at::kDouble);
+    data.pixels.all = Raster8(width, height);
+    data.pixels.fine = data.pixels.all;
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+        {
+            // Two corners and a spot between them.
+            const bool in = (x < 13 && y < 9) || (x > 50 && y > 36) || (std::abs(x - 30) < 3 && std::abs(y - 20) < 4);
+            data.pixels.all.at(x, y) = in ? 1 : 0;
+            data.pixels.fine.at(x, y) = in && (x + y) % 3 != 0 ? 1 : 0;
+        }
+    const auto image = at::rand({3, height, width}, at::kDouble).set_requires_grad(true);
+    ConvolvedNetwork network;
+    const std::map<std::string, std::shared_ptr<Loss>> losses{{"selected", std::make_shared<SelectedLoss>(network)}};
+    std::vector<double> values;
+    std::vector<torch::Tensor> gradients;
+    std::vector<std::int64_t> pixels;
+    for (const bool crops : {false, true})
+    {
+        auto level = LevelData{};
+        level.camera = data.camera;
+        level.pixels = data.pixels;
+        const auto demands = demands_of(losses, crops);
+        RenderedPart part({}, image, level, demands);
+        torch::Tensor sum;
+        network.pixels = 0;
+        for (const auto& term : losses.at("selected")->evaluate(part))
+            sum = sum.defined() ? sum + term.value : term.value;
+        pixels.push_back(network.pixels);
+        values.push_back(sum.item<double>());
+        gradients.push_back(torch::autograd::grad({sum}, {image})[0]);
+        for (const char* layer : {"fine", "deep"})
+        {
+            const auto [chosen, others] = part.fine_among_selected(network, layer);
+            CHECK(chosen.numel() > 0);
+            CHECK(chosen.numel() + others.numel() == part.selected(network, layer, Pixels::all).size(1));
+            CHECK(part.selected(network, layer, Pixels::all)
+                      .index_select(1, chosen)
+                      .equal(part.selected(network, layer, Pixels::fine)));
+        }
+    }
+    CHECK(values[1] == Approx(values[0]).epsilon(1e-12));
+    CHECK((gradients[1] - gradients[0]).abs().max().item<double>() < 1e-11 * gradients[0].abs().max().item<double>());
+    CHECK(gradients[0].abs().max().item<double>() > 0);
+    CHECK(2 * pixels[1] < pixels[0]);
+}
+
+TEST_CASE("the evaluation's gradient is that of the weighted sum over losses and levels")
+{
+    World world;
+    world.losses = {{"camera", std::make_shared<CameraLoss>()}};
+    world.texture.parameters()[0].values.fill_(0.4);
+    const auto data = load_view(world.source, 1, world.texture, unscaled);
+    Evaluator evaluator(world.losses, ValueSpace(Values::display), torch::kCPU, 1);
+    const auto loss = [&] { return evaluator.evaluate(0, {}, *data, "v", 1); };
+    const auto evaluation = loss();
+    CHECK(evaluator.summands().at("camera") == Approx(evaluation.loss));
+    auto& values = world.texture.parameters()[0].values;
+    for (int c = 0; c < 3; ++c)
+    {
+        auto value = values[0][c];
+        value.add_(0.01);
+        const double above = loss().loss;
+        value.sub_(0.02);
+        const double below = loss().loss;
+        value.add_(0.01);
+        CHECK(evaluation.gradients[0].values[0][c].item<float>() == Approx((above - below) / 0.02).epsilon(1e-3).margin(1e-5));
+    }
+    // With the angle's scaling every pixel's gradient, and so their sum, is 0.8 of it.
+    const auto scaled_data = load_view(world.source, 1, world.texture, all_pixels);
+    const auto scaled = evaluator.evaluate(0, {}, *scaled_data, "v", 1);
+    CHECK(scaled.gradients[0].values[0][0].item<float>() == Approx(0.8 * evaluation.gradients[0].values[0][0].item<float>()));
+    CHECK(scaled.loss == Approx(evaluation.loss));
+}
+
+namespace
+{
+
+/// 1 at the smallest height, 0 elsewhere, on a layer of stride 2: its weighted sum is the share of the smallest height.
+class LowestLoss final : public Loss
+{
+  public:
+    LowestLoss(FeatureNetwork& network, bool names_network) : network_(network), names_network_(names_network) {}
+    LossNeeds needs() const override { return {{{&network_, {"half"}, false, false}}, false}; }
+    void prepare(const PrepareContext&) override {}
+    std::vector<LossTerm> evaluate(Part& part) override
+    {
+        const double value = part.level() == 0 ? 1 : 0;
+        return {{"half", at::ones({}) * value, names_network_ ? &network_ : nullptr}};
+    }
+
+  private:
+    FeatureNetwork& network_;
+    bool names_network_;
+};
+
+}  // namespace
+
+TEST_CASE("levels share by pixels, or by the cells of a term's layer where the network is named")
+{
+    World world;
+    HalfNetwork network;
+    LevelRules rules = all_pixels;
+    rules.protocol = Protocol::released;
+    const auto data = load_view(world.source, 0, world.texture, rules);
+    REQUIRE(data->levels.size() == 2);
+    // Cells look at the pixels with odd row and column: leave every second of these out.
+    auto& lowest = data->levels[0].pixels.all;
+    for (int y = 1; y < lowest.height; y += 4)
+        for (int x = 1; x < lowest.width; x += 2)
+            lowest.at(x, y) = 0;
+    const auto covered = [](const Raster8& mask, int first, int step)
+    {
+        double count = 0;
+        double all = 0;
+        for (int y = first; y < mask.height; y += step)
+            for (int x = first; x < mask.width; x += step, ++all)
+                count += mask.at(x, y);
+        return count / all;
+    };
+    const auto& upper = data->levels[1].pixels.all;
+    const double cells = covered(lowest, 1, 2) / (covered(lowest, 1, 2) + covered(upper, 1, 2));
+    CHECK(cells < 0.4);
+    for (const bool names_network : {false, true})
+    {
+        const std::map<std::string, std::shared_ptr<Loss>> losses{
+            {"lowest", std::make_shared<LowestLoss>(network, names_network)}};
+        Evaluator evaluator(losses, ValueSpace(Values::display), torch::kCPU, 1);
+        CHECK(evaluator.evaluate(0, {}, *data, "v", 1).loss == Approx(names_network ? cells : data->levels[0].share));
+    }
+}
+
+namespace
+{
+
+/// Keeps the last picture that it was shown.
+class WitnessLoss final : public Loss
+{
+  public:
+    LossNeeds needs() const override { return {{}, true}; }
+    void prepare(const PrepareContext&) override {}
+    std::vector<LossTerm> evaluate(Part& part) override
+    {
+        seen = part.image().detach().clone();
+        return {{"", ordered_mean(part.image())}};
+    }
+    torch::Tensor seen;
+};
+
+}  // namespace
+
+TEST_CASE("a level's picture goes on beyond the level, as far as the texture is seen")
+{
+    World world;
+    world.texture.parameters()[0].values.fill_(0.4);
+    const auto data = load_view(world.source, 0, world.texture, all_pixels);
+    auto& level = data->levels[1];
+    std::fill(level.pixels.all.values.begin(), level.pixels.all.values.end(), std::uint8_t{0});
+    level.pixels.all.at(20, 20) = 1;
+    auto witness = std::make_shared<WitnessLoss>();
+    const std::map<std::string, std::shared_ptr<Loss>> losses{{"witness", witness}};
+    Evaluator evaluator(losses, ValueSpace(Values::display), torch::kCPU, 1);
+    evaluator.evaluate(0, {}, *data, "v", 1);
+    CHECK(witness->seen[0][5][30].item<float>() == Approx(0.4));
+    CHECK(witness->seen[0][5][0].item<float>() == 0);  // Not on the wall.
+}
+
+TEST_CASE("a loss that is not finite is named with step and view")
+{
+    World world;
+    world.losses = {{"boom", std::make_shared<ExplodingLoss>()}};
+    world.texture.parameters()[0].values.fill_(0.4);
+    const auto data = load_view(world.source, 0, world.texture, unscaled);
+    Evaluator evaluator(world.losses, ValueSpace(Values::display), torch::kCPU, 1);
+    CHECK_NOTHROW(evaluator.evaluate(1, {}, *data, "walk/frame-0", 1));
+    CHECK_THROWS_WITH(evaluator.evaluate(2, {}, *data, "walk/frame-0", 1),
+                      Catch::Contains("step 3") && Catch::Contains("walk/frame-0") && Catch::Contains("'boom'") &&
+                          Catch::Contains("deep"));
+}
+
+TEST_CASE("missing heights and frames are named")
+{
+    World world;
+    CHECK_THROWS_WITH(ViewSource(*world.wall.maps, world.wall.frames, nullptr, {24, 30}),
+                      Catch::Contains("30 px") && Catch::Contains("24, 36"));
+    CHECK(ViewSource(*world.wall.maps, world.wall.frames, nullptr, {36}).height_px(0) == 36);
+    auto fewer = world.wall.frames;
+    fewer.frames.pop_back();
+    CHECK_THROWS_WITH(ViewSource(*world.wall.maps, fewer, nullptr, {}), Catch::Contains("walk/frame-1"));
+}
+
+namespace
+{
+
+/// Keeps the maps that it is asked to show, and shows nothing.
+class KeptMaps final : public TextureRepresentation
+{
+  public:
+    void allocate(int) override {}
+    void set_picture(const RasterF&) override {}
+    std::vector<TextureParameter>& parameters() override { return parameters_; }
+    std::unique_ptr<TextureView> make_view(const UvMap& map) const override
+    {
+        maps.push_back(map);
+        return nullptr;
+    }
+    Texture to_texture() const override { return {}; }
+    mutable std::vector<UvMap> maps;
+
+  private:
+    std::vector<TextureParameter> parameters_;
+};
+
+}  // namespace
+
+TEST_CASE("pixels without a surface show the texture's corner where the released code is followed")
+{
+    const testing::TemporaryFolder folder;
+    const Wall wall(folder.path(), 2, {24, 36});
+    const ViewSource source(*wall.maps, wall.frames, nullptr, {});
+    const KeptMaps texture;
+    for (const bool by_angle : {false, true})
+    {
+        LevelRules rules = all_pixels;
+        rules.protocol = Protocol::released;
+        rules.scaling = by_angle ? GradientScaling::angle : GradientScaling::none;
+        const auto data = load_view(source, 1, texture, rules);
+        const UvMap& map = texture.maps.back();
+        const LevelData& level = data->levels.back();
+        CHECK(map.valid.at(0, 3) == 1);
+        CHECK(map.uv.at(0, 3, 0) == 0);
+        CHECK(map.uv.at(0, 3, 1) == 1);
+        CHECK(map.uv.at(5, 3, 0) == Approx(wall_map(1, 2, map.valid.width, map.valid.height).uv.at(5, 3, 0)).margin(1e-4));
+        CHECK(level.valid.at(0, 3) == 1);       // shown …
+        CHECK(level.pixels.all.at(0, 3) == 0);  // … but not compared
+        CHECK(level.factor.at(0, 3) == (by_angle ? 0 : 1));
+        CHECK(level.factor.at(5, 3) == Approx(by_angle ? 0.8 : 1));
+    }
+    CHECK(load_view(source, 1, texture, all_pixels)->levels.back().valid.at(0, 3) == 0);
+    CHECK(texture.maps.back().valid.at(0, 3) == 0);
+}
+
+TEST_CASE("pixels that the sensor did not measure are in no level, or in the lowest")
+{
+    const testing::TemporaryFolder folder;
+    Wall wall(folder.path(), 2, {24, 36});
+    // The right half is 2 m away, where the larger height is wanted; nothing is known of the left half.
+    std::vector<std::uint16_t> steps;
+    for (int i = 0; i < 40 * 30; ++i)
+        steps.push_back(i % 40 < 20 ? 0 : 2000);
+    const std::vector<std::size_t> shape{30, 40};
+    for (auto& frame : wall.frames.frames)
+    {
+        frame.depth_picture.path = folder.path() / "depth.npy";
+        write_npy(frame.depth_picture.path, shape, std::span<const std::uint16_t>(steps));
+    }
+    const ViewSource source(*wall.maps, wall.frames, nullptr, {});
+    const KeptMaps texture;
+    LevelRules rules = all_pixels;
+    rules.by_depth = true;
+    rules.depth = LevelRules::Depth::sensor;
+    CHECK(load_view(source, 0, texture, rules)->numbers == std::vector<int>{1});
+    rules.depth = LevelRules::Depth::sensor_or_lowest;
+    CHECK(load_view(source, 0, texture, rules)->numbers == std::vector<int>{0, 1});
+}
+
+TEST_CASE("camera features of the smallest height are enlarged between the centers of cells")
+{
+    HalfNetwork network;
+    const Demands demands{{&network, {{"half"}, {"half"}, true}}};
+    LevelData level;
+    // Cells of 0.5 and 2.5 along a row.
+    level.smallest =
+        std::make_shared<SmallestCamera>(SmallestCamera{at::arange(4, at::kFloat).expand({3, 4, 4}).contiguous(), {}});
+    RenderedPart part({}, at::zeros({3, 8, 8}), level, demands);
+    const auto row = part.camera_features(network, "half")[0][0];
+    REQUIRE(row.numel() == 4);
+    const std::vector<float> expected{0.5F, 1.0F, 2.0F, 2.5F};
+    for (std::int64_t i = 0; i < 4; ++i)
+        CHECK(row[i].item<float>() == Approx(expected[static_cast<std::size_t>(i)]));
+}
+
+TEST_CASE("prefetched items come in order and no more than asked ahead")
+{
+    std::atomic<int> made{0};
+    Prefetch<std::unique_ptr<int>> loader(3, 40, 2,
+                                          [&](std::size_t i)
+                                          {
+                                              ++made;
+                                              return std::make_unique<int>(static_cast<int>(i));
+                                          });
+    for (int i = 3; i < 20; ++i)
+    {
+        CHECK(*loader.next() == i);
+        CHECK(made <= i - 3 + 1 + 3);
+    }
+}
+
+TEST_CASE("a loader's exception arrives where its item would be taken")
+{
+    Prefetch<int> loader(0, 5, 2,
+                         [](std::size_t i)
+                         {
+                             if (i == 2)
+                                 throw std::runtime_error("no view 2");
+                             return static_cast<int>(i);
+                         });
+    CHECK(loader.next() == 0);
+    CHECK(loader.next() == 1);
+    CHECK_THROWS_WITH(loader.next(), "no view 2");
+}
+
+using namespace fresco;
+
+namespace
+{
+
+/// Compares features with the camera's, or only with the style.
+class FeatureLoss final : public Loss
+{
+  public:
+    explicit FeatureLoss(bool sees_camera) : sees_camera_(sees_camera) {}
+    LossNeeds needs() const override { return {{{.network = nullptr, .names = {"a"}, .camera = sees_camera_}}, false}; }
+    void prepare(const PrepareContext&) override {}
+    std::vector<LossTerm> evaluate(Part&) override { return {}; }
+
+  private:
+    bool sees_camera_;
+};
+
+}  // namespace
+
+TEST_CASE("style over content is reported, and warned about where a run begins empty")
+{
+    const std::map<std::string, std::shared_ptr<Loss>> losses{{"content", std::make_shared<FeatureLoss>(true)},
+                                                              {"picture", std::make_shared<fakes::CameraLoss>()},
+                                                              {"style", std::make_shared<FeatureLoss>(false)},
+                                                              {"more_style", std::make_shared<FeatureLoss>(false)}};
+    const auto ratio = [&](const std::map<std::string, double>& summands) { return style_over_content(losses, summands); };
+    CHECK(ratio({{"content", 2}, {"picture", 100}, {"style", 1}, {"more_style", 2}}) == 1.5);
+    CHECK_FALSE(ratio({{"content", 0}, {"style", 1}}));
+    CHECK_FALSE(ratio({{"content", 1}, {"picture", 1}}));
+
+    const auto warnings = [&](double style, bool begins_empty)
+    {
+        testing::TestRun run;
+        report_balance(losses, {{"content", 10}, {"style", style}}, begins_empty, run);
+        CHECK(run.reported.at("initial_style_over_content").as_double() == Approx(style / 10));
+        return run.messages.size();
+    };
+    CHECK(warnings(15, true) == 0);
+    CHECK(warnings(2.9, true) == 1);
+    CHECK(warnings(81, true) == 1);
+    CHECK(warnings(1000, false) == 0);
+}
+
+namespace
+{
+
+std::vector<HeldOutLoss> history(const std::vector<double>& losses)
+{
+    std::vector<HeldOutLoss> result;
+    for (const double loss : losses)
+        result.push_back({std::ssize(result) * 10, loss, {loss}});
+    return result;
+}
+
+}  // namespace
+
+TEST_CASE("held-out views lie in the middles of equal stretches, and the rest is optimized for")
+{
+    const std::vector<std::size_t> views{0, 2, 4, 6, 8, 10, 12, 14, 16, 18};
+    CHECK(split_views(views, 0).trained == views);
+    CHECK(split_views(views, 0).held_out.empty());
+    const auto split = split_views(views, 2);
+    CHECK(split.held_out == std::vector<std::size_t>{4, 14});
+    CHECK(split.trained == std::vector<std::size_t>{0, 2, 6, 8, 10, 12, 16, 18});
+    CHECK(split_views(views, 9).trained.size() == 1);
+    CHECK(split_views(views, 9).held_out.size() == 9);
+    CHECK_THROWS_WITH(split_views(views, 10), Catch::Contains("only 10 views"));
+}
+
+TEST_CASE("a run stops when three measurements gain less than asked for")
+{
+    CHECK_FALSE(has_stopped_falling({}, 0.01));
+    CHECK_FALSE(has_stopped_falling(history({10, 9.99, 9.98}), 0.01));
+    CHECK(has_stopped_falling(history({10, 9.99, 9.98, 9.97}), 0.01));
+    CHECK_FALSE(has_stopped_falling(history({10, 9.99, 9.98, 9.8}), 0.01));
+    CHECK(has_stopped_falling(history({10, 8, 9, 9, 9}), 0.01));
+    CHECK_FALSE(has_stopped_falling(history({10, 9.99, 9.98, 9.97}), 0));
+}
+
+namespace
+{
+
+SparseGradient sparse(const std::vector<std::int64_t>& texels)
+{
+    SparseGradient g{at::empty({static_cast<std::int64_t>(texels.size())}, at::kLong),
+                     at::empty({static_cast<std::int64_t>(texels.size()), 3}, at::kFloat)};
+    for (std::size_t i = 0; i < texels.size(); ++i)
+    {
+        g.texels.data_ptr<std::int64_t>()[i] = texels[i];
+        for (std::size_t c = 0; c < 3; ++c)
+            g.values.data_ptr<float>()[3 * i + c] = static_cast<float>(texels[i]) + static_cast<float>(c) / 10;
+    }
+    return g;
+}
+
+}  // namespace
+
+TEST_CASE("sparse gradients add by texel")
+{
+    const auto sum = sparse_sum(sparse({1, 4, 9}), sparse({0, 4, 12}));
+    const std::vector<std::int64_t> texels(sum.texels.data_ptr<std::int64_t>(),
+                                           sum.texels.data_ptr<std::int64_t>() + sum.texels.numel());
+    CHECK(texels == std::vector<std::int64_t>{0, 1, 4, 9, 12});
+    CHECK(sum.values[2][1].item<float>() == Approx(8.2));
+    CHECK(sum.values[4][0].item<float>() == 12);
+    CHECK(sparse_sum(sparse({}), sparse({3})).texels.numel() == 1);
+    CHECK(sparse_sum(sparse({}), sparse({})).texels.numel() == 0);
+}

@@ -1,0 +1,338 @@
+#include "pictures.h"
+
+#include "catch.h"
+
+#include <fresco/error.h>
+
+#include <cmath>
+
+using namespace fresco;
+using namespace fresco::optimize;
+
+namespace
+{
+
+StyleSizes sizes(int width, int height, std::vector<std::string>& messages, Protocol protocol = Protocol::paper)
+{
+    return style_sizes(Raster8(width, height, 3, 100), protocol, [&](const std::string& m) { messages.push_back(m); });
+}
+
+}  // namespace
+
+TEST_CASE("style sizes by hand")
+{
+    std::vector<std::string> messages;
+    auto s = sizes(1024, 512, messages);
+    CHECK(s.fine.width == 512);
+    CHECK(s.fine.height == 256);
+    CHECK(s.coarse.width == 1024);
+    s = sizes(1200, 1600, messages);
+    CHECK(s.fine.width == 256);
+    CHECK(s.fine.height == 341);
+    CHECK(s.coarse.width == 1024);
+    CHECK(s.coarse.height == 1364);
+    s = sizes(5000, 2500, messages);  // first 2048 x 1024
+    CHECK(s.fine.width == 512);
+    CHECK(s.coarse.width == 2048);
+    CHECK(s.coarse.height == 1024);
+    CHECK(messages.empty());
+    s = sizes(300, 200, messages);
+    CHECK(s.fine.width == 300);
+    CHECK(s.coarse.height == 200);
+    REQUIRE(messages.size() == 1);
+    CHECK(messages[0].find("200 px") != std::string::npos);
+}
+
+TEST_CASE("style sizes as the released code finds them")
+{
+    std::vector<std::string> messages;
+    const auto released = [&](int width, int height) { return sizes(width, height, messages, Protocol::released); };
+    auto s = released(1600, 1200);  // 256, 300, 600, 1200: the third is 600
+    CHECK(s.fine.height == 256);
+    CHECK(s.fine.width == 341);
+    CHECK(s.coarse.height == 600);
+    CHECK(s.coarse.width == 800);
+    s = released(1024, 2048);  // 256, 256, 512, 1024
+    CHECK(s.coarse.width == 512);
+    CHECK(s.coarse.height == 1024);
+    s = released(400, 300);  // 256, 300, 300
+    CHECK(s.coarse.height == 300);
+    s = released(1023, 511);  // 256, 511, 511
+    CHECK(s.coarse.height == 511);
+    s = released(200, 100);  // 256, 100, 100
+    CHECK(s.fine.height == 256);
+    CHECK(s.fine.width == 512);
+    CHECK(s.coarse.height == 100);
+    s = released(3000, 1500);  // shorter side 2048 first: 256, 256, 512, 1024, 2048
+    CHECK(s.coarse.height == 512);
+    CHECK(s.coarse.width == 1024);
+    // A fourth of the pixels along a side: means of the two in the middle, not of four.
+    Raster8 stripes(1024, 1024, 3);
+    for (int y = 0; y < 1024; ++y)
+        for (int x = 0; x < 1024; ++x)
+            for (int c = 0; c < 3; ++c)
+                stripes.at(x, y, c) = static_cast<std::uint8_t>(x % 4 == 1 ? 100 : x % 4 == 3 ? 255 : 0);
+    s = style_sizes(stripes, Protocol::released, [](const std::string&) {});
+    CHECK(s.fine.at(17, 5, 1) == Approx(50 / 255.0));
+    CHECK(s.coarse.at(8, 5, 0) == Approx(50 / 255.0));
+    CHECK(s.coarse.at(9, 5, 0) == Approx(127.5 / 255.0));
+    CHECK(messages.empty());
+}
+
+TEST_CASE("alpha is composited on white, gray spread, other pictures refused")
+{
+    const auto ignore = [](const std::string&) {};
+    Raster8 rgba(64, 64, 4);
+    for (std::size_t i = 0; i < rgba.values.size(); i += 4)
+    {
+        rgba.values[i] = 255;
+        rgba.values[i + 2] = 51;
+        rgba.values[i + 3] = 51;
+    }
+    const auto composited = style_sizes(rgba, Protocol::paper, ignore).fine;
+    CHECK(composited.values[0] == Approx(1));
+    CHECK(composited.values[1] == Approx(0.8));
+    CHECK(composited.values[2] == Approx(0.84));
+    CHECK(style_sizes(Raster8(64, 64, 1, 51), Protocol::paper, ignore).fine.at(1, 1, 2) == Approx(0.2));
+    CHECK_THROWS_AS(style_sizes(Raster8(64, 64, 2), Protocol::paper, ignore), Error);
+    CHECK_THROWS_WITH(style_sizes(Raster8(100, 63, 3), Protocol::released, ignore),
+                      Catch::Contains("100x63") && Catch::Contains("64 px"));
+    CHECK_THROWS_AS(style_sizes(Raster8(), Protocol::paper, ignore), Error);
+}
+
+TEST_CASE("network values are BGR minus the mean, and come back as displayed RGB")
+{
+    const ValueSpace network(Values::network);
+    RasterF picture(1, 1, 3);
+    picture.values = {1.0F, 0.5F, 0.0F};
+    network.store(picture);
+    CHECK(picture.values[0] == Approx(-103.939));
+    CHECK(picture.values[1] == Approx(127.5 - 116.779));
+    CHECK(picture.values[2] == Approx(255 - 123.68));
+    std::vector<float> shown(3);
+    const std::vector<std::uint8_t> valid{1};
+    network.display(picture.values, valid, shown);
+    CHECK(shown[0] == Approx(1).margin(1e-6));
+    CHECK(shown[1] == Approx(0.5));
+    CHECK(shown[2] == Approx(0).margin(1e-6));
+    const std::vector<std::uint8_t> invalid{0};
+    network.display(picture.values, invalid, shown);
+    CHECK(shown == std::vector<float>{0, 0, 0});
+}
+
+TEST_CASE("the gradient of the displayed picture agrees with finite differences")
+{
+    const std::vector<std::uint8_t> valid{1, 1};
+    const std::vector<float> factor{0.5F, 2.0F};
+    const std::vector<float> direction{0.3F, -0.2F, 0.7F, 0.1F, -0.4F, 0.6F};
+    for (const auto values : {Values::display, Values::network})
+    {
+        const ValueSpace space(values);
+        std::vector<float> stored{0.2F, 0.4F, 0.6F, 0.3F, 0.5F, 0.1F};
+        auto gradient = direction;
+        space.back(stored, factor, gradient);
+        for (std::size_t i = 0; i < 6; ++i)
+        {
+            const auto loss = [&](float step)
+            {
+                auto moved = stored;
+                moved[i] += step;
+                std::vector<float> shown(6);
+                space.display(moved, valid, shown);
+                double sum = 0;
+                for (std::size_t k = 0; k < 6; ++k)
+                    sum += static_cast<double>(shown[k]) * static_cast<double>(direction[k]) * static_cast<double>(factor[k % 2]);
+                return sum;
+            };
+            CHECK(gradient[i] == Approx((loss(0.05F) - loss(-0.05F)) / 0.1).epsilon(1e-3).margin(1e-5));
+        }
+    }
+}
+
+TEST_CASE("outside the displayable range only the way back passes")
+{
+    const ValueSpace space(Values::display);
+    const std::vector<float> stored{1.2F, 1.2F, -0.1F};
+    const std::vector<float> one{1.0F};
+    std::vector<float> gradient{0.5F, -0.5F, -0.25F};
+    space.back(stored, one, gradient);
+    CHECK(gradient == std::vector<float>{0.5F, 0, -0.25F});
+}
+
+TEST_CASE("without the clamp of the sum pictures go beyond the range, and every gradient passes")
+{
+    const ValueSpace space(Values::network, false);
+    const std::vector<float> stored{300.0F, -200.0F, 0.0F};  // blue, green, red
+    const std::vector<std::uint8_t> valid{1};
+    std::vector<float> shown(3);
+    space.display(stored, valid, shown);
+    CHECK(shown[0] == Approx(123.68 / 255));
+    CHECK(shown[1] == Approx((116.779 - 200) / 255));
+    CHECK(shown[2] == Approx((103.939 + 300) / 255));
+    std::vector<float> gradient{1, 1, -1};
+    const std::vector<float> one{1};
+    space.back(stored, one, gradient);
+    CHECK(gradient[0] == Approx(-1.0 / 255));
+    CHECK(gradient[1] == Approx(1.0 / 255));
+    CHECK(space.stored_range().first == Approx(-123.68));
+    CHECK(space.stored_range().second == Approx(151.061));
+}
+
+namespace
+{
+
+constexpr int size = 64;
+
+/// Looks at a square of `side` texels around (0.25, 0.25) with pixels x pixels; the first pixel sees nothing.
+UvMap square(int pixels, double side)
+{
+    UvMap map{RasterF(pixels, pixels, 2), RasterF(pixels, pixels), RasterF(pixels, pixels), Raster8(pixels, pixels, 1, 1)};
+    for (int y = 0; y < pixels; ++y)
+        for (int x = 0; x < pixels; ++x)
+        {
+            const auto at = [&](int i) { return static_cast<float>(0.25 + side / size * ((i + 0.5) / pixels - 0.5)); };
+            map.uv.at(x, y, 0) = at(x);
+            map.uv.at(x, y, 1) = at(pixels - 1 - y);
+        }
+    map.valid.at(0, 0) = 0;
+    return map;
+}
+
+/// Red grows with u, green with v, blue alternates from texel to texel.
+Texture pattern()
+{
+    Texture texture;
+    RasterF& layer = texture.layers.emplace_back(size, size, 3);
+    for (int y = 0; y < size; ++y)
+        for (int x = 0; x < size; ++x)
+        {
+            layer.at(x, y, 0) = (static_cast<float>(x) + 0.5F) / size;
+            layer.at(x, y, 1) = 1 - (static_cast<float>(y) + 0.5F) / size;
+            layer.at(x, y, 2) = (x + y) % 2 == 0 ? 1.0F : 0.0F;
+        }
+    return texture;
+}
+
+}  // namespace
+
+TEST_CASE("a texture is shown through the map, black where nothing is seen")
+{
+    const UvMap map = square(8, 16);
+    const Raster8 picture = ShownTexture(pattern()).shown(map);
+    REQUIRE(picture.width == 8);
+    REQUIRE(picture.channels == 3);
+    for (int y = 0; y < 8; ++y)
+        for (int x = 0; x < 8; ++x)
+        {
+            const bool seen = map.valid.at(x, y) != 0;
+            CHECK(picture.at(x, y, 0) == Approx(seen ? 255 * static_cast<double>(map.uv.at(x, y, 0)) : 0).margin(1));
+            CHECK(picture.at(x, y, 1) == Approx(seen ? 255 * static_cast<double>(map.uv.at(x, y, 1)) : 0).margin(1));
+        }
+}
+
+TEST_CASE("detail finer than a view's pixels is averaged, and kept where pixels are finer")
+{
+    const ShownTexture texture(pattern());
+    const auto blue = [&](int pixels, double side)
+    {
+        const Raster8 picture = texture.shown(square(pixels, side));
+        std::pair<int, int> range{255, 0};
+        for (int i = 1; i < pixels * pixels; ++i)
+        {
+            const int value = picture.values[static_cast<std::size_t>(3 * i + 2)];
+            range = {std::min(range.first, value), std::max(range.second, value)};
+        }
+        return range;
+    };
+    const auto [dark, bright] = blue(64, 8);
+    CHECK(dark < 40);
+    CHECK(bright > 215);
+    const auto [least, most] = blue(8, 32);
+    CHECK(least > 125);
+    CHECK(most < 131);
+}
+
+TEST_CASE("the border between two charts is no reason to look coarsely")
+{
+    // The right half is another chart, far away in the texture.
+    UvMap map = square(16, 8);
+    for (int y = 0; y < 16; ++y)
+        for (int x = 8; x < 16; ++x)
+            map.uv.at(x, y, 0) += 0.5F;
+    const Raster8 picture = ShownTexture(pattern()).shown(map);
+    int least = 255;
+    int most = 0;
+    for (int y = 1; y < 16; ++y)
+        for (const int x : {7, 8})
+        {
+            least = std::min<int>(least, picture.at(x, y, 2));
+            most = std::max<int>(most, picture.at(x, y, 2));
+        }
+    CHECK(least < 110);
+    CHECK(most > 145);
+}
+
+TEST_CASE("layers are summed and clamped")
+{
+    Texture texture;
+    texture.layers.emplace_back(32, 32, 3, 0.75F);
+    texture.layers.emplace_back(16, 16, 3, 0.5F);
+    texture.layers[1].at(0, 0, 1) = -2;
+    const RasterF sum = displayed(texture);
+    CHECK(sum.width == 32);
+    CHECK(sum.at(20, 20, 0) == 1);
+    CHECK(sum.at(0, 0, 1) == 0);
+}
+
+namespace
+{
+
+UvMap one_pixel(float u, float v, float depth, float cosine)
+{
+    UvMap map{RasterF(1, 1, 2), RasterF(1, 1), RasterF(1, 1), Raster8(1, 1, 1, 1)};
+    map.uv.values = {u, v};
+    map.depth.values = {depth};
+    map.cosine.values = {cosine};
+    return map;
+}
+
+RasterF one_color(float r)
+{
+    RasterF color(1, 1, 3);
+    color.values = {r, 0.5F, 1};
+    return color;
+}
+
+}  // namespace
+
+TEST_CASE("texels take the mean of what is seen, weighted by cosine over depth")
+{
+    TexelGatherer gatherer(4, true);
+    // The center of the texel in row 0, column 1.
+    gatherer.add(one_pixel(0.375F, 0.875F, 2, 1), one_color(1));
+    gatherer.add(one_pixel(0.375F, 0.875F, 1, 0.25F), one_color(0.25F));
+    gatherer.mark(one_pixel(0.5F, 0.125F, 1, 1));
+    CHECK((gatherer.seen().values == std::vector<std::uint8_t>{0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 0}));
+    Raster8 covered;
+    const auto colors = gatherer.take_colors(covered);
+    CHECK(colors.at(1, 0, 0) == Approx((0.5 * 1 + 0.25 * 0.25) / 0.75));
+    CHECK(colors.at(1, 0, 1) == 0.5F);
+    CHECK(covered.at(1, 0) == 1);
+    CHECK(covered.at(1, 3) == 0);
+    CHECK(colors.at(0, 0, 2) == 0);
+}
+
+TEST_CASE("a pixel between four texels marks them all and gives each its share")
+{
+    TexelGatherer gatherer(4, true);
+    gatherer.add(one_pixel(0.5F, 0.5F, 1, 1), one_color(0.75F));
+    Raster8 covered;
+    const auto colors = gatherer.take_colors(covered);
+    for (int y = 0; y < 4; ++y)
+        for (int x = 0; x < 4; ++x)
+        {
+            const bool inside = (x == 1 || x == 2) && (y == 1 || y == 2);
+            CHECK(static_cast<bool>(gatherer.seen().at(x, y)) == inside);
+            CHECK(colors.at(x, y, 0) == Approx(inside ? 0.75 : 0.0));
+        }
+}

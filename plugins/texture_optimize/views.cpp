@@ -1,0 +1,279 @@
+#include "views.h"
+
+#include <fresco/error.h>
+#include <fresco/torch/tensor.h>
+#include <fresco/uv_mapping/view_frames.h>
+
+#include <ATen/ops/empty.h>
+#include <c10/core/DeviceGuard.h>
+#include <c10/core/StreamGuard.h>
+#include <c10/core/impl/VirtualGuardImpl.h>
+
+#include <algorithm>
+#include <exception>
+#include <fmt/format.h>
+#include <span>
+#include <utility>
+
+namespace fresco::optimize
+{
+
+ViewSource::ViewSource(const UvMaps& maps, const Frames& frames, const ImageIo* images, const std::vector<int>& heights_px,
+                       const Texture* start)
+    : maps_(maps), frames_(frames), images_(images), frame_of_(frames_of_views(maps, frames))
+{
+    for (std::size_t level = 0; level < maps.heights_px.size(); ++level)
+        if (heights_px.empty() || std::find(heights_px.begin(), heights_px.end(), maps.heights_px[level]) != heights_px.end())
+            levels_.push_back(level);
+    for (const int height : heights_px)
+        if (std::find(maps.heights_px.begin(), maps.heights_px.end(), height) == maps.heights_px.end())
+            throw Error(
+                fmt::format("option \"heights_px\": no uv maps of {} px; found {}", height, fmt::join(maps.heights_px, ", ")));
+    for (std::size_t view = 0; view < maps.views.size() && !start_; ++view)
+    {
+        if (!frames.frames[frame_of_[view]].color_picture.empty())
+            continue;
+        if (start == nullptr)
+            throw Error(
+                "frame " + name(view) +
+                " has no color picture: wire 'start' to the texture of photographs (texture.from_frames) that such frames "
+                "show");
+        start_ = std::make_unique<ShownTexture>(*start);
+    }
+}
+
+std::vector<std::size_t> ViewSource::seeing_views() const
+{
+    std::vector<std::size_t> views;
+    for (std::size_t view = 0; view < maps_.views.size(); ++view)
+    {
+        const auto& counts = maps_.views[view].valid_pixels;
+        if (std::any_of(levels_.begin(), levels_.end(), [&](std::size_t level) { return counts.at(level) > 0; }))
+            views.push_back(view);
+    }
+    return views;
+}
+
+RasterF ViewSource::measured_depth(std::size_t view, const UvMap& map, float unmeasured) const
+{
+    const auto& frame = frames_.frames[frame_of_[view]];
+    return sensor_depth(map, maps_.views[view].camera, frame.depth, load_depth(frame, images_), unmeasured);
+}
+
+Raster8 ViewSource::camera(std::size_t view) const
+{
+    const Frame& frame = frames_.frames[frame_of_[view]];
+    if (start_ && frame.color_picture.empty())
+        return start_->shown(maps_.load_map(view, levels_.back()));
+    return load_color(frame, images_);
+}
+
+void ViewSource::check_measured_depth() const
+{
+    for (std::size_t view = 0; view < frame_of_.size(); ++view)
+        if (frames_.frames[frame_of_[view]].depth_picture.empty())
+            throw Error("frame " + name(view) + " has no depth picture: set level_depth: mesh");
+}
+
+namespace
+{
+
+torch::Tensor bool_tensor(const Raster8& mask)
+{
+    auto tensor = at::empty({mask.height, mask.width}, at::kBool);
+    std::transform(mask.values.begin(), mask.values.end(), tensor.data_ptr<bool>(), [](auto v) { return v != 0; });
+    return tensor;
+}
+
+std::vector<LevelPixels> level_pixels(const ViewSource& source, std::size_t view, std::span<const UvMap> maps,
+                                      const LevelRules& rules)
+{
+    const AngleRule angle{rules.angle_limit_deg, rules.protocol};
+    if (!rules.by_depth)
+        return whole_levels(maps, angle);
+    if (rules.depth == LevelRules::Depth::mesh)
+        return depth_levels(maps, maps[0].depth, rules.theta_d_m, angle);
+    constexpr float no_distance = 1e-6F;
+    const float unmeasured = rules.depth == LevelRules::Depth::sensor_or_lowest ? no_distance : 0;
+    return depth_levels(maps, source.measured_depth(view, maps[0], unmeasured), rules.theta_d_m, angle);
+}
+
+/// The map that shows the texture's first texel where there is no surface.
+UvMap filled_with_corner(const UvMap& map)
+{
+    UvMap result = map;
+    for (std::size_t i = 0; i < map.valid.values.size(); ++i)
+        if (map.valid.values[i] == 0)
+        {
+            result.uv.values[2 * i] = 0;
+            result.uv.values[2 * i + 1] = 1;
+            result.valid.values[i] = 1;
+        }
+    return result;
+}
+
+}  // namespace
+
+Raster8 chosen_pixels(const LevelPixels& level, Pixels pixels)
+{
+    if (pixels != Pixels::steep)
+        return pixels == Pixels::fine ? level.fine : level.all;
+    Raster8 steep = level.all;
+    for (std::size_t i = 0; i < steep.values.size(); ++i)
+        if (level.fine.values[i] != 0)
+            steep.values[i] = 0;
+    return steep;
+}
+
+std::unique_ptr<ViewData> load_view(const ViewSource& source, std::size_t view, const TextureRepresentation& texture,
+                                    const LevelRules& rules)
+{
+    std::vector<UvMap> maps;
+    for (std::size_t level = 0; level < source.level_count(); ++level)
+        maps.push_back(source.map(view, level));
+    const auto pixels = level_pixels(source, view, maps, rules);
+    const auto shares = level_shares(pixels);
+    const Raster8 camera = source.camera(view);
+
+    auto data = std::make_unique<ViewData>();
+    data->view = view;
+    const bool released = rules.protocol == Protocol::released;
+    data->share_by_features = released;
+    std::shared_ptr<SmallestCamera> smallest;
+    if (released)
+        smallest = std::make_shared<SmallestCamera>(
+            SmallestCamera{to_tensor(resized(camera, maps[0].valid.width, maps[0].valid.height)), {}});
+    for (std::size_t level = 0; level < maps.size(); ++level)
+    {
+        if (!(shares[level] > 0))
+            continue;
+        const auto& map = maps[level];
+        LevelData result;
+        result.height_px = source.height_px(level);
+        const UvMap shown = released ? filled_with_corner(map) : map;
+        result.view = texture.make_view(shown);
+        result.factor = gradient_factor(map, pixels[level], rules.scaling);
+        // The released code only masks gradients by the angle's cosine and the level's weight, and both are 0 there.
+        if (released && rules.scaling == GradientScaling::none)
+            for (std::size_t i = 0; i < map.valid.values.size(); ++i)
+                if (map.valid.values[i] == 0)
+                    result.factor.values[i] = 1;
+        result.share = shares[level];
+        result.camera = to_tensor(resized(camera, map.valid.width, map.valid.height));
+        result.all = bool_tensor(pixels[level].all);
+        result.fine = bool_tensor(pixels[level].fine);
+        result.valid = shown.valid;
+        result.pixels = pixels[level];
+        result.smallest = smallest;
+        data->levels.push_back(std::move(result));
+        data->numbers.push_back(static_cast<int>(level));
+    }
+    return data;
+}
+
+const GridMask& grid_of(LevelData& level, int stride, Pixels pixels, const torch::Device& device)
+{
+    const auto key = std::tuple(stride, pixels);
+    const auto found = level.grids.find(key);
+    if (found != level.grids.end())
+        return found->second;
+    return level.grids.emplace(key, grid_mask(chosen_pixels(level.pixels, pixels), stride, device)).first->second;
+}
+
+void forget_camera(ViewData& data)
+{
+    for (auto& level : data.levels)
+    {
+        level.camera_features.clear();
+        for (auto& [network, cropped] : level.cropped)
+            for (auto& features : cropped.camera_features)
+                features.clear();
+        if (level.smallest)
+            level.smallest->features.clear();
+    }
+}
+
+void move_to(ViewData& data, const torch::Device& device, bool texture_too)
+{
+    for (auto& level : data.levels)
+    {
+        level.camera = sent_to(level.camera, device);
+        level.all = sent_to(level.all, device);
+        level.fine = sent_to(level.fine, device);
+        if (level.smallest)
+            level.smallest->picture = sent_to(level.smallest->picture, device);
+        if (!texture_too)
+            continue;
+        level.valid_there = sent_to(bool_tensor(level.valid), device);
+        level.factor_there = sent_to(to_tensor(level.factor).squeeze(0), device);
+    }
+}
+
+namespace
+{
+
+/// Views in memory in addition to the current one: one waits while the next is made.
+constexpr std::size_t views_ahead = 2;
+
+std::optional<c10::Stream> side_stream(const torch::Device& device)
+{
+    if (device.is_cpu())
+        return std::nullopt;
+    return c10::impl::VirtualGuardImpl(device.type()).getStreamFromGlobalPool(device, false);
+}
+
+}  // namespace
+
+ViewFeed::ViewFeed(const torch::Device& device, std::size_t first, std::size_t last, const Make& make)
+    : device_(device), stream_(side_stream(device)),
+      loader_(first, last, views_ahead, [this, make](std::size_t index) { return load(index, make); })
+{
+}
+
+ViewFeed::~ViewFeed()
+{
+    try
+    {
+        let_go();
+    }
+    catch (const std::exception&)
+    {
+        // The device has failed, and what it said first is on its way up.
+        return;
+    }
+}
+
+ViewFeed::Loaded ViewFeed::load(std::size_t index, const Make& make) const
+{
+    if (!stream_)
+        return {make(index), std::nullopt};
+    const c10::DeviceGuard on_device(device_);
+    const c10::StreamGuard on_stream(*stream_);
+    Loaded loaded{make(index), c10::Event(device_.type())};
+    loaded.sent->record(*stream_);
+    return loaded;
+}
+
+void ViewFeed::let_go()
+{
+    if (present_.data && stream_)
+    {
+        // The view's memory belongs to the side stream, which may use it again at once, but work on it may not have ended.
+        c10::Event done(device_.type());
+        done.record(c10::impl::VirtualGuardImpl(device_.type()).getStream(device_));
+        done.block(*stream_);
+    }
+    present_ = {};
+}
+
+ViewData& ViewFeed::next()
+{
+    auto loaded = loader_.next();
+    let_go();
+    present_ = std::move(loaded);
+    if (present_.sent)
+        present_.sent->block(c10::impl::VirtualGuardImpl(device_.type()).getStream(device_));
+    return *present_.data;
+}
+
+}  // namespace fresco::optimize

@@ -1,0 +1,257 @@
+#pragma once
+
+/// \file Views from disk to a step: the recorded pictures and uv maps (ViewSource), one view prepared for the losses
+/// (ViewData), and the next ones prepared while a step runs (ViewFeed).
+
+#include "gradients.h"
+#include "grid_mask.h"
+#include "levels.h"
+#include "pictures.h"
+
+#include <fresco/frames.h>
+#include <fresco/image_io.h>
+#include <fresco/torch/loss.h>
+#include <fresco/torch/texture_representation.h>
+#include <fresco/uv_maps.h>
+
+#include <c10/core/Event.h>
+#include <c10/core/Stream.h>
+#include <torch/types.h>
+
+#include <condition_variable>
+#include <cstddef>
+#include <deque>
+#include <exception>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+namespace fresco::optimize
+{
+
+/// The uv maps of some heights and the camera pictures that belong to them. References its inputs. Thread-safe.
+class ViewSource
+{
+  public:
+    /// `heights_px`: which heights to use, empty = all. `images` may be null where every picture is NPY. `start`: what frames
+    /// without a picture show; null: none. Throws Error naming what is missing: a height, the frame of a view, its picture.
+    ViewSource(const UvMaps& maps, const Frames& frames, const ImageIo* images, const std::vector<int>& heights_px,
+               const Texture* start = nullptr);
+
+    std::size_t view_count() const { return maps_.views.size(); }
+    std::size_t level_count() const { return levels_.size(); }
+    /// Ascending.
+    int height_px(std::size_t level) const { return maps_.heights_px[levels_[level]]; }
+    /// "seq-01/frame-000008"
+    std::string name(std::size_t view) const { return maps_.views[view].sequence + "/" + maps_.views[view].frame; }
+    /// Views that see the mesh at one height at least, in recorded order.
+    std::vector<std::size_t> seeing_views() const;
+
+    UvMap map(std::size_t view, std::size_t level) const { return maps_.load_map(view, levels_[level]); }
+    /// What the depth camera measured of the pixels of `map`, as sensor_depth says. Throws Error if the frame has no depth
+    /// picture.
+    RasterF measured_depth(std::size_t view, const UvMap& map, float unmeasured) const;
+    /// The camera picture as recorded, RGB; of a frame without one, what the start texture shows it at the largest height.
+    Raster8 camera(std::size_t view) const;
+    /// Whether some frame has no picture.
+    bool shows_start() const { return start_ != nullptr; }
+    /// Throws Error naming the first view whose frame has no depth picture.
+    void check_measured_depth() const;
+
+  private:
+    const UvMaps& maps_;
+    const Frames& frames_;
+    const ImageIo* images_;
+    std::vector<std::size_t> levels_;      ///< Into maps_.heights_px.
+    std::vector<std::size_t> frame_of_;    ///< Per view: into frames_.frames.
+    std::unique_ptr<ShownTexture> start_;  ///< Null where every frame has a picture.
+};
+
+/// Which pixels of a view belong to which height, and what losses see of them.
+struct LevelRules
+{
+    enum class Depth
+    {
+        mesh,             ///< The uv maps' own.
+        sensor,           ///< The depth camera's; pixels it has not measured belong to no level …
+        sensor_or_lowest  ///< … or to the lowest height.
+    };
+
+    Protocol protocol;
+    bool by_depth;  ///< Depth levels; else every height shows every pixel.
+    Depth depth;
+    double theta_d_m;
+    double angle_limit_deg;
+    GradientScaling scaling;
+};
+
+/// Features by network and layer.
+using FeatureMaps = std::map<const FeatureNetwork*, std::map<std::string, torch::Tensor>>;
+
+/// The camera picture at the smallest height, and its features, for all levels of a view.
+struct SmallestCamera
+{
+    torch::Tensor picture;  ///< 3 x H x W, RGB in [0,1].
+    FeatureMaps features;
+};
+
+/// The parts of a level that a network encodes where losses read only selected features.
+struct CroppedLevel
+{
+    std::vector<Crop> crops;
+    std::vector<std::map<std::string, torch::Tensor>> camera_features;  ///< Per crop: C x N, of its core's cells.
+    std::vector<std::map<std::tuple<int, Pixels>, GridMask>> grids;     ///< Per crop: its core's cells, in its own grid.
+};
+
+/// One height of one view, ready for the consecutive steps on it.
+struct LevelData
+{
+    int height_px = 0;
+    std::unique_ptr<TextureView> view;
+    Raster8 valid;  ///< H x W: 1 = the texture is seen here, whether or not the pixel belongs to the level.
+    LevelPixels pixels;
+    RasterF factor;                            ///< H x W: what the image gradient is multiplied by.
+    double share = 0;                          ///< ŵ_l
+    torch::Tensor camera;                      ///< 3 x H x W, RGB in [0,1].
+    torch::Tensor all;                         ///< H x W, bool.
+    torch::Tensor fine;                        ///< H x W, bool.
+    std::shared_ptr<SmallestCamera> smallest;  ///< Null: the camera is encoded at this height.
+
+    /// What parts found out and the next step on this view needs again.
+    FeatureMaps camera_features;
+    std::map<std::tuple<int, Pixels>, GridMask> grids;  ///< By stride and pixels.
+    std::map<const FeatureNetwork*, CroppedLevel> cropped;
+    std::map<std::pair<const FeatureNetwork*, int>, FineColumns> fine_columns;  ///< By network and stride.
+
+    /// Where the texture is not on the CPU: `valid` (bool) and `factor` beside it.
+    torch::Tensor valid_there;
+    torch::Tensor factor_there;
+};
+
+struct ViewData
+{
+    std::size_t view = 0;
+    std::vector<LevelData> levels;  ///< Those with pixels, smallest height first.
+    std::vector<int> numbers;       ///< Of each level: its index in the render pyramid.
+    bool share_by_features = false;
+    GradientUnion gradient_union;
+};
+
+/// Reads a view's uv maps and camera picture. On any thread.
+std::unique_ptr<ViewData> load_view(const ViewSource& source, std::size_t view, const TextureRepresentation& texture,
+                                    const LevelRules& rules);
+
+/// The mask of the level's `pixels`.
+Raster8 chosen_pixels(const LevelPixels& level, Pixels pixels);
+
+/// The cells of a grid of `stride` that belong to the level's `pixels`; made when first asked for.
+const GridMask& grid_of(LevelData& level, int stride, Pixels pixels, const torch::Device& device);
+
+/// Forgets what networks say of the camera picture.
+void forget_camera(ViewData& data);
+
+/// Moves what losses see to `device`; with `texture_too` what the lookup needs beside the view as well.
+void move_to(ViewData& data, const torch::Device& device, bool texture_too);
+
+/// Makes the items first, first + 1, …, last - 1 in order on a thread of its own, at most `depth` ahead of who takes them. An
+/// exception of `make` is rethrown where its item would be taken. The destructor waits for the item under way.
+template <class T>
+class Prefetch
+{
+  public:
+    Prefetch(std::size_t first, std::size_t last, std::size_t depth, std::function<T(std::size_t)> make)
+        : last_(last), depth_(depth), make_(std::move(make)), thread_([this, first](std::stop_token stop) { work(stop, first); })
+    {
+    }
+
+    /// The next item; blocks until it is there. At most last - first calls.
+    T next()
+    {
+        std::unique_lock lock(mutex_);
+        changed_.wait(lock, [this] { return !ready_.empty() || failure_; });
+        if (ready_.empty())
+            std::rethrow_exception(failure_);
+        T item = std::move(ready_.front());
+        ready_.pop_front();
+        changed_.notify_all();
+        return item;
+    }
+
+  private:
+    void work(const std::stop_token& stop, std::size_t first)
+    {
+        try
+        {
+            for (std::size_t i = first; i < last_; ++i)
+            {
+                {
+                    std::unique_lock lock(mutex_);
+                    if (!changed_.wait(lock, stop, [this] { return ready_.size() < depth_; }))
+                        return;
+                }
+                if (stop.stop_requested())
+                    return;
+                T item = make_(i);
+                const std::lock_guard lock(mutex_);
+                ready_.push_back(std::move(item));
+                changed_.notify_all();
+            }
+        }
+        catch (...)
+        {
+            const std::lock_guard lock(mutex_);
+            failure_ = std::current_exception();
+            changed_.notify_all();
+        }
+    }
+
+    std::size_t last_;
+    std::size_t depth_;
+    std::function<T(std::size_t)> make_;
+    std::mutex mutex_;
+    std::condition_variable_any changed_;
+    std::deque<T> ready_;
+    std::exception_ptr failure_;
+    std::jthread thread_;  ///< Last: it is joined before what it uses goes.
+};
+
+/// The views of a run, one after the other: a thread makes the next ones ready while the present one is worked on. For another
+/// device than the CPU it also sends them there, on a stream of its own, so that neither the thread nor the device waits for the
+/// other. Memory: the present view and those ahead. Used by one thread.
+class ViewFeed
+{
+  public:
+    using Make = std::function<std::unique_ptr<ViewData>(std::size_t)>;
+
+    /// make(first), make(first + 1), … make(last - 1), on another thread.
+    ViewFeed(const torch::Device& device, std::size_t first, std::size_t last, const Make& make);
+    ~ViewFeed();
+    ViewFeed(const ViewFeed&) = delete;
+    ViewFeed& operator=(const ViewFeed&) = delete;
+
+    /// Lets go of the present view and goes on to the next. Rethrows what make threw.
+    ViewData& next();
+
+  private:
+    struct Loaded
+    {
+        std::unique_ptr<ViewData> data;
+        std::optional<c10::Event> sent;
+    };
+    Loaded load(std::size_t index, const Make& make) const;
+    void let_go();
+
+    torch::Device device_;
+    std::optional<c10::Stream> stream_;  ///< None on the CPU.
+    Loaded present_;
+    Prefetch<Loaded> loader_;
+};
+
+}  // namespace fresco::optimize

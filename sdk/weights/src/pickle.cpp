@@ -1,0 +1,579 @@
+/// \file What the globals of state dicts stand for. The list below is all there is.
+
+#include "pickle.h"
+
+#include <fresco/error.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <fmt/format.h>
+#include <limits>
+#include <utility>
+
+namespace fresco::weights::detail
+{
+namespace
+{
+
+// A state dict of VGG-19 takes about 1 000 operations.
+constexpr std::size_t most_operations = 1'000'000;
+constexpr std::size_t most_nodes = 250'000;
+constexpr std::size_t most_items = 1'000'000;
+constexpr std::size_t most_on_stack = 100'000;
+constexpr std::size_t most_marks = 64;
+constexpr std::size_t most_slots = 100'000;
+constexpr std::size_t most_levels = 64;
+constexpr std::size_t longest_text = 4096;
+constexpr std::size_t longest_pickle = std::size_t{16} << 20U;
+constexpr Handle nowhere = ~Handle{0};
+
+std::string code_text(std::uint8_t code)
+{
+    constexpr std::string_view digits = "0123456789abcdef";
+    std::string text = "0x";
+    text += digits[code >> 4U];
+    text += digits[code & 15U];
+    return text;
+}
+
+}  // namespace
+
+void PickleMachine::fail(std::size_t offset, const std::string& what) const
+{
+    throw Error(fmt::format("{}: byte {}: {}; not a state dict as torch.save(model.state_dict(), file) writes it", source_,
+                            offset, what));
+}
+
+std::span<const std::byte> PickleMachine::take(std::uint64_t count)
+{
+    if (count > bytes_.size() - position_)
+        fail(operation_, "the pickle ends in the middle");
+    const auto taken = bytes_.subspan(position_, static_cast<std::size_t>(count));
+    position_ += taken.size();
+    if (position_ - start_ > longest_pickle)
+        fail(operation_, "a pickle of more than 16 MiB");
+    return taken;
+}
+
+std::uint64_t PickleMachine::unsigned_number(std::size_t bytes)
+{
+    std::uint64_t number = 0;
+    std::memcpy(&number, take(bytes).data(), bytes);
+    return number;
+}
+
+std::string_view PickleMachine::text(std::uint64_t count)
+{
+    if (count > longest_text)
+        fail(operation_, fmt::format("a text of {} bytes", count));
+    const auto taken = take(count);
+    return {reinterpret_cast<const char*>(taken.data()), taken.size()};
+}
+
+std::string_view PickleMachine::line()
+{
+    for (std::size_t count = 0; count < longest_text && position_ + count < bytes_.size(); ++count)
+        if (bytes_[position_ + count] == std::byte{'\n'})
+        {
+            const auto result = text(count);
+            take(1);
+            return result;
+        }
+    fail(operation_, "a line without an end");
+}
+
+Handle PickleMachine::make(Node node)
+{
+    if (nodes_.size() >= most_nodes)
+        fail(operation_, fmt::format("more than {} values", most_nodes));
+    nodes_.push_back(std::move(node));
+    return static_cast<Handle>(nodes_.size() - 1);
+}
+
+void PickleMachine::push(Handle handle)
+{
+    if (stack_.size() >= most_on_stack)
+        fail(operation_, fmt::format("more than {} values on the stack", most_on_stack));
+    stack_.push_back(handle);
+}
+
+Handle PickleMachine::pop()
+{
+    if (stack_.size() <= (marks_.empty() ? 0 : marks_.back()))
+        fail(operation_, "a value is missing on the stack");
+    const Handle handle = stack_.back();
+    stack_.pop_back();
+    return handle;
+}
+
+std::vector<Handle> PickleMachine::pop_to_mark()
+{
+    if (marks_.empty())
+        fail(operation_, "a mark is missing on the stack");
+    const std::vector<Handle> items(stack_.begin() + static_cast<std::ptrdiff_t>(marks_.back()), stack_.end());
+    stack_.resize(marks_.back());
+    marks_.pop_back();
+    return items;
+}
+
+std::vector<Handle> PickleMachine::pop_many(std::size_t count)
+{
+    std::vector<Handle> items(count);
+    for (std::size_t i = count; i-- > 0;)
+        items[i] = pop();
+    return items;
+}
+
+Node& PickleMachine::top()
+{
+    const Handle handle = pop();
+    stack_.push_back(handle);
+    return nodes_[handle];
+}
+
+void PickleMachine::extend(Node& container, const std::vector<Handle>& items)
+{
+    items_ += items.size();
+    if (items_ > most_items)
+        fail(operation_, fmt::format("containers with more than {} entries", most_items));
+    for (const Handle item : items)
+    {
+        const std::size_t depth = std::size_t{nodes_[item].depth} + 1;
+        if (depth > most_levels)
+            fail(operation_, fmt::format("values nested in more than {} levels", most_levels));
+        if (depth > container.depth)
+            container.depth = static_cast<std::uint16_t>(depth);
+        container.items.push_back(item);
+    }
+}
+
+const Node& PickleMachine::run()
+{
+    start_ = position_;
+    stack_.clear();
+    marks_.clear();
+    memo_.clear();
+    while (step())
+        if (++operations_ > most_operations)
+            fail(operation_, fmt::format("more than {} operations", most_operations));
+    if (stack_.size() != 1 || !marks_.empty())
+        fail(operation_, "the pickle ends with more or less than one value");
+    return nodes_[stack_.back()];
+}
+
+bool PickleMachine::step()
+{
+    operation_ = position_;
+    const auto code = std::to_integer<std::uint8_t>(take(1)[0]);
+    if (code == '.')
+        return false;
+    if (!step_constant(code) && !step_memory(code) && !step_container(code) && !step_call(code))
+        fail(operation_, "the operation " + code_text(code) + " is not allowed");
+    return true;
+}
+
+bool PickleMachine::step_constant(std::uint8_t code)
+{
+    switch (code)
+    {
+    case 0x80:  // PROTO
+        if (const auto version = unsigned_number(1); operation_ != start_ || version < 2 || version > 5)
+            fail(operation_, "protocol " + std::to_string(version));
+        return true;
+    case 0x95:  // FRAME
+        if (unsigned_number(8) > bytes_.size() - position_)
+            fail(operation_, "a frame beyond the end");
+        return true;
+    case 'N':
+        push(Node{});
+        return true;
+    case 0x88:  // NEWTRUE
+    case 0x89:  // NEWFALSE
+        push(Node{.kind = Kind::boolean, .integer = code == 0x88 ? 1 : 0});
+        return true;
+    case 'J':  // BININT
+        push(Node{.kind = Kind::integer, .integer = static_cast<std::int32_t>(unsigned_number(4))});
+        return true;
+    case 'K':  // BININT1
+    case 'M':  // BININT2
+        push(Node{.kind = Kind::integer, .integer = static_cast<std::int64_t>(unsigned_number(code == 'K' ? 1 : 2))});
+        return true;
+    case 0x8a:  // LONG1
+        long_integer(take(unsigned_number(1)));
+        return true;
+    case 'G':  // BINFLOAT; no number that counts is one
+        take(8);
+        push(Node{.kind = Kind::real});
+        return true;
+    case 'X':  // BINUNICODE
+    case 'T':  // BINSTRING, Python 2's
+        push(Node{.kind = Kind::text, .text = text(unsigned_number(4))});
+        return true;
+    case 0x8c:  // SHORT_BINUNICODE
+    case 'U':   // SHORT_BINSTRING, Python 2's
+        push(Node{.kind = Kind::text, .text = text(unsigned_number(1))});
+        return true;
+    default:
+        return false;
+    }
+}
+
+bool PickleMachine::step_memory(std::uint8_t code)
+{
+    switch (code)
+    {
+    case 'q':  // BINPUT
+    case 'r':  // LONG_BINPUT
+        remember(unsigned_number(code == 'q' ? 1 : 4));
+        return true;
+    case 0x94:  // MEMOIZE
+        remember(memo_.size());
+        return true;
+    case 'h':  // BINGET
+    case 'j':  // LONG_BINGET
+        recall(unsigned_number(code == 'h' ? 1 : 4));
+        return true;
+    case '(':
+        if (marks_.size() >= most_marks)
+            fail(operation_, fmt::format("more than {} marks", most_marks));
+        marks_.push_back(stack_.size());
+        return true;
+    default:
+        return false;
+    }
+}
+
+bool PickleMachine::step_container(std::uint8_t code)
+{
+    const auto push_tuple = [&](const std::vector<Handle>& items)
+    {
+        Node node{.kind = Kind::tuple};
+        extend(node, items);
+        push(std::move(node));
+    };
+    const auto append = [&](Kind kind, const std::vector<Handle>& items)
+    {
+        Node& container = top();
+        if (container.kind != kind || (kind == Kind::dictionary && items.size() % 2 != 0))
+            fail(operation_, "entries for something other than a container");
+        extend(container, items);
+    };
+    switch (code)
+    {
+    case ')':
+        push_tuple({});
+        return true;
+    case 0x85:  // TUPLE1
+    case 0x86:
+    case 0x87:
+        push_tuple(pop_many(code - 0x84U));
+        return true;
+    case 't':
+        push_tuple(pop_to_mark());
+        return true;
+    case ']':
+        push(Node{.kind = Kind::list});
+        return true;
+    case '}':
+        push(Node{.kind = Kind::dictionary});
+        return true;
+    case 'a':
+        append(Kind::list, pop_many(1));
+        return true;
+    case 'e':
+        append(Kind::list, pop_to_mark());
+        return true;
+    case 's':
+        append(Kind::dictionary, pop_many(2));
+        return true;
+    case 'u':
+        append(Kind::dictionary, pop_to_mark());
+        return true;
+    default:
+        return false;
+    }
+}
+
+bool PickleMachine::step_call(std::uint8_t code)
+{
+    switch (code)
+    {
+    case 'c':  // GLOBAL
+    {
+        const auto module = line();
+        push_global(module, line());
+        return true;
+    }
+    case 0x93:  // STACK_GLOBAL
+    {
+        const auto names = pop_many(2);
+        push_global(nodes_[names[0]].text, nodes_[names[1]].text);
+        return true;
+    }
+    case 'Q':
+        push_storage();
+        return true;
+    case 'R':
+        reduce();
+        return true;
+    case 0x81:
+        new_object();
+        return true;
+    case 'b':
+        build();
+        return true;
+    default:
+        return false;
+    }
+}
+
+void PickleMachine::long_integer(std::span<const std::byte> digits)
+{
+    if (digits.size() > 8)
+    {
+        push(Node{.kind = Kind::large_integer, .text = {reinterpret_cast<const char*>(digits.data()), digits.size()}});
+        return;
+    }
+    const bool negative = !digits.empty() && (digits.back() & std::byte{0x80}) != std::byte{0};
+    std::int64_t number = negative ? -1 : 0;
+    std::memcpy(&number, digits.data(), digits.size());
+    push(Node{.kind = Kind::integer, .integer = number});
+}
+
+void PickleMachine::remember(std::uint64_t slot)
+{
+    if (slot >= most_slots)
+        fail(operation_, fmt::format("slot {} of the memo", slot));
+    if (slot >= memo_.size())
+        memo_.resize(static_cast<std::size_t>(slot) + 1, nowhere);
+    const Handle handle = pop();
+    memo_[static_cast<std::size_t>(slot)] = handle;
+    stack_.push_back(handle);
+}
+
+void PickleMachine::recall(std::uint64_t slot)
+{
+    if (slot >= memo_.size() || memo_[static_cast<std::size_t>(slot)] == nowhere)
+        fail(operation_, fmt::format("slot {} of the memo is empty", slot));
+    push(memo_[static_cast<std::size_t>(slot)]);
+}
+
+namespace
+{
+
+constexpr std::size_t most_dimensions = 8;
+constexpr std::size_t most_arguments = 16;
+constexpr std::size_t most_storages = 4096;
+
+struct KnownGlobal
+{
+    std::string_view module;
+    std::string_view name;
+    Global global;
+    ElementType type = ElementType::float32;
+};
+constexpr std::array<KnownGlobal, 15> known_globals{{
+    {"collections", "OrderedDict", Global::ordered_dict},
+    {"torch._utils", "_rebuild_tensor", Global::rebuild_tensor},
+    {"torch._utils", "_rebuild_tensor_v2", Global::rebuild_tensor},
+    {"torch._utils", "_rebuild_parameter", Global::rebuild_parameter},
+    {"torch.nn.parameter", "Parameter", Global::parameter},
+    {"torch", "DoubleStorage", Global::storage_type, ElementType::float64},
+    {"torch", "FloatStorage", Global::storage_type, ElementType::float32},
+    {"torch", "HalfStorage", Global::storage_type, ElementType::float16},
+    {"torch", "BFloat16Storage", Global::storage_type, ElementType::bfloat16},
+    {"torch", "LongStorage", Global::storage_type, ElementType::int64},
+    {"torch", "IntStorage", Global::storage_type, ElementType::int32},
+    {"torch", "ShortStorage", Global::storage_type, ElementType::int16},
+    {"torch", "ByteStorage", Global::storage_type, ElementType::uint8},
+    {"torch", "CharStorage", Global::storage_type, ElementType::int8},
+    {"torch", "BoolStorage", Global::storage_type, ElementType::boolean},
+}};
+
+/// Only what can be printed.
+std::string printable(std::string_view text)
+{
+    std::string result;
+    for (const char c : text.substr(0, 80))
+        result += c >= 0x20 && c < 0x7f ? c : '?';
+    return result;
+}
+
+bool is_row_major(const std::vector<std::int64_t>& shape, const std::vector<std::int64_t>& strides)
+{
+    std::int64_t expected = 1;
+    for (std::size_t i = shape.size(); i-- > 0;)
+    {
+        if (shape[i] != 1 && strides[i] != expected)
+            return false;
+        expected *= shape[i];
+    }
+    return true;
+}
+
+}  // namespace
+
+void PickleMachine::push_global(std::string_view module, std::string_view name)
+{
+    for (const auto& known : known_globals)
+        if (known.module == module && known.name == name)
+        {
+            push(Node{.kind = Kind::global, .global = known.global, .type = known.type});
+            return;
+        }
+    fail(operation_,
+         "names '" + printable(module) + "." + printable(name) + "', which no state dict needs (nothing was executed)");
+}
+
+Node PickleMachine::pop_arguments()
+{
+    const Node& tuple = nodes_[pop()];
+    if (tuple.kind != Kind::tuple || tuple.items.size() > most_arguments)
+        fail(operation_, "a call without a tuple of arguments");
+    return tuple;
+}
+
+/// ('storage', type, key, location, number of elements[, view]).
+void PickleMachine::push_storage()
+{
+    const Node tuple = pop_arguments();
+    const auto kind = [&](std::size_t i) { return nodes_[tuple.items[i]].kind; };
+    if (tuple.items.size() < 5 || tuple.items.size() > 6 || kind(0) != Kind::text || nodes_[tuple.items[0]].text != "storage" ||
+        kind(1) != Kind::global || kind(2) != Kind::text || kind(3) != Kind::text || kind(4) != Kind::integer)
+        fail(operation_, "a reference to something other than a storage");
+    const Node& type = nodes_[tuple.items[1]];
+    const std::int64_t count = nodes_[tuple.items[4]].integer;
+    if (type.global != Global::storage_type || count < 0)
+        fail(operation_, "a storage without a type or with a negative size");
+    if (tuple.items.size() == 6 && kind(5) != Kind::none)
+        fail(operation_, "a storage that is a view of another");
+    const Storage storage{nodes_[tuple.items[2]].text, type.type, static_cast<std::uint64_t>(count)};
+    auto found = std::ranges::find(storages_, storage.key, &Storage::key);
+    if (found == storages_.end() && storages_.size() >= most_storages)
+        fail(operation_, fmt::format("more than {} storages", most_storages));
+    if (found == storages_.end())
+        found = storages_.insert(storages_.end(), storage);
+    else if (found->type != storage.type || found->count != storage.count)
+        fail(operation_, "the storage '" + printable(storage.key) + "' with two types or sizes");
+    push(Node{.kind = Kind::storage, .integer = found - storages_.begin()});
+}
+
+void PickleMachine::reduce()
+{
+    const Node arguments = pop_arguments();
+    const Node& callable = nodes_[pop()];
+    if (callable.kind != Kind::global)
+        fail(operation_, "a call of what cannot be called");
+    switch (callable.global)
+    {
+    case Global::ordered_dict:
+        ordered_dict(arguments);
+        return;
+    case Global::rebuild_tensor:
+        rebuild_tensor(arguments);
+        return;
+    case Global::rebuild_parameter:
+        if (arguments.items.empty() || nodes_[arguments.items[0]].kind != Kind::tensor)
+            fail(operation_, "a parameter without a tensor");
+        push(arguments.items[0]);
+        return;
+    default:
+        fail(operation_, "a call of what cannot be called");
+    }
+}
+
+/// Empty, or Python 2's list of pairs.
+void PickleMachine::ordered_dict(const Node& arguments)
+{
+    Node result{.kind = Kind::dictionary};
+    if (arguments.items.size() > 1 || (arguments.items.size() == 1 && nodes_[arguments.items[0]].kind != Kind::list))
+        fail(operation_, "an OrderedDict that is not made of pairs");
+    if (!arguments.items.empty())
+        for (const Handle pair : nodes_[arguments.items[0]].items)
+        {
+            if ((nodes_[pair].kind != Kind::list && nodes_[pair].kind != Kind::tuple) || nodes_[pair].items.size() != 2)
+                fail(operation_, "an OrderedDict that is not made of pairs");
+            extend(result, nodes_[pair].items);
+        }
+    push(std::move(result));
+}
+
+std::vector<std::int64_t> PickleMachine::numbers(Handle tuple)
+{
+    const Node& node = nodes_[tuple];
+    std::vector<std::int64_t> result;
+    if (node.kind != Kind::tuple || node.items.size() > most_dimensions)
+        fail(operation_, "a tensor whose shape is not a tuple of at most 8 numbers");
+    for (const Handle item : node.items)
+    {
+        const Node& number = nodes_[item];
+        if (number.kind != Kind::integer || number.integer < 0)
+            fail(operation_, "a tensor whose shape is not a tuple of at most 8 numbers");
+        result.push_back(number.integer);
+    }
+    return result;
+}
+
+/// (storage, offset, size, stride, …)
+void PickleMachine::rebuild_tensor(const Node& arguments)
+{
+    if (arguments.items.size() < 4 || nodes_[arguments.items[0]].kind != Kind::storage ||
+        nodes_[arguments.items[1]].kind != Kind::integer || nodes_[arguments.items[1]].integer < 0)
+        fail(operation_, "a tensor without a storage and an offset in it");
+    StoredTensor tensor;
+    tensor.storage = static_cast<std::size_t>(nodes_[arguments.items[0]].integer);
+    tensor.offset = static_cast<std::uint64_t>(nodes_[arguments.items[1]].integer);
+    const auto shape = numbers(arguments.items[2]);
+    const auto strides = numbers(arguments.items[3]);
+    if (shape.size() != strides.size())
+        fail(operation_, "a tensor with a stride for not each dimension");
+    const std::uint64_t available = storages_[tensor.storage].count;
+    tensor.count = 1;
+    for (const std::int64_t extent : shape)
+    {
+        const auto size = static_cast<std::uint64_t>(extent);
+        if (size != 0 && tensor.count > available / size)
+            fail(operation_, "a tensor that is larger than its storage");
+        tensor.count *= size;
+        tensor.shape.push_back(size);
+    }
+    if (tensor.offset > available || tensor.count > available - tensor.offset)
+        fail(operation_, "a tensor that is larger than its storage");
+    if (tensor.count > 0 && !is_row_major(shape, strides))
+        fail(operation_, "a tensor whose elements do not lie in row-major order; save it after .contiguous()");
+    tensors_.push_back(std::move(tensor));
+    push(Node{.kind = Kind::tensor, .integer = static_cast<std::int64_t>(tensors_.size() - 1)});
+}
+
+/// Parameters as PyTorch before 0.2 wrote them: Parameter() or Parameter(tensor, …).
+void PickleMachine::new_object()
+{
+    const Node arguments = pop_arguments();
+    const Node& callable = nodes_[pop()];
+    if (callable.kind != Kind::global || callable.global != Global::parameter)
+        fail(operation_, "makes an object that no state dict needs");
+    if (arguments.items.empty())
+        push(Node{.kind = Kind::parameter});
+    else if (nodes_[arguments.items[0]].kind == Kind::tensor)
+        push(arguments.items[0]);
+    else
+        fail(operation_, "a parameter without a tensor");
+}
+
+void PickleMachine::build()
+{
+    const Node& state = nodes_[pop()];
+    Node& object = top();
+    if (object.kind == Kind::parameter && state.kind == Kind::tuple && !state.items.empty() &&
+        nodes_[state.items[0]].kind == Kind::tensor)
+    {
+        object.kind = Kind::tensor;
+        object.integer = nodes_[state.items[0]].integer;
+    }
+    // The attributes of an OrderedDict: `_metadata`, the versions of the modules.
+    else if ((object.kind != Kind::dictionary && object.kind != Kind::tensor) || state.kind == Kind::storage)
+        fail(operation_, "sets attributes of what has none");
+}
+
+}  // namespace fresco::weights::detail

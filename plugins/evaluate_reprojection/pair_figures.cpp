@@ -1,7 +1,7 @@
 #include "pair_figures.h"
 
 #include <fresco/parallel.h>
-#include <fresco/raycast/surface.h>
+#include <fresco/raycast/scene.h>
 
 #include <algorithm>
 #include <array>

@@ -5,7 +5,7 @@
 #include <fresco/image_io.h>
 #include <fresco/mesh.h>
 #include <fresco/parallel.h>
-#include <fresco/raycast/surface.h>
+#include <fresco/raycast/scene.h>
 #include <fresco/stage.h>
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <fresco/images/recolor.h>
+#include <fresco/images/lab.h>
 
 #include <torch/types.h>
 

@@ -2,7 +2,6 @@
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
-#include <fresco/raycast/options.h>
 #include <fresco/raycast/view_renderer.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>

@@ -1,7 +1,7 @@
 #include "agreement.h"
 
 #include <fresco/evaluation/statistics.h>
-#include <fresco/numerics/rotations.h>
+#include <fresco/numerics/numerics.h>
 
 #include <algorithm>
 #include <array>

@@ -1,8 +1,8 @@
 #include "keyframes.h"
 
 #include <fresco/error.h>
-#include <fresco/recordings/cameras.h>
-#include <fresco/recordings/json_record.h>
+#include <fresco/recordings/parsing.h>
+#include <fresco/recordings/recorded_view.h>
 
 #include <fmt/format.h>
 

@@ -1,7 +1,7 @@
 #include "sequences.h"
 
 #include <fresco/error.h>
-#include <fresco/recordings/text_records.h>
+#include <fresco/recordings/parsing.h>
 
 #include <algorithm>
 #include <fmt/format.h>

@@ -2,11 +2,10 @@
 
 #include "surface_search.h"
 
-#include <fresco/images/push_pull.h>
+#include <fresco/images/filters.h>
 #include <fresco/parallel.h>
-#include <fresco/texturing/charts.h>
-#include <fresco/texturing/linear_light.h>
 #include <fresco/texturing/texel_faces.h>
+#include <fresco/texturing/texture_pictures.h>
 
 #include <algorithm>
 #include <array>

@@ -2,7 +2,7 @@
 
 #include <fresco/frames.h>
 #include <fresco/mesh.h>
-#include <fresco/raycast/surface.h>
+#include <fresco/raycast/scene.h>
 
 #include <algorithm>
 

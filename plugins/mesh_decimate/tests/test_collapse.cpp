@@ -3,7 +3,7 @@
 #include "shapes.h"
 
 #include <fresco/geometry/topology.h>
-#include <fresco/numerics/disjoint_sets.h>
+#include <fresco/numerics/numerics.h>
 #include <fresco/random.h>
 
 #include <algorithm>

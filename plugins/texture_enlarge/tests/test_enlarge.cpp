@@ -5,7 +5,6 @@
 #include "samples.h"
 
 #include <fresco/testing.h>
-#include <fresco/texturing/charts.h>
 #include <fresco/texturing/texel_faces.h>
 
 using namespace samples;

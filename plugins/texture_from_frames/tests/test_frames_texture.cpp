@@ -3,7 +3,7 @@
 #include "painted_wall.h"
 
 #include <fresco/error.h>
-#include <fresco/images/push_pull.h>
+#include <fresco/images/filters.h>
 #include <fresco/random.h>
 #include <fresco/testing.h>
 

@@ -1,7 +1,7 @@
 #include "catch.h"
 #include "model_colors.h"
 
-#include <fresco/texturing/linear_light.h>
+#include <fresco/texturing/texture_pictures.h>
 
 #include <algorithm>
 #include <cmath>

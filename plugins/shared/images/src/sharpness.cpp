@@ -1,12 +1,16 @@
+#include <fresco/error.h>
 #include <fresco/images/sharpness.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <fmt/format.h>
+#include <string>
 #include <vector>
 
 namespace fresco
 {
+
 namespace
 {
 
@@ -66,6 +70,23 @@ double sharpness(const Raster8& rgb, int width, int height)
     const double count = static_cast<double>(width) * height;
     const double mean = static_cast<double>(sum) / count;
     return static_cast<double>(squares) / count - mean * mean;
+}
+
+SharpnessOption::SharpnessOption(Configurable* owner)
+    : size_px_(owner, "sharpness_size_px", std::vector<int>{320, 240}, range(8, 16'384),
+               "Width and height at which sharpness is measured")
+{
+}
+
+void SharpnessOption::check() const
+{
+    if (size_px_->size() != 2)
+        throw Error(fmt::format("option \"sharpness_size_px\" has {} numbers; expected [width, height]", size_px_->size()));
+}
+
+double SharpnessOption::of(const Raster8& rgb) const
+{
+    return sharpness(rgb, (*size_px_)[0], (*size_px_)[1]);
 }
 
 }  // namespace fresco

@@ -1,8 +1,8 @@
 #include "catch.h"
 
 #include <fresco/random.h>
-#include <fresco/raycast/mip_maps.h>
-#include <fresco/raycast/surface.h>
+#include <fresco/raycast/scene.h>
+#include <fresco/raycast/view_renderer.h>
 
 #include <cmath>
 #include <utility>

@@ -1,6 +1,6 @@
 #include "catch.h"
 
-#include <fresco/raycast/surface.h>
+#include <fresco/raycast/scene.h>
 
 #include <cmath>
 

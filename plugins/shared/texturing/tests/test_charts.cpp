@@ -3,7 +3,7 @@
 
 #include <fresco/random.h>
 #include <fresco/testing.h>
-#include <fresco/texturing/seam_links.h>
+#include <fresco/texturing/texel_faces.h>
 
 #include <algorithm>
 #include <array>

@@ -3,9 +3,8 @@
 #include <fresco/error.h>
 #include <fresco/random.h>
 #include <fresco/testing.h>
-#include <fresco/texturing/exported_file.h>
-#include <fresco/texturing/linear_light.h>
-#include <fresco/texturing/smaller_picture.h>
+#include <fresco/texturing/exports.h>
+#include <fresco/texturing/texture_pictures.h>
 
 #include <algorithm>
 #include <cmath>

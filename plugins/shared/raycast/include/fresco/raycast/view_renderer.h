@@ -2,17 +2,43 @@
 
 #include <fresco/camera.h>
 #include <fresco/frames.h>
+#include <fresco/image.h>
+#include <fresco/math.h>
+#include <fresco/option.h>
 #include <fresco/progress.h>
-#include <fresco/raycast/mip_maps.h>
 #include <fresco/raycast/scene.h>
 #include <fresco/texture.h>
 
 #include <cstdint>
+#include <string>
 #include <string_view>
 #include <vector>
 
+/// \file Pictures of a textured mesh as cameras see it, and the options of the stages that make them.
+
 namespace fresco::raycast
 {
+
+/// An RGB picture at every size down to 1 x 1, each the area average of the one before; the smaller ones in 16 bits per channel.
+class MipMaps
+{
+  public:
+    /// `smaller_levels` false: the full size only. Throws Error unless the picture has 3 channels.
+    MipMaps(Raster8 picture, bool smaller_levels);
+
+    int width() const { return picture_.width; }
+    int height() const { return picture_.height; }
+
+    /// The color (0..255 per channel) at uv, origin lower left: bilinear with texel centers at +0.5, clamped at the borders, and
+    /// linear between the two levels around `lod` (0 = full size, 1 = half, …).
+    Vec3d sample(Vec2d uv, double lod) const;
+
+  private:
+    Vec3d sample_level(Vec2d uv, std::size_t level) const;
+
+    Raster8 picture_;
+    std::vector<Raster16> smaller_;
+};
 
 /// A distant lamp and light from everywhere: a color is multiplied by ambient + diffuse · max(0, normal · toward).
 struct Lights
@@ -72,5 +98,11 @@ class ViewRenderer
     MipMaps texture_;
     Lighting lighting_;
 };
+
+/// The option `samples`: RenderOptions::samples_per_side.
+Option<int> samples_option(Configurable* owner);
+/// The option `shading`, which lights_of reads.
+Option<std::string> shading_option(Configurable* owner,
+                                   std::string help = "Lamps: none, or those of StyleMesh's published viewer for a data set");
 
 }  // namespace fresco::raycast

@@ -303,7 +303,7 @@ struct FloorPictures
 }  // namespace
 
 TexturePaint::TexturePaint(const TexturedMesh& textured, const raycast::Lights& lights)
-    : mesh_(textured.mesh), picture_(textured.image.pixels, true), lighting_(textured.mesh, lights)
+    : mesh_(textured.mesh), picture_(textured.image.pixels, raycast::TextureFilter::trilinear), lighting_(textured.mesh, lights)
 {
 }
 
@@ -320,7 +320,7 @@ Vec3d TexturePaint::color(std::uint32_t triangle, Vec3d point, const Camera& a, 
 }
 
 ProjectedPaint::ProjectedPaint(const Mesh& mesh, const Camera& camera, const Raster8& picture)
-    : mesh_(mesh), camera_(camera), picture_(picture, true)
+    : mesh_(mesh), camera_(camera), picture_(picture, raycast::TextureFilter::trilinear)
 {
 }
 

@@ -72,11 +72,11 @@ Vec3d sampled(const Raster<T>& texels, Vec2d uv)
 }
 }  // namespace
 
-MipMaps::MipMaps(Raster8 picture, bool smaller_levels) : picture_(std::move(picture))
+MipMaps::MipMaps(Raster8 picture, TextureFilter filter) : picture_(std::move(picture))
 {
     if (picture_.channels != 3 || picture_.empty())
         throw Error(fmt::format("the picture has {} channels; expected 3 (RGB)", picture_.channels));
-    if (!smaller_levels || (picture_.width == 1 && picture_.height == 1))
+    if (filter == TextureFilter::bilinear || (picture_.width == 1 && picture_.height == 1))
         return;
     RasterF level = halved(picture_);
     smaller_.push_back(stored(level));
@@ -99,6 +99,12 @@ Vec3d MipMaps::sample(Vec2d uv, double lod) const
     const double share = at - static_cast<double>(level);
     const Vec3d fine = sample_level(uv, level);
     return share > 0 ? fine * (1 - share) + sample_level(uv, level + 1) * share : fine;
+}
+
+FilterOption::FilterOption(Configurable* owner)
+    : word_(owner, "filter", "trilinear", one_of({"trilinear", "bilinear"}),
+            "Texture lookup: trilinear uses mip-maps where a ray skips texels, bilinear always the full picture")
+{
 }
 
 Option<int> samples_option(Configurable* owner)
@@ -154,13 +160,13 @@ double Lighting::at(const Hit& hit) const
 }
 
 ViewRenderer::ViewRenderer(const TexturedMesh& mesh, const RenderOptions& options)
-    : options_(options), scene_(mesh.mesh), texture_(mesh.image.pixels, options.mip_maps), lighting_(mesh.mesh, options.lights)
+    : options_(options), scene_(mesh.mesh), texture_(mesh.image.pixels, options.filter), lighting_(mesh.mesh, options.lights)
 {
 }
 
 double ViewRenderer::level_of_detail(const Camera& dense, int x, int y, const Hit& hit, Vec2d uv) const
 {
-    if (!options_.mip_maps)
+    if (options_.filter == TextureFilter::bilinear)
         return 0;
     // Between this ray and its neighbors, all on the triangle's plane.
     const double texels =

@@ -19,12 +19,30 @@
 namespace fresco::raycast
 {
 
+/// How a picture is looked up where a ray skips texels: between smaller copies of it, or always in the full one.
+enum class TextureFilter
+{
+    trilinear,
+    bilinear
+};
+
+/// The option `filter`: declared in a stage as `FilterOption filter{this};`.
+class FilterOption
+{
+  public:
+    explicit FilterOption(Configurable* owner);
+    TextureFilter operator*() const { return *word_ == "bilinear" ? TextureFilter::bilinear : TextureFilter::trilinear; }
+
+  private:
+    Option<std::string> word_;
+};
+
 /// An RGB picture at every size down to 1 x 1, each the area average of the one before; the smaller ones in 16 bits per channel.
 class MipMaps
 {
   public:
-    /// `smaller_levels` false: the full size only. Throws Error unless the picture has 3 channels.
-    MipMaps(Raster8 picture, bool smaller_levels);
+    /// Bilinear: the full size only. Throws Error unless the picture has 3 channels.
+    MipMaps(Raster8 picture, TextureFilter filter);
 
     int width() const { return picture_.width; }
     int height() const { return picture_.height; }
@@ -70,8 +88,8 @@ class Lighting
 struct RenderOptions
 {
     int samples_per_side;  ///< Rays per pixel: its square.
-    bool mip_maps;         ///< Look up the picture at the size that one ray's spacing calls for.
-    Lights lights = {};    ///< By the vertex normals, interpolated.
+    TextureFilter filter;
+    Lights lights = {};  ///< By the vertex normals, interpolated.
 };
 
 /// Throws Error unless a stage with these on its ports `mesh` and `frames` can show the mesh as the frames' color cameras do: a

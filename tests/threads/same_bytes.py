@@ -17,7 +17,7 @@ WORK = tempfile.TemporaryDirectory(prefix="fresco-same-bytes-")
 HERE = pathlib.Path(WORK.name)
 ENVIRONMENT = dict(os.environ, XDG_CACHE_HOME=str(HERE / "cache"), XDG_DATA_HOME=str(HERE / "data"))
 ENVIRONMENT.pop("FRESCO_PLUGIN_PATH", None)
-LONGEST_STOP_S = 60  # Of a busy machine: alone it takes a fraction of a second.
+LONGEST_STOP_S = 60  # On a busy machine; an idle one takes a fraction of a second.
 problems = []
 
 
@@ -64,7 +64,7 @@ def files_of(store, name):
 
 
 def compare(store, what):
-    for stage, name in alone.items():
+    for stage, name in expected.items():
         here, there = files_of("one", name), files_of(store, name)
         if here.keys() != there.keys():
             problems.append(f"{stage}: {what} made other files")
@@ -73,13 +73,13 @@ def compare(store, what):
                 problems.append(f"{stage}: {what} made another {file}")
 
 
-alone = run("one", 1)
+expected = run("one", 1)
 run("five", 5)
 compare("five", "five threads")
-stopped = sum(stop_at(stage, "stopped") for stage in alone)
+stopped = sum(stop_at(stage, "stopped") for stage in expected)
 run("stopped", 2)
 compare("stopped", "a stopped run")
 if stopped < 3:
-    problems.append(f"only {stopped} of {len(alone)} stages were stopped before their end: this test tries too little")
-print(f"{len(alone)} stages, {stopped} of them stopped, {len(problems)} problems")
+    problems.append(f"only {stopped} of {len(expected)} stages were stopped before their end: this test tries too little")
+print(f"{len(expected)} stages, {stopped} of them stopped, {len(problems)} problems")
 sys.exit("\n".join(problems) if problems else 0)

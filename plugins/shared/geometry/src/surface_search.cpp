@@ -1,14 +1,11 @@
-#include "surface_search.h"
+#include <fresco/geometry/surface_search.h>
 
 #include <algorithm>
 #include <numeric>
 #include <utility>
 
-namespace from_model
+namespace fresco::geometry
 {
-
-using fresco::Vec3d;
-using fresco::Vec3f;
 
 namespace
 {
@@ -65,7 +62,7 @@ std::array<double, 3> nearest_weights(const std::array<Vec3d, 3>& corners, Vec3d
     return {1 - beside_ac / sum - beside_ab / sum, beside_ac / sum, beside_ab / sum};
 }
 
-SurfaceSearch::SurfaceSearch(const fresco::Mesh& mesh) : mesh_(mesh), order_(mesh.triangles.size())
+SurfaceSearch::SurfaceSearch(const Mesh& mesh) : mesh_(mesh), order_(mesh.triangles.size())
 {
     std::iota(order_.begin(), order_.end(), 0U);
     std::vector<Vec3f> middles;
@@ -73,7 +70,7 @@ SurfaceSearch::SurfaceSearch(const fresco::Mesh& mesh) : mesh_(mesh), order_(mes
     for (std::uint32_t face = 0; face < mesh.triangles.size(); ++face)
     {
         const auto c = corners(face);
-        middles.push_back(fresco::vec_cast<float>((c[0] + c[1] + c[2]) * (1.0 / 3)));
+        middles.push_back(vec_cast<float>((c[0] + c[1] + c[2]) * (1.0 / 3)));
     }
     nodes_.reserve(order_.size());
     build(0, static_cast<std::uint32_t>(order_.size()), middles);
@@ -82,8 +79,8 @@ SurfaceSearch::SurfaceSearch(const fresco::Mesh& mesh) : mesh_(mesh), order_(mes
 std::array<Vec3d, 3> SurfaceSearch::corners(std::uint32_t face) const
 {
     const auto& t = mesh_.triangles[face];
-    return {fresco::vec_cast<double>(mesh_.positions[t[0]]), fresco::vec_cast<double>(mesh_.positions[t[1]]),
-            fresco::vec_cast<double>(mesh_.positions[t[2]])};
+    return {vec_cast<double>(mesh_.positions[t[0]]), vec_cast<double>(mesh_.positions[t[1]]),
+            vec_cast<double>(mesh_.positions[t[2]])};
 }
 
 std::uint32_t SurfaceSearch::build(std::uint32_t begin, std::uint32_t end, const std::vector<Vec3f>& middles)
@@ -115,10 +112,10 @@ std::uint32_t SurfaceSearch::build(std::uint32_t begin, std::uint32_t end, const
     return number;
 }
 
-void SurfaceSearch::try_face(std::uint32_t face, Vec3d p, Vec3d normal, SurfacePoint& best) const
+void SurfaceSearch::try_face(std::uint32_t face, Vec3d p, const Vec3d* normal, SurfacePoint& best) const
 {
     const auto c = corners(face);
-    if (!(dot(cross(c[1] - c[0], c[2] - c[0]), normal) > 0))
+    if (normal != nullptr && !(dot(cross(c[1] - c[0], c[2] - c[0]), *normal) > 0))
         return;
     const auto weights = nearest_weights(c, p);
     const Vec3d away = c[0] * weights[0] + c[1] * weights[1] + c[2] * weights[2] - p;
@@ -127,7 +124,17 @@ void SurfaceSearch::try_face(std::uint32_t face, Vec3d p, Vec3d normal, SurfaceP
         best = {face, weights, squared};
 }
 
-SurfacePoint SurfaceSearch::nearest(Vec3d p, Vec3d normal, double reach, std::uint32_t hint) const
+SurfacePoint SurfaceSearch::nearest(Vec3d p, double reach) const
+{
+    return search(p, nullptr, reach, SurfacePoint::none);
+}
+
+SurfacePoint SurfaceSearch::nearest_facing(Vec3d p, Vec3d normal, double reach, std::uint32_t hint) const
+{
+    return search(p, &normal, reach, hint);
+}
+
+SurfacePoint SurfaceSearch::search(Vec3d p, const Vec3d* normal, double reach, std::uint32_t hint) const
 {
     SurfacePoint best;
     // A point at exactly this distance still counts: no face has a greater number than none.
@@ -163,4 +170,4 @@ SurfacePoint SurfaceSearch::nearest(Vec3d p, Vec3d normal, double reach, std::ui
     return best;
 }
 
-}  // namespace from_model
+}  // namespace fresco::geometry

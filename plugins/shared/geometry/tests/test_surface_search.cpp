@@ -1,13 +1,13 @@
 #include "catch.h"
-#include "surface_search.h"
 
+#include <fresco/geometry/surface_search.h>
 #include <fresco/random.h>
 
 #include <algorithm>
 #include <cmath>
 
 using namespace fresco;
-using namespace from_model;
+using namespace fresco::geometry;
 
 namespace
 {
@@ -20,13 +20,13 @@ std::array<Vec3d, 3> corners_of(const Mesh& mesh, std::uint32_t face)
 }
 
 /// The slow obvious way: every face.
-SurfacePoint nearest_of_all(const Mesh& mesh, Vec3d p, Vec3d normal, double reach)
+SurfacePoint nearest_of_all(const Mesh& mesh, Vec3d p, const Vec3d* normal, double reach)
 {
     SurfacePoint best;
     for (std::uint32_t face = 0; face < mesh.triangles.size(); ++face)
     {
         const auto c = corners_of(mesh, face);
-        if (dot(cross(c[1] - c[0], c[2] - c[0]), normal) <= 0)
+        if (normal != nullptr && dot(cross(c[1] - c[0], c[2] - c[0]), *normal) <= 0)
             continue;
         const auto weights = nearest_weights(c, p);
         const Vec3d away = c[0] * weights[0] + c[1] * weights[1] + c[2] * weights[2] - p;
@@ -87,7 +87,7 @@ Mesh soup(std::size_t faces, bool on_grid)
 
 }  // namespace
 
-TEST_CASE("the nearest point of a triangle is as near as its plane and sides say", "[texture.from_model]")
+TEST_CASE("the nearest point of a triangle is as near as its plane and sides say")
 {
     Random random{5};
     for (int trial = 0; trial < 3000; ++trial)
@@ -101,9 +101,11 @@ TEST_CASE("the nearest point of a triangle is as near as its plane and sides say
         CHECK(std::min({w[0], w[1], w[2]}) >= -1e-12);
         CHECK(length(c[0] * w[0] + c[1] * w[1] + c[2] * w[2] - p) == Approx(distance_by_parts(c, p)).epsilon(1e-9));
     }
+    const Vec3d end{4, 0, 0};
+    CHECK(nearest_weights({Vec3d{}, end, end}, {1, 3, 0})[0] == 0.75);
 }
 
-TEST_CASE("the tree finds what a search of all faces finds, to the bit", "[texture.from_model]")
+TEST_CASE("the tree finds what a search of all faces finds, to the bit")
 {
     for (const bool on_grid : {false, true})
         for (const std::size_t faces : {1U, 4U, 5U, 40U, 700U})
@@ -116,10 +118,12 @@ TEST_CASE("the tree finds what a search of all faces finds, to the bit", "[textu
                 const Vec3d p = vec_cast<double>(place(random, on_grid && trial % 2 == 0));
                 const Vec3d normal{part(random), part(random), part(random)};
                 const double reach = trial % 3 == 0 ? 0.3 : 100;
-                const auto expected = nearest_of_all(mesh, p, normal, reach);
+                const SurfacePoint any = search.nearest(p, reach);
+                CHECK(any.face == nearest_of_all(mesh, p, nullptr, reach).face);
+                const auto expected = nearest_of_all(mesh, p, &normal, reach);
                 for (const std::uint32_t hint : {SurfacePoint::none, static_cast<std::uint32_t>(random.below(faces))})
                 {
-                    const auto found = search.nearest(p, normal, reach, hint);
+                    const auto found = search.nearest_facing(p, normal, reach, hint);
                     REQUIRE(found.face == expected.face);
                     if (found.found())
                         CHECK(found.squared_distance == expected.squared_distance);
@@ -129,14 +133,14 @@ TEST_CASE("the tree finds what a search of all faces finds, to the bit", "[textu
         }
 }
 
-TEST_CASE("the back of a thin wall is never found, however near", "[texture.from_model]")
+TEST_CASE("the back of a thin wall is never found, however near")
 {
     Mesh wall;
     wall.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, -0.001F}, {1, 0, -0.001F}, {0, 1, -0.001F}};
     wall.triangles = {{0, 1, 2}, {3, 5, 4}};
     const SurfaceSearch search(wall);
-    CHECK(search.nearest({0.2, 0.2, -0.0009}, {0, 0.1, 1}, 1).face == 0);
-    CHECK(search.nearest({0.2, 0.2, -0.0001}, {0, 0.1, -1}, 1).face == 1);
-    CHECK_FALSE(search.nearest({0.2, 0.2, 0.2}, {0, 0, 1}, 0.1).found());
-    CHECK_FALSE(search.nearest({0.2, 0.2, 0}, {1, 0, 0}, 1).found());
+    CHECK(search.nearest_facing({0.2, 0.2, -0.0009}, {0, 0.1, 1}, 1).face == 0);
+    CHECK(search.nearest_facing({0.2, 0.2, -0.0001}, {0, 0.1, -1}, 1).face == 1);
+    CHECK_FALSE(search.nearest_facing({0.2, 0.2, 0.2}, {0, 0, 1}, 0.1).found());
+    CHECK_FALSE(search.nearest_facing({0.2, 0.2, 0}, {1, 0, 0}, 1).found());
 }

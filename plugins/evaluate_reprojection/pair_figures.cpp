@@ -1,5 +1,6 @@
 #include "pair_figures.h"
 
+#include <fresco/images/luma.h>
 #include <fresco/parallel.h>
 #include <fresco/raycast/scene.h>
 
@@ -183,7 +184,7 @@ class DifferenceMean
 
 double gray(const Raster8& picture, int x, int y)
 {
-    return 0.299 * picture.at(x, y, 0) + 0.587 * picture.at(x, y, 1) + 0.114 * picture.at(x, y, 2);
+    return luma(&picture.at(x, y));
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 #include <fresco/error.h>
+#include <fresco/images/luma.h>
 #include <fresco/images/sharpness.h>
 
 #include <algorithm>
@@ -25,12 +26,6 @@ std::vector<int> nearest_pixels(int from, int to)
     return result;
 }
 
-/// Fixed point of 15 bits.
-int gray(int red, int green, int blue)
-{
-    return (9798 * red + 19235 * green + 3735 * blue + (1 << 14)) >> 15;
-}
-
 Raster<int> sampled_gray(const Raster8& rgb, int width, int height)
 {
     const auto columns = nearest_pixels(rgb.width, width);
@@ -41,7 +36,7 @@ Raster<int> sampled_gray(const Raster8& rgb, int width, int height)
         {
             const int column = columns[static_cast<std::size_t>(x)];
             const int row = rows[static_cast<std::size_t>(y)];
-            result.at(x, y) = gray(rgb.at(column, row, 0), rgb.at(column, row, 1), rgb.at(column, row, 2));
+            result.at(x, y) = (fixed_luma(&rgb.at(column, row)) + (1 << 14)) >> 15;
         }
     return result;
 }

@@ -195,13 +195,4 @@ TEST_CASE("EXIF: the orientation of both byte orders, 1 for anything malformed")
         CHECK(exif_orientation(std::span(good).first(size)) == 1);
     CHECK(exif_orientation(tiff_orientation(0, true)) == 1);
     CHECK(exif_orientation(tiff_orientation(9, false)) == 1);
-    Random random(3);
-    for (int trial = 0; trial < 2000; ++trial)
-    {
-        Bytes bad = tiff_orientation(8, trial % 2 == 0);
-        for (int i = 0; i < 3; ++i)
-            bad[random.below(bad.size())] = static_cast<std::byte>(random.below(256));
-        const int orientation = exif_orientation(bad);
-        CHECK((orientation >= 1 && orientation <= 8));
-    }
 }

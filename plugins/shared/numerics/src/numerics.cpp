@@ -1,9 +1,11 @@
+#include <fresco/numerics/numerics.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <fresco/numerics/numerics.h>
 #include <functional>
+#include <iterator>
 #include <numbers>
 #include <queue>
 #include <tuple>
@@ -29,6 +31,13 @@ void sort_by_upper_half(std::vector<std::uint64_t>& entries, std::uint32_t large
             sorted[starts[digit(entry)]++] = entry;
         entries.swap(sorted);
     }
+}
+
+double median(std::vector<double> values)
+{
+    const auto middle = values.begin() + std::ssize(values) / 2;
+    std::ranges::nth_element(values, middle);
+    return *middle;
 }
 
 void solve_symmetric(std::span<double> matrix, std::span<double> right, std::size_t columns)

@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
-/// \file Small algorithms on numbers that several plugins need: disjoint sets, sorting in linear time, linear systems, rotations,
-/// pairs of directions.
+/// \file Small algorithms on numbers that several plugins need: disjoint sets, sorting in linear time, the median, linear
+/// systems, rotations, pairs of directions.
 
 namespace fresco::numerics
 {
@@ -48,6 +48,9 @@ inline std::uint32_t ordered_key(float value)
     const auto bits = std::bit_cast<std::uint32_t>(value);
     return (bits & 0x80000000U) != 0 ? ~bits : bits | 0x80000000U;
 }
+
+/// The middle one of the values in ascending order, of two the upper. \pre not empty
+double median(std::vector<double> values);
 
 /// Solves A x = b in place by Cholesky, for each column of `right`: N x `columns`, row-major. `matrix`: N x N, row-major,
 /// symmetric and positive definite; only its lower triangle is read, and overwritten.

@@ -1,7 +1,7 @@
 #include "arap.h"
 
-#include <fresco/geometry/atlas_stage.h>
 #include <fresco/geometry/map_charts.h>
+#include <fresco/geometry/mesh_stages.h>
 
 #include <Eigen/Core>
 

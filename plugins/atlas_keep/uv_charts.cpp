@@ -1,6 +1,6 @@
 #include "uv_charts.h"
 
-#include <fresco/numerics/disjoint_sets.h>
+#include <fresco/numerics/numerics.h>
 
 #include <cmath>
 

@@ -1,4 +1,4 @@
-#include <fresco/geometry/atlas_stage.h>
+#include <fresco/geometry/mesh_stages.h>
 
 namespace
 {

@@ -3,7 +3,7 @@
 #include <fresco/dataset/dataset_files.h>
 #include <fresco/error.h>
 #include <fresco/npy.h>
-#include <fresco/texturing/textured_ply.h>
+#include <fresco/texturing/exports.h>
 #include <fresco/value.h>
 
 #include <algorithm>

@@ -1,5 +1,7 @@
 #include "circles.h"
 
+#include <fresco/images/luma.h>
+
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/photo.hpp>
@@ -44,7 +46,7 @@ bool is_red(const std::uint8_t* rgb)
     const double hue = static_cast<double>(rgb[1] - rgb[2]) / span / 6;  // of a full turn, negative toward blue
     if (hue > 0.08 || hue < 0.88 - 1)
         return false;
-    return 0.299 * rgb[0] + 0.587 * rgb[1] + 0.114 * rgb[2] > 0.15 * 255;
+    return fresco::luma(rgb) > 0.15 * 255;
 }
 
 cv::Mat released_mask(const cv::Mat& rgb)

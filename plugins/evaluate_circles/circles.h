@@ -1,7 +1,6 @@
 #pragma once
 
 #include <fresco/camera.h>
-#include <fresco/evaluation/protocol.h>
 #include <fresco/evaluation/statistics.h>
 #include <fresco/image.h>
 #include <fresco/math.h>

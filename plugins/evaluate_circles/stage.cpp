@@ -1,12 +1,11 @@
 #include "circles.h"
 
-#include <fresco/evaluation/figures_file.h>
-#include <fresco/evaluation/options.h>
 #include <fresco/evaluation/posed_pictures.h>
+#include <fresco/evaluation/statistics.h>
 #include <fresco/files_io.h>
 #include <fresco/image_io.h>
 #include <fresco/parallel.h>
-#include <fresco/raycast/surface.h>
+#include <fresco/raycast/scene.h>
 #include <fresco/stage.h>
 
 #include <fmt/format.h>

@@ -3,14 +3,13 @@
 #include "texture_figures.h"
 #include "view_figures.h"
 
-#include <fresco/evaluation/figures_file.h>
 #include <fresco/evaluation/posed_pictures.h>
 #include <fresco/evaluation/statistics.h>
 #include <fresco/image_io.h>
 #include <fresco/parallel.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
-#include <fresco/texturing/exported_file.h>
+#include <fresco/texturing/exports.h>
 #include <fresco/uv_maps.h>
 
 #include <algorithm>

@@ -6,7 +6,6 @@
 #include <fresco/images/stroke_width.h>
 #include <fresco/parallel.h>
 #include <fresco/random.h>
-#include <fresco/texturing/charts.h>
 #include <fresco/texturing/texel_faces.h>
 
 #include <fmt/format.h>

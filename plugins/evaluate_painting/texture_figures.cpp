@@ -4,9 +4,8 @@
 #include <fresco/images/lab.h>
 #include <fresco/parallel.h>
 #include <fresco/random.h>
-#include <fresco/texturing/charts.h>
-#include <fresco/texturing/collapse.h>
 #include <fresco/texturing/texel_faces.h>
+#include <fresco/texturing/texture_pictures.h>
 
 #include <algorithm>
 #include <array>

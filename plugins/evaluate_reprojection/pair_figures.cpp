@@ -1,7 +1,8 @@
 #include "pair_figures.h"
 
+#include <fresco/images/luma.h>
 #include <fresco/parallel.h>
-#include <fresco/raycast/surface.h>
+#include <fresco/raycast/scene.h>
 
 #include <algorithm>
 #include <array>
@@ -183,7 +184,7 @@ class DifferenceMean
 
 double gray(const Raster8& picture, int x, int y)
 {
-    return 0.299 * picture.at(x, y, 0) + 0.587 * picture.at(x, y, 1) + 0.114 * picture.at(x, y, 2);
+    return luma(&picture.at(x, y));
 }
 
 }  // namespace
@@ -303,7 +304,7 @@ struct FloorPictures
 }  // namespace
 
 TexturePaint::TexturePaint(const TexturedMesh& textured, const raycast::Lights& lights)
-    : mesh_(textured.mesh), picture_(textured.image.pixels, true), lighting_(textured.mesh, lights)
+    : mesh_(textured.mesh), picture_(textured.image.pixels, raycast::TextureFilter::trilinear), lighting_(textured.mesh, lights)
 {
 }
 
@@ -320,7 +321,7 @@ Vec3d TexturePaint::color(std::uint32_t triangle, Vec3d point, const Camera& a, 
 }
 
 ProjectedPaint::ProjectedPaint(const Mesh& mesh, const Camera& camera, const Raster8& picture)
-    : mesh_(mesh), camera_(camera), picture_(picture, true)
+    : mesh_(mesh), camera_(camera), picture_(picture, raycast::TextureFilter::trilinear)
 {
 }
 

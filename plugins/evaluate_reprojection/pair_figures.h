@@ -1,11 +1,9 @@
 #pragma once
 
 #include <fresco/camera.h>
-#include <fresco/evaluation/protocol.h>
 #include <fresco/evaluation/statistics.h>
 #include <fresco/image.h>
 #include <fresco/progress.h>
-#include <fresco/raycast/mip_maps.h>
 #include <fresco/raycast/scene.h>
 #include <fresco/raycast/view_renderer.h>
 #include <fresco/texture.h>

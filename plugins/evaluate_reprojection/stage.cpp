@@ -1,10 +1,9 @@
 #include "pair_figures.h"
 
-#include <fresco/evaluation/figures_file.h>
-#include <fresco/evaluation/options.h>
 #include <fresco/evaluation/posed_pictures.h>
+#include <fresco/evaluation/statistics.h>
 #include <fresco/image_io.h>
-#include <fresco/raycast/options.h>
+#include <fresco/raycast/view_renderer.h>
 #include <fresco/stage.h>
 
 #include <fmt/format.h>

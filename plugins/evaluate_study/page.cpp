@@ -3,6 +3,7 @@
 #include "page_parts.h"
 
 #include <fresco/error.h>
+#include <fresco/evaluation/posed_pictures.h>
 #include <fresco/html.h>
 #include <fresco/parallel.h>
 #include <fresco/value.h>
@@ -10,7 +11,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <string_view>
 #include <utility>
@@ -24,13 +24,12 @@ namespace fs = std::filesystem;
 using fresco::Error;
 using fresco::Raster8;
 
-constexpr std::array<std::string_view, 3> extensions{".png", ".jpg", ".jpeg"};
-
 MethodPictures by_stem(const std::string& method, const std::vector<fs::path>& files)
 {
     MethodPictures result{method, {}};
     for (const fs::path& file : files)
-        if (std::ranges::find(extensions, file.extension().string()) != extensions.end())
+        if (std::ranges::find(fresco::evaluation::picture_extensions, file.extension().string()) !=
+            fresco::evaluation::picture_extensions.end())
             if (const auto [other, is_new] = result.files.emplace(file.stem().string(), file); !is_new)
                 throw Error(file.string() + " and " + other->second.string() + " share a name: keep one of them");
     return result;
@@ -83,7 +82,7 @@ std::vector<MethodPictures> pictures_below(const fs::path& folder, fresco::RunCo
     std::vector<MethodPictures> methods;
     for (const fs::path& subfolder : subfolders)
     {
-        for (const std::string_view extension : extensions)
+        for (const std::string_view extension : fresco::evaluation::picture_extensions)
             run.reads_folder(subfolder, "*" + std::string(extension));
         std::vector<fs::path> files;
         for (const auto& entry : fs::directory_iterator(subfolder))

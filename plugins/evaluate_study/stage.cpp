@@ -1,7 +1,7 @@
 #include "page.h"
 #include "results.h"
 
-#include <fresco/evaluation/options.h>
+#include <fresco/evaluation/statistics.h>
 #include <fresco/files.h>
 #include <fresco/files_io.h>
 #include <fresco/stage.h>

@@ -1,9 +1,8 @@
 #include "check_glb.h"
 
 #include <fresco/error.h>
-#include <fresco/gltf/gltf_accessors.h>
 #include <fresco/gltf/gltf_file.h>
-#include <fresco/texturing/linear_light.h>
+#include <fresco/texturing/texture_pictures.h>
 
 #include <fmt/format.h>
 

@@ -2,7 +2,7 @@
 
 #include <fresco/error.h>
 #include <fresco/gltf/gltf_file.h>
-#include <fresco/texturing/linear_light.h>
+#include <fresco/texturing/texture_pictures.h>
 
 #include <fmt/format.h>
 #include <meshoptimizer.h>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <fresco/texturing/welded_mesh.h>
+#include <fresco/texturing/exports.h>
 #include <fresco/value.h>
 
 #include <array>

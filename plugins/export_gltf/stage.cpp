@@ -1,10 +1,8 @@
 #include <fresco/files.h>
 #include <fresco/files_io.h>
-#include <fresco/geometry/upright_option.h>
+#include <fresco/geometry/upright.h>
 #include <fresco/stage.h>
-#include <fresco/texturing/exported_file.h>
-#include <fresco/texturing/exported_mesh.h>
-#include <fresco/texturing/exported_picture.h>
+#include <fresco/texturing/exports.h>
 
 #include "check_glb.h"
 #include "glb.h"
@@ -51,10 +49,7 @@ class ExportGltf final : public Stage
                 .origin = run.origin()};
     }
 
-    void check_inputs() const
-    {
-        exported.check();
-    }
+    void check_inputs() const { exported.check(); }
 
     void run(RunContext& run) override
     {

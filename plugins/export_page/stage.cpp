@@ -1,11 +1,10 @@
 #include <fresco/files.h>
 #include <fresco/files_io.h>
-#include <fresco/geometry/upright_option.h>
+#include <fresco/geometry/upright.h>
 #include <fresco/preview.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
-#include <fresco/texturing/exported_file.h>
-#include <fresco/texturing/exported_picture.h>
+#include <fresco/texturing/exports.h>
 
 #include "page.h"
 

@@ -1,13 +1,10 @@
 #include <fresco/files.h>
 #include <fresco/files_io.h>
-#include <fresco/geometry/upright_option.h>
+#include <fresco/geometry/upright.h>
 #include <fresco/mesh_io.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
-#include <fresco/texturing/exported_file.h>
-#include <fresco/texturing/exported_mesh.h>
-#include <fresco/texturing/exported_picture.h>
-#include <fresco/texturing/textured_ply.h>
+#include <fresco/texturing/exports.h>
 
 #include "vertex_colors.h"
 

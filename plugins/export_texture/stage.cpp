@@ -2,8 +2,7 @@
 #include <fresco/files_io.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
-#include <fresco/texturing/exported_file.h>
-#include <fresco/texturing/exported_picture.h>
+#include <fresco/texturing/exports.h>
 
 #include <fmt/format.h>
 #include <string>

@@ -1,7 +1,6 @@
 #include "alignment.h"
 
-#include <fresco/numerics/rotations.h>
-#include <fresco/numerics/solve_symmetric.h>
+#include <fresco/numerics/numerics.h>
 #include <fresco/parallel.h>
 
 #include <algorithm>

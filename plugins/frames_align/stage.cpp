@@ -4,8 +4,9 @@
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
 #include <fresco/mesh.h>
+#include <fresco/numerics/numerics.h>
 #include <fresco/parallel.h>
-#include <fresco/raycast/surface.h>
+#include <fresco/raycast/scene.h>
 #include <fresco/stage.h>
 
 #include <algorithm>
@@ -100,24 +101,19 @@ class FramesAlign final : public Stage
         aligned = std::move(result);
     }
 
-    static double median(std::vector<double> values)
-    {
-        std::ranges::sort(values);
-        return values[values.size() / 2];
-    }
-
     static Table agreement_of(const align::Alignment& found)
     {
         Table table;
         table.columns = {"error_before", "error_after", "median_moved_px", "most_moved_px"};
-        table.rows = {{found.error_before, found.error_after, median(found.moved_px), std::ranges::max(found.moved_px)}};
+        table.rows = {
+            {found.error_before, found.error_after, numerics::median(found.moved_px), std::ranges::max(found.moved_px)}};
         return table;
     }
 
     static void tell(const align::Alignment& found, std::size_t points, const std::vector<align::AlignedView>& views,
                      RunContext& run)
     {
-        const double usual = median(found.moved_px);
+        const double usual = numerics::median(found.moved_px);
         const double most = std::ranges::max(found.moved_px);
         std::size_t sightings = 0;
         std::size_t blind = 0;

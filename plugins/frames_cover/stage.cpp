@@ -2,7 +2,7 @@
 
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
-#include <fresco/images/sharpness_option.h>
+#include <fresco/images/sharpness.h>
 #include <fresco/mesh.h>
 #include <fresco/numerics/greedy_cover.h>
 #include <fresco/parallel.h>

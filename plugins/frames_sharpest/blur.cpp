@@ -1,5 +1,6 @@
 #include "blur.h"
 
+#include <fresco/images/luma.h>
 #include <fresco/parallel.h>
 
 #include <algorithm>
@@ -22,10 +23,7 @@ Raster<std::int16_t> gray_of(const Raster8& rgb)
 {
     Raster<std::int16_t> gray(rgb.width, rgb.height);
     for (std::size_t i = 0; i < gray.values.size(); ++i)
-    {
-        const std::uint8_t* pixel = &rgb.values[3 * i];
-        gray.values[i] = static_cast<std::int16_t>((9798 * pixel[0] + 19235 * pixel[1] + 3735 * pixel[2] + (1 << 12)) >> 13);
-    }
+        gray.values[i] = static_cast<std::int16_t>((fixed_luma(&rgb.values[3 * i]) + (1 << 12)) >> 13);
     return gray;
 }
 

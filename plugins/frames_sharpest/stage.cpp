@@ -3,7 +3,7 @@
 
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
-#include <fresco/images/sharpness_option.h>
+#include <fresco/images/sharpness.h>
 #include <fresco/parallel.h>
 #include <fresco/stage.h>
 

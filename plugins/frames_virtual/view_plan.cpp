@@ -4,6 +4,7 @@
 
 #include <fresco/mesh.h>
 #include <fresco/numerics/greedy_cover.h>
+#include <fresco/numerics/numerics.h>
 #include <fresco/parallel.h>
 #include <fresco/texturing/texel_faces.h>
 #include <fresco/uv_mapping/shading.h>
@@ -186,11 +187,7 @@ double add_frames(Coverage& coverage, const Frames& frames, Progress& progress)
                 length(vec_cast<double>(coverage.points()[point].position) - frame.color.world_from_camera.translation));
         progress.progress(static_cast<double>(++done), static_cast<double>(frames.frames.size()), "frames");
     }
-    if (distances.empty())
-        return 0;
-    const auto middle = distances.begin() + std::ssize(distances) / 2;
-    std::ranges::nth_element(distances, middle);
-    return *middle;
+    return distances.empty() ? 0 : numerics::median(std::move(distances));
 }
 
 std::vector<std::uint32_t> witnesses(const raycast::Scene& scene, std::span<const SurfacePoint> points,

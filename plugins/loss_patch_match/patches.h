@@ -3,7 +3,7 @@
 /// \file Patches of pictures as rows of numbers: of the style, in few principal directions, and of the camera picture recolored
 /// to it. For component.cpp.
 
-#include <fresco/images/recolor.h>
+#include <fresco/images/lab.h>
 
 #include <torch/types.h>
 

@@ -2,7 +2,7 @@
 
 #include "collapse.h"
 
-#include <fresco/numerics/radix_sort.h>
+#include <fresco/numerics/numerics.h>
 #include <fresco/parallel.h>
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 #include "decimate.h"
 
-#include <fresco/geometry/simplifying_stage.h>
+#include <fresco/geometry/mesh_stages.h>
 
 namespace
 {

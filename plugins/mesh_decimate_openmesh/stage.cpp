@@ -1,6 +1,6 @@
 #include "decimate_openmesh.h"
 
-#include <fresco/geometry/simplifying_stage.h>
+#include <fresco/geometry/mesh_stages.h>
 
 #include <OpenMesh/Core/System/config.h>
 

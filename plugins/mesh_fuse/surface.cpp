@@ -2,7 +2,7 @@
 
 #include <fresco/error.h>
 #include <fresco/geometry/topology.h>
-#include <fresco/numerics/disjoint_sets.h>
+#include <fresco/numerics/numerics.h>
 #include <fresco/parallel.h>
 
 #include <fmt/format.h>

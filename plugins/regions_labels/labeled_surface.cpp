@@ -1,7 +1,7 @@
 #include "labeled_surface.h"
 
 #include <fresco/error.h>
-#include <fresco/geometry/closest_triangle.h>
+#include <fresco/geometry/surface_search.h>
 #include <fresco/geometry/topology.h>
 #include <fresco/mesh_io.h>
 #include <fresco/parallel.h>
@@ -161,11 +161,7 @@ LabeledSurface surface_from_materials(const Model& model)
 CarriedLabels carried_labels(const LabeledSurface& from, const Mesh& to, double within_m, const Progress& progress)
 {
     const auto corner = [](const Mesh& mesh, std::uint32_t vertex) { return vec_cast<double>(mesh.positions[vertex]); };
-    std::vector<geometry::Corners3> triangles;
-    triangles.reserve(from.mesh.triangles.size());
-    for (const auto& [a, b, c] : from.mesh.triangles)
-        triangles.push_back({corner(from.mesh, a), corner(from.mesh, b), corner(from.mesh, c)});
-    const geometry::ClosestTriangle tree(std::move(triangles));
+    const geometry::SurfaceSearch search(from.mesh);
 
     CarriedLabels result;
     result.label_of_face.assign(to.triangles.size(), no_label);
@@ -178,10 +174,12 @@ CarriedLabels carried_labels(const LabeledSurface& from, const Mesh& to, double 
                      for (std::size_t f = begin; f < end; ++f)
                      {
                          const auto& [a, b, c] = to.triangles[f];
-                         const auto closest = tree.find((corner(to, a) + corner(to, b) + corner(to, c)) * (1.0 / 3), within_m);
-                         distances[f] = closest.distance;
-                         if (std::isfinite(closest.distance))
-                             result.label_of_face[f] = from.label_of_face[closest.triangle];
+                         const auto middle = (corner(to, a) + corner(to, b) + corner(to, c)) * (1.0 / 3);
+                         const auto closest = search.nearest(middle, within_m);
+                         distances[f] =
+                             closest.found() ? std::sqrt(closest.squared_distance) : std::numeric_limits<double>::infinity();
+                         if (closest.found())
+                             result.label_of_face[f] = from.label_of_face[closest.face];
                      }
                  });
     double covered = 0;

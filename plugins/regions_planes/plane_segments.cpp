@@ -1,6 +1,6 @@
 #include "plane_segments.h"
 
-#include <fresco/numerics/solve_symmetric.h>
+#include <fresco/numerics/numerics.h>
 
 #include <algorithm>
 #include <array>

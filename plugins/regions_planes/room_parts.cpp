@@ -3,7 +3,7 @@
 #include "plane_segments.h"
 
 #include <fresco/parallel.h>
-#include <fresco/texturing/charts.h>
+#include <fresco/texturing/texel_faces.h>
 
 #include <algorithm>
 #include <functional>

@@ -2,7 +2,7 @@
 #include <fresco/regions/regions.h>
 
 #include <fresco/geometry/topology.h>
-#include <fresco/geometry/upright_option.h>
+#include <fresco/geometry/upright.h>
 #include <fresco/stage.h>
 
 using namespace fresco;

@@ -5,7 +5,6 @@
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
-#include <fresco/raycast/options.h>
 #include <fresco/raycast/view_renderer.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
@@ -119,7 +118,8 @@ class RenderFlythrough final : public Stage
         raycast::check_showable(*mesh, *frames);
         const Intrinsics size = intrinsics();
         const raycast::ViewRenderer renderer(
-            *mesh, {.samples_per_side = *samples, .mip_maps = true, .lights = raycast::lights_of(*shading)});
+            *mesh,
+            {.samples_per_side = *samples, .filter = raycast::TextureFilter::trilinear, .lights = raycast::lights_of(*shading)});
         const std::vector<RigidTransform> way = poses(size, renderer, run);
         const std::filesystem::path folder = video.folder().path;
         const bool pictures = *format == "png";

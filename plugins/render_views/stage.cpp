@@ -2,7 +2,6 @@
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
-#include <fresco/raycast/options.h>
 #include <fresco/raycast/view_renderer.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
@@ -26,9 +25,7 @@ class RenderViews final : public Stage
                           "Height of the pictures, the width follows; 0: the camera's own size"};
     Option<int> every_count{this, "every_count", 1, range(1, 1'000'000), "Render every n-th frame"};
     Option<int> samples = raycast::samples_option(this);
-    Option<std::string> filter{
-        this, "filter", "trilinear", one_of({"trilinear", "bilinear"}),
-        "Texture lookup: trilinear uses mip-maps where a ray skips texels, bilinear always the full picture"};
+    raycast::FilterOption filter{this};
     Option<std::string> shading = raycast::shading_option(this);
     Slot<ImageIo> images{this, "images", "image.opencv", "Encodes the pictures"};
 
@@ -70,7 +67,7 @@ class RenderViews final : public Stage
         raycast::check_showable(*mesh, *frames);
         const std::vector<const Frame*> list = chosen();
         const raycast::ViewRenderer renderer(
-            *mesh, {.samples_per_side = *samples, .mip_maps = *filter == "trilinear", .lights = raycast::lights_of(*shading)});
+            *mesh, {.samples_per_side = *samples, .filter = *filter, .lights = raycast::lights_of(*shading)});
         std::filesystem::create_directories(views.folder().path / folder->path);
         Files result;
         std::size_t empty = 0;

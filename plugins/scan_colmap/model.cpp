@@ -2,7 +2,7 @@
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/recordings/recording_files.h>
+#include <fresco/recordings/recording_stage.h>
 
 #include <fmt/format.h>
 

@@ -1,7 +1,7 @@
 #include "model.h"
 
 #include <fresco/error.h>
-#include <fresco/recordings/text_records.h>
+#include <fresco/recordings/parsing.h>
 
 #include <fmt/format.h>
 #include <limits>

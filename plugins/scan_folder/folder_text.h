@@ -1,7 +1,7 @@
 #pragma once
 
 #include <fresco/math.h>
-#include <fresco/recordings/cameras.h>
+#include <fresco/recordings/recorded_view.h>
 
 #include <string>
 #include <string_view>

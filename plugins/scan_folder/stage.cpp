@@ -2,8 +2,8 @@
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
+#include <fresco/recordings/parsing.h>
 #include <fresco/recordings/recording_stage.h>
-#include <fresco/recordings/text_records.h>
 
 #include <algorithm>
 #include <array>

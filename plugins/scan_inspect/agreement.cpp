@@ -1,7 +1,7 @@
 #include "agreement.h"
 
 #include <fresco/evaluation/statistics.h>
-#include <fresco/numerics/rotations.h>
+#include <fresco/numerics/numerics.h>
 
 #include <algorithm>
 #include <array>
@@ -332,11 +332,7 @@ double median_error(const std::vector<FrameRatios>& frames, double scale)
         for (const float ratio : frame.ratios)
             if (ratio > 0)
                 errors.push_back(std::abs(static_cast<double>(ratio) / scale - 1));
-    if (errors.empty())
-        return 1;
-    const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
-    std::ranges::nth_element(errors, middle);
-    return *middle;
+    return errors.empty() ? 1 : numerics::median(std::move(errors));
 }
 
 double front_share(const std::vector<FrameRatios>& frames, double scale)

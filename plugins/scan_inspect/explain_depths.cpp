@@ -1,9 +1,8 @@
 #include "explain_depths.h"
 
-#include <fresco/numerics/rotations.h>
-#include <fresco/numerics/solve_symmetric.h>
+#include <fresco/numerics/numerics.h>
 #include <fresco/parallel.h>
-#include <fresco/raycast/surface.h>
+#include <fresco/raycast/scene.h>
 
 #include <algorithm>
 #include <array>

@@ -2,6 +2,7 @@
 
 #include "explain_depths.h"
 
+#include <fresco/images/luma.h>
 #include <fresco/parallel.h>
 
 #include <algorithm>
@@ -27,8 +28,7 @@ RasterF log_brightness(const Raster8& rgb)
 {
     RasterF gray(rgb.width, rgb.height);
     for (std::size_t i = 0; i < gray.values.size(); ++i)
-        gray.values[i] = static_cast<float>(
-            std::log(0.299 * rgb.values[3 * i] + 0.587 * rgb.values[3 * i + 1] + 0.114 * rgb.values[3 * i + 2] + darkest));
+        gray.values[i] = static_cast<float>(std::log(luma(&rgb.values[3 * i]) + darkest));
     return gray;
 }
 

@@ -1,8 +1,8 @@
 #include "house_cameras.h"
 
 #include <fresco/error.h>
-#include <fresco/recordings/cameras.h>
-#include <fresco/recordings/text_records.h>
+#include <fresco/recordings/parsing.h>
+#include <fresco/recordings/recorded_view.h>
 
 #include <fmt/format.h>
 #include <optional>

@@ -4,7 +4,7 @@
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/texturing/linear_light.h>
+#include <fresco/texturing/texture_pictures.h>
 
 #include <fmt/format.h>
 

@@ -2,12 +2,11 @@
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/gltf/gltf_accessors.h>
 #include <fresco/gltf/gltf_file.h>
 #include <fresco/math.h>
 #include <fresco/mesh.h>
-#include <fresco/numerics/rotations.h>
-#include <fresco/texturing/linear_light.h>
+#include <fresco/numerics/numerics.h>
+#include <fresco/texturing/texture_pictures.h>
 
 #include <fmt/format.h>
 

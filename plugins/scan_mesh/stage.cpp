@@ -3,8 +3,8 @@
 
 #include <fresco/files_io.h>
 #include <fresco/image_io.h>
-#include <fresco/recordings/matrix_text.h>
-#include <fresco/recordings/picture_checks.h>
+#include <fresco/recordings/parsing.h>
+#include <fresco/recordings/recorded_view.h>
 #include <fresco/stage.h>
 
 #include <algorithm>

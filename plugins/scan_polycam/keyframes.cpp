@@ -1,7 +1,8 @@
 #include "keyframes.h"
 
 #include <fresco/error.h>
-#include <fresco/recordings/cameras.h>
+#include <fresco/recordings/parsing.h>
+#include <fresco/recordings/recorded_view.h>
 #include <fresco/value.h>
 
 #include <fmt/format.h>

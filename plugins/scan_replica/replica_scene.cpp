@@ -1,8 +1,7 @@
 #include "replica_scene.h"
 
 #include <fresco/error.h>
-#include <fresco/recordings/matrix_text.h>
-#include <fresco/recordings/text_records.h>
+#include <fresco/recordings/parsing.h>
 #include <fresco/value.h>
 
 namespace replica

@@ -1,7 +1,7 @@
 #include "scene_calibration.h"
 
 #include <fresco/error.h>
-#include <fresco/recordings/recording_files.h>
+#include <fresco/recordings/recording_stage.h>
 
 #include <fmt/format.h>
 

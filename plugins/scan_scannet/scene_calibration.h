@@ -1,6 +1,6 @@
 #pragma once
 
-#include <fresco/recordings/cameras.h>
+#include <fresco/recordings/recorded_view.h>
 #include <fresco/run_context.h>
 
 #include <filesystem>

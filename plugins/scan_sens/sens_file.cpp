@@ -2,7 +2,7 @@
 
 #include <fresco/error.h>
 #include <fresco/file_access.h>
-#include <fresco/recordings/byte_cursor.h>
+#include <fresco/recordings/parsing.h>
 
 #include <fcntl.h>
 #include <fmt/format.h>

@@ -1,7 +1,7 @@
 #include "tum_lists.h"
 
 #include <fresco/error.h>
-#include <fresco/recordings/text_records.h>
+#include <fresco/recordings/parsing.h>
 #include <fresco/value.h>
 
 #include <algorithm>

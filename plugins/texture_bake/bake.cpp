@@ -1,10 +1,8 @@
 #include "bake.h"
 
-#include <fresco/texturing/charts.h>
-#include <fresco/texturing/collapse.h>
-#include <fresco/texturing/gutter.h>
 #include <fresco/texturing/surface_fill.h>
 #include <fresco/texturing/texel_faces.h>
+#include <fresco/texturing/texture_pictures.h>
 
 #include <algorithm>
 #include <vector>

@@ -1,9 +1,8 @@
 #include "enlarge.h"
 
 #include <fresco/parallel.h>
-#include <fresco/texturing/charts.h>
-#include <fresco/texturing/gutter.h>
 #include <fresco/texturing/texel_faces.h>
+#include <fresco/texturing/texture_pictures.h>
 
 #include <algorithm>
 #include <array>

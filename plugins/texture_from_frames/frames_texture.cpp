@@ -1,10 +1,10 @@
 #include "frames_texture.h"
 
 #include <fresco/error.h>
-#include <fresco/images/push_pull.h>
+#include <fresco/images/filters.h>
 #include <fresco/images/sharpness.h>
 #include <fresco/numerics/noise.h>
-#include <fresco/numerics/solve_symmetric.h>
+#include <fresco/numerics/numerics.h>
 #include <fresco/parallel.h>
 
 #include <algorithm>

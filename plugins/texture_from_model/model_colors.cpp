@@ -1,6 +1,6 @@
 #include "model_colors.h"
 
-#include <fresco/texturing/linear_light.h>
+#include <fresco/texturing/texture_pictures.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,12 +1,10 @@
 #include "model_texture.h"
 
-#include "surface_search.h"
-
-#include <fresco/images/push_pull.h>
+#include <fresco/geometry/surface_search.h>
+#include <fresco/images/filters.h>
 #include <fresco/parallel.h>
-#include <fresco/texturing/charts.h>
-#include <fresco/texturing/linear_light.h>
 #include <fresco/texturing/texel_faces.h>
+#include <fresco/texturing/texture_pictures.h>
 
 #include <algorithm>
 #include <array>
@@ -21,6 +19,8 @@ namespace from_model
 using fresco::Mesh;
 using fresco::Vec2d;
 using fresco::Vec3d;
+using fresco::geometry::SurfacePoint;
+using fresco::geometry::SurfaceSearch;
 using fresco::texturing::TexelFaces;
 
 namespace
@@ -82,7 +82,7 @@ class TexelPainter
             plane_ = plane_of(atlas_, face_, faces_.size);
         }
         const auto middle = fresco::vec_cast<double>(texel_position(atlas_, faces_, texel));
-        const SurfacePoint nearest = search_.nearest(middle, plane_.normal, reach_m_, hint_);
+        const SurfacePoint nearest = search_.nearest_facing(middle, plane_.normal, reach_m_, hint_);
         if (!nearest.found())
             return false;
         hint_ = nearest.face;
@@ -108,7 +108,7 @@ class TexelPainter
             {
                 const Vec3d place =
                     middle + plane_.along_x * ((x + 0.5) / side - 0.5) + plane_.along_y * ((y + 0.5) / side - 0.5);
-                const SurfacePoint point = search_.nearest(place, plane_.normal, reach_m_, nearest.face);
+                const SurfacePoint point = search_.nearest_facing(place, plane_.normal, reach_m_, nearest.face);
                 if (!point.found())
                     continue;
                 sum += colors_.at(point.face, point.weights);

@@ -2,7 +2,7 @@
 
 #include <fresco/error.h>
 #include <fresco/parallel.h>
-#include <fresco/texturing/charts.h>
+#include <fresco/texturing/texel_faces.h>
 
 #include <fmt/format.h>
 

@@ -1,12 +1,9 @@
 #include <fresco/mesh.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
-#include <fresco/texturing/charts.h>
-#include <fresco/texturing/collapse.h>
-#include <fresco/texturing/gutter.h>
-#include <fresco/texturing/smaller_picture.h>
 #include <fresco/texturing/surface_fill.h>
 #include <fresco/texturing/texel_faces.h>
+#include <fresco/texturing/texture_pictures.h>
 
 #include "mix.h"
 #include "mixture.h"

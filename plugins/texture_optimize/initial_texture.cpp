@@ -3,8 +3,8 @@
 #include "pictures.h"
 
 #include <fresco/error.h>
-#include <fresco/images/push_pull.h>
-#include <fresco/images/recolor.h>
+#include <fresco/images/filters.h>
+#include <fresco/images/lab.h>
 #include <fresco/parallel.h>
 
 #include <algorithm>

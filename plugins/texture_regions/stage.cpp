@@ -5,9 +5,9 @@
 #include <fresco/stage.h>
 #include <fresco/texture.h>
 #include <fresco/texture_rules.h>
-#include <fresco/texturing/charts.h>
-#include <fresco/texturing/collapse.h>
 #include <fresco/texturing/surface_fill.h>
+#include <fresco/texturing/texel_faces.h>
+#include <fresco/texturing/texture_pictures.h>
 #include <fresco/wording.h>
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 #include "line_field.h"
 
 #include <fresco/error.h>
-#include <fresco/texturing/collapse.h>
 #include <fresco/texturing/texel_faces.h>
+#include <fresco/texturing/texture_pictures.h>
 
 #include <Eigen/IterativeLinearSolvers>
 #include <Eigen/Sparse>

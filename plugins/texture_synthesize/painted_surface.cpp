@@ -2,9 +2,9 @@
 
 #include <fresco/error.h>
 #include <fresco/geometry/charts.h>
-#include <fresco/images/recolor.h>
-#include <fresco/texturing/collapse.h>
+#include <fresco/images/lab.h>
 #include <fresco/texturing/surface_fill.h>
+#include <fresco/texturing/texture_pictures.h>
 
 #include <algorithm>
 #include <array>

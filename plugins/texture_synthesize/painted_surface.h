@@ -5,7 +5,6 @@
 #include <fresco/mesh.h>
 #include <fresco/progress.h>
 #include <fresco/texture.h>
-#include <fresco/texturing/charts.h>
 #include <fresco/texturing/texel_faces.h>
 
 #include <cstddef>

@@ -3,7 +3,7 @@
 #include "synthesis.h"
 
 #include <fresco/frames.h>
-#include <fresco/geometry/upright_option.h>
+#include <fresco/geometry/upright.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
 

@@ -2,7 +2,7 @@
 #include "recording_layouts.h"
 #include "shared_data.h"
 #include "surface_figures.h"
-#include <fresco/geometry/closest_triangle.h>
+#include <fresco/geometry/surface_search.h>
 
 #include <fresco/component.h>
 #include <fresco/mesh.h>
@@ -42,17 +42,12 @@ struct Distance
 
 Distance distance(const Mesh& mesh, const Mesh& reference, double range_m)
 {
-    std::vector<fresco::geometry::Corners3> triangles;
-    for (const fresco::Triangle& t : reference.triangles)
-        triangles.push_back({fresco::vec_cast<double>(reference.positions[t[0]]),
-                             fresco::vec_cast<double>(reference.positions[t[1]]),
-                             fresco::vec_cast<double>(reference.positions[t[2]])});
-    const fresco::geometry::ClosestTriangle closest(std::move(triangles));
+    const fresco::geometry::SurfaceSearch search(reference);
     constexpr std::size_t samples = 50'000;
     double sum = 0;
     std::size_t count = 0;
     for (const fresco::Vec3d& point : bench::surface_samples(mesh, samples, 1))
-        if (const double d = closest.find(point).distance; d < range_m)
+        if (const double d = std::sqrt(search.nearest(point).squared_distance); d < range_m)
         {
             sum += d;
             ++count;

@@ -11,9 +11,9 @@
 #include "plugins/scan_tum/tum_lists.h"
 
 #include <fresco/error.h>
-#include <fresco/recordings/cameras.h>
 #include <fresco/recordings/lens.h>
-#include <fresco/recordings/matrix_text.h>
+#include <fresco/recordings/parsing.h>
+#include <fresco/recordings/recorded_view.h>
 #include <fresco/testing.h>
 
 namespace fresco::fuzz
@@ -207,15 +207,14 @@ void read_replica(Bytes bytes)
 const Registered registered{
     {"sens", "plugins/scan_sens/sens_file\\.cpp", read_sens},
     {"sens_depth", "plugins/scan_sens/sens_file\\.cpp", read_sens_depth},
-    {"colmap_binary", "plugins/scan_colmap/model_binary\\.cpp|plugins/shared/recordings/src/byte_cursor\\.cpp", read_colmap},
+    {"colmap_binary", "plugins/scan_colmap/model_binary\\.cpp|plugins/shared/recordings/src/parsing\\.cpp", read_colmap},
     {"colmap_text", "plugins/scan_colmap/model_text\\.cpp", read_colmap_text},
-    {"poses_tum", "plugins/scan_tum/tum_lists\\.cpp|plugins/shared/recordings/src/text_records\\.cpp", read_tum},
-    {"poses_matrix", "plugins/shared/recordings/src/matrix_text\\.cpp", read_matrix},
+    {"poses_tum", "plugins/scan_tum/tum_lists\\.cpp|plugins/shared/recordings/src/parsing\\.cpp", read_tum},
+    {"poses_matrix", "plugins/shared/recordings/src/parsing\\.cpp", read_matrix},
     {"poses_scannet", "plugins/scan_scannet/scene_calibration\\.cpp", read_scannet},
     {"poses_matterport", "plugins/scan_matterport3d/house_cameras\\.cpp", read_matterport_cameras},
     {"house_matterport", "plugins/scan_matterport3d/house\\.cpp", read_matterport_house},
-    {"poses_nerfstudio", "plugins/scan_nerfstudio/transforms\\.cpp|plugins/shared/recordings/src/json_record\\.cpp",
-     read_nerfstudio},
+    {"poses_nerfstudio", "plugins/scan_nerfstudio/transforms\\.cpp|plugins/shared/recordings/src/parsing\\.cpp", read_nerfstudio},
     {"poses_polycam", "plugins/scan_polycam/keyframes\\.cpp", read_polycam},
     {"poses_replica", "plugins/scan_replica/replica_scene\\.cpp", read_replica}};
 

@@ -7,7 +7,7 @@
 
 #include <fresco/mesh_io.h>
 #include <fresco/raycast/ray_finder.h>
-#include <fresco/raycast/surface.h>
+#include <fresco/raycast/scene.h>
 
 #include <algorithm>
 #include <cmath>

@@ -2,6 +2,7 @@
 
 #include <fresco/camera.h>
 #include <fresco/image.h>
+#include <fresco/testing_scenes.h>
 
 #include <optional>
 #include <vector>
@@ -79,11 +80,6 @@ inline fresco::Raster8 render(const Scene& scene, const fresco::Camera& camera)
     return picture;
 }
 
-inline fresco::Camera camera(int width, int height, double focal)
-{
-    fresco::Camera result;
-    result.intrinsics = {width, height, focal, focal, width / 2.0, height / 2.0};
-    return result;
-}
+using fresco::testing::camera;
 
 }  // namespace painted_discs

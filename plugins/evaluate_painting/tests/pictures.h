@@ -2,7 +2,6 @@
 
 #include <fresco/image.h>
 #include <fresco/images/lab.h>
-#include <fresco/images/recolor.h>
 #include <fresco/numerics/noise.h>
 #include <fresco/random.h>
 

@@ -10,7 +10,6 @@
 #include <fresco/images/stroke_width.h>
 #include <fresco/random.h>
 #include <fresco/testing.h>
-#include <fresco/texturing/charts.h>
 #include <fresco/texturing/texel_faces.h>
 
 #include <algorithm>

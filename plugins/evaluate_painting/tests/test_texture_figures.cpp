@@ -3,7 +3,6 @@
 #include "two_chart_wall.h"
 
 #include <fresco/numerics/noise.h>
-#include <fresco/texturing/charts.h>
 #include <fresco/texturing/texel_faces.h>
 
 #include <cmath>

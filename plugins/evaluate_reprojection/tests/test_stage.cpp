@@ -93,14 +93,6 @@ TEST_CASE("every n-th picture's pairs are those of the whole run")
     CHECK(some.at("short").at("pair_figures").as_list()[1] == all.at("short").at("pair_figures").as_list()[2]);
 }
 
-TEST_CASE("the figures have the same bytes for any number of threads")
-{
-    const Recording recording;
-    testing::TestRun one(1);
-    testing::TestRun four(4);
-    CHECK(recording.judge(kitchen_gaps, recording.rendered(), one) == recording.judge(kitchen_gaps, recording.rendered(), four));
-}
-
 TEST_CASE("a folder of pictures is judged with a plain mesh")
 {
     const Recording recording;
@@ -139,7 +131,7 @@ TEST_CASE("a flat texture is warned about")
                               [](const auto& line) { return line.starts_with("warning: the short figures are invalid"); }));
 }
 
-TEST_CASE("the stage refuses what it cannot judge and stops when asked")
+TEST_CASE("the stage refuses what it cannot judge")
 {
     const Recording recording;
     testing::TestRun run;
@@ -151,6 +143,4 @@ TEST_CASE("the stage refuses what it cannot judge and stops when asked")
     Value texture_floor = kitchen_gaps;
     texture_floor.set("floor", "texture");
     CHECK_THROWS_WITH(recording.judge(texture_floor, inputs, run), Catch::Contains("choose floor: picture"));
-    run.cancel_after(3);
-    CHECK_THROWS_AS(recording.judge(kitchen_gaps, recording.rendered(), run), Canceled);
 }

@@ -2,6 +2,7 @@
 
 #include "pair_figures.h"
 
+#include <fresco/testing_scenes.h>
 #include <fresco/texture.h>
 
 #include <cmath>
@@ -13,9 +14,7 @@ namespace wall_scene
 inline fresco::TexturedMesh wall(fresco::Raster8 picture)
 {
     fresco::TexturedMesh textured;
-    textured.mesh.positions = {{-3, -3, 2}, {3, -3, 2}, {3, 3, 2}, {-3, 3, 2}};
-    textured.mesh.triangles = {{0, 2, 1}, {0, 3, 2}};
-    textured.mesh.texcoords = {{0, 1}, {1, 0}, {1, 1}, {0, 1}, {0, 0}, {1, 0}};
+    textured.mesh = fresco::testing::wall(3);
     textured.image = fresco::Image(std::move(picture));
     return textured;
 }
@@ -23,10 +22,7 @@ inline fresco::TexturedMesh wall(fresco::Raster8 picture)
 /// Moved by (x, y) px of the wall's picture in it, and forwards by z meters.
 inline fresco::Camera camera(int width, int height, double x_px, double y_px, double z = 0)
 {
-    fresco::Camera result;
-    result.intrinsics = {width, height, 100, 100, width / 2.0, height / 2.0};
-    result.world_from_camera.translation = {x_px * 0.02, y_px * 0.02, z};
-    return result;
+    return fresco::testing::camera(width, height, 100, {x_px * 0.02, y_px * 0.02, z});
 }
 
 /// What a camera that looks along z sees of the wall, without casting.
@@ -47,23 +43,12 @@ inline ViewSurface surface(const fresco::Camera& camera)
     return view;
 }
 
-/// A picture whose values come from a function of the pixel and the channel, rounded.
-template <class F>
-fresco::Raster8 picture(int width, int height, const F& value)
-{
-    fresco::Raster8 result(width, height, 3);
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x)
-            for (int c = 0; c < 3; ++c)
-                result.at(x, y, c) =
-                    static_cast<std::uint8_t>(std::lround(std::clamp(static_cast<double>(value(x, y, c)), 0.0, 255.0)));
-    return result;
-}
+using fresco::testing::picture;
 
 /// The wall's picture seen at pixel centers, bilinear, without mip-maps.
 inline fresco::Raster8 render(const fresco::TexturedMesh& textured, const fresco::Camera& camera)
 {
-    const fresco::raycast::MipMaps maps(textured.image.pixels, false);
+    const fresco::raycast::MipMaps maps(textured.image.pixels, fresco::raycast::TextureFilter::bilinear);
     const double depth = 2 - camera.world_from_camera.translation.z;
     return picture(camera.intrinsics.width, camera.intrinsics.height,
                    [&](int x, int y, int c)

@@ -2,7 +2,7 @@
 #include "vertex_colors.h"
 
 #include <fresco/testing.h>
-#include <fresco/texturing/linear_light.h>
+#include <fresco/texturing/texture_pictures.h>
 
 #include <cmath>
 

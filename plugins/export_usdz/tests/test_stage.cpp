@@ -6,7 +6,7 @@
 #include <fresco/files_io.h>
 #include <fresco/testing.h>
 #include <fresco/texture.h>
-#include <fresco/texturing/welded_mesh.h>
+#include <fresco/texturing/exports.h>
 
 #include <memory>
 

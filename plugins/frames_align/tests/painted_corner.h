@@ -3,6 +3,7 @@
 #include <fresco/camera.h>
 #include <fresco/image.h>
 #include <fresco/mesh.h>
+#include <fresco/testing_scenes.h>
 
 #include <algorithm>
 #include <cmath>
@@ -46,11 +47,7 @@ inline double depth_at(const Camera& camera, double x, double y, Vec3d& point)
 
 inline Camera camera_at(double x, double y, double z, double turn, int width = 320, int height = 240)
 {
-    Camera camera;
-    camera.intrinsics = {width, height, 0.9 * width, 0.9 * width, width / 2.0, height / 2.0};
-    camera.world_from_camera.translation = {x, y, z};
-    camera.world_from_camera.rotation.m = {std::cos(turn), 0, std::sin(turn), 0, 1, 0, -std::sin(turn), 0, std::cos(turn)};
-    return camera;
+    return testing::camera(width, height, 0.9 * width, {x, y, z}, turn);
 }
 
 inline std::vector<Camera> cameras()
@@ -63,17 +60,13 @@ inline std::vector<Camera> cameras()
 
 inline Raster8 picture_of(const Camera& camera, double gain = 1)
 {
-    Raster8 picture(camera.intrinsics.width, camera.intrinsics.height, 3);
-    for (int y = 0; y < picture.height; ++y)
-        for (int x = 0; x < picture.width; ++x)
-        {
-            Vec3d point;
-            depth_at(camera, x + 0.5, y + 0.5, point);
-            const double value = 255 * gain * paint(point.x, point.y);
-            for (int c = 0; c < 3; ++c)
-                picture.at(x, y, c) = static_cast<std::uint8_t>(std::clamp(value + 0.5, 0.0, 255.0));
-        }
-    return picture;
+    const auto value = [&](int x, int y, int)
+    {
+        Vec3d point;
+        depth_at(camera, x + 0.5, y + 0.5, point);
+        return 255 * gain * paint(point.x, point.y);
+    };
+    return testing::picture(camera.intrinsics.width, camera.intrinsics.height, value);
 }
 
 inline RasterF depth_of(const Camera& camera)

@@ -144,28 +144,6 @@ TEST_CASE("the prior holds cameras where pictures say nothing")
     CHECK(align::align(blank, points.size(), usual, run).moved_px[1] == 0);
 }
 
-TEST_CASE("the alignment does not depend on the threads, and heeds a stop")
-{
-    const auto points = surface_points(mesh_of(0.08), 10000);
-    const auto truth = cameras();
-    auto recorded = truth;
-    recorded[3] = mistaken(truth[3], 0.015, {0, 0.01, 0});
-    const auto views = views_of(truth, recorded, points, even_gains);
-    AlignmentRules rules = usual;
-    rules.rounds_count = 5;
-    testing::TestRun one(1);
-    const auto expected = align::align(views, points.size(), rules, one);
-    for (const int threads : {2, 5})
-    {
-        testing::TestRun run(threads);
-        const auto found = align::align(views, points.size(), rules, run);
-        CHECK(found.corrected_from_recorded == expected.corrected_from_recorded);
-        CHECK(found.error_after == expected.error_after);
-    }
-    one.cancel_after(3);
-    CHECK_THROWS_AS(align::align(views, points.size(), rules, one), Canceled);
-}
-
 TEST_CASE("points are vertices, one of each cell, not more than asked for")
 {
     const Mesh mesh = mesh_of(0.02);

@@ -18,7 +18,7 @@ std::vector<Vec3d> slow_free_space(const Mesh& mesh, const VoxelGrid& grid, cons
 {
     const auto open = [&](Vec3d from, Vec3d to)
     {
-        const auto hit = slow_cast(mesh, from, to - from);
+        const auto hit = testing::cast(mesh, from, to - from);
         return !hit.found() || hit.distance > 1;
     };
     std::set<std::size_t> reached;
@@ -42,7 +42,7 @@ std::vector<Vec3d> slow_free_space(const Mesh& mesh, const VoxelGrid& grid, cons
         bool near = false;
         for (const Vec3d direction : directions(64))
         {
-            const auto hit = slow_cast(mesh, grid.center(voxel), direction);
+            const auto hit = testing::cast(mesh, grid.center(voxel), direction);
             met += hit.found() ? 1 : 0;
             backs += hit.found() && !hit.front ? 1 : 0;
             near = near || (hit.found() && hit.distance < clearance_m);

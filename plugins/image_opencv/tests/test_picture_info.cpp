@@ -49,18 +49,6 @@ TEST_CASE("PNG check: size, bits and kind of every allowed type")
         }
 }
 
-TEST_CASE("PNG check: a file cut at any byte is refused")
-{
-    const Bytes good = small_png();
-    CHECK(check_png(good, "a.png", Walk::whole).width == 2);
-    for (std::size_t size = 0; size < good.size(); ++size)
-    {
-        INFO("the first " << size << " of " << good.size());
-        const Bytes cut(good.begin(), good.begin() + static_cast<std::ptrdiff_t>(size));
-        CHECK_THROWS_AS(check_png(cut, "a.png", Walk::whole), CutPicture);
-    }
-}
-
 TEST_CASE("PNG check: every flipped bit is found")
 {
     const Bytes good = small_png();
@@ -142,17 +130,6 @@ TEST_CASE("JPEG check: size and kind")
     CHECK(check_jpeg(file_of(Jpeg{.blocks = {{10}}}), "a.jpg", Walk::whole).is_gray);
 }
 
-TEST_CASE("JPEG check: a file cut at any byte is refused")
-{
-    const Bytes good = small_jpeg();
-    for (std::size_t size = 0; size < good.size(); ++size)
-    {
-        INFO("the first " << size << " of " << good.size());
-        const Bytes cut(good.begin(), good.begin() + static_cast<std::ptrdiff_t>(size));
-        CHECK_THROWS_AS(check_jpeg(cut, "a.jpg", Walk::whole), CutPicture);
-    }
-}
-
 TEST_CASE("JPEG check: stuffing, restart markers and fill bytes do not end the data; what follows EOI is left alone")
 {
     Bytes file = small_jpeg();
@@ -218,13 +195,4 @@ TEST_CASE("EXIF: the orientation of both byte orders, 1 for anything malformed")
         CHECK(exif_orientation(std::span(good).first(size)) == 1);
     CHECK(exif_orientation(tiff_orientation(0, true)) == 1);
     CHECK(exif_orientation(tiff_orientation(9, false)) == 1);
-    Random random(3);
-    for (int trial = 0; trial < 2000; ++trial)
-    {
-        Bytes bad = tiff_orientation(8, trial % 2 == 0);
-        for (int i = 0; i < 3; ++i)
-            bad[random.below(bad.size())] = static_cast<std::byte>(random.below(256));
-        const int orientation = exif_orientation(bad);
-        CHECK((orientation >= 1 && orientation <= 8));
-    }
 }

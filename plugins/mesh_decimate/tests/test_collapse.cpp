@@ -3,7 +3,7 @@
 #include "shapes.h"
 
 #include <fresco/geometry/topology.h>
-#include <fresco/numerics/disjoint_sets.h>
+#include <fresco/numerics/numerics.h>
 #include <fresco/random.h>
 
 #include <algorithm>
@@ -95,27 +95,6 @@ bool one_fan_everywhere(const Mesh& mesh)
     return std::all_of(fans.begin(), fans.end(), [](const auto& fan) { return fan.second.size() == 1; });
 }
 
-Mesh torus(std::uint32_t n)
-{
-    Mesh mesh;
-    for (std::uint32_t i = 0; i < n; ++i)
-        for (std::uint32_t j = 0; j < n; ++j)
-        {
-            const double a = 2 * std::numbers::pi * i / n;
-            const double b = 2 * std::numbers::pi * j / n;
-            mesh.positions.push_back({static_cast<float>((2 + std::cos(b)) * std::cos(a)),
-                                      static_cast<float>((2 + std::cos(b)) * std::sin(a)), static_cast<float>(std::sin(b))});
-        }
-    const auto at = [&](std::uint32_t i, std::uint32_t j) { return (i % n) * n + j % n; };
-    for (std::uint32_t i = 0; i < n; ++i)
-        for (std::uint32_t j = 0; j < n; ++j)
-        {
-            mesh.triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
-            mesh.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
-        }
-    return mesh;
-}
-
 /// A strip around an axis, open above and below, one face high: its two borders are a face apart.
 Mesh ring()
 {
@@ -145,7 +124,7 @@ TEST_CASE("a collapse that is allowed keeps the surface a manifold with the same
     triangle.triangles = {{0, 1, 2}};
     std::size_t allowed = 0;
     std::size_t refused = 0;
-    for (const Mesh& mesh : {tetrahedron, triangle, ring(), torus(3), torus(4), shapes::box({0, 0, 0}, {1, 1, 1}),
+    for (const Mesh& mesh : {tetrahedron, triangle, ring(), shapes::torus(3), shapes::torus(4), shapes::box({0, 0, 0}, {1, 1, 1}),
                              shapes::grid(3, [](float x, float y) { return x * y; }), shapes::sphere(3, 3)})
     {
         const auto before = count_surface(mesh);

@@ -2,6 +2,7 @@
 
 #include <fresco/camera.h>
 #include <fresco/image.h>
+#include <fresco/testing_scenes.h>
 
 #include <algorithm>
 #include <cmath>
@@ -17,11 +18,7 @@ inline constexpr fresco::Vec3d middle{1.5, 1, 1.2};
 /// In the middle of the room, turned about y.
 inline fresco::Camera camera_at(double angle, int width = 160)
 {
-    fresco::Camera camera;
-    camera.intrinsics = {width, width * 3 / 4, 0.6 * width, 0.6 * width, 0.5 * width, 0.375 * width};
-    camera.world_from_camera.rotation.m = {std::cos(angle), 0, std::sin(angle), 0, 1, 0, -std::sin(angle), 0, std::cos(angle)};
-    camera.world_from_camera.translation = middle;
-    return camera;
+    return fresco::testing::camera(width, width * 3 / 4, 0.6 * width, middle, angle);
 }
 
 /// Along the optical axis to walls, floor and ceiling.

@@ -20,20 +20,10 @@ namespace
 /// A depth picture in tenths of a millimeter and a gray picture of one camera, written below `folder`.
 Frame written(const std::filesystem::path& folder, const std::string& name, const Camera& camera, const RasterF& depth)
 {
-    Frame frame;
-    frame.sequence = "seq-01";
-    frame.name = name;
-    frame.depth = frame.color = camera;
+    Frame frame = testing::frame(name, camera);
     frame.depth_unit_m = 0.0001;
-    std::vector<std::uint16_t> steps;
-    for (const float meters : depth.values)
-        steps.push_back(static_cast<std::uint16_t>(std::lround(10'000 * meters)));
-    const auto height = static_cast<std::size_t>(depth.height), width = static_cast<std::size_t>(depth.width);
-    frame.depth_picture.path = folder / (name + ".depth.npy");
-    write_npy(frame.depth_picture.path, std::vector<std::size_t>{height, width}, steps);
-    frame.color_picture.path = folder / (name + ".color.npy");
-    write_npy(frame.color_picture.path, std::vector<std::size_t>{height, width, 3},
-              std::vector<std::uint8_t>(height * width * 3, 90));
+    testing::set_depth_picture(frame, folder, depth);
+    testing::set_color_picture(frame, folder, Raster8(depth.width, depth.height, 3, 90));
     return frame;
 }
 

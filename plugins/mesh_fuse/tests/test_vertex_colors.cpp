@@ -1,6 +1,8 @@
 #include "catch.h"
 #include "vertex_colors.h"
 
+#include <fresco/testing_scenes.h>
+
 using namespace fresco;
 
 namespace
@@ -8,10 +10,7 @@ namespace
 
 Camera camera(int width, double x = 0)
 {
-    Camera camera;
-    camera.intrinsics = {width, width * 3 / 4, 0.6 * width, 0.6 * width, 0.5 * width, 0.375 * width};
-    camera.world_from_camera.translation.x = x;
-    return camera;
+    return testing::camera(width, width * 3 / 4, 0.6 * width, {x, 0, 0});
 }
 
 /// A wall at z = 1 that faces the camera, one vertex per decimeter from -0.5 to 0.5, and one far behind it.

@@ -2,7 +2,7 @@
 #include "labeled_surface.h"
 #include "shapes.h"
 
-#include <fresco/geometry/closest_triangle.h>
+#include <fresco/geometry/surface_search.h>
 #include <fresco/random.h>
 
 #include <algorithm>
@@ -165,8 +165,11 @@ TEST_CASE("carried labels: those of the closest face, as a look at every face fi
         const Vec3d middle = (corner(to, a) + corner(to, b) + corner(to, c)) * (1.0 / 3);
         std::vector<double> distances;
         for (const auto& [p, q, r] : from.mesh.triangles)
-            distances.push_back(length(
-                geometry::closest_point({corner(from.mesh, p), corner(from.mesh, q), corner(from.mesh, r)}, middle) - middle));
+        {
+            const std::array corners{corner(from.mesh, p), corner(from.mesh, q), corner(from.mesh, r)};
+            const auto w = geometry::nearest_weights(corners, middle);
+            distances.push_back(length(corners[0] * w[0] + corners[1] * w[1] + corners[2] * w[2] - middle));
+        }
         const double least = *std::ranges::min_element(distances);
         // Where the closest point is on an edge, several faces have it.
         std::set<std::uint32_t> labels;

@@ -4,6 +4,7 @@
 #include <fresco/frames.h>
 #include <fresco/regions/regions.h>
 #include <fresco/testing.h>
+#include <fresco/testing_scenes.h>
 
 #include <functional>
 
@@ -37,12 +38,7 @@ Mesh wall()
 Frames one_frame()
 {
     Frames frames;
-    Frame frame;
-    frame.sequence = "seq-01";
-    frame.name = "frame-000000";
-    frame.color.intrinsics = {width, height, 20, 20, 20, 15};
-    frame.depth = frame.color;
-    frames.frames.push_back(frame);
+    frames.frames.push_back(testing::frame("frame-000000", testing::camera(width, height, 20)));
     return frames;
 }
 

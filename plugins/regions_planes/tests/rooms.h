@@ -4,6 +4,7 @@
 
 #include <fresco/mesh.h>
 #include <fresco/random.h>
+#include <fresco/testing_scenes.h>
 
 #include <algorithm>
 #include <cmath>
@@ -23,25 +24,12 @@ struct KnownRoom
     {
         const auto squares = [](fresco::Vec3f edge)
         { return std::max(1U, static_cast<std::uint32_t>(std::lround(length(edge) / 0.06F))); };
-        const std::uint32_t columns = squares(x);
-        const std::uint32_t rows = squares(y);
+        fresco::Mesh added = fresco::testing::rectangle(corner, x, y, squares(x), squares(y));
         const fresco::Vec3f normal = normalized(cross(x, y));
-        const auto first = static_cast<std::uint32_t>(mesh.positions.size());
-        for (std::uint32_t j = 0; j <= rows; ++j)
-            for (std::uint32_t i = 0; i <= columns; ++i)
-            {
-                const auto at = [](std::uint32_t k, std::uint32_t n) { return static_cast<float>(k) / static_cast<float>(n); };
-                const auto off = static_cast<float>(noise_m * (2 * random.uniform() - 1));
-                mesh.positions.push_back(corner + x * at(i, columns) + y * at(j, rows) + normal * off);
-            }
-        for (std::uint32_t j = 0; j < rows; ++j)
-            for (std::uint32_t i = 0; i < columns; ++i)
-            {
-                const std::uint32_t v = first + j * (columns + 1) + i;
-                mesh.triangles.push_back({v, v + 1, v + columns + 2});
-                mesh.triangles.push_back({v, v + columns + 2, v + columns + 1});
-                parts.insert(parts.end(), 2, part);
-            }
+        for (fresco::Vec3f& p : added.positions)
+            p += normal * static_cast<float>(noise_m * (2 * random.uniform() - 1));
+        parts.insert(parts.end(), added.triangles.size(), part);
+        fresco::testing::append(mesh, added);
     }
 
     /// A box seen from outside, without the lower side and the one toward +y, which stands at a wall.

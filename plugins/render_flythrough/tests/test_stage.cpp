@@ -7,6 +7,7 @@
 #include <fresco/frames.h>
 #include <fresco/random.h>
 #include <fresco/testing.h>
+#include <fresco/testing_scenes.h>
 #include <fresco/texture.h>
 
 #include <opencv2/videoio.hpp>
@@ -24,19 +25,14 @@ namespace
 /// At `place`, turned to the right by `turn` (radians) from looking along z, y down.
 RigidTransform standing(Vec3d place, double turn)
 {
-    RigidTransform pose;
-    pose.rotation.m = {std::cos(turn), 0, std::sin(turn), 0, 1, 0, -std::sin(turn), 0, std::cos(turn)};
-    pose.translation = place;
-    return pose;
+    return testing::camera(1, 1, 1, place, turn).world_from_camera;
 }
 
 /// A wall z = 2 over x, y in [-1,1] facing the origin, red on the left half and blue on the right.
 std::shared_ptr<TexturedMesh> wall()
 {
     auto textured = std::make_shared<TexturedMesh>();
-    textured->mesh.positions = {{-1, -1, 2}, {1, -1, 2}, {1, 1, 2}, {-1, 1, 2}};
-    textured->mesh.triangles = {{0, 2, 1}, {0, 3, 2}};
-    textured->mesh.texcoords = {{0, 1}, {1, 0}, {1, 1}, {0, 1}, {0, 0}, {1, 0}};
+    textured->mesh = testing::wall(1);
     textured->image = Image(Raster8(8, 8, 3));
     for (int y = 0; y < 8; ++y)
         for (int x = 0; x < 8; ++x)
@@ -49,13 +45,8 @@ std::shared_ptr<Frames> two_frames()
     auto frames = std::make_shared<Frames>();
     for (const double x : {-0.2, 0.2})
     {
-        Frame frame;
-        frame.sequence = "seq-01";
-        frame.name = x < 0 ? "a" : "b";
-        frame.color.intrinsics = {65, 49, 49, 49, 32.5, 24.5};
-        frame.depth = frame.color;
-        frame.color.world_from_camera.translation = {x, 0, 0};
-        frames->frames.push_back(frame);
+        frames->frames.push_back(testing::frame(x < 0 ? "a" : "b", testing::camera(65, 49, 49, {x, 0, 0})));
+        frames->frames.back().depth.world_from_camera = {};
     }
     return frames;
 }

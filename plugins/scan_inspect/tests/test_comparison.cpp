@@ -6,6 +6,7 @@
 #include "wording.h"
 
 #include <fresco/testing.h>
+#include <fresco/testing_scenes.h>
 
 #include <algorithm>
 
@@ -18,24 +19,14 @@ namespace
 /// A wall of 20 m x 20 m at z = 2 behind one of 1 m x 20 m at z = 1, x from 0 on.
 Mesh two_walls()
 {
-    Mesh mesh;
-    const auto wall = [&](float left, float right, float z)
-    {
-        const auto first = static_cast<std::uint32_t>(mesh.positions.size());
-        for (const float y : {-10.0F, 10.0F})
-            for (const float x : {left, right})
-                mesh.positions.push_back({x, y, z});
-        mesh.triangles.push_back({first, first + 2, first + 1});
-        mesh.triangles.push_back({first + 1, first + 2, first + 3});
-    };
-    wall(-10, 10, 2);
-    wall(0, 1, 1);
+    Mesh mesh = testing::rectangle({-10, -10, 2}, {0, 20, 0}, {20, 0, 0});
+    testing::append(mesh, testing::rectangle({0, -10, 1}, {0, 20, 0}, {1, 0, 0}));
     return mesh;
 }
 
 Camera camera(int width, int height)
 {
-    return {{width, height, 0.5 * width, 0.5 * width, 0.5 * width, 0.5 * height}, {}};
+    return testing::camera(width, height, 0.5 * width);
 }
 
 }  // namespace

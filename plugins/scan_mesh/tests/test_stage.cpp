@@ -104,30 +104,6 @@ TEST_CASE("what cannot be moved is refused", "[scan.mesh]")
     CHECK_THROWS_WITH(read(file, run, Value::Map{}), Contains("mesh.ply"));
 }
 
-TEST_CASE("damage to a mesh gives an error or a mesh that can be used", "[scan.mesh]")
-{
-    const MeshFile file;
-    const auto obj = file.folder.path() / "mesh.obj";
-    fresco::write_file(obj, "v 0 0 0 0.1 0.2 0.3\nv 1000 2000 3000 0.4 0.5 0.6\nv 0 2000 0 0.7 0.8 0.9\n\nf 1 2 3\n");
-    for (const auto& path : {file.path(), obj})
-    {
-        const auto read_one = [&]
-        {
-            TestRun run(1);
-            fresco::testing::TestFactory factory;
-            const auto made = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "scan.mesh");
-            auto& stage = dynamic_cast<fresco::Stage&>(*made);
-            stage.configure(Value::Map{{"path", path.string()}, {"unit_m", 0.001}}, factory);
-            stage.run(run);
-            return dynamic_cast<const fresco::Mesh&>(*stage.outputs().at(0)->value());
-        };
-        CHECK(read_one().triangles.size() == 1);
-        const auto counts = fresco::testing::damage_file(path, [&](bool) { check_mesh(read_one(), "the mesh"); });
-        CHECK(counts.cuts_refused == 200);
-        CHECK(counts.flips_refused > 100);
-    }
-}
-
 TEST_CASE("a moved mesh may have no vertices", "[scan.mesh]")
 {
     fresco::Mesh none;

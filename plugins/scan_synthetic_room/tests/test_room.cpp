@@ -168,7 +168,7 @@ TEST_CASE("a grid that is too fine is refused", "[room]")
     CHECK_THROWS_WITH(room::surface_net(scene, 0.01f, one), Catch::Contains("edge_m") && Catch::Contains("60 million"));
 }
 
-TEST_CASE("light falls off under things and does not depend on threads", "[room]")
+TEST_CASE("light falls off under things", "[room]")
 {
     auto scene = tiny_scene();
     scene.materials.push_back({room::Pattern::shade, {1, 1, 1}, {1, 1, 1}, 1, 0, 5});
@@ -176,13 +176,12 @@ TEST_CASE("light falls off under things and does not depend on threads", "[room]
     lamp.materials.fill(1);
     scene.solids.push_back(lamp);
     const room::Caster caster(scene);
-    fresco::testing::TestRun one(1), two(2);
-    const room::LightMap light(caster, one), again(caster, two);
+    fresco::testing::TestRun run;
+    const room::LightMap light(caster, run);
     // On the floor: below the box, and in the open.
     const auto shadow = light.at(0, 4, {1, 1}), open = light.at(0, 4, {1, 0.3f});
     CHECK(shadow.y < 0.7f * open.y);
     CHECK(light.at(1, 5, {0.25f, 0.25f}).y > 2 * light.at(1, 4, {0.25f, 0.25f}).y);
-    CHECK(again.at(0, 4, {1, 0.3f}) == open);
 }
 
 TEST_CASE("the two cameras differ and the path keeps clear of the furniture", "[room]")

@@ -164,17 +164,15 @@ TEST_CASE("pictures show the mesh's colors where the color camera stands", "[sca
     CHECK(wrong > 1.25 * right);
 }
 
-TEST_CASE("the same seed gives the same bytes for any thread count, another seed another room", "[scan.synthetic_room]")
+TEST_CASE("another seed gives another room", "[scan.synthetic_room]")
 {
-    TestRun one(1), two(2), three(2);
-    Result a, b, c;
+    TestRun one, two;
+    Result a, b;
     record(small(3), one, a);
-    record(small(3), two, b);
-    CHECK(files_of(a.out.path()) == files_of(b.out.path()));
     auto other = small(3);
     other.set("seed", 2);
-    record(other, three, c);
-    CHECK(files_of(a.out.path()) != files_of(c.out.path()));
+    record(other, two, b);
+    CHECK(files_of(a.out.path()) != files_of(b.out.path()));
 }
 
 TEST_CASE("unseen surfaces are left out unless asked for, and noise can be switched off", "[scan.synthetic_room]")
@@ -194,12 +192,4 @@ TEST_CASE("unseen surfaces are left out unless asked for, and noise can be switc
     for (const auto& p : whole.mesh->positions)
         on_ceiling += std::abs(p.z - 2.6f) < 1e-4f ? 1 : 0;
     CHECK(on_ceiling > 1000);
-}
-
-TEST_CASE("a recording can be stopped", "[scan.synthetic_room]")
-{
-    TestRun run;
-    run.cancel_after(40);
-    Result result;
-    CHECK_THROWS_AS(record(small(), run, result), fresco::Canceled);
 }

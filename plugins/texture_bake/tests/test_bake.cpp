@@ -148,15 +148,6 @@ TEST_CASE("shares count the texels whose centers are in charts")
     CHECK(counts.seen_texels == 24 * 24);
 }
 
-TEST_CASE("the picture is equal for any number of threads")
-{
-    Texture texture = blank_texture(size, 0.1F);
-    for (std::size_t i = 0; i < texture.layers[0].values.size(); ++i)
-        texture.layers[0].values[i] = static_cast<float>(i * 7919 % 997) / 997.0F;
-    see(texture, {0.15F, 0.15F}, {0.25F, 0.3F}, {0.9F, 0.5F, 0.1F});
-    CHECK(baked(texture, two_chart_wall(), usual, 1) == baked(texture, two_chart_wall(), usual, 5));
-}
-
 TEST_CASE("nothing to fill from is an error with the way out")
 {
     CHECK_THROWS_WITH(baked(blank_texture(size, 0.5F), two_chart_wall()), Catch::Contains("unseen: color"));

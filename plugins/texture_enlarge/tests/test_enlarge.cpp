@@ -5,7 +5,6 @@
 #include "samples.h"
 
 #include <fresco/testing.h>
-#include <fresco/texturing/charts.h>
 #include <fresco/texturing/texel_faces.h>
 
 using namespace samples;
@@ -197,16 +196,4 @@ TEST_CASE("a larger copy of the picture gives the same motifs, sharper")
         }
     CHECK(apart < noise / 2);
     CHECK(finest_band_energy(sharp, 56, 312, 200, 456) > 2 * finest_band_energy(soft, 56, 312, 200, 456));
-}
-
-TEST_CASE("the same bytes for any number of threads; a canceled run stops")
-{
-    const Mesh mesh = two_chart_wall();
-    const Raster8 picture = detailed_picture(128, 96);
-    const SourceMap map = patched_map(mesh, 64, picture, 1);
-    testing::TestRun single(1);
-    testing::TestRun four(4);
-    CHECK(enlarge::enlarged(map, picture, mesh, 200, single).picture == enlarge::enlarged(map, picture, mesh, 200, four).picture);
-    single.cancel_after(5);
-    CHECK_THROWS_AS(enlarge::enlarged(map, picture, mesh, 200, single), Canceled);
 }

@@ -3,6 +3,7 @@
 #include "frames_texture.h"
 
 #include <fresco/math.h>
+#include <fresco/testing_scenes.h>
 
 #include <algorithm>
 #include <cmath>
@@ -30,11 +31,7 @@ inline Vec3f smooth_paint(double u, double v)
 /// At (x, y, -distance), turned about the y axis so that it looks at the wall from the side.
 inline Camera camera_at(double x, double y, double distance, double turn = 0, int width = 160, int height = 120)
 {
-    Camera camera;
-    camera.intrinsics = {width, height, 0.8 * width, 0.8 * width, width / 2.0, height / 2.0};
-    camera.world_from_camera.translation = {x, y, -distance};
-    camera.world_from_camera.rotation.m = {std::cos(turn), 0, std::sin(turn), 0, 1, 0, -std::sin(turn), 0, std::cos(turn)};
-    return camera;
+    return testing::camera(width, height, 0.8 * width, {x, y, -distance}, turn);
 }
 
 /// Five views that see the whole wall, from several sides.

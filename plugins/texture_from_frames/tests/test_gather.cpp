@@ -3,6 +3,7 @@
 #include "painted_wall.h"
 
 #include <fresco/random.h>
+#include <fresco/testing_scenes.h>
 
 #include <map>
 #include <vector>
@@ -122,15 +123,6 @@ std::map<std::uint32_t, TexelSample> slow_gather(const UvMap& map, const PixelLi
                             offer(column, row, 0.01 * static_cast<double>(weight.at(x, y)) * (1 - dx) * (1 - dy),
                                   scale * (x + 0.5), scale * (y + 0.5), scale);
     return result;
-}
-
-Raster8 random_picture(int width, int height, std::uint64_t seed)
-{
-    Random random(seed);
-    Raster8 picture(width, height, 3);
-    for (auto& value : picture.values)
-        value = static_cast<std::uint8_t>(random.below(256));
-    return picture;
 }
 
 }  // namespace
@@ -283,7 +275,7 @@ TEST_CASE("gathering agrees with asking every triangle for every texel")
     RasterF weight(32, 24);
     for (std::size_t i = 0; i < weight.values.size(); ++i)
         weight.values[i] = map.valid.values[i] == 0 || random.below(20) == 0 ? 0 : static_cast<float>(0.1 + random.uniform());
-    const PicturePyramid picture(random_picture(64, 48, 5));
+    const PicturePyramid picture(testing::noise_picture(64, 48, 5));
     for (const int size : {11, 40, 97})
     {
         CAPTURE(size);
@@ -306,7 +298,7 @@ TEST_CASE("blocks hold their rows, and without splats only the texels between pi
     const UvMap map = flat_map(10, 10, 1, 0.05F);  // 0.1 to 0.55 along u: texels 2 to 10.5 of 20
     const PixelLinks links(map, flat_camera(10, 10));
     const RasterF weight(10, 10, 1, 1.0F);
-    const PicturePyramid picture(random_picture(10, 10, 1));
+    const PicturePyramid picture(testing::noise_picture(10, 10, 1));
     const auto blocks = gather(map, links, weight, picture, {20, 4, true});
     REQUIRE(blocks.size() == 5);
     std::size_t count = 0;

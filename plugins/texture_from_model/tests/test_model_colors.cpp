@@ -1,7 +1,8 @@
 #include "catch.h"
 #include "model_colors.h"
 
-#include <fresco/texturing/linear_light.h>
+#include <fresco/testing_scenes.h>
+#include <fresco/texturing/texture_pictures.h>
 
 #include <algorithm>
 #include <cmath>
@@ -27,16 +28,6 @@ Raster8 four_pixels()
 double gray(const Raster8& picture, double u, double v, Wrap wrap)
 {
     return 255 * displayed(sample_wrapped(picture, {u, v}, wrap, wrap).x);
-}
-
-Mesh box()
-{
-    Mesh mesh;
-    for (int i = 0; i < 8; ++i)
-        mesh.positions.push_back({float(i & 1), float(i >> 1 & 1), float(i >> 2)});
-    mesh.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
-                      {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
-    return mesh;
 }
 
 Model model_of(Mesh mesh, ModelMaterial material = {})
@@ -91,7 +82,7 @@ TEST_CASE("halving averages light, and keeps the last row and column of an odd p
 
 TEST_CASE("a model's color is the product of its material, picture and vertices", "[texture.from_model]")
 {
-    Mesh mesh = box();
+    Mesh mesh = testing::box();
     mesh.colors.assign(8, Rgb8{255, 188, 0});
     mesh.texcoords.assign(36, Vec2f{0.25F, 0.25F});
     ModelMaterial material;
@@ -137,7 +128,7 @@ TEST_CASE("pixels per meter go by the area of a face and of its texcoords", "[te
 
 TEST_CASE("a shaded box shows six tones, flat to its edges; a ball is lighter toward the lamp", "[texture.from_model]")
 {
-    const auto lights = shape_lights(box());
+    const auto lights = shape_lights(testing::box());
     REQUIRE(lights.size() == 36);
     std::set<int> tones;
     for (std::size_t side = 0; side < 6; ++side)

@@ -3,7 +3,8 @@
 #include "two_chart_wall.h"
 
 #include <fresco/testing.h>
-#include <fresco/texturing/charts.h>
+#include <fresco/testing_scenes.h>
+#include <fresco/texturing/texel_faces.h>
 
 #include <cmath>
 #include <numbers>
@@ -49,26 +50,8 @@ RasterF mixed(const RasterF& photo, const RasterF& painting, double color, doubl
 /// 1 m², all normals differ, its border between texels.
 Mesh hill()
 {
-    constexpr std::uint32_t side = 9;
-    Mesh mesh;
-    std::vector<Vec2f> texcoords;
-    for (std::uint32_t y = 0; y < side; ++y)
-        for (std::uint32_t x = 0; x < side; ++x)
-        {
-            const Vec2f at{static_cast<float>(x) / (side - 1), static_cast<float>(y) / (side - 1)};
-            mesh.positions.push_back({at.x, at.y, 0.2F * std::sin(5 * at.x) * std::cos(4 * at.y)});
-            texcoords.push_back({0.0523F + 0.9F * at.x, 0.0517F + 0.9F * at.y});
-        }
-    for (std::uint32_t y = 0; y + 1 < side; ++y)
-        for (std::uint32_t x = 0; x + 1 < side; ++x)
-        {
-            const std::uint32_t v = y * side + x;
-            mesh.triangles.push_back({v, v + 1, v + side});
-            mesh.triangles.push_back({v + 1, v + side + 1, v + side});
-        }
-    for (const Triangle& triangle : mesh.triangles)
-        for (const std::uint32_t corner : triangle)
-            mesh.texcoords.push_back(texcoords[corner]);
+    Mesh mesh = testing::grid(8, [](float x, float y) { return 0.2F * std::sin(5 * x) * std::cos(4 * y); });
+    testing::set_texcoords(mesh, [](Vec3f p) { return Vec2f{0.0523F + 0.9F * p.x, 0.0517F + 0.9F * p.y}; });
     return mesh;
 }
 
@@ -219,16 +202,6 @@ TEST_CASE("mix: nothing shows where the atlas is cut")
         const float right = at(0.895F, 0.4F - 0.3F * up);
         CHECK(std::abs(left - right) < 0.02F);
     }
-}
-
-TEST_CASE("mix: the same for any number of threads, and canceled on demand")
-{
-    const RasterF photo = painted_by([](Vec3f at) { return 0.5 + long_wave(at); });
-    const RasterF painting = painted_by([](Vec3f at) { return 0.5 + short_wave(at); });
-    CHECK(mixed(photo, painting, 0.3, 0.8, 1).values == mixed(photo, painting, 0.3, 0.8, 4).values);
-    testing::TestRun run;
-    run.cancel_after(1);
-    CHECK_THROWS_AS(mix(photo, painting, two_chart_wall(), wall_faces(), 0.3, {}, run), Canceled);
 }
 
 namespace

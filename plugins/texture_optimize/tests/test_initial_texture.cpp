@@ -5,7 +5,7 @@
 #include "catch.h"
 
 #include <fresco/error.h>
-#include <fresco/images/recolor.h>
+#include <fresco/images/lab.h>
 #include <fresco/texture.h>
 
 #include <array>

@@ -3,7 +3,7 @@
 #include "two_chart_wall.h"
 
 #include <fresco/random.h>
-#include <fresco/texturing/charts.h>
+#include <fresco/texturing/texel_faces.h>
 
 #include <algorithm>
 #include <cmath>

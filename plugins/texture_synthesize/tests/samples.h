@@ -50,22 +50,14 @@ inline Rectangle rectangle(Vec3f corner, Vec3f across, Vec3f along, Vec2f middle
 
 inline void add(Mesh& mesh, const Rectangle& r)
 {
-    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
-    const auto share = [](int i, int count) { return static_cast<float>(i) / static_cast<float>(count); };
-    for (int j = 0; j <= r.rows; ++j)
-        for (int i = 0; i <= r.columns; ++i)
-            mesh.positions.push_back(r.corner + r.across * share(i, r.columns) + r.along * share(j, r.rows));
-    const auto uv = [&](int i, int j) { return r.uv_corner + r.uv_across * share(i, r.columns) + r.uv_along * share(j, r.rows); };
-    for (int j = 0; j < r.rows; ++j)
-        for (int i = 0; i < r.columns; ++i)
-        {
-            const auto a = first + static_cast<std::uint32_t>(j * (r.columns + 1) + i);
-            const auto c = a + static_cast<std::uint32_t>(r.columns + 1);
-            mesh.triangles.push_back({a, a + 1, c + 1});
-            mesh.triangles.push_back({a, c + 1, c});
-            for (const Vec2f at : {uv(i, j), uv(i + 1, j), uv(i + 1, j + 1), uv(i, j), uv(i + 1, j + 1), uv(i, j + 1)})
-                mesh.texcoords.push_back(at);
-        }
+    const auto columns = static_cast<std::uint32_t>(r.columns), rows = static_cast<std::uint32_t>(r.rows);
+    Mesh chart = testing::rectangle(r.corner, r.across, r.along, columns, rows);
+    const auto share = [](std::uint32_t i, std::uint32_t count) { return static_cast<float>(i) / static_cast<float>(count); };
+    for (const Triangle& t : chart.triangles)
+        for (const std::uint32_t v : t)
+            chart.texcoords.push_back(r.uv_corner + r.uv_across * share(v % (columns + 1), columns) +
+                                      r.uv_along * share(v / (columns + 1), rows));
+    testing::append(mesh, chart);
 }
 
 /// A wall of 2 m x 1 m in the plane z = 0, facing +z, in two charts that join at x = 1 and are turned in the atlas: the left one

@@ -457,37 +457,3 @@ TEST_CASE("sampling a linear field of position gives it back, and points off the
         CHECK(wrong == 0);
     }
 }
-
-TEST_CASE("patches are the same for any number of threads")
-{
-    Mesh mesh = room({1.5F, 1.2F, 1}, 6);
-    Random random(3);
-    for (Vec3f& p : mesh.positions)
-        p.z += static_cast<float>(0.01 * std::sin(7 * p.x + 5 * p.y));
-    const Prepared box(mesh, 0.02, Vec3f{0, 0, 1});
-    testing::TestRun single(1);
-    testing::TestRun five(5);
-    const Patches a(box.surface, box.grid, box.upward, 9, 4, single);
-    const Patches b(box.surface, box.grid, box.upward, 9, 4, five);
-    REQUIRE(a.count() == b.count());
-    std::vector<Vec3f> values;
-    std::size_t different = 0;
-    for (std::size_t t = 0; t < box.grid.texels().size(); ++t)
-    {
-        values.push_back({static_cast<float>(random.uniform()), 0, 1});
-        different +=
-            !std::ranges::equal(a.covers(t), b.covers(t),
-                                [](const Cover& c, const Cover& d) { return c.patch == d.patch && c.x == d.x && c.y == d.y; });
-    }
-    std::vector<Vec3f> one(81);
-    std::vector<Vec3f> other(81);
-    for (std::size_t p = 0; p < a.count(); ++p)
-    {
-        a.sample(box.grid, values, p, one.data());
-        b.sample(box.grid, values, p, other.data());
-        different += a[p].texel != b[p].texel || one != other;
-    }
-    CHECK(different == 0);
-    five.cancel_after(3);
-    CHECK_THROWS_AS(Patches(box.surface, box.grid, box.upward, 9, 4, five), Canceled);
-}

@@ -5,6 +5,7 @@
 #include <fresco/error.h>
 #include <fresco/images/lab.h>
 #include <fresco/images/stroke_width.h>
+#include <fresco/testing_scenes.h>
 
 using namespace samples;
 
@@ -205,37 +206,20 @@ namespace
 /// Stripes, each `width_px` wide: as soft as a sine, or hard-edged.
 Raster8 stripes(int width, int height, double width_px, double degrees, bool is_hard = false)
 {
-    Raster8 picture(width, height, 3);
     const double angle = degrees * std::numbers::pi / 180;
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x)
-        {
-            const double wave = std::sin(std::numbers::pi * (x * std::cos(angle) + y * std::sin(angle)) / width_px);
-            const double value = 128 + 80 * (is_hard ? std::copysign(1.0, wave) : wave);
-            for (int c = 0; c < 3; ++c)
-                picture.at(x, y, c) = static_cast<std::uint8_t>(std::lround(value));
-        }
-    return picture;
+    const auto value = [=](int x, int y, int)
+    {
+        const double wave = std::sin(std::numbers::pi * (x * std::cos(angle) + y * std::sin(angle)) / width_px);
+        return 128 + 80 * (is_hard ? std::copysign(1.0, wave) : wave);
+    };
+    return testing::picture(width, height, value);
 }
 
 /// Each pixel four times.
 Raster8 doubled(const Raster8& picture)
 {
-    Raster8 result(2 * picture.width, 2 * picture.height, 3);
-    for (int y = 0; y < result.height; ++y)
-        for (int x = 0; x < result.width; ++x)
-            for (int c = 0; c < 3; ++c)
-                result.at(x, y, c) = picture.at(x / 2, y / 2, c);
-    return result;
-}
-
-Raster8 noise_picture(int size)
-{
-    Random random(9);
-    Raster8 picture(size, size, 3);
-    for (std::uint8_t& v : picture.values)
-        v = static_cast<std::uint8_t>(random.below(256));
-    return picture;
+    return testing::picture(2 * picture.width, 2 * picture.height,
+                            [&](int x, int y, int c) { return picture.at(x / 2, y / 2, c); });
 }
 
 }  // namespace
@@ -275,8 +259,8 @@ TEST_CASE("strokes count by their width, not their length")
 TEST_CASE("noise has the narrowest strokes, and any picture some")
 {
     testing::TestRun run;
-    CHECK(stroke_width_px(noise_picture(200), run) <= 3);
-    CHECK(stroke_width_px(doubled(noise_picture(100)), run) <= 5);
+    CHECK(stroke_width_px(testing::noise_picture(200, 200, 9), run) <= 3);
+    CHECK(stroke_width_px(doubled(testing::noise_picture(100, 100, 9)), run) <= 5);
     for (const int size : {1, 2, 5, 30, 200})
         for (const std::uint8_t value : {std::uint8_t{0}, std::uint8_t{77}, std::uint8_t{255}})
         {

@@ -4,8 +4,8 @@
 #include "lscm.h"
 #include "peer_blender.h"
 
-#include <fresco/geometry/atlas.h>
 #include <fresco/geometry/map_charts.h>
+#include <fresco/geometry/mesh_stages.h>
 
 namespace bench
 {

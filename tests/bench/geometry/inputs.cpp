@@ -6,7 +6,7 @@
 
 #include <fresco/error.h>
 #include <fresco/mesh_io.h>
-#include <fresco/recordings/matrix_text.h>
+#include <fresco/recordings/parsing.h>
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 #include "tables.h"
 
 #include <fresco/random.h>
-#include <fresco/texturing/charts.h>
+#include <fresco/texturing/texel_faces.h>
 
 #include <algorithm>
 #include <cmath>

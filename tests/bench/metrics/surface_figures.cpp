@@ -1,6 +1,6 @@
 #include "surface_figures.h"
 
-#include <fresco/geometry/closest_triangle.h>
+#include <fresco/geometry/surface_search.h>
 #include <fresco/geometry/topology.h>
 #include <fresco/parallel.h>
 #include <fresco/random.h>
@@ -16,8 +16,8 @@ namespace
 
 using fresco::Mesh;
 using fresco::Vec3d;
-using fresco::geometry::ClosestTriangle;
-using fresco::geometry::Corners3;
+using fresco::geometry::SurfaceSearch;
+using Corners3 = std::array<Vec3d, 3>;
 
 constexpr std::size_t points_per_piece = 1024;
 
@@ -27,24 +27,16 @@ Corners3 corners_of(const Mesh& mesh, const fresco::Triangle& t)
             fresco::vec_cast<double>(mesh.positions[t[2]])};
 }
 
-std::vector<Corners3> triangles_of(const Mesh& mesh)
-{
-    std::vector<Corners3> result;
-    result.reserve(mesh.triangles.size());
-    for (const auto& t : mesh.triangles)
-        result.push_back(corners_of(mesh, t));
-    return result;
-}
-
 /// Border edges as triangles that name their end twice.
-std::vector<Corners3> border_of(const Mesh& mesh)
+Mesh border_of(const Mesh& mesh)
 {
-    std::vector<Corners3> result;
+    Mesh result;
+    result.positions = mesh.positions;
     fresco::geometry::for_each_edge(mesh.triangles, mesh.positions.size(),
                                     [&](std::uint32_t low, std::uint32_t high, auto uses)
                                     {
                                         if (uses.size() == 1)
-                                            result.push_back(corners_of(mesh, {low, high, high}));
+                                            result.triangles.push_back({low, high, high});
                                     });
     return result;
 }
@@ -71,27 +63,28 @@ class Wheel
     std::vector<double> sums_;
 };
 
-std::vector<Vec3d> border_samples(const std::vector<Corners3>& border, std::size_t count, std::uint64_t seed)
+std::vector<Vec3d> border_samples(const Mesh& border, std::size_t count, std::uint64_t seed)
 {
     fresco::Random random(seed);
-    const Wheel wheel(border.size(), [&](std::size_t i) { return length(border[i][1] - border[i][0]); });
+    const auto edge_of = [&](std::size_t i) { return corners_of(border, border.triangles[i]); };
+    const Wheel wheel(border.triangles.size(), [&](std::size_t i) { return length(edge_of(i)[1] - edge_of(i)[0]); });
     std::vector<Vec3d> points;
     for (std::size_t i = 0; i < count; ++i)
     {
-        const auto& edge = border[wheel.pick(random)];
+        const auto edge = edge_of(wheel.pick(random));
         points.push_back(edge[0] + (edge[1] - edge[0]) * random.uniform());
     }
     return points;
 }
 
-DistanceFigures distances(const std::vector<Vec3d>& points, const ClosestTriangle& to, int threads)
+DistanceFigures distances(const std::vector<Vec3d>& points, const SurfaceSearch& to, int threads)
 {
     std::vector<double> result(points.size());
     fresco::parallel_for(points.size(), points_per_piece, threads,
                          [&](std::size_t begin, std::size_t end)
                          {
                              for (std::size_t i = begin; i < end; ++i)
-                                 result[i] = to.find(points[i]).distance;
+                                 result[i] = std::sqrt(to.nearest(points[i]).squared_distance);
                          });
     return distance_figures(std::move(result));
 }
@@ -142,28 +135,28 @@ std::vector<Vec3d> surface_samples(const Mesh& mesh, std::size_t count, std::uin
 
 TwoSided surface_distance(const Mesh& result, const Mesh& reference, std::size_t samples, std::uint64_t seed, int threads)
 {
-    return {distances(surface_samples(result, samples, seed), ClosestTriangle(triangles_of(reference)), threads),
-            distances(surface_samples(reference, samples, seed), ClosestTriangle(triangles_of(result)), threads)};
+    return {distances(surface_samples(result, samples, seed), SurfaceSearch(reference), threads),
+            distances(surface_samples(reference, samples, seed), SurfaceSearch(result), threads)};
 }
 
 TwoSided border_distance(const Mesh& result, const Mesh& reference, std::size_t samples, std::uint64_t seed, int threads)
 {
     const auto ours = border_of(result);
     const auto theirs = border_of(reference);
-    if (ours.empty() && theirs.empty())
+    if (ours.triangles.empty() && theirs.triangles.empty())
         return {};
-    if (ours.empty() || theirs.empty())
+    if (ours.triangles.empty() || theirs.triangles.empty())
     {
         constexpr double far = std::numeric_limits<double>::infinity();
         return {{far, far, far}, {far, far, far}};
     }
-    return {distances(border_samples(ours, samples, seed), ClosestTriangle(theirs), threads),
-            distances(border_samples(theirs, samples, seed), ClosestTriangle(ours), threads)};
+    return {distances(border_samples(ours, samples, seed), SurfaceSearch(theirs), threads),
+            distances(border_samples(theirs, samples, seed), SurfaceSearch(ours), threads)};
 }
 
 FaceFaults face_faults(const Mesh& result, const Mesh& reference, int threads)
 {
-    const ClosestTriangle below(triangles_of(reference));
+    const SurfaceSearch below(reference);
     std::vector<std::uint8_t> flipped(result.triangles.size());
     std::vector<std::uint8_t> degenerate(result.triangles.size());
     fresco::parallel_for(result.triangles.size(), points_per_piece, threads,
@@ -175,8 +168,8 @@ FaceFaults face_faults(const Mesh& result, const Mesh& reference, int threads)
                                  degenerate[f] = normal == Vec3d{} ? 1 : 0;
                                  double agreement = 0;
                                  for (const Vec3d& p : probes(corners_of(result, result.triangles[f])))
-                                     agreement += dot(
-                                         normal, normalized(fresco::geometry::area_vector(reference, below.find(p).triangle)));
+                                     agreement +=
+                                         dot(normal, normalized(fresco::geometry::area_vector(reference, below.nearest(p).face)));
                                  flipped[f] = agreement < 0 ? 1 : 0;
                              }
                          });

@@ -11,7 +11,7 @@
 #include "usdz.h"
 
 #include <fresco/preview.h>
-#include <fresco/texturing/welded_mesh.h>
+#include <fresco/texturing/exports.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,16 +1,19 @@
 #include <fresco/evaluation/statistics.h>
-
+#include <fresco/files_io.h>
 #include <fresco/random.h>
 
 #include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <limits>
+#include <utility>
 #include <vector>
 
 namespace fresco::evaluation
 {
+
 namespace
 {
 
@@ -123,6 +126,27 @@ Value figure(double value, Interval interval)
 {
     return Value::Map{
         {"value", number_or_null(value)}, {"low", number_or_null(interval.low)}, {"high", number_or_null(interval.high)}};
+}
+
+BootstrapOptions::BootstrapOptions(Configurable* owner, std::string seed_help)
+    : bootstrap_count_(owner, "bootstrap_count", 2000, range(100, 1'000'000), "Number of resamples for the 95% intervals"),
+      seed_(owner, "seed", 1, range(0, 2'000'000'000), std::move(seed_help))
+{
+}
+
+Option<std::string> protocol_option(Configurable* owner, std::string help)
+{
+    return {owner, "protocol", "paper", one_of({"paper", "released"}), std::move(help)};
+}
+
+Files write_figures(const ArtifactFolder& folder, const std::string& path, const Value& figures)
+{
+    const auto file = folder.path / path;
+    std::filesystem::create_directories(file.parent_path());
+    write_file(file, to_json(figures, 1) + "\n");
+    Files made;
+    made.names = {path};
+    return made;
 }
 
 }  // namespace fresco::evaluation

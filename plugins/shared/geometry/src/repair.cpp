@@ -1,9 +1,8 @@
 #include <fresco/geometry/repair.h>
 
-#include "nearest_pairs.h"
+#include <fresco/numerics/numerics.h>
 
 #include <fresco/geometry/topology.h>
-#include <fresco/numerics/disjoint_sets.h>
 
 #include <algorithm>
 #include <cmath>
@@ -121,7 +120,7 @@ void join_best(const Mesh& mesh, std::uint32_t low, std::span<const EdgeUse> use
         (use.forward ? forward : backward).push_back(use);
         (use.forward ? forward_angles : backward_angles).push_back(std::atan2(dot(normal, quarter), dot(normal, zero)));
     }
-    for (const auto& [a, b] : nearest_pairs(forward_angles, backward_angles))
+    for (const auto& [a, b] : numerics::nearest_pairs(forward_angles, backward_angles))
         join(forward[a], backward[b]);
 }
 

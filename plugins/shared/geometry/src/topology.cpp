@@ -1,6 +1,6 @@
 #include <fresco/geometry/topology.h>
 
-#include <fresco/numerics/disjoint_sets.h>
+#include <fresco/numerics/numerics.h>
 
 namespace fresco::geometry
 {

@@ -1,14 +1,16 @@
+#include <fresco/camera.h>
+#include <fresco/geometry/topology.h>
 #include <fresco/geometry/upright.h>
 
-#include <fresco/geometry/topology.h>
-
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <numbers>
 
 namespace fresco::geometry
 {
+
 namespace
 {
 
@@ -22,7 +24,7 @@ constexpr double least_level_share = 0.02;
 /// How much more than the next best is sure.
 constexpr double clearly_more = 1.25;
 
-double cosine_of(double degrees)
+double cosine_deg(double degrees)
 {
     return std::cos(degrees * std::numbers::pi / 180);
 }
@@ -72,7 +74,7 @@ struct FacingAreas
     {
         double sum = 0;
         for (const Facing& bin : bins)
-            if (std::abs(dot(bin.normal, axis)) > cosine_of(level_deg))
+            if (std::abs(dot(bin.normal, axis)) > cosine_deg(level_deg))
                 sum += bin.area;
         return sum;
     }
@@ -81,7 +83,7 @@ struct FacingAreas
     {
         double sum = 0;
         for (const Facing& bin : bins)
-            if (dot(bin.normal, axis) > cosine_of(level_deg))
+            if (dot(bin.normal, axis) > cosine_deg(level_deg))
                 sum += bin.area;
         return sum;
     }
@@ -93,7 +95,7 @@ struct FacingAreas
         {
             Vec3d sum;
             for (const Facing& bin : bins)
-                if (const double cosine = dot(bin.normal, axis); std::abs(cosine) > cosine_of(degrees))
+                if (const double cosine = dot(bin.normal, axis); std::abs(cosine) > cosine_deg(degrees))
                     sum += bin.sum * (cosine > 0 ? 1.0 : -1.0);
             if (length(sum) > 0)
                 axis = normalized(sum);
@@ -139,7 +141,7 @@ double largest_plane(const Mesh& mesh, Vec3d up)
     {
         const Vec3d vector = area_vector(mesh, f) * 0.5;
         const double area = length(vector);
-        if (!(area > 0) || !(dot(vector, up) > area * cosine_of(level_deg)))
+        if (!(area > 0) || !(dot(vector, up) > area * cosine_deg(level_deg)))
             continue;
         const auto& [a, b, c] = mesh.triangles[f];
         const Vec3f sum = mesh.positions[a] + mesh.positions[b] + mesh.positions[c];
@@ -180,7 +182,7 @@ Upward by_planes(const FacingAreas& areas)
 {
     const auto any = [](Vec3d) { return true; };
     const Vec3d axis = *areas.best(std::nullopt, any);
-    const auto elsewhere = [&](Vec3d other) { return std::abs(dot(axis, other)) < cosine_of(cameras_deg); };
+    const auto elsewhere = [&](Vec3d other) { return std::abs(dot(axis, other)) < cosine_deg(cameras_deg); };
     const std::optional<Vec3d> next = areas.best(std::nullopt, elsewhere);
     const bool is_level = areas.along(axis) > clearly_more * (next ? areas.along(*next) : 0);
     const double front = areas.toward(axis);
@@ -202,7 +204,7 @@ Upward find_up(const Mesh& mesh, const std::optional<Vec3d>& by_cameras)
         result = by_planes(areas);
     else
     {
-        const auto near_cameras = [&](Vec3d axis) { return std::abs(dot(axis, *by_cameras)) > cosine_of(cameras_deg); };
+        const auto near_cameras = [&](Vec3d axis) { return std::abs(dot(axis, *by_cameras)) > cosine_deg(cameras_deg); };
         const Vec3d axis = *areas.best(by_cameras, near_cameras);
         const double cosine = dot(axis, *by_cameras);
         if (near_cameras(axis) && areas.along(axis) > least_level_share * areas.area)
@@ -250,6 +252,123 @@ Vec3d turned(const std::array<double, 4>& turn, Vec3d v)
     const Vec3d axis{turn[0], turn[1], turn[2]};
     const Vec3d once = cross(axis, v) * 2.0;
     return v + once * turn[3] + cross(axis, once);
+}
+
+namespace
+{
+
+constexpr std::array<double, 4> no_turn{0, 0, 0, 1};
+
+const char* text_of(UpEvidence evidence)
+{
+    switch (evidence)
+    {
+    case UpEvidence::cameras_and_plane:
+        return "cameras and plane";
+    case UpEvidence::cameras:
+        return "cameras";
+    case UpEvidence::planes:
+        return "planes";
+    case UpEvidence::nothing:
+        return "nothing";
+    }
+    return "";
+}
+
+std::string one_decimal(double value)
+{
+    char text[32];
+    return {text, std::to_chars(text, text + sizeof text, value, std::chars_format::fixed, 1).ptr};
+}
+
+std::string sentence(const Upward& up)
+{
+    const std::string floor = "the largest level plane is " + one_decimal(100 * up.plane_share) + "% of the surface";
+    switch (up.from)
+    {
+    case UpEvidence::cameras_and_plane:
+        return "upright by the cameras and the level surfaces, which are " + one_decimal(up.plane_deg) + " degrees apart; " +
+               floor;
+    case UpEvidence::cameras:
+        return "upright by the cameras; the mesh has no level plane near their direction";
+    case UpEvidence::planes:
+        return "upright by the mesh's level surfaces, without cameras; " + floor;
+    case UpEvidence::nothing:
+        break;
+    }
+    return "the mesh does not show which way is up: its axes are kept; wire 'frames', whose cameras show it, or set up: z";
+}
+
+void report_up(Vec3d up, RunContext& run)
+{
+    run.report("up", Value::List{up.x, up.y, up.z});
+}
+
+}  // namespace
+
+Vec3d named_axis(std::string_view name)
+{
+    const double sign = name.starts_with('-') ? -1 : 1;
+    switch (name.back())
+    {
+    case 'x':
+        return {sign, 0, 0};
+    case 'y':
+        return {0, sign, 0};
+    default:
+        return {0, 0, sign};
+    }
+}
+
+Upward found_up(const Mesh& mesh, const Input<Frames>& frames, RunContext& run)
+{
+    std::vector<RigidTransform> poses;
+    if (frames.has_value())
+        for (const Frame& frame : frames->frames)
+            poses.push_back(frame.color.world_from_camera);
+    const Upward up = find_up(mesh, poses.empty() ? std::nullopt : cameras_up(poses));
+    run.report("up_from", text_of(up.from));
+    run.report("up_plane_share", up.plane_share);
+    if (up.from == UpEvidence::cameras_and_plane)
+        run.report("up_plane_deg", up.plane_deg);
+    return up;
+}
+
+UprightOption::UprightOption(Configurable* owner)
+    : frames_(owner, "frames", optional, "Frames whose cameras show which way is up"),
+      up_(owner, "up", "auto", one_of({"auto", "keep", "x", "y", "z", "-x", "-y", "-z"}),
+          "World axis that points up and is turned to the file format's; auto: found from the frames' cameras and the mesh's "
+          "level surfaces; keep: no rotation")
+{
+}
+
+std::array<double, 4> UprightOption::turn(const Mesh& mesh, Vec3d target, RunContext& run) const
+{
+    if (*up_ == "keep")
+        return no_turn;
+    Vec3d up;
+    if (*up_ == "auto")
+    {
+        const Upward found = found_up(mesh, frames_, run);
+        run.message(sentence(found));
+        if (found.from == UpEvidence::nothing)
+            return no_turn;
+        up = found.direction;
+    }
+    else
+        up = named_axis(*up_);
+    report_up(up, run);
+    return upright_turn(up, target);
+}
+
+Mesh UprightOption::standing(const Mesh& mesh, Vec3d target, RunContext& run) const
+{
+    const std::array<double, 4> by = turn(mesh, target, run);
+    Mesh result = mesh;
+    if (by != no_turn)
+        for (Vec3f& position : result.positions)
+            position = vec_cast<float>(turned(by, vec_cast<double>(position)));
+    return result;
 }
 
 }  // namespace fresco::geometry

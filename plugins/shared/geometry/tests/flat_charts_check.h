@@ -1,7 +1,6 @@
 #pragma once
 
 #include <fresco/geometry/flatten.h>
-#include <fresco/geometry/overlap.h>
 
 #include <set>
 

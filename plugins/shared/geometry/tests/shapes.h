@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fresco/mesh.h>
+#include <fresco/testing_scenes.h>
 
 #include <algorithm>
 #include <cmath>
@@ -15,51 +16,9 @@ namespace shapes
 using fresco::Mesh;
 using fresco::Vec3f;
 
-inline void append(Mesh& mesh, const Mesh& other)
-{
-    const auto n = static_cast<std::uint32_t>(mesh.positions.size());
-    mesh.positions.insert(mesh.positions.end(), other.positions.begin(), other.positions.end());
-    for (const auto& t : other.triangles)
-        mesh.triangles.push_back({t[0] + n, t[1] + n, t[2] + n});
-}
-
-/// A closed box of 12 faces and 8 vertices, outside out.
-inline Mesh box(Vec3f low, Vec3f size)
-{
-    Mesh mesh;
-    for (int i = 0; i < 8; ++i)
-        mesh.positions.push_back(
-            {low.x + ((i & 1) != 0 ? size.x : 0), low.y + ((i & 2) != 0 ? size.y : 0), low.z + ((i & 4) != 0 ? size.z : 0)});
-    for (const auto& q :
-         {std::array<std::uint32_t, 4>{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}})
-    {
-        mesh.triangles.push_back({q[0], q[1], q[2]});
-        mesh.triangles.push_back({q[0], q[2], q[3]});
-    }
-    return mesh;
-}
-
-/// n x n squares over [0,1]², at height(x, y).
-template <class Height>
-Mesh grid(std::uint32_t n, Height height)
-{
-    Mesh mesh;
-    for (std::uint32_t y = 0; y <= n; ++y)
-        for (std::uint32_t x = 0; x <= n; ++x)
-        {
-            const float u = static_cast<float>(x) / static_cast<float>(n);
-            const float v = static_cast<float>(y) / static_cast<float>(n);
-            mesh.positions.push_back({u, v, height(u, v)});
-        }
-    for (std::uint32_t y = 0; y < n; ++y)
-        for (std::uint32_t x = 0; x < n; ++x)
-        {
-            const auto v = y * (n + 1) + x;
-            mesh.triangles.push_back({v, v + 1, v + n + 1});
-            mesh.triangles.push_back({v + 1, v + n + 2, v + n + 1});
-        }
-    return mesh;
-}
+using fresco::testing::append;
+using fresco::testing::box;
+using fresco::testing::grid;
 
 /// A closed sphere of radius 1: `rings` bands of `segments` quads, triangles at the poles.
 inline Mesh sphere(std::uint32_t rings, std::uint32_t segments)

@@ -1,8 +1,8 @@
 #include "catch.h"
 #include "shapes.h"
 
-#include <fresco/geometry/disk.h>
-#include <fresco/numerics/disjoint_sets.h>
+#include <fresco/geometry/charts.h>
+#include <fresco/numerics/numerics.h>
 
 #include <numeric>
 #include <set>

@@ -3,8 +3,8 @@
 #include "shapes.h"
 
 #include <fresco/error.h>
-#include <fresco/geometry/atlas.h>
-#include <fresco/geometry/bitmap.h>
+#include <fresco/geometry/mesh_stages.h>
+#include <fresco/geometry/packing.h>
 #include <fresco/random.h>
 
 using namespace fresco::geometry;

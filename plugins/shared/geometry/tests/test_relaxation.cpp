@@ -2,7 +2,7 @@
 #include "relaxation.h"
 #include "shapes.h"
 
-#include <fresco/geometry/overlap.h>
+#include <fresco/geometry/flatten.h>
 
 #include <numeric>
 

@@ -1,12 +1,17 @@
+#include <fresco/error.h>
+#include <fresco/images/luma.h>
 #include <fresco/images/sharpness.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <fmt/format.h>
+#include <string>
 #include <vector>
 
 namespace fresco
 {
+
 namespace
 {
 
@@ -21,12 +26,6 @@ std::vector<int> nearest_pixels(int from, int to)
     return result;
 }
 
-/// Fixed point of 15 bits.
-int gray(int red, int green, int blue)
-{
-    return (9798 * red + 19235 * green + 3735 * blue + (1 << 14)) >> 15;
-}
-
 Raster<int> sampled_gray(const Raster8& rgb, int width, int height)
 {
     const auto columns = nearest_pixels(rgb.width, width);
@@ -37,7 +36,7 @@ Raster<int> sampled_gray(const Raster8& rgb, int width, int height)
         {
             const int column = columns[static_cast<std::size_t>(x)];
             const int row = rows[static_cast<std::size_t>(y)];
-            result.at(x, y) = gray(rgb.at(column, row, 0), rgb.at(column, row, 1), rgb.at(column, row, 2));
+            result.at(x, y) = (fixed_luma(&rgb.at(column, row)) + (1 << 14)) >> 15;
         }
     return result;
 }
@@ -66,6 +65,23 @@ double sharpness(const Raster8& rgb, int width, int height)
     const double count = static_cast<double>(width) * height;
     const double mean = static_cast<double>(sum) / count;
     return static_cast<double>(squares) / count - mean * mean;
+}
+
+SharpnessOption::SharpnessOption(Configurable* owner)
+    : size_px_(owner, "sharpness_size_px", std::vector<int>{320, 240}, range(8, 16'384),
+               "Width and height at which sharpness is measured")
+{
+}
+
+void SharpnessOption::check() const
+{
+    if (size_px_->size() != 2)
+        throw Error(fmt::format("option \"sharpness_size_px\" has {} numbers; expected [width, height]", size_px_->size()));
+}
+
+double SharpnessOption::of(const Raster8& rgb) const
+{
+    return sharpness(rgb, (*size_px_)[0], (*size_px_)[1]);
 }
 
 }  // namespace fresco

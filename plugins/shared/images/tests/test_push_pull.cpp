@@ -1,6 +1,6 @@
 #include "catch.h"
 
-#include <fresco/images/push_pull.h>
+#include <fresco/images/filters.h>
 
 #include <vector>
 

@@ -2,6 +2,7 @@
 
 #include <fresco/images/sharpness.h>
 #include <fresco/random.h>
+#include <fresco/testing_scenes.h>
 
 #include <cmath>
 
@@ -10,15 +11,7 @@ using namespace fresco;
 namespace
 {
 
-Raster8 checkerboard(int width, int height, int field, std::uint8_t dark, std::uint8_t light)
-{
-    Raster8 picture(width, height, 3);
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x)
-            for (int c = 0; c < 3; ++c)
-                picture.at(x, y, c) = (x / field + y / field) % 2 == 0 ? dark : light;
-    return picture;
-}
+using testing::checkerboard;
 
 /// The definition, written out: nearest sampling, gray, 4-neighbor Laplacian with borders mirrored about the edge pixel.
 double slow_sharpness(const Raster8& rgb, int width, int height)

@@ -1,7 +1,7 @@
 #include <fresco/layered_texture/layer_view.h>
 
 #include <fresco/error.h>
-#include <fresco/numerics/radix_sort.h>
+#include <fresco/numerics/numerics.h>
 
 #include <algorithm>
 #include <array>

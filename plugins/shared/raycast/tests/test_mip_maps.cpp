@@ -1,8 +1,8 @@
 #include "catch.h"
 
 #include <fresco/random.h>
-#include <fresco/raycast/mip_maps.h>
-#include <fresco/raycast/surface.h>
+#include <fresco/raycast/scene.h>
+#include <fresco/raycast/view_renderer.h>
 
 #include <cmath>
 #include <utility>
@@ -16,7 +16,7 @@ TEST_CASE("mip-maps keep the mean and their place")
     for (int y = 0; y < 6; ++y)
         for (int x = 0; x < 6; ++x)
             picture.at(x, y, 0) = static_cast<std::uint8_t>(40 * x);
-    const MipMaps maps(picture, true);
+    const MipMaps maps(picture, TextureFilter::trilinear);
     CHECK(maps.sample({0.5, 0.5}, 0).x == Approx(100));
     CHECK(maps.sample({0.5, 0.5}, 1).x == Approx(100));
     CHECK(maps.sample({0.5, 0.5}, 0.5).x == Approx(100));
@@ -33,7 +33,7 @@ TEST_CASE("each level is the area average of the one before, whether its sides a
         RasterF level(width, height, 3);
         for (std::size_t i = 0; i < picture.values.size(); ++i)
             level.values[i] = picture.values[i] = static_cast<std::uint8_t>(256 * random.uniform());
-        const MipMaps maps(picture, true);
+        const MipMaps maps(picture, TextureFilter::trilinear);
         for (int lod = 0; lod < 4; ++lod)
         {
             double apart = 0;

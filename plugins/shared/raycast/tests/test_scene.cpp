@@ -1,6 +1,7 @@
 #include "catch.h"
 
-#include <fresco/raycast/surface.h>
+#include <fresco/raycast/scene.h>
+#include <fresco/testing_scenes.h>
 
 #include <cmath>
 
@@ -10,31 +11,20 @@ using namespace fresco::raycast;
 namespace
 {
 /// A bumpy sheet z = 2 + 0.3 sin(3x) cos(2y) over [-1,1]^2, seen from the origin side.
-Mesh sheet(int cells)
+Mesh sheet(std::uint32_t cells)
 {
-    Mesh mesh;
-    for (int y = 0; y <= cells; ++y)
-        for (int x = 0; x <= cells; ++x)
-        {
-            const float px = -1 + 2 * static_cast<float>(x) / static_cast<float>(cells);
-            const float py = -1 + 2 * static_cast<float>(y) / static_cast<float>(cells);
-            mesh.positions.push_back({px, py, 2 + 0.3F * std::sin(3 * px) * std::cos(2 * py)});
-        }
-    const auto at = [cells](int x, int y) { return static_cast<std::uint32_t>(y * (cells + 1) + x); };
-    for (int y = 0; y < cells; ++y)
-        for (int x = 0; x < cells; ++x)
-        {
-            mesh.triangles.push_back({at(x, y), at(x, y + 1), at(x + 1, y)});
-            mesh.triangles.push_back({at(x + 1, y), at(x, y + 1), at(x + 1, y + 1)});
-        }
+    const auto z = [](float u, float v) { return 2 + 0.3F * std::sin(3 * (2 * u - 1)) * std::cos(2 * (2 * v - 1)); };
+    Mesh mesh = testing::grid(cells, z);
+    for (Vec3f& p : mesh.positions)
+        p = {2 * p.x - 1, 2 * p.y - 1, p.z};
+    for (Triangle& t : mesh.triangles)
+        std::swap(t[1], t[2]);
     return mesh;
 }
 
 Camera camera(int width, int height)
 {
-    Camera c;
-    c.intrinsics = {width, height, 0.8 * width, 0.8 * width, 0.5 * width, 0.5 * height};
-    return c;
+    return testing::camera(width, height, 0.8 * width);
 }
 
 /// Every triangle against the ray: the slow twin.

@@ -1,21 +1,95 @@
-#include <fresco/recordings/recorded_view.h>
-
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/hash.h>
 #include <fresco/npy.h>
 #include <fresco/parallel.h>
-#include <fresco/recordings/picture_checks.h>
-#include <fresco/recordings/text_records.h>
+#include <fresco/recordings/recorded_view.h>
+#include <fresco/value.h>
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 #include <map>
 #include <set>
 #include <utility>
 
 namespace fresco::recordings
 {
+
+namespace
+{
+
+constexpr std::size_t files_named = 5;
+
+}  // namespace
+
+std::string size_text(int width, int height)
+{
+    return fmt::format("{}x{}", width, height);
+}
+
+void refuse_missing(const std::vector<std::string>& missing, std::string_view rule)
+{
+    if (missing.empty())
+        return;
+    const auto named = std::span(missing).first(std::min(missing.size(), files_named));
+    throw MissingInput(fmt::format("{} {} missing: {}{}; {}", missing.size(), missing.size() == 1 ? "file is" : "files are",
+                                   fmt::join(named, ", "), missing.size() > files_named ? ", …" : "", rule));
+}
+
+void check_center(const Intrinsics& k, const std::string& source, const std::filesystem::path& picture)
+{
+    if (k.cx <= 0 || k.cy <= 0 || k.cx >= k.width || k.cy >= k.height)
+        throw Error(source + ": the principal point (" + to_json(k.cx) + ", " + to_json(k.cy) + ") is outside " +
+                    picture.string() + ", which is " + size_text(k.width, k.height) +
+                    "; use intrinsics for pictures of this size");
+}
+
+void check_not_turned(const std::filesystem::path& file, const ImageHeader& header, const std::string& source)
+{
+    if (header.orientation != 1)
+        throw Error(fmt::format("{}: its EXIF data rotates it (orientation {}), but {} is for the pixels as stored; remove the "
+                                "tag (exiftool -Orientation= FILE)",
+                                file.string(), header.orientation, source));
+}
+
+void check_depth_kind(const std::filesystem::path& file, const ImageHeader& header)
+{
+    if (header.bits > 0 && (header.bits != 16 || !header.gray))
+        throw Error(fmt::format("{}: expected a depth picture (PNG, one channel of 16 bits), found {} bits{}", file.string(),
+                                header.bits, header.gray ? "" : " and colors"));
+}
+
+Intrinsics intrinsics_for(const CameraMatrix& matrix, PixelCenter center, const ImageHeader& size,
+                          const std::filesystem::path& picture)
+{
+    const auto k = intrinsics_from_matrix(matrix.values, center, size.width, size.height, matrix.source);
+    check_center(k, matrix.source, picture);
+    return k;
+}
+
+void RecorderCameras::place(RecordedView& view, const RigidTransform& world_from_depth) const
+{
+    view.camera = color;
+    view.world_from_camera = world_from_depth * depth_from_color;
+    view.depth_camera = Camera{depth, world_from_depth};
+}
+
+std::optional<RigidTransform> tracked_pose(const std::vector<double>& matrix, const std::string& source)
+{
+    if (!std::all_of(matrix.begin(), matrix.end(), [](double entry) { return std::isfinite(entry); }))
+        return std::nullopt;
+    return rigid_transform(matrix, source);
+}
+
+RigidTransform opencv_pose(std::vector<double> matrix, const std::string& source)
+{
+    for (std::size_t entry = 0; entry + 4 < matrix.size(); ++entry)
+        if (entry % 4 == 1 || entry % 4 == 2)
+            matrix[entry] = -matrix[entry];
+    return rigid_transform(matrix, source);
+}
+
 namespace
 {
 

@@ -1,7 +1,7 @@
 #include "catch.h"
 
 #include <fresco/error.h>
-#include <fresco/recordings/matrix_text.h>
+#include <fresco/recordings/parsing.h>
 
 #include <cmath>
 

@@ -1,7 +1,7 @@
 #include "catch.h"
 
 #include <fresco/error.h>
-#include <fresco/recordings/text_records.h>
+#include <fresco/recordings/parsing.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,17 +1,251 @@
-#include <fresco/texturing/surface_fill.h>
-
 #include "nearest_point.h"
-#include "texel_graph.h"
 
 #include <fresco/error.h>
+#include <fresco/math.h>
+#include <fresco/texturing/surface_fill.h>
+#include <fresco/texturing/texel_faces.h>
 
 #include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
 
 namespace fresco::texturing
 {
 
 namespace
 {
+
+/// One level of the fill: nodes on the surface (texels, or groups of texels of one chart) and links between neighbors, also
+/// across seams. Only free nodes have links; a link named twice counts twice.
+struct TexelGraph
+{
+    static constexpr std::uint32_t none = TexelFaces::none;
+
+    int size = 0;                           ///< Of the level's grid: S / 2^level, rounded up.
+    std::vector<std::uint32_t> place;       ///< N: y * size + x.
+    std::vector<std::uint32_t> chart;       ///< N
+    std::vector<std::uint8_t> fixed;        ///< N: 1 = the color is known.
+    std::vector<Vec3f> color;               ///< N
+    std::vector<std::size_t> first_link;    ///< N + 1
+    std::vector<std::uint32_t> links;       ///< Node numbers.
+    std::vector<std::uint32_t> parent;      ///< N: the node of the next coarser level; empty in the coarsest.
+    std::vector<std::uint32_t> some_texel;  ///< N: a texel of level 0 in it.
+
+    std::size_t count() const { return place.size(); }
+    std::span<const std::uint32_t> links_of(std::size_t node) const
+    {
+        return std::span(links).subspan(first_link[node], first_link[node + 1] - first_link[node]);
+    }
+};
+
+/// The finest level: the covered texels that were not seen (free), and the seen ones beside them (fixed, with their color).
+/// `seen`: S x S; `rgb`: S x S x 3.
+TexelGraph texel_graph(const Charts& charts, const TexelFaces& faces, std::span<const std::uint8_t> seen,
+                       std::span<const float> rgb);
+
+/// Groups of 2 x 2 places of one chart; sets finer.parent. A group with a fixed node is fixed, at the mean of these.
+TexelGraph coarser_graph(TexelGraph& finer);
+
+/// N: 1 for free nodes from which no chain of links leads to a fixed one.
+std::vector<std::uint8_t> orphans(const TexelGraph& graph);
+
+/// Makes the nodes and links of the finest level.
+class FinestGraph
+{
+  public:
+    FinestGraph(const Charts& charts, const TexelFaces& faces, std::span<const std::uint8_t> seen, std::span<const float> rgb)
+        : charts_(charts), faces_(faces), seen_(seen), rgb_(rgb), across_(seam_links(charts, faces)),
+          node_(faces.face.size(), TexelGraph::none)
+    {
+    }
+
+    TexelGraph build()
+    {
+        graph_.size = faces_.size;
+        const auto texels = static_cast<std::uint32_t>(faces_.face.size());
+        for (std::uint32_t texel = 0; texel < texels; ++texel)
+            if (is_free(texel))
+                add_node(texel);
+        const std::size_t free_count = graph_.count();
+        auto seam = across_.begin();
+        for (std::size_t node = 0; node < free_count; ++node)
+        {
+            const std::uint32_t texel = graph_.place[node];
+            graph_.first_link.push_back(graph_.links.size());
+            for_each_neighbor(texel, [&](std::uint32_t other) { graph_.links.push_back(node_of(other)); });
+            while (seam != across_.end() && seam->first < texel)
+                ++seam;
+            for (; seam != across_.end() && seam->first == texel; ++seam)
+                graph_.links.push_back(node_of(seam->second));
+        }
+        graph_.first_link.resize(graph_.count() + 1, graph_.links.size());
+        graph_.some_texel = graph_.place;
+        return std::move(graph_);
+    }
+
+  private:
+    bool is_free(std::uint32_t texel) const { return faces_.covered(texel) && !seen_[texel]; }
+    std::uint32_t chart(std::uint32_t texel) const { return charts_.of_face[faces_.face[texel]]; }
+
+    std::uint32_t node_of(std::uint32_t texel) { return node_[texel] != TexelGraph::none ? node_[texel] : add_node(texel); }
+
+    std::uint32_t add_node(std::uint32_t texel)
+    {
+        node_[texel] = static_cast<std::uint32_t>(graph_.count());
+        graph_.place.push_back(texel);
+        graph_.chart.push_back(chart(texel));
+        graph_.fixed.push_back(seen_[texel]);
+        const std::size_t at = std::size_t{texel} * 3;
+        graph_.color.push_back(seen_[texel] ? Vec3f{rgb_[at], rgb_[at + 1], rgb_[at + 2]} : Vec3f{});
+        return node_[texel];
+    }
+
+    template <class Visit>
+    void for_each_neighbor(std::uint32_t texel, const Visit& visit) const
+    {
+        const auto size = static_cast<std::uint32_t>(faces_.size);
+        const auto visit_if_same_chart = [&](std::uint32_t other)
+        {
+            if (faces_.covered(other) && chart(other) == chart(texel))
+                visit(other);
+        };
+        if (texel % size > 0)
+            visit_if_same_chart(texel - 1);
+        if (texel % size + 1 < size)
+            visit_if_same_chart(texel + 1);
+        if (texel >= size)
+            visit_if_same_chart(texel - size);
+        if (texel / size + 1 < size)
+            visit_if_same_chart(texel + size);
+    }
+
+    const Charts& charts_;
+    const TexelFaces& faces_;
+    std::span<const std::uint8_t> seen_;
+    std::span<const float> rgb_;
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> across_;
+    std::vector<std::uint32_t> node_;
+    TexelGraph graph_;
+};
+
+/// Sets finer.parent and makes the parents, still without links.
+TexelGraph group_nodes(TexelGraph& finer)
+{
+    TexelGraph coarse;
+    coarse.size = (finer.size + 1) / 2;
+    const auto fine_size = static_cast<std::uint32_t>(finer.size);
+    const auto size = static_cast<std::uint32_t>(coarse.size);
+    std::vector<std::uint32_t> head(std::size_t{size} * size, TexelGraph::none);
+    std::vector<std::uint32_t> next;  // the other groups of the same place
+    finer.parent.resize(finer.count());
+    for (std::size_t node = 0; node < finer.count(); ++node)
+    {
+        const std::uint32_t place = finer.place[node] / fine_size / 2 * size + finer.place[node] % fine_size / 2;
+        std::uint32_t group = head[place];
+        while (group != TexelGraph::none && coarse.chart[group] != finer.chart[node])
+            group = next[group];
+        if (group == TexelGraph::none)
+        {
+            group = static_cast<std::uint32_t>(coarse.count());
+            coarse.place.push_back(place);
+            coarse.chart.push_back(finer.chart[node]);
+            coarse.some_texel.push_back(finer.some_texel[node]);
+            next.push_back(head[place]);
+            head[place] = group;
+        }
+        finer.parent[node] = group;
+    }
+    return coarse;
+}
+
+void average_fixed(const TexelGraph& finer, TexelGraph& coarse)
+{
+    std::vector<std::uint32_t> weight(coarse.count(), 0);
+    coarse.color.assign(coarse.count(), {});
+    coarse.fixed.assign(coarse.count(), 0);
+    for (std::size_t node = 0; node < finer.count(); ++node)
+        if (finer.fixed[node])
+        {
+            coarse.color[finer.parent[node]] += finer.color[node];
+            ++weight[finer.parent[node]];
+        }
+    for (std::size_t group = 0; group < coarse.count(); ++group)
+        if (weight[group] > 0)
+        {
+            coarse.fixed[group] = 1;
+            coarse.color[group] = coarse.color[group] * (1.0F / static_cast<float>(weight[group]));
+        }
+}
+
+/// The children's links, less those inside a group.
+void gather_links(const TexelGraph& finer, TexelGraph& coarse)
+{
+    const auto for_each_link = [&](const auto& visit)
+    {
+        for (std::size_t node = 0; node < finer.count(); ++node)
+        {
+            const std::uint32_t group = finer.parent[node];
+            if (coarse.fixed[group])
+                continue;
+            for (const std::uint32_t other : finer.links_of(node))
+                if (finer.parent[other] != group)
+                    visit(group, finer.parent[other]);
+        }
+    };
+    coarse.first_link.assign(coarse.count() + 1, 0);
+    for_each_link([&](std::uint32_t group, std::uint32_t) { ++coarse.first_link[group + 1]; });
+    for (std::size_t group = 0; group < coarse.count(); ++group)
+        coarse.first_link[group + 1] += coarse.first_link[group];
+    coarse.links.resize(coarse.first_link.back());
+    std::vector<std::size_t> end(coarse.first_link.begin(), coarse.first_link.end() - 1);
+    for_each_link([&](std::uint32_t group, std::uint32_t other) { coarse.links[end[group]++] = other; });
+}
+TexelGraph texel_graph(const Charts& charts, const TexelFaces& faces, std::span<const std::uint8_t> seen,
+                       std::span<const float> rgb)
+{
+    return FinestGraph(charts, faces, seen, rgb).build();
+}
+
+TexelGraph coarser_graph(TexelGraph& finer)
+{
+    TexelGraph coarse = group_nodes(finer);
+    average_fixed(finer, coarse);
+    gather_links(finer, coarse);
+    return coarse;
+}
+
+std::vector<std::uint8_t> orphans(const TexelGraph& graph)
+{
+    // From the free nodes beside a fixed one inwards; links between free nodes run both ways.
+    std::vector<std::uint8_t> orphan(graph.count(), 0);
+    std::vector<std::size_t> reached;
+    for (std::size_t node = 0; node < graph.count(); ++node)
+    {
+        if (graph.fixed[node])
+            continue;
+        const auto links = graph.links_of(node);
+        const bool beside = std::any_of(links.begin(), links.end(), [&](std::uint32_t other) { return graph.fixed[other] != 0; });
+        orphan[node] = !beside;
+        if (beside)
+            reached.push_back(node);
+    }
+    while (!reached.empty())
+    {
+        const std::size_t node = reached.back();
+        reached.pop_back();
+        for (const std::uint32_t other : graph.links_of(node))
+            if (orphan[other])
+            {
+                orphan[other] = 0;
+                reached.push_back(other);
+            }
+    }
+    return orphan;
+}
+
 /// Orphans take their colors in patches of 2^3 texels, smoothed on the finer levels.
 constexpr std::size_t orphan_level = 3;
 constexpr std::size_t patch_side = std::size_t{1} << orphan_level;

@@ -1,14 +1,105 @@
-#include <fresco/texturing/texel_faces.h>
-
+#include <fresco/numerics/numerics.h>
 #include <fresco/parallel.h>
+#include <fresco/texturing/texel_faces.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <limits>
+#include <numeric>
+#include <tuple>
 
 namespace fresco::texturing
 {
+
+namespace
+{
+/// A face's side, its ends ordered by vertex.
+struct Side
+{
+    std::uint32_t low = 0;
+    std::uint32_t high = 0;
+    std::uint32_t face = 0;
+    std::array<Vec2f, 2> uv;  ///< At low, at high.
+};
+
+std::vector<Side> sorted_sides(const Mesh& mesh)
+{
+    const std::vector<std::uint32_t> welded = welded_vertices(mesh);
+    std::vector<Side> sides;
+    sides.reserve(mesh.triangles.size() * 3);
+    for (std::uint32_t face = 0; face < mesh.triangles.size(); ++face)
+        for (std::size_t i = 0; i < 3; ++i)
+        {
+            const std::size_t j = (i + 1) % 3;
+            Side side{welded[mesh.triangles[face][i]],
+                      welded[mesh.triangles[face][j]],
+                      face,
+                      {mesh.texcoords[3 * std::size_t{face} + i], mesh.texcoords[3 * std::size_t{face} + j]}};
+            if (side.low > side.high)
+            {
+                std::swap(side.low, side.high);
+                std::swap(side.uv[0], side.uv[1]);
+            }
+            if (side.low != side.high)
+                sides.push_back(side);
+        }
+    std::sort(sides.begin(), sides.end(),
+              [](const Side& a, const Side& b) { return std::tie(a.low, a.high, a.face) < std::tie(b.low, b.high, b.face); });
+    return sides;
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> welded_vertices(const Mesh& mesh)
+{
+    std::vector<std::uint32_t> order(mesh.positions.size());
+    std::iota(order.begin(), order.end(), 0U);
+    const auto key = [&](std::uint32_t v)
+    {
+        const Vec3f p = mesh.positions[v];
+        return std::tuple(p.x, p.y, p.z);
+    };
+    std::sort(order.begin(), order.end(),
+              [&](std::uint32_t a, std::uint32_t b)
+              { return std::tuple_cat(key(a), std::tuple(a)) < std::tuple_cat(key(b), std::tuple(b)); });
+    std::vector<std::uint32_t> welded(order.size());
+    std::uint32_t first = 0;
+    for (std::size_t i = 0; i < order.size(); ++i)
+    {
+        if (i == 0 || key(order[i]) != key(order[i - 1]))
+            first = order[i];
+        welded[order[i]] = first;
+    }
+    return welded;
+}
+
+Charts find_charts(const Mesh& mesh)
+{
+    const std::vector<Side> sides = sorted_sides(mesh);
+    Charts charts;
+    numerics::DisjointSets sets(mesh.triangles.size());
+    for (std::size_t i = 1; i < sides.size(); ++i)
+    {
+        const Side& a = sides[i - 1];
+        const Side& b = sides[i];
+        if (a.low != b.low || a.high != b.high)
+            continue;
+        if (a.uv == b.uv)
+            sets.join(a.face, b.face);
+        else
+            charts.seams.push_back({a.face, b.face, a.uv, b.uv});
+    }
+    charts.of_face.resize(mesh.triangles.size());
+    for (std::uint32_t face = 0; face < charts.of_face.size(); ++face)
+    {
+        const std::uint32_t root = sets.find(face);
+        charts.of_face[face] = root == face ? charts.count++ : charts.of_face[root];
+    }
+    return charts;
+}
+
 namespace
 {
 using Corners = std::array<Vec2d, 3>;
@@ -216,6 +307,41 @@ Vec3f texel_position(const Mesh& mesh, const TexelFaces& faces, std::size_t texe
     for (std::size_t i = 0; i < 3; ++i)
         point += vec_cast<double>(mesh.positions[mesh.triangles[faces.face[texel]][i]]) * weights[i];
     return vec_cast<float>(point);
+}
+
+namespace
+{
+Vec2f between(const std::array<Vec2f, 2>& ends, float share)
+{
+    return ends[0] * (1 - share) + ends[1] * share;
+}
+}  // namespace
+
+std::vector<std::pair<std::uint32_t, std::uint32_t>> seam_links(const Charts& charts, const TexelFaces& faces)
+{
+    const auto chart_at = [&](std::size_t texel)
+    { return faces.covered(texel) ? charts.of_face[faces.face[texel]] : TexelFaces::none; };
+
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> links;
+    for (const Seam& seam : charts.seams)
+    {
+        // Two steps per texel, so that no texel along the seam is stepped over.
+        const float longer = std::max(length(seam.first[1] - seam.first[0]), length(seam.second[1] - seam.second[0]));
+        const int steps = 1 + static_cast<int>(std::ceil(2 * longer * static_cast<float>(faces.size)));
+        for (int i = 0; i < steps; ++i)
+        {
+            const float share = (static_cast<float>(i) + 0.5F) / static_cast<float>(steps);
+            const std::size_t a = faces.at(between(seam.first, share));
+            const std::size_t b = faces.at(between(seam.second, share));
+            if (a == b || chart_at(a) != charts.of_face[seam.first_face] || chart_at(b) != charts.of_face[seam.second_face])
+                continue;
+            links.emplace_back(static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b));
+            links.emplace_back(static_cast<std::uint32_t>(b), static_cast<std::uint32_t>(a));
+        }
+    }
+    std::sort(links.begin(), links.end());
+    links.erase(std::unique(links.begin(), links.end()), links.end());
+    return links;
 }
 
 }  // namespace fresco::texturing

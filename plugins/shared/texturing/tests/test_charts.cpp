@@ -3,7 +3,7 @@
 
 #include <fresco/random.h>
 #include <fresco/testing.h>
-#include <fresco/texturing/seam_links.h>
+#include <fresco/texturing/texel_faces.h>
 
 #include <algorithm>
 #include <array>
@@ -138,16 +138,6 @@ TEST_CASE("faces of any shape own the texels that testing every texel gives them
             different += (found.inside[texel] != 0) != (holding != TexelFaces::none);
         }
     CHECK(different == 0);
-}
-
-TEST_CASE("texels have the same faces for any number of threads")
-{
-    const Mesh mesh = two_chart_wall();
-    const Charts charts = find_charts(mesh);
-    const TexelFaces alone = find_texel_faces(mesh, charts, 200, testing::TestRun(1));
-    const TexelFaces together = find_texel_faces(mesh, charts, 200, testing::TestRun(4));
-    CHECK(alone.face == together.face);
-    CHECK(alone.inside == together.inside);
 }
 
 TEST_CASE("a chart smaller than a texel owns the texels it touches")

@@ -3,7 +3,7 @@
 #include <fresco/error.h>
 #include <fresco/random.h>
 #include <fresco/testing.h>
-#include <fresco/texturing/collapse.h>
+#include <fresco/texturing/texture_pictures.h>
 
 #include <limits>
 

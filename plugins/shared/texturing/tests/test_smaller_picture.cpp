@@ -3,9 +3,8 @@
 #include <fresco/error.h>
 #include <fresco/random.h>
 #include <fresco/testing.h>
-#include <fresco/texturing/exported_file.h>
-#include <fresco/texturing/linear_light.h>
-#include <fresco/texturing/smaller_picture.h>
+#include <fresco/texturing/exports.h>
+#include <fresco/texturing/texture_pictures.h>
 
 #include <algorithm>
 #include <cmath>
@@ -107,19 +106,6 @@ TEST_CASE("no color crosses the gutter of a smaller picture, whatever the factor
         CHECK(small.at(0, 0) == 20);
         CHECK(small.at(size - 1, size - 1) == 220);
     }
-}
-
-TEST_CASE("the smaller picture is the same for any number of threads, and a canceled run stops")
-{
-    TexturedMesh textured = two_halves();
-    Random random(5);
-    for (std::uint8_t& value : textured.image.pixels.values)
-        value = static_cast<std::uint8_t>(random.below(256));
-    testing::TestRun one(1);
-    testing::TestRun four(4);
-    CHECK(smaller_picture(textured, 21, one) == smaller_picture(textured, 21, four));
-    one.cancel_after(1);
-    CHECK_THROWS_AS(smaller_picture(textured, 21, one), Canceled);
 }
 
 TEST_CASE("sizes and counts as people read them")

@@ -1,6 +1,6 @@
 #include "catch.h"
 
-#include <fresco/texturing/welded_mesh.h>
+#include <fresco/texturing/exports.h>
 
 using namespace fresco;
 using namespace fresco::texturing;

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <fresco/artifact.h>
+#include <fresco/files.h>
+#include <fresco/option.h>
 #include <fresco/value.h>
 
 #include <cstddef>
@@ -7,9 +10,26 @@
 #include <functional>
 #include <span>
 #include <string>
+#include <string_view>
+
+/// \file What the evaluating stages compute and write alike: means, correlations, intervals, their options, and the file of
+/// figures.
 
 namespace fresco::evaluation
 {
+
+/// Which definitions are measured by: the paper's with fresco's completions, or what the authors' released scripts do.
+enum class Protocol
+{
+    paper,
+    released
+};
+
+/// \pre `word` is "paper" or "released": the accepted words of an option.
+constexpr Protocol protocol_of(std::string_view word)
+{
+    return word == "paper" ? Protocol::paper : Protocol::released;
+}
 
 /// Arithmetic mean; NaN of nothing. Summed in order, so that equal inputs give equal bits.
 double mean(std::span<const double> values);
@@ -51,5 +71,25 @@ Value number_or_null(double value);
 
 /// "0.0123 [0.0118, 0.0127]", four digits each, in any locale; "undefined" for what is not finite.
 std::string figure_text(double value, Interval interval);
+
+/// The options `bootstrap_count` and `seed`: declared in a stage as `BootstrapOptions bootstrap{this};`.
+class BootstrapOptions
+{
+  public:
+    explicit BootstrapOptions(Configurable* owner, std::string seed_help = "Seed of the resampling");
+
+    std::uint64_t seed() const { return static_cast<std::uint64_t>(*seed_); }
+    Bootstrap operator*() const { return {.resamples = *bootstrap_count_, .seed = seed()}; }
+
+  private:
+    Option<int> bootstrap_count_;
+    Option<int> seed_;
+};
+
+/// The option `protocol`, which protocol_of reads.
+Option<std::string> protocol_option(Configurable* owner, std::string help);
+
+/// Writes figures as JSON to `path` below the folder of an output, and returns the output's value.
+Files write_figures(const ArtifactFolder& folder, const std::string& path, const Value& figures);
 
 }  // namespace fresco::evaluation

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <fresco/geometry/disk.h>
+#include <fresco/geometry/charts.h>
 #include <fresco/geometry/flatten.h>
 #include <fresco/run_context.h>
 

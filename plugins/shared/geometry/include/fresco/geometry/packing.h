@@ -1,14 +1,74 @@
 #pragma once
 
 #include <fresco/geometry/flatten.h>
+#include <fresco/math.h>
 
+#include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
-/// \file From flat charts to an atlas.
+/// \file Puts flat charts into the unit square: from charts to an atlas. Shapes are found a place for as grids of bits.
 
 namespace fresco::geometry
 {
+
+/// A grid of bits, row by row in 64-bit words; bit x of a row is bit x % 64 of word x / 64. Bits beyond the width are 0.
+class Bitmap
+{
+  public:
+    Bitmap() = default;
+    Bitmap(int width, int height);
+
+    int width() const { return width_; }
+    int height() const { return height_; }
+    std::span<const std::uint64_t> row(int y) const
+    {
+        return std::span(words_).subspan(stride_ * static_cast<std::size_t>(y), stride_);
+    }
+    std::span<std::uint64_t> row(int y) { return std::span(words_).subspan(stride_ * static_cast<std::size_t>(y), stride_); }
+    bool get(int x, int y) const { return (row(y)[static_cast<std::size_t>(x) / 64] >> (x % 64) & 1) != 0; }
+    /// Sets the bits [begin, end) of a row; both clamped to the width.
+    void set(int y, int begin, int end);
+
+    /// Sets every cell that a triangle touches (closed: its border counts), by the unit squares [x, x+1] x [y, y+1].
+    void cover(std::span<const Vec2d, 3> triangle);
+    /// By quarter turns, counter-clockwise where y points up.
+    Bitmap turned(int quarters) const;
+
+  private:
+    int width_ = 0;
+    int height_ = 0;
+    std::size_t stride_ = 0;
+    std::vector<std::uint64_t> words_;
+};
+
+struct Cell
+{
+    int x = 0;
+    int y = 0;
+    friend bool operator==(const Cell&, const Cell&) = default;
+};
+
+/// A square into which shapes are put so that the cells of any two are at least `gap` + 1 apart (in the larger of both
+/// directions), and at least `margin` cells from the sides.
+class ShapeBin
+{
+  public:
+    ShapeBin(int size, int gap, int margin);
+
+    /// The lowest and then leftmost place where the shape fits, in rows >= first_row; nothing if there is none below row
+    /// `end_row` (its own lowest row).
+    std::optional<Cell> find(const Bitmap& shape, int first_row, int end_row) const;
+    /// Takes the cells of the shape at that place.
+    void put(const Bitmap& shape, Cell place);
+    int size() const { return occupied_.width(); }
+
+  private:
+    int gap_;
+    int margin_;
+    Bitmap occupied_;  ///< Grown by the gap, so that a shape fits where it meets no bit.
+};
 
 struct PackOptions
 {

@@ -24,4 +24,9 @@ Raster8 eroded(const Raster8& mask, int radius_px);
 /// One channel of a picture.
 RasterF channel(const RasterF& picture, int index);
 
+/// Fills what is not covered from coarser and coarser means of what is (Gortler et al., "The Lumigraph", SIGGRAPH 1996,
+/// section 3.4): smooth, near texels first. `picture`: W x H x C; `covered`: W x H. Covered values stay; nothing covered leaves
+/// the picture as it is.
+void push_pull(RasterF& picture, const Raster8& covered);
+
 }  // namespace fresco

@@ -1,6 +1,9 @@
 #pragma once
 
 #include <fresco/image.h>
+#include <fresco/option.h>
+
+#include <vector>
 
 namespace fresco
 {
@@ -11,5 +14,20 @@ namespace fresco
 /// Pech-Pacheco et al., "Diatom autofocusing in brightfield microscopy" (ICPR 2000). `rgb` has 3 channels, 0..255, and is not
 /// empty; width, height >= 2. Thread-safe. The same value on every machine.
 double sharpness(const Raster8& rgb, int width, int height);
+
+/// The option `sharpness_size_px`: declared in a stage as `SharpnessOption sharpness{this};`.
+class SharpnessOption
+{
+  public:
+    explicit SharpnessOption(Configurable* owner);
+
+    /// Throws Error unless it is a width and a height.
+    void check() const;
+    /// fresco::sharpness at this size. \pre check()
+    double of(const Raster8& rgb) const;
+
+  private:
+    Option<std::vector<int>> size_px_;
+};
 
 }  // namespace fresco

@@ -2,17 +2,61 @@
 
 #include <fresco/camera.h>
 #include <fresco/frames.h>
+#include <fresco/image.h>
+#include <fresco/math.h>
+#include <fresco/option.h>
 #include <fresco/progress.h>
-#include <fresco/raycast/mip_maps.h>
 #include <fresco/raycast/scene.h>
 #include <fresco/texture.h>
 
 #include <cstdint>
+#include <string>
 #include <string_view>
 #include <vector>
 
+/// \file Pictures of a textured mesh as cameras see it, and the options of the stages that make them.
+
 namespace fresco::raycast
 {
+
+/// How a picture is looked up where a ray skips texels: between smaller copies of it, or always in the full one.
+enum class TextureFilter
+{
+    trilinear,
+    bilinear
+};
+
+/// The option `filter`: declared in a stage as `FilterOption filter{this};`.
+class FilterOption
+{
+  public:
+    explicit FilterOption(Configurable* owner);
+    TextureFilter operator*() const { return *word_ == "bilinear" ? TextureFilter::bilinear : TextureFilter::trilinear; }
+
+  private:
+    Option<std::string> word_;
+};
+
+/// An RGB picture at every size down to 1 x 1, each the area average of the one before; the smaller ones in 16 bits per channel.
+class MipMaps
+{
+  public:
+    /// Bilinear: the full size only. Throws Error unless the picture has 3 channels.
+    MipMaps(Raster8 picture, TextureFilter filter);
+
+    int width() const { return picture_.width; }
+    int height() const { return picture_.height; }
+
+    /// The color (0..255 per channel) at uv, origin lower left: bilinear with texel centers at +0.5, clamped at the borders, and
+    /// linear between the two levels around `lod` (0 = full size, 1 = half, …).
+    Vec3d sample(Vec2d uv, double lod) const;
+
+  private:
+    Vec3d sample_level(Vec2d uv, std::size_t level) const;
+
+    Raster8 picture_;
+    std::vector<Raster16> smaller_;
+};
 
 /// A distant lamp and light from everywhere: a color is multiplied by ambient + diffuse · max(0, normal · toward).
 struct Lights
@@ -44,8 +88,8 @@ class Lighting
 struct RenderOptions
 {
     int samples_per_side;  ///< Rays per pixel: its square.
-    bool mip_maps;         ///< Look up the picture at the size that one ray's spacing calls for.
-    Lights lights = {};    ///< By the vertex normals, interpolated.
+    TextureFilter filter;
+    Lights lights = {};  ///< By the vertex normals, interpolated.
 };
 
 /// Throws Error unless a stage with these on its ports `mesh` and `frames` can show the mesh as the frames' color cameras do: a
@@ -72,5 +116,11 @@ class ViewRenderer
     MipMaps texture_;
     Lighting lighting_;
 };
+
+/// The option `samples`: RenderOptions::samples_per_side.
+Option<int> samples_option(Configurable* owner);
+/// The option `shading`, which lights_of reads.
+Option<std::string> shading_option(Configurable* owner,
+                                   std::string help = "Lamps: none, or those of StyleMesh's published viewer for a data set");
 
 }  // namespace fresco::raycast

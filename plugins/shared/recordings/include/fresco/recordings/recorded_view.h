@@ -1,17 +1,21 @@
 #pragma once
 
+#include <fresco/camera.h>
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
 #include <fresco/progress.h>
 #include <fresco/recordings/lens.h>
+#include <fresco/recordings/parsing.h>
 
 #include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
-/// \file Views as recordings tell them, and the frames made of them.
+/// \file Views as recordings tell them, with their cameras and poses, and the frames made of them.
+
 namespace fresco::recordings
 {
 
@@ -56,5 +60,52 @@ using UnpackView = std::function<bool(RecordedView& view, const std::filesystem:
 /// principal point outside of its picture, two views of one name; what `unpack` throws.
 Frames recorded_frames(const std::vector<RecordedView>& views, const ImageIo& images, const std::filesystem::path& folder,
                        Progress& progress, const UnpackView& unpack = {});
+
+/// A camera's matrix, before the size of its pictures is known.
+struct CameraMatrix
+{
+    std::vector<double> values;  ///< Row-major 3x3 or 4x4, pixels.
+    std::string source;          ///< The file or option it is from, for errors.
+};
+
+/// Intrinsics for pictures of `size`, such as `picture`. Throws Error as intrinsics_from_matrix and check_center do.
+Intrinsics intrinsics_for(const CameraMatrix& matrix, PixelCenter center, const ImageHeader& size,
+                          const std::filesystem::path& picture);
+
+/// A recorder's color and depth camera, with the pose of the depth camera as the pose of a view.
+struct RecorderCameras
+{
+    Intrinsics color;
+    Intrinsics depth;
+    RigidTransform depth_from_color;  ///< X_depth = depth_from_color(X_color), meters.
+
+    /// Sets both cameras of a view.
+    void place(RecordedView& view, const RigidTransform& world_from_depth) const;
+};
+
+/// The rigid transform of a row-major 4x4 matrix; nothing where an entry is not finite: the recorder had lost track. Throws Error
+/// naming `source` as rigid_transform does.
+std::optional<RigidTransform> tracked_pose(const std::vector<double>& matrix, const std::string& source);
+
+/// world_from_camera with OpenCV's camera axes (x right, y down, z forward) of a row-major 4x4 matrix with OpenGL's (x right, y
+/// up, z backward). Throws Error naming `source` as rigid_transform does.
+RigidTransform opencv_pose(std::vector<double> matrix, const std::string& source);
+
+/// "640x480"
+std::string size_text(int width, int height);
+
+/// Throws MissingInput that counts `missing`, names the first of them and says `rule`; does nothing if it is empty.
+void refuse_missing(const std::vector<std::string>& missing, std::string_view rule);
+
+/// Throws Error naming `source` if the principal point is outside of `picture`, for which `k` is: then the intrinsics are for
+/// pictures of another size.
+void check_center(const Intrinsics& k, const std::string& source, const std::filesystem::path& picture);
+
+/// Throws Error naming `file` if its EXIF data turns it, as ImageIo::check reports: the pose and lens that `source` states are
+/// for the pixels as they are stored.
+void check_not_turned(const std::filesystem::path& file, const ImageHeader& header, const std::string& source);
+
+/// Throws Error naming `file` unless ImageIo::check found 16-bit gray in it, or did not look.
+void check_depth_kind(const std::filesystem::path& file, const ImageHeader& header);
 
 }  // namespace fresco::recordings

@@ -3,7 +3,6 @@
 #include <fresco/image.h>
 #include <fresco/mesh.h>
 #include <fresco/progress.h>
-#include <fresco/texturing/charts.h>
 #include <fresco/texturing/texel_faces.h>
 
 #include <cstddef>

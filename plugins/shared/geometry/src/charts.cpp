@@ -1,0 +1,512 @@
+#include <fresco/geometry/charts.h>
+#include <fresco/numerics/numerics.h>
+#include <fresco/parallel.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <map>
+#include <numbers>
+#include <queue>
+
+namespace fresco::geometry
+{
+
+namespace
+{
+
+constexpr int smoothing_rounds = 10;
+/// Neighbors that turn by more than this (cosine) do not smooth each other.
+constexpr double crease_cosine = 0.3;
+/// Charts of fewer faces do not hold their border against larger ones.
+constexpr std::size_t small_chart_faces = 32;
+constexpr std::size_t faces_between_checks = 1u << 16;
+
+double cosine_of(double degrees)
+{
+    return std::cos(degrees * std::numbers::pi / 180);
+}
+
+struct Candidate
+{
+    double deviation;  ///< 1 - cosine to the axis.
+    std::uint32_t face;
+    std::uint32_t chart;
+    friend bool operator<(const Candidate& a, const Candidate& b)
+    {
+        return std::tie(b.deviation, b.face, b.chart) < std::tie(a.deviation, a.face, a.chart);
+    }
+};
+using Queue = std::priority_queue<Candidate>;
+
+/// A cell of a cube around the directions, 8 x 8 per side.
+std::size_t direction_cell(Vec3d n)
+{
+    constexpr int side = 8;
+    const double coordinates[3] = {n.x, n.y, n.z};
+    std::size_t main = 0;
+    for (std::size_t k = 1; k < 3; ++k)
+        if (std::abs(coordinates[k]) > std::abs(coordinates[main]))
+            main = k;
+    const double scale = std::abs(coordinates[main]);
+    const auto bin = [&](double v) { return std::min(side - 1, static_cast<int>((v / scale + 1) / 2 * side)); };
+    const int u = scale > 0 ? bin(coordinates[(main + 1) % 3]) : 0;
+    const int v = scale > 0 ? bin(coordinates[(main + 2) % 3]) : 0;
+    return (main * 2 + (coordinates[main] < 0 ? 1 : 0)) * side * side + static_cast<std::size_t>(v * side + u);
+}
+
+std::vector<std::uint32_t> seed_order(const Surface& surface, const std::vector<Vec3d>& normals, const Partition& partition)
+{
+    std::vector<double> area_of_cell(6 * 64, 0.0);
+    std::vector<std::uint32_t> order;
+    for (std::uint32_t f = 0; f < normals.size(); ++f)
+        if (partition.chart_of_face[f] == none)
+        {
+            area_of_cell[direction_cell(normals[f])] += surface.areas[f];
+            order.push_back(f);
+        }
+    std::stable_sort(order.begin(), order.end(),
+                     [&](auto a, auto b)
+                     { return area_of_cell[direction_cell(normals[a])] > area_of_cell[direction_cell(normals[b])]; });
+    return order;
+}
+
+}  // namespace
+
+Surface::Surface(const Mesh& of)
+    : mesh(of), neighbors(face_neighbors(of.triangles, of.positions.size())), areas(of.triangles.size()),
+      normals(of.triangles.size())
+{
+    for (std::size_t f = 0; f < areas.size(); ++f)
+    {
+        const auto twice = area_vector(of, f);
+        areas[f] = 0.5 * length(twice);
+        normals[f] = normalized(twice);
+    }
+}
+
+std::vector<std::vector<std::uint32_t>> Partition::faces() const
+{
+    std::vector<std::vector<std::uint32_t>> lists(axes.size());
+    for (std::uint32_t f = 0; f < chart_of_face.size(); ++f)
+        if (chart_of_face[f] != none)
+            lists[chart_of_face[f]].push_back(f);
+    return lists;
+}
+
+std::vector<Vec3d> smoothed_normals(const Surface& surface, const Progress& progress)
+{
+    auto current = surface.normals;
+    std::vector<Vec3d> next(current.size());
+    for (int round = 0; round < smoothing_rounds; ++round)
+    {
+        progress.check_canceled();
+        parallel_for(current.size(), 1u << 14, progress.threads(),
+                     [&](std::size_t begin, std::size_t end)
+                     {
+                         for (std::size_t f = begin; f < end; ++f)
+                         {
+                             Vec3d sum = current[f] * surface.areas[f];
+                             const bool known = dot(current[f], current[f]) > 0;
+                             for (const auto g : surface.neighbors[f])
+                                 if (g != none)
+                                 {
+                                     const double agreement = known ? dot(current[f], current[g]) - crease_cosine : 1.0;
+                                     sum += current[g] * (surface.areas[g] * std::max(agreement, 0.0));
+                                 }
+                             next[f] = normalized(sum);
+                         }
+                     });
+        current.swap(next);
+    }
+    return current;
+}
+
+void grow_charts(const Surface& surface, const std::vector<Vec3d>& normals, double angle_limit_deg, Partition& partition,
+                 const Progress& progress)
+{
+    const double limit = 1 - cosine_of(angle_limit_deg);
+    const auto order = seed_order(surface, normals, partition);
+    std::size_t visited = 0;
+    for (const auto seed : order)
+    {
+        if (partition.chart_of_face[seed] != none)
+            continue;
+        const auto chart = static_cast<std::uint32_t>(partition.axes.size());
+        Vec3d sum{};
+        Vec3d axis = normals[seed];
+        Queue queue;
+        queue.push({0, seed, chart});
+        while (!queue.empty())
+        {
+            const auto face = queue.top().face;
+            queue.pop();
+            if (++visited % faces_between_checks == 0)
+                progress.check_canceled();
+            const bool flat = dot(normals[face], normals[face]) == 0;
+            if (partition.chart_of_face[face] != none || (!flat && 1 - dot(normals[face], axis) > limit))
+                continue;
+            partition.chart_of_face[face] = chart;
+            sum += normals[face] * surface.areas[face];
+            if (dot(sum, sum) > 0)
+                axis = normalized(sum);
+            for (const auto g : surface.neighbors[face])
+                if (g != none && partition.chart_of_face[g] == none)
+                    queue.push({1 - dot(normals[g], axis), g, chart});
+        }
+        partition.axes.push_back(axis);
+    }
+}
+
+void settle_borders(const Surface& surface, const std::vector<Vec3d>& normals, double angle_limit_deg, Partition& partition,
+                    const Progress& progress)
+{
+    const double limit = 1 - cosine_of(angle_limit_deg);
+    const auto lists = partition.faces();
+    Queue queue;
+    for (std::uint32_t c = 0; c < lists.size(); ++c)
+    {
+        if (lists[c].size() < small_chart_faces)
+            continue;
+        const auto best = *std::min_element(lists[c].begin(), lists[c].end(),
+                                            [&](auto a, auto b)
+                                            { return dot(normals[a], partition.axes[c]) > dot(normals[b], partition.axes[c]); });
+        queue.push({0, best, c});
+    }
+    std::vector<std::uint32_t> owner(normals.size(), none);
+    std::vector<Vec3d> sums(lists.size());
+    for (std::size_t visited = 0; !queue.empty(); ++visited)
+    {
+        if (visited % faces_between_checks == 0)
+            progress.check_canceled();
+        const auto next = queue.top();
+        queue.pop();
+        if (owner[next.face] != none || next.deviation > limit)
+            continue;
+        owner[next.face] = next.chart;
+        sums[next.chart] += normals[next.face] * surface.areas[next.face];
+        for (const auto g : surface.neighbors[next.face])
+            if (g != none && owner[g] == none)
+            {
+                const bool flat = dot(normals[g], normals[g]) == 0;
+                queue.push({flat ? 0 : 1 - dot(normals[g], partition.axes[next.chart]), g, next.chart});
+            }
+    }
+    Partition settled;
+    settled.chart_of_face.assign(owner.size(), none);
+    std::vector<std::uint32_t> number(lists.size(), none);
+    for (std::size_t f = 0; f < owner.size(); ++f)
+        if (const auto c = owner[f]; c != none)
+        {
+            if (number[c] == none)
+            {
+                number[c] = static_cast<std::uint32_t>(settled.axes.size());
+                settled.axes.push_back(dot(sums[c], sums[c]) > 0 ? normalized(sums[c]) : partition.axes[c]);
+            }
+            settled.chart_of_face[f] = number[c];
+        }
+    partition = std::move(settled);
+}
+
+Partition cut_into_charts(const Surface& surface, const ChartOptions& options, const Progress& progress)
+{
+    const auto normals = smoothed_normals(surface, progress);
+    Partition partition;
+    partition.chart_of_face.assign(surface.areas.size(), none);
+    grow_charts(surface, normals, options.angle_limit_deg, partition, progress);
+    for (int round = 0; round < 2; ++round)
+    {
+        settle_borders(surface, normals, options.angle_limit_deg, partition, progress);
+        grow_charts(surface, normals, options.angle_limit_deg, partition, progress);
+    }
+    merge_charts(surface, normals, options, partition, progress);
+    return partition;
+}
+
+namespace
+{
+
+constexpr int merging_rounds = 4;
+
+struct Link
+{
+    std::uint32_t chart;
+    double length_m;
+};
+
+/// Every chart's neighbors, longest common border first.
+std::vector<std::vector<Link>> chart_links(const Surface& surface, const Partition& partition)
+{
+    std::vector<std::map<std::uint32_t, double>> lengths(partition.axes.size());
+    for (std::size_t f = 0; f < surface.neighbors.size(); ++f)
+        for (std::size_t k = 0; k < 3; ++k)
+        {
+            const auto g = surface.neighbors[f][k];
+            if (g == none || partition.chart_of_face[g] == partition.chart_of_face[f])
+                continue;
+            const auto& t = surface.mesh.triangles[f];
+            const auto edge = surface.mesh.positions[t[(k + 1) % 3]] - surface.mesh.positions[t[k]];
+            lengths[partition.chart_of_face[f]][partition.chart_of_face[g]] += static_cast<double>(length(edge));
+        }
+    std::vector<std::vector<Link>> links(lengths.size());
+    for (std::size_t c = 0; c < lengths.size(); ++c)
+    {
+        for (const auto& [chart, length_m] : lengths[c])
+            links[c].push_back({chart, length_m});
+        std::stable_sort(links[c].begin(), links[c].end(), [](const Link& a, const Link& b) { return a.length_m > b.length_m; });
+    }
+    return links;
+}
+
+bool all_within(const std::vector<std::uint32_t>& faces, const std::vector<Vec3d>& normals, Vec3d axis, double cosine)
+{
+    return std::all_of(faces.begin(), faces.end(),
+                       [&](auto f) { return dot(normals[f], normals[f]) == 0 || dot(normals[f], axis) >= cosine; });
+}
+
+void renumber(Partition& partition, const std::vector<std::uint32_t>& target)
+{
+    std::vector<std::uint32_t> number(partition.axes.size(), none);
+    std::vector<Vec3d> axes;
+    for (auto& c : partition.chart_of_face)
+    {
+        c = target[c];
+        if (number[c] == none)
+        {
+            number[c] = static_cast<std::uint32_t>(axes.size());
+            axes.push_back(partition.axes[c]);
+        }
+        c = number[c];
+    }
+    partition.axes = std::move(axes);
+}
+
+/// One round: every chart joins at most once, and none joins a chart that has itself moved. Returns how many joined.
+std::size_t merge_once(const Surface& surface, const std::vector<Vec3d>& normals, const ChartOptions& options,
+                       Partition& partition)
+{
+    const double angle_cosine = std::cos(options.angle_limit_deg * std::numbers::pi / 180);
+    const double merge_cosine = std::cos(options.merge_limit_deg * std::numbers::pi / 180);
+    const auto links = chart_links(surface, partition);
+    const auto lists = partition.faces();
+    std::vector<double> area(lists.size(), 0.0);
+    for (std::size_t c = 0; c < lists.size(); ++c)
+        for (const auto f : lists[c])
+            area[c] += surface.areas[f];
+    std::vector<std::uint32_t> order(lists.size());
+    std::iota(order.begin(), order.end(), 0u);
+    std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return area[a] < area[b]; });
+
+    std::vector<std::uint32_t> target(lists.size());
+    std::iota(target.begin(), target.end(), 0u);
+    std::vector<bool> taken(lists.size(), false);
+    std::size_t joined = 0;
+    for (const auto c : order)
+    {
+        if (taken[c])
+            continue;
+        for (const auto& link : links[c])
+        {
+            const auto into = link.chart;
+            if (target[into] != into || std::pair(area[into], into) < std::pair(area[c], c))
+                continue;
+            const auto axis = partition.axes[into];
+            if (all_within(lists[c], normals, axis, angle_cosine) ||
+                (lists[c].size() <= crumb_faces && all_within(lists[c], surface.normals, axis, merge_cosine)))
+            {
+                target[c] = into;
+                taken[into] = true;
+                ++joined;
+                break;
+            }
+        }
+    }
+    renumber(partition, target);
+    return joined;
+}
+
+}  // namespace
+
+void merge_charts(const Surface& surface, const std::vector<Vec3d>& normals, const ChartOptions& options, Partition& partition,
+                  const Progress& progress)
+{
+    for (int round = 0; round < merging_rounds; ++round)
+    {
+        progress.check_canceled();
+        if (merge_once(surface, normals, options, partition) == 0)
+            break;
+    }
+}
+
+namespace
+{
+
+/// One chart's edges, by place in its list of faces: edge k of face i is half 3 i + k.
+class Cutter
+{
+  public:
+    Cutter(const Surface& surface, const std::vector<std::uint32_t>& faces)
+        : surface_(surface), faces_(faces), mate_(3 * faces.size(), none), joined_(3 * faces.size(), false)
+    {
+        for (std::uint32_t i = 0; i < faces.size(); ++i)
+            for (std::uint32_t k = 0; k < 3; ++k)
+            {
+                vertices_.push_back(surface.mesh.triangles[faces[i]][k]);
+                const auto at = std::lower_bound(faces.begin(), faces.end(), surface.neighbors[faces[i]][k]);
+                if (at == faces.end() || *at != surface.neighbors[faces[i]][k])
+                    continue;
+                const auto j = static_cast<std::uint32_t>(at - faces.begin());
+                for (std::uint32_t m = 0; m < 3; ++m)
+                    if (corner(3 * j + m) == end(3 * i + k) && end(3 * j + m) == corner(3 * i + k))
+                        mate_[3 * i + k] = 3 * j + m;
+            }
+        std::sort(vertices_.begin(), vertices_.end());
+        vertices_.erase(std::unique(vertices_.begin(), vertices_.end()), vertices_.end());
+    }
+
+    void join_all()
+    {
+        for (std::uint32_t h = 0; h < mate_.size(); ++h)
+            joined_[h] = mate_[h] != none;
+    }
+
+    /// By Euler's number: 2 - 2 x handles - closed border lines.
+    bool is_disk_with_holes()
+    {
+        numerics::DisjointSets corners(mate_.size());
+        std::size_t inner = 0;
+        for (std::uint32_t h = 0; h < mate_.size(); ++h)
+            if (mate_[h] != none)
+            {
+                corners.join(h, next(mate_[h]));
+                ++inner;
+            }
+        numerics::DisjointSets lines(mate_.size());
+        for (std::uint32_t h = 0; h < mate_.size(); ++h)
+            if (mate_[h] == none)
+                lines.join(corners.find(h), corners.find(next(h)));
+        std::ptrdiff_t vertices = 0;
+        std::ptrdiff_t borders = 0;
+        std::vector<bool> counted(mate_.size(), false);
+        for (std::uint32_t h = 0; h < mate_.size(); ++h)
+        {
+            vertices += corners.find(h) == h ? 1 : 0;
+            if (mate_[h] != none)
+                continue;
+            const auto line = lines.find(corners.find(h));
+            borders += counted[line] ? 0 : 1;
+            counted[line] = true;
+        }
+        const auto edges = static_cast<std::ptrdiff_t>(mate_.size() - inner / 2);
+        const auto euler = vertices - edges + static_cast<std::ptrdiff_t>(faces_.size());
+        return borders > 0 && euler == 2 - borders;
+    }
+
+    void join_tree()
+    {
+        std::vector<bool> reached(faces_.size(), false);
+        std::deque<std::uint32_t> front{0};
+        reached[0] = true;
+        while (!front.empty())
+        {
+            const auto i = front.front();
+            front.pop_front();
+            for (auto h = 3 * i; h < 3 * i + 3; ++h)
+                if (mate_[h] != none && !reached[mate_[h] / 3])
+                {
+                    reached[mate_[h] / 3] = true;
+                    join(h);
+                    front.push_back(mate_[h] / 3);
+                }
+        }
+    }
+
+    /// A cut that ends in a vertex with no other open edge separates nothing. Of a closed surface two edges stay open.
+    void close_free_cuts()
+    {
+        std::vector<std::vector<std::uint32_t>> open(vertices_.size());
+        for (std::uint32_t h = 0; h < mate_.size(); ++h)
+            if (!joined_[h] && (mate_[h] == none || h < mate_[h]))
+                for (const auto v : {place(corner(h)), place(end(h))})
+                    open[v].push_back(h);
+        const bool closed = std::find(mate_.begin(), mate_.end(), none) == mate_.end();
+        auto cuts = std::count(joined_.begin(), joined_.end(), false) / 2;
+        std::deque<std::size_t> ends;
+        for (std::size_t v = 0; v < open.size(); ++v)
+            ends.push_back(v);
+        while (!ends.empty())
+        {
+            const auto v = ends.front();
+            ends.pop_front();
+            if (open[v].size() != 1 || mate_[open[v].front()] == none || (closed && cuts == 2))
+                continue;
+            const auto h = open[v].front();
+            join(h);
+            --cuts;
+            for (const auto w : {place(corner(h)), place(end(h))})
+            {
+                std::erase(open[w], h);
+                ends.push_back(w);
+            }
+        }
+    }
+
+    Disk take() const
+    {
+        Disk disk;
+        numerics::DisjointSets corners(mate_.size());
+        for (std::uint32_t h = 0; h < mate_.size(); ++h)
+        {
+            if (joined_[h])
+                corners.join(h, next(mate_[h]));
+            else if (mate_[h] != none && h < mate_[h])
+                ++disk.cut_edges;
+        }
+        std::vector<std::uint32_t> index(mate_.size(), none);
+        disk.triangles.resize(faces_.size());
+        for (std::uint32_t h = 0; h < mate_.size(); ++h)
+        {
+            auto& v = index[corners.find(h)];
+            if (v == none)
+            {
+                v = static_cast<std::uint32_t>(disk.points.size());
+                disk.points.push_back(vec_cast<double>(surface_.mesh.positions[corner(h)]));
+            }
+            disk.triangles[h / 3][h % 3] = v;
+        }
+        return disk;
+    }
+
+  private:
+    static std::uint32_t next(std::uint32_t half) { return half / 3 * 3 + (half % 3 + 1) % 3; }
+    std::uint32_t corner(std::uint32_t half) const { return surface_.mesh.triangles[faces_[half / 3]][half % 3]; }
+    std::uint32_t end(std::uint32_t half) const { return corner(next(half)); }
+    std::size_t place(std::uint32_t vertex) const
+    {
+        return static_cast<std::size_t>(std::lower_bound(vertices_.begin(), vertices_.end(), vertex) - vertices_.begin());
+    }
+    void join(std::uint32_t half) { joined_[half] = joined_[mate_[half]] = true; }
+
+    const Surface& surface_;
+    const std::vector<std::uint32_t>& faces_;
+    std::vector<std::uint32_t> vertices_;
+    std::vector<std::uint32_t> mate_;
+    std::vector<bool> joined_;
+};
+
+}  // namespace
+
+Disk cut_to_disk(const Surface& surface, const std::vector<std::uint32_t>& faces)
+{
+    Cutter cutter(surface, faces);
+    if (cutter.is_disk_with_holes())
+        cutter.join_all();
+    else
+    {
+        cutter.join_tree();
+        cutter.close_free_cuts();
+    }
+    return cutter.take();
+}
+
+}  // namespace fresco::geometry

@@ -1,0 +1,134 @@
+#include <fresco/geometry/atlas_figures.h>
+#include <fresco/geometry/mesh_stages.h>
+#include <fresco/geometry/repair.h>
+#include <fresco/geometry/topology.h>
+
+#include <cmath>
+#include <fmt/format.h>
+#include <numbers>
+#include <string>
+
+namespace fresco::geometry
+{
+
+Mesh with_atlas(const Mesh& mesh, const FlatCharts& flat, const Packing& packing)
+{
+    Mesh out = mesh;
+    out.texcoords = packing.texcoords;
+    out.charts.resize(flat.chart_of_face.size());
+    std::vector<std::uint32_t> number(flat.count, none);
+    std::uint32_t next = 0;
+    for (std::size_t f = 0; f < out.charts.size(); ++f)
+    {
+        auto& n = number[flat.chart_of_face[f]];
+        if (n == none)
+            n = next++;
+        out.charts[f] = n;
+    }
+    return out;
+}
+
+double largest_angle_deg(const Surface& surface, const FlatCharts& flat)
+{
+    double least_cosine = 1;
+    for (std::size_t f = 0; f < surface.areas.size(); ++f)
+        if (flat.projected[f] != 0 && surface.areas[f] > 0)
+            least_cosine = std::min(least_cosine, dot(surface.normals[f], flat.axes[flat.chart_of_face[f]]));
+    return std::acos(std::max(least_cosine, -1.0)) * 180 / std::numbers::pi;
+}
+
+double expected_texel_m(const Surface& surface, int size_px)
+{
+    double area = 0;
+    for (const auto a : surface.areas)
+        area += a;
+    return std::sqrt(area / 0.7) / size_px;
+}
+
+void AtlasStage::run(RunContext& run)
+{
+    check_mesh(*mesh_, "the input mesh");
+    if (*merge_limit_deg_ < *angle_limit_deg_)
+        throw Error("option \"merge_limit_deg\": expected at least angle_limit_deg");
+    const auto faults = count_faults(*mesh_);
+    if (faults.degenerate_faces == mesh_->triangles.size())
+        throw Error("no face of the mesh has any area: check how it was made");
+    run.report("components", faults.components);
+    run.report("degenerate_faces", faults.degenerate_faces);
+    run.report("duplicate_faces", faults.duplicate_faces);
+    run.report("complex_edges", faults.complex_edges);
+
+    const Surface surface(*mesh_);
+    const ChartOptions charts{.angle_limit_deg = *angle_limit_deg_, .merge_limit_deg = *merge_limit_deg_};
+    const FlattenOptions options{.charts = charts, .texel_m = expected_texel_m(surface, *size_px_)};
+    const auto flat = project_charts(surface, cut_into_charts(surface, charts, run), options, run,
+                                     [&](FlatCharts& projected) { lay_flat(surface, projected, options, run); });
+    const auto packing = pack_charts(flat, {.size_px = *size_px_, .gutter_px = *gutter_px_}, run);
+    auto result = with_atlas(*mesh_, flat, packing);
+    result.texture_px = *size_px_;
+    report_atlas(run, atlas_figures(result, *size_px_));
+    run.report("largest_angle_deg", largest_angle_deg(surface, flat));
+    run.report("joined_faces", flat.unfolded_faces);
+    atlas_ = std::move(result);
+}
+
+void AtlasStage::lay_flat(const Surface&, FlatCharts&, const FlattenOptions&, RunContext&) const {}
+
+namespace
+{
+
+void report_counts(RunContext& run, const std::string& when, const SurfaceCounts& counts)
+{
+    run.report("faces_" + when, counts.faces);
+    run.report("vertices_" + when, counts.vertices);
+    run.report("components_" + when, counts.components);
+    run.report("border_length_m_" + when, counts.border_length_m);
+    run.report("area_m2_" + when, counts.area_m2);
+}
+
+void report_repair(RunContext& run, const RepairReport& repair)
+{
+    run.report("duplicate_faces_removed", repair.duplicate_faces);
+    run.report("degenerate_faces_removed", repair.degenerate_faces);
+    run.report("vertices_welded", repair.vertices_welded);
+    run.report("complex_edges_repaired", repair.complex_edges);
+    run.report("vertices_added", repair.vertices_added);
+    run.report("faces_detached", repair.faces_detached);
+    run.report("unused_vertices_removed", repair.vertices_unused);
+}
+
+}  // namespace
+
+void SimplifyingStage::run(RunContext& run)
+{
+    check_mesh(*mesh_, "the input mesh");
+    if (!mesh_->texcoords.empty())
+        run.message("the mesh's own texture coordinates are dropped: a simplified surface needs a new atlas");
+    report_counts(run, "before", count_surface(*mesh_));
+
+    RepairReport repair;
+    auto result = repaired(*mesh_, repair, run);
+    report_repair(run, repair);
+    if (result.triangles.empty())
+        throw Error("no face of the mesh has any area: check how it was made");
+    const auto clean = count_surface(result);
+    if (2 * clean.border_edges > clean.edges)
+        run.warning(
+            "more than half of the edges belong to one face only: if faces do not share vertices, merge equal vertices first, "
+            "or nothing can be simplified");
+
+    const auto target = static_cast<std::size_t>(*max_faces_);
+    if (result.triangles.size() > target)
+        result = simplify(result, target, run);
+    const auto after = count_surface(result);
+    report_counts(run, "after", after);
+    if (after.components < clean.components)
+        run.warning(fmt::format("{} of {} components were lost", clean.components - after.components, clean.components));
+    if (after.faces > target)
+        run.warning(fmt::format(
+            "stopped at {} faces instead of {}: the {} components cannot be simplified further without losing or folding some",
+            after.faces, target, clean.components));
+    simplified_ = std::move(result);
+}
+
+}  // namespace fresco::geometry

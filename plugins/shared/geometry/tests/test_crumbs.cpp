@@ -1,0 +1,299 @@
+#include "catch.h"
+#include "flat_charts_check.h"
+#include "shapes.h"
+
+#include <fresco/geometry/flatten.h>
+#include <fresco/numerics/numerics.h>
+
+#include <cmath>
+#include <numeric>
+#include <set>
+
+using namespace fresco::geometry;
+using namespace fresco;
+
+namespace
+{
+
+/// Every face a chart of its own, laid flat by turning its first edge onto the x axis.
+FlatCharts each_alone(const Surface& surface)
+{
+    FlatCharts flat;
+    const auto& mesh = surface.mesh;
+    for (std::uint32_t f = 0; f < mesh.triangles.size(); ++f)
+    {
+        const auto at = [&](std::size_t k) { return vec_cast<double>(mesh.positions[mesh.triangles[f][k]]); };
+        const Vec3d along = normalized(at(1) - at(0));
+        const Vec3d up = cross(surface.normals[f], along);
+        flat.chart_of_face.push_back(f);
+        flat.axes.push_back(surface.normals[f]);
+        flat.projected.push_back(1);
+        for (std::size_t k = 0; k < 3; ++k)
+            flat.corners.push_back({dot(at(k) - at(0), along), dot(at(k) - at(0), up)});
+    }
+    flat.count = flat.axes.size();
+    return flat;
+}
+
+/// A chart's faces hang together by edges whose corners agree in the plane.
+bool connected(const Surface& surface, const FlatCharts& flat)
+{
+    numerics::DisjointSets sets(flat.chart_of_face.size());
+    for (std::uint32_t f = 0; f < flat.chart_of_face.size(); ++f)
+        for (std::size_t k = 0; k < 3; ++k)
+        {
+            const auto g = surface.neighbors[f][k];
+            if (g == none || flat.chart_of_face[g] != flat.chart_of_face[f])
+                continue;
+            bool agree = true;
+            for (const std::size_t end : {k, (k + 1) % 3})
+                for (std::size_t other = 0; other < 3; ++other)
+                    if (surface.mesh.triangles[g][other] == surface.mesh.triangles[f][end])
+                        agree = agree && length(flat.corners[3 * g + other] - flat.corners[3 * f + end]) < 1e-6;
+            if (agree)
+                sets.join(f, g);
+        }
+    std::set<std::uint32_t> roots;
+    for (std::uint32_t f = 0; f < flat.chart_of_face.size(); ++f)
+        roots.insert(sets.find(f));
+    return roots.size() == charts_of(flat);
+}
+
+}  // namespace
+
+TEST_CASE("a box of crumbs unrolls into one net that keeps its area")
+{
+    const Mesh mesh = shapes::box({0, 0, 0}, {1, 1, 1});
+    const Surface surface(mesh);
+    FlatCharts flat = each_alone(surface);
+    CHECK(attach_crumbs(surface, flat, 1, {}) == 11);
+    CHECK(charts_of(flat) == 1);
+    CHECK(connected(surface, flat));
+    CHECK(overlap_free(flat, 1e-3));
+    double area = 0;
+    for (std::size_t f = 0; f < 12; ++f)
+        area += 0.5 * cross(flat.corners[3 * f + 1] - flat.corners[3 * f], flat.corners[3 * f + 2] - flat.corners[3 * f]);
+    CHECK(area == Approx(6));
+}
+
+TEST_CASE("what is no crumb stays: many texels")
+{
+    const Mesh mesh = shapes::box({0, 0, 0}, {1, 1, 1});
+    const Surface surface(mesh);
+    FlatCharts flat = each_alone(surface);
+    const Corners before = flat.corners;
+    CHECK(attach_crumbs(surface, flat, 0.01, {}) == 0);
+    CHECK(charts_of(flat) == 12);
+    CHECK(before == flat.corners);
+}
+
+TEST_CASE("a noisy surface of crumbs joins into few charts without overlaps")
+{
+    const Mesh mesh = shapes::noisy_corner(12);
+    const Surface surface(mesh);
+    FlatCharts flat = each_alone(surface);
+    const std::size_t before = charts_of(flat);
+    const std::size_t placed = attach_crumbs(surface, flat, 0.01, {});
+    CHECK(charts_of(flat) == before - placed);
+    CHECK(placed > before / 2);
+    CHECK(connected(surface, flat));
+    CHECK(overlap_free(flat, 1e-5));
+}
+
+TEST_CASE("a crumb of which the edge is much shorter in the neighbor's plane stays away")
+{
+    Mesh mesh;
+    mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}};
+    mesh.triangles = {{0, 1, 2}, {1, 3, 2}};
+    const Surface surface(mesh);
+    for (const double scale : {0.7, 0.9, 1.2, 1.4})
+    {
+        FlatCharts flat = each_alone(surface);
+        for (std::size_t k = 0; k < 3; ++k)
+            flat.corners[k] = flat.corners[k] * scale;
+        CHECK(attach_crumbs(surface, flat, 1, {}) == (scale > 0.8 && scale < 1.25 ? 1 : 0));
+    }
+}
+
+namespace
+{
+
+/// Every face projected to the xy plane; those for which `is_crumb` holds make charts 1, 2, … by its value, the others chart 0.
+template <class CrumbOf>
+FlatCharts seen_from_above(const Mesh& mesh, CrumbOf crumb_of)
+{
+    FlatCharts flat;
+    for (std::uint32_t f = 0; f < mesh.triangles.size(); ++f)
+    {
+        flat.chart_of_face.push_back(crumb_of(f));
+        flat.count = std::max(flat.count, std::size_t{flat.chart_of_face.back()} + 1);
+        for (const auto v : mesh.triangles[f])
+            flat.corners.push_back({mesh.positions[v].x, mesh.positions[v].y});
+    }
+    flat.projected.assign(mesh.triangles.size(), 1);
+    flat.axes.assign(flat.count, Vec3d{0, 0, 1});
+    return flat;
+}
+
+Vec2d corner_at(const Mesh& mesh, const FlatCharts& flat, std::uint32_t face, std::uint32_t vertex)
+{
+    for (std::size_t k = 0; k < 3; ++k)
+        if (mesh.triangles[face][k] == vertex)
+            return flat.corners[3 * std::size_t{face} + k];
+    return {1e9, 1e9};
+}
+
+/// Edges between two faces of one chart where their corners differ.
+std::size_t open_edges(const Surface& surface, const FlatCharts& flat)
+{
+    std::size_t open = 0;
+    for (std::uint32_t f = 0; f < surface.areas.size(); ++f)
+        for (std::size_t k = 0; k < 3; ++k)
+            if (const auto g = surface.neighbors[f][k]; g != none && g > f && flat.chart_of_face[f] == flat.chart_of_face[g])
+                for (const auto v : {surface.mesh.triangles[f][k], surface.mesh.triangles[f][(k + 1) % 3]})
+                    open += length(corner_at(surface.mesh, flat, f, v) - corner_at(surface.mesh, flat, g, v)) > 1e-9 ? 1 : 0;
+    return open;
+}
+
+double least_share(const Surface& surface, const FlatCharts& flat)
+{
+    double least = 1e9;
+    for (std::size_t f = 0; f < surface.areas.size(); ++f)
+    {
+        const auto* c = &flat.corners[3 * f];
+        least = std::min(least, 0.5 * cross(c[1] - c[0], c[2] - c[0]) / surface.areas[f]);
+    }
+    return least;
+}
+
+/// A plane with a fin: three vertices of the middle line stand up, so that the faces around them have no area from above.
+Mesh finned_plane()
+{
+    auto mesh = shapes::grid(12, [](float, float) { return 0.0F; });
+    for (const std::uint32_t x : {5u, 6u, 7u})
+        mesh.positions[6 * 13 + x] += Vec3f{0, 1.0F / 12, 0.06F};
+    return mesh;
+}
+
+bool stands(const Mesh& mesh, std::uint32_t face)
+{
+    return area_vector(mesh, face).z <= 0.3 * length(area_vector(mesh, face));
+}
+
+}  // namespace
+
+TEST_CASE("a fin inside a chart goes into it with all its edges, and what is far from it stays")
+{
+    const auto mesh = finned_plane();
+    const Surface surface(mesh);
+    auto flat = seen_from_above(mesh, [&](auto f) { return stands(mesh, f) ? 1u : 0u; });
+    REQUIRE(charts_of(flat) == 2);
+    const auto fin = static_cast<std::size_t>(std::count(flat.chart_of_face.begin(), flat.chart_of_face.end(), 1u));
+    const auto before = flat;
+
+    CHECK(join_crumbs(surface, flat, 0.02, {}) == 1);
+    CHECK(charts_of(flat) == 1);
+    CHECK(flat.unfolded_faces == fin);
+    CHECK(open_edges(surface, flat) == 0);
+    CHECK(overlap_free(flat));
+    CHECK(least_share(surface, flat) >= 0.05);
+    CHECK(std::equal(flat.corners.begin(), flat.corners.begin() + 72, before.corners.begin()));  // the first row
+    CHECK(flat.projected[0] == 1);
+}
+
+TEST_CASE("crumbs of many texels stay")
+{
+    const auto mesh = finned_plane();
+    const Surface surface(mesh);
+    auto flat = seen_from_above(mesh, [&](auto f) { return stands(mesh, f) ? 1u : 0u; });
+    const auto before = flat.corners;
+    CHECK(join_crumbs(surface, flat, 0.001, {}) == 0);
+    CHECK(flat.corners == before);
+}
+
+TEST_CASE("two crumbs of one fold go into the chart around one after the other")
+{
+    const auto mesh = finned_plane();
+    const Surface surface(mesh);
+    auto flat = seen_from_above(mesh, [&](auto f) { return stands(mesh, f) ? 1 + f % 2 : 0u; });
+    const auto before = charts_of(flat);
+    CHECK(join_crumbs(surface, flat, 0.02, {}) >= 1);
+    CHECK(charts_of(flat) < before);
+    CHECK(overlap_free(flat));
+}
+
+TEST_CASE("a crumb does not go where another part of the chart lies already")
+{
+    // A strip that stands on the border of a square; the rest of the chart leaves no room beside that border.
+    auto mesh = shapes::grid(4, [](float, float) { return 0.0F; });
+    auto beside = shapes::grid(4, [](float, float) { return 0.0F; });
+    for (auto& p : beside.positions)
+        p = {p.x, p.y - 1.001F, 0};
+    const auto second = static_cast<std::uint32_t>(mesh.positions.size());
+    shapes::append(mesh, beside);
+    const auto wall = static_cast<std::uint32_t>(mesh.positions.size());
+    for (std::uint32_t x = 0; x <= 4; ++x)
+        mesh.positions.push_back({0.25F * static_cast<float>(x), 0, -0.2F});
+    const auto first_of_wall = static_cast<std::uint32_t>(mesh.triangles.size());
+    for (std::uint32_t x = 0; x < 4; ++x)
+    {
+        mesh.triangles.push_back({x, wall + x, x + 1});
+        mesh.triangles.push_back({x + 1, wall + x, wall + x + 1});
+    }
+    const Surface surface(mesh);
+    const auto laid = [&](bool room)
+    {
+        auto flat = seen_from_above(mesh, [&](auto f) { return f >= first_of_wall ? 1u : 0u; });
+        if (room)
+            for (std::uint32_t f = 0; f < first_of_wall; ++f)
+                for (std::size_t k = 0; k < 3; ++k)
+                    if (mesh.triangles[f][k] >= second)
+                        flat.corners[3 * std::size_t{f} + k].y -= 1;
+        return flat;
+    };
+    auto free = laid(true);
+    CHECK(join_crumbs(surface, free, 0.05, {}) == 1);
+    CHECK(open_edges(surface, free) == 0);
+    CHECK(overlap_free(free));
+    CHECK(least_share(surface, free) == Approx(1).epsilon(1e-3));  // unrolled as it is
+
+    auto crowded = laid(false);
+    join_crumbs(surface, crowded, 0.05, {});
+    CHECK(overlap_free(crowded));
+    CHECK(least_share(surface, crowded) >= 0.0);
+}
+
+TEST_CASE("a cut that a chart has stays open where a crumb joins beside it")
+{
+    const auto mesh = finned_plane();
+    const Surface surface(mesh);
+    auto flat = seen_from_above(mesh, [&](auto f) { return stands(mesh, f) ? 1u : 0u; });
+    // A slit that begins at the fin: what is to its right moves a little further.
+    const std::uint32_t middle = 8 * 13 + 6;
+    for (std::uint32_t f = 0; f < mesh.triangles.size(); ++f)
+        for (std::size_t k = 0; k < 3; ++k)
+            if (mesh.triangles[f][k] == middle &&
+                std::any_of(mesh.triangles[f].begin(), mesh.triangles[f].end(), [](auto v) { return v % 13 > 6; }))
+                flat.corners[3 * std::size_t{f} + k].x += 0.02;
+    const auto open = open_edges(surface, flat);
+    REQUIRE(open == 2);
+    CHECK(join_crumbs(surface, flat, 0.02, {}) == 1);
+    CHECK(charts_of(flat) == 1);
+    CHECK(open_edges(surface, flat) == open);
+    CHECK(overlap_free(flat));
+    CHECK(least_share(surface, flat) >= 0.05);
+}
+
+TEST_CASE("one face as large as a room beside thousands of small ones takes no longer")
+{
+    auto mesh = shapes::grid(200, [](float, float) { return 0.0F; });
+    for (auto& p : mesh.positions)
+        p = p * 1e-3F;
+    shapes::append(mesh, shapes::grid(1, [](float, float) { return 0.0F; }));
+    for (std::size_t v = mesh.positions.size() - 4; v < mesh.positions.size(); ++v)
+        mesh.positions[v] = mesh.positions[v] * 100.0F;
+    const Surface surface(mesh);
+    auto flat = seen_from_above(mesh, [&](auto f) { return f + 2 >= mesh.triangles.size() ? 1u : 0u; });
+    CHECK(join_crumbs(surface, flat, 1e-5, {}) == 0);
+    CHECK(attach_crumbs(surface, flat, 1e-5, {}) == 0);
+}

@@ -1,0 +1,146 @@
+#include "catch.h"
+
+#include <fresco/geometry/surface_search.h>
+#include <fresco/random.h>
+
+#include <algorithm>
+#include <cmath>
+
+using namespace fresco;
+using namespace fresco::geometry;
+
+namespace
+{
+
+std::array<Vec3d, 3> corners_of(const Mesh& mesh, std::uint32_t face)
+{
+    const auto& t = mesh.triangles[face];
+    return {vec_cast<double>(mesh.positions[t[0]]), vec_cast<double>(mesh.positions[t[1]]),
+            vec_cast<double>(mesh.positions[t[2]])};
+}
+
+/// The slow obvious way: every face.
+SurfacePoint nearest_of_all(const Mesh& mesh, Vec3d p, const Vec3d* normal, double reach)
+{
+    SurfacePoint best;
+    for (std::uint32_t face = 0; face < mesh.triangles.size(); ++face)
+    {
+        const auto c = corners_of(mesh, face);
+        if (normal != nullptr && dot(cross(c[1] - c[0], c[2] - c[0]), *normal) <= 0)
+            continue;
+        const auto weights = nearest_weights(c, p);
+        const Vec3d away = c[0] * weights[0] + c[1] * weights[1] + c[2] * weights[2] - p;
+        if (dot(away, away) < best.squared_distance && dot(away, away) <= reach * reach)
+            best = {face, weights, dot(away, away)};
+    }
+    return best;
+}
+
+double to_segment(Vec3d a, Vec3d b, Vec3d p)
+{
+    const double along = std::clamp(dot(p - a, b - a) / dot(b - a, b - a), 0.0, 1.0);
+    return length(a + (b - a) * along - p);
+}
+
+/// The distance to a triangle by its plane and its three sides.
+double distance_by_parts(const std::array<Vec3d, 3>& c, Vec3d p)
+{
+    const Vec3d normal = normalized(cross(c[1] - c[0], c[2] - c[0]));
+    const Vec3d foot = p - normal * dot(p - c[0], normal);
+    bool is_inside = true;
+    double distance = 1e300;
+    for (std::size_t i = 0; i < 3; ++i)
+    {
+        const Vec3d side = c[(i + 1) % 3] - c[i];
+        is_inside = is_inside && dot(cross(side, foot - c[i]), normal) >= 0;
+        distance = std::min(distance, to_segment(c[i], c[(i + 1) % 3], p));
+    }
+    return is_inside ? length(foot - p) : distance;
+}
+
+double part(Random& random)
+{
+    return 2 * random.uniform() - 1;
+}
+
+Vec3f place(Random& random, bool on_grid)
+{
+    const Vec3d p{part(random), part(random), part(random)};
+    // On a grid many distances are equal.
+    return on_grid ? Vec3f{float(std::round(p.x * 2)), float(std::round(p.y * 2)), float(std::round(p.z * 2))}
+                   : vec_cast<float>(p);
+}
+
+Mesh soup(std::size_t faces, bool on_grid)
+{
+    Random random{faces};
+    Mesh mesh;
+    for (std::uint32_t i = 0; i < faces; ++i)
+    {
+        const Vec3f middle = place(random, on_grid);
+        for (int corner = 0; corner < 3; ++corner)
+            mesh.positions.push_back(middle + place(random, on_grid) * (on_grid ? 1.0F : 0.2F));
+        mesh.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+    }
+    return mesh;
+}
+
+}  // namespace
+
+TEST_CASE("the nearest point of a triangle is as near as its plane and sides say")
+{
+    Random random{5};
+    for (int trial = 0; trial < 3000; ++trial)
+    {
+        std::array<Vec3d, 3> c;
+        for (Vec3d& corner : c)
+            corner = {part(random), part(random), part(random)};
+        const Vec3d p{2 * part(random), 2 * part(random), 2 * part(random)};
+        const auto w = nearest_weights(c, p);
+        CHECK(w[0] + w[1] + w[2] == Approx(1));
+        CHECK(std::min({w[0], w[1], w[2]}) >= -1e-12);
+        CHECK(length(c[0] * w[0] + c[1] * w[1] + c[2] * w[2] - p) == Approx(distance_by_parts(c, p)).epsilon(1e-9));
+    }
+    const Vec3d end{4, 0, 0};
+    CHECK(nearest_weights({Vec3d{}, end, end}, {1, 3, 0})[0] == 0.75);
+}
+
+TEST_CASE("the tree finds what a search of all faces finds, to the bit")
+{
+    for (const bool on_grid : {false, true})
+        for (const std::size_t faces : {1U, 4U, 5U, 40U, 700U})
+        {
+            const Mesh mesh = soup(faces, on_grid);
+            const SurfaceSearch search(mesh);
+            Random random{7};
+            for (int trial = 0; trial < 400; ++trial)
+            {
+                const Vec3d p = vec_cast<double>(place(random, on_grid && trial % 2 == 0));
+                const Vec3d normal{part(random), part(random), part(random)};
+                const double reach = trial % 3 == 0 ? 0.3 : 100;
+                const SurfacePoint any = search.nearest(p, reach);
+                CHECK(any.face == nearest_of_all(mesh, p, nullptr, reach).face);
+                const auto expected = nearest_of_all(mesh, p, &normal, reach);
+                for (const std::uint32_t hint : {SurfacePoint::none, static_cast<std::uint32_t>(random.below(faces))})
+                {
+                    const auto found = search.nearest_facing(p, normal, reach, hint);
+                    REQUIRE(found.face == expected.face);
+                    if (found.found())
+                        CHECK(found.squared_distance == expected.squared_distance);
+                    CHECK(found.weights == expected.weights);
+                }
+            }
+        }
+}
+
+TEST_CASE("the back of a thin wall is never found, however near")
+{
+    Mesh wall;
+    wall.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, -0.001F}, {1, 0, -0.001F}, {0, 1, -0.001F}};
+    wall.triangles = {{0, 1, 2}, {3, 5, 4}};
+    const SurfaceSearch search(wall);
+    CHECK(search.nearest_facing({0.2, 0.2, -0.0009}, {0, 0.1, 1}, 1).face == 0);
+    CHECK(search.nearest_facing({0.2, 0.2, -0.0001}, {0, 0.1, -1}, 1).face == 1);
+    CHECK_FALSE(search.nearest_facing({0.2, 0.2, 0.2}, {0, 0, 1}, 0.1).found());
+    CHECK_FALSE(search.nearest_facing({0.2, 0.2, 0}, {1, 0, 0}, 1).found());
+}

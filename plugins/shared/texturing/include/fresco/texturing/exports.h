@@ -1,0 +1,133 @@
+#pragma once
+
+#include <fresco/image_io.h>
+#include <fresco/mesh.h>
+#include <fresco/stage.h>
+#include <fresco/texture.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+/// \file What the stages that write meshes share: checks of what goes in and of what was written, pictures and their options,
+/// vertices split as a format wants them, PLY.
+
+namespace fresco::texturing
+{
+
+/// Throws Error naming `source` unless the mesh is one that can be exported: as check_mesh, with texcoords, and a square picture.
+void check_textured_mesh(const TexturedMesh& textured, std::string_view source);
+
+/// Compares a mesh that was read again with the one that was to be written: positions, vertex colors, triangles and texcoords,
+/// all bit by bit, but for faces that name a vertex twice, which readers drop. Throws Error naming the first difference.
+void check_written_mesh(const Mesh& found, const Mesh& meant);
+
+/// "1 234 567"
+std::string grouped(std::uint64_t number);
+/// "12.3 MB", "4.0 kB", "17 bytes"; of 1000, as file managers count.
+std::string file_size(std::uint64_t bytes);
+
+/// "room.glb: 12.3 MB, 499 999 triangles, valid": for what was read again and found to be what was meant. `what` may be empty.
+std::string valid_line(std::string_view name, std::uint64_t bytes, std::string_view what);
+
+/// What an export writes, of which one is wired: a mesh with its picture, or one without. Declared in the stage as
+/// `ExportedMesh mesh{this};`.
+class ExportedMesh
+{
+  public:
+    explicit ExportedMesh(Configurable* owner);
+
+    /// Throws Error unless one of the ports is wired, to what can be exported (check_textured_mesh, check_mesh).
+    void check() const;
+
+    bool has_picture() const { return textured_.has_value(); }
+    const TexturedMesh& textured() const { return *textured_; }
+    const Mesh& mesh() const { return has_picture() ? textured_->mesh : *mesh_; }
+
+  private:
+    Input<TexturedMesh> textured_;
+    Input<Mesh> mesh_;
+};
+
+/// Throws Error if a path below --out contains spaces, at which readers of text headers split names.
+void check_path_for_names(const std::string& path);
+
+/// The options of an export that encodes the picture of a textured mesh: declared in the stage as
+/// `PictureEncoding encoding{this};`.
+class PictureEncoding
+{
+  public:
+    /// `max_texture_px`: the default of the option.
+    explicit PictureEncoding(Configurable* owner, int max_texture_px = 0);
+
+    struct Encoded
+    {
+        Raster8 smaller;  ///< Empty where the picture keeps its size: large ones are not copied.
+        std::vector<std::byte> bytes;
+
+        const Raster8& picture(const TexturedMesh& textured) const { return smaller.empty() ? textured.image.pixels : smaller; }
+    };
+    /// The picture, made smaller where that is asked for, as `extension` says: ".png", ".jpg" or ".jpeg", ".npy" (uint8 H x W
+    /// x 3). Throws Error for any other; Canceled.
+    Encoded encoded(const TexturedMesh& textured, std::string_view extension, RunContext& run) const;
+    /// Reads a file again that holds such bytes. Throws Error naming it unless it is whole and holds the picture: every texel, or
+    /// its size where it is JPEG.
+    void check(const std::filesystem::path& file, const Raster8& picture) const;
+
+  private:
+    Option<int> jpeg_quality_;
+    Option<int> max_texture_px_;
+    Slot<ImageIo> images_;
+};
+
+/// The same where the format is an option too: declared in the stage as `PictureOptions picture{this};`.
+class PictureOptions : public PictureEncoding
+{
+  public:
+    explicit PictureOptions(Configurable* owner);
+
+    /// ".png" or ".jpg".
+    std::string extension() const;
+    /// Writes the picture below `folder` under the name of `mesh_path` with another extension, reads it again and says so.
+    /// Returns its name below the folder, which must exist. Throws Error, Canceled.
+    std::string write(const TexturedMesh& textured, const std::filesystem::path& folder, const std::string& mesh_path,
+                      RunContext& run) const;
+
+  private:
+    Option<std::string> image_format_;
+};
+
+/// A mesh with one texcoord per vertex, as graphics hardware wants it.
+struct WeldedMesh
+{
+    std::vector<Vec3f> positions;        ///< V
+    std::vector<Vec3f> normals;          ///< V, unit length: area-weighted over all faces at the position, across seams.
+    std::vector<Vec2f> texcoords;        ///< V or empty, origin at the lower left.
+    std::vector<Rgb8> colors;            ///< V or empty; sRGB.
+    std::vector<std::uint32_t> indices;  ///< 3F, in the order of the mesh's corners.
+};
+
+/// Corners with the same position and the same texcoord become one vertex, numbered by first use; no face is dropped. The mesh
+/// must have passed check_mesh. `with_colors`: corners of one vertex have the same color, too, and the colors are kept.
+WeldedMesh weld(const Mesh& mesh, bool with_colors = false);
+
+/// Where a PLY file keeps texcoords: there is no standard, readers differ.
+enum class PlyTexcoords
+{
+    vertex,  ///< `s`, `t` of each vertex, which is split where the atlas is cut: what Blender reads.
+    face,    ///< `texcoord`, a list of six numbers for each face: what MeshLab reads.
+    none
+};
+
+/// The mesh as it is to stand in the file: for `vertex`, corners that agree in position and texcoord are one vertex; for `none`
+/// without texcoords. `colors` (per vertex of the mesh, or empty) go with their vertices.
+Mesh arranged(const Mesh& mesh, const std::vector<Rgb8>& colors, PlyTexcoords texcoords);
+
+/// Binary little-endian PLY of an arranged mesh; `picture`: the name for `comment TextureFile`, empty for none. parse_ply gives
+/// the same mesh again but for faces that name a vertex twice. Throws Error for more vertices than PLY's int counts.
+std::vector<std::byte> textured_ply(const Mesh& mesh, PlyTexcoords texcoords, const std::string& picture);
+
+}  // namespace fresco::texturing

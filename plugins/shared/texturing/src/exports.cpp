@@ -1,0 +1,405 @@
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+#include <fresco/mesh_io.h>
+#include <fresco/npy.h>
+#include <fresco/texturing/exports.h>
+#include <fresco/texturing/texture_pictures.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstring>
+#include <fmt/format.h>
+#include <span>
+#include <unordered_map>
+
+namespace fresco::texturing
+{
+
+void check_textured_mesh(const TexturedMesh& textured, std::string_view source)
+{
+    check_mesh(textured.mesh, source);
+    if (textured.mesh.texcoords.empty())
+        throw Error(std::string(source) + " has no texcoords: wire what texture.bake made");
+    const Raster8& picture = textured.image.pixels;
+    if (picture.empty() || picture.width != picture.height || picture.channels != 3)
+        throw Error(fmt::format(
+            "{} has a picture of {} x {} texels and {} channels; expected a square RGB picture, as texture.bake makes it", source,
+            picture.width, picture.height, picture.channels));
+}
+
+void check_written_mesh(const Mesh& found, const Mesh& meant)
+{
+    const auto expect = [](bool good, const std::string& what)
+    {
+        if (!good)
+            throw Error("the written file differs from what was to be written: " + what);
+    };
+    expect(found.positions == meant.positions, "the positions differ");
+    expect(found.colors == meant.colors, "the vertex colors differ");
+    expect(found.texcoords.size() == (meant.texcoords.empty() ? 0 : 3 * found.triangles.size()),
+           "the number of texcoords differs");
+    std::size_t next = 0;
+    for (std::size_t face = 0; face < meant.triangles.size(); ++face)
+    {
+        const Triangle& t = meant.triangles[face];
+        if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0])
+            continue;
+        const std::string name = fmt::format("triangle {}", face);
+        expect(next < found.triangles.size() && found.triangles[next] == t, name + " is missing or differs");
+        for (std::size_t i = 0; i < 3 && !meant.texcoords.empty(); ++i)
+            expect(found.texcoords[3 * next + i] == meant.texcoords[3 * face + i], name + " has a different texcoord");
+        ++next;
+    }
+    expect(next == found.triangles.size(), "more triangles");
+}
+
+std::string grouped(std::uint64_t number)
+{
+    std::string text = std::to_string(number);
+    for (std::size_t at = text.size(); at > 3;)
+        text.insert(at -= 3, 1, ' ');
+    return text;
+}
+
+std::string file_size(std::uint64_t bytes)
+{
+    constexpr std::array units{"kB", "MB", "GB", "TB"};
+    if (bytes < 1000)
+        return fmt::format("{} bytes", bytes);
+    std::size_t unit = 0;
+    // Tenths of the unit, rounded once.
+    std::uint64_t divisor = 100;
+    while (unit + 1 < units.size() && (bytes + divisor / 2) / divisor >= 10000)
+    {
+        divisor *= 1000;
+        ++unit;
+    }
+    const std::uint64_t tenths = (bytes + divisor / 2) / divisor;
+    return fmt::format("{}.{} {}", tenths / 10, tenths % 10, units[unit]);
+}
+
+std::string valid_line(std::string_view name, std::uint64_t bytes, std::string_view what)
+{
+    return std::string(name) + ": " + file_size(bytes) + (what.empty() ? "" : ", " + std::string(what)) + ", valid";
+}
+
+ExportedMesh::ExportedMesh(Configurable* owner)
+    : textured_(owner, "textured_mesh", optional, "The mesh with its picture, as texture.bake makes it"),
+      mesh_(owner, "mesh", optional, "Alternatively, a mesh or atlas without a picture, with its vertex colors")
+{
+}
+
+void ExportedMesh::check() const
+{
+    if (textured_.has_value() == mesh_.has_value())
+        throw Error(textured_.has_value()
+                        ? "both 'textured_mesh' and 'mesh' are wired: wire one of them"
+                        : "wire 'textured_mesh' (a texture.bake stage), or 'mesh' for a mesh without a picture");
+    if (has_picture())
+        check_textured_mesh(*textured_, "the mesh on port 'textured_mesh'");
+    else
+        check_mesh(*mesh_, "the mesh on port 'mesh'");
+}
+
+namespace
+{
+
+bool is_jpeg(std::string_view extension)
+{
+    return extension == ".jpg" || extension == ".jpeg";
+}
+
+std::array<std::size_t, 3> shape_of(const Raster8& picture)
+{
+    return {static_cast<std::size_t>(picture.height), static_cast<std::size_t>(picture.width),
+            static_cast<std::size_t>(picture.channels)};
+}
+
+bool holds(const NpyArray& array, const Raster8& picture)
+{
+    const auto shape = shape_of(picture);
+    if (array.shape != std::vector<std::size_t>(shape.begin(), shape.end()))
+        return false;
+    return std::ranges::equal(array.as<std::uint8_t>(), picture.values);
+}
+
+/// `jpeg_quality`: for .jpg and .jpeg.
+std::vector<std::byte> encoded_picture(const Raster8& picture, std::string_view extension, int jpeg_quality,
+                                       const ImageIo& images)
+{
+    if (extension == ".png")
+        return images.encode_png(picture);
+    if (is_jpeg(extension))
+        return images.encode_jpeg(picture, jpeg_quality);
+    if (extension == ".npy")
+        return to_npy(NpyType::uint8, shape_of(picture), std::as_bytes(std::span(picture.values)));
+    throw Error("unknown picture extension \"" + std::string(extension) + "\"; expected .png, .jpg or .npy");
+}
+
+}  // namespace
+
+void check_path_for_names(const std::string& path)
+{
+    if (path.find_first_of(" \t\r\n") != std::string::npos)
+        throw Error("path \"" + path + "\" must contain no spaces, where readers split names");
+}
+
+PictureEncoding::PictureEncoding(Configurable* owner, int max_texture_px)
+    : jpeg_quality_(owner, "jpeg_quality", 92, range(1, 100), "Quality if the picture is JPEG"),
+      max_texture_px_(owner, "max_texture_px", max_texture_px, range(0, 65536),
+                      "Shrink the picture to this side, chart by chart in linear light; 0: do not shrink"),
+      images_(owner, "images", "image.opencv", "Encodes the picture and reads it back")
+{
+}
+
+PictureEncoding::Encoded PictureEncoding::encoded(const TexturedMesh& textured, std::string_view extension, RunContext& run) const
+{
+    Encoded result;
+    if (*max_texture_px_ != 0 && *max_texture_px_ < textured.image.pixels.width)
+        result.smaller = smaller_picture(textured, *max_texture_px_, run);
+    result.bytes = encoded_picture(result.picture(textured), extension, *jpeg_quality_, *images_);
+    run.check_canceled();
+    return result;
+}
+
+void PictureEncoding::check(const std::filesystem::path& file, const Raster8& picture) const
+{
+    const std::string extension = file.extension().string();
+    bool good = false;
+    if (extension == ".npy")
+        good = holds(read_npy(file), picture);
+    else if (is_jpeg(extension))
+    {
+        const ImageHeader header = images_->check(file);
+        good = header.width == picture.width && header.height == picture.height;
+    }
+    else
+        good = images_->read_rgb(file) == picture;
+    if (!good)
+        throw Error(file.string() + ": the written picture differs from what was to be written");
+}
+
+PictureOptions::PictureOptions(Configurable* owner)
+    : PictureEncoding(owner), image_format_(owner, "image_format", "png", one_of({"png", "jpeg"}), "How the picture is stored")
+{
+}
+
+std::string PictureOptions::extension() const
+{
+    return *image_format_ == "jpeg" ? ".jpg" : ".png";
+}
+
+std::string PictureOptions::write(const TexturedMesh& textured, const std::filesystem::path& folder, const std::string& mesh_path,
+                                  RunContext& run) const
+{
+    const std::string name = std::filesystem::path(mesh_path).replace_extension(extension()).generic_string();
+    const Encoded image = encoded(textured, extension(), run);
+    const Raster8& picture = image.picture(textured);
+    write_file(folder / name, image.bytes);
+    check(folder / name, picture);
+    run.message(valid_line(name, image.bytes.size(), fmt::format("{0} x {0} texels", picture.width)));
+    run.report("texture_px", picture.width);
+    run.report("picture_bytes", image.bytes.size());
+    return name;
+}
+
+namespace
+{
+/// Of the values' bits; -0 counts as 0.
+template <std::size_t N>
+struct FloatsHash
+{
+    std::size_t operator()(const std::array<float, N>& values) const
+    {
+        std::uint64_t hash = 0x9e3779b97f4a7c15U;
+        for (const float v : values)
+        {
+            hash ^= std::bit_cast<std::uint32_t>(v + 0.0F);
+            hash *= 0xff51afd7ed558ccdU;
+            hash ^= hash >> 32U;
+        }
+        return static_cast<std::size_t>(hash);
+    }
+};
+
+/// Numbers equal keys equally, by first use.
+template <std::size_t N>
+class Numbering
+{
+  public:
+    explicit Numbering(std::size_t expected) { numbers_.reserve(expected); }
+    std::uint32_t number(const std::array<float, N>& key)
+    {
+        return numbers_.try_emplace(key, static_cast<std::uint32_t>(numbers_.size())).first->second;
+    }
+
+  private:
+    std::unordered_map<std::array<float, N>, std::uint32_t, FloatsHash<N>> numbers_;
+};
+
+/// V: the mesh's vertices with equal positions share a number.
+std::vector<std::uint32_t> position_numbers(const Mesh& mesh)
+{
+    Numbering<3> numbering(mesh.positions.size());
+    std::vector<std::uint32_t> numbers;
+    numbers.reserve(mesh.positions.size());
+    for (const Vec3f p : mesh.positions)
+        numbers.push_back(numbering.number({p.x, p.y, p.z}));
+    return numbers;
+}
+
+/// One normal per position number; straight up where the faces around cancel or have no area.
+std::vector<Vec3f> position_normals(const Mesh& mesh, const std::vector<std::uint32_t>& numbers)
+{
+    std::vector<Vec3d> sums(mesh.positions.size());
+    for (const Triangle& t : mesh.triangles)
+    {
+        const Vec3d a = vec_cast<double>(mesh.positions[t[0]]);
+        const Vec3d twice_area = cross(vec_cast<double>(mesh.positions[t[1]]) - a, vec_cast<double>(mesh.positions[t[2]]) - a);
+        for (const std::uint32_t v : t)
+            sums[numbers[v]] += twice_area;
+    }
+    std::vector<Vec3f> normals;
+    normals.reserve(sums.size());
+    for (const Vec3d sum : sums)
+        normals.push_back(length(sum) > 0 ? vec_cast<float>(normalized(sum)) : Vec3f{0, 0, 1});
+    return normals;
+}
+}  // namespace
+
+WeldedMesh weld(const Mesh& mesh, bool with_colors)
+{
+    const std::vector<std::uint32_t> numbers = position_numbers(mesh);
+    const std::vector<Vec3f> normals = position_normals(mesh, numbers);
+    Numbering<6> numbering(mesh.positions.size());
+    const bool keeps_colors = with_colors && !mesh.colors.empty();
+    WeldedMesh welded;
+    welded.indices.reserve(mesh.triangles.size() * 3);
+    for (std::size_t corner = 0; corner < mesh.triangles.size() * 3; ++corner)
+    {
+        const std::uint32_t vertex = mesh.triangles[corner / 3][corner % 3];
+        const Vec3f p = mesh.positions[vertex];
+        const Vec2f uv = mesh.texcoords.empty() ? Vec2f{} : mesh.texcoords[corner];
+        const Rgb8 color = keeps_colors ? mesh.colors[vertex] : Rgb8{};
+        const auto color_number = static_cast<float>(color[0] << 16U | color[1] << 8U | color[2]);
+        const std::uint32_t index = numbering.number({p.x, p.y, p.z, uv.x, uv.y, color_number});
+        if (index == welded.positions.size())
+        {
+            welded.positions.push_back(p);
+            if (!mesh.texcoords.empty())
+                welded.texcoords.push_back(uv);
+            if (keeps_colors)
+                welded.colors.push_back(color);
+            welded.normals.push_back(normals[numbers[vertex]]);
+        }
+        welded.indices.push_back(index);
+    }
+    return welded;
+}
+
+namespace
+{
+/// Bytes as they lie in memory: fresco runs only on little-endian machines, like its NPY files.
+class Bytes
+{
+  public:
+    template <class T>
+    void put(T value)
+    {
+        const std::size_t at = bytes_.size();
+        bytes_.resize(at + sizeof(T));
+        std::memcpy(&bytes_[at], &value, sizeof(T));
+    }
+    void put_text(const std::string& text)
+    {
+        const auto raw = std::as_bytes(std::span(text));
+        bytes_.insert(bytes_.end(), raw.begin(), raw.end());
+    }
+    void reserve(std::size_t count) { bytes_.reserve(count); }
+    std::vector<std::byte> take() { return std::move(bytes_); }
+
+  private:
+    std::vector<std::byte> bytes_;
+};
+
+/// V: the texcoord that all corners of a vertex share.
+std::vector<Vec2f> vertex_texcoords(const Mesh& mesh)
+{
+    std::vector<Vec2f> result(mesh.positions.size());
+    for (std::size_t corner = 0; corner < mesh.texcoords.size(); ++corner)
+        result[mesh.triangles[corner / 3][corner % 3]] = mesh.texcoords[corner];
+    return result;
+}
+
+std::vector<std::byte> split_ply(const Mesh& mesh, const std::string& comment)
+{
+    Bytes out;
+    out.put_text(fmt::format("ply\nformat binary_little_endian 1.0\n{}element vertex {}\n"
+                             "property float x\nproperty float y\nproperty float z\nproperty float s\nproperty float t\n{}"
+                             "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+                             comment, mesh.positions.size(),
+                             mesh.colors.empty() ? "" : "property uchar red\nproperty uchar green\nproperty uchar blue\n",
+                             mesh.triangles.size()));
+    out.reserve(1024 + mesh.positions.size() * 23 + mesh.triangles.size() * 13);
+    const std::vector<Vec2f> texcoords = vertex_texcoords(mesh);
+    for (std::size_t v = 0; v < mesh.positions.size(); ++v)
+    {
+        out.put(mesh.positions[v]);
+        out.put(texcoords[v]);
+        if (!mesh.colors.empty())
+            out.put(mesh.colors[v]);
+    }
+    for (const Triangle& t : mesh.triangles)
+    {
+        out.put(std::uint8_t{3});
+        out.put(t);
+    }
+    return out.take();
+}
+
+std::vector<std::byte> with_comment(const std::vector<std::byte>& ply, const std::string& comment)
+{
+    const std::string first_lines = "ply\nformat binary_little_endian 1.0\n";
+    std::vector<std::byte> result(ply.begin(), ply.begin() + static_cast<std::ptrdiff_t>(first_lines.size()));
+    const auto raw = std::as_bytes(std::span(comment));
+    result.insert(result.end(), raw.begin(), raw.end());
+    result.insert(result.end(), ply.begin() + static_cast<std::ptrdiff_t>(first_lines.size()), ply.end());
+    return result;
+}
+}  // namespace
+
+Mesh arranged(const Mesh& mesh, const std::vector<Rgb8>& colors, PlyTexcoords texcoords)
+{
+    Mesh result;
+    if (texcoords != PlyTexcoords::vertex)
+    {
+        result.positions = mesh.positions;
+        result.triangles = mesh.triangles;
+        result.colors = colors;
+        if (texcoords == PlyTexcoords::face)
+            result.texcoords = mesh.texcoords;
+        return result;
+    }
+    WeldedMesh welded = weld(mesh);
+    result.positions = std::move(welded.positions);
+    result.texcoords = mesh.texcoords;
+    if (!colors.empty())
+        result.colors.resize(result.positions.size());
+    for (std::size_t face = 0; face < mesh.triangles.size(); ++face)
+    {
+        result.triangles.push_back({welded.indices[3 * face], welded.indices[3 * face + 1], welded.indices[3 * face + 2]});
+        for (std::size_t i = 0; i < 3 && !colors.empty(); ++i)
+            result.colors[result.triangles[face][i]] = colors[mesh.triangles[face][i]];
+    }
+    return result;
+}
+
+std::vector<std::byte> textured_ply(const Mesh& mesh, PlyTexcoords texcoords, const std::string& picture)
+{
+    const std::string comment = picture.empty() ? "" : "comment TextureFile " + picture + "\n";
+    return texcoords == PlyTexcoords::vertex ? split_ply(mesh, comment) : with_comment(to_ply(mesh), comment);
+}
+
+}  // namespace fresco::texturing

@@ -1,3 +1,6 @@
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
 #include <fresco/error.h>
 #include <fresco/file_access.h>
 #include <fresco/files_io.h>
@@ -19,9 +22,6 @@
 #include <system_error>
 #include <unistd.h>
 #include <vector>
-#include <xxhash.h>
-
-#define XXH_INLINE_ALL
 
 namespace fresco
 {

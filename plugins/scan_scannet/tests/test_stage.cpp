@@ -165,32 +165,13 @@ TEST_CASE("without the folder intrinsic the scene's properties are used", "[scan
 
 TEST_CASE("a scene that cannot be used is refused by name", "[scan.scannet]")
 {
-    check_flaws(
-        reader,
-        {{"a folder missing", removing("pose"), {"3 files are missing", "pose/0.txt", "pose/N.txt"}},
-         {"no views",
-          [](const auto& it)
-          {
-              for (const char* name : {"color", "depth", "pose"})
-                  it.remove(name);
-          },
-          {"holds no views; each needs color/N.jpg (or .png), depth/N.png and pose/N.txt"}},
-         {"partners missing",
-          [](const auto& it)
-          {
-              it.remove("depth/10.png");
-              it.remove("color/0.jpg");
-          },
-          {"2 files are missing", "color/0.jpg", "depth/10.png"}},
-         {"a number twice",
-          [](const auto& it) { it.write("color/00.jpg", it.text("color/0.jpg")); },
-          {"a second file with this number"}},
-         {"a mirrored pose", writing("pose/10.txt", "-1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"), {"pose/10.txt", "not a rotation"}},
-         {"a short pose", writing("pose/10.txt", "1 0 0 0\n0 1 0\n"), {"pose/10.txt:2: 3 numbers"}},
-         {"intrinsics missing", removing("intrinsic/intrinsic_depth.txt"), {"intrinsic_depth.txt"}},
-         {"no property", writing(properties, "colorWidth = 64\nnonsense\n"), {"scene0000_00.txt:2: expected"}},
-         {"a short alignment", writing(properties, "axisAlignment = 1 0 0\n"), {"axisAlignment: 3 numbers; expected 16"}},
-         {"extrinsics that scale",
-          writing("intrinsic/extrinsic_depth.txt", "3 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"),
-          {"extrinsic_depth.txt", "not a rotation"}}});
+    check_flaws(reader,
+                {{"a folder missing", removing("pose"), {"3 files are missing", "pose/0.txt", "pose/N.txt"}},
+                 {"a short pose", writing("pose/10.txt", "1 0 0 0\n0 1 0\n"), {"pose/10.txt:2: 3 numbers"}},
+                 {"intrinsics missing", removing("intrinsic/intrinsic_depth.txt"), {"intrinsic_depth.txt"}},
+                 {"no property", writing(properties, "colorWidth = 64\nnonsense\n"), {"scene0000_00.txt:2: expected"}},
+                 {"a short alignment", writing(properties, "axisAlignment = 1 0 0\n"), {"axisAlignment: 3 numbers; expected 16"}},
+                 {"extrinsics that scale",
+                  writing("intrinsic/extrinsic_depth.txt", "3 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"),
+                  {"extrinsic_depth.txt", "not a rotation"}}});
 }

@@ -56,13 +56,26 @@ std::string sections(const CLI::App& command, const std::string& name)
     return result;
 }
 
+std::string program_sections()
+{
+    std::string result;
+    for (const auto& [name, lines] : program_helps())
+    {
+        result += ".SS " + troff("fresco " + name) + "\n.nf\n";
+        for (const std::string& line : lines)
+            result += troff(line) + "\n";
+        result += ".fi\n";
+    }
+    return result;
+}
+
 std::string manual(const CLI::App& app)
 {
     return ".TH FRESCO 1 \"\" \"fresco " + program_version() +
            "\" \"User Commands\"\n.SH NAME\nfresco \\- paint scanned rooms\n" +
            ".SH SYNOPSIS\n.B fresco\n.I COMMAND\n[\\fIOPTIONS\\fR]\n.SH DESCRIPTION\n" + troff(app.get_description()) +
            "\n.PP\n" + troff("fresco COMMAND --help prints what is said of a command below.") + "\n.SH COMMANDS\n" +
-           sections(app, app.get_name()) + ".SH EXIT STATUS\n" + troff(app.get_footer()) + "\n";
+           sections(app, app.get_name()) + program_sections() + ".SH EXIT STATUS\n" + troff(app.get_footer()) + "\n";
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "main/completion.h"
 
 #include "base/unit_text.h"
+#include "main/commands.h"
 #include "pipeline/pipeline_document.h"
 #include "plugins/declaration.h"
 #include "plugins/plugin_search.h"
@@ -9,6 +10,7 @@
 #include <algorithm>
 #include <exception>
 #include <filesystem>
+#include <iterator>
 
 namespace fresco::host
 {
@@ -133,8 +135,6 @@ Words positional(const Place& place)
             return settings(place.given.front(), true);
         if (name == "kind")
             return plugin_kinds();
-        if (name == "network")
-            return {"vgg19"};
         if (name == "shell")
             return {"bash", "fish", "zsh"};
         if (name == "type" && place.command->get_name() == "describe")
@@ -177,6 +177,13 @@ Typed typed_at(const Words& words, std::size_t current, const Place& place)
 
 Words offered(const CLI::App& app, const Words& words, std::size_t current)
 {
+    if (current > 1 && words.size() > 1 && !words[1].starts_with("-") &&
+        app.get_subcommands([&](const CLI::App* each) { return each->get_name() == words[1]; }).empty())
+    {
+        Words own(words.begin() + 1, words.begin() + static_cast<std::ptrdiff_t>(std::min(current + 1, words.size())));
+        own.resize(current);
+        return program_completions(own);
+    }
     const Place place = place_of(app, words, current);
     const Typed typed = typed_at(words, current, place);
     Words result;
@@ -197,6 +204,8 @@ Words offered(const CLI::App& app, const Words& words, std::size_t current)
              place.command->get_subcommands([](const CLI::App* each) { return !each->get_group().empty(); }))
             if (!command->get_name().empty())
                 result.push_back(command->get_name());
+        if (place.command == &app)
+            std::ranges::copy(program_commands(), std::back_inserter(result));
         if (result.empty())
             result = positional(place);
     }

@@ -96,7 +96,7 @@ bool FileInputs::wire_file(StageDraft& stage, const Ports& inputs, const YamlNod
         return false;
     }
     const auto& [reader, port] = readers.front();
-    check_contents(file, absolute, reader.declaration->extensions, user, problems_);
+    check_contents(file, absolute, reader.declaration->extensions, reader.declaration->formats, types_, user, problems_);
     YamlNode config = node;
     if (!config.find("type"))
         config.set("type", yaml_from_value(reader.description->type, node));

@@ -161,7 +161,7 @@ Value OptionChecker::check_plain(const OptionDeclaration& option, const YamlNode
     if (option.kind == OptionKind::input_file)
     {
         uses.input_files.push_back(check_input_path(node, false, owner, problems_));
-        check_contents(node, uses.input_files.back(), option.extensions, owner, problems_);
+        check_contents(node, uses.input_files.back(), option.extensions, option.formats, types_, owner, problems_);
     }
     else if (option.kind == OptionKind::input_folder)
         check_input_path(node, true, owner, problems_);

@@ -61,6 +61,6 @@ std::filesystem::path check_input_path(const YamlNode& node, bool folder, const 
 /// Reports (as missing input) a file that is not what its extension says, or has none of `extensions`; nothing where those are
 /// empty, and nothing that check_input_path reports.
 void check_contents(const YamlNode& node, const std::filesystem::path& file, const std::vector<std::string>& extensions,
-                    const std::string& user, ProblemList& problems);
+                    const std::vector<FileFormat>& formats, TypeTable& types, const std::string& user, ProblemList& problems);
 
 }  // namespace fresco::host

@@ -1,6 +1,5 @@
 #include "pipeline/pipeline_ports.h"
 #include <fresco/command_line.h>
-#include <fresco/texture_rules.h>
 
 #include <algorithm>
 
@@ -12,7 +11,7 @@ namespace
 bool declares_ports(const OptionDeclaration& option)
 {
     return option.is_ports() || option.kind == OptionKind::command_line || option.kind == OptionKind::input_files ||
-           option.kind == OptionKind::texture_rules;
+           option.kind == OptionKind::rules;
 }
 
 void append_ports(TypeDescription& type, const char* list, const Value& ports)
@@ -42,8 +41,8 @@ void check_commands(const StageDraft& stage, ProblemList& problems)
     }
 }
 
-/// A port for each texture of the rules, and what is to be checked once it is known whose parts they are for.
-void append_textures(StageDraft& stage, TypeDescription& type, const OptionDeclaration& option, ProblemList& problems)
+/// An input for each that the rules name, and what is to be checked once it is known whose parts they are for.
+void append_named_inputs(StageDraft& stage, TypeDescription& type, const OptionDeclaration& option, ProblemList& problems)
 {
     const Value& rules = stage.options.at(option.name);
     const auto at = [&](const std::string& part)
@@ -55,16 +54,16 @@ void append_textures(StageDraft& stage, TypeDescription& type, const OptionDecla
     for (const auto& [part, rule] : rules.as_map())
     {
         if (part != other_parts)
-            stage.part_uses.push_back({part, option.name, option.parts_of, at(part)});
-        if (const std::string& name = rule.at("texture").as_string(); stage.type.declaration->input(name))
+            stage.part_uses.push_back({part, option.name, option.rule->parts_of, at(part)});
+        if (const std::string& name = rule.at(option.rule->input).as_string(); stage.type.declaration->input(name))
             problems.add(at(part), stage.title() + ": option '" + option.name + "': '" + name +
-                                       "' is another input of the stage; expected " + std::string(kept_texture) +
-                                       ", or a texture of another name");
+                                       "' is another input of the stage; expected " + option.rule->word + ", or a " +
+                                       option.rule->input + " of another name");
     }
     Value ports = Value::Map{};
-    for (const std::string& name : textures_named(rules))
+    for (const std::string& name : option.inputs_named(rules))
         if (!stage.type.declaration->input(name))
-            ports.set(name, Value::Map{{"artifact", Texture::artifact_name}, {"version", Texture::artifact_version}});
+            ports.set(name, Value::Map{{"artifact", option.rule->artifact}, {"version", option.rule->version}});
     append_ports(type, "inputs", ports);
 }
 
@@ -87,8 +86,8 @@ void settle_declared_ports(StageDraft& stage, TypeTable& types, ProblemList& pro
     for (const OptionDeclaration& option : options)
         if (option.is_ports())
             append_ports(own, option.kind == OptionKind::input_ports ? "inputs" : "outputs", stage.options.at(option.name));
-        else if (option.kind == OptionKind::texture_rules)
-            append_textures(stage, own, option, problems);
+        else if (option.kind == OptionKind::rules)
+            append_named_inputs(stage, own, option, problems);
     stage.own_type = types.adopt(std::move(own));
     stage.type = {stage.own_type.get(), &types.declaration(*stage.own_type)};
 }

@@ -161,9 +161,10 @@ fs::path check_input_path(const YamlNode& node, bool folder, const std::string& 
 }
 
 void check_contents(const YamlNode& node, const fs::path& file, const std::vector<std::string>& extensions,
-                    const std::string& user, ProblemList& problems)
+                    const std::vector<FileFormat>& formats, TypeTable& types, const std::string& user, ProblemList& problems)
 {
-    if (const std::string problem = extensions.empty() ? "" : file_problem(file, extensions); !problem.empty())
+    const auto others = [&] { return types.formats(); };
+    if (const std::string problem = extensions.empty() ? "" : file_problem(file, extensions, formats, others); !problem.empty())
         problems.add(node.position(), user + ": " + problem, ProblemKind::missing_input);
 }
 

@@ -91,6 +91,9 @@ TypeDeclaration read_declaration(const TypeDescription& type)
         result.outputs = read_ports(type.declaration, "outputs");
         result.artifact = text_at(type.declaration, "artifact");
         result.extensions = texts_at(type.declaration, "extensions");
+        if (const Value* formats = type.declaration.find("formats"))
+            for (const Value& format : formats->as_list())
+                result.formats.push_back(FileFormat::from(format));
         return result;
     }
     catch (const Error& error)

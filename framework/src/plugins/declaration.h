@@ -33,6 +33,7 @@ struct TypeDeclaration
     std::vector<PortDeclaration> outputs;
     std::string artifact;                 ///< Of a reader.
     std::vector<std::string> extensions;  ///< Of a reader: ".png".
+    std::vector<FileFormat> formats;      ///< Of a reader.
 
     const OptionDeclaration* option(std::string_view name) const;
     const PortDeclaration* input(std::string_view name) const;

@@ -3,29 +3,29 @@
 #include "plugins/declaration.h"
 
 #include <algorithm>
-#include <array>
 #include <optional>
 #include <set>
-#include <string_view>
+#include <utility>
 
 namespace fresco::host
 {
 namespace
 {
 
-struct SizeKind
+using Sizes = std::map<std::string, double>;
+
+/// What the stages of a pipeline count by: fresco::Counted, by name, as their types declare it.
+using Counts = std::map<std::string, const Value*>;
+
+Counts counts_of(const Pipeline& pipeline)
 {
-    std::string_view name;  ///< Of the entry in `cost`.
-    std::string_view rate;
-    double assumed;                    ///< Where nothing says how many.
-    std::string_view artifact;         ///< Whose wires carry this size and no other, …
-    std::string_view last_artifact{};  ///< … and whose carry it where no other wire does.
-};
-constexpr std::array<SizeKind, 4> size_kinds{{{"frames", "per_frame", 300, "frames"},
-                                              {"faces", "per_face", 1e6, "mesh"},
-                                              {"texels", "per_texel", 2048 * 2048, "", "mesh"},
-                                              {"pixels", "per_pixel", 640 * 480, ""}}};
-using Sizes = std::array<std::optional<double>, size_kinds.size()>;
+    Counts counts;
+    for (const PipelineStage& stage : pipeline.stages)
+        if (const Value* cost = stage.type ? stage.type->declaration.find("cost") : nullptr)
+            for (const auto& [name, counted] : cost->at("counts").as_map())
+                counts.emplace(name, &counted);
+    return counts;
+}
 
 /// Each once, in their order.
 class Notes
@@ -45,36 +45,32 @@ class Notes
 
 class StageEstimator
 {
-    /// Place in size_kinds.
-    enum Kind
-    {
-        frames,
-        faces,
-        texels,
-        pixels
-    };
-
   public:
-    StageEstimator(const PipelineStage& stage, const Sizes& incoming, int cores, Notes& notes)
-        : stage_(stage), incoming_(incoming), cores_(cores), notes_(notes)
+    StageEstimator(const PipelineStage& stage, const Counts& counts, Sizes incoming, int cores, Notes& notes)
+        : stage_(stage), counts_(counts), incoming_(std::move(incoming)), cores_(cores), notes_(notes)
     {
     }
 
     CostFigures run(Sizes& made)
     {
         const Value* cost = stage_.type ? stage_.type->declaration.find("cost") : nullptr;
+        made = incoming_;
         if (cost == nullptr)
-        {
-            made = incoming_;
             return {};
-        }
-        for (std::size_t kind = 0; kind < size_kinds.size(); ++kind)
+        for (const auto& [name, size] : cost->at("makes").as_map())
         {
-            const Value& size = cost->at(size_kinds[kind].name);
-            made[kind] = size.is_null() ? incoming_[kind] : counted(size, Kind(kind));
-            if (kind == texels || kind == pixels || !incoming_[kind])
-                incoming_[kind] = made[kind];
+            const std::optional<double> count = counted(size, name);
+            made.erase(name);
+            if (count)
+                made[name] = *count;
         }
+        for (const auto& [name, counted] : counts_)
+            if (const auto size = made.find(name); counted->at("carried_by").as_string().empty() || !incoming_.contains(name))
+            {
+                incoming_.erase(name);
+                if (size != made.end())
+                    incoming_[name] = size->second;
+            }
         steps_ = cost->at("steps");
         const double share = cost->at("parallel_share").as_double();
         CostFigures figures;
@@ -88,14 +84,13 @@ class StageEstimator
     double number(const Value& option) const { return stage_.options->at(option.as_string()).as_double(); }
 
     /// The size, or what is assumed, which is noted.
-    double known(const Sizes& sizes, Kind kind)
+    double known(const Sizes& sizes, const std::string& name)
     {
-        if (sizes[kind])
-            return *sizes[kind];
-        const std::string note = stage_.own_name + ": " + number_text(size_kinds[kind].assumed) + " " +
-                                 std::string(size_kinds[kind].name) + " assumed: no input says how many";
-        notes_.add(note);
-        return size_kinds[kind].assumed;
+        if (const auto size = sizes.find(name); size != sizes.end())
+            return size->second;
+        const double assumed = counts_.at(name)->at("assumed").as_double();
+        notes_.add(stage_.own_name + ": " + number_text(assumed) + " " + name + " assumed: no input says how many");
+        return assumed;
     }
 
     double squares(const Value& option) const
@@ -119,7 +114,7 @@ class StageEstimator
         return each > 0 ? static_cast<double>(measure.bytes) / each : static_cast<double>(measure.files);
     }
 
-    std::optional<double> base(const Value& size, Kind kind)
+    std::optional<double> base(const Value& size, const std::string& name)
     {
         if (const double number = size.at("number").as_double(); number > 0)
             return number;
@@ -131,14 +126,17 @@ class StageEstimator
         {
             // 0, or an empty list, stands for what the inputs have.
             const double sum = squares(stage_.options->at(option.as_string()));
-            return sum > 0 ? std::optional(kind == pixels ? sum * 4 / 3 : sum) : incoming_[kind];
+            const auto brought = incoming_.find(name);
+            return sum > 0                      ? std::optional(sum * counts_.at(name)->at("in_square").as_double())
+                   : brought == incoming_.end() ? std::nullopt
+                                                : std::optional(brought->second);
         }
-        return incoming_[kind] = known(incoming_, kind);
+        return incoming_[name] = known(incoming_, name);
     }
 
-    std::optional<double> counted(const Value& size, Kind kind)
+    std::optional<double> counted(const Value& size, const std::string& name)
     {
-        std::optional<double> count = base(size, kind);
+        std::optional<double> count = base(size, name);
         if (!count)
             return count;
         for (const Value& option : size.at("times").as_list())
@@ -151,20 +149,30 @@ class StageEstimator
         return count;
     }
 
-    double pictures(const Sizes& sizes) { return steps_.is_null() ? known(sizes, frames) : *counted(steps_, frames); }
+    double steps() { return counted(steps_, steps_.at("brought").as_string()).value_or(0); }
 
-    double total(const Value& rates, const Sizes& sizes, bool of_every_picture)
+    /// What one of `name` is counted for: each of another, or each step.
+    double times(const std::string& name, const Sizes& sizes)
+    {
+        const std::string& each_of = counts_.at(name)->at("each_of").as_string();
+        if (each_of.empty())
+            return 1;
+        return steps_.is_null() ? known(sizes, each_of) : steps();
+    }
+
+    double total(const Value& rates, const Sizes& sizes, bool of_each)
     {
         double sum = rates.at("fixed").as_double() + rates.at("per_core").as_double() * cores_;
-        for (std::size_t kind = 0; kind < size_kinds.size(); ++kind)
-            if (const double rate = rates.at(size_kinds[kind].rate).as_double(); rate > 0)
-                sum += rate * known(sizes, Kind(kind)) * (kind == pixels && of_every_picture ? pictures(sizes) : 1);
+        for (const auto& [name, rate] : rates.at("per").as_map())
+            if (rate.as_double() > 0)
+                sum += rate.as_double() * known(sizes, name) * (of_each ? times(name, sizes) : 1);
         if (const double rate = rates.at("per_step").as_double(); rate > 0)
-            sum += rate * pictures(sizes);
+            sum += rate * steps();
         return sum;
     }
 
     const PipelineStage& stage_;
+    const Counts& counts_;
     Sizes incoming_;
     int cores_;
     Notes& notes_;
@@ -172,26 +180,26 @@ class StageEstimator
 };
 
 /// A wire of the artifact that is all about a size goes before others.
-Sizes carried(const PipelineStage& stage, const std::map<std::string, Sizes>& made)
+Sizes carried(const PipelineStage& stage, const Counts& counts, const std::map<std::string, Sizes>& made)
 {
-    Sizes result, own, last;
+    Sizes others, own, last;
     for (const Wire& wire : stage.wires)
         if (const auto source = made.find(wire.from_stage); source != made.end())
         {
-            const auto about = std::ranges::find(size_kinds, std::string_view(wire.artifact), &SizeKind::artifact);
-            for (std::size_t kind = 0; kind < size_kinds.size(); ++kind)
+            const auto is_about = [&](const auto& count) { return count.second->at("carried_by").as_string() == wire.artifact; };
+            const bool is_general = std::ranges::none_of(counts, is_about);
+            for (const auto& [name, size] : source->second)
             {
-                Sizes& into = about == size_kinds.end() ? result : own;
-                if (!into[kind] && (about == size_kinds.end() || about == &size_kinds[kind]))
-                    into[kind] = source->second[kind];
-                if (!last[kind] && wire.artifact == size_kinds[kind].last_artifact)
-                    last[kind] = source->second[kind];
+                const auto& count = *counts.find(name);
+                if (is_general || is_about(count))
+                    (is_general ? others : own).emplace(name, size);
+                if (count.second->at("also_carried_by").as_string() == wire.artifact)
+                    last.emplace(name, size);
             }
         }
-    for (std::size_t kind = 0; kind < size_kinds.size(); ++kind)
-        if (own[kind] || !result[kind])
-            result[kind] = own[kind] ? own[kind] : last[kind];
-    return result;
+    own.merge(others);
+    own.merge(last);
+    return own;
 }
 
 }  // namespace
@@ -200,9 +208,11 @@ PipelineEstimate estimate_pipeline(const Pipeline& pipeline, int cores)
 {
     PipelineEstimate result;
     Notes notes;
+    const Counts counts = counts_of(pipeline);
     std::map<std::string, Sizes> made;
     for (const PipelineStage& stage : pipeline.stages)
-        result.stages[stage.name] = StageEstimator(stage, carried(stage, made), std::max(cores, 1), notes).run(made[stage.name]);
+        result.stages[stage.name] =
+            StageEstimator(stage, counts, carried(stage, counts, made), std::max(cores, 1), notes).run(made[stage.name]);
     result.notes = std::move(notes.list);
     return result;
 }

@@ -1,18 +1,27 @@
 #pragma once
 
-#include <fresco/value.h>
+#include "plugins/catalog.h"
 
 #include <filesystem>
 #include <iosfwd>
+#include <string>
+
+/// \file What `fresco describe` says of files. How a file was made is for a component of the kind `origin` to read, in a process
+/// of its own; reports of runs are the host's.
 
 namespace fresco::host
 {
 
-/// What `asset.extras` of a GLB says of the file's origin, {versions, stages}. Reads only its header and JSON chunk. Throws Error
-/// naming the file where it is no GLB, is cut short, or says nothing of it; MissingInput where there is no such file.
-Value file_origin(const std::filesystem::path& file);
+/// The type that reads how a file of this name was made; nullptr without one.
+const TypeDescription* origin_reader(const Catalog& catalog, const std::string& file);
 
-/// What `fresco describe room.glb` prints, for a terminal of `width`.
-void write_file_origin(const std::filesystem::path& file, bool json, std::size_t width, std::ostream& out);
+/// Prints that for a terminal of `width`. Throws Error naming the file, MissingInput where there is none.
+void write_file_origin(const TypeDescription& reader, const std::filesystem::path& file, bool json, std::size_t width,
+                       std::ostream& out);
+/// The process that does it: sends {"origin": {…}} or {"error": text, "missing": bool}.
+int internal_origin(const std::filesystem::path& library, const std::string& type, const std::filesystem::path& file);
+
+/// Of a run.json or sweep.json: which run it reports. Throws Error where it is another file.
+void write_run_origin(const std::filesystem::path& file, bool json, std::ostream& out);
 
 }  // namespace fresco::host

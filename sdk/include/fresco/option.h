@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fresco/configurable.h>
+#include <fresco/file_format.h>
 
 #include <filesystem>
 #include <initializer_list>
@@ -75,16 +76,22 @@ inline OneOf one_of(std::initializer_list<const char*> words)
     return {{words.begin(), words.end()}};
 }
 
-/// Extensions of the file that an OutputName names or an InputFile may be, lower case, with the dot: ".png". fresco check opens
-/// the file, too: one of a format that it knows must begin as that format does (.png .jpg .jpeg .npy .ply .obj .glb .gltf .json
-/// .sens .safetensors .pth .pt), and must not be empty or cut short.
+/// Extensions of the file that an OutputName names or an InputFile may be, lower case, with the dot: ".png".
 struct Extensions
 {
     std::vector<std::string> extensions;
+    std::vector<FileFormat> formats{};
 };
 inline Extensions extensions(std::initializer_list<const char*> accepted)
 {
     return {{accepted.begin(), accepted.end()}};
+}
+/// Those of an InputFile's formats. fresco check refuses a file that does not begin as its extension says, is empty or cut short.
+inline Extensions formats(std::vector<FileFormat> accepted)
+{
+    Extensions result{all_extensions(accepted)};
+    result.formats = std::move(accepted);
+    return result;
 }
 
 /// What the folder of an InputFolder must contain: names of files and folders, "traj.txt", with '*' and '?' within a name,
@@ -144,13 +151,19 @@ class Option final : public Parameter
     }
     Option(Configurable* owner, std::string name, T value, Extensions accepted, std::string help)
         : Option(owner, std::move(value),
-                 {.name = std::move(name), .extensions = std::move(accepted.extensions), .help = std::move(help)})
+                 {.name = std::move(name),
+                  .extensions = std::move(accepted.extensions),
+                  .formats = std::move(accepted.formats),
+                  .help = std::move(help)})
     {
     }
     Option(Configurable* owner, std::string name, Required, Extensions accepted, std::string help)
-        : Option(
-              owner, T{},
-              {.name = std::move(name), .required = true, .extensions = std::move(accepted.extensions), .help = std::move(help)})
+        : Option(owner, T{},
+                 {.name = std::move(name),
+                  .required = true,
+                  .extensions = std::move(accepted.extensions),
+                  .formats = std::move(accepted.formats),
+                  .help = std::move(help)})
     {
     }
     Option(Configurable* owner, std::string name, T value, FolderWith expected, std::string help)

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fresco/file_format.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -14,6 +16,9 @@
 
 namespace fresco::weights
 {
+
+/// Safetensors and state dicts of PyTorch.
+std::vector<FileFormat> file_formats();
 
 /// In descending order of size, so that tensors written in this order are aligned.
 enum class ElementType

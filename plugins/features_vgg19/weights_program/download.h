@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-namespace fresco::host
+namespace fresco::weights
 {
 
 /// A file of the web, known by its SHA-256.
@@ -20,4 +20,4 @@ struct Download
 /// refuses, a file whose SHA-256 is wrong (it is removed, unless it is what was at `to` before), a curl that is missing.
 bool download(const Download& what);
 
-}  // namespace fresco::host
+}  // namespace fresco::weights

@@ -1,8 +1,8 @@
-#include "main/download.h"
+#include "download.h"
 
-#include "base/process.h"
 #include <fresco/error.h>
 #include <fresco/file_access.h>
+#include <fresco/process.h>
 #include <fresco/weights/sha256.h>
 
 #include <array>
@@ -19,7 +19,7 @@
 
 extern char** environ;
 
-namespace fresco::host
+namespace fresco::weights
 {
 namespace
 {
@@ -164,7 +164,7 @@ void check_arguments(const Download& what)
 {
     if (!what.url.starts_with("https://") && !what.url.starts_with("http://"))
         throw Error("'" + what.url + "' is not a URL that begins with https:// or http://");
-    if (!weights::is_sha256_prefix(what.sha256_prefix))
+    if (!is_sha256_prefix(what.sha256_prefix))
         throw Error("'" + what.sha256_prefix + "' is not the beginning of a SHA-256; use 8 to 64 hexadecimal digits");
 }
 
@@ -175,8 +175,8 @@ bool download(const Download& what)
     check_arguments(what);
     if (fs::exists(what.to))
     {
-        const std::string hash = weights::sha256_of_file(what.to);
-        if (weights::has_sha256_prefix(hash, what.sha256_prefix))
+        const std::string hash = sha256_of_file(what.to);
+        if (has_sha256_prefix(hash, what.sha256_prefix))
             return false;
         throw Error(what.to.string() + ": already exists, but its SHA-256 is " + hash + ", which does not begin with " +
                     what.sha256_prefix + "; remove it, or fetch to another place with --to");
@@ -191,16 +191,16 @@ bool download(const Download& what)
     for (;;)
     {
         // All of it may have arrived before the last call was ended; a server has nothing more to send then.
-        std::string hash = resumed ? weights::sha256_of_file(part.path()) : "";
-        if (!weights::has_sha256_prefix(hash, what.sha256_prefix))
+        std::string hash = resumed ? sha256_of_file(part.path()) : "";
+        if (!has_sha256_prefix(hash, what.sha256_prefix))
         {
             const Fetched fetched = run_curl(what.url, part.path());
             const bool cannot_resume = fetched.exit_code == no_ranges || fetched.status == "416";
             if (fetched.exit_code != 0 && !(resumed && cannot_resume))
                 not_fetched(what.url, fetched, part);
-            hash = fetched.exit_code == 0 ? weights::sha256_of_file(part.path()) : "";
+            hash = fetched.exit_code == 0 ? sha256_of_file(part.path()) : "";
         }
-        if (weights::has_sha256_prefix(hash, what.sha256_prefix))
+        if (has_sha256_prefix(hash, what.sha256_prefix))
         {
             part.publish(what.to);
             return true;
@@ -217,4 +217,4 @@ bool download(const Download& what)
     }
 }
 
-}  // namespace fresco::host
+}  // namespace fresco::weights

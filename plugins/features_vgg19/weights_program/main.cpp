@@ -1,25 +1,36 @@
-#include "base/text_layout.h"
-#include "main/commands.h"
+#include "download.h"
 
-#include "main/download.h"
-#include "plugins/plugin_search.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
+#include <fresco/value.h>
 #include <fresco/weights/sha256.h>
 #include <fresco/weights/vgg19.h>
 
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <csignal>
 #include <cstdint>
 #include <cstdio>
-#include <fmt/format.h>
+#include <cstdlib>
 #include <list>
 
-namespace fresco::host
-{
+/// \file The program fresco-weights, which `fresco weights` runs: inspects, converts and downloads weights of VGG-19.
+
+using namespace fresco;
+
 namespace
 {
 
 namespace fs = std::filesystem;
+
+/// Names that files give, which must not move the cursor.
+std::string printable(std::string text)
+{
+    std::ranges::replace_if(text, [](char c) { return c < ' ' || c > '~'; }, '?');
+    return text;
+}
 
 /// torchvision names its files after the beginning of their SHA-256.
 constexpr const char* published_url = "https://download.pytorch.org/models/vgg19-dcbb9e9d.pth";
@@ -88,10 +99,10 @@ int inspect(const WeightsArguments& arguments)
                vgg19.raw ? "raw: what the weights of StyleMesh's losses are for" : "other: rescaled before use");
     for (const auto& layer : vgg19.layers)
         for (const auto* tensor : {&layer.weight, &layer.bias})
-            print_line(fmt::format("  conv{}  {:<20}  {:<4}  {}", layer.name, tensor->name, weights::name_of(tensor->type),
-                                   weights::shape_text(tensor->shape)));
+            fmt::print("  conv{}  {:<20}  {:<4}  {}\n", layer.name, printable(tensor->name), weights::name_of(tensor->type),
+                       weights::shape_text(tensor->shape));
     for (const auto& name : vgg19.ignored)
-        print_line("  not used: " + name);
+        fmt::print("  not used: {}\n", printable(name));
     return 0;
 }
 
@@ -145,7 +156,7 @@ int convert(const WeightsArguments& arguments)
     metadata["source_sha256"] = weights::sha256(file.bytes);
     const auto bytes = weights::to_safetensors(tensors, metadata);
     write_durable_file(arguments.out, bytes);
-    print_line(fmt::format("{}: VGG-19, conv1_1 to conv{}, {} bytes", arguments.out, vgg19.layers.back().name, bytes.size()));
+    fmt::print("{}: VGG-19, conv1_1 to conv{}, {} bytes\n", arguments.out, vgg19.layers.back().name, bytes.size());
     return 0;
 }
 
@@ -153,31 +164,29 @@ fs::path place(const WeightsArguments& arguments)
 {
     if (!arguments.to.empty())
         return fs::is_directory(arguments.to) ? fs::path(arguments.to) / published_name : fs::path(arguments.to);
-    const fs::path cache = user_cache_folder();
-    if (cache.empty())
-        throw Error("neither XDG_CACHE_HOME nor HOME is set; name a file with --to");
-    return cache / "weights" / published_name;
+    // Beside fresco's own cache.
+    for (const auto& [variable, below] : {std::pair{"XDG_CACHE_HOME", "fresco"}, std::pair{"HOME", ".cache/fresco"}})
+        if (const char* folder = std::getenv(variable); folder != nullptr && *folder == '/')
+            return fs::path(folder) / below / "weights" / published_name;
+    throw Error("neither XDG_CACHE_HOME nor HOME is set; name a file with --to");
 }
 
 int get(const WeightsArguments& arguments)
 {
     const fs::path to = place(arguments);
-    const bool fetched = download({arguments.url, arguments.sha256, to});
+    const bool fetched = weights::download({arguments.url, arguments.sha256, to});
     std::fprintf(stderr, "%s\n", fetched ? "downloaded; SHA-256 verified" : "already there; SHA-256 verified");
-    print_line(to.string());
+    fmt::print("{}\n", to.string());
     return 0;
 }
 
-}  // namespace
-
-void add_weights_command(CLI::App& app, int& exit_code)
+void add_commands(CLI::App& app, int& exit_code)
 {
-    CLI::App* command = app.add_subcommand("weights", "Inspect, convert or download VGG-19 weights");
-    command->require_subcommand(1);
+    app.require_subcommand(1);
     const auto arguments = std::make_shared<WeightsArguments>();
     const auto add = [&](const char* name, const char* help, int (*action)(const WeightsArguments&))
     {
-        CLI::App* sub = command->add_subcommand(name, help);
+        CLI::App* sub = app.add_subcommand(name, help);
         sub->callback([arguments, action, &exit_code] { exit_code = action(*arguments); });
         return sub;
     };
@@ -210,4 +219,75 @@ void add_weights_command(CLI::App& app, int& exit_code)
     fetch->add_option("--to", arguments->to, "Destination file or folder (default: weights/ in the user's cache)");
 }
 
-}  // namespace fresco::host
+/// The words that can stand at the last of `words`, for `fresco internal-complete`; ":files" where a file can.
+void offer(const CLI::App& app, const std::vector<std::string>& words)
+{
+    std::vector<std::string> offered;
+    const auto commands = app.get_subcommands([](const CLI::App*) { return true; });
+    const auto named = std::ranges::find_if(commands, [&](const CLI::App* each) { return each->get_name() == words.front(); });
+    const CLI::App* command = words.size() > 1 && named != commands.end() ? *named : nullptr;
+    if (words.size() < 2)
+        for (const CLI::App* each : commands)
+            offered.push_back(each->get_name());
+    else if (command != nullptr && words.back().starts_with("-"))
+        for (const CLI::Option* option : command->get_options())
+            for (const std::string& name : option->get_lnames())
+                offered.push_back("--" + name);
+    else if (command != nullptr)
+        offered.emplace_back(command->get_name() == "get" && words.size() == 2 ? "vgg19" : ":files");
+    std::ranges::sort(offered);
+    for (const std::string& word : offered)
+        if (word == ":files" || words.empty() || word.starts_with(words.back()))
+            fmt::print("{}\n", word);
+}
+
+int run(int argc, char** argv)
+{
+    CLI::App app("Inspect, convert or download VGG-19 weights", "fresco weights");
+    int exit_code = 0;
+    add_commands(app, exit_code);
+    app.set_help_all_flag("--help-all", "Print the help of all commands");
+    if (argc > 1 && std::string_view(argv[1]) == "internal-complete")
+    {
+        offer(app, {argv + 2, argv + argc});
+        return 0;
+    }
+    try
+    {
+        app.parse(argc, argv);
+    }
+    catch (const CLI::ParseError& error)
+    {
+        constexpr int exit_usage = 2;
+        return app.exit(error) == 0 ? 0 : exit_usage;
+    }
+    return exit_code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv)
+{
+    // A reader that goes away must not end a download.
+    std::signal(SIGPIPE, SIG_IGN);
+    // Beyond `ulimit -f` writing fails with a reason, as on a full disk.
+    std::signal(SIGXFSZ, SIG_IGN);
+    constexpr int exit_missing_input = 3;
+    try
+    {
+        const int exit_code = run(argc, argv);
+        if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0)
+            return exit_code;
+        fmt::print(stderr, "error: standard output could not be written; is the disk full?\n");
+    }
+    catch (const MissingInput& error)
+    {
+        fmt::print(stderr, "error: {}\n", error.what());
+        return exit_missing_input;
+    }
+    catch (const std::exception& error)
+    {
+        fmt::print(stderr, "error: {}\n", error.what());
+    }
+    return 1;
+}

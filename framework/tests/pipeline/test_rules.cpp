@@ -21,7 +21,8 @@ Catalog with_rules()
     makes("regions.files", R"("name": "regions", "artifact": "regions", "version": 1)");
     makes("texture.paint", R"("name": "texture", "artifact": "texture", "version": 2)");
     catalog.add(described("texture.regions", "stage", R"json({
-        "options": [{"name": "regions", "kind": "texture_rules", "required": true, "parts_of": "regions", "help": ""}],
+        "options": [{"name": "regions", "kind": "rules", "required": true, "help": "",
+                     "rule": {"parts_of": "regions", "word": "keep", "input": "texture", "artifact": "texture", "version": 2, "number": "strength"}}],
         "inputs": [{"name": "photo", "artifact": "texture", "version": 2, "help": ""},
                    {"name": "regions", "artifact": "regions", "version": 1, "help": ""}],
         "outputs": [{"name": "texture", "artifact": "texture", "version": 2, "help": ""}]})json"));

@@ -2,7 +2,6 @@
 
 #include "pipeline/pipeline.h"
 #include "plugins/catalog.h"
-#include "plugins/describe_cost.h"
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
 #include <fresco/mesh_io.h>

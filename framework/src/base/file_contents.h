@@ -7,6 +7,9 @@
 #include <string>
 #include <vector>
 
+/// \file Finds, before anything runs, a file that cannot be what a pipeline names it for. The check of options and of files
+/// on ports uses it, with the formats that plugins declare.
+
 namespace fresco::host
 {
 

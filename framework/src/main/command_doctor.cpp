@@ -1,8 +1,7 @@
 #include "main/commands.h"
 
 #include "base/machine.h"
-#include "base/terminal_line.h"
-#include "base/text_layout.h"
+#include "base/text.h"
 #include "plugins/plugin_library.h"
 #include "plugins/plugin_search.h"
 

@@ -1,9 +1,8 @@
 #include "main/commands.h"
 
-#include "base/text_layout.h"
+#include "base/text.h"
 #include "plugins/plugin_search.h"
 #include "run/commands_inspect.h"
-#include "run/file_origin.h"
 #include <fresco/error.h>
 
 #include <cstdio>

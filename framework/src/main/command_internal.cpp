@@ -3,7 +3,7 @@
 #include "plugins/plugin_probe.h"
 #include "report/report.h"
 #include "report/sweep_summary.h"
-#include "run/file_origin.h"
+#include "run/commands_inspect.h"
 #include "worker/worker.h"
 
 #include <array>

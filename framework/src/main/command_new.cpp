@@ -1,5 +1,4 @@
-#include "base/text_layout.h"
-#include "base/unit_text.h"
+#include "base/text.h"
 #include "main/commands.h"
 
 #include "plugins/plugin_search.h"

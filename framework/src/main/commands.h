@@ -12,6 +12,9 @@
 #include <utility>
 #include <vector>
 
+/// \file The commands of the program, and what several of them share: the arguments of a pipeline file and of the places
+/// where results go.
+
 namespace fresco::host
 {
 

@@ -1,7 +1,7 @@
 #include "main/commands.h"
 
 #include "base/machine.h"
-#include "base/text_layout.h"
+#include "base/text.h"
 #include <fresco/error.h>
 #include <fresco/wording.h>
 

@@ -3,7 +3,6 @@
 #include "pipeline/problems.h"
 #include "pipeline/yaml_document.h"
 #include "plugins/catalog.h"
-#include "plugins/declaration.h"
 
 #include <map>
 #include <memory>
@@ -11,6 +10,9 @@
 #include <string>
 #include <string_view>
 #include <vector>
+
+/// \file Types by name with their declarations, and what is said where one cannot be used. The check of a pipeline looks all
+/// types up here.
 
 namespace fresco::host
 {

@@ -1,5 +1,5 @@
 #include "pipeline/schema.h"
-#include "plugins/declaration.h"
+#include "plugins/catalog.h"
 
 #include <algorithm>
 #include <cmath>

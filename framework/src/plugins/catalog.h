@@ -1,12 +1,18 @@
 #pragma once
 
+#include <fresco/cost.h>
+#include <fresco/option_declaration.h>
 #include <fresco/value.h>
+#include <fresco/wording.h>
 
 #include <filesystem>
 #include <map>
 #include <string>
 #include <string_view>
 #include <vector>
+
+/// \file What plugins declare of their types, as data: the host checks, describes and estimates by it without opening a
+/// library.
 
 namespace fresco::host
 {
@@ -66,5 +72,41 @@ class Catalog
     std::vector<Refusal> refusals_;
     std::vector<UnbuiltPlugin> unbuilt_;
 };
+
+struct PortDeclaration
+{
+    std::string name;
+    std::string artifact;
+    int version = 1;
+    bool is_optional = false;
+    std::string help;
+    std::vector<std::string> parts;  ///< Of an output: the names of the artifact's parts, where they are always the same.
+
+    /// "frames", or "frames (version 2)" where the version is not 1.
+    std::string artifact_text() const;
+};
+
+/// TypeDescription::declaration, read once.
+struct TypeDeclaration
+{
+    std::vector<OptionDeclaration> options;  ///< In declared order.
+    std::vector<PortDeclaration> inputs;
+    std::vector<PortDeclaration> outputs;
+    std::string artifact;                 ///< Of a reader.
+    std::vector<std::string> extensions;  ///< Of a reader: ".png".
+    std::vector<FileFormat> formats;      ///< Of a reader.
+
+    const OptionDeclaration* option(std::string_view name) const;
+    const PortDeclaration* input(std::string_view name) const;
+    const PortDeclaration* output(std::string_view name) const;
+    std::vector<std::string> option_names() const;
+};
+
+/// Throws Error naming the type where a plugin's description is not of the documented form.
+TypeDeclaration read_declaration(const TypeDescription& type);
+
+/// A cost as the entry `cost` of TypeDescription::declaration; `options` is the entry beside it. Throws Error naming the
+/// type where it names an option that is not there or is of the wrong kind, and where a number is negative or not finite.
+Value describe_cost(const std::string& type, const Cost& cost, const Value& options);
 
 }  // namespace fresco::host

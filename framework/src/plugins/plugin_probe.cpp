@@ -1,8 +1,7 @@
 #include "plugins/plugin_probe.h"
 #include "base/machine.h"
-#include "base/orphans.h"
 #include "base/process.h"
-#include "plugins/describe_cost.h"
+#include "plugins/catalog.h"
 #include "plugins/plugin_library.h"
 #include <fresco/error.h>
 #include <fresco/reader.h>

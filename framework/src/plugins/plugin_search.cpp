@@ -1,9 +1,8 @@
-#include "plugins/own_libraries.h"
+#include "plugins/plugin_library.h"
 
 #include "base/file_stamp.h"
 #include "base/records.h"
-#include "base/unit_text.h"
-#include "plugins/plugin_library.h"
+#include "base/text.h"
 #include "plugins/plugin_probe.h"
 #include "plugins/plugin_search.h"
 #include <fresco/error.h>

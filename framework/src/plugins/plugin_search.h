@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+/// \file Finds the plugins, and remembers what they declared, so that commands answer at once.
+
 namespace fresco::host
 {
 

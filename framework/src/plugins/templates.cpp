@@ -1,7 +1,4 @@
-#include "plugins/built_in_texts.h"
-
 #include "plugins/templates.h"
-
 #include "plugins/plugin_library.h"
 #include <fresco/error.h>
 

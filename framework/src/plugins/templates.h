@@ -3,8 +3,19 @@
 #include <string>
 #include <vector>
 
+/// \file What `fresco new` and `fresco init` write: files of sdk/templates, which are built into the program.
+
 namespace fresco::host
 {
+
+/// A file below sdk/templates.
+struct BuiltInText
+{
+    const char* folder;
+    const char* path;
+    const char* text;
+};
+extern const std::vector<BuiltInText> built_in_texts;
 
 struct TextFile
 {

@@ -1,6 +1,6 @@
 #include "run/run_state.h"
 #include "base/machine.h"
-#include "base/worker_exit.h"
+#include "base/process.h"
 #include "pipeline/graph.h"
 #include "run/exports.h"
 #include "run/result_key.h"

@@ -1,6 +1,5 @@
 #include "catch.h"
-#include "cluster/slurm_queue.h"
-#include "cluster/snakefile.h"
+#include "cluster/slurm.h"
 #include "cluster/submission.h"
 
 #include <fresco/files_io.h>

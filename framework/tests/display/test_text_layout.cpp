@@ -1,7 +1,6 @@
 #include "terminal.h"
 
-#include "base/terminal_line.h"
-#include "base/text_layout.h"
+#include "base/text.h"
 
 #include <regex>
 

@@ -1,7 +1,7 @@
 #include "catch.h"
 #include "hand_made_catalog.h"
 
-#include "run/estimate.h"
+#include "run/plan.h"
 #include <fresco/error.h>
 #include <fresco/frames.h>
 #include <fresco/texture.h>

@@ -1,6 +1,6 @@
 #include "program.h"
 
-#include "base/unit_text.h"
+#include "base/text.h"
 #include "run/sweep.h"
 
 #include <algorithm>

@@ -83,8 +83,11 @@ Submission::Submission(fs::path folder) : folder_(std::move(folder))
     if (!is_at(folder_))
         throw MissingInput(folder_.string() + ": nothing was submitted to Slurm from this folder; `fresco submit slurm` does so");
     const Value settings = read_record(settings_file(folder_));
-    settings_ = {settings.at("run").as_string(), settings.at("program").as_string(), settings.at("partition").as_string(),
-                 settings.at("gpu_partition").as_string(), count_in(settings, "max_queued")};
+    settings_ = {.run = settings.at("run").as_string(),
+                 .program = settings.at("program").as_string(),
+                 .partition = settings.at("partition").as_string(),
+                 .gpu_partition = settings.at("gpu_partition").as_string(),
+                 .max_queued = count_in(settings, "max_queued")};
     read_waves();
 }
 

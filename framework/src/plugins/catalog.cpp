@@ -11,6 +11,17 @@ namespace fresco::host
 void Catalog::add(TypeDescription description)
 {
     std::vector<TypeDescription>& same = types_[description.type];
+    if (!same.empty() && same.front().place < description.place)
+    {
+        shadowed_.emplace(description.type, description.library);
+        return;
+    }
+    if (!same.empty() && same.front().place > description.place)
+    {
+        for (const TypeDescription& later : same)
+            shadowed_.emplace(later.type, later.library);
+        same.clear();
+    }
     same.push_back(std::move(description));
 }
 
@@ -52,6 +63,14 @@ std::vector<std::string> Catalog::ambiguous() const
         if (descriptions.size() > 1)
             names.push_back(name);
     return names;
+}
+
+std::vector<ShadowedType> Catalog::shadowed() const
+{
+    std::vector<ShadowedType> all;
+    for (const auto& [type, library] : shadowed_)
+        all.push_back({type, library, types_.find(type)->second.front().library});
+    return all;
 }
 
 std::vector<std::filesystem::path> Catalog::libraries_of(std::string_view type) const

@@ -29,6 +29,15 @@ struct TypeDescription
     std::filesystem::path library;
     std::string library_hash;  ///< Contents of the library and of fresco's own libraries that it runs with.
     Value library_versions;    ///< Map name -> version of the libraries behind it.
+    std::size_t place = 0;     ///< Where the library was found, in the order in which places are searched.
+};
+
+/// A type that is not used, because a library in an earlier place has it, too.
+struct ShadowedType
+{
+    std::string type;
+    std::filesystem::path library;
+    std::filesystem::path by;
 };
 
 /// A file that looks like a plugin and cannot be used, or a folder of FRESCO_PLUGIN_PATH without plugins.
@@ -54,12 +63,14 @@ class Catalog
     void add(Refusal refusal);
     void add(UnbuiltPlugin plugin);
 
-    /// nullptr where no library, or more than one, has the type.
+    /// nullptr where no library has the type, or more than one of the first place that has it.
     const TypeDescription* find(std::string_view type) const;
     /// Sorted by type, ambiguous ones left out.
     std::vector<const TypeDescription*> types() const;
-    /// Names of types that more than one library has, sorted.
+    /// Names of types that more than one library of a place has, sorted.
     std::vector<std::string> ambiguous() const;
+    /// Sorted by type.
+    std::vector<ShadowedType> shadowed() const;
     const std::vector<Refusal>& refusals() const { return refusals_; }
     const std::vector<UnbuiltPlugin>& unbuilt() const { return unbuilt_; }
     /// nullptr where `type` isn't one of them.
@@ -68,7 +79,8 @@ class Catalog
     std::vector<std::filesystem::path> libraries_of(std::string_view type) const;
 
   private:
-    std::map<std::string, std::vector<TypeDescription>, std::less<>> types_;
+    std::map<std::string, std::vector<TypeDescription>, std::less<>> types_;  ///< Those of the first place that has the type.
+    std::multimap<std::string, std::filesystem::path> shadowed_;              ///< Libraries in later places.
     std::vector<Refusal> refusals_;
     std::vector<UnbuiltPlugin> unbuilt_;
 };

@@ -206,6 +206,9 @@ Value stages_as_value(const Catalog& catalog, bool all)
     List ambiguous;
     for (const std::string& type : catalog.ambiguous())
         ambiguous.push_back(Map{{"type", type}, {"libraries", libraries_of(catalog, type)}});
+    List shadowed;
+    for (const ShadowedType& type : catalog.shadowed())
+        shadowed.push_back(Map{{"type", type.type}, {"library", type.library.string()}, {"by", type.by.string()}});
     List refused;
     for (const Refusal& refusal : catalog.refusals())
         refused.push_back(Map{{"library", refusal.library.string()}, {"reason", refusal.reason}});
@@ -213,6 +216,7 @@ Value stages_as_value(const Catalog& catalog, bool all)
     for (const UnbuiltPlugin& plugin : catalog.unbuilt())
         unbuilt.push_back(Map{{"type", plugin.type}, {"reason", plugin.reason}});
     result.set("ambiguous", std::move(ambiguous));
+    result.set("shadowed", std::move(shadowed));
     result.set("refused", std::move(refused));
     result.set("unbuilt", std::move(unbuilt));
     return result;
@@ -225,6 +229,13 @@ void write_refused(const Catalog& catalog, std::ostream& out)
         out << "\nnot used, because several plugins have it: " << type << '\n';
         for (const auto& library : catalog.libraries_of(type))
             out << "  " << harmless(library.string(), LineEnds::none) << '\n';
+    }
+    if (const auto shadowed = catalog.shadowed(); !shadowed.empty())
+    {
+        out << "\nshadowed by another of the type:\n";
+        for (const ShadowedType& type : shadowed)
+            out << "  " << harmless(type.type + " of " + type.library.string() + ", by " + type.by.string(), LineEnds::none)
+                << '\n';
     }
     if (!catalog.refusals().empty())
         out << "\ncannot be loaded:\n";

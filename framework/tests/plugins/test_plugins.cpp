@@ -180,8 +180,9 @@ TEST_CASE("A folder of FRESCO_PLUGIN_PATH shadows the installation, and doctor s
     fs::create_directories(installed.parent_path());
     fs::copy_file(fs::path(FRESCO_TEST_PLUGINS) / "good" / "test_stages.so", installed);
     const fs::path built = fs::path(FRESCO_TEST_PLUGINS) / "good" / "test_stages.so";
-    const auto library = [&]
-    { return fresco::parse_json(place.run({"describe", "--json", "test.source"}).out).at("library").as_string(); };
+    const auto library = [&] {
+        return fresco::parse_json(place.run({"describe", "--json", "test.source"}).out).at("library").as_string();
+    };
     CHECK(library() == fs::canonical(built));
     const Finished doctor = place.run({"doctor"});
     CHECK(doctor.code == 0);

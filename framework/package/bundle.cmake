@@ -8,7 +8,8 @@ set(bundled ${root}/lib/fresco/bundled)
 set(documents ${root}/share/doc)
 
 file(GLOB plugins ${root}/lib/fresco/*.so)
-file(GET_RUNTIME_DEPENDENCIES EXECUTABLES ${root}/bin/fresco MODULES ${plugins} RESOLVED_DEPENDENCIES_VAR libraries
+file(GLOB programs ${root}/bin/fresco*)
+file(GET_RUNTIME_DEPENDENCIES EXECUTABLES ${programs} MODULES ${plugins} RESOLVED_DEPENDENCIES_VAR libraries
      PRE_EXCLUDE_REGEXES "^libcuda\\.so" "^libnvidia-" POST_EXCLUDE_REGEXES "^${root}/")
 
 # dpkg knows a file by its path before or after Debian moved /lib to /usr/lib.

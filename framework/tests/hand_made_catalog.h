@@ -2,7 +2,10 @@
 
 #include "pipeline/pipeline.h"
 #include "plugins/catalog.h"
-#include "plugins/describe_cost.h"
+#include <fresco/frames.h>
+#include <fresco/image_io.h>
+#include <fresco/mesh_io.h>
+#include <fresco/texture.h>
 
 #include <filesystem>
 #include <fstream>
@@ -31,6 +34,17 @@ inline TypeDescription described(const std::string& type, const std::string& kin
     return description;
 }
 
+inline TypeDescription described(const std::string& type, const std::string& kind, const std::string& json,
+                                 const std::vector<FileFormat>& formats)
+{
+    TypeDescription description = described(type, kind, json);
+    Value::List all;
+    for (const FileFormat& format : formats)
+        all.push_back(format.describe());
+    description.declaration.set("formats", std::move(all));
+    return description;
+}
+
 /// The stages of a usual pipeline, two losses, feature networks, readers, and one of every kind of option.
 inline Catalog hand_made_catalog()
 {
@@ -41,16 +55,17 @@ inline Catalog hand_made_catalog()
         "inputs": [],
         "outputs": [{"name": "frames", "artifact": "frames", "version": 1, "help": "Posed frames"},
                     {"name": "mesh", "artifact": "mesh", "version": 1, "help": "The scanned surface"}]})json",
-                          {.seconds = {.fixed = 1, .per_frame = 0.01},
+                          {.seconds = {.fixed = 1, .per = {{count::frames, 0.01}}},
                            .memory_mb = {.fixed = 50},
                            .disk_mb = {.fixed = 1},
-                           .frames = {.files = "path", .pattern = "*.png", .divided_by = {"every"}},
-                           .faces = {.files = "path", .pattern = "mesh.ply", .bytes_each = 10}}));
-    catalog.add(described("frames.sharpest", "stage", R"json({
+                           .makes = {{count::frames, {.files = "path", .pattern = "*.png", .divided_by = {"every"}}},
+                                     {count::faces, {.files = "path", .pattern = "mesh.ply", .bytes_each = 10}}}}));
+    catalog.add(described(
+        "frames.sharpest", "stage", R"json({
         "options": [{"name": "min_sharpness", "kind": "number", "default": 100.0, "min": 0.0, "help": "Below this a frame is blurry"}],
         "inputs": [{"name": "frames", "artifact": "frames", "version": 1, "help": "Frames"}],
         "outputs": [{"name": "kept", "artifact": "frames", "version": 1, "help": "The sharp ones"}]})json",
-                          {.seconds = {.per_frame = 0.02}, .parallel_share = 1, .memory_mb = {.fixed = 20, .per_core = 10}}));
+        {.seconds = {.per = {{count::frames, 0.02}}}, .parallel_share = 1, .memory_mb = {.fixed = 20, .per_core = 10}}));
     catalog.add(described("mesh.decimate", "stage", R"json({
         "options": [{"name": "max_faces", "kind": "int", "default": 500000, "min": 4.0, "max": 50000000.0, "unit": "count",
                      "help": "Stop at this many triangles"},
@@ -58,25 +73,25 @@ inline Catalog hand_made_catalog()
                     {"name": "method", "kind": "text", "default": "quadric", "choices": ["quadric", "edge"], "help": "How"}],
         "inputs": [{"name": "mesh", "artifact": "mesh", "version": 1, "help": "Mesh"}],
         "outputs": [{"name": "simplified", "artifact": "mesh", "version": 1, "help": "Fewer triangles"}]})json",
-                          {.seconds = {.per_face = 1e-6},
-                           .memory_mb = {.fixed = 100, .per_face = 1e-4},
-                           .disk_mb = {.per_face = 1e-4},
-                           .faces = {.at_most = "max_faces"}}));
+                          {.seconds = {.per = {{count::faces, 1e-6}}},
+                           .memory_mb = {.fixed = 100, .per = {{count::faces, 1e-4}}},
+                           .disk_mb = {.per = {{count::faces, 1e-4}}},
+                           .makes = {{count::faces, {.at_most = "max_faces"}}}}));
     catalog.add(described("atlas.flat", "stage", R"json({
         "options": [{"name": "size_px", "kind": "int", "default": 2048, "unit": "px", "help": "Side"}],
         "inputs": [{"name": "mesh", "artifact": "mesh", "version": 1, "help": "Mesh"}],
         "outputs": [{"name": "atlas", "artifact": "mesh", "version": 1, "help": "Charts"}]})json",
-                          {.texels = {.squares_of = "size_px"}}));
+                          {.makes = {{count::texels, {.squares_of = "size_px"}}}}));
     catalog.add(described("uvmaps.raycast", "stage", R"json({
         "options": [{"name": "heights_px", "kind": "ints", "default": [256], "min": 16.0, "max": 4096.0, "unit": "px", "help": "Heights"},
                     {"name": "weights", "kind": "numbers", "default": [], "help": "Weights"}],
         "inputs": [{"name": "mesh", "artifact": "mesh", "version": 1, "help": "Mesh"},
                    {"name": "frames", "artifact": "frames", "version": 1, "help": "Frames"}],
         "outputs": [{"name": "maps", "artifact": "uv_maps", "version": 1, "help": "Uv maps"}]})json",
-                          {.seconds = {.per_pixel = 1e-6},
-                           .memory_mb = {.per_pixel = 1e-3},
-                           .disk_mb = {.per_frame = 1},
-                           .pixels = {.squares_of = "heights_px"}}));
+                          {.seconds = {.per = {{count::pixels, 1e-6}}},
+                           .memory_mb = {.per = {{count::pixels, 1e-3}}},
+                           .disk_mb = {.per = {{count::frames, 1}}},
+                           .makes = {{count::pixels, {.squares_of = "heights_px"}}}}));
     catalog.add(described("texture.optimize", "stage", R"json({
         "options": [{"name": "size_px", "kind": "int", "default": 2048, "min": 0.0, "max": 16384.0, "unit": "px", "help": "Side"},
                     {"name": "epochs", "kind": "int", "default": 2, "help": "Visits of every view"},
@@ -95,16 +110,16 @@ inline Catalog hand_made_catalog()
                    {"name": "style", "artifact": "image", "version": 1, "help": "The style picture"},
                    {"name": "mask", "artifact": "image", "version": 1, "optional": true, "help": "Where to paint"}],
         "outputs": [{"name": "texture", "artifact": "texture", "version": 1, "help": "The texture"}]})json",
-                          {.seconds = {.fixed = 1, .per_pixel = 1e-6, .per_step = 1},
-                           .memory_mb = {.per_texel = 1e-6},
+                          {.seconds = {.fixed = 1, .per = {{count::pixels, 1e-6}}, .per_step = 1},
+                           .memory_mb = {.per = {{count::texels, 1e-6}}},
                            .disk_mb = {.fixed = 1},
-                           .texels = {.squares_of = "size_px"},
-                           .steps = {.times = {"epochs"}, .at_most = "max_steps"}}));
+                           .makes = {{count::texels, {.squares_of = "size_px"}}},
+                           .steps = {.brought = count::frames, .times = {"epochs"}, .at_most = "max_steps"}}));
     catalog.add(described("export.gltf", "stage", R"json({
         "options": [{"name": "path", "kind": "output_name", "default": "room.glb", "extensions": [".glb"], "help": "Name of the file"}],
         "inputs": [{"name": "texture", "artifact": "texture", "version": 1, "help": "The texture"}],
         "outputs": [{"name": "files", "artifact": "files", "version": 1, "help": "What was written"}]})json",
-                          {.seconds = {.fixed = 1}, .memory_mb = {.per_texel = 1e-6}, .disk_mb = {.fixed = 5}}));
+                          {.seconds = {.fixed = 1}, .memory_mb = {.per = {{count::texels, 1e-6}}}, .disk_mb = {.fixed = 5}}));
     catalog.add(described("mesh.two", "stage", R"json({"options": [], "inputs": [],
         "outputs": [{"name": "left", "artifact": "mesh", "version": 1, "help": ""}, {"name": "right", "artifact": "mesh", "version": 1, "help": ""}]})json"));
     catalog.add(described("mesh.pass", "stage", R"json({
@@ -134,9 +149,11 @@ inline Catalog hand_made_catalog()
         "options": [{"name": "weights", "kind": "input_file", "required": true, "help": "Weights"}], "inputs": [], "outputs": []})json"));
     catalog.add(described("read.image", "reader", R"json({
         "options": [{"name": "max_px", "kind": "int", "default": 100, "help": "Largest side"}],
-        "inputs": [], "outputs": [], "artifact": "image", "extensions": [".png", ".jpg"]})json"));
+        "inputs": [], "outputs": [], "artifact": "image", "extensions": [".png", ".jpg"]})json",
+                          picture_formats()));
     catalog.add(described("read.mesh", "reader", R"json({
-        "options": [], "inputs": [], "outputs": [], "artifact": "mesh", "extensions": [".ply"]})json"));
+        "options": [], "inputs": [], "outputs": [], "artifact": "mesh", "extensions": [".ply"]})json",
+                          {ply_format()}));
     return catalog;
 }
 

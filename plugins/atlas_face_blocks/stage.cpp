@@ -2,6 +2,7 @@
 
 #include <fresco/mesh.h>
 #include <fresco/stage.h>
+#include <fresco/texture.h>
 
 #include <fmt/format.h>
 #include <numeric>
@@ -22,10 +23,10 @@ class AtlasFaceBlocks final : public fresco::Stage
 
     fresco::Cost cost() const override
     {
-        return {.seconds = {.fixed = 0.1, .per_face = 2e-7},
-                .memory_mb = {.fixed = 20, .per_face = 1e-4},
-                .disk_mb = {.per_face = 5e-5},
-                .texels = {.squares_of = "size_px"}};
+        return {.seconds = {.fixed = 0.1, .per = {{fresco::count::faces, 2e-7}}},
+                .memory_mb = {.fixed = 20, .per = {{fresco::count::faces, 1e-4}}},
+                .disk_mb = {.per = {{fresco::count::faces, 5e-5}}},
+                .makes = {{fresco::count::texels, {.squares_of = "size_px"}}}};
     }
 
     void run(fresco::RunContext& run) override

@@ -1,6 +1,7 @@
 #include "uv_charts.h"
 
 #include <fresco/stage.h>
+#include <fresco/texture.h>
 
 #include <algorithm>
 #include <cmath>
@@ -38,10 +39,10 @@ class AtlasKeep final : public fresco::Stage
 
     fresco::Cost cost() const override
     {
-        return {.seconds = {.fixed = 0.2, .per_face = 1e-6},
-                .memory_mb = {.fixed = 10, .per_face = 2e-4},
-                .disk_mb = {.per_face = 5e-5},
-                .texels = {.squares_of = "size_px"}};
+        return {.seconds = {.fixed = 0.2, .per = {{fresco::count::faces, 1e-6}}},
+                .memory_mb = {.fixed = 10, .per = {{fresco::count::faces, 2e-4}}},
+                .disk_mb = {.per = {{fresco::count::faces, 5e-5}}},
+                .makes = {{fresco::count::texels, {.squares_of = "size_px"}}}};
     }
 
     void run(fresco::RunContext& run) override

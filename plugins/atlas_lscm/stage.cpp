@@ -2,6 +2,7 @@
 
 #include <fresco/geometry/map_charts.h>
 #include <fresco/geometry/mesh_stages.h>
+#include <fresco/texture.h>
 
 #include <CGAL/version.h>
 
@@ -14,10 +15,10 @@ class AtlasLscm final : public geo::AtlasStage
 {
     fresco::Cost cost() const override
     {
-        return {.seconds = {.fixed = 1, .per_face = 2e-5},
-                .memory_mb = {.fixed = 20, .per_face = 5e-4},
-                .disk_mb = {.per_face = 5e-5},
-                .texels = {.squares_of = "size_px"}};
+        return {.seconds = {.fixed = 1, .per = {{fresco::count::faces, 2e-5}}},
+                .memory_mb = {.fixed = 20, .per = {{fresco::count::faces, 5e-4}}},
+                .disk_mb = {.per = {{fresco::count::faces, 5e-5}}},
+                .makes = {{fresco::count::texels, {.squares_of = "size_px"}}}};
     }
 
     void lay_flat(const geo::Surface& surface, geo::FlatCharts& flat, const geo::FlattenOptions& options,

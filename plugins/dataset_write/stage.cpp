@@ -51,10 +51,10 @@ class DatasetWrite final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = {.fixed = 1, .per_frame = 0.02, .per_pixel = 1.1e-7},
+        return {.seconds = {.fixed = 1, .per = {{count::frames, 0.02}, {count::pixels, 1.1e-7}}},
                 .parallel_share = 0.95,
-                .memory_mb = {.fixed = 50, .per_core = 20, .per_face = 3e-4, .per_pixel = 2e-5},
-                .disk_mb = {.fixed = 5, .per_frame = 2, .per_face = 5e-5, .per_pixel = 2e-5}};
+                .memory_mb = {.fixed = 50, .per_core = 20, .per = {{count::faces, 3e-4}, {count::pixels, 2e-5}}},
+                .disk_mb = {.fixed = 5, .per = {{count::frames, 2}, {count::faces, 5e-5}, {count::pixels, 2e-5}}}};
     }
 
     void check_inputs() const

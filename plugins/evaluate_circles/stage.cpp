@@ -43,10 +43,10 @@ class EvaluateCircles final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = {.fixed = 1, .per_frame = 0.8},
+        return {.seconds = {.fixed = 1, .per = {{count::frames, 0.8}}},
                 .parallel_share = 1,
-                .memory_mb = {.fixed = 50, .per_core = 20, .per_face = 2e-4},
-                .disk_mb = {.per_frame = 0.1}};
+                .memory_mb = {.fixed = 50, .per_core = 20, .per = {{count::faces, 2e-4}}},
+                .disk_mb = {.per = {{count::frames, 0.1}}}};
     }
 
     std::string name(const PosedPicture& posed) const

@@ -62,9 +62,9 @@ class EvaluatePainting final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = {.fixed = 0.3, .per_frame = 0.15},
+        return {.seconds = {.fixed = 0.3, .per = {{count::frames, 0.15}}},
                 .parallel_share = 1,
-                .memory_mb = {.fixed = 60, .per_core = 20, .per_face = 1.5e-4},
+                .memory_mb = {.fixed = 60, .per_core = 20, .per = {{count::faces, 1.5e-4}}},
                 .disk_mb = {.fixed = 0.1}};
     }
 

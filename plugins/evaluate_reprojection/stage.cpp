@@ -94,9 +94,9 @@ class EvaluateReprojection final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = {.fixed = 1, .per_frame = 0.5},
+        return {.seconds = {.fixed = 1, .per = {{count::frames, 0.5}}},
                 .parallel_share = 1,
-                .memory_mb = {.fixed = 200, .per_face = 2e-4},
+                .memory_mb = {.fixed = 200, .per = {{count::faces, 2e-4}}},
                 .disk_mb = {.fixed = 0.1}};
     }
 

@@ -4,6 +4,7 @@
 #include <fresco/evaluation/statistics.h>
 #include <fresco/files.h>
 #include <fresco/files_io.h>
+#include <fresco/frames.h>
 #include <fresco/stage.h>
 
 #include <algorithm>
@@ -31,7 +32,7 @@ class EvaluateStudy final : public Stage
                              "Compare only this method with the others, as the paper did; empty: all pairs of methods"};
     Option<std::string> question_order{this, "question_order", "grouped", one_of({"grouped", "mixed"}),
                                        "One question after the other, or in random order"};
-    Option<InputFile> hints{this, "hints", InputFile{}, extensions({".json"}),
+    Option<InputFile> hints{this, "hints", InputFile{}, formats({json_format()}),
                             "Rectangles to draw into pictures: see the README"};
     Option<int> pairs_count{this, "pairs_count", 70, range(1, 10'000),
                             "Number of pairs shown to each participant, each with one question"};
@@ -43,18 +44,18 @@ class EvaluateStudy final : public Stage
     Option<int> jpeg_quality{this, "jpeg_quality", 90, range(1, 100), "For image_format: jpeg"};
     evaluation::BootstrapOptions bootstrap{this, "Seed of the pictures' numbers and of the resampling"};
     Option<InputFolder> results{this, "results", InputFolder{}, folder_with({"*.json"}), "Folder of the participants' results"};
-    Option<InputFile> key{this, "key", InputFile{}, extensions({".json"}),
+    Option<InputFile> key{this, "key", InputFile{}, formats({json_format()}),
                           "Key of the earlier study that the results come from; replaces its pictures"};
     Option<OutputName> path{this, "path", OutputName{"study.html"}, extensions({".html"}), "Name of the page, below --out"};
     Slot<ImageIo> images{this, "images", "image.opencv", "Reads and encodes the pictures"};
 
     Cost cost() const override
     {
-        return {.seconds = {.fixed = 0.5, .per_pixel = 3e-7},
+        return {.seconds = {.fixed = 0.5, .per = {{count::pixels, 3e-7}}},
                 .parallel_share = 0.9,
                 .memory_mb = {.fixed = 300, .per_core = 60},
-                .disk_mb = {.per_pixel = 1.5e-6},
-                .pixels = {.squares_of = "max_px"},
+                .disk_mb = {.per = {{count::pixels, 1.5e-6}}},
+                .makes = {{count::pixels, {.squares_of = "max_px"}}},
                 .steps = {.option = "pictures_count"}};
     }
 

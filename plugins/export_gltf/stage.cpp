@@ -1,6 +1,8 @@
 #include <fresco/files.h>
 #include <fresco/files_io.h>
 #include <fresco/geometry/upright.h>
+#include <fresco/gltf/gltf_file.h>
+#include <fresco/reader.h>
 #include <fresco/stage.h>
 #include <fresco/texturing/exports.h>
 
@@ -32,9 +34,9 @@ class ExportGltf final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = {.fixed = 0.1, .per_face = 2e-7, .per_texel = 2.4e-7},
-                .memory_mb = {.fixed = 20, .per_face = 2e-4, .per_texel = 2.8e-5},
-                .disk_mb = {.per_face = 2.4e-5, .per_texel = 2e-6}};
+        return {.seconds = {.fixed = 0.1, .per = {{count::faces, 2e-7}, {count::texels, 2.4e-7}}},
+                .memory_mb = {.fixed = 20, .per = {{count::faces, 2e-4}, {count::texels, 2.8e-5}}},
+                .disk_mb = {.per = {{count::faces, 2.4e-5}, {count::texels, 2e-6}}}};
     }
 
     GlbOptions glb_options(RunContext& run) const
@@ -98,6 +100,23 @@ class ExportGltf final : public Stage
         run.report("texcoord_error", errors.texcoord);
     }
 };
+
+/// What ExportGltf puts into `asset.extras`.
+class GlbOrigin final : public FileOrigin
+{
+    std::vector<std::string> extensions() const override { return {".glb"}; }
+
+    Value origin(const std::filesystem::path& file) const override
+    {
+        const Value document = parse_json(gltf::glb_json(file), file.string());
+        const Value* asset = document.find("asset");
+        const Value* extras = asset == nullptr ? nullptr : asset->find("extras");
+        if (extras == nullptr || extras->find("stages") == nullptr || extras->find("versions") == nullptr)
+            throw Error(file.string() + ": does not say how it was made: asset.extras has no stages and versions");
+        return *extras;
+    }
+};
 }  // namespace
 
 FRESCO_STAGE("export.gltf", ExportGltf, "Writes a mesh with or without its picture as binary glTF 2.0 (GLB)")
+FRESCO_COMPONENT("origin.gltf", GlbOrigin, FileOrigin, "Reads from a GLB how it was made")

@@ -26,9 +26,9 @@ class ExportPage final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = {.fixed = 0.1, .per_face = 1e-6, .per_texel = 2.4e-7},
-                .memory_mb = {.fixed = 20, .per_face = 2e-4, .per_texel = 2.8e-5},
-                .disk_mb = {.fixed = 0.7, .per_face = 1.4e-5, .per_texel = 1e-6}};
+        return {.seconds = {.fixed = 0.1, .per = {{count::faces, 1e-6}, {count::texels, 2.4e-7}}},
+                .memory_mb = {.fixed = 20, .per = {{count::faces, 2e-4}, {count::texels, 2.8e-5}}},
+                .disk_mb = {.fixed = 0.7, .per = {{count::faces, 1.4e-5}, {count::texels, 1e-6}}}};
     }
 
     /// The world's upward direction, as a page takes it.

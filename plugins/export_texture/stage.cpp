@@ -22,9 +22,9 @@ class ExportTexture final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = {.fixed = 0.1, .per_texel = 2.4e-7},
-                .memory_mb = {.fixed = 20, .per_face = 1e-4, .per_texel = 2.8e-5},
-                .disk_mb = {.per_texel = 2e-6}};
+        return {.seconds = {.fixed = 0.1, .per = {{count::texels, 2.4e-7}}},
+                .memory_mb = {.fixed = 20, .per = {{count::faces, 1e-4}, {count::texels, 2.8e-5}}},
+                .disk_mb = {.per = {{count::texels, 2e-6}}}};
     }
 
     void run(RunContext& run) override

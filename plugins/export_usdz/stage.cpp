@@ -27,9 +27,9 @@ class ExportUsdz final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = {.fixed = 0.1, .per_face = 1.5e-6, .per_texel = 2.4e-7},
-                .memory_mb = {.fixed = 20, .per_face = 2.5e-4, .per_texel = 2.8e-5},
-                .disk_mb = {.per_face = 5e-5, .per_texel = 2e-6}};
+        return {.seconds = {.fixed = 0.1, .per = {{count::faces, 1.5e-6}, {count::texels, 2.4e-7}}},
+                .memory_mb = {.fixed = 20, .per = {{count::faces, 2.5e-4}, {count::texels, 2.8e-5}}},
+                .disk_mb = {.per = {{count::faces, 5e-5}, {count::texels, 2e-6}}}};
     }
 
     void run(RunContext& run) override

@@ -6,6 +6,7 @@
 #include <fresco/stage.h>
 #include <fresco/torch/features.h>
 #include <fresco/weights/sha256.h>
+#include <fresco/weights/state_dict.h>
 
 #include <ATen/ops/adaptive_avg_pool2d.h>
 #include <torch/version.h>
@@ -40,8 +41,7 @@ std::vector<torch::Tensor> rescaling_pictures(const fresco::PrepareContext& cont
 
 class FeaturesVgg19 final : public fresco::FeatureNetwork
 {
-    fresco::Option<fresco::InputFile> weights{this, "weights", fresco::required,
-                                              fresco::extensions({".safetensors", ".pth", ".pt"}),
+    fresco::Option<fresco::InputFile> weights{this, "weights", fresco::required, fresco::formats(fresco::weights::file_formats()),
                                               "Weights of VGG-19, or its state dict; may end at any layer"};
     fresco::Option<std::string> sha256{this, "sha256", "",
                                        "The first 8 to 64 hexadecimal digits of the file's SHA-256; empty: not checked"};

@@ -57,9 +57,9 @@ class FramesAlign final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = {.fixed = 0.5, .per_frame = 0.06, .per_face = 1e-6},
+        return {.seconds = {.fixed = 0.5, .per = {{count::frames, 0.06}, {count::faces, 1e-6}}},
                 .parallel_share = 0.9,
-                .memory_mb = {.fixed = 20, .per_frame = 0.55, .per_face = 2.2e-4}};
+                .memory_mb = {.fixed = 20, .per = {{count::frames, 0.55}, {count::faces, 2.2e-4}}}};
     }
 
     align::AlignedView view_of(const Frame& frame, const std::vector<align::SurfacePoint>& points,

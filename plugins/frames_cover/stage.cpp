@@ -54,11 +54,11 @@ class FramesCover final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = {.fixed = 0.5, .per_frame = 0.02, .per_face = 2e-6, .per_pixel = 1e-7},
+        return {.seconds = {.fixed = 0.5, .per = {{count::frames, 0.02}, {count::faces, 2e-6}, {count::pixels, 1e-7}}},
                 .parallel_share = 0.8,
-                .memory_mb = {.fixed = 60, .per_frame = 0.3, .per_face = 3e-4},
-                .frames = {.times = {"max_share"}, .at_most = "max_frames"},
-                .pixels = {.squares_of = "height_px"}};
+                .memory_mb = {.fixed = 60, .per = {{count::frames, 0.3}, {count::faces, 3e-4}}},
+                .makes = {{count::frames, {.times = {"max_share"}, .at_most = "max_frames"}},
+                          {count::pixels, {.squares_of = "height_px"}}}};
     }
 
     void run(RunContext& run) override

@@ -147,10 +147,10 @@ class FramesSharpest final : public fresco::Stage
 
     fresco::Cost cost() const override
     {
-        return {.seconds = {.per_frame = 0.03},
+        return {.seconds = {.per = {{fresco::count::frames, 0.03}}},
                 .parallel_share = 1,
-                .memory_mb = {.fixed = 55, .per_core = 5, .per_frame = 0.1},
-                .frames = {.at_most = "max_frames"}};
+                .memory_mb = {.fixed = 55, .per_core = 5, .per = {{fresco::count::frames, 0.1}}},
+                .makes = {{fresco::count::frames, {.at_most = "max_frames"}}}};
     }
 };
 

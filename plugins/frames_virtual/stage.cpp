@@ -51,9 +51,9 @@ class FramesVirtual final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = {.fixed = 3, .per_frame = 0.05, .per_face = 3e-6},
+        return {.seconds = {.fixed = 3, .per = {{count::frames, 0.05}, {count::faces, 3e-6}}},
                 .parallel_share = 0.8,
-                .memory_mb = {.fixed = 200, .per_face = 4e-4}};
+                .memory_mb = {.fixed = 200, .per = {{count::faces, 4e-4}}}};
     }
 
     void run(RunContext& run) override

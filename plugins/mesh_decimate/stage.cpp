@@ -9,11 +9,11 @@ class MeshDecimate final : public fresco::geometry::SimplifyingStage
 {
     fresco::Cost cost() const override
     {
-        return {.seconds = {.per_face = 4e-6},
+        return {.seconds = {.per = {{fresco::count::faces, 4e-6}}},
                 .parallel_share = 0.8,
-                .memory_mb = {.fixed = 10, .per_face = 2.6e-4},
-                .disk_mb = {.per_face = 2.1e-5},
-                .faces = {.at_most = "max_faces"}};
+                .memory_mb = {.fixed = 10, .per = {{fresco::count::faces, 2.6e-4}}},
+                .disk_mb = {.per = {{fresco::count::faces, 2.1e-5}}},
+                .makes = {{fresco::count::faces, {.at_most = "max_faces"}}}};
     }
     fresco::Mesh simplify(const fresco::Mesh& mesh, std::size_t max_faces, fresco::RunContext& run) const override
     {

@@ -41,11 +41,11 @@ class MeshFuse final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = {.fixed = 1, .per_frame = 0.12},
+        return {.seconds = {.fixed = 1, .per = {{count::frames, 0.12}}},
                 .parallel_share = 0.9,
-                .memory_mb = {.fixed = 150, .per_face = 4e-4},
-                .disk_mb = {.per_face = 2.1e-5},
-                .faces = {.number = 80, .divided_by = {"voxel_m", "voxel_m"}}};
+                .memory_mb = {.fixed = 150, .per = {{count::faces, 4e-4}}},
+                .disk_mb = {.per = {{count::faces, 2.1e-5}}},
+                .makes = {{count::faces, {.number = 80, .divided_by = {"voxel_m", "voxel_m"}}}}};
     }
 
     const ImageIo* codec() const { return images.has_value() ? images.get().get() : nullptr; }

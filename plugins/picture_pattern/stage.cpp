@@ -39,10 +39,10 @@ class PicturePattern final : public fresco::Stage
 
     fresco::Cost cost() const override
     {
-        return {.seconds = {.per_texel = 1e-5},
-                .memory_mb = {.fixed = 10, .per_texel = 1e-4},
-                .disk_mb = {.per_texel = 3e-6},
-                .texels = {.squares_of = "size_px"}};
+        return {.seconds = {.per = {{fresco::count::texels, 1e-5}}},
+                .memory_mb = {.fixed = 10, .per = {{fresco::count::texels, 1e-4}}},
+                .disk_mb = {.per = {{fresco::count::texels, 3e-6}}},
+                .makes = {{fresco::count::texels, {.squares_of = "size_px"}}}};
     }
 };
 

@@ -2,6 +2,7 @@
 
 #include <fresco/error.h>
 #include <fresco/image_io.h>
+#include <fresco/npy.h>
 #include <fresco/reader.h>
 #include <fresco/stage.h>
 
@@ -14,7 +15,12 @@ class ReadImage final : public fresco::FileReader
                                          "Decodes PNG and JPEG files; none: only NPY"};
 
     std::string artifact() const override { return std::string(fresco::Image::artifact_name); }
-    std::vector<std::string> extensions() const override { return {".png", ".jpg", ".jpeg", ".npy"}; }
+    std::vector<fresco::FileFormat> formats() const override
+    {
+        std::vector<fresco::FileFormat> all = fresco::picture_formats();
+        all.push_back(fresco::npy_format());
+        return all;
+    }
 
     std::shared_ptr<const fresco::Artifact> read(const std::filesystem::path& file) override
     {

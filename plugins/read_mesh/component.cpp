@@ -8,7 +8,7 @@ namespace
 class ReadMesh final : public fresco::FileReader
 {
     std::string artifact() const override { return std::string(fresco::Mesh::artifact_name); }
-    std::vector<std::string> extensions() const override { return {".ply", ".obj"}; }
+    std::vector<fresco::FileFormat> formats() const override { return {fresco::ply_format(), fresco::obj_format()}; }
 
     std::shared_ptr<const fresco::Artifact> read(const std::filesystem::path& file) override
     {

@@ -1,6 +1,7 @@
 #include "labeled_surface.h"
 
 #include <fresco/files_io.h>
+#include <fresco/mesh_io.h>
 #include <fresco/regions/regions.h>
 #include <fresco/stage.h>
 
@@ -18,9 +19,9 @@ class RegionsLabels final : public Stage
     Input<Mesh> labeled{this, "labeled", optional,
                         "The mesh whose vertices the labels are for; needed for JSON, and for a PLY that lies elsewhere"};
     Output<Regions> regions{this, "regions", "The labels as regions; faces without one are the region 'other'"};
-    Option<InputFile> path{this, "path", InputFile{}, extensions({".ply", ".json"}),
+    Option<InputFile> path{this, "path", InputFile{}, formats({ply_format(), json_format()}),
                            "Labels: a PLY such as ScanNet's .labels.ply, or ScanNet's .aggregation.json"};
-    Option<InputFile> segments{this, "segments", InputFile{}, extensions({".json"}),
+    Option<InputFile> segments{this, "segments", InputFile{}, formats({json_format()}),
                                "ScanNet's .segs.json, for an .aggregation.json"};
     Option<std::string> property{this, "property", "label",
                                  "Integer property of the PLY's vertices or faces that has the labels"};
@@ -32,10 +33,10 @@ class RegionsLabels final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = {.fixed = 0.5, .per_face = 8e-6},
+        return {.seconds = {.fixed = 0.5, .per = {{count::faces, 8e-6}}},
                 .parallel_share = 0.7,
-                .memory_mb = {.fixed = 30, .per_face = 4e-4},
-                .disk_mb = {.per_face = 2e-6}};
+                .memory_mb = {.fixed = 30, .per = {{count::faces, 4e-4}}},
+                .disk_mb = {.per = {{count::faces, 2e-6}}}};
     }
 
     void check() const

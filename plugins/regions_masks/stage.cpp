@@ -29,10 +29,10 @@ class RegionsMasks final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = {.fixed = 0.5, .per_frame = 0.05, .per_face = 2e-6},
+        return {.seconds = {.fixed = 0.5, .per = {{count::frames, 0.05}, {count::faces, 2e-6}}},
                 .parallel_share = 0.6,
-                .memory_mb = {.fixed = 50, .per_face = 5e-4},
-                .disk_mb = {.per_face = 2e-6}};
+                .memory_mb = {.fixed = 50, .per = {{count::faces, 5e-4}}},
+                .disk_mb = {.per = {{count::faces, 2e-6}}}};
     }
 
     void run(RunContext& run) override

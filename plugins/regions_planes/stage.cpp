@@ -27,10 +27,10 @@ class RegionsPlanes final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = {.per_face = 4e-6},
+        return {.seconds = {.per = {{count::faces, 4e-6}}},
                 .parallel_share = 0.4,
-                .memory_mb = {.fixed = 30, .per_face = 3e-4},
-                .disk_mb = {.per_face = 2e-6}};
+                .memory_mb = {.fixed = 30, .per = {{count::faces, 3e-4}}},
+                .disk_mb = {.per = {{count::faces, 2e-6}}}};
     }
 
     /// Where the mesh does not clearly show it, the side that more of its level surface faces: tables and shelves, if not floors.

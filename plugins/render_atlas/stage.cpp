@@ -21,10 +21,10 @@ class RenderAtlas final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = {.fixed = 0.1, .per_face = 1e-6, .per_texel = 2e-7},
-                .memory_mb = {.fixed = 60, .per_face = 1e-4, .per_texel = 2.5e-5},
-                .disk_mb = {.per_texel = 1e-6},
-                .texels = {.squares_of = "picture_px"}};
+        return {.seconds = {.fixed = 0.1, .per = {{count::faces, 1e-6}, {count::texels, 2e-7}}},
+                .memory_mb = {.fixed = 60, .per = {{count::faces, 1e-4}, {count::texels, 2.5e-5}}},
+                .disk_mb = {.per = {{count::texels, 1e-6}}},
+                .makes = {{count::texels, {.squares_of = "picture_px"}}}};
     }
 
     void run(RunContext& run) override

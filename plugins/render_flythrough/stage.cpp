@@ -62,11 +62,11 @@ class RenderFlythrough final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = {.fixed = 0.5, .per_face = 2e-6, .per_pixel = 6e-7},
+        return {.seconds = {.fixed = 0.5, .per = {{count::faces, 2e-6}, {count::pixels, 6e-7}}},
                 .parallel_share = 0.95,
-                .memory_mb = {.fixed = 80, .per_face = 2e-4, .per_pixel = 3e-4},
-                .disk_mb = {.per_pixel = 2e-7},
-                .pixels = {.squares_of = "height_px"},
+                .memory_mb = {.fixed = 80, .per = {{count::faces, 2e-4}, {count::pixels, 3e-4}}},
+                .disk_mb = {.per = {{count::pixels, 2e-7}}},
+                .makes = {{count::pixels, {.squares_of = "height_px"}}},
                 .steps = {.option = "seconds", .times = {"fps"}}};
     }
 

@@ -31,12 +31,12 @@ class RenderViews final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = {.fixed = 0.5, .per_face = 2e-6, .per_pixel = 7e-7},
+        return {.seconds = {.fixed = 0.5, .per = {{count::faces, 2e-6}, {count::pixels, 7e-7}}},
                 .parallel_share = 0.95,
-                .memory_mb = {.fixed = 90, .per_face = 2e-4, .per_texel = 1.5e-5},
-                .disk_mb = {.per_pixel = 2.2e-6},
-                .pixels = {.squares_of = "height_px"},
-                .steps = {.divided_by = {"every_count"}}};
+                .memory_mb = {.fixed = 90, .per = {{count::faces, 2e-4}, {count::texels, 1.5e-5}}},
+                .disk_mb = {.per = {{count::pixels, 2.2e-6}}},
+                .makes = {{count::pixels, {.squares_of = "height_px"}}},
+                .steps = {.brought = count::frames, .divided_by = {"every_count"}}};
     }
 
     Camera camera_of(const Frame& frame) const

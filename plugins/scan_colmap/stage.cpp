@@ -62,10 +62,10 @@ class ScanColmap final : public RecordingStage
 
     fresco::Cost cost() const override
     {
-        return {.seconds = {.fixed = 0.5, .per_frame = 0.05},
+        return {.seconds = {.fixed = 0.5, .per = {{fresco::count::frames, 0.05}}},
                 .parallel_share = 0.9,
-                .memory_mb = {.fixed = 50, .per_core = 60, .per_frame = 0.3},
-                .frames = {.files = "path", .pattern = "images/*", .divided_by = {"every"}}};
+                .memory_mb = {.fixed = 50, .per_core = 60, .per = {{fresco::count::frames, 0.3}}},
+                .makes = {{fresco::count::frames, {.files = "path", .pattern = "images/*", .divided_by = {"every"}}}}};
     }
 };
 

@@ -69,11 +69,11 @@ class ScanFrames final : public RecordingStage
 
     fresco::Cost cost() const override
     {
-        return {.seconds = {.fixed = 0.2, .per_frame = 0.01, .per_face = 5e-7},
+        return {.seconds = {.fixed = 0.2, .per = {{fresco::count::frames, 0.01}, {fresco::count::faces, 5e-7}}},
                 .parallel_share = 0.9,
-                .memory_mb = {.fixed = 50, .per_face = 1e-4},
-                .disk_mb = {.per_face = 2.1e-5},
-                .faces = {.files = "path", .pattern = "mesh.ply", .bytes_each = 21}};
+                .memory_mb = {.fixed = 50, .per = {{fresco::count::faces, 1e-4}}},
+                .disk_mb = {.per = {{fresco::count::faces, 2.1e-5}}},
+                .makes = {{fresco::count::faces, {.files = "path", .pattern = "mesh.ply", .bytes_each = 21}}}};
     }
 
     std::vector<fresco::Frame> listed_;

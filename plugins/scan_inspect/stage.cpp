@@ -33,8 +33,8 @@ class ScanInspect final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = {.fixed = 0.1, .per_face = 4e-7, .per_step = 0.03},
-                .memory_mb = {.fixed = 60, .per_face = 1.2e-4, .per_step = 0.6},
+        return {.seconds = {.fixed = 0.1, .per = {{count::faces, 4e-7}}, .per_step = 0.03},
+                .memory_mb = {.fixed = 60, .per = {{count::faces, 1.2e-4}}, .per_step = 0.6},
                 .disk_mb = {.fixed = 1},
                 .steps = {.option = "frames_count"}};
     }

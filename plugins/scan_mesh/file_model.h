@@ -17,6 +17,9 @@
 namespace scan_mesh
 {
 
+/// PLY, OBJ, GLB and glTF.
+std::vector<fresco::FileFormat> model_formats();
+
 /// A picture of a model, not decoded: a file, or bytes in the model's file.
 struct FilePicture
 {

@@ -600,4 +600,9 @@ FileModel read_gltf_model(const fs::path& file, bool with_materials)
     return model;
 }
 
+std::vector<fresco::FileFormat> model_formats()
+{
+    return {fresco::ply_format(), fresco::obj_format(), fresco::gltf::glb_format(), fresco::gltf::gltf_format()};
+}
+
 }  // namespace scan_mesh

@@ -20,7 +20,7 @@ constexpr double largest_room_m = 300;
 
 class ScanMesh final : public fresco::Stage
 {
-    fresco::Option<fresco::InputFile> path{this, "path", fresco::required, fresco::extensions({".ply", ".obj", ".glb", ".gltf"}),
+    fresco::Option<fresco::InputFile> path{this, "path", fresco::required, fresco::formats(scan_mesh::model_formats()),
                                            "Mesh or model"};
     fresco::Option<double> unit_m{this, "unit_m", 1.0, fresco::range(1e-6, 1e6), "Meters per unit of the file"};
     fresco::Option<std::string> axes{this, "axes", "x y z",
@@ -115,10 +115,10 @@ class ScanMesh final : public fresco::Stage
 
     fresco::Cost cost() const override
     {
-        return {.seconds = {.fixed = 0.2, .per_face = 5e-7},
-                .memory_mb = {.fixed = 50, .per_face = 1.5e-4},
-                .disk_mb = {.per_face = 4e-5},
-                .faces = {.number = 1e6}};
+        return {.seconds = {.fixed = 0.2, .per = {{fresco::count::faces, 5e-7}}},
+                .memory_mb = {.fixed = 50, .per = {{fresco::count::faces, 1.5e-4}}},
+                .disk_mb = {.per = {{fresco::count::faces, 4e-5}}},
+                .makes = {{fresco::count::faces, {.number = 1e6}}}};
     }
 };
 

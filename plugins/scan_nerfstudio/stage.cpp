@@ -19,7 +19,8 @@ class ScanNerfstudio final : public RecordingStage
     }
 
   private:
-    fresco::Option<fresco::InputFile> transforms{this, "transforms", fresco::InputFile{}, fresco::extensions({".json"}),
+    fresco::Option<fresco::InputFile> transforms{this, "transforms", fresco::InputFile{},
+                                                 fresco::formats({fresco::json_format()}),
                                                  "Cameras and poses; empty: transforms.json in path"};
     fresco::Option<fresco::InputFolder> pictures{this, "pictures", fresco::InputFolder{},
                                                  "Folder that file_path is relative to; empty: the folder of transforms"};
@@ -54,10 +55,10 @@ class ScanNerfstudio final : public RecordingStage
 
     fresco::Cost cost() const override
     {
-        return {.seconds = {.fixed = 0.5, .per_frame = 0.05},
+        return {.seconds = {.fixed = 0.5, .per = {{fresco::count::frames, 0.05}}},
                 .parallel_share = 0.9,
                 .memory_mb = {.fixed = 50, .per_core = 60},
-                .frames = {.files = "path", .pattern = "images/*", .divided_by = {"every"}}};
+                .makes = {{fresco::count::frames, {.files = "path", .pattern = "images/*", .divided_by = {"every"}}}}};
     }
 };
 

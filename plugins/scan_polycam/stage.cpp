@@ -87,11 +87,12 @@ class ScanPolycam final : public RecordingStage
 
     fresco::Cost cost() const override
     {
-        return {.seconds = {.fixed = 0.5, .per_frame = 0.01},
+        return {.seconds = {.fixed = 0.5, .per = {{fresco::count::frames, 0.01}}},
                 .parallel_share = 0.9,
                 .memory_mb = {.fixed = 50},
                 .disk_mb = {.fixed = 0.1},
-                .frames = {.files = "path", .pattern = "keyframes/cameras/*.json", .divided_by = {"every"}}};
+                .makes = {
+                    {fresco::count::frames, {.files = "path", .pattern = "keyframes/cameras/*.json", .divided_by = {"every"}}}}};
     }
 
     fresco::RigidTransform mesh_from_world_;

@@ -25,7 +25,7 @@ class ScanReplica final : public RecordingStage
   private:
     RecordedMesh mesh{this, "Mesh in the poses' world; empty: mesh.ply in path, or <scene>_mesh.ply beside it",
                       "The scene's surface"};
-    fresco::Option<fresco::InputFile> camera_file{this, "camera", fresco::InputFile{}, fresco::extensions({".json"}),
+    fresco::Option<fresco::InputFile> camera_file{this, "camera", fresco::InputFile{}, fresco::formats({fresco::json_format()}),
                                                   "Camera; empty: cam_params.json in path or beside it"};
 
     Recording list(fresco::RunContext& run) override
@@ -64,12 +64,12 @@ class ScanReplica final : public RecordingStage
 
     fresco::Cost cost() const override
     {
-        return {.seconds = {.fixed = 0.5, .per_frame = 0.006, .per_face = 5e-7},
+        return {.seconds = {.fixed = 0.5, .per = {{fresco::count::frames, 0.006}, {fresco::count::faces, 5e-7}}},
                 .parallel_share = 0.5,
-                .memory_mb = {.fixed = 20, .per_face = 1e-4},
-                .disk_mb = {.per_face = 2.1e-5},
-                .frames = {.files = "path", .pattern = "results/frame*", .divided_by = {"every"}},
-                .faces = {.number = 1e6}};
+                .memory_mb = {.fixed = 20, .per = {{fresco::count::faces, 1e-4}}},
+                .disk_mb = {.per = {{fresco::count::faces, 2.1e-5}}},
+                .makes = {{fresco::count::frames, {.files = "path", .pattern = "results/frame*", .divided_by = {"every"}}},
+                          {fresco::count::faces, {.number = 1e6}}}};
     }
 
     std::vector<fresco::RigidTransform> trajectory_;

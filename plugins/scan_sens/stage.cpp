@@ -87,13 +87,18 @@ fs::path write_depth(const SensFile& file, const SensIndex& index, const SensFra
     return written;
 }
 
+fresco::FileFormat sens_format()
+{
+    return {.name = "a .sens recording of version 4", .extensions = {".sens"}, .begins = {std::string("\4\0\0\0", 4)}};
+}
+
 class ScanSens final : public RecordingStage
 {
   public:
     ScanSens()
         : RecordingStage({.path = "The recording, scene….sens",
                           .frames = "The recorded views, each with a color and a depth camera",
-                          .extensions = fresco::extensions({".sens"})})
+                          .extensions = fresco::formats({sens_format()})})
     {
     }
 
@@ -146,11 +151,11 @@ class ScanSens final : public RecordingStage
 
     fresco::Cost cost() const override
     {
-        return {.seconds = {.per_frame = 0.05},
+        return {.seconds = {.per = {{fresco::count::frames, 0.05}}},
                 .parallel_share = 1,
                 .memory_mb = {.fixed = 60, .per_core = 15},
-                .disk_mb = {.per_frame = 1.7},
-                .frames = {.number = 1500, .divided_by = {"every"}}};
+                .disk_mb = {.per = {{fresco::count::frames, 1.7}}},
+                .makes = {{fresco::count::frames, {.number = 1500, .divided_by = {"every"}}}}};
     }
 
     std::optional<SensFile> file_;

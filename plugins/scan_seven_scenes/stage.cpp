@@ -190,11 +190,12 @@ class ScanSevenScenes final : public RecordingStage
 
     fresco::Cost cost() const override
     {
-        return {.seconds = {.fixed = 0.1, .per_frame = 0.001, .per_face = 5e-7},
-                .memory_mb = {.fixed = 20, .per_face = 1e-4},
-                .disk_mb = {.per_face = 2.1e-5},
-                .frames = {.files = "path", .pattern = "seq-*/frame-*.pose.txt", .divided_by = {"every"}},
-                .faces = {.files = "path", .pattern = "mesh.ply", .bytes_each = 21}};
+        return {
+            .seconds = {.fixed = 0.1, .per = {{fresco::count::frames, 0.001}, {fresco::count::faces, 5e-7}}},
+            .memory_mb = {.fixed = 20, .per = {{fresco::count::faces, 1e-4}}},
+            .disk_mb = {.per = {{fresco::count::faces, 2.1e-5}}},
+            .makes = {{fresco::count::frames, {.files = "path", .pattern = "seq-*/frame-*.pose.txt", .divided_by = {"every"}}},
+                      {fresco::count::faces, {.files = "path", .pattern = "mesh.ply", .bytes_each = 21}}}};
     }
 
     seven_scenes::Calibration calibration_;

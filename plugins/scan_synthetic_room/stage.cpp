@@ -107,13 +107,13 @@ class ScanSyntheticRoom final : public fresco::Stage
 
     fresco::Cost cost() const override
     {
-        return {.seconds = {.per_face = 2e-5, .per_pixel = 1e-6},
+        return {.seconds = {.per = {{fresco::count::faces, 2e-5}, {fresco::count::pixels, 1e-6}}},
                 .parallel_share = 1,
-                .memory_mb = {.fixed = 40, .per_face = 2.5e-4},
-                .disk_mb = {.per_face = 2.1e-5, .per_pixel = 6e-7},
-                .frames = {.option = "frames_count"},
-                .faces = {.number = 190, .divided_by = {"edge_m", "edge_m"}},
-                .pixels = {.squares_of = "color_height_px"}};
+                .memory_mb = {.fixed = 40, .per = {{fresco::count::faces, 2.5e-4}}},
+                .disk_mb = {.per = {{fresco::count::faces, 2.1e-5}, {fresco::count::pixels, 6e-7}}},
+                .makes = {{fresco::count::frames, {.option = "frames_count"}},
+                          {fresco::count::faces, {.number = 190, .divided_by = {"edge_m", "edge_m"}}},
+                          {fresco::count::pixels, {.squares_of = "color_height_px"}}}};
     }
 };
 

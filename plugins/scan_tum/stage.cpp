@@ -97,11 +97,11 @@ class ScanTum final : public RecordingStage
 
     fresco::Cost cost() const override
     {
-        return {.seconds = {.fixed = 0.5, .per_frame = 0.03},
+        return {.seconds = {.fixed = 0.5, .per = {{fresco::count::frames, 0.03}}},
                 .parallel_share = 0.9,
                 .memory_mb = {.fixed = 50, .per_core = 20},
-                .disk_mb = {.per_frame = 0.4},
-                .frames = {.files = "path", .pattern = "rgb/*", .divided_by = {"every"}}};
+                .disk_mb = {.per = {{fresco::count::frames, 0.4}}},
+                .makes = {{fresco::count::frames, {.files = "path", .pattern = "rgb/*", .divided_by = {"every"}}}}};
     }
 
     tum::RecordingCamera camera_;

@@ -23,9 +23,9 @@ class TextureBake final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = {.fixed = 0.1, .per_face = 2e-7, .per_texel = 2e-7},
-                .memory_mb = {.fixed = 25, .per_face = 8.5e-5, .per_texel = 3.5e-5},
-                .disk_mb = {.per_face = 4.8e-5, .per_texel = 3e-6}};
+        return {.seconds = {.fixed = 0.1, .per = {{count::faces, 2e-7}, {count::texels, 2e-7}}},
+                .memory_mb = {.fixed = 25, .per = {{count::faces, 8.5e-5}, {count::texels, 3.5e-5}}},
+                .disk_mb = {.per = {{count::faces, 4.8e-5}, {count::texels, 3e-6}}}};
     }
 
     BakeOptions bake_options() const

@@ -24,11 +24,11 @@ class TextureEnlarge final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = {.fixed = 1, .per_texel = 2e-7},
+        return {.seconds = {.fixed = 1, .per = {{count::texels, 2e-7}}},
                 .parallel_share = 0.9,
-                .memory_mb = {.fixed = 100, .per_face = 3e-4, .per_texel = 8.5e-6},
-                .disk_mb = {.per_face = 4.8e-5, .per_texel = 3e-6},
-                .texels = {.squares_of = "size_px"}};
+                .memory_mb = {.fixed = 100, .per = {{count::faces, 3e-4}, {count::texels, 8.5e-6}}},
+                .disk_mb = {.per = {{count::faces, 4.8e-5}, {count::texels, 3e-6}}},
+                .makes = {{count::texels, {.squares_of = "size_px"}}}};
     }
 
     void check() const

@@ -45,11 +45,11 @@ class TextureFromFrames final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = {.fixed = 1, .per_frame = 0.2, .per_texel = 2e-7},
+        return {.seconds = {.fixed = 1, .per = {{count::frames, 0.2}, {count::texels, 2e-7}}},
                 .parallel_share = 1,
-                .memory_mb = {.fixed = 60, .per_core = 30, .per_texel = 1.4e-4},
-                .disk_mb = {.per_texel = 1.3e-5},
-                .texels = {.squares_of = "size_px"}};
+                .memory_mb = {.fixed = 60, .per_core = 30, .per = {{count::texels, 1.4e-4}}},
+                .disk_mb = {.per = {{count::texels, 1.3e-5}}},
+                .makes = {{count::texels, {.squares_of = "size_px"}}}};
     }
 
     std::size_t level() const

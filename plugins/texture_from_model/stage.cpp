@@ -38,11 +38,11 @@ class TextureFromModel final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = {.fixed = 0.5, .per_face = 2e-6, .per_texel = 7e-7},
+        return {.seconds = {.fixed = 0.5, .per = {{count::faces, 2e-6}, {count::texels, 7e-7}}},
                 .parallel_share = 0.7,
-                .memory_mb = {.fixed = 30, .per_face = 2e-4, .per_texel = 3e-5},
-                .disk_mb = {.per_texel = 1.3e-5},
-                .texels = {.squares_of = "size_px"}};
+                .memory_mb = {.fixed = 30, .per = {{count::faces, 2e-4}, {count::texels, 3e-5}}},
+                .disk_mb = {.per = {{count::texels, 1.3e-5}}},
+                .makes = {{count::texels, {.squares_of = "size_px"}}}};
     }
 
     void run(RunContext& run) override

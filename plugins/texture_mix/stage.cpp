@@ -33,10 +33,10 @@ class TextureMix final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = {.fixed = 0.1, .per_face = 5e-7, .per_texel = 2e-7},
+        return {.seconds = {.fixed = 0.1, .per = {{count::faces, 5e-7}, {count::texels, 2e-7}}},
                 .parallel_share = 0.6,
-                .memory_mb = {.fixed = 50, .per_face = 1.5e-4, .per_texel = 6e-5},
-                .disk_mb = {.per_texel = 1.3e-5}};
+                .memory_mb = {.fixed = 50, .per = {{count::faces, 1.5e-4}, {count::texels, 6e-5}}},
+                .disk_mb = {.per = {{count::texels, 1.3e-5}}}};
     }
 
     RasterF filled(const Texture& source, const Charts& charts, const TexelFaces& faces, RunContext& run) const

@@ -1,7 +1,10 @@
 #include "loop.h"
 
 #include <fresco/choice.h>
+#include <fresco/frames.h>
 #include <fresco/stage.h>
+#include <fresco/texture.h>
+#include <fresco/weights/state_dict.h>
 
 #include <ATen/Context.h>
 #include <torch/version.h>
@@ -139,7 +142,7 @@ class TextureOptimize final : public Stage
                           Device::automatic,
                           {{"auto", Device::automatic}, {"cpu", Device::cpu}, {"cuda", Device::cuda}},
                           "Where losses are computed"};
-    Option<InputFile> weights{this, "weights", InputFile{}, extensions({".safetensors", ".pth", ".pt"}),
+    Option<InputFile> weights{this, "weights", InputFile{}, formats(weights::file_formats()),
                               "VGG-19 weights for `losses: auto`; empty: losses without a network"};
     // In the key: where a run goes back to after a loss that is not finite depends on it.
     Option<int> checkpoint_steps{this, "checkpoint_steps", 200, at_least(0),
@@ -186,13 +189,12 @@ class TextureOptimize final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = {.fixed = 2, .per_frame = 0.03, .per_pixel = 2.5e-6},
+        return {.seconds = {.fixed = 2, .per = {{count::frames, 0.03}, {count::pixels, 2.5e-6}}},
                 .parallel_share = 1,
-                .memory_mb = {.fixed = 400, .per_texel = 4e-5, .per_pixel = 1.1e-3},
-                .disk_mb = {.per_texel = 1.7e-5},
-                .texels = {.squares_of = "size_px"},
-                .pixels = {.squares_of = "heights_px"},
-                .steps = {.times = {"epochs", "repeats_count"}, .at_most = "max_steps"},
+                .memory_mb = {.fixed = 400, .per = {{count::texels, 4e-5}, {count::pixels, 1.1e-3}}},
+                .disk_mb = {.per = {{count::texels, 1.7e-5}}},
+                .makes = {{count::texels, {.squares_of = "size_px"}}, {count::pixels, {.squares_of = "heights_px"}}},
+                .steps = {.brought = count::frames, .times = {"epochs", "repeats_count"}, .at_most = "max_steps"},
                 .device = "device"};
     }
 

@@ -4,7 +4,6 @@
 #include <fresco/mesh.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
-#include <fresco/texture_rules.h>
 #include <fresco/texturing/surface_fill.h>
 #include <fresco/texturing/texel_faces.h>
 #include <fresco/texturing/texture_pictures.h>
@@ -13,12 +12,62 @@
 #include <algorithm>
 #include <fmt/format.h>
 #include <map>
+#include <memory>
 
 using namespace fresco;
 using namespace fresco::texturing;
 
 namespace
 {
+
+/// The word for the stage's first texture, unchanged.
+constexpr std::string_view kept_texture = "keep";
+
+struct TextureRule
+{
+    std::string texture;  ///< An input, or kept_texture.
+    double strength = 1;
+
+    bool keeps() const { return texture == kept_texture; }
+};
+
+/// {floor: keep, walls: waves, "*": {texture: night, strength: 0.7}}. Each texture that a rule names becomes an input.
+class TextureRules final : public Parameter
+{
+  public:
+    /// `parts_of`: the input whose parts the rules are for.
+    TextureRules(Configurable* owner, std::string name, std::string parts_of, std::string help)
+        : Parameter(owner, {.name = std::move(name),
+                            .kind = OptionKind::rules,
+                            .required = true,
+                            .rule = RuleForm{.parts_of = std::move(parts_of),
+                                             .word = std::string(kept_texture),
+                                             .input = "texture",
+                                             .artifact = std::string(Texture::artifact_name),
+                                             .version = Texture::artifact_version,
+                                             .number = "strength"},
+                            .help = std::move(help)}),
+          owner_(owner)
+    {
+    }
+
+    const std::map<std::string, TextureRule>& operator*() const { return rules_; }
+    const std::map<std::string, std::unique_ptr<Input<Texture>>>& textures() const { return textures_; }
+
+  private:
+    void set(const Value& value, ComponentFactory&) override
+    {
+        rules_.clear();
+        for (const auto& [part, rule] : value.as_map())
+            rules_[part] = {rule.at("texture").as_string(), rule.at("strength").as_double()};
+        for (const std::string& name : declaration().inputs_named(value))
+            textures_[name] = std::make_unique<Input<Texture>>(owner_, name, "The texture '" + name + "' of the rules");
+    }
+
+    Configurable* owner_;
+    std::map<std::string, TextureRule> rules_;
+    std::map<std::string, std::unique_ptr<Input<Texture>>> textures_;
+};
 
 class TextureRegions final : public Stage
 {
@@ -32,10 +81,10 @@ class TextureRegions final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = {.fixed = 0.1, .per_face = 4e-7, .per_texel = 4e-7},
+        return {.seconds = {.fixed = 0.1, .per = {{count::faces, 4e-7}, {count::texels, 4e-7}}},
                 .parallel_share = 0.2,
-                .memory_mb = {.fixed = 50, .per_face = 1.5e-4, .per_texel = 8e-5},
-                .disk_mb = {.per_texel = 1.3e-5}};
+                .memory_mb = {.fixed = 50, .per = {{count::faces, 1.5e-4}, {count::texels, 8e-5}}},
+                .disk_mb = {.per = {{count::texels, 1.3e-5}}}};
     }
 
     void check() const

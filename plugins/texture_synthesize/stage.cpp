@@ -61,11 +61,11 @@ class TextureSynthesize final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = {.fixed = 30, .per_texel = 5e-7},
+        return {.seconds = {.fixed = 30, .per = {{count::texels, 5e-7}}},
                 .parallel_share = 0.9,
-                .memory_mb = {.fixed = 800, .per_texel = 2.6e-5},
-                .disk_mb = {.per_texel = 1.9e-5},
-                .texels = {.squares_of = "size_px"}};
+                .memory_mb = {.fixed = 800, .per = {{count::texels, 2.6e-5}}},
+                .disk_mb = {.per = {{count::texels, 1.9e-5}}},
+                .makes = {{count::texels, {.squares_of = "size_px"}}}};
     }
 
     /// Returns the texels per side to paint.

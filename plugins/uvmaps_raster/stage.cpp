@@ -8,11 +8,11 @@ class UvmapsRaster final : public fresco::UvMappingStage
 {
     fresco::Cost cost() const override
     {
-        return {.seconds = {.fixed = 0.1, .per_pixel = 1e-7},
+        return {.seconds = {.fixed = 0.1, .per = {{fresco::count::pixels, 1e-7}}},
                 .parallel_share = 1,
-                .memory_mb = {.fixed = 10, .per_face = 1.2e-4, .per_pixel = 4e-5},
-                .disk_mb = {.per_pixel = 1.3e-6},
-                .pixels = {.squares_of = "heights_px"}};
+                .memory_mb = {.fixed = 10, .per = {{fresco::count::faces, 1.2e-4}, {fresco::count::pixels, 4e-5}}},
+                .disk_mb = {.per = {{fresco::count::pixels, 1.3e-6}}},
+                .makes = {{fresco::count::pixels, {.squares_of = "heights_px"}}}};
     }
     std::unique_ptr<fresco::FaceFinder> finder(const fresco::Mesh& mesh, const fresco::RunContext&) const override
     {

@@ -74,6 +74,12 @@ Raster8 ImageIo::read_with_alpha(const std::filesystem::path& file) const
     return read_rgb(file);
 }
 FileReader::~FileReader() = default;
+FileOrigin::~FileOrigin() = default;
+
+std::vector<std::string> FileReader::extensions() const
+{
+    return all_extensions(formats());
+}
 Stage::~Stage() = default;
 
 Cost Stage::cost() const

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <set>
 #include <string_view>
 #include <utility>
 
@@ -28,7 +29,7 @@ constexpr std::array kind_names{KindName{"bool", OptionKind::boolean},
                                 KindName{"command_line", OptionKind::command_line},
                                 KindName{"input_ports", OptionKind::input_ports},
                                 KindName{"output_ports", OptionKind::output_ports},
-                                KindName{"texture_rules", OptionKind::texture_rules}};
+                                KindName{"rules", OptionKind::rules}};
 
 std::string text_at(const Value& map, std::string_view key)
 {
@@ -98,6 +99,9 @@ OptionDeclaration OptionDeclaration::from(const Value& description)
     option.max = number_at(description, "max");
     option.choices = texts_at(description, "choices");
     option.extensions = texts_at(description, "extensions");
+    if (const Value* formats = description.find("formats"))
+        for (const Value& format : formats->as_list())
+            option.formats.push_back(FileFormat::from(format));
     option.contains = texts_at(description, "contains");
     option.contains_unless = text_at(description, "contains_unless");
     option.unit = text_at(description, "unit");
@@ -108,7 +112,15 @@ OptionDeclaration OptionDeclaration::from(const Value& description)
     if (const Value* rule = description.find("auto"))
         option.auto_rule = AutoRule{rule->at("option").as_string(), rule->at("if_empty"), rule->at("if_set")};
     option.for_form = text_at(description, "for_form");
-    option.parts_of = text_at(description, "parts_of");
+    if (const Value* rule = description.find("rule"))
+        option.rule = RuleForm{rule->at("parts_of").as_string(),
+                               rule->at("word").as_string(),
+                               rule->at("input").as_string(),
+                               rule->at("artifact").as_string(),
+                               static_cast<int>(rule->at("version").as_int()),
+                               rule->at("number").as_string()};
+    else if (option.kind == OptionKind::rules)
+        throw Error("option '" + option.name + "' has rules, and does not say of which form");
     option.help = text_at(description, "help");
     return option;
 }
@@ -134,6 +146,13 @@ Value OptionDeclaration::describe() const
     };
     set_texts("choices", choices);
     set_texts("extensions", extensions);
+    if (!formats.empty())
+    {
+        Value::List described;
+        for (const FileFormat& format : formats)
+            described.push_back(format.describe());
+        description.set("formats", std::move(described));
+    }
     set_texts("contains", contains);
     if (!contains_unless.empty())
         description.set("contains_unless", contains_unless);
@@ -148,8 +167,13 @@ Value OptionDeclaration::describe() const
             "auto", Value::Map{{"option", auto_rule->option}, {"if_empty", auto_rule->if_empty}, {"if_set", auto_rule->if_set}});
     if (!for_form.empty())
         description.set("for_form", for_form);
-    if (!parts_of.empty())
-        description.set("parts_of", parts_of);
+    if (rule)
+        description.set("rule", Value::Map{{"parts_of", rule->parts_of},
+                                           {"word", rule->word},
+                                           {"input", rule->input},
+                                           {"artifact", rule->artifact},
+                                           {"version", rule->version},
+                                           {"number", rule->number}});
     description.set("help", help);
     return description;
 }
@@ -187,10 +211,20 @@ std::string OptionDeclaration::accepted() const
     case OptionKind::input_ports:
     case OptionKind::output_ports:
         return "a map {port: artifact} or {port: {artifact: …, as: …}}";
-    case OptionKind::texture_rules:
-        return "a map with a rule for each part: keep, a texture, or {texture: …, strength: 0 to 1}";
+    case OptionKind::rules:
+        return "a map with a rule for each part: " + rule->word + ", a " + rule->input + ", or {" + rule->input + ": …, " +
+               rule->number + ": 0 to 1}";
     }
     return {};
+}
+
+std::vector<std::string> OptionDeclaration::inputs_named(const Value& rules) const
+{
+    std::set<std::string> names;
+    for (const auto& [part, each] : rules.as_map())
+        if (const std::string& input = each.at(rule->input).as_string(); input != rule->word)
+            names.insert(input);
+    return {names.begin(), names.end()};
 }
 
 std::string OptionDeclaration::default_text() const

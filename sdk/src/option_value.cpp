@@ -1,5 +1,4 @@
 #include <fresco/option_declaration.h>
-#include <fresco/texture_rules.h>
 #include <fresco/wording.h>
 
 #include <algorithm>
@@ -86,7 +85,7 @@ class ValueChecker
         case OptionKind::input_ports:
         case OptionKind::output_ports:
             return ports(value);
-        case OptionKind::texture_rules:
+        case OptionKind::rules:
             return rules(value);
         }
         return {};
@@ -274,31 +273,34 @@ class ValueChecker
 
     Value rule(const std::string& part, const Value& written)
     {
-        const std::string expected = "keep, the name of a texture, or {texture: …, strength: …}";
-        const Value* inner = written.find("texture");
-        const Value& texture = inner != nullptr ? *inner : written;
-        if (!texture.is_string())
-            return refuse("the rule for '" + part + "' names no texture", expected);
+        const RuleForm& form = *option_.rule;
+        const std::string expected =
+            fmt::format("{0}, the name of a {1}, or {{{1}: …, {2}: …}}", form.word, form.input, form.number);
+        const Value* inner = written.find(form.input);
+        const Value& named = inner != nullptr ? *inner : written;
+        if (!named.is_string())
+            return refuse("the rule for '" + part + "' names no " + form.input, expected);
         if (inner != nullptr)
-            place_ = {part, "texture"};
-        const std::string& name = texture.as_string();
+            place_ = {part, form.input};
+        const std::string& name = named.as_string();
         if (!is_name(name))
-            return refuse("'" + name + "' cannot name a texture: a name is made of letters, digits, '_' and '-'", "");
-        double strength = 1;
+            return refuse("'" + name + "' cannot name a " + form.input + ": a name is made of letters, digits, '_' and '-'", "");
+        double number = 1;
         for (const auto& [key, entry] : inner != nullptr ? written.as_map() : Value::Map{})
         {
             place_ = {part, key};
-            if (key == "texture")
+            if (key == form.input)
                 continue;
-            if (key != "strength")
-                return refuse("the rule for '" + part + "' has no '" + key + "'" + suggestion(key, {"texture", "strength"}), "");
+            if (key != form.number)
+                return refuse("the rule for '" + part + "' has no '" + key + "'" + suggestion(key, {form.input, form.number}),
+                              "");
             if (!entry.is_number() || !(entry.as_double() >= 0 && entry.as_double() <= 1))
-                return refuse("", "a number from 0 to 1 for 'strength' of '" + part + "'");
-            strength = entry.as_double();
-            if (name == kept_texture && strength != 1)
-                return refuse("'" + part + "' is kept, which has no strength", "");
+                return refuse("", "a number from 0 to 1 for '" + form.number + "' of '" + part + "'");
+            number = entry.as_double();
+            if (name == form.word && number != 1)
+                return refuse("the rule for '" + part + "' is '" + form.word + "', which has no " + form.number, "");
         }
-        return Value::Map{{"texture", name}, {"strength", strength}};
+        return Value::Map{{form.input, name}, {form.number, number}};
     }
 
     Value wrong_kind() { return refuse(""); }

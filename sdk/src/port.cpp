@@ -15,6 +15,8 @@ Value described(const std::string& name, const ArtifactType& type, bool is_optio
         description.set("as", Value::List(forms.begin(), forms.end()));
     if (type.has_preview)
         description.set("preview", true);
+    if (!type.parts_file.empty())
+        description.set("parts_file", type.parts_file);
     if (is_optional)
         description.set("optional", true);
     description.set("help", help);

@@ -48,7 +48,9 @@ const char* const free_slot = R"("kind": "component", "component_kind": "loss")"
 const char* const line = R"("kind": "command_line")";
 const char* const files = R"("kind": "input_files")";
 const char* const ports = R"("kind": "input_ports")";
-const char* const rules = R"("kind": "texture_rules", "required": true, "parts_of": "regions")";
+const char* const rules =
+    R"("kind": "rules", "required": true, "rule": {"parts_of": "regions", "word": "keep", "input": "texture",
+    "artifact": "texture", "version": 2, "number": "strength"})";
 const char* const slots = R"("kind": "components", "component_kind": "loss", "default": {})";
 
 const Case cases[] = {
@@ -145,7 +147,7 @@ const Case cases[] = {
      "b: strenght: the rule for 'b' has no 'strenght' (did you mean 'strength'?)\n"
      "c: strength: ; a number from 0 to 1 for 'strength' of 'c'"},
     {rules, R"({"a": {"texture": "keep", "strength": 0.5}, "b": "my waves", "c": 3})", "",
-     "a: strength: 'a' is kept, which has no strength\n"
+     "a: strength: the rule for 'a' is 'keep', which has no strength\n"
      "b: 'my waves' cannot name a texture: a name is made of letters, digits, '_' and '-'\n"
      "c: the rule for 'c' names no texture; keep, the name of a texture, or {texture: …, strength: …}"},
 };
@@ -171,7 +173,8 @@ TEST_CASE("A value fits its declaration, or every problem with it is reported, w
 
 TEST_CASE("A part has one rule")
 {
-    const OptionDeclaration option{.name = "it", .kind = OptionKind::texture_rules};
+    const OptionDeclaration option{
+        .name = "it", .kind = OptionKind::rules, .rule = RuleForm{.input = "texture", .number = "strength"}};
     const CheckedValue checked = check_value(option, Value::Map{{"floor", "keep"}, {"floor", "waves"}});
     CHECK(text_of(checked.problems) == "floor: 'floor' has two rules; one rule for each part");
 }

@@ -6,7 +6,7 @@
 #include "base/file_stamp.h"
 #include "base/records.h"
 #include "pipeline/pipeline.h"
-#include "pipeline/pipeline_ports.h"
+#include "pipeline/pipeline_wiring.h"
 #include "store/stage_record.h"
 #include "store/statistics.h"
 #include "store/store.h"

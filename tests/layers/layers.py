@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """layers.py SOURCE_FOLDER: the host's folders include each other only downward, as framework/CMakeLists.txt stacks them, the SDK includes
-nothing of the host or the plugins, and no plugin includes another or the host. Prints every include that does not."""
+nothing of the host or the plugins, and no plugin includes another or the host. The host and the headers of the SDK that it includes
+name nothing of rooms: they run any pipeline. Prints every include and every word that does not fit."""
 import pathlib
 import re
 import sys
@@ -65,7 +66,43 @@ def check_plugins():
             problems.append(f"{path.relative_to(root)} includes {name}, which is in {'/'.join(there[:2])}")
 
 
+ROOM_WORDS = set("""mesh meshes texture textures texel texels frames face faces voxel voxels pixel pixels camera cameras png jpeg jpg npy glb
+gltf ply obj usdz vgg vgg19 safetensors""".split())
+# They bring the pictures of a run's page.
+OF_THE_PAGE = {"fresco/preview.h", "fresco/image_io.h"}
+
+
+def room_words(text):
+    """Of the code with their lines; not of comments, and not of texts for people, which are more than a word."""
+    def kept(match):
+        found = match.group()
+        return found if found.startswith('"') and " " not in found else re.sub(r"[^\n]", "", found)
+
+    text = re.sub(r"//[^\n]*|/\*.*?\*/|R\"(\w*)\(.*?\)\1\"|\"(?:[^\"\\\n]|\\.)*\"|'(?:[^'\\]|\\.)+'", kept, text, flags=re.DOTALL)
+    for number, line in enumerate(text.splitlines(), 1):
+        for name in re.findall(r"\w+", line):
+            if ROOM_WORDS & set(re.sub(r"([a-z0-9])([A-Z])", r"\1_\2", name).lower().split("_")):
+                yield number, name
+
+
+def check_words():
+    host = [path for path in (root / "framework/src").rglob("*") if path.suffix in (".cpp", ".h")]
+    contract, found = set(), list(host)
+    while found:
+        for name in include.findall(found.pop().read_text(encoding="utf-8")):
+            header = root / "sdk/include" / name
+            if name not in OF_THE_PAGE and header not in contract and header.exists():
+                contract.add(header)
+                found.append(header)
+    for path in sorted(host) + sorted(contract):
+        for line, name in room_words(path.read_text(encoding="utf-8")):
+            problems.append(f"{path.relative_to(root)}:{line}: '{name}' is a word of rooms, which the host does not know")
+
+
+# A planted word is found, in code and in a text of one word, and a comment or a message with it is not.
+assert [name for _, name in room_words('int mesh_count; // a face\nf("ply"); throw E("no mesh"); FaceList x;')] == ["mesh_count", "ply", "FaceList"]
 check_host()
 check_plugins()
-print("\n".join(problems) if problems else "every include points down")
+check_words()
+print("\n".join(problems) if problems else "every include points down, and the host knows no room")
 sys.exit(bool(problems))

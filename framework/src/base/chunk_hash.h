@@ -9,6 +9,9 @@
 #include <string>
 #include <vector>
 
+/// \file Hashes of large files piece by piece, so that a result of gigabytes is verified on all cores, and only the pieces
+/// that are read. The store writes and checks them.
+
 namespace fresco::host
 {
 

@@ -2,6 +2,9 @@
 
 #include <string_view>
 
+/// \file Named points at which the proofs (tests/prove) make the program fail or die, to show that no moment of a run is a
+/// bad one.
+
 namespace fresco::host
 {
 

@@ -4,10 +4,10 @@
 #include <fresco/wording.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cstdint>
 #include <fcntl.h>
+#include <iterator>
 #include <string_view>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -17,7 +17,6 @@ namespace fresco::host
 namespace
 {
 namespace fs = std::filesystem;
-using namespace std::literals;
 
 constexpr std::size_t beginning_bytes = 4096;
 /// How far a text is searched for what it must hold.
@@ -68,195 +67,88 @@ class OpenFile
     bool readable_ = false;
 };
 
-std::uint32_t big_endian(std::string_view bytes)
+/// Where the file ends but for white space.
+std::string_view trimmed(std::string_view text)
 {
-    std::uint32_t number = 0;
-    for (const char c : bytes.substr(0, 4))
-        number = number << 8U | static_cast<unsigned char>(c);
-    return number;
+    return text.substr(0, text.find_last_not_of(white_space) + 1);
 }
 
-std::uint64_t little_endian(std::string_view bytes)
+bool begins(const OpenFile& file, const FileFormat& format)
 {
-    std::uint64_t number = 0;
-    for (std::size_t i = bytes.size(); i-- > 0;)
-        number = number << 8U | static_cast<unsigned char>(bytes[i]);
-    return number;
-}
-
-constexpr std::string_view png_signature = "\x89PNG\r\n\x1a\n";
-
-bool begins_as_picture(const OpenFile& file)
-{
-    return file.beginning().starts_with(png_signature) || file.beginning().starts_with("\xff\xd8\xff");
-}
-
-/// Chunk after chunk to IEND.
-bool is_whole_png(const OpenFile& file)
-{
-    for (std::size_t at = png_signature.size();;)
+    std::string_view text = file.beginning();
+    if (format.is_text)
     {
-        const std::string head = file.part(at, 8);
-        if (head.size() < 8)
+        if (text.find('\0') != std::string_view::npos)
             return false;
-        at += 12 + std::size_t{big_endian(head)};
-        if (at > file.size())
-            return false;
-        if (head.ends_with("IEND"))
-            return true;
+        if (text.starts_with("\xef\xbb\xbf"))
+            text.remove_prefix(3);
+        text.remove_prefix(std::min(text.find_first_not_of(white_space), text.size()));
     }
+    text.remove_prefix(std::min(format.begins_at, text.size()));
+    return format.begins.empty() ||
+           std::ranges::any_of(format.begins, [&](const std::string& each) { return text.starts_with(each); });
 }
 
-/// The picture's data begin behind the segments, of which one may hold a small picture of its own; the marker of the end is the
-/// last of the file, unless a camera has put more behind it.
-bool is_whole_jpeg(const OpenFile& file)
+/// The line's end before what is held stands for the beginning of the file, too.
+bool holds(const OpenFile& file, const FileFormat& format)
 {
-    std::size_t data = 2;
-    for (std::string head = file.part(data, 4); !head.starts_with("\xff\xda"); head = file.part(data, 4))
+    const auto in = [&](const std::string& text)
+    { return std::ranges::any_of(format.holds, [&](const std::string& each) { return text.find(each) != std::string::npos; }); };
+    return format.holds.empty() || in("\n" + std::string(file.beginning())) || in("\n" + file.part(0, searched_bytes));
+}
+
+/// A text ends with it; in another file it is searched from the end, behind which programs put data of their own.
+bool has_end(const OpenFile& file, const FileFormat& format)
+{
+    if (format.ends.empty())
+        return true;
+    const auto in = [&](auto test) { return std::ranges::any_of(format.ends, test); };
+    if (format.is_text)
     {
-        if (head.size() < 4)
-            return false;
-        data += 2 + (big_endian(head) & 0xFFFFU);
+        const std::string text = file.end(beginning_bytes);
+        return in([&](const std::string& end) { return text.ends_with(end) || trimmed(text).ends_with(end); });
     }
     constexpr std::size_t piece = std::size_t{1} << 16U;
-    for (std::size_t end = file.size(); end > data;)
+    const std::size_t overlap = std::ranges::max(format.ends, {}, &std::string::size).size() - 1;
+    for (std::size_t end = file.size(); end > 0;)
     {
-        // One byte of the piece behind it, too: the marker may lie across.
-        const std::size_t begin = end - std::min(end - data, piece);
-        if (file.part(begin, end - begin + 1).find("\xff\xd9") != std::string::npos)
+        const std::size_t begin = end - std::min(end, piece);
+        const std::string text = file.part(begin, end - begin + overlap);
+        if (in([&](const std::string& each) { return text.find(each) != std::string::npos; }))
             return true;
         end = begin;
     }
     return false;
 }
 
-bool is_whole_picture(const OpenFile& file)
+bool is_long_enough(const OpenFile& file, const FileFormat& format)
 {
-    return file.beginning().starts_with(png_signature) ? is_whole_png(file) : is_whole_jpeg(file);
+    if (format.length_bytes == 0 || file.size() < format.length_from)
+        return format.length_bytes == 0;
+    const std::string bytes = file.part(format.length_at, format.length_bytes);
+    std::uint64_t length = 0;
+    for (std::size_t i = bytes.size(); i-- > 0;)
+        length = length << 8U | static_cast<unsigned char>(bytes[i]);
+    return bytes.size() == format.length_bytes && length <= file.size() - format.length_from;
 }
 
-bool begins_as_npy(const OpenFile& file)
+/// What holds a format without a beginning of its own may come late.
+bool is_of(const OpenFile& file, const FileFormat& format)
 {
-    return file.beginning().starts_with("\x93NUMPY");
+    return begins(file, format) && (!format.begins.empty() || holds(file, format) || file.size() > searched_bytes);
 }
 
-bool begins_as_ply(const OpenFile& file)
+bool is_whole(const OpenFile& file, const FileFormat& format)
 {
-    return file.beginning().starts_with("ply\n") || file.beginning().starts_with("ply\r\n");
-}
-
-bool is_whole_ply(const OpenFile& file)
-{
-    return file.beginning().find("\nend_header") != std::string_view::npos ||
-           file.part(0, searched_bytes).find("\nend_header") != std::string::npos;
-}
-
-bool has_vertex_line(std::string_view text)
-{
-    return text.starts_with("v ") || text.find("\nv ") != std::string_view::npos || text.find("\nv\t") != std::string_view::npos;
-}
-
-/// An OBJ has no signature: a text in which a line with a vertex comes soon.
-bool begins_as_obj(const OpenFile& file)
-{
-    if (file.beginning().find('\0') != std::string_view::npos)
-        return false;
-    return has_vertex_line(file.beginning()) || file.size() > searched_bytes || has_vertex_line(file.part(0, searched_bytes));
-}
-
-bool ends_line(const OpenFile& file)
-{
-    return file.end(1) == "\n";
-}
-
-bool begins_as_glb(const OpenFile& file)
-{
-    return file.beginning().starts_with("glTF");
-}
-
-bool is_whole_glb(const OpenFile& file)
-{
-    return file.size() >= 12 && little_endian(file.beginning().substr(8, 4)) <= file.size();
-}
-
-bool begins_as_json(const OpenFile& file)
-{
-    std::string_view text = file.beginning();
-    if (text.starts_with("\xef\xbb\xbf"))
-        text.remove_prefix(3);
-    const std::size_t first = text.find_first_not_of(white_space);
-    return first != std::string_view::npos && (text[first] == '{' || text[first] == '[');
-}
-
-bool is_whole_json(const OpenFile& file)
-{
-    const std::string text = file.end(beginning_bytes);
-    const std::size_t last = text.find_last_not_of(white_space);
-    return last != std::string::npos && (text[last] == '}' || text[last] == ']');
-}
-
-bool begins_as_sens(const OpenFile& file)
-{
-    return file.beginning().starts_with("\x04\0\0\0"sv);
-}
-
-bool is_safetensors(const OpenFile& file)
-{
-    return file.size() > 8 && file.beginning()[8] == '{';
-}
-
-bool begins_as_weights(const OpenFile& file)
-{
-    return is_safetensors(file) || file.beginning().starts_with("PK\x03\x04") || file.beginning().starts_with("\x80");
-}
-
-bool is_whole_weights(const OpenFile& file)
-{
-    return !is_safetensors(file) || little_endian(file.beginning().substr(0, 8)) <= file.size() - 8;
-}
-
-bool always(const OpenFile&)
-{
-    return true;
-}
-
-struct Format
-{
-    std::string_view name;
-    std::array<std::string_view, 3> extensions;  ///< Of each other's contents, where there are several.
-    bool (*begins)(const OpenFile&);
-    bool (*is_whole)(const OpenFile&);
-    bool has_signature = true;  ///< No other format begins so.
-};
-
-constexpr std::array formats{Format{"a PNG or JPEG picture", {".png", ".jpg", ".jpeg"}, begins_as_picture, is_whole_picture},
-                             Format{"an NPY file", {".npy"}, begins_as_npy, always},
-                             Format{"a PLY mesh", {".ply"}, begins_as_ply, is_whole_ply},
-                             Format{"an OBJ mesh", {".obj"}, begins_as_obj, ends_line, false},
-                             Format{"a GLB model", {".glb"}, begins_as_glb, is_whole_glb},
-                             Format{"a glTF model", {".gltf"}, begins_as_json, is_whole_json, false},
-                             Format{"a JSON file", {".json"}, begins_as_json, is_whole_json, false},
-                             Format{"a .sens recording of version 4", {".sens"}, begins_as_sens, always, false},
-                             Format{"a safetensors file or a PyTorch state dict",
-                                    {".safetensors", ".pth", ".pt"},
-                                    begins_as_weights,
-                                    is_whole_weights,
-                                    false}};
-
-const Format* format_of(std::string_view extension)
-{
-    for (const Format& format : formats)
-        if (std::ranges::find(format.extensions, extension) != format.extensions.end())
-            return &format;
-    return nullptr;
+    return (format.begins.empty() || holds(file, format)) && has_end(file, format) && is_long_enough(file, format);
 }
 
 /// ": it begins with …", or what it is instead; empty if that would not help.
-std::string seen_in(const OpenFile& file)
+std::string seen_in(const OpenFile& file, const std::vector<FileFormat>& known)
 {
-    for (const Format& format : formats)
-        if (format.has_signature && format.begins(file))
-            return ": it is " + std::string(format.name);
+    for (const FileFormat& format : known)
+        if (!format.begins.empty() && !format.is_text && format.begins_at == 0 && begins(file, format))
+            return ": it is " + format.name;
     constexpr std::size_t shown = 32;
     const std::string_view text = file.beginning();
     const auto is_shown = [](char c) { return c >= ' ' && c <= '~'; };
@@ -275,7 +167,8 @@ std::string lower_extension(const fs::path& file)
 
 }  // namespace
 
-std::string file_problem(const fs::path& path, const std::vector<std::string>& extensions)
+std::string file_problem(const fs::path& path, const std::vector<std::string>& extensions, const std::vector<FileFormat>& formats,
+                         const std::function<std::vector<FileFormat>()>& others)
 {
     const OpenFile file(path);
     if (!file.is_readable())
@@ -287,12 +180,20 @@ std::string file_problem(const fs::path& path, const std::vector<std::string>& e
                join(extensions, " or ");
     if (file.size() == 0)
         return shown + " is empty";
-    const Format* format = format_of(extension);
-    if (format == nullptr)
+    std::vector<FileFormat> fitting;
+    std::ranges::copy_if(formats, std::back_inserter(fitting),
+                         [&](const FileFormat& format)
+                         { return std::ranges::find(format.extensions, extension) != format.extensions.end(); });
+    if (fitting.empty())
         return "";
-    if (!format->begins(file))
-        return shown + " is not " + std::string(format->name) + seen_in(file);
-    return format->is_whole(file) ? "" : shown + " is cut short: copy or export it again";
+    const auto format = std::ranges::find_if(fitting, [&](const FileFormat& each) { return is_of(file, each); });
+    if (format != fitting.end())
+        return is_whole(file, *format) ? "" : shown + " is cut short: copy or export it again";
+    std::vector<std::string> names;
+    for (const FileFormat& each : fitting)
+        if (std::ranges::find(names, each.name) == names.end())
+            names.push_back(each.name);
+    return shown + " is not " + join(names, " or ") + seen_in(file, others());
 }
 
 }  // namespace fresco::host

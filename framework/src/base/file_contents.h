@@ -1,16 +1,23 @@
 #pragma once
 
+#include <fresco/file_format.h>
+
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
+
+/// \file Finds, before anything runs, a file that cannot be what a pipeline names it for. The check of options and of files
+/// on ports uses it, with the formats that plugins declare.
 
 namespace fresco::host
 {
 
-/// Why a file cannot be what an option or reader wants that takes files with these extensions (".png"), by its name and by what
-/// it begins and ends with: "'a.ply' is empty", "'a.ply' is not a PLY mesh: it begins with \"hello\"". Empty where nothing speaks
-/// against it, for an extension without a known signature, and for a file that cannot be read. Reads a few kilobytes of a file
-/// that is fine.
-std::string file_problem(const std::filesystem::path& file, const std::vector<std::string>& extensions);
+/// Why a file cannot be what an option or reader wants that takes files with these extensions (".png") and in these formats:
+/// "'a.ply' is empty", "'a.ply' is not a PLY mesh: it begins with \"hello\"". `others`: formats that it may be of instead. Empty
+/// where nothing speaks against it, for an extension without a format, and for a file that cannot be read. Reads a few kilobytes
+/// of a file that is fine.
+std::string file_problem(const std::filesystem::path& file, const std::vector<std::string>& extensions,
+                         const std::vector<FileFormat>& formats, const std::function<std::vector<FileFormat>()>& others);
 
 }  // namespace fresco::host

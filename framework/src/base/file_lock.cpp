@@ -1,5 +1,5 @@
 #include "base/file_lock.h"
-#include "base/process_identity.h"
+#include "base/process.h"
 #include <fresco/error.h>
 #include <fresco/file_access.h>
 

@@ -9,6 +9,9 @@
 #include <sys/file.h>
 #include <utility>
 
+/// \file Locks between processes and machines that share a store: one makes a result, others wait and read who it is. Held by
+/// the worker, by runs, and by clean-ups.
+
 namespace fresco::host
 {
 

@@ -9,6 +9,9 @@
 #include <set>
 #include <string>
 
+/// \file Knows whether an input file changed without reading it where its stamp can be relied on, and by its contents where
+/// not. Keys of results and the records of what a stage read use it.
+
 namespace fresco::host
 {
 

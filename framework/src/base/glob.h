@@ -4,6 +4,8 @@
 #include <filesystem>
 #include <string_view>
 
+/// \file Files below a folder by pattern. Estimates count them; options and dependencies check them.
+
 namespace fresco::host
 {
 

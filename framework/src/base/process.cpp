@@ -1,11 +1,23 @@
 #include "base/process.h"
 #include <fresco/error.h>
 #include <fresco/file_access.h>
+#include <fresco/hash.h>
+#include <fresco/process.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <charconv>
+#include <csignal>
 #include <cstring>
+#include <ctime>
 #include <fcntl.h>
+#include <filesystem>
+#include <fmt/format.h>
+#include <fstream>
+#include <poll.h>
 #include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 namespace fresco::host
 {
@@ -54,6 +66,127 @@ bool send_all(int socket, std::string_view text)
         text.remove_prefix(static_cast<std::size_t>(count));
     }
     return true;
+}
+
+namespace
+{
+
+constexpr std::size_t machine_digits = 12;
+
+std::string this_machine()
+{
+    std::string boot;
+    std::ifstream("/proc/sys/kernel/random/boot_id") >> boot;
+    std::error_code error;
+    return content_hash(boot + std::filesystem::read_symlink("/proc/self/ns/pid", error).string()).substr(0, machine_digits);
+}
+
+/// 0 where there is no such process, or one that has ended and that its parent has not asked for.
+std::uint64_t start_of(pid_t pid)
+{
+    std::ifstream file(fmt::format("/proc/{}/stat", pid));
+    std::string text;
+    std::getline(file, text);
+    // The name, in parentheses, may hold anything.
+    const std::size_t name_end = text.rfind(')');
+    if (name_end == std::string::npos || name_end + 2 >= text.size() || text[name_end + 2] == 'Z' || text[name_end + 2] == 'X')
+        return 0;
+    constexpr int fields_before = 19;
+    std::size_t at = name_end + 1;
+    for (int i = 0; i < fields_before && at != std::string::npos; ++i)
+        at = text.find(' ', at + 1);
+    std::uint64_t start = 0;
+    if (at != std::string::npos)
+        std::from_chars(text.data() + at + 1, text.data() + text.size(), start);
+    return start;
+}
+
+/// Removes a number from the front of the text. False if it does not begin with one.
+template <class Number>
+bool take_number(std::string_view& text, Number& number)
+{
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (error != std::errc())
+        return false;
+    text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+    return true;
+}
+
+}  // namespace
+
+std::string ProcessIdentity::text() const
+{
+    return fmt::format("{}-{}-{}", machine, pid, start);
+}
+
+bool ProcessIdentity::is_on_this_machine() const
+{
+    return machine == this_machine();
+}
+
+bool ProcessIdentity::is_running() const
+{
+    return start != 0 && start_of(pid) == start;
+}
+
+ProcessIdentity this_process()
+{
+    return {this_machine(), getpid(), start_of(getpid())};
+}
+
+std::optional<ProcessIdentity> process_named_by(std::string_view name)
+{
+    ProcessIdentity process;
+    if (name.size() <= machine_digits || name.find_first_not_of("0123456789abcdef") != machine_digits ||
+        name[machine_digits] != '-')
+        return std::nullopt;
+    process.machine = name.substr(0, machine_digits);
+    name.remove_prefix(machine_digits + 1);
+    if (!take_number(name, process.pid) || !name.starts_with('-'))
+        return std::nullopt;
+    name.remove_prefix(1);
+    if (process.pid <= 0 || !take_number(name, process.start) || !(name.empty() || name.front() == '.' || name.front() == '-'))
+        return std::nullopt;
+    return process;
+}
+
+std::string holder_text()
+{
+    char host[256] = {};
+    gethostname(host, sizeof host - 1);
+    const std::time_t now = std::time(nullptr);
+    std::tm local{};
+    localtime_r(&now, &local);
+    char time[32] = {};
+    std::strftime(time, sizeof time, "%Y-%m-%d %H:%M:%S", &local);
+    return fmt::format("process {} on {}, since {}", getpid(), host, time);
+}
+
+Orphans::Orphans() : adopts_(children_of(getpid()).empty())
+{
+    if (adopts_)
+        adopt_orphans();
+}
+
+void Orphans::end(const std::vector<pid_t>& own) const
+{
+    constexpr int patience = 200;  // times 5 ms; what the kernel itself holds up ends when it can
+    for (int tries = 0; adopts_ && tries < patience; ++tries)
+    {
+        bool left = false;
+        for (const pid_t child : children_of(getpid()))
+        {
+            if (std::find(own.begin(), own.end(), child) != own.end())
+                continue;
+            left = true;
+            signal_descendants(child, SIGKILL);
+            kill(child, SIGKILL);
+            waitpid(child, nullptr, WNOHANG);
+        }
+        if (!left)
+            return;
+        poll(nullptr, 0, 5);
+    }
 }
 
 }  // namespace fresco::host

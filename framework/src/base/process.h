@@ -2,12 +2,29 @@
 
 #include <fresco/process.h>
 
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <sys/types.h>
 #include <vector>
+
+/// \file Processes of this program's own: how they are started, told apart from another with the same id, kept from outliving
+/// the host, and how they end. The scheduler, the probe of plugins and the page use it.
 
 namespace fresco::host
 {
+
+/// Exit codes of a worker that did not finish its stage; 0 means that it did.
+enum WorkerExit
+{
+    worker_failed = 1,
+    worker_missing_input = 3,
+    worker_plugin = 4,
+    worker_damaged_input = 10,  ///< The event "damaged" names the object.
+    worker_lost_channel = 11,   ///< Something in the process closed the channel.
+    worker_canceled = 75
+};
 
 /// A process of this same program, started to do one job.
 struct Child
@@ -28,5 +45,40 @@ mode_t current_mask();
 
 /// Writes everything to a socket; never raises SIGPIPE. False if that fails; errno says why: EPIPE if the other side is gone.
 bool send_all(int socket, std::string_view text);
+
+/// Identifies a process, also among those of other machines that use the same disk.
+struct ProcessIdentity
+{
+    /// The boot of a machine and its space of process numbers: `pid` means something only to processes with the same.
+    std::string machine;
+    pid_t pid = 0;
+    std::uint64_t start = 0;  ///< Clock ticks since the boot.
+
+    /// "0123456789ab-4711-123456", for names of files.
+    std::string text() const;
+    bool is_on_this_machine() const;
+    /// Whether it still runs. Only of a process on this machine.
+    bool is_running() const;
+};
+
+ProcessIdentity this_process();
+/// The one whose text the name of a file begins with; nothing if it begins otherwise.
+std::optional<ProcessIdentity> process_named_by(std::string_view name);
+
+/// "process 4711 on kitchen, since 2026-11-23 13:05:10", for people: this process and now.
+std::string holder_text();
+
+/// What children of the host leave behind when they crash. It comes to the host, which ends it.
+class Orphans
+{
+  public:
+    /// Adopts from now on, unless the host was started with children of its own, whose orphans would look the same.
+    Orphans();
+    /// Kills the host's children that are not in `own`, with all that they started, and takes their ends.
+    void end(const std::vector<pid_t>& own) const;
+
+  private:
+    bool adopts_;
+};
 
 }  // namespace fresco::host

@@ -12,6 +12,9 @@
 /// believed.
 ///   write_record  one map, the whole file: manifests, keys, task ends. Durable.
 ///   Journal       many maps, appended by many processes: caches and statistics. May be lost.
+/// \file Small JSON files with a checksum, and journals of lines: whatever fresco keeps beside results. A damaged one is
+/// noticed and costs time, never a wrong result.
+
 namespace fresco::host
 {
 

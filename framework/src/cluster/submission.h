@@ -1,7 +1,6 @@
 #pragma once
 
-#include "cluster/slurm_files.h"
-#include "cluster/slurm_queue.h"
+#include "cluster/slurm.h"
 #include "run/task_table.h"
 
 #include <filesystem>
@@ -93,5 +92,10 @@ struct TaskLog
     bool time_ran_out() const;
 };
 TaskLog last_log(const std::filesystem::path& folder, const std::string& task_name);
+
+/// The Snakefile of a folder of tasks, to lie in it: a rule per group, a job per task, and one that collects the results. Reads
+/// the table when Snakemake does; Snakemake 7 and later. `program`: fresco, absolute. Throws Error if the folder
+/// or the program has a script_problem.
+std::string snakefile(const TaskTable& head, const std::filesystem::path& folder, const std::filesystem::path& program);
 
 }  // namespace fresco::host

@@ -1,15 +1,100 @@
 #pragma once
 
-#include "cluster/task_status.h"
+#include "cluster/submission.h"
 #include "pipeline/pipeline.h"
+#include "run/scheduler.h"
 
 #include <cstddef>
 #include <filesystem>
+#include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
+/// \file What became of the tasks of a submission, and which of them to queue next. `fresco submit`, `status`, `cancel` and
+/// `collect` use it.
+
 namespace fresco::host
 {
+
+/// What is known about the tasks of a table before some of them are queued.
+struct TaskKnowledge
+{
+    std::vector<bool> done;  ///< By task: its results are in the store.
+    std::map<std::size_t, std::vector<Attempt>> attempts;
+    SlurmQueue queue;
+
+    /// Where a task is in the queue; nullptr: it is not.
+    const Attempt* in_queue(std::size_t task) const;
+};
+
+struct MissingTasks
+{
+    std::vector<QueuedTask> tasks;               ///< To be queued now, each after those that it needs.
+    std::map<std::size_t, ElementPlace> queued;  ///< In the queue already.
+    std::size_t left = 0;                        ///< For when there is room in the queue.
+    std::size_t blocked = 0;                     ///< Need a task that failed.
+};
+
+/// Time and memory limits of a task: twice and 1.3 times what its group is estimated to take, and twice those of its last attempt
+/// where these were not enough.
+void set_limits(QueuedTask& task, const TaskGroup& group, const Attempt* last, const TaskLog& log);
+
+/// The tasks that are neither done nor in the queue, as many as `room` allows. `round`: tasks that were attempted in it are left
+/// out, and so is what needs them; a round that was not begun leaves out none.
+MissingTasks missing_tasks(const TaskTable& table, const TaskKnowledge& known, const std::filesystem::path& folder,
+                           std::size_t round, std::size_t room);
+
+/// A stage of a task that failed.
+struct FailedStage
+{
+    std::string stage;
+    std::string error;
+};
+
+/// What the process of a task came to, as it says itself; in ended/000017.json below the folder of tasks.
+struct TaskEnd
+{
+    int exit_code = 0;
+    std::vector<FailedStage> failed;
+};
+/// Throws Error if the file cannot be written.
+void write_task_end(const std::filesystem::path& folder, std::size_t task, const RunSummary& summary);
+/// Nothing where the task never ended by itself, or is at work again.
+std::optional<TaskEnd> read_task_end(const std::filesystem::path& folder, std::size_t task);
+/// Called when a task begins.
+void remove_task_end(const std::filesystem::path& folder, std::size_t task);
+
+enum class TaskState
+{
+    done,
+    running,
+    queued,
+    failed,
+    not_run
+};
+std::string_view to_string(TaskState state);
+
+struct TaskStatus
+{
+    TaskState state = TaskState::not_run;
+    std::string name;
+    std::string job;  ///< "123_4", of the last attempt; empty: never submitted.
+    std::filesystem::path log;
+    std::vector<FailedStage> failed;
+    std::string error;  ///< Of a failed task that could not say why itself.
+};
+
+/// One for each task of the table.
+std::vector<TaskStatus> task_status(const TaskTable& table, const TaskKnowledge& known, const std::filesystem::path& folder);
+
+/// Which tasks have all their results in the store, by the states of the pipeline's stages there.
+std::vector<bool> done_tasks(const TaskTable& table, const std::vector<StageNode>& stages);
+
+/// The stages of a pipeline as a run would tell them that found them so.
+RunSummary summary_of(const std::vector<StageNode>& stages, const std::vector<TaskStatus>& tasks);
+/// Stages that were not run and of which a task says that they failed count as failed.
+void mark_failed(RunSummary& summary, const std::vector<TaskStatus>& tasks);
 
 /// The stages of a table's pipeline as they stand in the store. Remembers file stamps.
 std::vector<StageNode> stages_in_store(const TaskTable& head, const Pipeline& pipeline);

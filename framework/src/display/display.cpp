@@ -1,17 +1,376 @@
-#include "base/text_layout.h"
-#include "base/unit_text.h"
-#include "display/live_display.h"
-#include "display/progress_rate.h"
-
 #include "display/display.h"
+#include "base/text.h"
+#include "display/run_view.h"
+#include <fresco/file_access.h>
+#include <fresco/files_io.h>
 
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cmath>
+#include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <fmt/format.h>
 #include <map>
 #include <string>
+#include <sys/ioctl.h>
+#include <unistd.h>
 
 namespace fresco::host
 {
+
+/// How fast a stage counts, and how long it will take.
+class ProgressRate
+{
+  public:
+    /// A new unit or total begins a new count; a resumed stage's head start does not count as speed.
+    void update(double done, double total, const std::string& unit);
+    /// "120 of 400 steps, 1.9 steps/s, 2:27 left".
+    std::string text() const;
+    double done() const { return done_; }
+    double total() const { return total_; }
+    const std::string& unit() const { return unit_; }
+    /// Units per second; 0 where it is too early to tell.
+    double rate() const;
+
+  private:
+    using Clock = std::chrono::steady_clock;
+    Clock::time_point begin_ = Clock::now();
+    Clock::time_point first_time_;
+    Clock::time_point last_time_;
+    double first_ = 0;
+    double done_ = 0;
+    double total_ = 0;
+    std::string unit_;
+    bool any_ = false;
+};
+
+void ProgressRate::update(double done, double total, const std::string& unit)
+{
+    const auto now = Clock::now();
+    if (!any_ || unit != unit_ || total < total_ || total > total_ || done < done_)
+    {
+        first_ = done;
+        first_time_ = now;
+    }
+    any_ = true;
+    done_ = done;
+    total_ = total;
+    unit_ = unit;
+    last_time_ = now;
+}
+
+double ProgressRate::rate() const
+{
+    const double seconds = std::chrono::duration<double>(last_time_ - first_time_).count();
+    return seconds < 0.5 || done_ <= first_ ? 0 : (done_ - first_) / seconds;
+}
+
+std::string ProgressRate::text() const
+{
+    const double running = std::chrono::duration<double>(Clock::now() - begin_).count();
+    if (!any_)
+        return duration_text(running);
+    std::string text = fmt::format("{:.0f}", done_);
+    if (total_ > 0)
+        text += fmt::format(" of {:.0f}", total_);
+    text += " " + unit_;
+    const double rate = this->rate();
+    if (rate <= 0)
+        return text;
+    text += rate >= 10 ? fmt::format(", {:.0f} {}/s", rate, unit_) : fmt::format(", {:.2g} {}/s", rate, unit_);
+    if (total_ > done_)
+        text += ", " + duration_text((total_ - done_) / rate) + " left";
+    return text;
+}
+
+namespace
+{
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+volatile std::sig_atomic_t continued = 0;
+
+void note_continue(int)
+{
+    continued = 1;
+}
+
+double since(Clock::time_point begin)
+{
+    return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+void write_all(const std::string& text)
+{
+    for (std::size_t done = 0; done < text.size();)
+    {
+        const ssize_t count = uninterrupted([&] { return ::write(STDERR_FILENO, text.data() + done, text.size() - done); });
+        if (count < 0)
+            return;
+        done += static_cast<std::size_t>(count);
+    }
+}
+
+bool speaks_utf8()
+{
+    for (const char* name : {"LC_ALL", "LC_CTYPE", "LANG"})
+        if (const char* value = std::getenv(name); value != nullptr && *value != '\0')
+        {
+            std::string text = value;
+            std::transform(text.begin(), text.end(), text.begin(),
+                           [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+            return text.find("utf-8") != std::string::npos || text.find("utf8") != std::string::npos;
+        }
+    return false;
+}
+
+bool wants_color()
+{
+    const char* refusal = std::getenv("NO_COLOR");
+    return refusal == nullptr || *refusal == '\0';
+}
+
+ViewFrame terminal()
+{
+    ViewFrame frame;
+    winsize size{};
+    if (ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 && size.ws_row > 0)
+    {
+        frame.width = size.ws_col;
+        frame.height = size.ws_row;
+    }
+    return frame;
+}
+
+/// Whether the terminal is the shell's while this runs beside it. `timeout` runs programs in a group of its own in the
+/// foreground, too.
+bool in_background()
+{
+    const pid_t foreground = tcgetpgrp(STDERR_FILENO);
+    return foreground >= 0 && foreground != getpgrp() && getpgrp() == getpid();
+}
+
+/// The newest file that was written after a stage began; empty: none.
+std::string newest_file(const fs::path& folder, fs::file_time_type begin)
+{
+    std::error_code error;
+    fs::path newest;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder, error))
+    {
+        const fs::file_time_type time = entry.last_write_time(error);
+        if (error || time < begin || !entry.is_regular_file(error) ||
+            entry.path().filename().string().starts_with(temporary_file_prefix))
+            continue;
+        begin = time;
+        newest = entry.path();
+    }
+    return newest.empty() ? "" : path_text(newest);
+}
+
+class LiveDisplay final : public ProgressDisplay
+{
+  public:
+    LiveDisplay() : utf8_(speaks_utf8()), color_(wants_color())
+    {
+        struct sigaction action
+        {
+        };
+        action.sa_handler = note_continue;
+        action.sa_flags = SA_RESTART;
+        sigaction(SIGCONT, &action, &before_);
+    }
+    LiveDisplay(const LiveDisplay&) = delete;
+    LiveDisplay& operator=(const LiveDisplay&) = delete;
+    ~LiveDisplay() override
+    {
+        if (!in_background())
+            write_all(back(terminal()) + "\x1b[J");
+        sigaction(SIGCONT, &before_, nullptr);
+    }
+
+    void stages(const std::vector<StageStanding>& stages, int cores) override
+    {
+        cores_ = cores;
+        for (const StageStanding& standing : stages)
+        {
+            Entry& entry = entry_of(standing.stage);
+            entry.view.state = standing.state;
+            entry.view.expected_s = standing.expected_s;
+            entry.preview_folder = standing.preview_folder;
+        }
+        draw();
+    }
+    void stage_begins(const std::string& stage, int threads) override
+    {
+        Entry& entry = entry_of(stage);
+        entry.view.state = StageState::running;
+        entry.view.waits = false;
+        entry.view.threads = threads;
+        entry.begin = Clock::now();
+        entry.begin_time = fs::file_time_type::clock::now();
+        entry.rate = ProgressRate();
+    }
+    void stage_waits(const std::string& stage, const std::string& holder) override
+    {
+        entry_of(stage).view.waits = true;
+        entry_of(stage).view.holder = holder;
+    }
+    void stage_progress(const std::string& stage, double done, double total, const std::string& unit,
+                        const Value& metrics) override
+    {
+        Entry& entry = entry_of(stage);
+        entry.rate.update(done, total, unit);
+        entry.view.metrics.clear();
+        for (const auto& [name, value] : metrics.as_map())
+            entry.view.metrics.emplace_back(name, value.is_null() ? std::nullopt : std::optional(value.as_double()));
+        constexpr std::size_t kept = 64;
+        auto& history = entry.view.history;
+        if (!entry.view.metrics.empty() && entry.view.metrics.front().second &&
+            (history.empty() || history.back() != *entry.view.metrics.front().second))
+            history.push_back(*entry.view.metrics.front().second);
+        if (history.size() > kept)
+            history.erase(history.begin());
+    }
+    void stage_says(const std::string& stage, const std::string& text, bool warning) override
+    {
+        above(stage + ": " + (warning ? "warning: " : "") + text);
+    }
+    void stage_prints(const std::string&, const std::string&) override {}
+    void stage_ends(const StageOutcome& outcome) override
+    {
+        Entry& entry = entry_of(outcome.stage);
+        entry.view.state = outcome.state;
+        entry.view.seconds = outcome.seconds;
+        if (!outcome.error.empty())
+            above(outcome.error);
+    }
+    void exported(const std::string&, const fs::path&, bool) override {}
+    void problem(const std::string& text) override { above(text); }
+    void note(const std::string& text) override { above(text); }
+    void tick() override
+    {
+        if (since(drawn_) >= 0.15)
+            draw();
+    }
+
+  private:
+    struct Entry
+    {
+        ViewStage view;
+        ProgressRate rate;
+        Clock::time_point begin;
+        Clock::time_point looked;
+        fs::file_time_type begin_time;
+        fs::path preview_folder;
+    };
+
+    Entry& entry_of(const std::string& stage)
+    {
+        const auto [entry, fresh] = entries_.try_emplace(stage);
+        if (fresh)
+        {
+            entry->second.view.name = stage;
+            order_.push_back(stage);
+        }
+        return entry->second;
+    }
+
+    /// Back to where the view begins. A terminal that became narrower wrapped its lines again: they are erased.
+    std::string back(const ViewFrame& frame)
+    {
+        std::size_t rows = 0;
+        for (const std::string& line : lines_)
+            rows += 1 + (columns(line) > 0 ? (columns(line) - 1) / std::max<std::size_t>(1, frame.width) : 0);
+        const bool broken = rows > lines_.size();
+        lines_.clear();
+        if (continued != 0)
+        {
+            // Others have written below meanwhile.
+            continued = 0;
+            return "\r";
+        }
+        if (rows == 0)
+            return "";
+        return "\x1b[" + std::to_string(std::min(rows, frame.height)) + "A\r" + (broken ? "\x1b[J" : "");
+    }
+
+    void above(const std::string& said)
+    {
+        std::string text = folded(harmless(said, LineEnds::continued), terminal().width, 4);
+        for (std::size_t end = text.find('\n'); end != std::string::npos; end = text.find('\n', end + 4))
+            text.insert(end, "\x1b[K");
+        draw(text + "\x1b[K\n");
+    }
+
+    void draw(const std::string& above = {})
+    {
+        if (in_background())
+        {
+            // What is said stands among what others write; the view begins again below it.
+            lines_.clear();
+            return write_all(above);
+        }
+        ViewFrame frame = terminal();
+        frame.utf8 = utf8_;
+        frame.color = color_;
+        frame.cores = cores_;
+        frame.seconds = since(begin_);
+        std::vector<ViewStage> stages;
+        for (const std::string& name : order_)
+            stages.push_back(seen(entries_[name]));
+        // Each line is written over the old one, so that nothing flickers.
+        std::string text = back(frame) + above;
+        lines_ = draw_view(stages, frame);
+        for (const std::string& line : lines_)
+            text += line + "\x1b[K\n";
+        write_all(text + "\x1b[J");
+        drawn_ = Clock::now();
+    }
+
+    static const ViewStage& seen(Entry& entry)
+    {
+        ViewStage& view = entry.view;
+        if (view.state != StageState::running)
+            return view;
+        view.seconds = view.threads > 0 ? since(entry.begin) : 0;
+        view.done = entry.rate.done();
+        view.total = entry.rate.total();
+        view.unit = entry.rate.unit();
+        view.rate = entry.rate.rate();
+        if (view.threads > 0 && since(entry.looked) > 1)
+        {
+            entry.looked = Clock::now();
+            view.preview = newest_file(entry.preview_folder, entry.begin_time);
+        }
+        return view;
+    }
+
+    bool utf8_;
+    bool color_;
+    int cores_ = 1;
+    std::map<std::string, Entry> entries_;
+    std::vector<std::string> order_;
+    std::vector<std::string> lines_;  ///< On the terminal.
+    Clock::time_point begin_ = Clock::now();
+    Clock::time_point drawn_;
+    struct sigaction before_
+    {
+    };
+};
+
+}  // namespace
+
+/// For a terminal at standard error: all stages below everything else, redrawn in place. What is drawn is written at once and
+/// stays where it is: no mode of the terminal is changed and its cursor stays visible, so that there is nothing to put back,
+/// however the program ends. Goes away with the object.
+std::unique_ptr<ProgressDisplay> make_live_display()
+{
+    return std::make_unique<LiveDisplay>();
+}
+
 namespace
 {
 

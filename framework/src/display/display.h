@@ -4,6 +4,9 @@
 
 #include <memory>
 
+/// \file Shows a run at standard error: on a terminal all stages, redrawn in place, otherwise a line now and then. `fresco
+/// run` and `fresco status` use it.
+
 namespace fresco::host
 {
 

@@ -1,6 +1,5 @@
 #include "display/run_view.h"
-#include "base/terminal_line.h"
-#include "base/unit_text.h"
+#include "base/text.h"
 
 #include <algorithm>
 #include <cmath>

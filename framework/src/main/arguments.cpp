@@ -1,8 +1,7 @@
-#include "base/text_layout.h"
+#include "base/text.h"
 #include "main/commands.h"
 #include "pipeline/problems.h"
 #include "pipeline/yaml_document.h"
-#include "pipeline/yaml_text.h"
 
 #include "plugins/plugin_search.h"
 #include <fresco/error.h>

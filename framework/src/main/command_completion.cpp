@@ -1,11 +1,311 @@
+#include "base/text.h"
 #include "main/commands.h"
-#include "main/completion.h"
+#include "pipeline/pipeline_document.h"
+#include "plugins/catalog.h"
+#include "plugins/plugin_search.h"
+#include "plugins/templates.h"
 
+#include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <iterator>
 #include <memory>
+#include <string>
+#include <vector>
 
 namespace fresco::host
 {
+
+namespace
+{
+
+namespace fs = std::filesystem;
+
+using Words = std::vector<std::string>;
+
+const Words any_file{":files"};
+const Words any_folder{":folders"};
+
+/// The command that the words before `current` have come to, and how many words of its own it has got.
+struct Place
+{
+    const CLI::App* command = nullptr;
+    const CLI::Option* waiting = nullptr;  ///< An option that still wants its value.
+    Words given;                           ///< Positional words.
+};
+
+const CLI::Option* option_named(const CLI::App& command, const std::string& word)
+{
+    for (const CLI::Option* option : command.get_options())
+        if (option->check_name(word))
+            return option;
+    return nullptr;
+}
+
+bool takes_value(const CLI::Option& option)
+{
+    return option.get_items_expected_max() > 0;
+}
+
+Place place_of(const CLI::App& app, const Words& words, std::size_t current)
+{
+    Place place{&app, nullptr, {}};
+    for (std::size_t i = 1; i < std::min(current, words.size()); ++i)
+    {
+        // bash cuts `--set a.b=4` and `--out=a` at the sign of equality.
+        const bool cut = words[i] == "=" || words[i - 1] == "=";
+        if (place.waiting != nullptr && words[i] == "=" && words[i - 1].starts_with("-"))
+            continue;
+        if (place.waiting != nullptr)
+            place.waiting = nullptr;
+        else if (cut)
+            continue;
+        else if (words[i].starts_with("-"))
+        {
+            const CLI::Option* option = option_named(*place.command, words[i]);
+            place.waiting = option != nullptr && takes_value(*option) ? option : nullptr;
+        }
+        else if (const auto subcommands = place.command->get_subcommands(
+                     [&](const CLI::App* each) { return each->get_name() == words[i] && place.given.empty(); });
+                 !subcommands.empty())
+            place.command = subcommands.front();
+        else
+            place.given.push_back(words[i]);
+    }
+    return place;
+}
+
+Words types(const std::string& kind)
+{
+    Words result;
+    const Catalog catalog = load_catalog();
+    for (const TypeDescription* type : catalog.types())
+        if (kind.empty() || type->kind == kind)
+            result.push_back(type->type);
+    return result;
+}
+
+/// What `--set` can name: vars, and every option of every stage. The shell inserts words as they are: a name that it would take
+/// for a command is not offered.
+Words settings(const std::string& file, bool stages_alone)
+{
+    ProblemList problems;
+    const auto document = read_pipeline_document(fs::absolute(file), file, {}, problems);
+    const Catalog catalog = load_catalog();
+    Words result;
+    if (!stages_alone)
+        for (const auto& entry : document.vars.entries)
+            result.push_back(entry.key + "=");
+    for (const auto& entry : document.stages.entries)
+    {
+        if (stages_alone)
+            result.push_back(entry.key);
+        const auto* type = stages_alone ? nullptr : entry.value.find("type");
+        const TypeDescription* known = type != nullptr ? catalog.find(type->value.text) : nullptr;
+        if (known != nullptr)
+            for (const auto& option : read_declaration(*known).option_names())
+                result.push_back(entry.key + "." + option + "=");
+    }
+    std::erase_if(result, [](const std::string& word) { return shell_word(word) != word; });
+    return result;
+}
+
+Words values_of(const CLI::Option& option, const Place& place)
+{
+    const std::string name = option.get_single_name();
+    if (name == "set" || name == "until" || name == "isolate" || name == "thumbnails")
+        return place.given.empty() ? Words{} : settings(place.given.front(), name != "set");
+    if (name == "store" || name == "out" || name == "in")
+        return any_folder;
+    return name == "to" ? any_file : Words{};
+}
+
+/// What the command's next word without a dash can be.
+Words positional(const Place& place)
+{
+    std::size_t number = 0;
+    for (const CLI::Option* option : place.command->get_options())
+    {
+        if (!option->get_positional() || number++ != place.given.size())
+            continue;
+        const std::string name = option->get_single_name();
+        if (name == "pipeline" || name == "file" || name == "out")
+            return any_file;
+        if (name == "folder")
+            return any_folder;
+        if (name == "stage")
+            return settings(place.given.front(), true);
+        if (name == "kind")
+            return plugin_kinds();
+        if (name == "shell")
+            return {"bash", "fish", "zsh"};
+        if (name == "type" && place.command->get_name() == "describe")
+            return types("");
+    }
+    return {};
+}
+
+/// The word that is completed: its beginning where it is one of its own, and the part that can grow.
+struct Typed
+{
+    std::string option;  ///< "--out" of `--out=a`.
+    std::string word;
+    bool setting = false;  ///< The value of `--set a=b`, b.
+};
+
+Typed typed_at(const Words& words, std::size_t current, const Place& place)
+{
+    Typed typed;
+    typed.word = current < words.size() ? words[current] : "";
+    const bool behind_sign = typed.word == "=" || (current > 0 && words[current - 1] == "=");
+    if (typed.word == "=")
+        typed.word.clear();
+    const std::size_t sign = typed.word.find('=');
+    const bool set = place.waiting != nullptr && place.waiting->check_lname("set");
+    if (place.waiting == nullptr && typed.word.starts_with("--") && sign != std::string::npos)
+    {
+        typed.option = typed.word.substr(0, sign);
+        typed.word = typed.word.substr(sign + 1);
+    }
+    else if (set && sign != std::string::npos)
+    {
+        typed.setting = true;
+        typed.word = typed.word.substr(sign + 1);
+    }
+    else
+        typed.setting = behind_sign && place.waiting == nullptr;
+    return typed;
+}
+
+Words offered(const CLI::App& app, const Words& words, std::size_t current)
+{
+    if (current > 1 && words.size() > 1 && !words[1].starts_with("-") &&
+        app.get_subcommands([&](const CLI::App* each) { return each->get_name() == words[1]; }).empty())
+    {
+        Words own(words.begin() + 1, words.begin() + static_cast<std::ptrdiff_t>(std::min(current + 1, words.size())));
+        own.resize(current);
+        return program_completions(own);
+    }
+    const Place place = place_of(app, words, current);
+    const Typed typed = typed_at(words, current, place);
+    Words result;
+    const CLI::Option* option = typed.option.empty() ? place.waiting : option_named(*place.command, typed.option);
+    if (typed.setting)
+        result = any_file;
+    else if (option != nullptr)
+        result = values_of(*option, place);
+    else if (typed.word.starts_with("-"))
+    {
+        for (const CLI::Option* each : place.command->get_options())
+            for (const auto& name : each->get_lnames())
+                result.push_back("--" + name);
+    }
+    else if (typed.option.empty())
+    {
+        for (const CLI::App* command :
+             place.command->get_subcommands([](const CLI::App* each) { return !each->get_group().empty(); }))
+            if (!command->get_name().empty())
+                result.push_back(command->get_name());
+        if (place.command == &app)
+            std::ranges::copy(program_commands(), std::back_inserter(result));
+        if (result.empty())
+            result = positional(place);
+    }
+    if (result != any_file && result != any_folder)
+        std::erase_if(result, [&](const std::string& each) { return !each.starts_with(typed.word); });
+    return result;
+}
+
+}  // namespace
+
+/// Words that can stand at `words[current]` of a command line (`words[0]` is the program), or, as the only one, ":files" or
+/// ":folders" where those are asked for. Commands and options are the program's own; types of stages and components are the
+/// registry's; `--set` offers the vars and the options of the stages of the pipeline file that is named before. Never throws:
+/// what cannot be read offers nothing.
+std::vector<std::string> completions(const CLI::App& app, const std::vector<std::string>& words, std::size_t current)
+{
+    try
+    {
+        Words result = offered(app, words, current);
+        std::sort(result.begin(), result.end());
+        return result;
+    }
+    catch (const std::exception&)
+    {
+        return {};
+    }
+}
+
+/// The script that makes the shell ask `fresco internal-complete`: for "bash" or "zsh".
+const char* completion_script(const std::string& shell)
+{
+    if (shell == "bash")
+        return R"(# Completion of fresco's command line for bash:
+#   source <(fresco completion bash)
+_fresco()
+{
+    local offered word=${COMP_WORDS[COMP_CWORD]}
+    [[ $word == = ]] && word=
+    mapfile -t offered < <("${COMP_WORDS[0]}" internal-complete "$COMP_CWORD" -- "${COMP_WORDS[@]}" 2>/dev/null)
+    case ${offered[0]} in
+    :files) compopt -o filenames; mapfile -t COMPREPLY < <(compgen -f -- "$word") ;;
+    :folders) compopt -o filenames; mapfile -t COMPREPLY < <(compgen -d -- "$word") ;;
+    *)
+        COMPREPLY=("${offered[@]}")
+        [[ ${#offered[@]} -gt 0 && ${offered[0]} == *= ]] && compopt -o nospace
+        ;;
+    esac
+    return 0
+}
+complete -F _fresco fresco
+)";
+    if (shell == "fish")
+        return R"(# Completion of fresco's command line for fish: in ~/.config/fish/completions as fresco.fish, or
+#   fresco completion fish | source
+function __fresco_complete
+    set -l words (commandline --tokenize --current-process --cut-at-cursor)
+    set -l current (commandline --current-token --cut-at-cursor)
+    set -l offered ($words[1] internal-complete (count $words) -- $words $current 2>/dev/null)
+    # Behind the sign of equality of --out=a and of --set a=b.
+    set -l before (string match --regex -- '^.*=' $current)
+    set -l word (string replace --regex -- '^.*=' '' $current)
+    switch "$offered[1]"
+        case :files
+            __fish_complete_path $word | string replace --regex -- '^' "$before"
+        case :folders
+            __fish_complete_directories $word | string replace --regex -- '^' "$before"
+        case ''
+        case '*'
+            printf "$before%s\n" $offered
+    end
+end
+complete --command fresco --no-files --arguments '(__fresco_complete)'
+)";
+    return R"(#compdef fresco
+# Completion of fresco's command line for zsh: in a folder of $fpath as _fresco, or
+#   source <(fresco completion zsh)
+_fresco()
+{
+    local -a offered
+    offered=("${(@f)$("${words[1]}" internal-complete $((CURRENT - 1)) -- "${words[@]}" 2>/dev/null)}")
+    case ${offered[1]} in
+    (:files) compset -P '*='; _files ;;
+    (:folders) compset -P '*='; _files -/ ;;
+    (*=) compadd -S '' -a offered ;;
+    ('') ;;
+    (*) compset -P '*='; compadd -a offered ;;
+    esac
+}
+if [[ $zsh_eval_context[-1] == loadautofunc ]]; then
+    _fresco "$@"
+else
+    compdef _fresco fresco
+fi
+)";
+}
+
 namespace
 {
 

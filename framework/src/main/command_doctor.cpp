@@ -1,10 +1,10 @@
 #include "main/commands.h"
 
 #include "base/machine.h"
-#include "base/terminal_line.h"
-#include "base/text_layout.h"
+#include "base/text.h"
 #include "plugins/plugin_library.h"
 #include "plugins/plugin_search.h"
+#include <fresco/wording.h>
 
 #include <algorithm>
 #include <boost/version.hpp>
@@ -53,6 +53,14 @@ std::string joined(const std::set<std::string>& texts)
     return text;
 }
 
+std::vector<std::string> texts_of(const std::vector<std::filesystem::path>& paths)
+{
+    std::vector<std::string> texts;
+    for (const auto& path : paths)
+        texts.push_back(path.string());
+    return texts;
+}
+
 void print_json(const Catalog& catalog)
 {
     Value::Map libraries;
@@ -67,6 +75,15 @@ void print_json(const Catalog& catalog)
     Value::List unbuilt;
     for (const auto& plugin : catalog.unbuilt())
         unbuilt.push_back(Value::Map{{"type", plugin.type}, {"reason", plugin.reason}});
+    Value::List shadowed;
+    for (const auto& type : catalog.shadowed())
+        shadowed.push_back(Value::Map{{"type", type.type}, {"library", type.library.string()}, {"by", type.by.string()}});
+    Value::List ambiguous;
+    for (const auto& type : catalog.ambiguous())
+    {
+        const auto holders = texts_of(catalog.libraries_of(type));
+        ambiguous.push_back(Value::Map{{"type", type}, {"libraries", Value::List(holders.begin(), holders.end())}});
+    }
     Value::List refusals;
     for (const auto& refusal : catalog.refusals())
         refusals.push_back(Value::Map{{"library", refusal.library.string()}, {"reason", refusal.reason}});
@@ -79,6 +96,8 @@ void print_json(const Catalog& catalog)
                                           {"libraries", std::move(libraries)},
                                           {"folders", std::move(folders)},
                                           {"plugins", std::move(plugins)},
+                                          {"shadowed", std::move(shadowed)},
+                                          {"ambiguous", std::move(ambiguous)},
                                           {"refusals", std::move(refusals)},
                                           {"unbuilt", std::move(unbuilt)}},
                                2));
@@ -112,6 +131,11 @@ void print_text(const Catalog& catalog)
     fmt::print("\nplugins\n");
     for (const auto& [library, count] : types_per_library(catalog))
         print(fmt::format("  {}  ({} {})", library, count, count == 1 ? "type" : "types"));
+    for (const auto& type : catalog.shadowed())
+        print(fmt::format("  shadowed: {} of {}, by {}", type.type, type.library.string(), type.by.string()));
+    for (const auto& type : catalog.ambiguous())
+        print(fmt::format("  not used, because several plugins have it: {}: {}", type,
+                          join(texts_of(catalog.libraries_of(type)), " and ")));
     for (const auto& refusal : catalog.refusals())
         print(fmt::format("  refused: {}: {}", refusal.library.string(), refusal.reason));
     for (const auto& plugin : catalog.unbuilt())
@@ -123,7 +147,7 @@ void print_text(const Catalog& catalog)
 void add_doctor_command(CLI::App& app, int& exit_code)
 {
     CLI::App* command =
-        app.add_subcommand("doctor", "Show libraries, graphics card and plugins; exit code 4 if a plugin is refused");
+        app.add_subcommand("doctor", "Show libraries, graphics card and plugins; exit code 4 if one cannot be used");
     const auto json = std::make_shared<bool>(false);
     command->add_flag("--json", *json, "Print JSON");
     command->callback(
@@ -132,7 +156,7 @@ void add_doctor_command(CLI::App& app, int& exit_code)
             const Catalog catalog = load_catalog(true);
             warn_of_plugin_folders();
             *json ? print_json(catalog) : print_text(catalog);
-            exit_code = catalog.refusals().empty() ? 0 : 4;
+            exit_code = catalog.refusals().empty() && catalog.ambiguous().empty() ? 0 : 4;
         });
 }
 

@@ -1,9 +1,8 @@
 #include "main/commands.h"
 
-#include "base/text_layout.h"
+#include "base/text.h"
 #include "plugins/plugin_search.h"
 #include "run/commands_inspect.h"
-#include "run/file_origin.h"
 #include <fresco/error.h>
 
 #include <cstdio>
@@ -88,12 +87,16 @@ void add_inspect_commands(CLI::App& app, int& exit_code)
         "describe", "Show the ports, options, defaults, ranges and help of a stage or component, or how a file was made", true,
         [](const InspectArguments& given, const Catalog& catalog, Printed& to)
         {
-            if (!given.type.ends_with(".glb"))
+            if (const TypeDescription* reader = origin_reader(catalog, given.type))
+                write_file_origin(*reader, given.type, given.json, to.width, to.out);
+            else if (given.type.ends_with(".json") && std::filesystem::is_regular_file(given.type))
+                write_run_origin(given.type, given.json, to.out);
+            else
                 return write_description(catalog, given.type, given.json, to.width, to.out, to.errors);
-            write_file_origin(given.type, given.json, to.width, to.out);
             return 0;
         });
-    describe->add_option("type", arguments->type, "Type, as in a pipeline file: mesh.decimate; or a file: room.glb")->required();
+    describe->add_option("type", arguments->type, "Type, as in a pipeline file: mesh.decimate; or a file: room.glb, out/run.json")
+        ->required();
     describe->add_flag("--json", arguments->json, "Print JSON");
 
     CLI::App* graph = add("graph", "Print the pipeline's graph in the DOT language", false,

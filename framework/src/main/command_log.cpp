@@ -1,6 +1,6 @@
 #include "main/commands.h"
 
-#include "base/terminal_line.h"
+#include "base/text.h"
 #include "store/stage_log.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>

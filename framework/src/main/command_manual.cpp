@@ -1,6 +1,8 @@
-#include "main/commands.h"
-
 #include "base/machine.h"
+#include "base/text.h"
+#include "main/commands.h"
+#include "pipeline/reference.h"
+#include "plugins/plugin_search.h"
 
 #include <cstdio>
 #include <string>
@@ -9,6 +11,46 @@
 
 namespace fresco::host
 {
+
+namespace
+{
+
+constexpr int exit_differs = 1;
+
+struct ReferenceArguments
+{
+    std::string folder;
+    bool check = false;
+};
+
+int run(const ReferenceArguments& given)
+{
+    const auto pages = reference_pages(load_catalog());
+    if (!given.check)
+    {
+        for (const std::string& file : write_reference(pages, given.folder))
+            print_line(file);
+        return 0;
+    }
+    const auto differences = reference_differences(pages, given.folder);
+    for (const std::string& line : differences)
+        print_message("error: " + line);
+    if (!differences.empty())
+        print_message("regenerate the pages: fresco reference " + given.folder);
+    return differences.empty() ? 0 : exit_differs;
+}
+
+}  // namespace
+
+void add_reference_command(CLI::App& app, int& exit_code)
+{
+    const auto arguments = std::make_shared<ReferenceArguments>();
+    CLI::App* command = app.add_subcommand("reference", "Write a Markdown page for every stage and component");
+    command->add_option("folder", arguments->folder, "Folder for the pages")->required();
+    command->add_flag("--check", arguments->check, "Write nothing; name the pages that differ and end with 1 if there are any");
+    command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+}
+
 namespace
 {
 
@@ -56,13 +98,26 @@ std::string sections(const CLI::App& command, const std::string& name)
     return result;
 }
 
+std::string program_sections()
+{
+    std::string result;
+    for (const auto& [name, lines] : program_helps())
+    {
+        result += ".SS " + troff("fresco " + name) + "\n.nf\n";
+        for (const std::string& line : lines)
+            result += troff(line) + "\n";
+        result += ".fi\n";
+    }
+    return result;
+}
+
 std::string manual(const CLI::App& app)
 {
     return ".TH FRESCO 1 \"\" \"fresco " + program_version() +
            "\" \"User Commands\"\n.SH NAME\nfresco \\- paint scanned rooms\n" +
            ".SH SYNOPSIS\n.B fresco\n.I COMMAND\n[\\fIOPTIONS\\fR]\n.SH DESCRIPTION\n" + troff(app.get_description()) +
            "\n.PP\n" + troff("fresco COMMAND --help prints what is said of a command below.") + "\n.SH COMMANDS\n" +
-           sections(app, app.get_name()) + ".SH EXIT STATUS\n" + troff(app.get_footer()) + "\n";
+           sections(app, app.get_name()) + program_sections() + ".SH EXIT STATUS\n" + troff(app.get_footer()) + "\n";
 }
 
 }  // namespace

@@ -1,11 +1,11 @@
-#include "base/text_layout.h"
-#include "base/unit_text.h"
+#include "base/text.h"
 #include "main/commands.h"
 
 #include "plugins/plugin_search.h"
 #include "plugins/templates.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
+#include <fresco/wording.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -167,9 +167,7 @@ void add_new_commands(CLI::App& app, int& exit_code)
     init->callback([arguments, &exit_code] { exit_code = told(begin_project, *arguments); });
 
     CLI::App* plugin = app.add_subcommand("new", "Create a plugin: a folder that builds, tests and installs by itself");
-    plugin->add_option("kind", arguments->kind, "stage, loss, reader, features or texture")
-        ->required()
-        ->check(CLI::IsMember(plugin_kinds()));
+    plugin->add_option("kind", arguments->kind, join(plugin_kinds(), " or "))->required()->check(CLI::IsMember(plugin_kinds()));
     plugin->add_option("type", arguments->type, "Type name in pipelines, such as my.dots; the folder is then my_dots")
         ->required();
     plugin->add_option("--in", arguments->in, "Parent of the new folder")->capture_default_str();

@@ -1,10 +1,8 @@
-#include "base/text_layout.h"
-#include "base/unit_text.h"
+#include "base/text.h"
 #include "main/commands.h"
 
 #include "base/machine.h"
 #include "run/commands_inspect.h"
-#include "run/estimate.h"
 #include "run/plan.h"
 #include "run/progress_display.h"
 #include "run/task_table.h"

@@ -1,11 +1,10 @@
-#include "base/text_layout.h"
-#include "base/unit_text.h"
+#include "base/text.h"
 #include "main/commands.h"
 
 #include "base/machine.h"
-#include "store/store_copy.h"
+#include "store/presence.h"
+#include "store/publish.h"
 #include "store/store_tidy.h"
-#include "store/store_use.h"
 #include <fresco/error.h>
 
 #include <ctime>

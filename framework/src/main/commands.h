@@ -10,7 +10,11 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
+
+/// \file The commands of the program, and what several of them share: the arguments of a pipeline file and of the places
+/// where results go.
 
 namespace fresco::host
 {
@@ -24,13 +28,22 @@ void add_submit_commands(CLI::App& app, int& exit_code);
 void add_task_commands(CLI::App& app, const std::vector<std::string>& words, int& exit_code);
 void add_log_command(CLI::App& app, int& exit_code);
 void add_store_command(CLI::App& app, int& exit_code);
-void add_weights_command(CLI::App& app, int& exit_code);
 void add_doctor_command(CLI::App& app, int& exit_code);
 void add_reference_command(CLI::App& app, int& exit_code);
 void add_new_commands(CLI::App& app, int& exit_code);
 void add_completion_commands(CLI::App& app);
 void add_internal_commands(CLI::App& app, int& exit_code);
 void add_manual_command(CLI::App& app);
+
+/// The commands that are programs of their own, sorted.
+std::vector<std::string> program_commands();
+/// Becomes the program of the command `words[1]`; returns where there is none. Throws Error where it cannot be run.
+void run_program_command(char** words);
+/// What a program beside fresco offers for the last of `words`, which begin with its name: it is asked by
+/// `fresco-NAME internal-complete WORDS`, and prints lines as completions() gives them.
+std::vector<std::string> program_completions(const std::vector<std::string>& words);
+/// Names of the programs beside fresco, and what they print for --help-all.
+std::vector<std::pair<std::string, std::vector<std::string>>> program_helps();
 
 /// The schema of pipeline files that is installed with this program; it may be missing.
 std::filesystem::path installed_schema();

@@ -1,7 +1,7 @@
 #include "main/commands.h"
 
 #include "base/machine.h"
-#include "base/text_layout.h"
+#include "base/text.h"
 #include <fresco/error.h>
 #include <fresco/wording.h>
 
@@ -13,6 +13,7 @@
 #include <exception>
 #include <fcntl.h>
 #include <iostream>
+#include <iterator>
 #include <new>
 #include <sstream>
 #include <sys/stat.h>
@@ -79,6 +80,11 @@ class FoldedHelp final : public CLI::Formatter
             const bool has_both = first > 0 && first < column && line.size() > column && line[column - 1] == ' ';
             result += fresco::host::folded(line, width_, has_both ? column - first : line.starts_with("Usage") ? 4 : 0) + "\n";
         }
+        std::vector<std::string> programs = fresco::host::program_commands();
+        for (const CLI::App* command : app->get_subcommands([](const CLI::App*) { return true; }))
+            std::erase(programs, command->get_name());
+        if (app->get_parent() == nullptr && !programs.empty())
+            result += fresco::host::folded("\nPrograms, as commands: " + fresco::join(programs, ", ") + "\n", width_, 4);
         return result;
     }
 
@@ -89,7 +95,7 @@ class FoldedHelp final : public CLI::Formatter
                              : fresco::host::terminal_width(STDOUT_FILENO);
 };
 
-/// Whether the first word is not a command; if so, prints that.
+/// Whether the first word is neither a command nor a program; if so, prints that. Becomes the program where it is one.
 bool names_unknown_command(const CLI::App& app, int argc, char** argv)
 {
     if (argc < 2 || argv[1][0] == '-')
@@ -102,6 +108,8 @@ bool names_unknown_command(const CLI::App& app, int argc, char** argv)
         if (!command->get_group().empty())
             names.push_back(command->get_name());
     }
+    fresco::host::run_program_command(argv);
+    std::ranges::copy(fresco::host::program_commands(), std::back_inserter(names));
     print_message("error: unknown command '" + std::string(argv[1]) + "'" + fresco::suggestion(argv[1], names));
     return true;
 }
@@ -160,7 +168,6 @@ int run_command_line(int argc, char** argv)
     fresco::host::add_inspect_commands(app, exit_code);
     fresco::host::add_log_command(app, exit_code);
     fresco::host::add_store_command(app, exit_code);
-    fresco::host::add_weights_command(app, exit_code);
     fresco::host::add_doctor_command(app, exit_code);
     fresco::host::add_reference_command(app, exit_code);
     fresco::host::add_completion_commands(app);

@@ -1,9 +1,10 @@
 #include "main/task_commands.h"
-#include "base/text_layout.h"
+#include "base/text.h"
 #include <fresco/file_access.h>
 
 namespace fresco::host
 {
+
 namespace fs = std::filesystem;
 
 void TableArguments::add_to(CLI::App& command, const std::string& file_help)

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "main/commands.h"
+#include "report/report.h"
 #include "run/task_table.h"
 
 #include <filesystem>
@@ -8,8 +9,14 @@
 #include <string>
 #include <vector>
 
+/// \file What the commands about tasks and combinations share: run, status and submit.
+
 namespace fresco::host
 {
+
+/// Of a matrix that has run: writes sweep.json and its page beside the results; prints a line per combination if `print`.
+/// `thumbnails`: the stage whose pictures the page shows, see SweepSummaryRequest.
+void tell_combinations(const ReportRequest& run, const std::string& thumbnails, bool print);
 
 /// What the commands take that cut a pipeline into tasks.
 struct TableArguments

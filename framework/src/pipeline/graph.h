@@ -4,6 +4,8 @@
 #include <memory>
 #include <vector>
 
+/// \file The order of stages, cycles, and who needs whom. The check of a pipeline builds it; runs follow it.
+
 namespace fresco::host
 {
 

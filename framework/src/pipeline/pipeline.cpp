@@ -7,10 +7,13 @@
 #include <fresco/wording.h>
 
 #include <algorithm>
-#include <map>
+#include <ostream>
 
 namespace fresco::host
 {
+
+namespace fs = std::filesystem;
+
 namespace
 {
 void check_until(const std::string& until, const YamlNode& stages, ProblemList& problems)
@@ -182,6 +185,85 @@ PipelineResult load_pipeline(const PipelineRequest& request, const Catalog& cata
     }
     result.pipeline.graph = std::make_shared<const StageGraph>(graph_of(result.pipeline.stages));
     return result;
+}
+
+std::string dot_quoted(std::string_view text)
+{
+    std::string result = "\"";
+    for (const char c : text)
+    {
+        if (c == '\n')
+            result += "\\n";
+        else if (static_cast<unsigned char>(c) < 0x20)
+            result += ' ';
+        else
+        {
+            // Graphviz reads backslash sequences in labels: a backslash itself is doubled.
+            if (c == '"' || c == '\\')
+                result += '\\';
+            result += c;
+        }
+    }
+    return result + '"';
+}
+
+void write_dot(const Pipeline& pipeline, std::ostream& out)
+{
+    out << "digraph pipeline {\n    rankdir=LR;\n    node [shape=box, style=rounded];\n";
+    // A stage and a file may have one name: numbers keep them apart.
+    std::map<std::string, std::size_t> numbers;
+    for (const PipelineStage& stage : pipeline.stages)
+    {
+        const std::size_t number = numbers.emplace(stage.name, numbers.size()).first->second;
+        const std::string type = stage.type ? stage.type->type : "";
+        out << "    stage" << number << " [label=" << dot_quoted(stage.name + "\n" + type) << "];\n";
+    }
+    std::map<std::string, std::size_t> files;
+    for (const PipelineStage& stage : pipeline.stages)
+        for (const Wire& wire : stage.wires)
+        {
+            std::string from;
+            if (wire.from_stage.empty())
+            {
+                const auto [file, fresh] = files.emplace(wire.file.string(), files.size());
+                from = "file" + std::to_string(file->second);
+                if (fresh)
+                    out << "    " << from << " [shape=note, style=\"\", label=" << dot_quoted(wire.file.filename().string())
+                        << ", tooltip=" << dot_quoted(wire.file.string()) << "];\n";
+            }
+            else
+                from = "stage" + std::to_string(numbers.at(wire.from_stage));
+            const std::string ports =
+                wire.from_port.empty() || wire.from_port == wire.port ? wire.port : wire.from_port + " → " + wire.port;
+            out << "    " << from << " -> stage" << numbers.at(stage.name) << " [label=" << dot_quoted(ports)
+                << ", tooltip=" << dot_quoted(wire.artifact) << "];\n";
+        }
+    out << "}\n";
+}
+
+std::string OutputOwners::blocked(const Owners::value_type& file, const Owners::value_type& below, const std::string& option)
+{
+    return "the stage " + file.second.stage + " would write the file " + file.first.generic_string() +
+           " below --out, and the stage " + below.second.stage + " would write " + below.first.generic_string() +
+           ": give one of them another " + option;
+}
+
+std::optional<std::string> OutputOwners::claim(const fs::path& path, const std::string& stage, bool is_file,
+                                               const std::string& option)
+{
+    const auto own = owners_.emplace(path.lexically_normal(), Owner{stage, is_file}).first;
+    const fs::path& name = own->first;
+    if (own->second.stage != stage)
+        return "the stages " + own->second.stage + " and " + stage + " would both write " + name.generic_string() +
+               " below --out: give one of them another " + option;
+    // What is below a path comes after it.
+    if (const auto next = std::next(own);
+        is_file && next != owners_.end() && std::ranges::mismatch(name, next->first).in1 == name.end())
+        return blocked(*own, *next, option);
+    for (fs::path above = name.parent_path(); !above.empty(); above = above.parent_path())
+        if (const auto file = owners_.find(above); file != owners_.end() && file->second.is_file)
+            return blocked(*file, *own, option);
+    return std::nullopt;
 }
 
 }  // namespace fresco::host

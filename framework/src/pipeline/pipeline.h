@@ -4,12 +4,17 @@
 #include <fresco/value.h>
 
 #include <filesystem>
+#include <iosfwd>
 #include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
+
+/// \file A pipeline file, checked and complete: what every command works on. load_pipeline() is the way in; it reports all
+/// problems at once.
 
 namespace fresco::host
 {
@@ -142,5 +147,32 @@ struct PipelineResult
 
 /// Reads, checks and completes a pipeline file against the catalog. Runs no plugin code.
 PipelineResult load_pipeline(const PipelineRequest& request, const Catalog& catalog);
+
+/// The pipeline as a graph for Graphviz: stages with their types, files that are read, ports and artifacts on the edges.
+void write_dot(const Pipeline& pipeline, std::ostream& out);
+
+/// A quoted identifier of the DOT language.
+std::string dot_quoted(std::string_view text);
+
+/// Which stage writes what below `--out`: no two may write the same, nor one into a folder that another writes as a file.
+class OutputOwners
+{
+  public:
+    /// Notes that the stage writes `path`, relative to `--out`: a file, or a folder of files. If another stage is in the way,
+    /// says so, and that another value of `option` helps.
+    std::optional<std::string> claim(const std::filesystem::path& path, const std::string& stage, bool is_file,
+                                     const std::string& option = "path");
+
+  private:
+    struct Owner
+    {
+        std::string stage;
+        bool is_file;
+    };
+    using Owners = std::map<std::filesystem::path, Owner>;
+    static std::string blocked(const Owners::value_type& file, const Owners::value_type& below, const std::string& option);
+
+    Owners owners_;
+};
 
 }  // namespace fresco::host

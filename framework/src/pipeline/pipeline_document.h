@@ -8,6 +8,9 @@
 #include <string>
 #include <vector>
 
+/// \file A pipeline file as written, with its bases: top-level keys, before vars are put in. load_pipeline and completion
+/// read it.
+
 namespace fresco::host
 {
 

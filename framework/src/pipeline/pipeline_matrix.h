@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+/// \file The axes of a matrix and their values, from the file and --set.
+
 namespace fresco::host
 {
 

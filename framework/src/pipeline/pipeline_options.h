@@ -1,11 +1,15 @@
 #pragma once
 
+#include "pipeline/pipeline.h"
 #include "pipeline/pipeline_types.h"
 
 #include <set>
 #include <string>
 #include <utility>
 #include <vector>
+
+/// \file The options of one stage: checked against its declaration, completed, and with what the machine decides (files,
+/// devices).
 
 namespace fresco::host
 {
@@ -61,6 +65,16 @@ std::filesystem::path check_input_path(const YamlNode& node, bool folder, const 
 /// Reports (as missing input) a file that is not what its extension says, or has none of `extensions`; nothing where those are
 /// empty, and nothing that check_input_path reports.
 void check_contents(const YamlNode& node, const std::filesystem::path& file, const std::vector<std::string>& extensions,
-                    const std::string& user, ProblemList& problems);
+                    const std::vector<FileFormat>& formats, TypeTable& types, const std::string& user, ProblemList& problems);
+
+/// The option that says where stages of the type work (Cost::device); empty: they have none.
+std::string device_option(const TypeDescription& type);
+
+/// Puts "cuda" or "cpu" in place of "auto" in that option: "cuda" where the plugin was built for a GPU and the machine has one,
+/// which is asked only then.
+void settle_device(const TypeDescription& type, Value& options, bool (*machine_has_gpu)());
+
+/// Whether the stage works on a GPU, by its settled options.
+bool works_on_gpu(const PipelineStage& stage);
 
 }  // namespace fresco::host

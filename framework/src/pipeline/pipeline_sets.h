@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+/// \file What --set and previews put in place of values of the file.
+
 namespace fresco::host
 {
 

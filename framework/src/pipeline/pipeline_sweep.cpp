@@ -1,10 +1,242 @@
 #include "pipeline/pipeline_sweep.h"
-#include "pipeline/output_owners.h"
+#include "base/machine.h"
+#include "pipeline/pipeline_options.h"
+#include "pipeline/pipeline_variables.h"
+#include "pipeline/pipeline_wiring.h"
 
 #include <algorithm>
+#include <fmt/format.h>
 
 namespace fresco::host
 {
+
+namespace fs = std::filesystem;
+
+Choices chosen_of(const AxisSet& axes, const Choices& choices)
+{
+    Choices result;
+    for (std::size_t axis = 0; axis < choices.size(); ++axis)
+        if (axes[axis])
+            result.push_back(choices[axis]);
+    return result;
+}
+
+std::string label_of(const AxisSet& axes, const Choices& choices, const std::vector<MatrixAxis>& matrix)
+{
+    std::string text;
+    for (std::size_t axis = 0; axis < choices.size(); ++axis)
+        if (axes[axis])
+            text += (text.empty() ? "" : ",") + matrix[axis].choices[choices[axis]].label;
+    return text;
+}
+
+VarUse::VarUse(const YamlNode& vars, const std::vector<MatrixAxis>& axes)
+{
+    for (const YamlNode::Entry& entry : vars.entries)
+    {
+        index_[entry.key] = names_.size();
+        names_.push_back(entry.key);
+    }
+    vars_.resize(names_.size());
+    std::vector<std::vector<std::size_t>> users(names_.size());
+    const auto add = [&](std::size_t var, const YamlNode& value)
+    {
+        for (const std::string& name : vars_named_in(value))
+            if (const auto used = index_.find(name); used != index_.end())
+            {
+                vars_[var].made_of.push_back(used->second);
+                users[used->second].push_back(var);
+            }
+    };
+    std::set<std::string> is_axis;
+    for (const MatrixAxis& axis : axes)
+    {
+        is_axis.insert(axis.var);
+        for (const MatrixAxis::Choice& choice : axis.choices)
+            add(index_.at(axis.var), choice.value);
+    }
+    for (const YamlNode::Entry& entry : vars.entries)
+        if (!is_axis.contains(entry.key))
+            add(index_.at(entry.key), entry.value);
+    // Not by recursion: a file may hold a chain of vars that is longer than the machine's stack.
+    for (std::size_t axis = 0; axis < axes.size(); ++axis)
+        for (std::vector<std::size_t> open{index_.at(axes[axis].var)}; !open.empty();)
+        {
+            const std::size_t var = open.back();
+            open.pop_back();
+            if (vars_[var].axes[axis])
+                continue;
+            vars_[var].axes.set(axis);
+            open.insert(open.end(), users[var].begin(), users[var].end());
+        }
+}
+
+AxisSet VarUse::use(const std::set<std::string>& names)
+{
+    AxisSet axes;
+    std::vector<std::size_t> open;
+    for (const std::string& name : names)
+        if (const auto var = index_.find(name); var != index_.end())
+        {
+            axes |= vars_[var->second].axes;
+            open.push_back(var->second);
+        }
+    while (!open.empty())
+    {
+        Var& var = vars_[open.back()];
+        open.pop_back();
+        if (!std::exchange(var.in_use, true))
+            open.insert(open.end(), var.made_of.begin(), var.made_of.end());
+    }
+    return axes;
+}
+
+std::map<unsigned long, std::set<std::string>> VarUse::unused() const
+{
+    std::map<unsigned long, std::set<std::string>> result;
+    for (std::size_t i = 0; i < vars_.size(); ++i)
+        if (!vars_[i].in_use)
+            result[vars_[i].axes.to_ulong()].insert(names_[i]);
+    return result;
+}
+
+namespace
+{
+
+/// `input` without what is said of files.
+std::string wired_text(const StageDraft& draft)
+{
+    const YamlNode::Entry* input = draft.config.find("input");
+    if (!input || (draft.type && is_file_input(input->value, *draft.type.declaration)))
+        return "";
+    YamlNode node = input->value;
+    if (draft.type)
+        std::erase_if(node.entries,
+                      [](const YamlNode::Entry& entry) { return entry.value.is_map() && entry.value.find("file"); });
+    return node.identity();
+}
+
+}  // namespace
+
+StageDrafts::StageDrafts(const PipelineDocument& document, const std::vector<MatrixAxis>& matrix, const Settings& settings,
+                         TypeTable& types)
+    : document_(document), matrix_(matrix), settings_(settings), types_(types)
+{
+    VarUse use(document.vars, matrix);
+    std::map<unsigned long, Group> groups;
+    for (std::size_t i = 0; i < document.stages.entries.size(); ++i)
+    {
+        const YamlNode::Entry& entry = document.stages.entries[i];
+        std::set<std::string> vars = vars_named_in(entry.value);
+        vars.merge(settings.vars_in(entry.key));
+        axes_.push_back(use.use(vars));
+        groups[axes_[i].to_ulong()].stages.push_back(i);
+    }
+    for (auto& [axes, vars] : use.unused())
+        groups[axes].unused_vars = std::move(vars);
+    for (auto& [axes, group] : groups)
+    {
+        group.axes = AxisSet(axes);
+        groups_.push_back(std::move(group));
+    }
+}
+
+CombinationDraft StageDrafts::cell(const Choices& choices)
+{
+    CombinationDraft cell{choices, std::vector<std::size_t>(axes_.size()), {}};
+    for (Group& group : groups_)
+    {
+        const auto [batch, fresh] = group.batches.try_emplace(chosen_of(group.axes, choices));
+        if (fresh)
+            batch->second = make_batch(group, choices);
+        cell.batches.push_back(batch->second);
+        for (std::size_t i = 0; i < group.stages.size(); ++i)
+            cell.stages[group.stages[i]] = first_stages_[batch->second] + i;
+    }
+    return cell;
+}
+
+std::size_t StageDrafts::make_batch(const Group& group, const Choices& choices)
+{
+    ProblemList problems;
+    Variables variables(document_.vars, problems);
+    for (std::size_t axis = 0; axis < matrix_.size(); ++axis)
+        variables.choose(matrix_[axis].var, matrix_[axis].choices[choices[axis]].value);
+    YamlNode written = document_.stages;
+    written.entries.clear();
+    for (const std::size_t stage : group.stages)
+        written.entries.push_back(document_.stages.entries[stage]);
+    YamlNode settled = variables.substitute(written);
+    if (settled.is_map())
+        for (YamlNode::Entry& entry : settled.entries)
+            settings_.set_options(entry.key, entry.value, variables, types_, problems);
+    variables.check_unused(group.unused_vars);
+    first_stages_.push_back(stages_.size());
+    OptionChecker checker(types_, problems);
+    for (std::size_t i = 0; i < group.stages.size(); ++i)
+        add_stage(group.stages[i], settled.is_map() ? std::move(settled.entries[i].value) : YamlNode(), checker, problems);
+    problems_.push_back(problems.sorted());
+    return first_stages_.size() - 1;
+}
+
+void StageDrafts::add_stage(std::size_t stage, YamlNode config, OptionChecker& checker, ProblemList& problems)
+{
+    const YamlNode::Entry& entry = document_.stages.entries[stage];
+    StageDraft draft;
+    draft.name = entry.key;
+    draft.position = entry.position();
+    draft.config = std::move(config);
+    CheckedStage& checked = stages_.emplace_back();
+    if (draft.config.is_map())
+    {
+        // What the stage lacks is reported at its name.
+        draft.config.line = entry.line;
+        draft.config.column = entry.column;
+        draft.config.source = entry.source;
+        const std::optional<std::string> type = type_named_by(draft.config, draft.title(), &problems);
+        if (type)
+            draft.type = types_.require(*type, "stage", draft.title(), draft.config.find("type")->value.position(), problems);
+        if (draft.type)
+            draft.options = checker.complete(draft.type, draft.config, {"type", "input"}, draft.title(), draft.uses);
+        if (draft.type)
+            settle_device(*draft.type.description, draft.options, machine_has_gpu);
+        if (draft.type)
+            settle_declared_ports(draft, types_, problems);
+        FileInputs(types_, checker, problems).wire(draft);
+    }
+    const auto make_unique = [](auto& list, auto less)
+    {
+        std::sort(list.begin(), list.end(), less);
+        list.erase(std::unique(list.begin(), list.end()), list.end());
+    };
+    checked.options = std::make_shared<const Value>(std::move(draft.options));
+    checked.input_files = std::move(draft.uses.input_files);
+    make_unique(checked.input_files, std::less<>());
+    checked.components.assign(draft.uses.components.begin(), draft.uses.components.end());
+    make_unique(checked.components, [](const TypeDescription* a, const TypeDescription* b) { return a->type < b->type; });
+    checked.output_names = std::move(draft.uses.output_names);
+    checked.files = draft.wires;
+    checked.shape = shape_of(stage, std::move(draft));
+}
+
+std::size_t StageDrafts::shape_of(std::size_t stage, StageDraft draft)
+{
+    std::string identity = fmt::format("{} {} {} ", stage, fmt::ptr(draft.type.description), draft.files_failed);
+    for (const Wire& wire : draft.wires)
+        identity += wire.port + " ";
+    for (const StageDraft::PartUse& use : draft.part_uses)
+        identity += to_json(use.part) + " ";
+    const auto [known, fresh] = known_shapes_.try_emplace(identity + wired_text(draft), shapes_.size());
+    if (fresh)
+    {
+        draft.options = Value();
+        draft.uses = {};
+        std::erase_if(draft.config.entries, [](const YamlNode::Entry& entry) { return entry.key != "input"; });
+        shapes_.push_back(std::move(draft));
+    }
+    return known->second;
+}
+
 namespace
 {
 /// Stages that make parts for which others have rules: they run early, since only then is it known whether the rules fit.
@@ -22,7 +254,7 @@ std::vector<std::size_t> makers_of_ruled_parts(const std::vector<StageDraft>& st
 
 void SweepBuilder::add(const Choices& choices)
 {
-    Cell cell = drafts_.cell(choices);
+    CombinationDraft cell = drafts_.cell(choices);
     const Structure& structure = structure_of(cell);
     const std::vector<Problem> collisions = colliding_outputs(cell);
     members_.push_back({std::move(cell), &structure});
@@ -47,7 +279,7 @@ void SweepBuilder::note(const std::vector<Problem>& problems)
     }
 }
 
-const SweepBuilder::Structure& SweepBuilder::structure_of(const Cell& cell)
+const SweepBuilder::Structure& SweepBuilder::structure_of(const CombinationDraft& cell)
 {
     std::vector<std::size_t> shapes;
     for (const std::size_t stage : cell.stages)
@@ -71,7 +303,7 @@ const SweepBuilder::Structure& SweepBuilder::structure_of(const Cell& cell)
     return structure;
 }
 
-std::vector<Problem> SweepBuilder::colliding_outputs(const Cell& cell) const
+std::vector<Problem> SweepBuilder::colliding_outputs(const CombinationDraft& cell) const
 {
     ProblemList problems;
     OutputOwners owners;

@@ -148,6 +148,19 @@ std::vector<std::string> TypeTable::names_of_kind(std::string_view kind) const
     return names;
 }
 
+std::vector<FileFormat> TypeTable::formats()
+{
+    std::vector<FileFormat> all;
+    for (const TypeDescription* type : catalog_.types())
+    {
+        const TypeDeclaration& known = declaration(*type);
+        all.insert(all.end(), known.formats.begin(), known.formats.end());
+        for (const OptionDeclaration& option : known.options)
+            all.insert(all.end(), option.formats.begin(), option.formats.end());
+    }
+    return all;
+}
+
 std::shared_ptr<const TypeDescription> TypeTable::adopt(TypeDescription type)
 {
     auto& known =

@@ -3,7 +3,6 @@
 #include "pipeline/problems.h"
 #include "pipeline/yaml_document.h"
 #include "plugins/catalog.h"
-#include "plugins/declaration.h"
 
 #include <map>
 #include <memory>
@@ -11,6 +10,9 @@
 #include <string>
 #include <string_view>
 #include <vector>
+
+/// \file Types by name with their declarations, and what is said where one cannot be used. The check of a pipeline looks all
+/// types up here.
 
 namespace fresco::host
 {
@@ -41,6 +43,8 @@ class TypeTable
     std::vector<std::string> names_of_kind(std::string_view kind) const;
     /// A stage type whose library an artifact comes with; nullptr for those of the SDK.
     const TypeDescription* owner_of(std::string_view artifact);
+    /// Those that readers and options declare.
+    std::vector<FileFormat> formats();
     /// A type that the catalog does not have, with ports of a stage's own. The same for equal ones.
     std::shared_ptr<const TypeDescription> adopt(TypeDescription type);
     const TypeDeclaration& declaration(const TypeDescription& type);

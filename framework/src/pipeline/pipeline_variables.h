@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+/// \file Vars: which text names which, and their values in place of them, within a budget of size.
+
 namespace fresco::host
 {
 

@@ -1,4 +1,5 @@
 #include "pipeline/pipeline_wiring.h"
+#include <fresco/command.h>
 #include <fresco/wording.h>
 
 #include <algorithm>
@@ -7,6 +8,7 @@
 
 namespace fresco::host
 {
+
 namespace
 {
 std::string listed(const std::vector<const PortDeclaration*>& ports)
@@ -328,6 +330,219 @@ StageGraph check_graph(const std::vector<StageDraft>& stages, ProblemList& probl
         problems.add(closing == first.sources.end() ? first.position : closing->second, text + first.name);
     }
     return graph;
+}
+
+namespace
+{
+
+bool declares_ports(const OptionDeclaration& option)
+{
+    return option.is_ports() || option.kind == OptionKind::command_line || option.kind == OptionKind::input_files ||
+           option.kind == OptionKind::rules;
+}
+
+void append_ports(TypeDescription& type, const char* list, const Value& ports)
+{
+    Value::List all = type.declaration.at(list).as_list();
+    for (const auto& [name, port] : ports.as_map())
+        all.push_back(
+            Value::Map{{"name", name}, {"artifact", port.at("artifact")}, {"version", port.at("version")}, {"help", ""}});
+    type.declaration.set(list, std::move(all));
+}
+
+void check_commands(const StageDraft& stage, ProblemList& problems)
+{
+    const auto folder_of = [&](const std::string& option, std::size_t word)
+    {
+        const YamlNode::Entry* written = stage.config.find(option);
+        return written ? written->value.items[word].path_base() : std::filesystem::path();
+    };
+    for (const CommandLineProblem& problem : check_command_line(stage.type.declaration->options, stage.options, folder_of))
+    {
+        const YamlNode::Entry* option = stage.config.find(problem.option);
+        Position at = option ? option->position() : stage.position;
+        if (option && problem.word >= 0)
+            at = option->value.items[static_cast<std::size_t>(problem.word)].position();
+        problems.add(std::move(at), stage.title() + ": " + problem.text,
+                     problem.is_missing ? ProblemKind::missing_input : ProblemKind::invalid);
+    }
+}
+
+/// An input for each that the rules name, and what is to be checked once it is known whose parts they are for.
+void append_named_inputs(StageDraft& stage, TypeDescription& type, const OptionDeclaration& option, ProblemList& problems)
+{
+    const Value& rules = stage.options.at(option.name);
+    const auto at = [&](const std::string& part)
+    {
+        const YamlNode::Entry* written = stage.config.find(option.name);
+        const YamlNode::Entry* rule = written ? written->value.find(part) : nullptr;
+        return rule ? rule->position() : stage.position;
+    };
+    for (const auto& [part, rule] : rules.as_map())
+    {
+        if (part != other_parts)
+            stage.part_uses.push_back({part, option.name, option.rule->parts_of, at(part)});
+        if (const std::string& name = rule.at(option.rule->input).as_string(); stage.type.declaration->input(name))
+            problems.add(at(part), stage.title() + ": option '" + option.name + "': '" + name +
+                                       "' is another input of the stage; expected " + option.rule->word + ", or a " +
+                                       option.rule->input + " of another name");
+    }
+    Value ports = Value::Map{};
+    for (const std::string& name : option.inputs_named(rules))
+        if (!stage.type.declaration->input(name))
+            ports.set(name, Value::Map{{"artifact", option.rule->artifact}, {"version", option.rule->version}});
+    append_ports(type, "inputs", ports);
+}
+
+}  // namespace
+
+void settle_declared_ports(StageDraft& stage, TypeTable& types, ProblemList& problems)
+{
+    const std::vector<OptionDeclaration>& options = stage.type.declaration->options;
+    if (std::ranges::none_of(options, declares_ports))
+        return;
+    const auto is_missing = [&](const OptionDeclaration& option)
+    { return declares_ports(option) && !stage.options.find(option.name) && (option.required || stage.config.find(option.name)); };
+    if (std::ranges::any_of(options, is_missing))
+    {
+        stage.type = {};
+        return;
+    }
+    check_commands(stage, problems);
+    TypeDescription own = *stage.type.description;
+    for (const OptionDeclaration& option : options)
+        if (option.is_ports())
+            append_ports(own, option.kind == OptionKind::input_ports ? "inputs" : "outputs", stage.options.at(option.name));
+        else if (option.kind == OptionKind::rules)
+            append_named_inputs(stage, own, option, problems);
+    stage.own_type = types.adopt(std::move(own));
+    stage.type = {stage.own_type.get(), &types.declaration(*stage.own_type)};
+}
+
+std::string cost_name(const PipelineStage& stage)
+{
+    std::string name = stage.type->type;
+    std::string files;
+    bool runs_program = false;
+    // Further words are settings, which differ from one value of an axis to the next.
+    constexpr std::size_t telling_words = 3;
+    for (const Value& option : stage.type->declaration.at("options").as_list())
+    {
+        const std::string& kind = option.at("kind").as_string();
+        const Value* value = stage.options->find(option.at("name").as_string());
+        if (kind == "command_line" && value != nullptr)
+        {
+            runs_program = true;
+            for (std::size_t i = 0; i < std::min(telling_words, value->as_list().size()); ++i)
+                name += " " + value->as_list()[i].as_string();
+        }
+        if (kind == "input_files" && value != nullptr)
+            for (const auto& [file, path] : value->as_map())
+                files += " " + file;
+    }
+    return runs_program ? name + files : name;
+}
+
+void FileInputs::wire(StageDraft& stage)
+{
+    const YamlNode::Entry* input = stage.type ? stage.config.find("input") : nullptr;
+    if (!input || !input->value.is_map())
+        return;
+    const TypeDeclaration& type = *stage.type.declaration;
+    if (type.inputs.empty())
+        return;
+    if (is_file_input(input->value, type))
+    {
+        stage.files_failed = !wire_file(stage, pointers(type.inputs), input->value);
+        return;
+    }
+    for (const YamlNode::Entry& entry : input->value.entries)
+        if (const PortDeclaration* port = type.input(entry.key); port && entry.value.is_map() && entry.value.find("file"))
+            stage.files_failed = !wire_file(stage, {port}, entry.value) || stage.files_failed;
+}
+
+std::vector<std::pair<KnownType, const PortDeclaration*>>
+FileInputs::readers_for(const Ports& inputs, const std::string& extension, const YamlNode& node, const StageDraft& stage)
+{
+    std::vector<std::pair<KnownType, const PortDeclaration*>> fitting;
+    std::vector<std::string> extensions;
+    const YamlNode::Entry* wanted = node.find("type");
+    for (const TypeDescription* description : types_.of_kind("reader"))
+    {
+        const KnownType reader = types_.find(description->type, "reader");
+        if (!reader || (wanted && wanted->value.text != description->type))
+            continue;
+        for (const PortDeclaration* input : inputs)
+        {
+            if (reader.declaration->artifact != input->artifact)
+                continue;
+            const std::vector<std::string>& known = reader.declaration->extensions;
+            extensions.insert(extensions.end(), known.begin(), known.end());
+            if (std::find(known.begin(), known.end(), extension) != known.end())
+                fitting.emplace_back(reader, input);
+        }
+    }
+    if (!fitting.empty())
+        return fitting;
+    std::sort(extensions.begin(), extensions.end());
+    extensions.erase(std::unique(extensions.begin(), extensions.end()), extensions.end());
+    std::vector<std::string> artifacts;
+    for (const PortDeclaration* input : inputs)
+        artifacts.push_back(input->artifact);
+    const std::string what = wanted ? "'" + wanted->value.text + "' makes no " : "no reader makes ";
+    problems_.add(node.find("file")->value.position(),
+                  stage.title() + ": " + what + join(artifacts) + " from " +
+                      (extension.empty() ? "a file without an extension" : "'" + extension + "' files") +
+                      (extensions.empty() ? "" : " (there are: " + join(extensions, ", ") + ")"));
+    return {};
+}
+
+bool FileInputs::wire_file(StageDraft& stage, const Ports& inputs, const YamlNode& node)
+{
+    const YamlNode& file = node.find("file")->value;
+    const std::string user = stage.title() + ": input" + (inputs.size() == 1 ? " '" + inputs[0]->name + "'" : "");
+    const OptionDeclaration declared{.name = "file", .kind = OptionKind::input_file};
+    const Value path = file.is_null() ? Value() : value_of(declared, file, user, problems_);
+    if (file.is_null())
+        problems_.add(file.position(), user + ": 'file' has no value: set it to " + declared.accepted());
+    if (path.is_null())
+        return false;
+    // An empty text says: not given. The port is then missing, or an optional one left out.
+    if (path.as_string().empty())
+        return true;
+    const std::filesystem::path absolute = check_input_path(file, false, user, problems_);
+    if (const YamlNode::Entry* wanted = node.find("type"))
+    {
+        const auto type = type_named_by(node, user, &problems_);
+        if (!type || !types_.require(*type, "reader", user, wanted->value.position(), problems_))
+            return false;
+    }
+    std::string extension = absolute.extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+    const auto readers = readers_for(inputs, extension, node, stage);
+    if (readers.empty())
+        return false;
+    if (readers.size() > 1)
+    {
+        std::vector<std::string> ways;
+        for (const auto& [reader, port] : readers)
+            ways.push_back(inputs.size() == 1 ? "type: " + reader.description->type
+                                              : port->name + " by " + reader.description->type);
+        problems_.add(node.position(), user + ": the file can be read in several ways; choose one: " + join(ways, " or "));
+        return false;
+    }
+    const auto& [reader, port] = readers.front();
+    check_contents(file, absolute, reader.declaration->extensions, reader.declaration->formats, types_, user, problems_);
+    YamlNode config = node;
+    if (!config.find("type"))
+        config.set("type", yaml_from_value(reader.description->type, node));
+    Wire wire{port->name, port->artifact, {}, {}, absolute, {}};
+    wire.reader =
+        options_.complete_component("reader", config, {"file"}, stage.title() + ": input '" + port->name + "'", stage.uses);
+    stage.uses.input_files.push_back(absolute);
+    stage.wires.push_back(std::move(wire));
+    return true;
 }
 
 }  // namespace fresco::host

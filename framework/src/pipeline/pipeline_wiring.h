@@ -6,7 +6,11 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
+
+/// \file The inputs of stages: which stage's output or which file each port gets, and ports that options declare. Used where
+/// a pipeline is checked.
 
 namespace fresco::host
 {
@@ -84,5 +88,37 @@ class Wiring
 
 /// The graph of what the stages take from one another. Reports every cycle.
 StageGraph check_graph(const std::vector<StageDraft>& stages, ProblemList& problems);
+
+/// Gives a stage whose options declare ports a type of its own with those ports, and reports what keeps its command lines from
+/// being run. Where such an option was not understood the stage gets no type: nothing can be said of ports that are not known.
+void settle_declared_ports(StageDraft& stage, TypeTable& types, ProblemList& problems);
+
+/// What the costs of a stage are remembered by: its type, and of one that runs a program also that with its first words and
+/// files.
+std::string cost_name(const PipelineStage& stage);
+
+/// Wires the `{file: PATH}` of a stage's `input` through readers, and reports what does not fit.
+class FileInputs
+{
+  public:
+    FileInputs(TypeTable& types, OptionChecker& options, ProblemList& problems)
+        : types_(types), options_(options), problems_(problems)
+    {
+    }
+
+    /// Sets the stage's `wires`, `uses` and `files_failed`.
+    void wire(StageDraft& stage);
+
+  private:
+    using Ports = std::vector<const PortDeclaration*>;
+
+    bool wire_file(StageDraft& stage, const Ports& inputs, const YamlNode& node);
+    std::vector<std::pair<KnownType, const PortDeclaration*>> readers_for(const Ports& inputs, const std::string& extension,
+                                                                          const YamlNode& node, const StageDraft& stage);
+
+    TypeTable& types_;
+    OptionChecker& options_;
+    ProblemList& problems_;
+};
 
 }  // namespace fresco::host

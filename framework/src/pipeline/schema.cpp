@@ -1,5 +1,5 @@
 #include "pipeline/schema.h"
-#include "plugins/declaration.h"
+#include "plugins/catalog.h"
 
 #include <algorithm>
 #include <cmath>
@@ -82,15 +82,15 @@ Value accepted_schema(const OptionDeclaration& option)
                                                                                        {"as", Map{{"type", "string"}}}}},
                                                                     {"required", List{"artifact"}},
                                                                     {"additionalProperties", false}}}}}}};
-    case OptionKind::texture_rules:
+    case OptionKind::rules:
     {
-        const Value strength = or_var(Map{{"type", "number"}, {"minimum", 0}, {"maximum", 1}});
-        const Value rule =
-            Map{{"anyOf", List{Map{{"type", "string"}},
-                               Map{{"type", "object"},
-                                   {"properties", Map{{"texture", Map{{"type", "string"}}}, {"strength", strength}}},
-                                   {"required", List{"texture"}},
-                                   {"additionalProperties", false}}}}};
+        const Value number = or_var(Map{{"type", "number"}, {"minimum", 0}, {"maximum", 1}});
+        const Value rule = Map{
+            {"anyOf", List{Map{{"type", "string"}},
+                           Map{{"type", "object"},
+                               {"properties", Map{{option.rule->input, Map{{"type", "string"}}}, {option.rule->number, number}}},
+                               {"required", List{option.rule->input}},
+                               {"additionalProperties", false}}}}};
         return or_var(Map{{"type", "object"}, {"additionalProperties", rule}, {"minProperties", 1}});
     }
     case OptionKind::component:

@@ -3,6 +3,8 @@
 #include "plugins/catalog.h"
 #include <fresco/value.h>
 
+/// \file Lets editors complete and check pipeline files as they are written.
+
 namespace fresco::host
 {
 

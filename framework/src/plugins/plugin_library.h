@@ -7,12 +7,26 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
 
+/// \file Opens a plugin, after it has been compared with the host. The process that asks a plugin what it holds, and workers,
+/// do; the host itself never does.
+
 namespace fresco::host
 {
+
+/// Of the libraries that an open library needs, directly or not: those that belong to fresco (named libfresco_*, or lying in the
+/// library's folder, the folder above it, or the installation's lib folder). Sorted. `handle` is what dlopen gave.
+std::vector<std::filesystem::path> own_libraries_of(void* handle, const std::filesystem::path& library);
+
+/// Those folders, canonical.
+std::set<std::filesystem::path> own_folders(const std::filesystem::path& library);
+
+/// The folder of the running program.
+std::filesystem::path program_folder();
 
 /// What this program was built as; a plugin must say the same.
 const fresco_plugin_info& host_stamp();

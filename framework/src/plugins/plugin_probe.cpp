@@ -1,8 +1,7 @@
 #include "plugins/plugin_probe.h"
 #include "base/machine.h"
-#include "base/orphans.h"
 #include "base/process.h"
-#include "plugins/describe_cost.h"
+#include "plugins/catalog.h"
 #include "plugins/plugin_library.h"
 #include <fresco/error.h>
 #include <fresco/reader.h>
@@ -46,13 +45,17 @@ Value describe_type(const PluginLibrary::Entry& entry, const Configurable& objec
         declaration.set("cost", describe_cost(entry.type, stage->cost(), declaration.at("options")));
     else if (entry.kind == "stage")
         throw Error("the type " + entry.type + " is registered as a stage but does not derive from fresco::Stage");
+    const auto texts = [](const std::vector<std::string>& all) { return Value::List(all.begin(), all.end()); };
+    if (const auto* origin = dynamic_cast<const FileOrigin*>(&object))
+        declaration.set("extensions", texts(origin->extensions()));
     if (const auto* reader = dynamic_cast<const FileReader*>(&object))
     {
-        Value::List extensions;
-        for (const auto& extension : reader->extensions())
-            extensions.emplace_back(extension);
         declaration.set("artifact", reader->artifact());
-        declaration.set("extensions", std::move(extensions));
+        declaration.set("extensions", texts(reader->extensions()));
+        Value::List formats;
+        for (const FileFormat& format : reader->formats())
+            formats.push_back(format.describe());
+        declaration.set("formats", std::move(formats));
     }
     else if (entry.kind == FileReader::component_kind)
         throw Error("the type " + entry.type + " is registered as a reader but does not derive from fresco::FileReader");

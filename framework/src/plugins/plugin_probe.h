@@ -6,6 +6,9 @@
 #include <string>
 #include <vector>
 
+/// \file Asks plugins that were never seen what they hold, in processes of their own: a bad one takes nothing along. The
+/// search for plugins uses it.
+
 namespace fresco::host
 {
 

@@ -1,9 +1,8 @@
-#include "plugins/own_libraries.h"
+#include "plugins/plugin_library.h"
 
 #include "base/file_stamp.h"
 #include "base/records.h"
-#include "base/unit_text.h"
-#include "plugins/plugin_library.h"
+#include "base/text.h"
 #include "plugins/plugin_probe.h"
 #include "plugins/plugin_search.h"
 #include <fresco/error.h>
@@ -160,7 +159,7 @@ class DescriptorCache
     std::string sdk_hash_;
 };
 
-void add_to_catalog(Catalog& catalog, const Probe& probe, DescriptorCache& cache)
+void add_to_catalog(Catalog& catalog, const Probe& probe, std::size_t place, DescriptorCache& cache)
 {
     if (!probe.refusal.empty())
     {
@@ -173,7 +172,7 @@ void add_to_catalog(Catalog& catalog, const Probe& probe, DescriptorCache& cache
     const std::string hash = combined_library_hash(cache.hash(probe.library), own_hashes);
     for (const auto& type : probe.description.at("types").as_list())
         catalog.add(TypeDescription{type.at("type").as_string(), type.at("kind").as_string(), type.at("help").as_string(),
-                                    type.at("declaration"), probe.library, hash, probe.description.at("versions")});
+                                    type.at("declaration"), probe.library, hash, probe.description.at("versions"), place});
 }
 
 /// Plugins are NAME.so; libNAME.so beside them is a library that they link, such as an artifact type of their own.
@@ -182,13 +181,17 @@ bool is_named_as_plugin(const fs::path& file)
     return file.extension() == ".so" && !file.filename().string().starts_with("lib");
 }
 
-/// The files of all folders that look like plugins, each once; what cannot be one is refused at once.
-std::vector<fs::path> candidates(Catalog& catalog)
+/// The files of all folders that look like plugins, each once, and the place of its folder: all folders of FRESCO_PLUGIN_PATH are
+/// one. What cannot be a plugin is refused at once.
+std::map<fs::path, std::size_t> candidates(Catalog& catalog)
 {
-    std::vector<fs::path> files;
+    std::map<fs::path, std::size_t> files;
     std::set<fs::path> seen;
+    std::set<std::string> origins;
     for (const auto& folder : plugin_folders())
     {
+        origins.insert(folder.origin);
+        const std::size_t place = origins.size();
         std::error_code error;
         fs::directory_iterator entries(folder.path, error);
         if (error)
@@ -212,7 +215,7 @@ std::vector<fs::path> candidates(Catalog& catalog)
             if (const auto problem = library_file_problem(real))
                 catalog.add(Refusal{file, *problem});
             else
-                files.push_back(real);
+                files.emplace(real, place);
         }
     }
     return files;
@@ -302,13 +305,14 @@ Catalog load_catalog(bool again)
     Catalog catalog;
     DescriptorCache cache;
     std::vector<fs::path> unknown;
-    for (const auto& file : candidates(catalog))
+    const std::map<fs::path, std::size_t> places = candidates(catalog);
+    for (const auto& [file, place] : places)
     {
         try
         {
             const auto known = cache.find(file);
             if (known && (known->refusal.empty() || !again))
-                add_to_catalog(catalog, *known, cache);
+                add_to_catalog(catalog, *known, place, cache);
             else
                 unknown.push_back(file);
         }
@@ -323,7 +327,7 @@ Catalog load_catalog(bool again)
     for (const auto& probe : probes)
     {
         cache.remember(probe);
-        add_to_catalog(catalog, probe, cache);
+        add_to_catalog(catalog, probe, places.at(probe.library), cache);
     }
     cache.save();
     for (const auto& folder : plugin_folders())

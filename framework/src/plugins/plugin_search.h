@@ -6,11 +6,14 @@
 #include <string>
 #include <vector>
 
+/// \file Finds the plugins, and remembers what they declared, so that commands answer at once.
+
 namespace fresco::host
 {
 
 /// Where plugins are looked for, in this order: $FRESCO_PLUGIN_PATH (folders separated by ':'), the user's folder
-/// ($XDG_DATA_HOME/fresco/plugins or ~/.local/share/fresco/plugins), the installation (lib/fresco beside the program's bin).
+/// ($XDG_DATA_HOME/fresco/plugins or ~/.local/share/fresco/plugins), the installation (lib/fresco beside the program's bin). What
+/// is found in one shadows what later ones have of the same type, so that a plugin can be rebuilt beside its installation.
 struct PluginFolder
 {
     std::filesystem::path path;

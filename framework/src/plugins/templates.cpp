@@ -1,13 +1,11 @@
-#include "plugins/built_in_texts.h"
-
 #include "plugins/templates.h"
-
 #include "plugins/plugin_library.h"
 #include <fresco/error.h>
 
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <set>
 #include <string_view>
 #include <utility>
 
@@ -63,7 +61,11 @@ std::vector<TextFile> template_files(const std::string& name)
 
 std::vector<std::string> plugin_kinds()
 {
-    return {"features", "loss", "reader", "stage", "texture"};
+    std::set<std::string> kinds;
+    for (const auto& [folder, path, text] : built_in_texts)
+        if (std::string_view(path) == "CMakeLists.txt")
+            kinds.insert(folder);
+    return {kinds.begin(), kinds.end()};
 }
 
 std::string plugin_folder_name(const std::string& type)

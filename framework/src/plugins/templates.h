@@ -3,8 +3,19 @@
 #include <string>
 #include <vector>
 
+/// \file What `fresco new` and `fresco init` write: files of sdk/templates, which are built into the program.
+
 namespace fresco::host
 {
+
+/// A file below sdk/templates.
+struct BuiltInText
+{
+    const char* folder;
+    const char* path;
+    const char* text;
+};
+extern const std::vector<BuiltInText> built_in_texts;
 
 struct TextFile
 {
@@ -15,7 +26,7 @@ struct TextFile
 /// Files of the folder `sdk/templates/NAME`, which are built into this program, as they are. Empty: no such folder.
 std::vector<TextFile> template_files(const std::string& name);
 
-/// What `fresco new` can begin: "features", "loss", "reader", "stage", "texture".
+/// What `fresco new` can begin: the folders of sdk/templates that hold a plugin, sorted.
 std::vector<std::string> plugin_kinds();
 
 /// The folder of the plugin `type` ("my.dots"): "my_dots".

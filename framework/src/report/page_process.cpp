@@ -1,6 +1,6 @@
 #include "report/page_process.h"
 
-#include "base/unit_text.h"
+#include "base/text.h"
 
 #include <array>
 #include <csignal>

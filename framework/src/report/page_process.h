@@ -5,6 +5,8 @@
 #include <chrono>
 #include <string>
 
+/// \file The process that makes a page: it shows values of plugins, which may crash or hang.
+
 namespace fresco::host
 {
 

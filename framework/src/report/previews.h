@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+/// \file Pictures of artifacts for the page of a run.
+
 namespace fresco::host
 {
 

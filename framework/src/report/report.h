@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+/// \file The report of a run, for people (report.html) and for programs (run.json).
+
 namespace fresco::host
 {
 

@@ -2,6 +2,8 @@
 
 #include <string_view>
 
+/// \file The styles and scripts of report.html, built into the program.
+
 namespace fresco::host
 {
 

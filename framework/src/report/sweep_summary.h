@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+/// \file The report of a matrix: sweep.json, and a page of small pictures.
+
 namespace fresco::host
 {
 

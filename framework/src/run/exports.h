@@ -1,7 +1,6 @@
 #pragma once
 
 #include "base/file_stamp.h"
-#include "pipeline/output_owners.h"
 #include "pipeline/pipeline.h"
 #include "store/store.h"
 #include <fresco/files_io.h>
@@ -12,6 +11,8 @@
 #include <optional>
 #include <string>
 #include <vector>
+
+/// \file Copies what stages export to --out, and knows what lies there already.
 
 namespace fresco::host
 {

@@ -1,16 +1,232 @@
 #include "run/plan.h"
-#include "pipeline/pipeline_ports.h"
-#include "run/estimate.h"
+#include "base/glob.h"
+#include "pipeline/pipeline_options.h"
+#include "pipeline/pipeline_wiring.h"
+#include "plugins/catalog.h"
 #include "run/exports.h"
 #include "run/result_key.h"
+#include "run/task_table.h"
 #include "store/stage_record.h"
+#include <fresco/error.h>
 #include <fresco/file_access.h>
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <optional>
+#include <set>
+#include <utility>
 
 namespace fresco::host
 {
+
+namespace
+{
+
+using Sizes = std::map<std::string, double>;
+
+/// What the stages of a pipeline count by: fresco::Counted, by name, as their types declare it.
+using Counts = std::map<std::string, const Value*>;
+
+Counts counts_of(const Pipeline& pipeline)
+{
+    Counts counts;
+    for (const PipelineStage& stage : pipeline.stages)
+        if (const Value* cost = stage.type ? stage.type->declaration.find("cost") : nullptr)
+            for (const auto& [name, counted] : cost->at("counts").as_map())
+                counts.emplace(name, &counted);
+    return counts;
+}
+
+/// Each once, in their order.
+class Notes
+{
+  public:
+    void add(const std::string& note)
+    {
+        if (known_.insert(note).second)
+            list.push_back(note);
+    }
+
+    std::vector<std::string> list;
+
+  private:
+    std::set<std::string> known_;
+};
+
+class StageEstimator
+{
+  public:
+    StageEstimator(const PipelineStage& stage, const Counts& counts, Sizes incoming, int cores, Notes& notes)
+        : stage_(stage), counts_(counts), incoming_(std::move(incoming)), cores_(cores), notes_(notes)
+    {
+    }
+
+    CostFigures run(Sizes& made)
+    {
+        const Value* cost = stage_.type ? stage_.type->declaration.find("cost") : nullptr;
+        made = incoming_;
+        if (cost == nullptr)
+            return {};
+        for (const auto& [name, size] : cost->at("makes").as_map())
+        {
+            const std::optional<double> count = counted(size, name);
+            made.erase(name);
+            if (count)
+                made[name] = *count;
+        }
+        for (const auto& [name, counted] : counts_)
+            if (const auto size = made.find(name); counted->at("carried_by").as_string().empty() || !incoming_.contains(name))
+            {
+                incoming_.erase(name);
+                if (size != made.end())
+                    incoming_[name] = size->second;
+            }
+        steps_ = cost->at("steps");
+        const double share = cost->at("parallel_share").as_double();
+        CostFigures figures;
+        figures.seconds = total(cost->at("seconds"), incoming_, true) * (1 - share + share / cores_);
+        figures.memory_mb = total(cost->at("memory_mb"), incoming_, false);
+        figures.disk_mb = total(cost->at("disk_mb"), made, true);
+        return figures;
+    }
+
+  private:
+    double number(const Value& option) const { return stage_.options->at(option.as_string()).as_double(); }
+
+    /// The size, or what is assumed, which is noted.
+    double known(const Sizes& sizes, const std::string& name)
+    {
+        if (const auto size = sizes.find(name); size != sizes.end())
+            return size->second;
+        const double assumed = counts_.at(name)->at("assumed").as_double();
+        notes_.add(stage_.own_name + ": " + number_text(assumed) + " " + name + " assumed: no input says how many");
+        return assumed;
+    }
+
+    double squares(const Value& option) const
+    {
+        const auto square = [](const Value& value) { return value.as_double() * value.as_double(); };
+        if (!option.is_list())
+            return square(option);
+        double sum = 0;
+        for (const Value& entry : option.as_list())
+            sum += square(entry);
+        return sum;
+    }
+
+    double measured_files(const Value& size)
+    {
+        const std::string folder = stage_.options->at(size.at("files").as_string()).as_string();
+        const GlobMeasure measure = measure_files(folder, size.at("pattern").as_string());
+        if (measure.cut_short)
+            notes_.add(stage_.name + ": '" + folder + "' holds more files than were counted");
+        const double each = size.at("bytes_each").as_double();
+        return each > 0 ? static_cast<double>(measure.bytes) / each : static_cast<double>(measure.files);
+    }
+
+    std::optional<double> base(const Value& size, const std::string& name)
+    {
+        if (const double number = size.at("number").as_double(); number > 0)
+            return number;
+        if (!size.at("option").as_string().empty())
+            return number(size.at("option"));
+        if (!size.at("files").as_string().empty())
+            return measured_files(size);
+        if (const Value& option = size.at("squares_of"); !option.as_string().empty())
+        {
+            // 0, or an empty list, stands for what the inputs have.
+            const double sum = squares(stage_.options->at(option.as_string()));
+            const auto brought = incoming_.find(name);
+            return sum > 0                      ? std::optional(sum * counts_.at(name)->at("in_square").as_double())
+                   : brought == incoming_.end() ? std::nullopt
+                                                : std::optional(brought->second);
+        }
+        return incoming_[name] = known(incoming_, name);
+    }
+
+    std::optional<double> counted(const Value& size, const std::string& name)
+    {
+        std::optional<double> count = base(size, name);
+        if (!count)
+            return count;
+        for (const Value& option : size.at("times").as_list())
+            *count *= number(option);
+        for (const Value& option : size.at("divided_by").as_list())
+            if (const double divisor = number(option); divisor > 0)
+                *count /= divisor;
+        if (const Value& option = size.at("at_most"); !option.as_string().empty() && number(option) > 0)
+            *count = std::min(*count, number(option));
+        return count;
+    }
+
+    double steps() { return counted(steps_, steps_.at("brought").as_string()).value_or(0); }
+
+    /// What one of `name` is counted for: each of another, or each step.
+    double times(const std::string& name, const Sizes& sizes)
+    {
+        const std::string& each_of = counts_.at(name)->at("each_of").as_string();
+        if (each_of.empty())
+            return 1;
+        return steps_.is_null() ? known(sizes, each_of) : steps();
+    }
+
+    double total(const Value& rates, const Sizes& sizes, bool of_each)
+    {
+        double sum = rates.at("fixed").as_double() + rates.at("per_core").as_double() * cores_;
+        for (const auto& [name, rate] : rates.at("per").as_map())
+            if (rate.as_double() > 0)
+                sum += rate.as_double() * known(sizes, name) * (of_each ? times(name, sizes) : 1);
+        if (const double rate = rates.at("per_step").as_double(); rate > 0)
+            sum += rate * steps();
+        return sum;
+    }
+
+    const PipelineStage& stage_;
+    const Counts& counts_;
+    Sizes incoming_;
+    int cores_;
+    Notes& notes_;
+    Value steps_;
+};
+
+/// A wire of the artifact that is all about a size goes before others.
+Sizes carried(const PipelineStage& stage, const Counts& counts, const std::map<std::string, Sizes>& made)
+{
+    Sizes others, own, last;
+    for (const Wire& wire : stage.wires)
+        if (const auto source = made.find(wire.from_stage); source != made.end())
+        {
+            const auto is_about = [&](const auto& count) { return count.second->at("carried_by").as_string() == wire.artifact; };
+            const bool is_general = std::ranges::none_of(counts, is_about);
+            for (const auto& [name, size] : source->second)
+            {
+                const auto& count = *counts.find(name);
+                if (is_general || is_about(count))
+                    (is_general ? others : own).emplace(name, size);
+                if (count.second->at("also_carried_by").as_string() == wire.artifact)
+                    last.emplace(name, size);
+            }
+        }
+    own.merge(others);
+    own.merge(last);
+    return own;
+}
+
+}  // namespace
+
+PipelineEstimate estimate_pipeline(const Pipeline& pipeline, int cores)
+{
+    PipelineEstimate result;
+    Notes notes;
+    const Counts counts = counts_of(pipeline);
+    std::map<std::string, Sizes> made;
+    for (const PipelineStage& stage : pipeline.stages)
+        result.stages[stage.name] =
+            StageEstimator(stage, counts, carried(stage, counts, made), std::max(cores, 1), notes).run(made[stage.name]);
+    result.notes = std::move(notes.list);
+    return result;
+}
+
 namespace
 {
 
@@ -113,6 +329,67 @@ Plan make_plan(const Pipeline& pipeline, const std::filesystem::path& store_fold
     }
     hashes.save();
     return plan;
+}
+
+namespace
+{
+
+/// What `auto` devices stand for here, as `--set`: the machines that run the tasks may have others. Only where all stages of one
+/// name have the same, so that a device that depends on an axis is not touched.
+std::vector<std::pair<std::string, std::string>> settled_devices(const Pipeline& pipeline)
+{
+    std::map<std::string, std::optional<std::string>> devices;
+    for (const PipelineStage& stage : pipeline.stages)
+    {
+        const std::string option = device_option(*stage.type);
+        const Value* device = option.empty() ? nullptr : stage.options->find(option);
+        const std::string set = device && device->is_string() ? option + "=" + device->as_string() : "";
+        const auto [known, fresh] = devices.try_emplace(stage.own_name, set);
+        if (!fresh && known->second != set)
+            known->second.reset();
+    }
+    std::vector<std::pair<std::string, std::string>> sets;
+    for (const auto& [stage, set] : devices)
+        if (set && !set->empty())
+            sets.emplace_back(stage + "." + set->substr(0, set->find('=')), set->substr(set->find('=') + 1));
+    return sets;
+}
+
+}  // namespace
+
+TaskTable plan_tasks(const PipelineRequest& request, const Pipeline& pipeline, const std::filesystem::path& store_folder,
+                     const std::filesystem::path& out, const TaskSettings& settings)
+{
+    const Store store(store_folder);
+    set_input_roots(pipeline.inputs);
+    FileHashes hashes(store.file_index());
+    RunState state(pipeline, store, hashes, request.until);
+    state.update();
+    hashes.save();
+    std::map<std::string, CostFigures> estimates = estimate_pipeline(pipeline, settings.threads).stages;
+    const Statistics statistics(store);
+    std::vector<bool> runs;
+    for (const StageNode& node : state.nodes())
+    {
+        if (node.state == StageState::failed)
+            throw MissingInput("stage " + node.stage->name + ": " + node.error);
+        runs.push_back(node.state == StageState::waiting);
+        if (runs.back())
+            estimates[node.stage->name] = statistics.corrected(cost_name(*node.stage), remaining_cost(node, estimates));
+    }
+    TaskTable table = make_task_table(pipeline, runs, estimates, settings);
+    table.pipeline = {pipeline.file, pipeline.texts, request.sets, request.working_directory, request.until, request.preview};
+    const auto devices = settled_devices(pipeline);
+    table.pipeline.sets.insert(table.pipeline.sets.end(), devices.begin(), devices.end());
+    for (const PipelineStage& stage : pipeline.stages)
+    {
+        table.plugins[stage.type->type] = {stage.type->library, stage.type->library_hash};
+        for (const TypeDescription* component : stage.components)
+            table.plugins[component->type] = {component->library, component->library_hash};
+    }
+    table.store = store_folder;
+    table.out = out;
+    return table;
 }
 
 }  // namespace fresco::host

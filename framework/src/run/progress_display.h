@@ -9,6 +9,8 @@
 #include <string_view>
 #include <vector>
 
+/// \file What shows a run: display/ on the terminal, or nothing.
+
 namespace fresco::host
 {
 

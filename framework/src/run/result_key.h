@@ -7,6 +7,8 @@
 #include <map>
 #include <string>
 
+/// \file Names a result by all that decides it. Whatever can change a result must be in here, and nothing else.
+
 namespace fresco::host
 {
 

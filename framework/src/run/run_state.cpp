@@ -1,12 +1,12 @@
 #include "run/run_state.h"
 #include "base/machine.h"
-#include "base/worker_exit.h"
+#include "base/process.h"
 #include "pipeline/graph.h"
 #include "run/exports.h"
 #include "run/result_key.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/texture_rules.h>
+#include <fresco/option_declaration.h>
 #include <fresco/wording.h>
 
 #include <algorithm>
@@ -213,16 +213,22 @@ std::string RunState::wrong_rules(const StageNode& node) const
     const PipelineStage& stage = *node.stage;
     for (const Value& option : stage.type->declaration.at("options").as_list())
     {
-        const Value* port = option.find("parts_of");
-        const auto wire = std::ranges::find(stage.wires, port == nullptr ? "" : port->as_string(), &Wire::port);
-        if (wire == stage.wires.end())
+        const Value* form = option.find("rule");
+        if (form == nullptr)
+            continue;
+        const auto& inputs = stage.type->declaration.at("inputs").as_list();
+        const auto input =
+            std::ranges::find_if(inputs, [&](const Value& each) { return each.at("name") == form->at("parts_of"); });
+        const auto wire = std::ranges::find(stage.wires, form->at("parts_of").as_string(), &Wire::port);
+        const Value* file = input == inputs.end() ? nullptr : input->find("parts_file");
+        if (wire == stage.wires.end() || file == nullptr)
             continue;
         const auto maker = std::ranges::find(node.producers, wire->from_stage,
                                              [&](std::size_t producer) { return nodes_[producer].stage->name; });
         if (maker == node.producers.end() || !nodes_[*maker].present)
             continue;
         const std::vector<std::string> parts =
-            names_of_parts(store_.object(nodes_[*maker].result->object) / wire->from_port / (wire->artifact + ".json"));
+            names_of_parts(store_.object(nodes_[*maker].result->object) / wire->from_port / file->as_string());
         const std::string& name = option.at("name").as_string();
         for (const auto& [part, rule] : stage.options->at(name).as_map())
             if (!parts.empty() && part != other_parts && std::ranges::find(parts, part) == parts.end())

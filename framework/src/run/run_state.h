@@ -14,6 +14,9 @@
 #include <utility>
 #include <vector>
 
+/// \file Which stages have their results, which must run, which may begin: the scheduler and `plan` ask it, and it is brought
+/// up to date stage by stage.
+
 namespace fresco::host
 {
 

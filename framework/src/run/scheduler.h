@@ -13,6 +13,8 @@
 #include <string>
 #include <vector>
 
+/// \file Runs a pipeline: the way in for `fresco run`, for tasks, and for tests.
+
 namespace fresco::host
 {
 

@@ -1,9 +1,89 @@
 #include "run/stage_choice.h"
+#include "pipeline/pipeline_wiring.h"
 
 #include <algorithm>
 
 namespace fresco::host
 {
+
+const CostFigures& StageCosts::expected(const StageNode& node)
+{
+    const auto [answer, is_new] = answers_.try_emplace(&node);
+    if (is_new || answer->second.key != node.key)
+        answer->second = {node.key, statistics_.corrected(cost_name(*node.stage), remaining_cost(node, estimates_))};
+    return answer->second.cost;
+}
+
+void StageCosts::remember(const StageNode& node, const CostFigures& measured) const
+{
+    record_cost(store_, cost_name(*node.stage), measured, remaining_cost(node, estimates_));
+}
+
+std::filesystem::path preview_folder(const std::filesystem::path& out, const PipelineStage& stage)
+{
+    return out / stage.place / "preview" / stage.own_name;
+}
+
+void StageStandings::show(const std::vector<StageNode>& nodes, bool running, int cores)
+{
+    if (running && Clock::now() - last_ < std::chrono::milliseconds(100))
+        return;
+    last_ = Clock::now();
+    std::vector<StageStanding> stages;
+    shown_.resize(nodes.size());
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+    {
+        const StageNode& node = nodes[i];
+        if (shown_[i] != node.state)
+            stages.push_back({node.stage->name, node.state, costs_.expected(node).seconds, preview_folder(out_, *node.stage)});
+        shown_[i] = node.state;
+    }
+    if (!stages.empty())
+        display_.stages(stages, cores);
+}
+
+SweepTurns::SweepTurns(const Sweep& sweep, int jobs, bool keep_going)
+    : sweep_(sweep), jobs_(jobs), keep_going_(keep_going), begun_(sweep.combinations.size())
+{
+}
+
+std::vector<bool> SweepTurns::take(const std::vector<StageNode>& stages)
+{
+    if (sweep_.combinations.empty())
+        return std::vector<bool>(stages.size(), true);
+    const auto any = [&](const Combination& combination, auto... states)
+    {
+        return std::any_of(combination.stages.begin(), combination.stages.end(),
+                           [&](std::size_t stage) { return ((stages[stage].state == states) || ...); });
+    };
+    std::vector<bool> open(stages.size());
+    int active = 0;
+    bool failed = false;
+    for (std::size_t i = 0; i < begun_.size(); ++i)
+    {
+        const Combination& combination = sweep_.combinations[i];
+        active += begun_[i] && any(combination, StageState::waiting, StageState::running) ? 1 : 0;
+        failed = failed || any(combination, StageState::failed);
+    }
+    for (std::size_t i = 0; i < begun_.size(); ++i)
+    {
+        const Combination& combination = sweep_.combinations[i];
+        if (!begun_[i] && any(combination, StageState::waiting, StageState::running))
+        {
+            if (failed && !keep_going_)
+                ended_early_ = true;
+            else if (active < jobs_)
+            {
+                begun_[i] = true;
+                ++active;
+            }
+        }
+        if (begun_[i])
+            for (const std::size_t stage : combination.stages)
+                open[stage] = true;
+    }
+    return open;
+}
 
 void Room::take(int threads, double more_mb)
 {

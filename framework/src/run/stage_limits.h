@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+/// \file Limits of isolated stages (--isolate), as people write them, and what a stage gets without words.
+
 namespace fresco::host
 {
 

@@ -1,6 +1,5 @@
 #include "run/sweep.h"
-#include "base/text_layout.h"
-#include "base/unit_text.h"
+#include "base/text.h"
 #include <fresco/error.h>
 
 #include <fmt/format.h>

@@ -1,6 +1,6 @@
 #include "run/task_table.h"
 #include "pipeline/graph.h"
-#include "pipeline/pipeline_device.h"
+#include "pipeline/pipeline_options.h"
 
 #include <algorithm>
 #include <map>

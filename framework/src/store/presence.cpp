@@ -1,5 +1,5 @@
 #include "store/presence.h"
-#include "base/process_identity.h"
+#include "base/process.h"
 #include <fresco/error.h>
 #include <fresco/file_access.h>
 
@@ -14,6 +14,7 @@
 
 namespace fresco::host
 {
+
 namespace fs = std::filesystem;
 namespace
 {
@@ -170,6 +171,34 @@ std::vector<fs::path> abandoned_temporaries(const Store& store)
             abandoned.push_back(path);
     }
     return abandoned;
+}
+
+StoreUse::StoreUse(const Store& store, const Store* lender) : store_(store), presence_(store), lock_(store_lock(store))
+{
+    if (lender == nullptr)
+        return;
+    try
+    {
+        lender_lock_ = store_lock(*lender);
+        lender_lock_.try_shared();
+    }
+    catch (const Error&)
+    {
+        return;  // What is copied from there is verified.
+    }
+}
+
+bool StoreUse::try_enter()
+{
+    if (lock_.try_exclusive())
+        for (const auto& path : abandoned_temporaries(store_))
+            remove_quietly(path);
+    return lock_.try_shared();
+}
+
+std::string StoreUse::tidier() const
+{
+    return FileLock::holder_of(store_.lock_file("store"));
 }
 
 }  // namespace fresco::host

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+/// \file Tells clean-ups which runs use a store, on this machine and on others, so that nothing is removed under them.
+
 namespace fresco::host
 {
 
@@ -40,5 +42,27 @@ std::string present_processes(const Store& store);
 /// What killed processes left in tmp/. Not that of processes of this machine that run, nor of other machines' as long as they
 /// have a file in runs/: their numbers mean nothing here.
 std::vector<std::filesystem::path> abandoned_temporaries(const Store& store);
+
+/// A process at work in a store beside others, while nobody tidies up.
+class StoreUse
+{
+  public:
+    /// `lender`: another store that this one gets results from; null: none. Nobody tidies up there meanwhile, unless its files
+    /// may not be written, or somebody has begun. Throws Error as Presence does.
+    explicit StoreUse(const Store& store, const Store* lender = nullptr);
+
+    /// False while somebody tidies up. Who finds nobody else in the store removes what killed processes left.
+    bool try_enter();
+    /// Who tidies up: "process 4711 on kitchen, since …"; empty: unknown.
+    std::string tidier() const;
+    /// See Presence.
+    void beat() { presence_.beat(); }
+
+  private:
+    const Store& store_;
+    Presence presence_;
+    FileLock lock_;
+    FileLock lender_lock_;
+};
 
 }  // namespace fresco::host

@@ -2,9 +2,14 @@
 
 #include "store/store.h"
 
+#include <functional>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
+
+/// \file How results come into a store: whole, verified, and on the disk before their name. A worker publishes; `store copy`
+/// and --upstream copy.
 
 namespace fresco::host
 {
@@ -28,5 +33,25 @@ StoredResult publish(const Store& store, const std::filesystem::path& folder, co
 /// The last steps of that, for a folder with the files of a manifest that is known: flushes them to the disk, renames the folder,
 /// remembers the result under its key, writes the manifest last.
 void put_in_place(const Store& store, const std::filesystem::path& folder, const StoredResult& result, const Value& manifest);
+
+struct CopiedResults
+{
+    std::size_t copied = 0;
+    std::size_t there = 0;  ///< Were there before.
+    double copied_mb = 0;
+    std::vector<Damage>
+        damages;  ///< Of results that were not copied, as they, or those that they refer to, are damaged in `from`.
+};
+
+/// Copies a result, and before it those that it refers to, from one store to another: its files first, verified against its
+/// manifest, then what leads to it, its manifest last. The caller holds the lock of the result's key in `to`. Those of other keys
+/// are taken, and waited for. `wait` is asked several times a second meanwhile, and may throw. Adds to `done`; true if the result
+/// is whole in `to` now. Throws Error if a file of `to` cannot be written.
+bool copy_result(const Store& from, const Store& to, const std::string& object, const std::function<void()>& wait,
+                 CopiedResults& done);
+
+/// The same of several, with their keys' locks. Empty: all. Throws Error if `from` has no such result.
+CopiedResults copy_results(const Store& from, const Store& to, const std::vector<std::string>& objects,
+                           const std::function<void()>& wait);
 
 }  // namespace fresco::host

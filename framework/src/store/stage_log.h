@@ -8,6 +8,8 @@
 #include <string>
 #include <string_view>
 
+/// \file What a stage printed, kept with its result, to a megabyte. `fresco log` prints it.
+
 namespace fresco::host
 {
 

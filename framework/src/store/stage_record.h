@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+/// \file What the last run of each pipeline file used: the roots of a clean-up, and what `plan` compares with.
+
 namespace fresco::host
 {
 

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+/// \file What stages took in earlier runs, by which estimates are corrected.
+
 namespace fresco::host
 {
 

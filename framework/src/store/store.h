@@ -13,6 +13,8 @@
 #include <string_view>
 #include <vector>
 
+/// \file Results by key, on disk: looked up, verified, referred to. The layout of the folder is described here.
+
 namespace fresco::host
 {
 

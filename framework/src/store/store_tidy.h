@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+/// \file Removes from a store what nothing uses: `fresco store gc`.
+
 namespace fresco::host
 {
 

@@ -1,9 +1,8 @@
 #include "worker/worker.h"
 #include "base/fault.h"
 #include "base/machine.h"
-#include "base/unit_text.h"
-#include "worker/scratch_folder.h"
-#include "worker/stack_overflow.h"
+#include "base/process.h"
+#include "base/text.h"
 #include "worker/stage_run.h"
 #include "worker/worker_factory.h"
 #include <fresco/error.h>
@@ -11,13 +10,201 @@
 #include <fresco/process.h>
 
 #include <cerrno>
+#include <csignal>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <pthread.h>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
 namespace fresco::host
 {
+
+namespace fs = std::filesystem;
+namespace
+{
+
+constexpr const char* name_begins = "fresco-";
+
+/// Empty where it is not set.
+fs::path temporary_folder()
+{
+    const char* folder = std::getenv("TMPDIR");
+    return folder == nullptr ? fs::path() : fs::path(folder);
+}
+
+}  // namespace
+
+fs::path make_scratch_folder(const Store& store, const std::string& prefix)
+{
+    if (const fs::path folder = temporary_folder(); folder.is_absolute())
+    {
+        std::string name = (folder / (name_begins + prefix + ".XXXXXX")).string();
+        if (::mkdtemp(name.data()) != nullptr)
+            return name;
+    }
+    return store.make_temporary(prefix);
+}
+
+std::string temporary_folder_in(const std::string& text)
+{
+    const fs::path folder = temporary_folder();
+    return folder.is_absolute() && text.find((folder / name_begins).string()) != std::string::npos ? folder.string() : "";
+}
+
+void remove_scratch_folders(const std::string& prefix)
+{
+    std::error_code error;
+    const fs::path folder = temporary_folder();
+    if (!folder.is_absolute())
+        return;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder, error))
+        if (entry.path().filename().string().starts_with(name_begins + prefix + "."))
+            remove_quietly(entry.path());
+}
+
+namespace
+{
+
+/// Addresses that only an overflow reaches: from far below the stack's end to a little above it.
+std::uintptr_t lowest = 0;
+std::uintptr_t highest = 0;
+
+// The line before may have been cut by the overflow.
+constexpr std::string_view overflow_event =
+    "\n{\"event\":\"failed\",\"text\":\"its stack overflowed: infinite recursion, or arrays "
+    "that are too large for it; please "
+    "report it to the plugin's author\"}\n";
+
+void take_fault(int number, siginfo_t* info, void*)
+{
+    const auto address = reinterpret_cast<std::uintptr_t>(info->si_addr);
+    if (address >= lowest && address < highest)
+        send_all(child_channel, overflow_event);
+    // Back to the instruction: it faults again, and the process dies as it would have. A signal that was sent does not come
+    // again.
+    signal(number, SIG_DFL);
+    if (info->si_code <= 0)
+        raise(number);
+}
+
+}  // namespace
+
+/// From now on an overflow of this thread's stack is reported to the host, as a failure in words, before the process dies of it.
+/// Call it on the thread that will run the stage.
+void report_stack_overflow()
+{
+    pthread_attr_t attributes;
+    if (pthread_getattr_np(pthread_self(), &attributes) != 0)
+        return;
+    void* end = nullptr;
+    std::size_t size = 0;
+    const bool known = pthread_attr_getstack(&attributes, &end, &size) == 0;
+    pthread_attr_destroy(&attributes);
+    if (!known)
+        return;
+    constexpr std::uintptr_t below = std::uintptr_t{16} << 20U;
+    constexpr std::uintptr_t above = std::uintptr_t{1} << 16U;
+    const auto stack = reinterpret_cast<std::uintptr_t>(end);
+    lowest = stack > below ? stack - below : 1;
+    highest = stack + above;
+
+    static std::vector<char> room(std::size_t{1} << 16U);
+    stack_t alternative{};
+    alternative.ss_sp = room.data();
+    alternative.ss_size = room.size();
+    struct sigaction action
+    {
+    };
+    action.sa_sigaction = take_fault;
+    action.sa_flags = SA_SIGINFO | SA_ONSTACK;
+    if (sigaltstack(&alternative, nullptr) == 0)
+        sigaction(SIGSEGV, &action, nullptr);
+}
+
+namespace
+{
+
+Value to_value(const WorkerInput& input)
+{
+    return Value::Map{
+        {"port", input.port},          {"artifact", input.artifact},
+        {"from", input.from},          {"object", input.object},
+        {"output", input.output},      {"references", Value::List(input.references.begin(), input.references.end())},
+        {"file", input.file.string()}, {"reader", input.reader}};
+}
+
+WorkerInput input_from(const Value& value)
+{
+    WorkerInput input;
+    input.port = value.at("port").as_string();
+    input.artifact = value.at("artifact").as_string();
+    input.from = value.at("from").as_string();
+    input.object = value.at("object").as_string();
+    input.output = value.at("output").as_string();
+    for (const auto& reference : value.at("references").as_list())
+        input.references.push_back(reference.as_string());
+    input.file = value.at("file").as_string();
+    input.reader = value.at("reader");
+    return input;
+}
+
+}  // namespace
+
+Value to_value(const WorkerRequest& request)
+{
+    Value::List inputs;
+    for (const auto& input : request.inputs)
+        inputs.push_back(to_value(input));
+    Value::Map libraries;
+    for (const auto& [type, file] : request.libraries)
+        libraries.emplace_back(type, file.string());
+    Value::List files;
+    for (const auto& file : request.files)
+        files.push_back(to_value(file));
+    return Value::Map{{"store", request.store.string()},
+                      {"out", request.out.string()},
+                      {"preview_folder", request.preview_folder.string()},
+                      {"stage", request.stage},
+                      {"type", request.type},
+                      {"options", request.options},
+                      {"key", request.key},
+                      {"key_document", request.key_document},
+                      {"inputs", std::move(inputs)},
+                      {"libraries", std::move(libraries)},
+                      {"roots", to_value(request.roots)},
+                      {"upstream", request.upstream.string()},
+                      {"fetch", request.fetch},
+                      {"files", std::move(files)},
+                      {"threads", request.threads}};
+}
+
+WorkerRequest worker_request_from(const Value& value)
+{
+    WorkerRequest request;
+    request.store = value.at("store").as_string();
+    request.out = value.at("out").as_string();
+    request.preview_folder = value.at("preview_folder").as_string();
+    request.stage = value.at("stage").as_string();
+    request.type = value.at("type").as_string();
+    request.options = value.at("options");
+    request.key = value.at("key").as_string();
+    request.key_document = value.at("key_document");
+    for (const auto& input : value.at("inputs").as_list())
+        request.inputs.push_back(input_from(input));
+    for (const auto& [type, file] : value.at("libraries").as_map())
+        request.libraries[type] = file.as_string();
+    request.roots = input_roots_from(value.at("roots"));
+    request.upstream = value.at("upstream").as_string();
+    request.fetch = value.at("fetch").as_string();
+    for (const auto& file : value.at("files").as_list())
+        request.files.push_back(dependency_from(file));
+    request.threads = static_cast<int>(value.at("threads").as_int());
+    return request;
+}
+
 namespace fs = std::filesystem;
 namespace
 {

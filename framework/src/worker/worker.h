@@ -1,7 +1,7 @@
 #pragma once
 
 #include "base/file_stamp.h"
-#include "base/worker_exit.h"
+#include "base/process.h"
 #include "store/store.h"
 #include <fresco/value.h>
 
@@ -9,8 +9,19 @@
 #include <string>
 #include <vector>
 
+/// \file The process that runs one stage: what it is asked by the host, what it answers, and its way in. The host writes the
+/// request; nothing else passes between them but files of the store.
+
 namespace fresco::host
 {
+
+/// A new empty folder for what a stage needs while it runs: below $TMPDIR where that is set, as clusters do for the node's own
+/// disk; else, or where that cannot be written, in the store. `prefix`, which is unique, is a part of its name.
+std::filesystem::path make_scratch_folder(const Store& store, const std::string& prefix);
+/// $TMPDIR, if the text names a file of a scratch folder there; else empty.
+std::string temporary_folder_in(const std::string& text);
+/// Removes those of this prefix below $TMPDIR, which a process left that could not.
+void remove_scratch_folders(const std::string& prefix);
 
 /// One input of a stage as the worker gets it: a stored output, or a user's file and its reader.
 struct WorkerInput

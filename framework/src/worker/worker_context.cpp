@@ -1,20 +1,142 @@
 #include "worker/worker_context.h"
-#include "worker/scratch_folder.h"
-
+#include "base/process.h"
 #include "base/records.h"
-#include "base/utf8.h"
+#include "base/text.h"
+#include "worker/worker.h"
 #include <fresco/error.h>
 #include <fresco/file_access.h>
 #include <fresco/files_io.h>
+#include <fresco/hash.h>
 
+#include <algorithm>
+#include <cerrno>
 #include <cmath>
+#include <csignal>
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <iostream>
+#include <sstream>
 #include <stdexcept>
 #include <unistd.h>
 
 namespace fresco::host
 {
+
+namespace
+{
+std::atomic<bool> stop{false};
+static_assert(std::atomic<bool>::is_always_lock_free);
+
+void ask_to_stop(int)
+{
+    stop = true;
+}
+}  // namespace
+
+void WorkerChannel::send(std::string_view event, Value::Map entries)
+{
+    entries.insert(entries.begin(), Value::Entry{"event", event});
+    const std::string line = to_json(Value(std::move(entries))) + "\n";
+    const std::lock_guard lock(mutex_);
+    if (send_all(child_channel, line))
+        return;
+    lost_ = lost_ || (errno != EPIPE && errno != ECONNRESET);
+    stop = true;
+}
+
+void take_stop_signals()
+{
+    struct sigaction action
+    {
+    };
+    action.sa_handler = ask_to_stop;
+    action.sa_flags = SA_RESTART;
+    for (const int number : {SIGTERM, SIGINT, SIGHUP})
+        sigaction(number, &action, nullptr);
+}
+
+bool stop_requested()
+{
+    return stop;
+}
+
+namespace
+{
+constexpr std::size_t checksum_digits = 32;
+}
+
+bool MetricCurves::add(double done, const Value& metrics)
+{
+    if (!metrics.is_map() || metrics.as_map().empty())
+        return false;
+    while (!points_.empty() && points_.back().done >= done)
+        points_.pop_back();
+    if (!points_.empty() && done - points_.back().done < least_step_)
+        return false;
+    points_.push_back({done, metrics});
+    if (points_.size() > most_points)
+        thin();
+    return true;
+}
+
+void MetricCurves::thin()
+{
+    // A little less than twice the step, so that rounding takes no third point.
+    least_step_ = 1.999 * (points_.back().done - points_.front().done) / static_cast<double>(points_.size() - 1);
+    std::vector<Point> kept;
+    for (Point& point : points_)
+        if (kept.empty() || point.done - kept.back().done >= least_step_)
+            kept.push_back(std::move(point));
+    points_ = std::move(kept);
+}
+
+Value MetricCurves::to_value(std::string_view unit) const
+{
+    if (points_.empty())
+        return {};
+    std::vector<std::string> names;
+    for (const Point& point : points_)
+        for (const auto& [name, value] : point.metrics.as_map())
+            if (std::ranges::find(names, name) == names.end())
+                names.push_back(name);
+    Value::List done;
+    for (const Point& point : points_)
+        done.emplace_back(point.done);
+    Value::Map metrics;
+    for (const std::string& name : names)
+    {
+        Value::List values;
+        for (const Point& point : points_)
+        {
+            const Value* value = point.metrics.find(name);
+            values.push_back(value != nullptr ? *value : Value());
+        }
+        metrics.emplace_back(name, std::move(values));
+    }
+    return Value::Map{{"unit", unit}, {"done", std::move(done)}, {"metrics", std::move(metrics)}};
+}
+
+std::string MetricCurves::line(double done, const Value& metrics)
+{
+    const std::string text = to_json(Value::Map{{"done", done}, {"metrics", metrics}});
+    return content_hash(text) + text + "\n";
+}
+
+void MetricCurves::load(const std::filesystem::path& file)
+{
+    std::istringstream lines;
+    if (is_file(file))
+        lines.str(read_text_file(file));
+    for (std::string text; std::getline(lines, text);)
+    {
+        const std::string point = text.substr(std::min(text.size(), checksum_digits));
+        if (!text.starts_with(content_hash(point)))
+            continue;  // Damaged, or the line that a killed run was writing.
+        const Value value = parse_json(point);
+        add(value.at("done").as_double(), value.at("metrics"));
+    }
+}
+
 namespace fs = std::filesystem;
 namespace
 {

@@ -1,17 +1,73 @@
 #pragma once
 
-#include "worker/metric_curves.h"
-#include "worker/worker_channel.h"
-
 #include "store/store.h"
 #include <fresco/run_context.h>
+#include <fresco/value.h>
 
+#include <atomic>
 #include <chrono>
+#include <cstddef>
+#include <filesystem>
 #include <map>
 #include <mutex>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+/// \file What a stage sees of its run (RunContext), and the channel by which the host hears of it.
 
 namespace fresco::host
 {
+
+/// The worker's side of the channel to the host: one JSON line per event. Thread-safe.
+class WorkerChannel
+{
+  public:
+    /// Where nobody hears it any more, the process is asked to stop.
+    void send(std::string_view event, Value::Map entries = {});
+    /// Whether the channel was lost although the host is there: something in this process closed it.
+    bool lost() const { return lost_; }
+
+  private:
+    std::mutex mutex_;
+    std::atomic<bool> lost_{false};
+};
+
+/// From now on SIGTERM, SIGINT and SIGHUP ask this process to stop instead of ending it.
+void take_stop_signals();
+bool stop_requested();
+
+/// How the running figures of a stage went, from what it says with metric and progress; thinned evenly where there are many
+/// points.
+class MetricCurves
+{
+  public:
+    static constexpr std::size_t most_points = 600;  ///< Beyond that, every second one goes.
+
+    struct Point
+    {
+        double done = 0;
+        Value metrics;  ///< Name -> number, or null where it was not finite.
+    };
+
+    /// The figures at `done`. Where a stage goes back to an earlier place, what was there goes. True if the point was kept.
+    bool add(double done, const Value& metrics);
+    /// {unit, done: [...], metrics: {name: [...]}}, null where a figure was not known yet; null if nothing was reported.
+    Value to_value(std::string_view unit) const;
+    const std::vector<Point>& points() const { return points_; }
+
+    /// A line, with its checksum, of a file that takes the curves over a killed run.
+    static std::string line(double done, const Value& metrics);
+    /// Those lines of such a file that are whole; none where there is no file.
+    void load(const std::filesystem::path& file);
+
+  private:
+    void thin();
+
+    std::vector<Point> points_;
+    double least_step_ = 0;
+};
 
 /// What a running stage sees of the host: speaks to it over the channel, keeps what goes into the manifest.
 class WorkerContext final : public RunContext

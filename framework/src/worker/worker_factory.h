@@ -9,6 +9,8 @@
 #include <stdexcept>
 #include <string>
 
+/// \file Makes stages and components out of plugins, in a worker and in the process that makes a page.
+
 namespace fresco::host
 {
 

@@ -1,4 +1,3 @@
-#include "base/control_groups.h"
 #include "base/machine.h"
 #include "catch.h"
 

@@ -1,6 +1,6 @@
 #include "catch.h"
 #include "cluster/job_arrays.h"
-#include "cluster/missing_tasks.h"
+#include "cluster/submit.h"
 
 #include <fresco/files_io.h>
 #include <fresco/testing.h>

@@ -1,6 +1,5 @@
 #include "catch.h"
-#include "cluster/slurm_queue.h"
-#include "cluster/snakefile.h"
+#include "cluster/slurm.h"
 #include "cluster/submission.h"
 
 #include <fresco/files_io.h>
@@ -79,7 +78,7 @@ TEST_CASE("a wave is submitted once, whenever its script is killed")
     const FakeSlurm slurm;
     const fresco::testing::TemporaryFolder place;
     const fs::path folder = place.path() / "a folder, 100 %";
-    Submission::configure(folder, {"fresco-1", "/usr/bin/fresco", "cpu", "fast", 0});
+    Submission::configure(folder, {.run = "fresco-1", .program = "/usr/bin/fresco", .partition = "cpu", .gpu_partition = "fast"});
     Submission submission(folder);
     submission.write(wave_in(folder), 1);
     const fs::path wave = folder / "slurm" / "wave-000";
@@ -116,7 +115,7 @@ TEST_CASE("a wave is submitted once, whenever its script is killed")
 TEST_CASE("an array whose id was not written is found by its name; a wave that was not submitted does not count")
 {
     const fresco::testing::TemporaryFolder place;
-    Submission::configure(place.path(), {"fresco-1", "/usr/bin/fresco", "", "", 0});
+    Submission::configure(place.path(), {.run = "fresco-1", .program = "/usr/bin/fresco"});
     Submission submission(place.path());
     submission.write(wave_in(place.path()), 1);
     fresco::write_file(place.path() / "slurm/wave-000/jobs", "scan-0 submitting\n");

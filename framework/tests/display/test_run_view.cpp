@@ -1,5 +1,4 @@
-#include "base/terminal_line.h"
-#include "base/text_layout.h"
+#include "base/text.h"
 #include "display/display.h"
 #include "display/run_view.h"
 #include "terminal.h"

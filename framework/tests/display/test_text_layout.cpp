@@ -1,7 +1,6 @@
 #include "terminal.h"
 
-#include "base/terminal_line.h"
-#include "base/text_layout.h"
+#include "base/text.h"
 
 #include <regex>
 
@@ -131,7 +130,7 @@ TEST_CASE("At 80 and at 40 columns no line is wider, and no word is split")
         {"--help"},
         {"run", "--help"},
         {"store", "gc", "--help"},
-        {"weights", "convert", "--help"},
+        {"submit", "slurm", "--help"},
         {"run", "room.yaml", "--nothing", "that", "it", "has", "for", "an", "argument", "of", "this", "name"},
         {"new", "stage", "my.dots"}};
     for (const unsigned width : {80U, 40U})

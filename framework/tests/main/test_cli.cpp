@@ -364,3 +364,70 @@ TEST_CASE("A file's name begins no line of a message")
     INFO(run.err);
     CHECK(contains(run.out, "out/a\\u202e.txt"));
 }
+
+TEST_CASE("describe says how a file was made, and which run a report is of")
+{
+    Workplace place;
+    const std::string origin = R"({"versions": {"OpenCV": "4.6.0", "fresco": "0.1"}, "stages": [
+        {"stage": "texture.synthesize", "options": {"stroke_cm": 4.0, "mask": {"file": "m.png", "xxh128": "77"}},
+         "inputs": {"mesh": "atlas.project", "style": {"file": "waves.jpg", "xxh128": "0123"}}, "figures": {"up": [0, 0, 1]}},
+        {"stage": "export.gltf", "options": {}, "inputs": {}}]})";
+    place.write("room.note", origin);
+    CHECK(place.run({"describe", "room.note"}).out == "room.note: made with OpenCV 4.6.0, fresco 0.1\n"
+                                                      "\ntexture.synthesize\n"
+                                                      "  input   mesh       atlas.project\n"
+                                                      "  input   style      waves.jpg (xxh128 0123)\n"
+                                                      "  option  stroke_cm  4.0\n"
+                                                      "  option  mask       m.png (xxh128 77)\n"
+                                                      "  figure  up         [0,0,1]\n"
+                                                      "\nexport.gltf\n");
+    CHECK(fresco::parse_json(place.run({"describe", "--json", "room.note"}).out) == fresco::parse_json(origin));
+    place.write("bad.note", "{");
+    const Finished bad = place.run({"describe", "bad.note"});
+    CHECK((bad.code == 1 && contains(bad.err, "bad.note")));
+    place.write("odd.note", R"({"stages": [1], "versions": {}})");
+    CHECK(place.run({"describe", "odd.note"}).code == 1);
+    CHECK(place.run({"describe", "gone.note"}).code == 3);
+
+    place.write("room.yaml", simple);
+    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    const Finished report = place.run({"describe", "out/run.json"});
+    CHECK(contains(report.out, "out/run.json: report of a run of " + place.file("room.yaml").string()));
+    CHECK(contains(report.out, "run room.yaml"));
+    place.write("other.json", "{}");
+    CHECK(contains(place.run({"describe", "other.json"}).err, "not the report of a run"));
+}
+
+TEST_CASE("A program fresco-NAME is the command NAME, beside fresco and in PATH")
+{
+    Workplace place;
+    const auto program = [&](const fs::path& folder, const std::string& name, const std::string& text)
+    {
+        fs::create_directories(folder);
+        fresco::write_file(folder / name, "#!/bin/sh\n" + text);
+        fs::permissions(folder / name, fs::perms::owner_all);
+    };
+    program(place.root() / "bin", "fresco-hello", "echo \"hello $*\"; exit 7\n");
+    program(place.root() / "path", "fresco-hello", "echo other\n");
+    program(place.root() / "path", "fresco-far-off", "kill -PIPE $$\n");
+    program(place.root() / "path", "fresco-run", "echo not this one\n");
+    fresco::write_file(place.root() / "path" / "fresco-text", std::string("no program"));
+    place.environment["PATH"] = (place.root() / "path").string() + ":/usr/bin:/bin";
+    const Finished hello = place.run({"hello", "--out", "a b"});
+    CHECK(hello.code == 7);
+    CHECK(hello.out == "hello --out a b\n");
+    // It gets the signals that fresco ignores.
+    CHECK(place.run({"far-off"}).code == -SIGPIPE);
+    CHECK_FALSE(contains(place.run({"run", "--help"}).out, "not this one"));
+    CHECK(contains(place.run({"--help"}).out, "Programs, as commands: far-off, hello\n"));
+    const Finished misspelled = place.run({"helo"});
+    CHECK(misspelled.code == 2);
+    CHECK(contains(misspelled.err, "unknown command 'helo' (did you mean 'hello'?)"));
+    CHECK(place.run({"text"}).code == 2);
+    CHECK(contains(place.run({"internal-complete", "1", "--", "fresco", "he"}).out, "hello"));
+    // Only what lies beside fresco is asked.
+    program(place.root() / "bin", "fresco-asked", "echo \"$*\"\n");
+    CHECK(place.run({"internal-complete", "3", "--", "fresco", "asked", "a", "b"}).out == "internal-complete a b\n");
+    CHECK(place.run({"internal-complete", "2", "--", "fresco", "far-off", ""}).out.empty());
+    CHECK(contains(place.run({"internal-manual"}).out, "\\-\\-help\\-all"));
+}

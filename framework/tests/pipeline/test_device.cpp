@@ -1,7 +1,7 @@
 #include "catch.h"
 #include "hand_made_catalog.h"
 
-#include "pipeline/pipeline_device.h"
+#include "pipeline/pipeline_options.h"
 
 using namespace fresco::host;
 using namespace fresco::host::testing;

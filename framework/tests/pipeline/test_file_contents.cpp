@@ -2,6 +2,9 @@
 #include "hand_made_catalog.h"
 
 #include "base/file_contents.h"
+#include <fresco/image_io.h>
+#include <fresco/mesh_io.h>
+#include <fresco/npy.h>
 
 using namespace fresco::host;
 using namespace fresco::host::testing;
@@ -13,10 +16,26 @@ namespace
 
 const std::string png_head = "\x89PNG\r\n\x1a\n" + std::string("\0\0\0\3IHDRabccrc1", 15);
 const std::string png_end = std::string("\0\0\0\0IENDcrc2", 12);
-// A segment holds a small picture of its own, with its end.
-const std::string jpeg_head = std::string("\xff\xd8\xff\xe1\0\6\xff\xd8\xff\xd9\xff\xda", 12) + "data";
+const std::string jpeg_head = std::string("\xff\xd8\xff\xe1\0\4ab\xff\xda", 10) + "data";
 const std::string glb = std::string("glTF\2\0\0\0\x10\0\0\0", 12) + "json";
 const std::string weights = std::string("\2\0\0\0\0\0\0\0{}", 10);
+
+const fresco::FileFormat json = fresco::json_format();
+const std::vector<fresco::FileFormat> weights_formats{
+    {.name = "a state dict", .extensions = {".pth"}, .begins = {"{"}, .begins_at = 8, .length_bytes = 8, .length_from = 8},
+    {.name = "a state dict", .extensions = {".pth"}, .begins = {"PK\3\4", "\x80"}}};
+
+std::vector<fresco::FileFormat> known_formats()
+{
+    std::vector<fresco::FileFormat> all = fresco::picture_formats();
+    for (const auto& format :
+         {fresco::npy_format(), fresco::ply_format(), fresco::obj_format(), json,
+          fresco::FileFormat{.name = "a model", .extensions = {".glb"}, .begins = {"glTF"}, .length_at = 8, .length_bytes = 4},
+          fresco::FileFormat{.name = "a recording", .extensions = {".sens"}, .begins = {"\4\0\0\0"s}}})
+        all.push_back(format);
+    all.insert(all.end(), weights_formats.begin(), weights_formats.end());
+    return all;
+}
 
 struct Example
 {
@@ -35,19 +54,19 @@ TEST_CASE("A file that does not match its name is recognized by its beginning an
         {"a.png", png_head + png_end + "more", ""},
         {"A.PNG", jpeg_head + "\xff\xd9", ""},
         {"a.png", png_head, "is cut short: copy or export it again"},
-        {"a.png", (png_head + png_end).substr(0, 34), "is cut short: copy or export it again"},
+        {"a.png", (png_head + png_end).substr(0, 28), "is cut short: copy or export it again"},
         {"a.png", png_head + "\xff\xff\xff\xffIDAT" + far, "is cut short: copy or export it again"},
         {"a.jpg", jpeg_head + "\xff\xd9" + far, ""},
         {"a.jpg", jpeg_head + far, "is cut short: copy or export it again"},
         {"a.jpg", jpeg_head.substr(0, 5), "is cut short: copy or export it again"},
         // The end lies across two pieces that are searched.
         {"a.jpg", jpeg_head + "\xff\xd9" + std::string(65535, 'x'), ""},
-        {"a.jpg", "<!DOCTYPE html>\n<html>", "is not a PNG or JPEG picture: it begins with \"<!DOCTYPE html>\""},
-        {"a.jpg", "\x01\x02", "is not a PNG or JPEG picture"},
-        {"a.jpeg", ply_text, "is not a PNG or JPEG picture: it is a PLY mesh"},
+        {"a.jpg", "<!DOCTYPE html>\n<html>", "is not a PNG picture or a JPEG picture: it begins with \"<!DOCTYPE html>\""},
+        {"a.jpg", "\x01\x02", "is not a PNG picture or a JPEG picture"},
+        {"a.jpeg", ply_text, "is not a PNG picture or a JPEG picture: it is a PLY mesh"},
         {"a.jpeg", "", "is empty"},
         {"a.npy", "\x93NUMPY\1", ""},
-        {"a.npy", jpeg_head, "is not an NPY file: it is a PNG or JPEG picture"},
+        {"a.npy", jpeg_head, "is not an NPY file: it is a JPEG picture"},
         {"a.ply", ply_text, ""},
         {"a.ply", "ply\r\ncomment " + far + "\r\nend_header\r\n", ""},
         {"a.ply", "ply\nformat", "is cut short: copy or export it again"},
@@ -59,17 +78,16 @@ TEST_CASE("A file that does not match its name is recognized by its beginning an
         {"a.obj", "v 0 0 0\nf 1 1", "is cut short: copy or export it again"},
         {"a.glb", glb, ""},
         {"a.glb", glb.substr(0, 15), "is cut short: copy or export it again"},
-        {"a.glb", "{}", "is not a GLB model"},
-        {"a.gltf", "\xef\xbb\xbf {\n}\n", ""},
-        {"a.gltf", glb, "is not a glTF model: it is a GLB model"},
+        {"a.glb", "{}", "is not a model"},
+        {"a.json", "\xef\xbb\xbf {\n}\n", ""},
+        {"a.json", glb, "is not a JSON file: it is a model"},
         {"a.json", "{\"a\": [1, 2", "is cut short: copy or export it again"},
         {"a.sens", "\4\0\0\0"s, ""},
-        {"a.sens", "\5\0\0\0"s, "is not a .sens recording of version 4"},
-        {"a.safetensors", weights, ""},
+        {"a.sens", "\5\0\0\0"s, "is not a recording"},
+        {"a.pth", weights, ""},
         {"a.pth", "PK\3\4", ""},
         {"a.pth", weights.substr(0, 9), "is cut short: copy or export it again"},
-        {"a.pt", "version https://git-lfs",
-         "is not a safetensors file or a PyTorch state dict: it begins with \"version https://git-lfs\""},
+        {"a.pth", "version https://git-lfs", "is not a state dict: it begins with \"version https://git-lfs\""},
         {"a.other", "anything", ""},
         {"a.other", "", "is empty"},
     };
@@ -79,20 +97,25 @@ TEST_CASE("A file that does not match its name is recognized by its beginning an
         CAPTURE(example.name, example.text.substr(0, 200));
         const auto file = folder.write(example.name, example.text);
         const std::string extension = example.name == "A.PNG" ? ".png" : file.extension().string();
-        CHECK(file_problem(file, {extension}) == (example.problem.empty() ? "" : "'" + file.string() + "' " + example.problem));
+        CHECK(file_problem(file, {extension}, known_formats(), known_formats) ==
+              (example.problem.empty() ? "" : "'" + file.string() + "' " + example.problem));
     }
-    CHECK_THAT(file_problem(folder.write("a.stl", "x"), {".ply", ".obj"}), EndsWith("' is a .stl file; expected .ply or .obj"));
-    CHECK_THAT(file_problem(folder.write("a", "x"), {".ply"}), EndsWith("' has no extension; expected .ply"));
+    CHECK_THAT(file_problem(folder.write("a.stl", "x"), {".ply", ".obj"}, {}, known_formats),
+               EndsWith("' is a .stl file; expected .ply or .obj"));
+    CHECK_THAT(file_problem(folder.write("a", "x"), {".ply"}, {}, known_formats), EndsWith("' has no extension; expected .ply"));
     // Others say what is wrong with these.
-    CHECK(file_problem(folder.path(), {".ply"}).empty());
-    CHECK(file_problem(folder.path() / "nothing", {".ply"}).empty());
+    CHECK(file_problem(folder.path(), {".ply"}, {}, known_formats).empty());
+    CHECK(file_problem(folder.path() / "nothing", {".ply"}, {}, known_formats).empty());
 }
 
 TEST_CASE("Files of options and inputs are looked at when the pipeline is checked", "[pipeline]")
 {
     Catalog catalog = hand_made_catalog();
-    catalog.add(described("scan.file", "stage", R"json({
-        "options": [{"name": "path", "kind": "input_file", "required": true, "extensions": [".ply"], "help": "The mesh"}],
+    catalog.add(described("scan.file", "stage",
+                          R"json({
+        "options": [{"name": "path", "kind": "input_file", "required": true, "extensions": [".ply"], "help": "The mesh",
+                     "formats": [)json" +
+                              fresco::to_json(fresco::ply_format().describe()) + R"json(]}],
         "inputs": [], "outputs": [{"name": "mesh", "artifact": "mesh", "version": 1, "help": ""}]})json"));
     const TemporaryFolder folder;
     folder.write("room.ply", "hello\n");

@@ -166,8 +166,30 @@ TEST_CASE("Of a type that two libraries have, neither is used")
     CHECK(needed.code == 4);
     CHECK(contains(needed.err, "bad_duplicate.so"));
     CHECK(contains(needed.err, "test_stages.so"));
+    const Finished doctor = place.run({"doctor"});
+    CHECK(doctor.code == 4);
+    CHECK(contains(doctor.out, "not used, because several plugins have it: "));
     place.write("other.yaml", "version: 1\nstages:\n  other: {type: test.only_here}\n");
     CHECK(place.run({"run", "other.yaml"}).code == 0);
+}
+
+TEST_CASE("A folder of FRESCO_PLUGIN_PATH shadows the installation, and doctor says so")
+{
+    Workplace place;
+    const fs::path installed = place.root() / "lib" / "fresco" / "installed.so";
+    fs::create_directories(installed.parent_path());
+    fs::copy_file(fs::path(FRESCO_TEST_PLUGINS) / "good" / "test_stages.so", installed);
+    const fs::path built = fs::path(FRESCO_TEST_PLUGINS) / "good" / "test_stages.so";
+    const auto library = [&] {
+        return fresco::parse_json(place.run({"describe", "--json", "test.source"}).out).at("library").as_string();
+    };
+    CHECK(library() == fs::canonical(built));
+    const Finished doctor = place.run({"doctor"});
+    CHECK(doctor.code == 0);
+    CHECK(contains(doctor.out, "shadowed: test.source of " + fs::canonical(installed).string() + ", by "));
+    CHECK(contains(place.run({"stages", "--all"}).out, "shadowed by another of the type:"));
+    place.environment["FRESCO_PLUGIN_PATH"] = "";
+    CHECK(library() == fs::canonical(installed));
 }
 
 TEST_CASE("A library that plugins link may lie beside them")

@@ -8,7 +8,7 @@ using namespace fresco::host;
 namespace
 {
 
-std::size_t count(const std::string& text, const std::string& part)
+std::size_t occurrences(const std::string& text, const std::string& part)
 {
     std::size_t found = 0;
     for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1))
@@ -75,7 +75,7 @@ TEST_CASE("a sweep ends with a page of small pictures, which stays where nothing
     CHECK(contains(first.out, "out/sweep.html"));
     const std::string html = place.read("out/sweep.html");
     for (const char* text : {"480x240 of 110", "480x240 of 120", "480x240 of 130"})
-        CHECK(count(html, as_uri(text)) == 1);
+        CHECK(occurrences(html, as_uri(text)) == 1);
     const auto data = page_json(html, "data");
     const auto& second = data.at("combinations").as_list().at(1);
     CHECK(second.at("pictures") == fresco::Value(fresco::Value::List{"n=120/view.png"}));
@@ -89,7 +89,7 @@ TEST_CASE("a sweep ends with a page of small pictures, which stays where nothing
     REQUIRE(place.run({"run", "sweep.yaml"}).code == 0);
     CHECK(place.read("out/sweep.html") == html);
     REQUIRE(place.run({"run", "sweep.yaml", "--set", "n=[110, 140]"}).code == 0);
-    CHECK(count(place.read("out/sweep.html"), as_uri("480x240 of 140")) == 1);
+    CHECK(occurrences(place.read("out/sweep.html"), as_uri("480x240 of 140")) == 1);
     CHECK(fs::is_empty(place.file(".fresco/tmp")));
     CHECK(contains(place.run({"run", "sweep.yaml", "--thumbnails", "veiw"}).err,
                    "--thumbnails veiw: error: unknown stage 'veiw' (did you mean 'view'?)"));
@@ -107,7 +107,7 @@ TEST_CASE("while a page is made the store is in use")
     CHECK_FALSE(fresco::host::store_lock(store).try_exclusive());
     fs::remove(place.file("open"));
     CHECK(run->wait().code == 0);
-    CHECK(count(place.read("out/sweep.html"), as_uri("480x240 of 15")) == 1);
+    CHECK(occurrences(place.read("out/sweep.html"), as_uri("480x240 of 15")) == 1);
     CHECK(fresco::host::store_lock(store).try_exclusive());
 }
 

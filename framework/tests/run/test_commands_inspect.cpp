@@ -1,8 +1,8 @@
 #include "catch.h"
 #include "hand_made_catalog.h"
 
-#include "base/text_layout.h"
-#include "pipeline/dot.h"
+#include "base/text.h"
+#include "pipeline/pipeline.h"
 #include "run/commands_inspect.h"
 
 #include <sstream>

@@ -1,8 +1,10 @@
 #include "catch.h"
 #include "hand_made_catalog.h"
 
-#include "run/estimate.h"
+#include "run/plan.h"
 #include <fresco/error.h>
+#include <fresco/frames.h>
+#include <fresco/texture.h>
 
 #include <limits>
 
@@ -120,19 +122,21 @@ TEST_CASE("A cost that does not fit its stage is refused", "[estimate]")
             return error.what();
         }
     };
-    CHECK(refusal({.frames = {.files = "path"},
-                   .texels = {.squares_of = "size_px"},
-                   .pixels = {.squares_of = "heights_px"},
+    CHECK(refusal({.makes = {{count::frames, {.files = "path"}},
+                             {count::texels, {.squares_of = "size_px"}},
+                             {count::pixels, {.squares_of = "heights_px"}}},
                    .steps = {.option = "size_px"}})
               .empty());
-    CHECK(refusal({.frames = {.option = "sise_px"}}) == "odd.stage: cost(): the stage has no option \"sise_px\"");
-    CHECK_THAT(refusal({.faces = {.at_most = "none"}}), Catch::Contains("\"none\""));
-    CHECK_THAT(refusal({.texels = {.squares_of = "none"}}), Catch::Contains("\"none\""));
-    CHECK_THAT(refusal({.pixels = {.times = {"none"}}}), Catch::Contains("\"none\""));
-    CHECK_THAT(refusal({.steps = {.divided_by = {"size_px", "none"}}}), Catch::Contains("\"none\""));
-    CHECK_THAT(refusal({.faces = {.files = "size_px"}}), Catch::Contains("\"size_px\", whose kind is int"));
-    CHECK_THAT(refusal({.faces = {.option = "heights_px"}}), Catch::Contains("whose kind is ints"));
-    CHECK_THAT(refusal({.seconds = {.per_face = -1}}), Catch::Contains("per_face is -1"));
+    CHECK(refusal({.makes = {{count::frames, {.option = "sise_px"}}}}) ==
+          "odd.stage: cost(): the stage has no option \"sise_px\"");
+    CHECK_THAT(refusal({.makes = {{count::faces, {.at_most = "none"}}}}), Catch::Contains("\"none\""));
+    CHECK_THAT(refusal({.makes = {{count::texels, {.squares_of = "none"}}}}), Catch::Contains("\"none\""));
+    CHECK_THAT(refusal({.makes = {{count::pixels, {.times = {"none"}}}}}), Catch::Contains("\"none\""));
+    CHECK_THAT(refusal({.steps = {.number = 1, .divided_by = {"size_px", "none"}}}), Catch::Contains("\"none\""));
+    CHECK_THAT(refusal({.makes = {{count::faces, {.files = "size_px"}}}}), Catch::Contains("\"size_px\", whose kind is int"));
+    CHECK_THAT(refusal({.makes = {{count::faces, {.option = "heights_px"}}}}), Catch::Contains("whose kind is ints"));
+    CHECK_THAT(refusal({.seconds = {.per = {{count::faces, -1}}}}), Catch::Contains("faces is -1"));
+    CHECK_THAT(refusal({.seconds = {.per_step = 1}}), Catch::Contains("how many steps"));
     CHECK_THAT(refusal({.disk_mb = {.fixed = std::numeric_limits<double>::infinity()}}), Catch::Contains("fixed is"));
     CHECK_THAT(refusal({.parallel_share = 1.5}), Catch::Contains("parallel_share is 1.5"));
     CHECK(refusal({.device = "where"}) == "odd.stage: cost(): the stage has no option \"where\"");

@@ -91,36 +91,6 @@ stages:
 #endif
 }
 
-TEST_CASE("Other bytes under the old size and time are never taken for the old ones")
-{
-    Workplace place;
-    place.write("a.number", "1");
-    place.write("other", "2");
-    place.write("room.yaml", R"(version: 1
-stages:
-  sum:  {type: test.add, input: {left: {file: a.number}}, log: log}
-  text: {type: test.sink, input: sum, path: x.txt}
-)");
-    const auto time = fs::file_time_type::clock::now() - std::chrono::hours(5);
-    for (const char* file : {"a.number", "other"})
-        fs::last_write_time(place.file(file), time);
-    std::this_thread::sleep_for(std::chrono::milliseconds(2100));
-    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
-    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
-    REQUIRE(place.read("out/x.txt") == "1.000000\n");
-    SECTION("written in place, and the time set back")
-    {
-        place.write("a.number", "2");
-        fs::last_write_time(place.file("a.number"), time);
-    }
-    SECTION("another file put in its place")
-    {
-        fs::rename(place.file("other"), place.file("a.number"));
-    }
-    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
-    CHECK(place.read("out/x.txt") == "2.000000\n");
-}
-
 TEST_CASE("A plugin of other bytes under the old size and time is seen")
 {
     Workplace place({"good"}, true);
@@ -184,88 +154,6 @@ TEST_CASE("Damage to any file beside the results costs work at most")
         CHECK(place.run({"run", "room.yaml"}).code == 0);
         CHECK(place.log().empty());
     }
-}
-
-TEST_CASE("Swapped results and records serve nobody another's result")
-{
-    ChainPlace place;
-    const fs::path store = place.file(".fresco");
-    const auto swap = [&](const fs::path& folder)
-    {
-        std::vector<fs::path> entries;
-        for (const auto& entry : fs::directory_iterator(folder))
-            entries.push_back(entry.path());
-        std::sort(entries.begin(), entries.end());
-        for (std::size_t i = 0; i + 1 < entries.size(); ++i)
-        {
-            fs::rename(entries[i], folder / "aside");
-            fs::rename(entries[i + 1], entries[i]);
-            fs::rename(folder / "aside", entries[i + 1]);
-        }
-    };
-    SECTION("records of keys")
-    {
-        swap(store / "keys");
-    }
-    SECTION("results")
-    {
-        swap(store / "objects");
-    }
-    SECTION("records of stages")
-    {
-        swap(fs::directory_iterator(store / "stages")->path());
-    }
-    fs::remove_all(place.file("out"));
-    const Finished finished = place.run({"run", "room.yaml", "--set", "add.plus=2"});
-    INFO(finished.err);
-    CHECK(finished.code == 0);
-    CHECK(place.read("out/x.txt") == "5.000000\n");
-    CHECK(place.run({"run", "room.yaml"}).code == 0);
-    CHECK(place.read("out/x.txt") == "4.000000\n");
-}
-
-TEST_CASE("Without the records of keys nothing is made again")
-{
-    ChainPlace place;
-    fs::remove_all(place.file(".fresco/keys"));
-    CHECK(place.run({"run", "room.yaml"}).code == 0);
-    CHECK(place.log().empty());
-}
-
-TEST_CASE("A damaged checkpoint is dropped with a warning")
-{
-    Workplace place;
-    place.write("room.yaml", R"(version: 1
-stages:
-  slow: {type: test.slow, steps: 30, step_ms: 40, log: log}
-  text: {type: test.sink, input: slow, path: x.txt}
-)");
-    const auto run = place.start({"run", "room.yaml"});
-    Workplace::wait_until([&] { return !place.log().empty(); });
-    std::this_thread::sleep_for(std::chrono::milliseconds(300));
-    run->signal(SIGKILL);
-    run->wait();
-    const auto files = files_in(place.file(".fresco/checkpoints"));
-    SECTION("the stage's own file")
-    {
-        const auto step =
-            std::find_if(files.begin(), files.end(), [](const fs::path& file) { return file.filename() == "step"; });
-        REQUIRE(step != files.end());
-        flip(*step, 0);
-    }
-    SECTION("what it was made from")
-    {
-        const auto record =
-            std::find_if(files.begin(), files.end(), [](const fs::path& file) { return file.extension() == ".dependencies"; });
-        REQUIRE(record != files.end());
-        flip(*record, 3);
-    }
-    const Finished finished = place.run({"run", "room.yaml"});
-    CHECK(finished.code == 0);
-    CHECK(contains(finished.err, "warning"));
-    CHECK(contains(finished.err, "damaged"));
-    CHECK(place.log().back() == "slow from 0");
-    CHECK(place.read("out/x.txt") == "30.000000\n");
 }
 
 TEST_CASE("Without a home nothing is written to the working directory")

@@ -1,6 +1,6 @@
 #include "program.h"
 
-#include "base/unit_text.h"
+#include "base/text.h"
 #include "run/sweep.h"
 
 #include <algorithm>
@@ -22,7 +22,7 @@ stages:
   look:    {type: test.sink, input: scan_of, path: scan.txt, log: log}
 )";
 
-std::size_t count(const Workplace& place, const std::string& beginning)
+std::size_t occurrences(const Workplace& place, const std::string& beginning)
 {
     const auto log = place.log();
     return static_cast<std::size_t>(
@@ -62,8 +62,8 @@ TEST_CASE("every combination runs, what they share runs once, and results are pl
     const Finished first = place.run({"run", "sweep.yaml", "--jobs", jobs, "--cores", "4"});
     INFO(first.err);
     REQUIRE(first.code == 0);
-    CHECK(count(place, "source") == 3);
-    CHECK(count(place, "add begins") == 4);
+    CHECK(occurrences(place, "source") == 3);
+    CHECK(occurrences(place, "add begins") == 4);
     CHECK(place.read("out/scan=1,plain/sum.txt") == "111.000000\n");
     CHECK(place.read("out/scan=1,wild/sum.txt") == "121.000000\n");
     CHECK(place.read("out/scan=2,plain/sum.txt") == "112.000000\n");
@@ -87,8 +87,8 @@ TEST_CASE("every combination runs, what they share runs once, and results are pl
     CHECK(contains(second.out, "4 combinations: 4 done"));
     // One value more: what it shares is there.
     REQUIRE(place.run({"run", "sweep.yaml", "--set", "picture=[10, 30]"}).code == 0);
-    CHECK(count(place, "source") == 0);
-    CHECK(count(place, "add begins") == 2);
+    CHECK(occurrences(place, "source") == 0);
+    CHECK(occurrences(place, "add begins") == 2);
     CHECK(place.read("out/scan=1,picture=30/sum.txt") == "131.000000\n");
 }
 
@@ -178,12 +178,12 @@ TEST_CASE("a combination that fails ends the sweep, or the others go on by --kee
                                 {"nothing,picture=2", "failed"},
                                 {"error,picture=1", "not run"},
                                 {"error,picture=2", "not run"}});
-    CHECK(count(place, "fail") == 1);
+    CHECK(occurrences(place, "fail") == 1);
 
     place.clear_log();
     const Finished going = place.run({"run", "sweep.yaml", "--keep-going"});
     CHECK(going.code == 1);
-    CHECK(count(place, "fail") == 2);
+    CHECK(occurrences(place, "fail") == 2);
     CHECK(place.read("out/picture=2/sum.txt") == "3.000000\n");
     CHECK(contains(going.out, "at bad@error\n4 combinations: 4 failed\n"));
     CHECK(contains(going.err, "stage bad@error (test.fail)"));
@@ -225,7 +225,7 @@ TEST_CASE("plan, check, graph, --until and --set know the matrix")
     CHECK(one.code == 0);
     CHECK(cells(place) == Cells{{"scan=2,wild", "done"}});
     CHECK(place.read("out/scan=2,wild/sum.txt") == "122.000000\n");
-    CHECK(count(place, "add begins") == 1);
+    CHECK(occurrences(place, "add begins") == 1);
     CHECK(contains(place.run({"run", "sweep.yaml", "--set", "scan=3"}).err, "the axis 'scan' of the matrix has no value '3'"));
     // A sweep of one value still names what it made, and keeps what gc must not take.
     REQUIRE(place.run({"run", "sweep.yaml"}).code == 0);

@@ -1,6 +1,6 @@
 #include "store_samples.h"
 
-#include "base/process_identity.h"
+#include "base/process.h"
 #include "store/presence.h"
 #include "store/store_tidy.h"
 #include <fresco/error.h>

@@ -1,6 +1,6 @@
 #include "store_samples.h"
 
-#include "store/store_copy.h"
+#include "store/publish.h"
 #include "store/store_tidy.h"
 #include <fresco/error.h>
 

@@ -7,7 +7,7 @@
 #include <fresco/reader.h>
 #include <fresco/run_context.h>
 #include <fresco/stage.h>
-#include <fresco/texture_rules.h>
+#include <fresco/texture.h>
 
 #include <chrono>
 #include <csignal>
@@ -336,6 +336,7 @@ FRESCO_STAGE("test.unmeasured", Unmeasured, "Reports NaN as a figure")
 struct TestParts : fresco::Artifact
 {
     static constexpr std::string_view artifact_name = "test_parts";
+    static constexpr std::string_view parts_file = "test_parts.json";
     static constexpr int artifact_version = 1;
     std::vector<std::string> names;
 
@@ -378,16 +379,49 @@ class Paint final : public LoggedStage
 };
 FRESCO_STAGE("test.paint", Paint, "A texture")
 
+/// Which inputs the rules make does not matter here.
+class PartRules final : public fresco::Parameter
+{
+  public:
+    explicit PartRules(fresco::Configurable* owner)
+        : Parameter(owner, {.name = "rules",
+                            .kind = fresco::OptionKind::rules,
+                            .required = true,
+                            .rule = fresco::RuleForm{.parts_of = "parts",
+                                                     .word = "keep",
+                                                     .input = "texture",
+                                                     .artifact = std::string(fresco::Texture::artifact_name),
+                                                     .version = fresco::Texture::artifact_version,
+                                                     .number = "strength"},
+                            .help = "A texture for each part"}),
+          owner_(owner)
+    {
+    }
+    std::size_t count() const { return count_; }
+
+  private:
+    void set(const fresco::Value& value, fresco::ComponentFactory&) override
+    {
+        count_ = value.as_map().size();
+        for (const std::string& name : declaration().inputs_named(value))
+            textures_.push_back(std::make_unique<Input<fresco::Texture>>(owner_, name, "A texture"));
+    }
+
+    fresco::Configurable* owner_;
+    std::size_t count_ = 0;
+    std::vector<std::unique_ptr<Input<fresco::Texture>>> textures_;
+};
+
 class PaintParts final : public LoggedStage
 {
     Input<TestParts> parts{this, "parts", "The parts"};
     Output<Table> table{this, "table", "The number of rules"};
-    fresco::TextureRules rules{this, "rules", "parts", "A texture for each part"};
+    PartRules rules{this};
 
     void run(RunContext&) override
     {
         log("rules");
-        table = number(static_cast<double>((*rules).size()));
+        table = number(static_cast<double>(rules.count()));
     }
 };
 FRESCO_STAGE("test.rules", PaintParts, "Rules for parts")
@@ -429,6 +463,20 @@ class NumberReader final : public fresco::FileReader
     }
 };
 FRESCO_COMPONENT("read.test_number", NumberReader, fresco::FileReader, "A number from a text file")
+
+/// Files whose text is what they were made with.
+class NoteOrigin final : public fresco::FileOrigin
+{
+  public:
+    std::vector<std::string> extensions() const override { return {".note"}; }
+    fresco::Value origin(const std::filesystem::path& file) const override
+    {
+        if (!std::filesystem::exists(file))
+            throw fresco::MissingInput(file.string() + ": no such file");
+        return fresco::parse_json(fresco::read_text_file(file), file.string());
+    }
+};
+FRESCO_COMPONENT("origin.test_note", NoteOrigin, fresco::FileOrigin, "How a note was made")
 
 FRESCO_LIBRARY("Testlib", "1.2.3")
 

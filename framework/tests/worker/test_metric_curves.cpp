@@ -1,5 +1,5 @@
 #include "catch.h"
-#include "worker/metric_curves.h"
+#include "worker/worker_context.h"
 
 #include <fresco/testing.h>
 

@@ -1,6 +1,6 @@
 #include "program.h"
 
-#include "worker/origin.h"
+#include "worker/stage_run.h"
 #include <fresco/hash.h>
 
 using fresco::Value;

@@ -137,54 +137,6 @@ stages:
     CHECK(place.log().empty());
 }
 
-TEST_CASE("Touched inputs run nothing, changed ones do")
-{
-    Workplace place;
-    place.write("scan/a", "12");
-    place.write("extra", "123");
-    place.write("room.yaml", R"(version: 1
-stages:
-  source: {type: test.source, value: 0, folder: scan, file: extra, log: log}
-  text:   {type: test.sink, input: source, path: x.txt}
-)");
-    std::vector<std::string> arguments{"run", "room.yaml"};
-    const auto run = [&]
-    {
-        place.clear_log();
-        REQUIRE(place.run(arguments).code == 0);
-        return place.log().size();
-    };
-    CHECK(run() == 1);
-    CHECK(place.read("out/x.txt") == "5.000000\n");
-    CHECK(run() == 0);
-    for (const char* file : {"scan/a", "extra", "room.yaml"})
-        fs::last_write_time(place.file(file), fs::file_time_type::clock::now() - std::chrono::hours(3));
-    CHECK(run() == 0);
-    place.write("scan/a", "1234");
-    CHECK(run() == 1);
-    CHECK(place.read("out/x.txt") == "7.000000\n");
-    place.write("scan/b", "1");
-    CHECK(run() == 1);
-    // From here on the stage looks for names with "n-".
-    arguments.insert(arguments.end(), {"--set", "source.prefix=n-"});
-    place.write("scan/n-1", "1");
-    CHECK(run() == 1);
-    place.write("scan/.DS_Store", "x");
-    fs::create_directory(place.file("scan/out"));
-    CHECK(run() == 0);
-    place.write("scan/n-2", "1");
-    CHECK(run() == 1);
-    place.write("extra", "x");
-    CHECK(run() == 1);
-    CHECK(place.read("out/x.txt") == "3.000000\n");
-    // A file may be called as the pattern is written: its contents count as well.
-    place.write("scan/n-*", "1");
-    CHECK(run() == 1);
-    place.write("scan/n-*", "12");
-    CHECK(run() == 1);
-    CHECK(place.read("out/x.txt") == "5.000000\n");
-}
-
 TEST_CASE("A damaged result is named and made again in the same run")
 {
     Workplace place;
@@ -285,52 +237,6 @@ stages:
     place.write("a.number", "2");
     REQUIRE(place.run({"run", "room.yaml"}).code == 0);
     CHECK(place.log().back() == "slow from 0");
-}
-
-TEST_CASE("Killed at any point of publishing, the next run ends with the same bytes")
-{
-    const std::string pipeline = R"(version: 1
-stages:
-  slow: {type: test.slow, steps: 5, step_ms: 1, log: log}
-  text: {type: test.sink, input: slow, path: x.txt, copies: 3, log: log}
-)";
-    Workplace place;
-    place.write("room.yaml", pipeline);
-    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
-    const std::string expected = place.read("out/x.txt");
-    REQUIRE(expected == "5.000000\n");
-    for (const std::string stage : {"slow", "text"})
-        for (const std::string point : {"stage.started", "stage.done", "publish.written", "publish.synced", "publish.renamed",
-                                        "publish.key", "publish.manifest", "publish.done"})
-        {
-            INFO(point << " of " << stage);
-            fs::remove_all(place.file(".fresco"));
-            fs::remove_all(place.file("out"));
-            place.environment["FRESCO_FAULT"] = point + "@" + stage;
-            CHECK(place.run({"run", "room.yaml"}).code == -SIGKILL);
-            CHECK(!fs::exists(place.file("out/x.txt")));
-            place.environment["FRESCO_FAULT"] = "";
-            place.clear_log();
-            REQUIRE(place.run({"run", "room.yaml"}).code == 0);
-            CHECK(place.read("out/x.txt") == expected);
-            CHECK(fs::is_empty(place.file(".fresco/tmp")));
-            CHECK(place.run({"store", "verify"}).code == 0);
-            // From the manifest on, the work is not lost.
-            if (point == "publish.manifest" || point == "publish.done")
-                CHECK(place.log().size() == (stage == "slow" ? 1 : 0));
-        }
-    for (const std::string point : {"export.written", "export.copied"})
-    {
-        INFO(point);
-        fs::remove_all(place.file("out"));
-        place.environment["FRESCO_FAULT"] = point;
-        CHECK(place.run({"run", "room.yaml"}).code == -SIGKILL);
-        place.environment["FRESCO_FAULT"] = "";
-        REQUIRE(place.run({"run", "room.yaml"}).code == 0);
-        CHECK(place.read("out/x.txt") == expected);
-        for (const auto& entry : fs::directory_iterator(place.file("out")))
-            CHECK(!entry.path().filename().string().starts_with(fresco::temporary_file_prefix));
-    }
 }
 
 TEST_CASE("A killed host takes its stages with it")

@@ -1,6 +1,9 @@
 #include "check_glb.h"
 #include "exported_glb.h"
 
+#include <fresco/error.h>
+#include <fresco/reader.h>
+
 using namespace fresco;
 using Catch::Contains;
 
@@ -137,6 +140,36 @@ TEST_CASE("asset.extras says how the file was made, in every form of the file")
         CHECK(glb.json.at("asset").at("extras") == nlohmann::json::parse(to_json(origin)));
         CHECK_FALSE(Glb(exported_from(options, inputs).file).json.at("asset").contains("extras"));
     }
+}
+
+TEST_CASE("origin.gltf reads that from the header, and refuses damage by name")
+{
+    const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "origin.gltf");
+    const auto* const reader = dynamic_cast<const FileOrigin*>(made.get());
+    REQUIRE(reader != nullptr);
+    CHECK(reader->extensions() == std::vector<std::string>{".glb"});
+    const testing::TemporaryFolder folder;
+    const auto file = folder.path() / "room.glb";
+    const Value origin = Value::Map{{"versions", Value::Map{{"fresco", "0.1"}}}, {"stages", Value::List{}}};
+    const std::string whole =
+        exported_from(Value::Map{}, {{"textured_mesh", std::make_shared<TexturedMesh>(square())}}, origin).file;
+    const auto refused = [&](std::string bytes, const std::string& reason)
+    {
+        write_file(file, bytes);
+        CHECK_THROWS_WITH(reader->origin(file), Contains("room.glb: ") && Contains(reason));
+    };
+    const auto with = [&](std::size_t at, const std::string& bytes)
+    { return whole.substr(0, at) + bytes + whole.substr(at + bytes.size()); };
+    const std::size_t json_end = whole.find("BIN") - 4;
+    for (std::size_t length = 0; length < json_end; length += length < 40 ? 1 : 37)
+        refused(whole.substr(0, length), length < 20 ? "is not a binary glTF 2.0 file" : "ends within its JSON chunk");
+    refused(with(4, "\1"), "is not a binary glTF 2.0 file");
+    refused(with(15, "\x70"), "more than 64 MiB");
+    refused(with(20, "["), "JSON");
+    refused(exported_from(Value::Map{}, {{"textured_mesh", std::make_shared<TexturedMesh>(square())}}).file, "how it was made");
+    write_file(file, whole);
+    CHECK(reader->origin(file) == origin);
+    CHECK_THROWS_AS(reader->origin(folder.path() / "gone.glb"), MissingInput);
 }
 
 namespace

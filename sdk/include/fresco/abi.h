@@ -15,8 +15,8 @@
  *      Artifact::save and write_exchange, ports with an ArtifactType; OptionDeclaration::extensions and
  *      contains;
  *      ArtifactFolder::references, TexturedMesh::mesh_folder, Mesh::texture_px,
- *      UvMaps::texture_px and uv_bits; outputs that may be left out, or name their parts; OptionDeclaration::parts_of;
- *      RunContext::origin
+ *      UvMaps::texture_px and uv_bits; outputs that may be left out, or name their parts; OptionDeclaration::rule and formats;
+ *      FileReader::formats, FileOrigin; RunContext::origin
  */
 #include <stddef.h>
 #include <stdint.h>

@@ -42,6 +42,10 @@ struct ArtifactFolder
 ///   void write_exchange(const Exchange&) const override;            // where a form is not what save writes
 ///   static std::shared_ptr<T> from_exchange(const Exchange&);       // where it is not what load reads; throws Error
 /// \endcode
+/// A type whose values have named parts, for which stages have rules (fresco::RuleForm), says which of its files lists them:
+/// \code
+///   static constexpr std::string_view parts_file = "regions.json";  // JSON, the names in its list `names`
+/// \endcode
 /// Files of other results are named by reference_to. What is large stays on disk: the value is then a handle that reads piece by
 /// piece. Consumers share one value and must not change it. The type's out-of-line destructor lives in the one shared library
 /// that defines the type.

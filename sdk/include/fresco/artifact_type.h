@@ -17,6 +17,7 @@ struct ArtifactType
     std::string name;
     int version = 1;
     bool has_preview = false;         ///< Values bring something for the page of a run.
+    std::string parts_file;           ///< T::parts_file; empty where values have no named parts.
     std::vector<ExchangeForm> forms;  ///< The default first.
     std::shared_ptr<const Artifact> (*load)(const ArtifactFolder&) = nullptr;
     std::shared_ptr<const Artifact> (*from_exchange)(const Exchange&) = nullptr;
@@ -47,6 +48,14 @@ const ArtifactType* register_artifact_type(ArtifactType type);
 void check_exchange_files(const std::vector<ExchangeForm>& forms, const Exchange& from);
 
 template <class T>
+std::string parts_file_of()
+{
+    if constexpr (requires { T::parts_file; })
+        return std::string(T::parts_file);
+    return {};
+}
+
+template <class T>
 std::shared_ptr<const Artifact> taken_from_exchange(const Exchange& from)
 {
     check_exchange_files(T::exchange_forms(), from);
@@ -59,7 +68,7 @@ std::shared_ptr<const Artifact> taken_from_exchange(const Exchange& from)
 
 template <class T>
 const ArtifactType& RegisteredArtifact<T>::type = *detail::register_artifact_type(
-    {std::string(T::artifact_name), T::artifact_version, has_preview<T>, T::exchange_forms(),
+    {std::string(T::artifact_name), T::artifact_version, has_preview<T>, detail::parts_file_of<T>(), T::exchange_forms(),
      [](const ArtifactFolder& folder) -> std::shared_ptr<const Artifact> { return T::load(folder); },
      detail::taken_from_exchange<T>});
 

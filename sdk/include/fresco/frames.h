@@ -2,6 +2,7 @@
 
 #include <fresco/artifact.h>
 #include <fresco/camera.h>
+#include <fresco/cost.h>
 #include <fresco/image.h>
 
 #include <filesystem>
@@ -82,5 +83,13 @@ Raster8 mask_at(const Raster8& mask, int width, int height);
 /// longer side (from 178 degrees to 20 arc seconds), the center no more than 10 000 times the longer side away, finite entries, a
 /// pose that turns (rotation_error <= 1e-2, determinant positive) and stays within 1e7 m of the world's origin along each axis.
 void check_camera(const Camera& camera, std::string_view source);
+
+/// What costs of stages count by.
+namespace count
+{
+inline constexpr Counted frames{.name = "frames", .assumed = 300, .carried_by = "frames"};
+/// Of a frame's pictures or uv maps, all heights together; a picture of a height is 4/3 as wide.
+inline constexpr Counted pixels{.name = "pixels", .assumed = 640 * 480, .each_of = &frames, .in_square = 4.0 / 3};
+}  // namespace count
 
 }  // namespace fresco

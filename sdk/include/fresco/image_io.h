@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fresco/component.h>
+#include <fresco/file_format.h>
 #include <fresco/image.h>
 
 #include <cstddef>
@@ -9,6 +10,9 @@
 
 namespace fresco
 {
+
+/// PNG and JPEG.
+std::vector<FileFormat> picture_formats();
 
 /// Size of a picture as its header states it (before EXIF orientation).
 struct ImageHeader

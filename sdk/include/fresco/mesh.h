@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fresco/artifact.h>
+#include <fresco/cost.h>
 #include <fresco/math.h>
 
 #include <array>
@@ -63,6 +64,12 @@ void check_atlas(const std::string& id, const Mesh& mesh, std::string_view sourc
 std::vector<Vec3f> face_normals(const Mesh& mesh);
 /// V normals: area-weighted mean of the faces around, unit length; zero where there is none.
 std::vector<Vec3f> vertex_normals(const Mesh& mesh);
+
+/// What costs of stages count by.
+namespace count
+{
+inline constexpr Counted faces{.name = "faces", .assumed = 1e6, .carried_by = "mesh"};
+}  // namespace count
 
 /// What a picture shows outside of [0,1].
 enum class Wrap : std::uint8_t

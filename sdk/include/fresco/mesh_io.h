@@ -1,5 +1,6 @@
 #pragma once
 
+#include <fresco/file_format.h>
 #include <fresco/mesh.h>
 
 #include <cstddef>
@@ -13,6 +14,9 @@
 
 namespace fresco
 {
+
+FileFormat ply_format();
+FileFormat obj_format();
 
 /// Limits that bound memory and time on hostile input.
 struct MeshLimits

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fresco/file_format.h>
+
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -40,6 +42,8 @@ struct NpyArray
 /// order, a shape that does not fit the file's size, or bytes after the data.
 NpyArray parse_npy(std::span<const std::byte> bytes, std::string_view source);
 NpyArray read_npy(const std::filesystem::path& file);
+
+FileFormat npy_format();
 
 std::vector<std::byte> to_npy(NpyType type, std::span<const std::size_t> shape, std::span<const std::byte> bytes);
 

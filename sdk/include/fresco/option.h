@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fresco/component.h>
+#include <fresco/file_format.h>
 
 #include <filesystem>
 #include <initializer_list>
@@ -76,16 +77,22 @@ inline OneOf one_of(std::initializer_list<const char*> words)
     return {{words.begin(), words.end()}};
 }
 
-/// Extensions of the file that an OutputName names or an InputFile may be, lower case, with the dot: ".png". fresco check opens
-/// the file, too: one of a format that it knows must begin as that format does (.png .jpg .jpeg .npy .ply .obj .glb .gltf .json
-/// .sens .safetensors .pth .pt), and must not be empty or cut short.
+/// Extensions of the file that an OutputName names or an InputFile may be, lower case, with the dot: ".png".
 struct Extensions
 {
     std::vector<std::string> extensions;
+    std::vector<FileFormat> formats{};
 };
 inline Extensions extensions(std::initializer_list<const char*> accepted)
 {
     return {{accepted.begin(), accepted.end()}};
+}
+/// Those of an InputFile's formats. fresco check refuses a file that does not begin as its extension says, is empty or cut short.
+inline Extensions formats(std::vector<FileFormat> accepted)
+{
+    Extensions result{all_extensions(accepted)};
+    result.formats = std::move(accepted);
+    return result;
 }
 
 /// What the folder of an InputFolder must contain: names of files and folders, "traj.txt", with '*' and '?' within a name,
@@ -127,6 +134,7 @@ inline void declare(OptionDeclaration& option, const OneOf& accepted)
 inline void declare(OptionDeclaration& option, const Extensions& accepted)
 {
     option.extensions = accepted.extensions;
+    option.formats = accepted.formats;
 }
 inline void declare(OptionDeclaration& option, const FolderWith& expected)
 {

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <fresco/file_format.h>
 #include <fresco/value.h>
 
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 /// \file What a stage or component says of one of its options, as data: the host checks a pipeline file by it without opening
@@ -30,7 +32,7 @@ enum class OptionKind
     command_line,  ///< A program and its words, which name files and ports of the same stage in braces.
     input_ports,   ///< A map of ports; name -> {artifact, version, as} once it is checked, `as` empty where there is one form.
     output_ports,
-    texture_rules  ///< What to do with each part of a surface (fresco/texture_rules.h).
+    rules  ///< A rule for each part of an artifact (RuleForm); part -> {input, number} once it is checked.
 };
 
 /// `auto` of a components option: `if_empty` where the owner's option `option` is empty, else `if_set` with "${option}" replaced.
@@ -48,6 +50,20 @@ struct PortArtifact
     std::vector<std::string> as{};  ///< Its exchange forms, the default first; empty where there is one only.
 };
 
+/// The part that stands for all parts without a rule of their own.
+inline constexpr std::string_view other_parts = "*";
+
+/// What a rule for a part is: a word, or an input of the stage, which each name that is given becomes, and a number from 0 to 1.
+struct RuleForm
+{
+    std::string parts_of{};  ///< The input whose parts the rules are for: others are refused as soon as those are known.
+    std::string word{};      ///< "keep"
+    std::string input{};     ///< The key of a rule that names an input, and what such an input is called: "texture".
+    std::string artifact{};  ///< Of such an input.
+    int version = 1;
+    std::string number{};  ///< The key of the number; 1 where a rule has none.
+};
+
 struct OptionDeclaration
 {
     std::string name{};
@@ -58,6 +74,7 @@ struct OptionDeclaration
     std::optional<double> max{};
     std::vector<std::string> choices{};
     std::vector<std::string> extensions{};  ///< Of an input file, lower case, with the dot; empty: any.
+    std::vector<FileFormat> formats{};      ///< Of an input file, for those of its extensions that have one.
     std::vector<std::string> contains{};    ///< Entries of an input folder, as fresco::folder_with has them; empty: any.
     std::string contains_unless{};          ///< The option that, where it is set, makes `contains` not matter.
     std::string unit{};
@@ -68,7 +85,7 @@ struct OptionDeclaration
     std::string for_form{};  ///< Of a component: left out by default unless a port of the stage has this exchange form.
     /// Of ports: what a port may be, by name. Not described: whoever checks knows more of them than the plugin.
     std::map<std::string, PortArtifact> artifacts{};
-    std::string parts_of{};  ///< Of texture rules: the input whose parts they are for.
+    std::optional<RuleForm> rule{};  ///< Of rules.
     std::string help{};
 
     /// What describe() gave. Throws Error naming the option where it is something else.
@@ -77,6 +94,8 @@ struct OptionDeclaration
     Value describe() const;
 
     bool is_ports() const { return kind == OptionKind::input_ports || kind == OptionKind::output_ports; }
+    /// The inputs that checked rules name, each once and in the order of their names.
+    std::vector<std::string> inputs_named(const Value& rules) const;
     bool is_slot() const { return kind == OptionKind::component || kind == OptionKind::components; }
     /// What is accepted, in words: "an integer from 4 to 50000000", "one of unlit, pbr", "the path of an existing file".
     std::string accepted() const;

@@ -2,6 +2,7 @@
 
 #include <fresco/artifact.h>
 #include <fresco/component.h>
+#include <fresco/file_format.h>
 
 #include <filesystem>
 #include <memory>
@@ -20,9 +21,23 @@ class FileReader : public Component
     ~FileReader() override;
     /// The artifact_name of what it makes.
     virtual std::string artifact() const = 0;
-    /// Lower case, with the dot: ".png". A file of another is not read by it; fresco check looks at the file as for Extensions.
-    virtual std::vector<std::string> extensions() const = 0;
+    /// Of the files that it reads, lower case, with the dot: ".png". The default: those of formats().
+    virtual std::vector<std::string> extensions() const;
+    /// What such files look like, which fresco check holds them to; nothing where that is not known.
+    virtual std::vector<FileFormat> formats() const { return {}; }
     virtual std::shared_ptr<const Artifact> read(const std::filesystem::path& file) = 0;
+};
+
+/// Reads from a file that a stage wrote how it was made, for `fresco describe FILE`. The host picks it by extension.
+class FileOrigin : public Component
+{
+  public:
+    static constexpr std::string_view component_kind = "origin";
+    ~FileOrigin() override;
+    /// Lower case, with the dot.
+    virtual std::vector<std::string> extensions() const = 0;
+    /// RunContext::origin of the stage. Throws Error naming the file, MissingInput where there is none.
+    virtual Value origin(const std::filesystem::path& file) const = 0;
 };
 
 }  // namespace fresco

@@ -162,4 +162,12 @@ WeightsFile read_weights(const std::filesystem::path& file)
     return result;
 }
 
+std::vector<FileFormat> file_formats()
+{
+    const std::string name = "a safetensors file or a PyTorch state dict";
+    const std::vector<std::string> extensions{".safetensors", ".pth", ".pt"};
+    return {{.name = name, .extensions = extensions, .begins = {"{"}, .begins_at = 8, .length_bytes = 8, .length_from = 8},
+            {.name = name, .extensions = extensions, .begins = {"PK\x03\x04", "\x80"}}};
+}
+
 }  // namespace fresco::weights

@@ -257,6 +257,19 @@ void check_views(const tinygltf::Model& model)
 
 }  // namespace
 
+FileFormat glb_format()
+{
+    return {.name = "a GLB model", .extensions = {".glb"}, .begins = {"glTF"}, .length_at = 8, .length_bytes = 4};
+}
+
+FileFormat gltf_format()
+{
+    FileFormat format = json_format();
+    format.name = "a glTF model";
+    format.extensions = {".gltf"};
+    return format;
+}
+
 Chunks chunks_of(std::span<const std::byte> file)
 {
     if (!text_of(file).starts_with("glTF"))
@@ -273,6 +286,26 @@ Chunks chunks_of(std::span<const std::byte> file)
     if (end < file.size())
         chunks.binary = chunk_at(file, end, binary_chunk, "BIN");
     return chunks;
+}
+
+std::string glb_json(const std::filesystem::path& file)
+{
+    constexpr std::size_t most_json_bytes = std::size_t{1} << 26U;
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(file, error))
+        throw MissingInput(file.string() + ": no such file");
+    std::ifstream stream(file, std::ios::binary);
+    std::array<std::byte, glb_header_bytes + chunk_header_bytes> header{};
+    stream.read(reinterpret_cast<char*>(header.data()), header.size());
+    if (!stream || !text_of(header).starts_with("glTF") || word_at(header, 4) != 2 || word_at(header, 16) != json_chunk)
+        throw Error(file.string() + ": is not a binary glTF 2.0 file");
+    const std::size_t length = word_at(header, glb_header_bytes);
+    if (length > most_json_bytes)
+        throw Error(file.string() + ": its JSON chunk claims more than 64 MiB");
+    std::string json(length, '\0');
+    if (!stream.read(json.data(), static_cast<std::streamsize>(json.size())))
+        throw Error(file.string() + ": ends within its JSON chunk");
+    return json;
 }
 
 std::string entry(const char* list, std::size_t at)

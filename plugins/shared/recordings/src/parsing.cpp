@@ -72,15 +72,15 @@ std::string LineReader::place() const
     return fmt::format("{}:{}", source_, line_);
 }
 
-std::vector<std::string_view> words_of(std::string_view line)
+std::vector<std::string_view> words_of(std::string_view line, std::string_view separators)
 {
     std::vector<std::string_view> words;
     while (true)
     {
-        const auto begin = line.find_first_not_of(blanks);
+        const auto begin = line.find_first_not_of(separators);
         if (begin == std::string_view::npos)
             return words;
-        const auto end = std::min(line.find_first_of(blanks, begin), line.size());
+        const auto end = std::min(line.find_first_of(separators, begin), line.size());
         words.push_back(line.substr(begin, end - begin));
         line.remove_prefix(end);
     }

@@ -241,7 +241,7 @@ void RecordingStage::run(RunContext& run)
 }
 
 RecordedMesh::RecordedMesh(Configurable* owner, std::string option_help, std::string output_help)
-    : file_(owner, "mesh", InputFile{}, extensions({".ply", ".obj"}), std::move(option_help)),
+    : file_(owner, "mesh", InputFile{}, formats({ply_format(), obj_format()}), std::move(option_help)),
       mesh_(owner, "mesh", optional, std::move(output_help))
 {
 }

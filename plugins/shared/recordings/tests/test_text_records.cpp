@@ -22,6 +22,7 @@ TEST_CASE("lines are walked with their numbers, comments and blank lines passed 
     CHECK_THROWS_WITH(LineReader("a\nb", "list.txt"), Contains("list.txt: the last line has no newline"));
     CHECK_THROWS_AS(LineReader("", "list.txt"), fresco::Error);
     CHECK(words_of("").empty());
+    CHECK(words_of(" 1, 2,,3", ",") == std::vector<std::string_view>{" 1", " 2", "3"});
 }
 
 TEST_CASE("numbers are whole words, finite and within their range", "[recordings]")

@@ -3,7 +3,7 @@
 /// \file Named tensors in files, read as bytes: safetensors, and the state dicts that PyTorch saves. Nothing in a file is ever
 /// executed, and no size that a file claims is believed before it is compared with the bytes that are there.
 
-#include <fresco/weights/state_dict.h>
+#include <fresco/file_format.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -16,6 +16,9 @@
 
 namespace fresco::weights
 {
+
+/// Safetensors and state dicts of PyTorch.
+std::vector<FileFormat> file_formats();
 
 /// In descending order of size, so that tensors written in this order are aligned.
 enum class ElementType

@@ -1,7 +1,10 @@
 #pragma once
 
+#include <fresco/file_format.h>
+
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <span>
 #include <string>
@@ -11,6 +14,9 @@
 
 namespace fresco::gltf
 {
+
+FileFormat glb_format();
+FileFormat gltf_format();
 
 /// The parts of a GLB.
 struct Chunks
@@ -45,6 +51,9 @@ using ReadBuffer = std::function<std::vector<std::byte>(const std::string& uri, 
 /// naming the offset or the entry: anything but glTF 2, an extension that is required and unknown, counts, types and ranges that
 /// are wrong. Does not name the file.
 GltfFile load_gltf(std::span<const std::byte> file, const ReadBuffer& read_beside);
+
+/// The JSON of a GLB; what is behind it is not read. Throws Error naming the file, MissingInput where there is none.
+std::string glb_json(const std::filesystem::path& file);
 
 /// A GLB, written by tinygltf, whose BIN chunk is buffer 0.
 std::string written_glb(const tinygltf::Model& model);

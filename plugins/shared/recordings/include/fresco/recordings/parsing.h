@@ -40,8 +40,8 @@ class LineReader
     std::size_t line_ = 0;
 };
 
-/// The words of a line, separated by blanks or tabs.
-std::vector<std::string_view> words_of(std::string_view line);
+/// The words of a line, separated by one or more of these characters.
+std::vector<std::string_view> words_of(std::string_view line, std::string_view separators = " \t\r");
 /// A finite number, in any locale. Throws Error naming `place`.
 double number_of(std::string_view word, const std::string& place);
 /// A whole number from `least` to `most`. Throws Error naming `place`.

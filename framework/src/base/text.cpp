@@ -1,0 +1,524 @@
+#include "base/text.h"
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <fmt/format.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+namespace fresco::host
+{
+
+std::size_t utf8_length(std::string_view text, std::size_t at)
+{
+    const auto byte = static_cast<unsigned char>(text[at]);
+    if (byte < 0x80)
+        return 1;
+    const std::size_t length = byte >= 0xF0 ? 4 : byte >= 0xE0 ? 3 : 2;
+    if (byte < 0xC2 || byte > 0xF4 || at + length > text.size())
+        return 0;
+    unsigned code = byte & (0x7FU >> length);
+    for (std::size_t k = 1; k < length; ++k)
+    {
+        const auto follow = static_cast<unsigned char>(text[at + k]);
+        if ((follow & 0xC0U) != 0x80U)
+            return 0;
+        code = (code << 6U) | (follow & 0x3FU);
+    }
+    const bool too_long = (length == 3 && code < 0x800) || (length == 4 && code < 0x10000);
+    return too_long || code > 0x10FFFF || (code >= 0xD800 && code <= 0xDFFF) ? 0 : length;
+}
+
+bool is_utf8(std::string_view text)
+{
+    for (std::size_t at = 0; at < text.size();)
+    {
+        const std::size_t length = utf8_length(text, at);
+        if (length == 0)
+            return false;
+        at += length;
+    }
+    return true;
+}
+
+std::string duration_text(double seconds)
+{
+    if (seconds < 10)
+        return fmt::format("{:.1f} s", seconds);
+    const auto whole = static_cast<long>(std::lround(seconds));
+    if (whole < 60)
+        return fmt::format("{} s", whole);
+    if (whole < 3600)
+        return fmt::format("{}:{:02} min", whole / 60, whole % 60);
+    return fmt::format("{}:{:02}:{:02} h", whole / 3600, whole / 60 % 60, whole % 60);
+}
+
+std::string size_text(double megabytes)
+{
+    if (megabytes >= 10'240)
+        return fmt::format("{:.1f} GB", megabytes / 1024);
+    return megabytes >= 10 ? fmt::format("{:.0f} MB", megabytes) : fmt::format("{:.1f} MB", megabytes);
+}
+
+std::string path_text(const std::filesystem::path& path)
+{
+    std::error_code error;
+    const std::filesystem::path here = path.lexically_relative(std::filesystem::current_path(error));
+    return here.empty() || *here.begin() == ".." ? path.string() : here.string();
+}
+
+std::string shell_word(const std::string& text)
+{
+    const auto is_plain = [](char c)
+    { return std::isalnum(static_cast<unsigned char>(c)) != 0 || std::strchr("_./+-,@=", c) != nullptr; };
+    if (!text.empty() && std::ranges::all_of(text, is_plain))
+        return text;
+    std::string result = "'";
+    for (const char c : text)
+        result += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return result + "'";
+}
+
+std::string script_problem(const std::string& name, const std::string& text)
+{
+    const std::string shown = harmless(text, LineEnds::none);
+    return shown == text ? "" : name + ": '" + shown + "' goes into a script, and must be UTF-8 text without control characters";
+}
+
+namespace
+{
+
+/// Bytes of the character that begins here; 1 for invalid UTF-8.
+std::size_t character_bytes(std::string_view text)
+{
+    const auto lead = static_cast<unsigned char>(text.front());
+    const std::size_t bytes = lead >= 0xF0 ? 4 : lead >= 0xE0 ? 3 : lead >= 0xC0 ? 2 : 1;
+    return std::min(bytes, text.size());
+}
+
+/// Its number, if the character has at most three bytes; otherwise 0x1F300.
+unsigned code_of(std::string_view character)
+{
+    const auto byte = [&](std::size_t i) { return static_cast<unsigned>(static_cast<unsigned char>(character[i])); };
+    switch (character.size())
+    {
+    case 1:
+        return byte(0);
+    case 2:
+        return (byte(0) & 0x1FU) << 6U | (byte(1) & 0x3FU);
+    case 3:
+        return (byte(0) & 0x0FU) << 12U | (byte(1) & 0x3FU) << 6U | (byte(2) & 0x3FU);
+    default:
+        return 0x1F300U;
+    }
+}
+
+/// Those of the East take two columns.
+std::size_t character_columns(std::string_view character)
+{
+    if (character.size() < 3)
+        return 1;
+    const unsigned code = code_of(character);
+    const bool wide = (code >= 0x1100 && code <= 0x115F) || (code >= 0x2E80 && code <= 0xA4CF) ||
+                      (code >= 0xAC00 && code <= 0xD7A3) || (code >= 0xF900 && code <= 0xFAFF) ||
+                      (code >= 0xFE30 && code <= 0xFE6F) || (code >= 0xFF00 && code <= 0xFF60) || code >= 0x1F300;
+    return wide ? 2 : 1;
+}
+
+/// Those from U+0080 to U+009F begin escape sequences on some terminals; the later ones end a line or turn the direction of
+/// writing.
+bool is_control(std::string_view character)
+{
+    const unsigned code = code_of(character);
+    return code < 0x20 || (code >= 0x7F && code < 0xA0) || code == 0x061C || code == 0x200E || code == 0x200F ||
+           (code >= 0x2028 && code <= 0x202E) || (code >= 0x2066 && code <= 0x2069);
+}
+
+const char* escape(Tone tone)
+{
+    switch (tone)
+    {
+    case Tone::good:
+        return "\x1b[32m";
+    case Tone::busy:
+        return "\x1b[36m";
+    case Tone::bad:
+        return "\x1b[31m";
+    default:
+        return "\x1b[2m";
+    }
+}
+
+}  // namespace
+
+std::string harmless(std::string_view text, LineEnds kept)
+{
+    std::string result;
+    for (std::size_t at = 0; at < text.size();)
+    {
+        const std::size_t length = utf8_length(text, at);
+        const std::string_view character = text.substr(at, std::max<std::size_t>(length, 1));
+        at += character.size();
+        const bool continues = at < text.size() && text[at] == ' ';
+        if (length == 0)
+            result += fmt::format("\\x{:02x}", static_cast<unsigned char>(character.front()));
+        else if (character == "\t")
+            result += ' ';
+        else if (character == "\n")
+            result += kept == LineEnds::all || (kept == LineEnds::continued && continues) ? "\n" : "\\n";
+        else if (is_control(character))
+            result += code_of(character) < 0x100 ? fmt::format("\\x{:02x}", code_of(character))
+                                                 : fmt::format("\\u{:04x}", code_of(character));
+        else
+            result += character;
+    }
+    return result;
+}
+
+std::size_t columns(std::string_view text)
+{
+    std::size_t count = 0;
+    while (!text.empty())
+    {
+        if (text.starts_with("\x1b["))
+        {
+            const std::size_t end = text.find('m');
+            text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+            continue;
+        }
+        const std::string_view character = text.substr(0, character_bytes(text));
+        count += character_columns(character);
+        text.remove_prefix(character.size());
+    }
+    return count;
+}
+
+Line& Line::add(std::string_view text, Tone tone)
+{
+    if (cut_)
+        return *this;
+    const bool colored = room_.color && tone != Tone::plain;
+    if (colored)
+        text_ += escape(tone);
+    while (!text.empty() && !cut_)
+    {
+        const std::string_view character = text.substr(0, character_bytes(text));
+        const std::size_t wide = character_columns(character);
+        const bool last = text.size() == character.size();
+        if (used_ + wide > room_.columns || (!last && used_ + wide == room_.columns))
+        {
+            cut_ = true;
+            if (used_ < room_.columns)
+                text_ += room_.utf8 ? "…" : "~";
+            used_ = room_.columns;
+            break;
+        }
+        text_ += is_control(character) ? " " : std::string(character);
+        used_ += wide;
+        text.remove_prefix(character.size());
+    }
+    if (colored)
+        text_ += "\x1b[0m";
+    return *this;
+}
+
+Line& Line::pad_to(std::size_t column)
+{
+    if (used_ < column)
+        add(std::string(column - used_, ' '));
+    return *this;
+}
+
+std::string Line::take()
+{
+    while (!text_.empty() && text_.back() == ' ')
+        text_.pop_back();
+    return std::move(text_);
+}
+
+namespace
+{
+
+constexpr std::size_t gap = 2;
+/// A folded text has at least this room beside the other columns.
+constexpr std::size_t least_text = 28;
+constexpr std::size_t least_name = 12;
+constexpr std::size_t below_indent = 4;
+
+std::string blanks(std::size_t count)
+{
+    return std::string(count, ' ');
+}
+
+std::string padded(const std::string& cell, std::size_t width, bool right)
+{
+    const std::string space = blanks(width - std::min(width, columns(cell)));
+    return right ? space + cell : cell + space;
+}
+
+/// As one word, for folded().
+std::string tied(std::string text)
+{
+    std::ranges::replace(text, ' ', '\x1f');
+    return text;
+}
+
+std::string untied(std::string text)
+{
+    std::ranges::replace(text, '\x1f', ' ');
+    return text;
+}
+
+std::string without_end_blanks(std::string line)
+{
+    line.erase(line.find_last_not_of(' ') + 1);
+    return line;
+}
+
+/// One line, without its end.
+std::string folded_line(std::string_view line, std::size_t width, std::size_t indent)
+{
+    const std::size_t first = std::min(line.find_first_not_of(' '), line.size());
+    const std::string begin = "\n" + blanks(first + indent);
+    std::string result(line.substr(0, first));
+    std::size_t used = first;
+    bool at_begin = true;
+    for (std::size_t at = first; at < line.size();)
+    {
+        // A word with the blanks before it, so that columns within a line stay.
+        const std::size_t word = std::min(line.find_first_not_of(' ', at), line.size());
+        const std::size_t end = std::min(line.find(' ', word), line.size());
+        const std::size_t wide = columns(line.substr(at, end - at));
+        if (!at_begin && used + wide > width)
+        {
+            result += begin;
+            used = begin.size() - 1;
+            at = word;
+        }
+        result += line.substr(at, end - at);
+        used += columns(line.substr(at, end - at));
+        at_begin = false;
+        at = end;
+    }
+    return result;
+}
+
+std::size_t widest_word(std::string_view text)
+{
+    std::size_t widest = 0;
+    for (std::size_t at = 0; at < text.size();)
+    {
+        const std::size_t end = std::min(text.find_first_of(" \n", at), text.size());
+        widest = std::max(widest, columns(text.substr(at, end - at)));
+        at = end + 1;
+    }
+    return widest;
+}
+
+}  // namespace
+
+std::size_t terminal_width(int descriptor)
+{
+    if (const char* variable = std::getenv("COLUMNS"))
+    {
+        std::size_t width = 0;
+        const std::string_view text = variable;
+        if (std::from_chars(text.data(), text.data() + text.size(), width).ec == std::errc() && width > 0)
+            return width;
+    }
+    winsize size{};
+    return ioctl(descriptor, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : without_end;
+}
+
+std::string folded(std::string_view text, std::size_t width, std::size_t indent)
+{
+    std::string result;
+    while (!text.empty())
+    {
+        const std::size_t end = std::min(text.find('\n'), text.size());
+        const std::string_view line = text.substr(0, end);
+        result += columns(line) > width ? folded_line(line, width, indent) : std::string(line);
+        result += end < text.size() ? "\n" : "";
+        text.remove_prefix(std::min(end + 1, text.size()));
+    }
+    return result;
+}
+
+void print_message(std::string_view text)
+{
+    // A log is searched line by line.
+    const std::size_t width = isatty(STDERR_FILENO) != 0 ? terminal_width(STDERR_FILENO) : without_end;
+    std::fputs((folded(harmless(text, LineEnds::continued), width, below_indent) + "\n").c_str(), stderr);
+    std::fflush(stderr);
+}
+
+void print_line(std::string_view text)
+{
+    std::fputs((harmless(text, LineEnds::none) + "\n").c_str(), stdout);
+}
+
+std::string shortened(std::string_view name, std::size_t width)
+{
+    if (columns(name) <= width)
+        return std::string(name);
+    // Bytes at which characters begin, and the end.
+    std::vector<std::size_t> begins;
+    for (std::size_t i = 0; i < name.size(); ++i)
+        if ((static_cast<unsigned char>(name[i]) & 0xC0U) != 0x80U)
+            begins.push_back(i);
+    std::string head;
+    std::string tail;
+    std::size_t left = 0;
+    std::size_t right = begins.size();
+    const auto character = [&](std::size_t i)
+    { return name.substr(begins[i], (i + 1 < begins.size() ? begins[i + 1] : name.size()) - begins[i]); };
+    while (left < right)
+    {
+        const bool from_head = columns(head) <= columns(tail);
+        const std::string_view next = character(from_head ? left : right - 1);
+        if (columns(head) + columns(tail) + columns(next) + 1 > width)
+            break;
+        if (from_head)
+            head += character(left++);
+        else
+            tail.insert(0, character(--right));
+    }
+    return head + "…" + tail;
+}
+
+void TextTable::add(std::vector<std::string> row)
+{
+    for (std::string& cell : row)
+        cell = harmless(cell, LineEnds::none);
+    rows_.push_back(std::move(row));
+}
+
+bool TextTable::has_titles() const
+{
+    return std::ranges::any_of(columns_, [](const Column& column) { return !column.title.empty(); });
+}
+
+std::vector<std::size_t> TextTable::natural_widths() const
+{
+    std::vector<std::size_t> widths;
+    for (std::size_t i = 0; i < columns_.size(); ++i)
+    {
+        widths.push_back(columns(columns_[i].title));
+        for (const auto& row : rows_)
+            widths[i] = std::max(widths[i], columns(row[i]));
+    }
+    return widths;
+}
+
+std::string TextTable::text(std::size_t width) const
+{
+    std::vector<std::size_t> widths = natural_widths();
+    const auto is_text = [&](std::size_t i) { return columns_[i].kind == Kind::text; };
+    const auto room = [&](bool with_texts)
+    {
+        std::size_t sum = indent_;
+        for (std::size_t i = 0; i < widths.size(); ++i)
+            sum += is_text(i) && !with_texts ? 0 : widths[i] + (i > 0 ? gap : 0);
+        return sum;
+    };
+    const std::size_t texts = static_cast<std::size_t>(std::ranges::count(columns_, Kind::text, &Column::kind));
+    if (width == without_end || room(true) <= width)
+        return in_columns(widths, texts > 0 ? room(true) - widths.back() : 0, without_end);
+    // One text at most can be folded beside the others.
+    if (const std::size_t fixed = room(true) - widths.back(); texts > 0 && fixed + least_text <= width)
+        return in_columns(widths, fixed, width);
+    while (room(false) > width)
+    {
+        std::size_t widest = widths.size();
+        for (std::size_t i = 0; i < widths.size(); ++i)
+            if (columns_[i].kind == Kind::name && widths[i] > least_name &&
+                (widest == widths.size() || widths[i] > widths[widest]))
+                widest = i;
+        if (widest == widths.size())
+            return stacked(width);
+        --widths[widest];
+    }
+    return in_columns(widths, 0, width);
+}
+
+/// `text_at`: where the last column, a text, begins; 0: texts go below.
+std::string TextTable::in_columns(const std::vector<std::size_t>& widths, std::size_t text_at, std::size_t width) const
+{
+    std::string result;
+    const auto add = [&](const std::vector<std::string>& row, bool is_title)
+    {
+        std::string line = blanks(indent_);
+        std::string below;
+        for (std::size_t i = 0; i < row.size(); ++i)
+        {
+            const Column& column = columns_[i];
+            const std::size_t here = width == without_end ? without_end : width - text_at;
+            // A path may be wider than its column but not than the terminal.
+            if (column.kind == Kind::text && (text_at == 0 || widest_word(row[i]) > here))
+            {
+                if (!is_title && !row[i].empty())
+                    below += folded(blanks(indent_ + below_indent) + row[i], width) + "\n";
+                continue;
+            }
+            const bool last = i + 1 == row.size();
+            line += blanks(i > 0 ? gap : 0);
+            if (column.kind == Kind::text && last)
+            {
+                std::string text = folded(row[i], here);
+                for (std::size_t at = text.find('\n'); at != std::string::npos; at = text.find('\n', at + 1))
+                    text.insert(at + 1, blanks(text_at));
+                line += text;
+            }
+            else
+                line += padded(column.kind == Kind::name ? shortened(row[i], widths[i]) : row[i], widths[i],
+                               column.kind == Kind::number);
+        }
+        result += without_end_blanks(std::move(line)) + "\n" + below;
+    };
+    if (has_titles())
+    {
+        std::vector<std::string> titles;
+        for (const Column& column : columns_)
+            titles.push_back(column.title);
+        add(titles, true);
+    }
+    for (const auto& row : rows_)
+        add(row, false);
+    return result;
+}
+
+std::string TextTable::stacked(std::size_t width) const
+{
+    std::string result;
+    for (const auto& row : rows_)
+    {
+        std::string head;
+        std::string figures;
+        std::string texts;
+        const std::string begin = blanks(indent_ + below_indent);
+        const std::size_t room = std::max(least_name, width - std::min(width, indent_));
+        for (std::size_t i = 0; i < row.size(); ++i)
+        {
+            const Column& column = columns_[i];
+            if (row[i].empty())
+                continue;
+            if (column.kind == Kind::name || i == 0)
+                head += (head.empty() ? blanks(indent_) : blanks(gap)) + shortened(row[i], room);
+            else if (column.kind == Kind::text)
+                texts += folded(begin + row[i], width) + "\n";
+            else
+                figures += (figures.empty() ? begin : ", ") + tied((column.title.empty() ? "" : column.title + " ") + row[i]);
+        }
+        result += folded(head, width, below_indent) + "\n";
+        result += figures.empty() ? "" : untied(folded(figures, width)) + "\n";
+        result += texts;
+    }
+    return result;
+}
+
+}  // namespace fresco::host

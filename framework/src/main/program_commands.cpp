@@ -1,0 +1,146 @@
+#include "main/commands.h"
+
+#include <fresco/error.h>
+#include <fresco/process.h>
+#include <fresco/wording.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <poll.h>
+#include <sstream>
+#include <unistd.h>
+
+/// \file Commands that are programs of their own, as git and cargo have them: `fresco NAME` runs fresco-NAME, which lies beside
+/// fresco or in a folder of PATH. So a plugin brings a command along, and anybody can add one.
+
+namespace fresco::host
+{
+namespace
+{
+namespace fs = std::filesystem;
+
+constexpr std::string_view prefix = "fresco-";
+
+fs::path own_folder()
+{
+    std::error_code error;
+    return fs::read_symlink("/proc/self/exe", error).parent_path();
+}
+
+/// In the order in which they are searched.
+std::vector<fs::path> searched_folders()
+{
+    std::vector<fs::path> all{own_folder()};
+    const char* path = std::getenv("PATH");
+    std::istringstream list(path != nullptr ? path : "");
+    for (std::string folder; std::getline(list, folder, ':');)
+        if (folder.starts_with('/'))
+            all.emplace_back(folder);
+    return all;
+}
+
+bool is_program(const fs::path& file)
+{
+    std::error_code error;
+    return fs::is_regular_file(file, error) && access(file.c_str(), X_OK) == 0;
+}
+
+fs::path program_of(const std::string& command)
+{
+    if (is_name(command) && !command.starts_with("internal-"))
+        for (const fs::path& folder : searched_folders())
+            if (const fs::path file = folder / (std::string(prefix) + command); is_program(file))
+                return file;
+    return {};
+}
+
+std::vector<std::string> commands_in(const fs::path& folder)
+{
+    std::vector<std::string> names;
+    std::error_code error;
+    for (fs::directory_iterator entry(folder, error); !error && entry != fs::directory_iterator(); entry.increment(error))
+        if (const std::string name = entry->path().filename(); name.starts_with(prefix) && is_program(entry->path()))
+            if (std::string command = name.substr(prefix.size()); is_name(command))
+                names.push_back(std::move(command));
+    std::ranges::sort(names);
+    return names;
+}
+
+/// What one beside fresco prints; one from elsewhere may not know what it is asked.
+std::vector<std::string> answer_of(const std::string& command, const std::vector<std::string>& words)
+{
+    const fs::path file = own_folder() / (std::string(prefix) + command);
+    std::vector<std::string> lines;
+    if (!is_program(file))
+        return lines;
+    ProcessStart start{.file = file, .arguments = {file.filename()}, .own_session = true};
+    start.arguments.insert(start.arguments.end(), words.begin(), words.end());
+    const Process process = start_process(start);
+    constexpr std::chrono::seconds patience(5);
+    const auto begin = std::chrono::steady_clock::now();
+    LineBuffer printed;
+    ProcessEnd end;
+    while (!take_group_end(process.pid, end))
+    {
+        if (std::chrono::steady_clock::now() - begin > patience)
+            kill(process.pid, SIGKILL);
+        pollfd output{process.output.get(), POLLIN, 0};
+        poll(&output, 1, 20);
+        printed.read_from(process.output.get());
+    }
+    printed.read_from(process.output.get());
+    for (std::string line; printed.next(line);)
+        lines.push_back(line);
+    return end.exit_code == 0 ? lines : std::vector<std::string>{};
+}
+
+}  // namespace
+
+std::vector<std::string> program_commands()
+{
+    std::vector<std::string> names;
+    for (const fs::path& folder : searched_folders())
+        for (std::string& name : commands_in(folder))
+            if (std::ranges::find(names, name) == names.end())
+                names.push_back(std::move(name));
+    std::ranges::sort(names);
+    return names;
+}
+
+void run_program_command(char** words)
+{
+    const fs::path file = program_of(words[1]);
+    if (file.empty())
+        return;
+    // What this program ignores, others expect.
+    std::signal(SIGPIPE, SIG_DFL);
+    std::signal(SIGXFSZ, SIG_DFL);
+    const std::string name = file.filename();
+    std::vector<char*> arguments{const_cast<char*>(name.c_str())};
+    for (char** word = words + 2; *word != nullptr; ++word)
+        arguments.push_back(*word);
+    arguments.push_back(nullptr);
+    execv(file.c_str(), arguments.data());
+    throw Error(file.string() + ": cannot be run: " + std::strerror(errno));
+}
+
+std::vector<std::string> program_completions(const std::vector<std::string>& words)
+{
+    std::vector<std::string> asked{"internal-complete"};
+    asked.insert(asked.end(), words.begin() + 1, words.end());
+    return answer_of(words.front(), asked);
+}
+
+std::vector<std::pair<std::string, std::vector<std::string>>> program_helps()
+{
+    std::vector<std::pair<std::string, std::vector<std::string>>> helps;
+    for (const std::string& name : commands_in(own_folder()))
+        helps.emplace_back(name, answer_of(name, {"--help-all"}));
+    return helps;
+}
+
+}  // namespace fresco::host

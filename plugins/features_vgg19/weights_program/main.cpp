@@ -1,0 +1,293 @@
+#include "download.h"
+
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+#include <fresco/value.h>
+#include <fresco/weights/sha256.h>
+#include <fresco/weights/vgg19.h>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <list>
+
+/// \file The program fresco-weights, which `fresco weights` runs: inspects, converts and downloads weights of VGG-19.
+
+using namespace fresco;
+
+namespace
+{
+
+namespace fs = std::filesystem;
+
+/// Names that files give, which must not move the cursor.
+std::string printable(std::string text)
+{
+    std::ranges::replace_if(text, [](char c) { return c < ' ' || c > '~'; }, '?');
+    return text;
+}
+
+/// torchvision names its files after the beginning of their SHA-256.
+constexpr const char* published_url = "https://download.pytorch.org/models/vgg19-dcbb9e9d.pth";
+constexpr const char* published_sha256 = "dcbb9e9d";
+constexpr const char* published_name = "vgg19-dcbb9e9d.pth";
+
+struct WeightsArguments
+{
+    std::string file;
+    std::string out;
+    std::string input = "auto";
+    std::string padding = "auto";
+    std::string scale = "auto";
+    std::string until;
+    bool half = false;
+    std::string network;
+    std::string url = published_url;
+    std::string sha256 = published_sha256;
+    std::string to;
+    bool json = false;
+};
+
+Value describe(const fs::path& path, const weights::WeightsFile& file, const weights::Vgg19Weights& vgg19)
+{
+    Value::List layers;
+    for (const auto& layer : vgg19.layers)
+        for (const auto* tensor : {&layer.weight, &layer.bias})
+            layers.push_back(Value::Map{{"layer", "conv" + layer.name},
+                                        {"tensor", tensor->name},
+                                        {"type", weights::name_of(tensor->type)},
+                                        {"shape", Value::List(tensor->shape.begin(), tensor->shape.end())}});
+    Value metadata{Value::Map{}};
+    for (const auto& [key, text] : file.contents.metadata)
+        metadata.set(key, text);
+    return Value::Map{{"file", path.string()},
+                      {"form", weights::name_of(file.contents.form)},
+                      {"size", file.bytes.size()},
+                      {"sha256", weights::sha256(file.bytes)},
+                      {"names", vgg19.keys == weights::Vgg19Keys::caffe ? "caffe" : "torchvision"},
+                      {"input", weights::input_text(vgg19.input)},
+                      {"padding", weights::padding_text(vgg19.input.padding)},
+                      {"scale", vgg19.raw ? "raw" : "other"},
+                      {"tensors", std::move(layers)},
+                      {"ignored", Value::List(vgg19.ignored.begin(), vgg19.ignored.end())},
+                      {"metadata", std::move(metadata)}};
+}
+
+int inspect(const WeightsArguments& arguments)
+{
+    const auto file = weights::read_weights(arguments.file);
+    const auto vgg19 = weights::recognize_vgg19(file.contents, arguments.file);
+    const Value description = describe(arguments.file, file, vgg19);
+    if (arguments.json)
+    {
+        fmt::print("{}\n", to_json(description, 2));
+        return 0;
+    }
+    const auto line = [&](const char* key) { fmt::print("{:<11} {}\n", key, description.at(key).as_string()); };
+    fmt::print("{:<11} {}, {} bytes\n", "form", description.at("form").as_string(), file.bytes.size());
+    line("sha256");
+    fmt::print("{:<11} VGG-19, conv1_1 to conv{}, {} names\n", "network", vgg19.layers.back().name,
+               vgg19.keys == weights::Vgg19Keys::caffe ? "Caffe's" : "torchvision's");
+    line("input");
+    line("padding");
+    fmt::print("{:<11} {}\n", "scale",
+               vgg19.raw ? "raw: what the weights of StyleMesh's losses are for" : "other: rescaled before use");
+    for (const auto& layer : vgg19.layers)
+        for (const auto* tensor : {&layer.weight, &layer.bias})
+            fmt::print("  conv{}  {:<20}  {:<4}  {}\n", layer.name, printable(tensor->name), weights::name_of(tensor->type),
+                       weights::shape_text(tensor->shape));
+    for (const auto& name : vgg19.ignored)
+        fmt::print("  not used: {}\n", printable(name));
+    return 0;
+}
+
+/// What the person says of the weights decides over what is recognized.
+void apply(const WeightsArguments& arguments, weights::Vgg19Weights& vgg19)
+{
+    const auto padding = vgg19.input.padding;
+    if (arguments.input != "auto")
+        vgg19.input = arguments.input == "bgr" ? weights::caffe_input() : weights::torchvision_input();
+    vgg19.input.padding = padding;
+    if (arguments.padding != "auto")
+        vgg19.input.padding = arguments.padding == "zero" ? weights::Vgg19Padding::zero : weights::Vgg19Padding::reflect;
+    if (arguments.scale != "auto")
+        vgg19.raw = arguments.scale == "raw";
+}
+
+/// Leaves out what comes after the layer "relu4_1".
+void cut(weights::Vgg19Weights& vgg19, const std::string& until, const std::string& file)
+{
+    const auto last = std::find_if(vgg19.layers.begin(), vgg19.layers.end(),
+                                   [&](const weights::Vgg19Layer& layer) { return "relu" + layer.name == until; });
+    if (last == vgg19.layers.end())
+        throw Error("--until " + until + ": " + file + " has relu1_1 to relu" + vgg19.layers.back().name);
+    vgg19.layers.erase(last + 1, vgg19.layers.end());
+}
+
+int convert(const WeightsArguments& arguments)
+{
+    const auto file = weights::read_weights(arguments.file);
+    auto vgg19 = weights::recognize_vgg19(file.contents, arguments.file);
+    apply(arguments, vgg19);
+    if (!arguments.until.empty())
+        cut(vgg19, arguments.until, arguments.file);
+    std::list<std::vector<float>> values;
+    std::list<std::vector<std::uint16_t>> halves;
+    std::vector<weights::TensorView> tensors;
+    for (const auto& layer : vgg19.layers)
+        for (const auto* tensor : {&layer.weight, &layer.bias})
+        {
+            values.push_back(weights::to_float32(*tensor, arguments.file));
+            auto bytes = std::as_bytes(std::span(values.back()));
+            if (arguments.half)
+            {
+                halves.push_back(weights::to_half(values.back(), arguments.file + ": tensor '" + tensor->name + "'"));
+                bytes = std::as_bytes(std::span(halves.back()));
+            }
+            const auto type = arguments.half ? weights::ElementType::float16 : weights::ElementType::float32;
+            tensors.push_back({tensor->name, type, tensor->shape, bytes});
+        }
+    auto metadata = weights::vgg19_metadata(vgg19);
+    metadata["source_sha256"] = weights::sha256(file.bytes);
+    const auto bytes = weights::to_safetensors(tensors, metadata);
+    write_durable_file(arguments.out, bytes);
+    fmt::print("{}: VGG-19, conv1_1 to conv{}, {} bytes\n", arguments.out, vgg19.layers.back().name, bytes.size());
+    return 0;
+}
+
+fs::path place(const WeightsArguments& arguments)
+{
+    if (!arguments.to.empty())
+        return fs::is_directory(arguments.to) ? fs::path(arguments.to) / published_name : fs::path(arguments.to);
+    // Beside fresco's own cache.
+    for (const auto& [variable, below] : {std::pair{"XDG_CACHE_HOME", "fresco"}, std::pair{"HOME", ".cache/fresco"}})
+        if (const char* folder = std::getenv(variable); folder != nullptr && *folder == '/')
+            return fs::path(folder) / below / "weights" / published_name;
+    throw Error("neither XDG_CACHE_HOME nor HOME is set; name a file with --to");
+}
+
+int get(const WeightsArguments& arguments)
+{
+    const fs::path to = place(arguments);
+    const bool fetched = weights::download({arguments.url, arguments.sha256, to});
+    std::fprintf(stderr, "%s\n", fetched ? "downloaded; SHA-256 verified" : "already there; SHA-256 verified");
+    fmt::print("{}\n", to.string());
+    return 0;
+}
+
+void add_commands(CLI::App& app, int& exit_code)
+{
+    app.require_subcommand(1);
+    const auto arguments = std::make_shared<WeightsArguments>();
+    const auto add = [&](const char* name, const char* help, int (*action)(const WeightsArguments&))
+    {
+        CLI::App* sub = app.add_subcommand(name, help);
+        sub->callback([arguments, action, &exit_code] { exit_code = action(*arguments); });
+        return sub;
+    };
+    const char* file_help = "Weights of VGG-19: safetensors, or a state dict as .pth";
+
+    CLI::App* look = add("inspect", "Print format, layers, shapes, expected input and SHA-256", inspect);
+    look->add_option("file", arguments->file, file_help)->required();
+    look->add_flag("--json", arguments->json, "Print JSON");
+
+    CLI::App* change = add("convert", "Write the convolutions as safetensors, with metadata", convert);
+    change->add_option("file", arguments->file, file_help)->required();
+    change->add_option("out", arguments->out, "The safetensors file to write")->required();
+    change->add_option("--input", arguments->input, "Override the input: bgr (0..255 minus Caffe's mean), rgb (torchvision's)")
+        ->check(CLI::IsMember({"auto", "bgr", "rgb"}))
+        ->capture_default_str();
+    change->add_option("--padding", arguments->padding, "Override the padding beyond the border")
+        ->check(CLI::IsMember({"auto", "zero", "reflect"}))
+        ->capture_default_str();
+    change->add_option("--scale", arguments->scale, "Override the scale: raw for Simonyan and Zisserman's own activations")
+        ->check(CLI::IsMember({"auto", "raw", "other"}))
+        ->capture_default_str();
+    change->add_option("--until", arguments->until, "The last layer to write, such as relu4_1 (default: all)");
+    change->add_flag("--half", arguments->half, "Write 16-bit floating-point numbers: half the size, precise to 11 bits");
+
+    CLI::App* fetch =
+        add("get", "Download torchvision's file with curl, or the rest of it, verify its SHA-256 and print its path", get);
+    fetch->add_option("network", arguments->network, "vgg19 (548 MB)")->required()->check(CLI::IsMember({"vgg19"}));
+    fetch->add_option("--url", arguments->url, "URL to download from")->capture_default_str();
+    fetch->add_option("--sha256", arguments->sha256, "First 8 to 64 digits of the expected SHA-256")->capture_default_str();
+    fetch->add_option("--to", arguments->to, "Destination file or folder (default: weights/ in the user's cache)");
+}
+
+/// The words that can stand at the last of `words`, for `fresco internal-complete`; ":files" where a file can.
+void offer(const CLI::App& app, const std::vector<std::string>& words)
+{
+    std::vector<std::string> offered;
+    const auto commands = app.get_subcommands([](const CLI::App*) { return true; });
+    const auto named = std::ranges::find_if(commands, [&](const CLI::App* each) { return each->get_name() == words.front(); });
+    const CLI::App* command = words.size() > 1 && named != commands.end() ? *named : nullptr;
+    if (words.size() < 2)
+        for (const CLI::App* each : commands)
+            offered.push_back(each->get_name());
+    else if (command != nullptr && words.back().starts_with("-"))
+        for (const CLI::Option* option : command->get_options())
+            for (const std::string& name : option->get_lnames())
+                offered.push_back("--" + name);
+    else if (command != nullptr)
+        offered.emplace_back(command->get_name() == "get" && words.size() == 2 ? "vgg19" : ":files");
+    std::ranges::sort(offered);
+    for (const std::string& word : offered)
+        if (word == ":files" || words.empty() || word.starts_with(words.back()))
+            fmt::print("{}\n", word);
+}
+
+int run(int argc, char** argv)
+{
+    CLI::App app("Inspect, convert or download VGG-19 weights", "fresco weights");
+    int exit_code = 0;
+    add_commands(app, exit_code);
+    app.set_help_all_flag("--help-all", "Print the help of all commands");
+    if (argc > 1 && std::string_view(argv[1]) == "internal-complete")
+    {
+        offer(app, {argv + 2, argv + argc});
+        return 0;
+    }
+    try
+    {
+        app.parse(argc, argv);
+    }
+    catch (const CLI::ParseError& error)
+    {
+        constexpr int exit_usage = 2;
+        return app.exit(error) == 0 ? 0 : exit_usage;
+    }
+    return exit_code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv)
+{
+    // A reader that goes away must not end a download.
+    std::signal(SIGPIPE, SIG_IGN);
+    // Beyond `ulimit -f` writing fails with a reason, as on a full disk.
+    std::signal(SIGXFSZ, SIG_IGN);
+    constexpr int exit_missing_input = 3;
+    try
+    {
+        const int exit_code = run(argc, argv);
+        if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0)
+            return exit_code;
+        fmt::print(stderr, "error: standard output could not be written; is the disk full?\n");
+    }
+    catch (const MissingInput& error)
+    {
+        fmt::print(stderr, "error: {}\n", error.what());
+        return exit_missing_input;
+    }
+    catch (const std::exception& error)
+    {
+        fmt::print(stderr, "error: {}\n", error.what());
+    }
+    return 1;
+}

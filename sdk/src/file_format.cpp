@@ -25,7 +25,7 @@ std::string hex_of(std::string_view bytes)
     return hex;
 }
 
-std::string bytes_of(const std::string& hex)
+std::string from_hex(const std::string& hex)
 {
     std::string bytes;
     for (std::size_t i = 0; i + 1 < hex.size(); i += 2)
@@ -45,7 +45,7 @@ std::vector<std::string> read(const Value& list)
 {
     std::vector<std::string> all;
     for (const Value& hex : list.as_list())
-        all.push_back(bytes_of(hex.as_string()));
+        all.push_back(from_hex(hex.as_string()));
     return all;
 }
 

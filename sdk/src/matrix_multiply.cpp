@@ -20,7 +20,7 @@ constexpr std::size_t block_columns = 256;
 // Terms of one piece of a long sum: enough work for a thread, few enough to lose no digit that matters.
 constexpr std::size_t piece_inner = 8192;
 
-struct Range
+struct Span
 {
     std::size_t begin = 0;
     std::size_t end = 0;
@@ -28,7 +28,7 @@ struct Range
     std::size_t size() const { return end - begin; }
 };
 
-Range block_of(std::size_t number, std::size_t size, std::size_t count)
+Span block_of(std::size_t number, std::size_t size, std::size_t count)
 {
     return {number * size, std::min(count, (number + 1) * size)};
 }
@@ -48,14 +48,14 @@ const float* element(const MatrixView& matrix, std::size_t row, std::size_t colu
 class Block
 {
   public:
-    Block(const MatrixView& a, const MatrixView& b, Range rows, Range columns) : a_(a), b_(b), rows_(rows), columns_(columns)
+    Block(const MatrixView& a, const MatrixView& b, Span rows, Span columns) : a_(a), b_(b), rows_(rows), columns_(columns)
     {
         stride_ = blocks(columns.size(), kernel_.columns) * kernel_.columns;
         sums_.assign(blocks(rows.size(), kernel_.rows) * kernel_.rows * stride_, 0.0F);
         starts_.resize(kernel_.rows);
     }
 
-    void add(Range inner)
+    void add(Span inner)
     {
         for (std::size_t k = inner.begin; k < inner.end; k += block_inner)
             for (std::size_t column = columns_.begin; column < columns_.end; column += kernel_.columns)
@@ -69,7 +69,7 @@ class Block
     }
 
   private:
-    void add_panel(Range inner, std::size_t column)
+    void add_panel(Span inner, std::size_t column)
     {
         const auto [panel, step] = panel_of(inner, column);
         for (std::size_t row = rows_.begin; row < rows_.end; row += kernel_.rows)
@@ -89,7 +89,7 @@ class Block
     };
 
     /// b itself where its columns lie side by side, else a copy where they do; missing columns are zero.
-    Panel panel_of(Range inner, std::size_t column)
+    Panel panel_of(Span inner, std::size_t column)
     {
         const std::size_t there = std::min(kernel_.columns, columns_.end - column);
         const float* from = element(b_, inner.begin, column);
@@ -106,8 +106,8 @@ class Block
     const matrix::Kernel& kernel_ = matrix::fastest_kernel();
     const MatrixView& a_;
     const MatrixView& b_;
-    Range rows_;
-    Range columns_;
+    Span rows_;
+    Span columns_;
     std::size_t stride_ = 0;
     std::vector<float> sums_;
     std::vector<float> copy_;

@@ -1,6 +1,6 @@
 #pragma once
 
-/// ile What a VGG needs on the CPU without libtorch, forward and back: 3x3 convolutions by minimal filtering, and the pooling
+/// \file What a VGG needs on the CPU without libtorch, forward and back: 3x3 convolutions by minimal filtering, and the pooling
 /// and masks between them, on maps with their channels innermost. For encoder.h.
 
 #include "winograd_kernel.h"

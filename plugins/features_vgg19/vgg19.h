@@ -1,6 +1,6 @@
 #pragma once
 
-/// ile VGG-19 from its weights to features. Also brings weights to the scale of Simonyan and Zisserman's own activations, as
+/// \file VGG-19 from its weights to features. Also brings weights to the scale of Simonyan and Zisserman's own activations, as
 /// StyleMesh's λ hold only for these: a Gram loss grows with the fourth power of the activations, a content loss with the second.
 
 #include "encoder.h"

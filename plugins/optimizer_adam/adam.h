@@ -1,6 +1,6 @@
 #pragma once
 
-/// ile Adam (Kingma and Ba, ICLR 2015, algorithm 1) on blocks of N texels of 3 values, for gradients that are known for few
+/// \file Adam (Kingma and Ba, ICLR 2015, algorithm 1) on blocks of N texels of 3 values, for gradients that are known for few
 /// texels; and by libtorch's operators for other devices than the CPU, the same to some 1e-6, without waiting.
 
 #include <torch/types.h>

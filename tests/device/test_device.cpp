@@ -77,11 +77,11 @@ struct Room
             components.emplace(type, made<Loss>(type, options, factory));
         const auto texture = made<TextureRepresentation>("texture.laplacian", Value::Map{}, factory);
         const auto steps = made<OptimizerRule>(
-            rule, rule == "optimizer.adam" ? Value::Map{{"mode", "visible"}} : Value::Map{{"max_evaluations", 2}}, factory);
+            rule, rule == "optimizer.adam" ? Value::Map{{"mode", "visible"}} : Value::Map{{"iterations_count", 2}}, factory);
         LoopOptions options = optimize::short_loop(64, repeats, device);
-        options.init = Init::frames;
+        options.init = optimize::Init::frames;
         options.lambda_r = 0.01;
-        options.levels.angle.limit_deg = 60;
+        options.levels.angle_limit_deg = 60;
         testing::TestRun run;
         testing::forget_far_traffic();
         Result result;

@@ -1,6 +1,6 @@
 #pragma once
 
-/// ile Memory of large tensors on the CPU. Of a texture, and of what an optimizer remembers of it, often only a part differs
+/// \file Memory of large tensors on the CPU. Of a texture, and of what an optimizer remembers of it, often only a part differs
 /// from zero: pages that nobody has written take no memory (lazy_zeros). Pages of freed tensors serve later ones
 /// (reuse_tensor_memory).
 

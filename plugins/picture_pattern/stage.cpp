@@ -3,6 +3,7 @@
 #include <fresco/image.h>
 #include <fresco/numerics/noise.h>
 #include <fresco/stage.h>
+#include <fresco/texture.h>
 
 namespace
 {

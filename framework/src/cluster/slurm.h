@@ -20,10 +20,10 @@ namespace fresco::host
 /// What all jobs of a folder have in common.
 struct SlurmSettings
 {
-    std::string run;                ///< "fresco-4f09a2c1": how the names of its jobs begin; no other folder has it.
+    std::string run{};              ///< "fresco-4f09a2c1": how the names of its jobs begin; no other folder has it.
     std::filesystem::path program;  ///< fresco, absolute.
-    std::string partition;          ///< Empty: the scheduler's default.
-    std::string gpu_partition;      ///< Empty: `partition`.
+    std::string partition{};        ///< Empty: the scheduler's default.
+    std::string gpu_partition{};    ///< Empty: `partition`.
     std::size_t max_queued = 0;     ///< Elements in the queue at a time; 0: half of what the scheduler allows.
 };
 

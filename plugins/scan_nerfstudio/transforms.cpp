@@ -53,8 +53,8 @@ std::vector<double> matrix(const JsonPlace& place)
 fresco::Intrinsics intrinsics_of(const Value& frame, const JsonPlace& record)
 {
     fresco::Intrinsics k;
-    k.width = record["w"].pixels();
-    k.height = record["h"].pixels();
+    k.width = record["w"].size();
+    k.height = record["h"].size();
     // A frame's own angle goes before the file's focal lengths.
     const JsonPlace own(frame, record.place());
     const bool own_angle = !own.find("fl_x") && own.find("camera_angle_x");

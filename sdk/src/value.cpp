@@ -460,7 +460,7 @@ std::int64_t JsonPlace::integer(std::int64_t least, std::int64_t most) const
     return value_->as_int();
 }
 
-int JsonPlace::pixels() const
+int JsonPlace::size() const
 {
     const double count = value_->is_number() ? value_->as_double() : 0;
     if (!(count >= 1 && count <= 65536) || count != std::floor(count))

@@ -62,7 +62,7 @@ TEST_CASE("A place in a JSON file gives what it has, and names where something i
     const Value value = fresco::parse_json(R"({"a": 1, "b": [{"c": "x"}, {"d": [1, 2.5]}], "w": 640.0})");
     const fresco::JsonPlace whole(value, "f.json");
     CHECK(whole["a"].integer(0, 1) == 1);
-    CHECK(whole["w"].pixels() == 640);
+    CHECK(whole["w"].size() == 640);
     CHECK(whole["b"].list(2)[1]["d"].numbers(2) == std::vector<double>{1, 2.5});
     CHECK_FALSE(whole.find("x"));
     CHECK_NOTHROW(whole.has_only({"a", "b", "w"}));

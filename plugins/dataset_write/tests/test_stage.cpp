@@ -195,5 +195,5 @@ TEST_CASE("what the reader would refuse is not written")
     inputs = inputs_of(recording);
     inputs["frames"] = renamed;
     inputs["uvmaps"] = maps;
-    CHECK_THROWS_WITH(refuse(inputs), Contains("views[0]: sequence: \"a/b\" cannot be part"));
+    CHECK_THROWS_WITH(refuse(inputs), Contains("views[0].sequence: \"a/b\" cannot be part"));
 }

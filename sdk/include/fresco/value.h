@@ -112,7 +112,7 @@ class JsonPlace
     std::vector<std::string> texts() const;
     std::int64_t integer(std::int64_t least = std::numeric_limits<std::int64_t>::min(),
                          std::int64_t most = std::numeric_limits<std::int64_t>::max()) const;
-    int pixels() const;     ///< 1 to 65536; recorders write 640.0, too.
+    int size() const;       ///< 1 to 65536; programs write 640.0, too.
     double number() const;  ///< Finite.
     double amount() const;  ///< A number from 0.
     std::vector<double> numbers(std::size_t count) const;

@@ -18,8 +18,8 @@ SceneCamera parse_camera(std::string_view text, std::string_view source)
     const double scale = record["scale"].number();
     if (!(scale >= 1 && scale <= 1e6))
         record.fail("scale", "must be steps of depth per meter, from 1 to 1000000");
-    return {{record["w"].size(), record["h"].size(), record["fx"].number(), record["fy"].number(),
-             record["cx"].number() + 0.5, record["cy"].number() + 0.5},
+    return {{record["w"].size(), record["h"].size(), record["fx"].number(), record["fy"].number(), record["cx"].number() + 0.5,
+             record["cy"].number() + 0.5},
             1 / scale};
 }
 

@@ -80,7 +80,7 @@ Camera camera_from(const JsonPlace& place)
     place.has_only({"width", "height", "fx", "fy", "cx", "cy", "world_from_camera"});
     Camera camera;
     camera.intrinsics = {place["width"].size(), place["height"].size(), place["fx"].number(),
-                         place["fy"].number(),    place["cx"].number(),     place["cy"].number()};
+                         place["fy"].number(),  place["cx"].number(),   place["cy"].number()};
     // 3 x 4, row-major.
     const auto pose = place["world_from_camera"].numbers(12);
     RigidTransform& t = camera.world_from_camera;

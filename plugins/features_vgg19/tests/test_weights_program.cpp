@@ -40,7 +40,8 @@ pid_t started(std::vector<std::string> words, const std::map<std::string, std::s
     REQUIRE(pid >= 0);
     if (pid == 0)
     {
-        if (chdir(folder.c_str()) != 0 || freopen(out.c_str(), "w", stdout) == nullptr || freopen(err.c_str(), "w", stderr) == nullptr)
+        if (chdir(folder.c_str()) != 0 || freopen(out.c_str(), "w", stdout) == nullptr ||
+            freopen(err.c_str(), "w", stderr) == nullptr)
             _exit(126);
         for (const auto& [name, value] : environment)
             setenv(name.c_str(), value.c_str(), 1);
@@ -79,7 +80,6 @@ bool contains(const std::string& text, const std::string& part)
         UNSCOPED_INFO("\"" << part << "\" is not in:\n" << text);
     return found;
 }
-
 
 /// conv1_1 of VGG-19, element i being i / 64, and one tensor of the classifier.
 std::vector<std::byte> small_weights(const std::map<std::string, std::string>& metadata = {})

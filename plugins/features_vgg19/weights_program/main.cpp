@@ -28,7 +28,8 @@ namespace fs = std::filesystem;
 /// Names that files give, which must not move the cursor.
 std::string printable(std::string text)
 {
-    std::ranges::replace_if(text, [](char c) { return c < ' ' || c > '~'; }, '?');
+    std::ranges::replace_if(
+        text, [](char c) { return c < ' ' || c > '~'; }, '?');
     return text;
 }
 

@@ -29,7 +29,7 @@ class MyPlugin final : public RecordingStage
         const auto root = fresco::parse_json(recorded_text(file, run), file.string());
         const fresco::JsonPlace cameras(root, file.string());
         const fresco::Intrinsics camera{cameras["width"].size(), cameras["height"].size(), cameras["fx"].number(),
-                                        cameras["fy"].number(),    cameras["cx"].number(),     cameras["cy"].number()};
+                                        cameras["fy"].number(),  cameras["cx"].number(),   cameras["cy"].number()};
         const auto poses = cameras["world_from_camera"].list(views.size());
         for (std::size_t i = 0; i < views.size(); ++i)
         {

@@ -1,8 +1,8 @@
 // Destructors and defaults of the tensor contracts: their type information lives in this library.
 
 #include <fresco/abi.h>
-#include <fresco/plugin.h>
 #include <fresco/error.h>
+#include <fresco/plugin.h>
 #include <fresco/torch/features.h>
 #include <fresco/torch/loss.h>
 #include <fresco/torch/optimizer_rule.h>

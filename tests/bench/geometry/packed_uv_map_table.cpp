@@ -4,8 +4,8 @@
 #include "raster_finder.h"
 #include "tables.h"
 
-#include <fresco/uv_maps.h>
 #include <fresco/uv_mapping/uv_mapper.h>
+#include <fresco/uv_maps.h>
 
 #include <algorithm>
 

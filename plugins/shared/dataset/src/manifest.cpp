@@ -60,7 +60,7 @@ Camera camera_from(const JsonPlace& place)
     place.has_only({"width", "height", "fx", "fy", "cx", "cy", "world_from_camera"});
     Camera camera;
     camera.intrinsics = {place["width"].size(), place["height"].size(), place["fx"].number(),
-                         place["fy"].number(),    place["cx"].number(),     place["cy"].number()};
+                         place["fy"].number(),  place["cx"].number(),   place["cy"].number()};
     double* translation[] = {&camera.world_from_camera.translation.x, &camera.world_from_camera.translation.y,
                              &camera.world_from_camera.translation.z};
     const auto rows = place["world_from_camera"].list(3);

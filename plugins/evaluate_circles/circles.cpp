@@ -1,6 +1,6 @@
 #include "circles.h"
 
-#include <fresco/images/luma.h>
+#include <fresco/images/lab.h>
 
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>

@@ -1,6 +1,6 @@
 #include "pair_figures.h"
 
-#include <fresco/images/luma.h>
+#include <fresco/images/lab.h>
 #include <fresco/parallel.h>
 #include <fresco/raycast/scene.h>
 

@@ -58,9 +58,10 @@ class ExportPage final : public Stage
         run.message(path->path + ": " + file_size(bytes) + ", " + grouped(triangles) + " triangles, picture of " + side + " x " +
                     side + " in " + file_size(image.bytes.size()));
         if (triangles > 1'000'000 || image.picture(*textured_mesh).width > 4096)
-            run.warning(path->path + ": more than 1,000,000 triangles or 4096 texels a side, too much for a stand-alone VR "
-                                     "headset: lower max_faces of "
-                                     "mesh.decimate or max_texture_px");
+            run.warning(path->path +
+                        ": more than 1,000,000 triangles or 4096 texels a side, perhaps too much for a stand-alone VR "
+                        "headset: lower max_faces of "
+                        "mesh.decimate or max_texture_px");
         run.report("triangles", triangles);
         run.report("texture_px", image.picture(*textured_mesh).width);
         run.report("picture_bytes", image.bytes.size());

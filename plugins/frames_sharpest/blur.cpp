@@ -1,6 +1,6 @@
 #include "blur.h"
 
-#include <fresco/images/luma.h>
+#include <fresco/images/lab.h>
 #include <fresco/parallel.h>
 
 #include <algorithm>

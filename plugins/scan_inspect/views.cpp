@@ -2,7 +2,7 @@
 
 #include "explain_depths.h"
 
-#include <fresco/images/luma.h>
+#include <fresco/images/lab.h>
 #include <fresco/parallel.h>
 
 #include <algorithm>

@@ -94,7 +94,7 @@ fresco::Intrinsics calibrated(const CameraMatrix& matrix, fresco::recordings::Pi
     return fresco::recordings::intrinsics_for(matrix, is_assumed ? fresco::recordings::PixelCenter::half : center, size, picture);
 }
 
-/// The folders `path`/seq-XX by number; of the numbers in `wanted`, where it is not empty. Throws MissingInput if there are none,
+/// The folders `path`/seq-XX by number; only those in `wanted`, unless it is empty. Throws MissingInput if there are none,
 /// or not the wanted ones; Error for two of one number.
 std::vector<fs::path> list_sequences(const fs::path& path, const std::vector<int>& wanted, fresco::RunContext& run)
 {

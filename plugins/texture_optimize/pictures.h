@@ -3,7 +3,7 @@
 /// \file Pictures on their way into the optimization, without tensors: stored values and displayed colors, the sizes of the
 /// style picture, noise, textures as views show them, and views' colors gathered into texels.
 
-#include "protocol.h"
+#include "levels.h"
 
 #include <fresco/image.h>
 #include <fresco/math.h>

@@ -37,7 +37,8 @@ void add_manual_command(CLI::App& app);
 
 /// The commands that are programs of their own, sorted.
 std::vector<std::string> program_commands();
-/// Becomes the program of the command `words[1]`; returns where there is none. Throws Error where it cannot be run.
+/// Replaces this process by the program `fresco-NAME` of the command NAME = `words[1]`; returns if there is no such program.
+/// Throws Error if it cannot be run.
 void run_program_command(char** words);
 /// What a program beside fresco offers for the last of `words`, which begin with its name: it is asked by
 /// `fresco-NAME internal-complete WORDS`, and prints lines as completions() gives them.

@@ -18,7 +18,8 @@ namespace fresco::host
 /// The type that reads how a file of this name was made; nullptr without one.
 const TypeDescription* origin_reader(const Catalog& catalog, const std::string& file);
 
-/// Prints that for a terminal of `width`. Throws Error naming the file, MissingInput where there is none.
+/// Prints how the file was made, for a terminal of `width` columns. Throws Error naming the file, MissingInput if it does not
+/// exist.
 void write_file_origin(const TypeDescription& reader, const std::filesystem::path& file, bool json, std::size_t width,
                        std::ostream& out);
 /// The process that does it: sends {"origin": {…}} or {"error": text, "missing": bool}.

@@ -1,7 +1,7 @@
 #include "catch.h"
 #include "pictures.h"
 #include "stored_png.h"
-#include "two_chart_wall.h"
+#include <fresco/testing_scenes.h>
 
 #include <fresco/files.h>
 #include <fresco/files_io.h>
@@ -86,9 +86,9 @@ struct PaintedWall
     PaintedWall()
     {
         Random random(1);
-        mesh->mesh = two_chart_wall();
+        mesh->mesh = testing::two_chart_wall();
         mesh->image.pixels = Raster8(64, 64, 3);
-        *start = blank_texture(32, 0);
+        *start = testing::blank_texture(32, 0);
         for (std::uint8_t& v : mesh->image.pixels.values)
             v = static_cast<std::uint8_t>(100 + random.below(10));
         for (int y = 0; y < 64; ++y)

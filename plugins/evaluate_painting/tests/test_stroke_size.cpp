@@ -2,7 +2,7 @@
 #include "pictures.h"
 #include "stored_png.h"
 #include "stroke_size.h"
-#include "two_chart_wall.h"
+#include <fresco/testing_scenes.h>
 
 #include <fresco/error.h>
 #include <fresco/files.h>
@@ -39,7 +39,7 @@ Raster8 stripes()
 /// A wall whose left chart is twice as wide in the atlas as it should be, and so is denser than the right one.
 Mesh stretched_wall()
 {
-    Mesh mesh = two_chart_wall();
+    Mesh mesh = testing::two_chart_wall();
     for (Vec2f& uv : mesh.texcoords)
         uv = uv.x < 0.5F ? Vec2f{(uv.x - 0.1F) * 1.6F + 0.02F, (uv.y - 0.1F) * 0.8F + 0.1F} : Vec2f{uv.x, uv.y + 0.4F};
     return mesh;

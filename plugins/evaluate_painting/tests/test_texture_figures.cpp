@@ -1,6 +1,6 @@
 #include "catch.h"
 #include "texture_figures.h"
-#include "two_chart_wall.h"
+#include <fresco/testing_scenes.h>
 
 #include <fresco/numerics/noise.h>
 #include <fresco/texturing/texel_faces.h>
@@ -35,7 +35,7 @@ Texture painted(const Mesh& mesh, int size, const Paint& paint)
     const Progress progress;
     const auto charts = texturing::find_charts(mesh);
     const auto faces = texturing::find_texel_faces(mesh, charts, size, progress);
-    Texture texture = blank_texture(size, 0);
+    Texture texture = testing::blank_texture(size, 0);
     for (std::size_t texel = 0; texel < faces.face.size(); ++texel)
     {
         if (!faces.covered(texel))
@@ -67,7 +67,7 @@ Vec3d on_wall(Vec2f uv)
 /// The right half turned about the wall's middle line.
 Mesh folded_wall(float angle)
 {
-    Mesh mesh = two_chart_wall();
+    Mesh mesh = testing::two_chart_wall();
     for (Vec3f& p : mesh.positions)
         if (p.x > 1)
         {
@@ -82,7 +82,7 @@ TEST_CASE("pairs are two texels apart on the surface, to either side of the seam
 {
     const Progress progress;
     const int size = 512;
-    const SeamPairs pairs = find_seam_pairs(two_chart_wall(), size, progress);
+    const SeamPairs pairs = find_seam_pairs(testing::two_chart_wall(), size, progress);
     CHECK(pairs.distance_m == Approx(2 / (0.3 * size)).epsilon(1e-6));
     CHECK(pairs.across.size() == Approx(0.3 * size).margin(2));
     for (const TexcoordPair& pair : pairs.across)
@@ -108,7 +108,7 @@ TEST_CASE("pairs are two texels apart on the surface, to either side of the seam
 TEST_CASE("a texture that is continuous over the surface shows no seams, charts of other colors do")
 {
     const Progress progress;
-    const Mesh mesh = two_chart_wall();
+    const Mesh mesh = testing::two_chart_wall();
     const SeamPairs pairs = find_seam_pairs(mesh, 1024, progress);
     const Texture whole = painted(mesh, 1024, noise_at);
     const double continuous = seam_figures(pairs, picture_of(whole), progress).ratio();
@@ -171,7 +171,7 @@ TEST_CASE("a rounded corner is a crease, a gentle bend is not")
 TEST_CASE("what the start has not seen does not count")
 {
     const Progress progress;
-    const Mesh mesh = two_chart_wall();
+    const Mesh mesh = testing::two_chart_wall();
     const SeamPairs pairs = find_seam_pairs(mesh, 256, progress);
     Texture start = painted(mesh, 256, noise_at);
     for (int y = 0; y < 256; ++y)
@@ -187,11 +187,11 @@ TEST_CASE("what the start has not seen does not count")
 TEST_CASE("a mesh without area is refused")
 {
     const Progress progress;
-    Mesh flat = two_chart_wall();
+    Mesh flat = testing::two_chart_wall();
     for (Vec2f& uv : flat.texcoords)
         uv.y = 0.5F;
     CHECK_THROWS_WITH(find_seam_pairs(flat, 64, progress), Catch::Contains("no area in its atlas"));
-    Mesh point = two_chart_wall();
+    Mesh point = testing::two_chart_wall();
     for (Vec3f& p : point.positions)
         p = {};
     CHECK_THROWS_WITH(find_seam_pairs(point, 64, progress), Catch::Contains("no area in space"));

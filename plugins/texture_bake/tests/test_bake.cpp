@@ -1,6 +1,6 @@
 #include "bake.h"
 #include "catch.h"
-#include "two_chart_wall.h"
+#include <fresco/testing_scenes.h>
 
 #include <fresco/error.h>
 #include <fresco/testing.h>
@@ -31,9 +31,9 @@ int red(const Raster8& image, float u, float v)
 
 TEST_CASE("the hidden half of a wall takes the seen half's color and no texel keeps its initial value")
 {
-    Texture texture = blank_texture(size, 0.0F);
-    see(texture, {0.1F, 0.1F}, {0.25F, 0.4F}, {0.8F, 0.4F, 0.2F});  // the left half of the left chart
-    const Raster8 image = baked(texture, two_chart_wall());
+    Texture texture = testing::blank_texture(size, 0.0F);
+    testing::see(texture, {0.1F, 0.1F}, {0.25F, 0.4F}, {0.8F, 0.4F, 0.2F});  // the left half of the left chart
+    const Raster8 image = baked(texture, testing::two_chart_wall());
     for (int y = 0; y < size; ++y)
         for (int x = 0; x < size; ++x)
         {
@@ -47,10 +47,10 @@ TEST_CASE("the hidden half of a wall takes the seen half's color and no texel ke
 TEST_CASE("colors cross a seam at the right place and not the gutter")
 {
     // The left chart is seen, dark below and bright above; the right one is hidden and turned by 180 degrees.
-    Texture texture = blank_texture(size, 0.0F);
-    see(texture, {0.05F, 0.05F}, {0.45F, 0.25F}, {0.2F, 0, 0});
-    see(texture, {0.05F, 0.25F}, {0.45F, 0.45F}, {0.8F, 0, 0});
-    const Raster8 image = baked(texture, two_chart_wall());
+    Texture texture = testing::blank_texture(size, 0.0F);
+    testing::see(texture, {0.05F, 0.05F}, {0.45F, 0.25F}, {0.2F, 0, 0});
+    testing::see(texture, {0.05F, 0.25F}, {0.45F, 0.45F}, {0.8F, 0, 0});
+    const Raster8 image = baked(texture, testing::two_chart_wall());
     // Beside the seam (u = 0.9 in the right chart), v = 0.4 is the wall's bottom.
     CHECK(red(image, 0.88F, 0.38F) < 70);
     CHECK(red(image, 0.88F, 0.12F) > 185);
@@ -62,10 +62,10 @@ TEST_CASE("colors cross a seam at the right place and not the gutter")
 
 TEST_CASE("between two seen strips the fill runs smoothly from one to the other")
 {
-    Texture texture = blank_texture(size, 0.0F);
-    see(texture, {0.0F, 0.0F}, {0.15F, 0.5F}, {0.2F, 0, 0});   // the wall's left end
-    see(texture, {0.55F, 0.0F}, {0.65F, 0.5F}, {0.8F, 0, 0});  // and its right end: u = 0.6 .. 0.65 of the turned chart
-    const Raster8 image = baked(texture, two_chart_wall());
+    Texture texture = testing::blank_texture(size, 0.0F);
+    testing::see(texture, {0.0F, 0.0F}, {0.15F, 0.5F}, {0.2F, 0, 0});   // the wall's left end
+    testing::see(texture, {0.55F, 0.0F}, {0.65F, 0.5F}, {0.8F, 0, 0});  // and its right end: u = 0.6 .. 0.65 of the turned chart
+    const Raster8 image = baked(texture, testing::two_chart_wall());
     // A harmonic function of the distance along the wall: linear between x = 1/6 m and x = 11/6 m.
     int previous = -1;
     for (int i = 0; i < 20; ++i)
@@ -84,10 +84,10 @@ TEST_CASE("between two seen strips the fill runs smoothly from one to the other"
 TEST_CASE("a part that joins no seen surface takes what is nearest in space")
 {
     // Two more squares, far from each other in space, beside each other in the atlas; only the wall is seen.
-    Mesh mesh = two_chart_wall();
-    Texture texture = blank_texture(size, 0.0F);
-    see(texture, {0.05F, 0.05F}, {0.45F, 0.45F}, {0.2F, 0, 0});
-    see(texture, {0.55F, 0.05F}, {0.95F, 0.45F}, {0.8F, 0, 0});
+    Mesh mesh = testing::two_chart_wall();
+    Texture texture = testing::blank_texture(size, 0.0F);
+    testing::see(texture, {0.05F, 0.05F}, {0.45F, 0.45F}, {0.2F, 0, 0});
+    testing::see(texture, {0.55F, 0.05F}, {0.95F, 0.45F}, {0.8F, 0, 0});
     for (const float x : {-0.5F, 2.2F})
     {
         const auto first = static_cast<std::uint32_t>(mesh.positions.size());
@@ -106,9 +106,9 @@ TEST_CASE("a part that joins no seen surface takes what is nearest in space")
 
 TEST_CASE("unseen texels can be painted or kept, seen ones stay what they are")
 {
-    Texture texture = blank_texture(size, 0.6F);
-    see(texture, {0.1F, 0.1F}, {0.25F, 0.4F}, {0.2F, 0.2F, 0.2F});
-    const Mesh mesh = two_chart_wall();
+    Texture texture = testing::blank_texture(size, 0.6F);
+    testing::see(texture, {0.1F, 0.1F}, {0.25F, 0.4F}, {0.2F, 0.2F, 0.2F});
+    const Mesh mesh = testing::two_chart_wall();
     const Raster8 colored = baked(texture, mesh, {.unseen = Unseen::color, .unseen_color = {255, 0, 7}});
     CHECK(red(colored, 0.75F, 0.25F) == 255);
     CHECK(colored.at(60, 60, 2) == 7);
@@ -123,14 +123,14 @@ TEST_CASE("unseen texels can be painted or kept, seen ones stay what they are")
 
 TEST_CASE("optimized texels next to a chart are kept, those further out are gutter")
 {
-    Texture texture = blank_texture(size, 0.6F);
-    see(texture, {0.0F, 0.0F}, {1.0F, 1.0F}, {0.2F, 0.2F, 0.2F});  // everything is marked as seen
+    Texture texture = testing::blank_texture(size, 0.6F);
+    testing::see(texture, {0.0F, 0.0F}, {1.0F, 1.0F}, {0.2F, 0.2F, 0.2F});  // everything is marked as seen
     const auto darken = [&](int x, int y) { texture.layers[0].at(x, y, 0) = 0; };
     for (int y = 0; y < size; ++y)
         for (const int x : {6, 7})  // the left chart's texels begin at x = 8
             darken(x, y);
     darken(20, 20);  // far from any chart
-    const Raster8 image = baked(texture, two_chart_wall());
+    const Raster8 image = baked(texture, testing::two_chart_wall());
     CHECK(image.at(8, 60) == 51);
     CHECK(image.at(7, 60) == 0);  // bilinear lookups at the border read it
     CHECK(image.at(6, 60) == 0);  // as its nearest source
@@ -139,21 +139,21 @@ TEST_CASE("optimized texels next to a chart are kept, those further out are gutt
 
 TEST_CASE("shares count the texels whose centers are in charts")
 {
-    Texture texture = blank_texture(size, 0.6F);
-    see(texture, {0.0F, 0.0F}, {0.5F, 0.5F}, {0.2F, 0.2F, 0.2F});
+    Texture texture = testing::blank_texture(size, 0.6F);
+    testing::see(texture, {0.0F, 0.0F}, {0.5F, 0.5F}, {0.2F, 0.2F, 0.2F});
     testing::TestRun run;
     BakeCounts counts;
-    bake(texture, two_chart_wall(), usual, counts, run);
+    bake(texture, testing::two_chart_wall(), usual, counts, run);
     CHECK(counts.chart_texels == 2 * 24 * 24);
     CHECK(counts.seen_texels == 24 * 24);
 }
 
 TEST_CASE("nothing to fill from is an error with the way out")
 {
-    CHECK_THROWS_WITH(baked(blank_texture(size, 0.5F), two_chart_wall()), Catch::Contains("unseen: color"));
-    Mesh pointless = two_chart_wall();
+    CHECK_THROWS_WITH(baked(testing::blank_texture(size, 0.5F), testing::two_chart_wall()), Catch::Contains("unseen: color"));
+    Mesh pointless = testing::two_chart_wall();
     for (Vec2f& uv : pointless.texcoords)
         uv = {3, 3};
-    Texture texture = blank_texture(8, 0.5F);
-    CHECK_NOTHROW(baked(texture, two_chart_wall(), {.unseen = Unseen::keep, .unseen_color = {}}));
+    Texture texture = testing::blank_texture(8, 0.5F);
+    CHECK_NOTHROW(baked(texture, testing::two_chart_wall(), {.unseen = Unseen::keep, .unseen_color = {}}));
 }

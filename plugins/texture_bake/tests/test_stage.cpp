@@ -1,5 +1,5 @@
 #include "catch.h"
-#include "two_chart_wall.h"
+#include <fresco/testing_scenes.h>
 
 #include <fresco/testing.h>
 
@@ -19,12 +19,12 @@ std::shared_ptr<const TexturedMesh> baked(const Value& options, const Texture& t
 
 TEST_CASE("the stage gives the mesh its picture and reports the shares")
 {
-    Texture texture = blank_texture(80, 0.0F);
-    see(texture, {0.0F, 0.0F}, {0.5F, 0.5F}, {0.2F, 0.4F, 0.6F});
+    Texture texture = testing::blank_texture(80, 0.0F);
+    testing::see(texture, {0.0F, 0.0F}, {0.5F, 0.5F}, {0.2F, 0.4F, 0.6F});
     testing::TestRun run;
-    const auto result = baked(Value::Map{}, texture, two_chart_wall(), run);
-    CHECK(result->mesh.texcoords == two_chart_wall().texcoords);
-    CHECK(result->mesh.triangles == two_chart_wall().triangles);
+    const auto result = baked(Value::Map{}, texture, testing::two_chart_wall(), run);
+    CHECK(result->mesh.texcoords == testing::two_chart_wall().texcoords);
+    CHECK(result->mesh.triangles == testing::two_chart_wall().triangles);
     CHECK(result->image.pixels.width == 80);
     CHECK(result->image.pixels.channels == 3);
     CHECK(result->image.pixels.at(60, 60, 1) == 102);
@@ -36,13 +36,13 @@ TEST_CASE("the stage gives the mesh its picture and reports the shares")
 TEST_CASE("the stage refuses what it cannot use")
 {
     testing::TestRun run;
-    const Texture texture = blank_texture(16, 0.5F);
-    Mesh bare = two_chart_wall();
+    const Texture texture = testing::blank_texture(16, 0.5F);
+    Mesh bare = testing::two_chart_wall();
     bare.texcoords.clear();
     CHECK_THROWS_WITH(baked(Value::Map{}, texture, bare, run), Catch::Contains("no texcoords"));
-    CHECK_THROWS_WITH(baked(Value::Map{{"unseen_color", Value::List{1, 2}}}, texture, two_chart_wall(), run),
+    CHECK_THROWS_WITH(baked(Value::Map{{"unseen_color", Value::List{1, 2}}}, texture, testing::two_chart_wall(), run),
                       Catch::Contains("unseen_color\" has 2 numbers"));
-    CHECK_THROWS_WITH(baked(Value::Map{{"unseen", "blur"}}, texture, two_chart_wall(), run), Catch::Contains("unseen"));
+    CHECK_THROWS_WITH(baked(Value::Map{{"unseen", "blur"}}, texture, testing::two_chart_wall(), run), Catch::Contains("unseen"));
     run.cancel_after(2);
-    CHECK_THROWS_AS(baked(Value::Map{{"unseen", "keep"}}, texture, two_chart_wall(), run), Canceled);
+    CHECK_THROWS_AS(baked(Value::Map{{"unseen", "keep"}}, texture, testing::two_chart_wall(), run), Canceled);
 }

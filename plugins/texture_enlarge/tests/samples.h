@@ -1,6 +1,6 @@
 #pragma once
 
-#include "two_chart_wall.h"
+#include <fresco/testing_scenes.h>
 
 #include <fresco/image.h>
 #include <fresco/mesh.h>

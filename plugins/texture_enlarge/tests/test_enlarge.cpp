@@ -49,7 +49,7 @@ TEST_CASE("copies that continue each other give the picture itself, turned, in m
     for (const bool mirrored : {false, true})
     {
         CAPTURE(mirrored);
-        Mesh mesh = two_chart_wall();
+        Mesh mesh = fresco::testing::two_chart_wall();
         if (mirrored)
             for (Vec2f& uv : mesh.texcoords)
                 uv.x = 1 - uv.x;
@@ -84,7 +84,7 @@ TEST_CASE("copies that continue each other give the picture itself, turned, in m
 
 TEST_CASE("every texel is what the plain method gives, at whole and odd factors")
 {
-    const Mesh mesh = two_chart_wall();
+    const Mesh mesh = fresco::testing::two_chart_wall();
     const Raster8 picture = detailed_picture(128, 96);
     const SourceMap map = patched_map(mesh, 40, picture, 1.3);
     for (const int size_px : {40, 97, 160})
@@ -126,7 +126,7 @@ TEST_CASE("every texel is what the plain method gives, at whole and odd factors"
 
 TEST_CASE("the finest band keeps at least 0.9 of the picture's energy, within copies and where they meet")
 {
-    const Mesh mesh = two_chart_wall();
+    const Mesh mesh = fresco::testing::two_chart_wall();
     // Only fine detail: where copies meet, no edge between two colors adds to it.
     const Raster8 picture = detailed_picture(512, 384, {2, 4});
     const double original = finest_band_energy(picture, 8, 8, 504, 376);
@@ -144,7 +144,7 @@ TEST_CASE("the finest band keeps at least 0.9 of the picture's energy, within co
 
 TEST_CASE("no color crosses from chart to chart, and the gutter continues the nearest")
 {
-    Mesh mesh = two_chart_wall();
+    Mesh mesh = fresco::testing::two_chart_wall();
     // The charts touch.
     for (Vec2f& uv : mesh.texcoords)
         uv.x = uv.x < 0.5F ? uv.x + 0.12F : uv.x - 0.08F;
@@ -179,7 +179,7 @@ TEST_CASE("no color crosses from chart to chart, and the gutter continues the ne
 
 TEST_CASE("a larger copy of the picture gives the same motifs, sharper")
 {
-    const Mesh mesh = two_chart_wall();
+    const Mesh mesh = fresco::testing::two_chart_wall();
     const Raster8 full = detailed_picture(512, 384, {2, 4});
     const Raster8 half = resized(full, 256, 192);
     const SourceMap map = patched_map(mesh, 64, half, 4);

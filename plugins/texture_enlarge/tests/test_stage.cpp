@@ -14,7 +14,7 @@ namespace
 
 struct Enlarging
 {
-    Mesh mesh = two_chart_wall();
+    Mesh mesh = fresco::testing::two_chart_wall();
     Raster8 picture = detailed_picture(128, 96);
     SourceMap source = patched_map(mesh, 64, picture, 2);
     int size_px = 256;

@@ -1,6 +1,5 @@
 #include "catch.h"
 #include "mix.h"
-#include "two_chart_wall.h"
 
 #include <fresco/testing.h>
 #include <fresco/testing_scenes.h>
@@ -20,7 +19,7 @@ constexpr int wall_px = 160;
 
 TexelFaces wall_faces()
 {
-    const Mesh mesh = two_chart_wall();
+    const Mesh mesh = testing::two_chart_wall();
     return find_texel_faces(mesh, find_charts(mesh), wall_px, testing::TestRun());
 }
 
@@ -28,7 +27,7 @@ TexelFaces wall_faces()
 template <class Function>
 RasterF painted_by(Function value)
 {
-    const Mesh mesh = two_chart_wall();
+    const Mesh mesh = testing::two_chart_wall();
     const TexelFaces faces = wall_faces();
     RasterF rgb(wall_px, wall_px, 3, 0.5F);
     for (std::size_t texel = 0; texel < faces.face.size(); ++texel)
@@ -44,7 +43,7 @@ RasterF painted_by(Function value)
 RasterF mixed(const RasterF& photo, const RasterF& painting, double color, double strokes, int threads = 2)
 {
     const testing::TestRun run(threads);
-    return mix(photo, painting, two_chart_wall(), wall_faces(), 0.3, {color, strokes}, run).rgb;
+    return mix(photo, painting, testing::two_chart_wall(), wall_faces(), 0.3, {color, strokes}, run).rgb;
 }
 
 /// 1 m², all normals differ, its border between texels.
@@ -78,7 +77,7 @@ double short_wave(Vec3f at)
 template <class Function>
 double share_of(const RasterF& picture, Function pattern)
 {
-    const Mesh mesh = two_chart_wall();
+    const Mesh mesh = testing::two_chart_wall();
     const TexelFaces faces = wall_faces();
     double product = 0;
     double square = 0;
@@ -99,7 +98,7 @@ TEST_CASE("mix: both ends are the textures themselves, and equal shares a straig
     const RasterF painting = painted_by([](Vec3f at) { return 0.4 + short_wave(at); });
     CHECK(mixed(photo, painting, 0, 0).values == photo.values);
     CHECK(mixed(photo, painting, 1, 1).values == painting.values);
-    const Mix middle = mix(photo, painting, two_chart_wall(), wall_faces(), 0.3, {0.5, 0.5}, testing::TestRun());
+    const Mix middle = mix(photo, painting, testing::two_chart_wall(), wall_faces(), 0.3, {0.5, 0.5}, testing::TestRun());
     const RasterF& half = middle.rgb;
     double largest = 0;
     for (std::size_t i = 0; i < half.values.size(); ++i)

@@ -1,6 +1,6 @@
 #include "catch.h"
 #include "compose.h"
-#include "two_chart_wall.h"
+#include <fresco/testing_scenes.h>
 
 #include <fresco/random.h>
 #include <fresco/texturing/texel_faces.h>
@@ -62,7 +62,7 @@ TEST_CASE("compose: every texel is what its region's rule says, kept ones bit fo
 
 TEST_CASE("compose: a texel belongs to its face's region, one beside a chart to that of a neighbor, none beyond")
 {
-    const Mesh mesh = two_chart_wall();
+    const Mesh mesh = testing::two_chart_wall();
     const texturing::Charts charts = texturing::find_charts(mesh);
     constexpr int side = 40;
     const texturing::TexelFaces faces = texturing::find_texel_faces(mesh, charts, side, Progress{});

@@ -1,5 +1,5 @@
 #include "catch.h"
-#include "two_chart_wall.h"
+#include <fresco/testing_scenes.h>
 
 #include <fresco/regions/regions.h>
 #include <fresco/testing.h>
@@ -14,17 +14,17 @@ constexpr int side = 80;
 /// Stripes of a color; without the right chart's right half if `cut`.
 Texture striped(Vec3f rgb, bool cut = false)
 {
-    Texture texture = blank_texture(side, 0.0F);
-    see(texture, {0, 0}, {cut ? 0.75F : 1.0F, 1}, rgb);
+    Texture texture = testing::blank_texture(side, 0.0F);
+    testing::see(texture, {0, 0}, {cut ? 0.75F : 1.0F, 1}, rgb);
     for (int x = 0; x < side; x += 3)
         for (int y = 0; y < side; ++y)
             texture.layers.front().at(x, y, 1) += 0.1F;
-    texture.atlas = atlas_id(two_chart_wall());
+    texture.atlas = atlas_id(testing::two_chart_wall());
     return texture;
 }
 
 /// The wall's left half is the floor, the right one a wall.
-Regions halves(const Mesh& mesh = two_chart_wall())
+Regions halves(const Mesh& mesh = testing::two_chart_wall())
 {
     return regions_from(mesh, {"floor", "walls"}, {0, 0, 1, 1});
 }
@@ -35,7 +35,7 @@ struct Given
     Texture night = striped({0.1F, 0.1F, 0.3F});
     Texture waves = striped({0.5F, 0.6F, 0.7F});
     Regions regions = halves();
-    Mesh mesh = two_chart_wall();
+    Mesh mesh = testing::two_chart_wall();
 };
 
 std::shared_ptr<const Texture> put_together(const Value& rules, testing::TestRun& run, const Given& given = {})
@@ -127,7 +127,7 @@ TEST_CASE("texture.regions: refuses what does not belong together, by name", "[t
     CHECK_THROWS_WITH(put_together(Value::Map{{"flor", "keep"}, {"*", "night"}}, run),
                       Catch::Contains("there is no region 'flor' (did you mean 'floor'?)"));
     Given given;
-    given.night = blank_texture(side / 2, 0);
+    given.night = testing::blank_texture(side / 2, 0);
     CHECK_THROWS_WITH(put_together(rules, run, given),
                       Catch::Contains("'photo' has 80 texels a side, the one on port 'night' 40"));
     given = {};

@@ -3,7 +3,7 @@
 #include "catch.h"
 #include "patches.h"
 #include "stored_png.h"
-#include "two_chart_wall.h"
+#include <fresco/testing_scenes.h>
 
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
@@ -163,7 +163,7 @@ using namespace samples;
 /// All texels known, by their texcoords.
 inline Texture start_of(const Mesh& mesh, int size, const std::function<Vec3f(Vec2f)>& rgb)
 {
-    Texture texture = blank_texture(size, 0);
+    Texture texture = testing::blank_texture(size, 0);
     texture.atlas = atlas_id(mesh);
     for (int y = 0; y < size; ++y)
         for (int x = 0; x < size; ++x)
@@ -188,7 +188,7 @@ struct Painted
 /// The wall of two charts with a smooth start, and what to change about it.
 struct Studio
 {
-    Mesh mesh = two_chart_wall();
+    Mesh mesh = testing::two_chart_wall();
     Texture start = start_of(mesh, 96, [](Vec2f uv) { return Vec3f{0.2F + 0.5F * uv.x, 0.3F + uv.y, 0.6F - uv.y}; });
     Raster8 picture = brush_picture(96, 80, 21);
     std::shared_ptr<Frames> frames;

@@ -108,7 +108,7 @@ TEST_CASE("drawn lines lead strokes on both sides of a seam, and where nothing i
         const double angle = degrees * std::numbers::pi / 180;
         const Vec3f along{static_cast<float>(std::cos(angle)), static_cast<float>(std::sin(angle)), 0};
         // The left half of the wall only.
-        Texture drawing = blank_texture(256, 0.5F);
+        Texture drawing = fresco::testing::blank_texture(256, 0.5F);
         const auto faces = texturing::find_texel_faces(wall.mesh, wall.surface.charts, 256, wall.run);
         for (std::size_t texel = 0; texel < faces.face.size(); ++texel)
         {
@@ -122,7 +122,8 @@ TEST_CASE("drawn lines lead strokes on both sides of a seam, and where nothing i
         const LineHints hints(wall.surface, wall.upward);
         for (const Vec3f line : hints.smoothed(hints.drawn(drawing, wall.run), 0.1, wall.run))
             CHECK(between(line, along) < 4);
-        CHECK_THROWS_WITH(hints.drawn(blank_texture(256, 0.5F), wall.run), Catch::Contains("port 'lines' has no lines"));
+        CHECK_THROWS_WITH(hints.drawn(fresco::testing::blank_texture(256, 0.5F), wall.run),
+                          Catch::Contains("port 'lines' has no lines"));
     }
 }
 

@@ -1,6 +1,6 @@
 #include "catch.h"
 #include "samples.h"
-#include "two_chart_wall.h"
+#include <fresco/testing_scenes.h>
 
 using namespace samples;
 
@@ -38,7 +38,7 @@ const Upright usual{{0, 0, 1}, {1, 0, 0}};
 TEST_CASE("a surface is joined across the seams of its atlas")
 {
     const Mesh split = turned_wall(0, 1);  // The same vertices twice at the seam.
-    const Mesh shared = two_chart_wall();
+    const Mesh shared = fresco::testing::two_chart_wall();
     for (const Mesh* mesh : {&split, &shared})
     {
         testing::TestRun run;
@@ -65,7 +65,7 @@ TEST_CASE("faces without area do not part the surface")
     for (const bool is_folded : {true, false})
     {
         CAPTURE(is_folded);
-        Mesh mesh = two_chart_wall();
+        Mesh mesh = fresco::testing::two_chart_wall();
         const Vec2f uv{0.5F, 0.9F};
         if (is_folded)
         {
@@ -164,7 +164,7 @@ TEST_CASE("a given upward direction is taken, and ahead is level")
     CHECK(near(down.up, {0, 0, -1}));
     CHECK(near(down.ahead, {0, 1, 0}));
     // A wall that looks up: nothing is ahead, but there is a direction.
-    const Prepared floor(two_chart_wall(), 0.5, Vec3f{0, 0, 1});
+    const Prepared floor(fresco::testing::two_chart_wall(), 0.5, Vec3f{0, 0, 1});
     CHECK(length(floor.upward.ahead) == Approx(1));
     CHECK(dot(floor.upward.ahead, floor.upward.up) == Approx(0).margin(1e-6));
 }

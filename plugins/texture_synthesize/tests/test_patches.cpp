@@ -1,6 +1,6 @@
 #include "catch.h"
 #include "samples.h"
-#include "two_chart_wall.h"
+#include <fresco/testing_scenes.h>
 
 #include <fresco/error.h>
 
@@ -41,7 +41,7 @@ TEST_CASE("a surface has as many texels as its area holds")
     for (const double spacing : {2.5, 0.5, 0.1, 0.073, 0.037, 0.01})
     {
         CAPTURE(spacing);
-        const Prepared wall(two_chart_wall(), spacing);
+        const Prepared wall(fresco::testing::two_chart_wall(), spacing);
         const double along = 1 / spacing;
         for (const auto& [chart, count] : texels_of_charts(wall))
         {
@@ -59,7 +59,7 @@ TEST_CASE("a texel lies on the surface where its cell is in the atlas")
 {
     for (const double spacing : {0.1, 0.037})
     {
-        const Prepared wall(two_chart_wall(), spacing);
+        const Prepared wall(fresco::testing::two_chart_wall(), spacing);
         double worst = 0;
         for (const auto& texel : wall.grid.texels())
         {
@@ -135,7 +135,7 @@ TEST_CASE("cells outside of a chart have the nearest texel of its grid, and a ma
 
 TEST_CASE("charts smaller than a texel have one, charts without area none")
 {
-    Mesh mesh = two_chart_wall();
+    Mesh mesh = fresco::testing::two_chart_wall();
     const auto extra = [&](Vec3f across, Vec3f along, float uv_per_m)
     {
         const auto column = static_cast<float>(mesh.triangles.size() - 4) / 20;
@@ -169,7 +169,7 @@ TEST_CASE("charts smaller than a texel have one, charts without area none")
 TEST_CASE("a surface of absurd size is refused, and says what to do")
 {
     testing::TestRun run;
-    Mesh mesh = two_chart_wall();
+    Mesh mesh = fresco::testing::two_chart_wall();
     for (Vec3f& p : mesh.positions)
         p = p * 1000;
     const PaintedSurface millimeters(mesh, run);
@@ -264,12 +264,12 @@ TEST_CASE("on a flat wall every patch covers the texels under its square, across
     // Hardly any of its texels are where the grid has patches.
     Mesh strip;
     add(strip, rectangle({}, {2, 0, 0}, {0, 0.1F, 0}, {0.5F, 0.5F}, 0.3F, 0.3));
-    const Case cases[] = {{"two triangles a chart", two_chart_wall(), 0.02, 11, 4},
+    const Case cases[] = {{"two triangles a chart", fresco::testing::two_chart_wall(), 0.02, 11, 4},
                           {"narrow strip", strip, 0.04, 31, 4},
-                          {"stride 3", two_chart_wall(), 0.031, 11, 3},
-                          {"small patches", two_chart_wall(), 0.05, 5, 4},
-                          {"patches a stride apart", two_chart_wall(), 0.04, 7, 4},
-                          {"large patches", two_chart_wall(), 0.04, 31, 4},
+                          {"stride 3", fresco::testing::two_chart_wall(), 0.031, 11, 3},
+                          {"small patches", fresco::testing::two_chart_wall(), 0.05, 5, 4},
+                          {"patches a stride apart", fresco::testing::two_chart_wall(), 0.04, 7, 4},
+                          {"large patches", fresco::testing::two_chart_wall(), 0.04, 31, 4},
                           {"triangles smaller than texels", turned_wall(0, 40), 0.05, 9, 4},
                           {"turned in the atlas", turned_wall(0.4, 2), 0.03, 11, 4},
                           {"large triangles, turned", turned_wall(1.3, 1), 0.02, 9, 3}};
@@ -305,7 +305,7 @@ TEST_CASE("on a flat wall every patch covers the texels under its square, across
 
 TEST_CASE("patches have their centers on the grid and hang upright")
 {
-    const Laid wall(two_chart_wall(), 0.05, 11, 4);
+    const Laid wall(fresco::testing::two_chart_wall(), 0.05, 11, 4);
     std::set<std::uint32_t> at;
     for (std::size_t p = 0; p < wall.patches.count(); ++p)
     {
@@ -398,7 +398,7 @@ TEST_CASE("sampling a linear field of position gives it back, and points off the
         double spacing;
         int side;
     };
-    const Case cases[] = {{"two triangles a chart", two_chart_wall(), 0.03, 11},
+    const Case cases[] = {{"two triangles a chart", fresco::testing::two_chart_wall(), 0.03, 11},
                           {"small triangles", turned_wall(0, 40), 0.05, 9},
                           {"turned in the atlas", turned_wall(0.4, 3), 0.04, 11},
                           {"wall smaller than a patch", turned_wall(0, 1), 0.2, 15}};

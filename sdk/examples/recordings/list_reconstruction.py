@@ -4,7 +4,7 @@ PREDICTIONS.npz as VGGT's demo saves it: extrinsic (N x 3 x 4, camera_from_world
 (N x H x W x 1) and depth_conf (N x H x W). PICTURES has the N pictures of the video in order, uncropped, in any size. Such networks do not know
 the scale: METERS_PER_UNIT is a length in the room over the same length in the reconstruction. Writes frames.json and depth into PICTURES.
 
-MASt3R's arrays do as well: save get_im_poses() inverted as extrinsic, its focal lengths and principal points as intrinsic, its depth maps as depth
+MASt3R's arrays should do as well: save get_im_poses() inverted as extrinsic, its focal lengths and principal points as intrinsic, its depth maps as depth
 and its confidences as depth_conf.
 """
 import json
@@ -34,7 +34,7 @@ pictures = sorted(file for file in folder.iterdir() if file.suffix in {".png", "
 depths, confidences = predictions["depth"].reshape(predictions["depth_conf"].shape), predictions["depth_conf"]
 if len(pictures) != len(depths):
     sys.exit(f"{folder} has {len(pictures)} pictures, {sys.argv[1]} has {len(depths)} views")
-# The least certain fifth is mostly sky, glass and edges between near and far.
+# The least certain fifth is left out.
 least = np.quantile(confidences, 0.2)
 frames = []
 for number, picture in enumerate(pictures):

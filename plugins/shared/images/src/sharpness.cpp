@@ -1,5 +1,5 @@
 #include <fresco/error.h>
-#include <fresco/images/luma.h>
+#include <fresco/images/lab.h>
 #include <fresco/images/sharpness.h>
 
 #include <algorithm>

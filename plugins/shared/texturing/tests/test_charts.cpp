@@ -1,5 +1,5 @@
 #include "catch.h"
-#include "two_chart_wall.h"
+#include <fresco/testing_scenes.h>
 
 #include <fresco/random.h>
 #include <fresco/testing.h>
@@ -15,7 +15,7 @@ using namespace fresco::texturing;
 
 TEST_CASE("charts end where the texcoords are cut, and seams join them")
 {
-    const Charts charts = find_charts(two_chart_wall());
+    const Charts charts = find_charts(testing::two_chart_wall());
     CHECK(charts.count == 2);
     CHECK(charts.of_face == std::vector<std::uint32_t>{0, 0, 1, 1});
     REQUIRE(charts.seams.size() == 1);
@@ -30,7 +30,7 @@ TEST_CASE("charts end where the texcoords are cut, and seams join them")
 
 TEST_CASE("a mesh split along its seams is joined by position")
 {
-    Mesh mesh = two_chart_wall();
+    Mesh mesh = testing::two_chart_wall();
     mesh.positions.push_back(mesh.positions[1]);
     mesh.positions.push_back(mesh.positions[4]);
     mesh.triangles[2] = {6, 2, 5};
@@ -154,7 +154,7 @@ TEST_CASE("a chart smaller than a texel owns the texels it touches")
 
 TEST_CASE("links cross a seam at the same surface points, in both directions")
 {
-    const Mesh mesh = two_chart_wall();
+    const Mesh mesh = testing::two_chart_wall();
     testing::TestRun run;
     const Charts charts = find_charts(mesh);
     const int size = 40;

@@ -16,7 +16,8 @@ namespace fresco::geometry
 /// A copy of the mesh with texcoords and charts, numbered without gaps by first face.
 Mesh with_atlas(const Mesh& mesh, const FlatCharts& flat, const Packing& packing);
 
-/// The largest angle between a plainly projected face with area and the direction of projection; 0 if there is none.
+/// The largest angle, in degrees, between a projected face that has an area and its chart's direction of projection; 0 without
+/// such faces.
 double largest_angle_deg(const Surface& surface, const FlatCharts& flat);
 
 /// The size of a texel (meters) when 70 % of the texture are used.

@@ -57,8 +57,8 @@ class ShapeBin
   public:
     ShapeBin(int size, int gap, int margin);
 
-    /// The lowest and then leftmost place where the shape fits, in rows >= first_row; nothing if there is none below row
-    /// `end_row` (its own lowest row).
+    /// The lowest and then leftmost place where the shape fits, in rows from `first_row` on, with its own lowest row above
+    /// `end_row`; empty if it fits nowhere.
     std::optional<Cell> find(const Bitmap& shape, int first_row, int end_row) const;
     /// Takes the cells of the shape at that place.
     void put(const Bitmap& shape, Cell place);

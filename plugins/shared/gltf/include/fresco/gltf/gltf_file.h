@@ -52,7 +52,7 @@ using ReadBuffer = std::function<std::vector<std::byte>(const std::string& uri, 
 /// are wrong. Does not name the file.
 GltfFile load_gltf(std::span<const std::byte> file, const ReadBuffer& read_beside);
 
-/// The JSON of a GLB; what is behind it is not read. Throws Error naming the file, MissingInput where there is none.
+/// The JSON of a GLB; the bytes behind it are not read. Throws Error naming the file, MissingInput if it does not exist.
 std::string glb_json(const std::filesystem::path& file);
 
 /// A GLB, written by tinygltf, whose BIN chunk is buffer 0.

@@ -5,11 +5,23 @@
 
 #include <cstdint>
 
-/// \file CIE L*a*b*, and moving the colors of one set of pixels to those of another: Pitié and Kokaram, "The linear
+/// \file Luma, CIE L*a*b*, and moving the colors of one set of pixels to those of another: Pitié and Kokaram, "The linear
 /// Monge-Kantorovitch linear color mapping for example-based color transfer", CVMP 2007. Everything in a fixed order.
 
 namespace fresco
 {
+
+/// How bright a displayed color is, 0..255: the luma of Rec. 601.
+inline double luma(const std::uint8_t* rgb)
+{
+    return 0.299 * rgb[0] + 0.587 * rgb[1] + 0.114 * rgb[2];
+}
+
+/// The same in steps of 2^-15, not rounded yet.
+inline int fixed_luma(const std::uint8_t* rgb)
+{
+    return 9798 * rgb[0] + 19235 * rgb[1] + 3735 * rgb[2];
+}
 
 /// CIE L*a*b* (D65, 2 degrees) of displayed sRGB: L* in 0..100. RGB in [0,1]; values outside are clamped. IEC 61966-2-1 and
 /// CIE 15.

@@ -1,4 +1,4 @@
-// The section with the room, which sdk/viewer draws.
+// The section with the room, which plugins/shared/page draws.
 
 /// Which way is up, as the last stage found that reported it; undefined where none did.
 const upOf = stages => stages.map(stage => stage.figures.up).filter(Array.isArray).at(-1);

@@ -4,7 +4,7 @@
 #include "plugins/catalog.h"
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
-#include <fresco/mesh_io.h>
+#include <fresco/mesh.h>
 #include <fresco/texture.h>
 
 #include <filesystem>

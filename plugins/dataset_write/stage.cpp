@@ -6,7 +6,6 @@
 #include <fresco/files.h>
 #include <fresco/files_io.h>
 #include <fresco/mesh.h>
-#include <fresco/mesh_io.h>
 #include <fresco/parallel.h>
 #include <fresco/run_context.h>
 #include <fresco/stage.h>

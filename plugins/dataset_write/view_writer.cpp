@@ -3,7 +3,6 @@
 #include <fresco/dataset/dataset_files.h>
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/hash.h>
 #include <fresco/images/sharpness.h>
 #include <fresco/uv_mapping/view_frames.h>
 

@@ -2,7 +2,7 @@
 
 #include <fresco/math.h>
 #include <fresco/mesh.h>
-#include <fresco/progress.h>
+#include <fresco/parallel.h>
 #include <fresco/texture.h>
 
 #include <cstddef>

@@ -3,7 +3,7 @@
 #include <fresco/camera.h>
 #include <fresco/evaluation/statistics.h>
 #include <fresco/image.h>
-#include <fresco/progress.h>
+#include <fresco/parallel.h>
 #include <fresco/raycast/scene.h>
 #include <fresco/raycast/view_renderer.h>
 #include <fresco/texture.h>

@@ -4,7 +4,7 @@
 
 #include <fresco/error.h>
 #include <fresco/evaluation/posed_pictures.h>
-#include <fresco/html.h>
+#include <fresco/page/page.h>
 #include <fresco/parallel.h>
 #include <fresco/value.h>
 
@@ -56,7 +56,7 @@ std::map<std::string, std::string> encoded(const Group& group, const ShownAs& sh
     {
         const Raster8 small = fresco::resized(picture, width, height);
         const auto bytes = shown.png ? images.encode_png(small) : images.encode_jpeg(small, shown.jpeg_quality);
-        result.emplace(method, fresco::data_uri(shown.png ? "image/png" : "image/jpeg", bytes));
+        result.emplace(method, fresco::page::data_uri(shown.png ? "image/png" : "image/jpeg", bytes));
     }
     return result;
 }

@@ -1,7 +1,7 @@
 #include "study.h"
 
 #include <fresco/error.h>
-#include <fresco/hash.h>
+#include <fresco/files_io.h>
 #include <fresco/random.h>
 #include <fresco/value.h>
 

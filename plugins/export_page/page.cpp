@@ -1,6 +1,6 @@
 #include "page.h"
 
-#include <fresco/html.h>
+#include <fresco/page/page.h>
 #include <page_parts.h>
 
 using namespace fresco;
@@ -18,7 +18,7 @@ std::string escaped(std::string_view text)
 
 std::string room_page(const Value& data, std::string_view title)
 {
-    const RoomViewer viewer = room_viewer();
+    const PageScripts& viewer = page::room_scripts();
     std::string page = "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
                        "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1, viewport-fit=cover\">\n"
                        "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; script-src 'unsafe-inline'; "
@@ -35,7 +35,7 @@ std::string room_page(const Value& data, std::string_view title)
             "<script type=\"application/json\" id=\"data\">";
     page += script_json(data);
     page += "</script>\n<script>";
-    page += viewer.three_js;
+    page += viewer.library;
     page += "</script>\n<script>\"use strict\";\n";
     page += viewer.js;
     page += page_js;

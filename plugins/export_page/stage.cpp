@@ -1,7 +1,7 @@
 #include <fresco/files.h>
 #include <fresco/files_io.h>
 #include <fresco/geometry/upright.h>
-#include <fresco/preview.h>
+#include <fresco/page/page.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
 #include <fresco/texturing/exports.h>
@@ -44,8 +44,8 @@ class ExportPage final : public Stage
         check_textured_mesh(*textured_mesh, "the mesh on port 'textured_mesh'");
         const PictureEncoding::Encoded image = picture.encoded(*textured_mesh, ".jpg", run);
         const bool has_cameras = up.frames().has_value() && !up.frames()->frames.empty();
-        const Value data = Value::Map{{"room", page_room(textured_mesh->mesh, image.bytes)},
-                                      {"cameras", has_cameras ? page_cameras(*up.frames()) : Value()},
+        const Value data = Value::Map{{"room", page::room(textured_mesh->mesh, image.bytes)},
+                                      {"cameras", has_cameras ? page::cameras(*up.frames()) : Value()},
                                       {"up", upwards(run)}};
         run.check_canceled();
         const auto file = files.folder().path / path->path;

@@ -1,7 +1,7 @@
 #include <fresco/files.h>
 #include <fresco/files_io.h>
 #include <fresco/geometry/upright.h>
-#include <fresco/mesh_io.h>
+#include <fresco/mesh.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
 #include <fresco/texturing/exports.h>

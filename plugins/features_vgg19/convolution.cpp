@@ -1,6 +1,6 @@
 #include "convolution.h"
 
-#include <fresco/processor.h>
+#include <fresco/parallel.h>
 
 #include <algorithm>
 #include <array>

@@ -3,7 +3,7 @@
 #include <fresco/camera.h>
 #include <fresco/image.h>
 #include <fresco/mesh.h>
-#include <fresco/progress.h>
+#include <fresco/parallel.h>
 
 #include <cstddef>
 #include <cstdint>

@@ -2,7 +2,7 @@
 
 #include <fresco/camera.h>
 #include <fresco/image.h>
-#include <fresco/progress.h>
+#include <fresco/parallel.h>
 #include <fresco/uv_mapping/into_camera.h>
 
 #include <array>

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <fresco/math.h>
-#include <fresco/progress.h>
+#include <fresco/parallel.h>
 #include <fresco/raycast/scene.h>
 
 #include <array>

@@ -1,6 +1,6 @@
 #include "search.h"
 
-#include <fresco/matrix_multiply.h>
+#include <fresco/math.h>
 #include <fresco/parallel.h>
 
 #include <ATen/ATen.h>

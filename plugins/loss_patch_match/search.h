@@ -4,7 +4,7 @@
 
 #include "patches.h"
 
-#include <fresco/progress.h>
+#include <fresco/parallel.h>
 
 #include <torch/types.h>
 

@@ -3,7 +3,7 @@
 #include <fresco/camera.h>
 #include <fresco/image.h>
 #include <fresco/math.h>
-#include <fresco/progress.h>
+#include <fresco/parallel.h>
 
 #include <array>
 #include <compare>

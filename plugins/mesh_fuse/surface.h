@@ -3,7 +3,7 @@
 #include "integration.h"
 
 #include <fresco/mesh.h>
-#include <fresco/progress.h>
+#include <fresco/parallel.h>
 
 #include <array>
 #include <cstddef>

@@ -2,7 +2,7 @@
 
 #include <fresco/image.h>
 #include <fresco/math.h>
-#include <fresco/progress.h>
+#include <fresco/parallel.h>
 
 #include <cstdint>
 #include <string_view>

@@ -1,4 +1,4 @@
-#include <fresco/mesh_io.h>
+#include <fresco/mesh.h>
 #include <fresco/reader.h>
 #include <fresco/stage.h>
 

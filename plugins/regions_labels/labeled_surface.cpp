@@ -3,7 +3,7 @@
 #include <fresco/error.h>
 #include <fresco/geometry/surface_search.h>
 #include <fresco/geometry/topology.h>
-#include <fresco/mesh_io.h>
+#include <fresco/mesh.h>
 #include <fresco/parallel.h>
 #include <fresco/value.h>
 

@@ -1,7 +1,7 @@
 #include "labeled_surface.h"
 
 #include <fresco/files_io.h>
-#include <fresco/mesh_io.h>
+#include <fresco/mesh.h>
 #include <fresco/regions/regions.h>
 #include <fresco/stage.h>
 

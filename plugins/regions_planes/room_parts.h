@@ -3,7 +3,7 @@
 #include <fresco/geometry/charts.h>
 #include <fresco/math.h>
 #include <fresco/mesh.h>
-#include <fresco/progress.h>
+#include <fresco/parallel.h>
 
 #include <array>
 #include <cmath>

@@ -1,5 +1,5 @@
 #include <fresco/error.h>
-#include <fresco/hash.h>
+#include <fresco/files_io.h>
 #include <fresco/recordings/recording_stage.h>
 
 #include <cstddef>

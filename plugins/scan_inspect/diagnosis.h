@@ -3,7 +3,7 @@
 #include "agreement.h"
 #include "views.h"
 
-#include <fresco/progress.h>
+#include <fresco/parallel.h>
 #include <fresco/raycast/scene.h>
 
 #include <string>

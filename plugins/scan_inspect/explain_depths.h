@@ -2,7 +2,7 @@
 
 #include "agreement.h"
 
-#include <fresco/progress.h>
+#include <fresco/parallel.h>
 #include <fresco/raycast/scene.h>
 
 #include <cstddef>

@@ -6,7 +6,7 @@
 #include <fresco/frames.h>
 #include <fresco/image.h>
 #include <fresco/image_io.h>
-#include <fresco/progress.h>
+#include <fresco/parallel.h>
 #include <fresco/raycast/scene.h>
 
 #include <cstddef>

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <fresco/mesh.h>
-#include <fresco/mesh_io.h>
 
 #include <cstddef>
 #include <cstdint>

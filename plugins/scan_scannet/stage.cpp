@@ -1,7 +1,7 @@
 #include "scene_calibration.h"
 
 #include <fresco/error.h>
-#include <fresco/mesh_io.h>
+#include <fresco/mesh.h>
 #include <fresco/recordings/recording_stage.h>
 #include <fresco/run_context.h>
 

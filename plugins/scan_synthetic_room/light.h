@@ -2,7 +2,7 @@
 
 #include "scene.h"
 
-#include <fresco/progress.h>
+#include <fresco/parallel.h>
 
 #include <vector>
 

@@ -6,7 +6,7 @@
 #include <fresco/camera.h>
 #include <fresco/image.h>
 #include <fresco/mesh.h>
-#include <fresco/progress.h>
+#include <fresco/parallel.h>
 
 #include <atomic>
 #include <vector>

@@ -4,7 +4,7 @@
 
 #include <fresco/camera.h>
 #include <fresco/image.h>
-#include <fresco/progress.h>
+#include <fresco/parallel.h>
 #include <fresco/uv_maps.h>
 
 #include <array>

@@ -4,7 +4,7 @@
 
 #include <fresco/image.h>
 #include <fresco/mesh.h>
-#include <fresco/progress.h>
+#include <fresco/parallel.h>
 
 #include <cstddef>
 

@@ -2,8 +2,6 @@
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/html.h>
-#include <fresco/preview.h>
 #include <fresco/value.h>
 
 #include <array>
@@ -45,13 +43,4 @@ std::shared_ptr<Mixture> Mixture::load(const ArtifactFolder& folder)
             throw Error((folder.path / name).string() + ": expected a square RGB picture of the size of the photo's");
     }
     return result;
-}
-
-void Mixture::preview(Preview& page) const
-{
-    constexpr int quality = 88;
-    Value::Map entry{{"atlas", atlas}, {"color", color}, {"strokes", strokes}};
-    for (const auto& [name, picture] : pictures)
-        entry.emplace_back(name, data_uri("image/jpeg", page.images.encode_jpeg(this->*picture, quality)));
-    page.set("mixture", std::move(entry));
 }

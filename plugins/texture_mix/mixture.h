@@ -32,6 +32,4 @@ struct Mixture : fresco::Artifact
 
     void save(const fresco::ArtifactFolder& folder) const override;
     static std::shared_ptr<Mixture> load(const fresco::ArtifactFolder& folder);
-    /// The entry `mixture` (sdk/docs/report.md).
-    void preview(fresco::Preview& page) const override;
 };

@@ -1,9 +1,12 @@
+#include <fresco/image_io.h>
 #include <fresco/mesh.h>
+#include <fresco/page/page.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
 #include <fresco/texturing/surface_fill.h>
 #include <fresco/texturing/texel_faces.h>
 #include <fresco/texturing/texture_pictures.h>
+#include <fresco/viewer.h>
 
 #include "mix.h"
 #include "mixture.h"
@@ -98,6 +101,30 @@ class TextureMix final : public Stage
     }
 };
 
+/// The entry `mixture` (sdk/docs/report.md).
+class MixtureViewer final : public Viewer
+{
+  public:
+    MixtureViewer() : Viewer(RegisteredArtifact<Mixture>::type) {}
+
+  private:
+    Slot<ImageIo> images{this, "images", "image.opencv", "Encodes pictures"};
+
+    void show(const Artifact& artifact, PageEntry& entry) const override
+    {
+        constexpr int quality = 88;
+        const auto& mixture = dynamic_cast<const Mixture&>(artifact);
+        const auto picture = [&](const Raster8& pixels)
+        { return page::data_uri("image/jpeg", images->encode_jpeg(pixels, quality)); };
+        entry.value.set("mixture", Value::Map{{"atlas", mixture.atlas},
+                                              {"color", mixture.color},
+                                              {"strokes", mixture.strokes},
+                                              {"photo", picture(mixture.photo)},
+                                              {"colors", picture(mixture.colors)},
+                                              {"painted", picture(mixture.painted)}});
+    }
+};
 }  // namespace
 
 FRESCO_STAGE("texture.mix", TextureMix, "Mixes a photographic and a painted texture, colors and strokes in shares of their own")
+FRESCO_COMPONENT("view.texture_mixture", MixtureViewer, Viewer, "Shows the sliders of a mixture in the report")

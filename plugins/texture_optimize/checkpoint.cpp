@@ -2,7 +2,7 @@
 
 #include <fresco/error.h>
 #include <fresco/file_access.h>
-#include <fresco/hash.h>
+#include <fresco/files_io.h>
 #include <fresco/torch/tensor.h>
 #include <fresco/torch/tensor_memory.h>
 

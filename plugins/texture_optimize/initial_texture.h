@@ -4,7 +4,7 @@
 
 #include "views.h"
 
-#include <fresco/progress.h>
+#include <fresco/parallel.h>
 #include <fresco/texture.h>
 
 #include <cstdint>

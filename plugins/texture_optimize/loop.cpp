@@ -8,7 +8,7 @@
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/progress.h>
+#include <fresco/parallel.h>
 #include <fresco/torch/tensor.h>
 #include <fresco/torch/tensor_memory.h>
 

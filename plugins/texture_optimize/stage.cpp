@@ -1,7 +1,7 @@
 #include "loop.h"
 
-#include <fresco/choice.h>
 #include <fresco/frames.h>
+#include <fresco/option.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
 #include <fresco/weights/state_dict.h>

@@ -2,7 +2,7 @@
 
 #include "painted_surface.h"
 
-#include <fresco/progress.h>
+#include <fresco/parallel.h>
 #include <fresco/texture.h>
 
 #include <complex>

@@ -3,7 +3,7 @@
 #include <fresco/geometry/topology.h>
 #include <fresco/image.h>
 #include <fresco/mesh.h>
-#include <fresco/progress.h>
+#include <fresco/parallel.h>
 #include <fresco/texture.h>
 #include <fresco/texturing/texel_faces.h>
 

@@ -2,7 +2,6 @@
 
 #include <fresco/numerics/noise.h>
 #include <fresco/parallel.h>
-#include <fresco/processor.h>
 
 #include <algorithm>
 #include <cmath>

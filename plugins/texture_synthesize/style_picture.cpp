@@ -3,7 +3,7 @@
 #include <fresco/error.h>
 #include <fresco/images/filters.h>
 #include <fresco/images/lab.h>
-#include <fresco/matrix_multiply.h>
+#include <fresco/math.h>
 
 #include <Eigen/Eigenvalues>
 #include <fmt/format.h>

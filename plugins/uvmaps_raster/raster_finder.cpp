@@ -1,7 +1,6 @@
 #include "raster_finder.h"
 
 #include <fresco/parallel.h>
-#include <fresco/processor.h>
 
 #include <algorithm>
 #include <cstddef>

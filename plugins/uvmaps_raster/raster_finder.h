@@ -4,7 +4,7 @@
 
 #include <fresco/camera.h>
 #include <fresco/mesh.h>
-#include <fresco/progress.h>
+#include <fresco/parallel.h>
 #include <fresco/uv_mapping/into_camera.h>
 #include <fresco/uv_mapping/uv_mapper.h>
 

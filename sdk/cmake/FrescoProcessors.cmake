@@ -1,6 +1,6 @@
 # fresco_add_processor_kinds(TARGET NAME.inl): compiles the inner loops in NAME.inl three times into TARGET: for any processor, for
 # x86-64 with AVX2 and with AVX-512. NAME.inl defines the function FRESCO_KERNEL with vectors of FRESCO_VECTOR_BYTES; these are 0 where
-# the compiler cannot make that kind. <fresco/processor.h> takes the fastest that runs.
+# the compiler cannot make that kind. <fresco/parallel.h> takes the fastest that runs.
 include(CheckCXXCompilerFlag)
 set(FRESCO_PROCESSOR_KIND ${CMAKE_CURRENT_LIST_DIR}/processor_kind.cpp.in)
 

@@ -1,7 +1,6 @@
 #include "artifact_files.h"
 
 #include <fresco/artifact.h>
-#include <fresco/artifact_type.h>
 #include <fresco/error.h>
 #include <fresco/file_access.h>
 #include <fresco/files.h>

@@ -4,6 +4,7 @@
 #include <fresco/port.h>
 #include <fresco/reader.h>
 #include <fresco/stage.h>
+#include <fresco/viewer.h>
 
 #include <algorithm>
 
@@ -75,6 +76,22 @@ Raster8 ImageIo::read_with_alpha(const std::filesystem::path& file) const
 }
 FileReader::~FileReader() = default;
 FileOrigin::~FileOrigin() = default;
+Viewer::~Viewer() = default;
+
+void PageEntry::append(std::string_view list, Value entry)
+{
+    if (value.find(list) == nullptr)
+        value.set(list, Value::List{});
+    value.find(list)->as_list().push_back(std::move(entry));
+}
+
+std::string script_json(const Value& value)
+{
+    std::string text = to_json(value);
+    for (std::size_t at = text.find('<'); at != std::string::npos; at = text.find('<', at))
+        text.replace(at, 1, "\\u003c");
+    return text;
+}
 
 std::vector<std::string> FileReader::extensions() const
 {

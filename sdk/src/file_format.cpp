@@ -1,8 +1,8 @@
 #include <fresco/error.h>
-#include <fresco/file_format.h>
 #include <fresco/image_io.h>
-#include <fresco/mesh_io.h>
+#include <fresco/mesh.h>
 #include <fresco/npy.h>
+#include <fresco/option_declaration.h>
 
 #include <algorithm>
 #include <string_view>

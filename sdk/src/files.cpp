@@ -4,7 +4,6 @@
 #include <fresco/file_access.h>
 #include <fresco/files.h>
 #include <fresco/files_io.h>
-#include <fresco/preview.h>
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -67,32 +66,6 @@ std::shared_ptr<Files> Files::from_exchange(const Exchange& from)
 std::vector<ExchangeForm> Table::exchange_forms()
 {
     return {{.files = {"table.json"}, .is_folder = false, .taken_in_place = false, .made_in_place = false}};
-}
-
-void Files::preview(Preview& page) const
-{
-    const auto attempt = [&](auto act)
-    {
-        try
-        {
-            act();
-        }
-        catch (const Error& error)
-        {
-            page.note(error.what());
-        }
-    };
-    std::vector<std::string> pictures;
-    std::ranges::copy_if(names, std::back_inserter(pictures),
-                         [&](const std::string& name) {
-                             return page.names.empty() ? is_picture(name)
-                                                       : std::ranges::find(page.names, name) != page.names.end();
-                         });
-    for (const std::size_t i : evenly_spread(pictures.size(), page.most_pictures))
-        attempt([&] { page.picture(pictures[i], page.images.read_rgb(loaded_from / pictures[i])); });
-    for (const std::string& name : names)
-        if (const fs::path kind = fs::path(name).extension(); page.names.empty() && (kind == ".mp4" || kind == ".webm"))
-            attempt([&] { page.video(name, loaded_from / name); });
 }
 
 void Table::save(const ArtifactFolder& folder) const

@@ -4,7 +4,6 @@
 #include <fresco/file_access.h>
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
-#include <fresco/hash.h>
 #include <fresco/image_io.h>
 #include <fresco/run_context.h>
 #include <fresco/value.h>

@@ -4,7 +4,6 @@
 #include <fresco/files_io.h>
 #include <fresco/image.h>
 #include <fresco/image_io.h>
-#include <fresco/preview.h>
 
 #include <algorithm>
 #include <cmath>
@@ -61,11 +60,6 @@ std::shared_ptr<Image> Image::from_exchange(const Exchange& from)
     return from.as == png ? std::make_shared<Image>(codec(from).read_rgb(from.folder.path / "image.png")) : load(from.folder);
 }
 
-void Image::preview(Preview& page) const
-{
-    if (!pixels.empty())
-        page.picture("", pixels);
-}
 namespace
 {
 

@@ -1,6 +1,5 @@
-#include <fresco/matrix_multiply.h>
+#include <fresco/math.h>
 #include <fresco/parallel.h>
-#include <fresco/processor.h>
 
 #include "matrix_kernel.h"
 

@@ -4,9 +4,7 @@
 #include <fresco/error.h>
 #include <fresco/file_access.h>
 #include <fresco/files_io.h>
-#include <fresco/hash.h>
 #include <fresco/mesh.h>
-#include <fresco/mesh_io.h>
 #include <fresco/npy.h>
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <fresco/error.h>
-#include <fresco/mesh_io.h>
+#include <fresco/mesh.h>
 
 #include <algorithm>
 #include <array>

@@ -1,5 +1,4 @@
 #include <fresco/parallel.h>
-#include <fresco/progress.h>
 
 #include <algorithm>
 #include <atomic>

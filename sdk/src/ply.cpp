@@ -3,7 +3,7 @@
 #include "ply_header.h"
 
 #include <fresco/error.h>
-#include <fresco/mesh_io.h>
+#include <fresco/mesh.h>
 
 #include <algorithm>
 #include <array>

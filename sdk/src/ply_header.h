@@ -1,6 +1,6 @@
 #pragma once
 
-#include <fresco/mesh_io.h>
+#include <fresco/mesh.h>
 
 #include <cstddef>
 #include <cstdint>

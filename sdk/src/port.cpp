@@ -13,8 +13,6 @@ Value described(const std::string& name, const ArtifactType& type, bool is_optio
     Value description = Value::Map{{"name", name}, {"artifact", type.name}, {"version", type.version}};
     if (const auto forms = type.form_names(); !forms.empty())
         description.set("as", Value::List(forms.begin(), forms.end()));
-    if (type.has_preview)
-        description.set("preview", true);
     if (!type.parts_file.empty())
         description.set("parts_file", type.parts_file);
     if (is_optional)

@@ -1,8 +1,7 @@
 #include <fresco/error.h>
 #include <fresco/file_access.h>
 #include <fresco/files_io.h>
-#include <fresco/hash.h>
-#include <fresco/progress.h>
+#include <fresco/parallel.h>
 #include <fresco/run_context.h>
 
 #include <array>

@@ -5,7 +5,6 @@
 #include <fresco/files.h>
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
-#include <fresco/hash.h>
 #include <fresco/npy.h>
 #include <fresco/testing.h>
 #include <fresco/texture.h>

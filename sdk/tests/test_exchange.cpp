@@ -5,7 +5,7 @@
 #include <fresco/files.h>
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
-#include <fresco/mesh_io.h>
+#include <fresco/mesh.h>
 #include <fresco/npy.h>
 #include <fresco/testing.h>
 #include <fresco/texture.h>

@@ -2,8 +2,8 @@
 #include "catch.h"
 #include "random_numbers.h"
 
-#include <fresco/matrix_multiply.h>
-#include <fresco/processor.h>
+#include <fresco/math.h>
+#include <fresco/parallel.h>
 
 #include <cmath>
 #include <stdexcept>

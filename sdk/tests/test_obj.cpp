@@ -2,7 +2,7 @@
 #include "ply_samples.h"
 
 #include <fresco/error.h>
-#include <fresco/mesh_io.h>
+#include <fresco/mesh.h>
 
 using namespace fresco;
 using Catch::Contains;

@@ -2,7 +2,6 @@
 
 #include <fresco/error.h>
 #include <fresco/parallel.h>
-#include <fresco/progress.h>
 
 #include <atomic>
 #include <mutex>

@@ -4,7 +4,7 @@
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/mesh_io.h>
+#include <fresco/mesh.h>
 #include <fresco/random.h>
 
 #include <chrono>

@@ -13,7 +13,6 @@
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/hash.h>
 #include <fresco/run_context.h>
 #include <fresco/testing.h>
 

@@ -1,6 +1,6 @@
 #include "parsers.h"
 
-#include <fresco/mesh_io.h>
+#include <fresco/mesh.h>
 
 namespace fresco::fuzz
 {

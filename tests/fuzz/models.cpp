@@ -4,7 +4,7 @@
 #include "plugins/scan_mesh/mtl.h"
 
 #include <fresco/error.h>
-#include <fresco/mesh_io.h>
+#include <fresco/mesh.h>
 
 namespace fresco::fuzz
 {

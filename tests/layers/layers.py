@@ -68,8 +68,6 @@ def check_plugins():
 
 ROOM_WORDS = set("""mesh meshes texture textures texel texels frames face faces voxel voxels pixel pixels camera cameras png jpeg jpg npy glb
 gltf ply obj usdz vgg vgg19 safetensors""".split())
-# They bring the pictures of a run's page.
-OF_THE_PAGE = {"fresco/preview.h", "fresco/image_io.h"}
 
 
 def room_words(text):
@@ -91,7 +89,7 @@ def check_words():
     while found:
         for name in include.findall(found.pop().read_text(encoding="utf-8")):
             header = root / "sdk/include" / name
-            if name not in OF_THE_PAGE and header not in contract and header.exists():
+            if header not in contract and header.exists():
                 contract.add(header)
                 found.append(header)
     for path in sorted(host) + sorted(contract):

@@ -3,7 +3,6 @@
 
 #include <fresco/files.h>
 #include <fresco/mesh.h>
-#include <fresco/mesh_io.h>
 #include <fresco/stage.h>
 #include <fresco/testing.h>
 #include <fresco/texture.h>

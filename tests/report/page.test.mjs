@@ -1,4 +1,4 @@
-// page.test.mjs FOLDER…: what the scripts of pages make of data, without a browser. FOLDER: framework/report and sdk/viewer.
+// page.test.mjs FOLDER…: what the scripts of pages make of data, without a browser. FOLDER: framework/report and plugins/shared/page/viewer.
 import assert from "node:assert/strict";
 import { readFileSync, readdirSync } from "node:fs";
 import { createContext, runInContext } from "node:vm";

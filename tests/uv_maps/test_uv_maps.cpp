@@ -5,7 +5,7 @@
 #include "scan_mesh.h"
 #include "shared_data.h"
 
-#include <fresco/mesh_io.h>
+#include <fresco/mesh.h>
 #include <fresco/raycast/ray_finder.h>
 #include <fresco/raycast/scene.h>
 

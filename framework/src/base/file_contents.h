@@ -1,6 +1,6 @@
 #pragma once
 
-#include <fresco/file_format.h>
+#include <fresco/option_declaration.h>
 
 #include <filesystem>
 #include <functional>

@@ -3,7 +3,7 @@
 #include "base/records.h"
 #include <fresco/error.h>
 #include <fresco/file_access.h>
-#include <fresco/hash.h>
+#include <fresco/files_io.h>
 
 #include <algorithm>
 #include <array>

@@ -3,7 +3,6 @@
 #include <fresco/error.h>
 #include <fresco/file_access.h>
 #include <fresco/files_io.h>
-#include <fresco/hash.h>
 
 #include <algorithm>
 #include <cerrno>

@@ -1,5 +1,5 @@
 #include "pipeline/pipeline_types.h"
-#include <fresco/artifact_type.h>
+#include <fresco/artifact.h>
 #include <fresco/error.h>
 #include <fresco/wording.h>
 

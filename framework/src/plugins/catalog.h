@@ -1,7 +1,7 @@
 #pragma once
 
-#include <fresco/cost.h>
 #include <fresco/option_declaration.h>
+#include <fresco/stage.h>
 #include <fresco/value.h>
 #include <fresco/wording.h>
 

@@ -6,6 +6,7 @@
 #include <fresco/error.h>
 #include <fresco/reader.h>
 #include <fresco/stage.h>
+#include <fresco/viewer.h>
 
 #include <chrono>
 #include <csignal>
@@ -59,6 +60,13 @@ Value describe_type(const PluginLibrary::Entry& entry, const Configurable& objec
     }
     else if (entry.kind == FileReader::component_kind)
         throw Error("the type " + entry.type + " is registered as a reader but does not derive from fresco::FileReader");
+    if (const auto* viewer = dynamic_cast<const Viewer*>(&object))
+    {
+        declaration.set("artifact", viewer->type().name);
+        declaration.set("extensions", texts(viewer->extensions()));
+    }
+    else if (entry.kind == Viewer::component_kind)
+        throw Error("the type " + entry.type + " is registered as a viewer but does not derive from fresco::Viewer");
     return Value::Map{{"type", entry.type}, {"kind", entry.kind}, {"help", entry.help}, {"declaration", std::move(declaration)}};
 }
 

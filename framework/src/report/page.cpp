@@ -6,9 +6,6 @@
 #include "base/machine.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/hash.h>
-#include <fresco/html.h>
-#include <fresco/image_io.h>
 
 #include <algorithm>
 #include <fstream>
@@ -89,19 +86,18 @@ std::string run_child(const Value& request, const Store& store)
 
 }  // namespace
 
-Value image_component(const Catalog& catalog)
+Value viewers_of(const Catalog& catalog)
 {
+    Value viewers{Value::Map{}};
     for (const TypeDescription* type : catalog.types())
-        if (type->kind == ImageIo::component_kind)
-            return Value::Map{{"type", type->type}, {"library", type->library.string()}, {"hash", type->library_hash}};
-    return {};
+        if (type->kind == Viewer::component_kind)
+            viewers.set(type->type, Value::Map{{"library", type->library.string()}, {"hash", type->library_hash}});
+    return viewers;
 }
 
 std::string page_version()
 {
-    return program_version() + " " +
-           content_hash(std::string(report_css) + std::string(report_js) + std::string(room_viewer().css) +
-                        std::string(room_viewer().js));
+    return program_version() + " " + content_hash(std::string(report_css) + std::string(report_js));
 }
 
 void check_replaceable(const Page& page)
@@ -131,21 +127,19 @@ void write_data(const Page& page)
 
 std::string write_html(const Page& page, const Catalog& catalog, const Store& store)
 {
-    const Value images = image_component(catalog);
     std::string signature = page.signature;
     std::string failed;
     std::string note = page.hurry;
     if (!note.empty())
         signature = "interrupted";
-    else if (images.is_null())
-        note = "There are no pictures: no plugin reads and writes them (image.opencv)";
+    else if (viewers_of(catalog).as_map().empty())
+        note = "There are no pictures: no plugin shows artifacts (view.files and others)";
     else
     {
         failed = run_child(Value::Map{{"html", page.html.string()},
                                       {"signature", signature},
                                       {"data", page.data},
                                       {"store", store.root().string()},
-                                      {"images", images},
                                       {"previews", page.previews}},
                            store);
         if (failed.empty())
@@ -153,26 +147,31 @@ std::string write_html(const Page& page, const Catalog& catalog, const Store& st
         note = "There are no pictures: " + failed;
         signature = "without pictures";
     }
-    write_durable_file(page.html, page_html(page.data, Value::List{Value::Map{{"notes", Value::List{note}}}}, signature));
+    write_durable_file(page.html, page_html(page.data, {{Value::Map{{"notes", Value::List{note}}}}, {}}, signature));
     return failed.empty() ? "" : page.html.string() + " is without pictures: " + failed;
 }
 
-std::string page_html(const Value& data, const Value& media, const std::string& signature)
+std::string page_html(const Value& data, const PageMedia& media, const std::string& signature)
 {
     const auto json = [](const char* id, const Value& value)
     { return "<script type=\"application/json\" id=\"" + std::string(id) + "\">" + script_json(value) + "</script>\n"; };
-    const RoomViewer viewer = room_viewer();
-    const bool room = std::ranges::any_of(media.as_list(), [](const Value& entry) { return entry.find("room") != nullptr; });
+    std::string css(report_css);
+    std::string libraries;
+    std::string js;
+    for (const PageScripts* scripts : media.scripts)
+    {
+        css += scripts->css;
+        libraries += "<script>" + std::string(scripts->library) + "</script>\n";
+        js += scripts->js;
+    }
     return mark(signature) +
            "<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\">\n"
            "<meta http-equiv=\"Content-Security-Policy\" content=\"" +
-           std::string(policy) + "\">\n<link rel=\"icon\" href=\"data:,\">\n<title>fresco</title>\n<style>" +
-           std::string(report_css) + std::string(room ? viewer.css : "") +
+           std::string(policy) + "\">\n<link rel=\"icon\" href=\"data:,\">\n<title>fresco</title>\n<style>" + css +
            "</style></head><body>\n<noscript>This page is drawn by JavaScript, which is switched off here. The same data are in "
            "run.json, or of a matrix in sweep.json, beside it.</noscript>\n" +
-           json("data", data) + json("media", media) + (room ? "<script>" + std::string(viewer.three_js) + "</script>\n" : "") +
-           "<script>\"use strict\";\n" + std::string(room ? viewer.js : "") + std::string(report_js) +
-           "</script>\n</body></html>\n";
+           json("data", data) + json("media", media.entries) + libraries + "<script>\"use strict\";\n" + js +
+           std::string(report_js) + "</script>\n</body></html>\n";
 }
 
 }  // namespace fresco::host

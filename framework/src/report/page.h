@@ -3,9 +3,11 @@
 #include "plugins/catalog.h"
 #include "store/store.h"
 #include <fresco/value.h>
+#include <fresco/viewer.h>
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 /// \file Pages of results: data for other programs, and one HTML file that draws them and fetches nothing.
 
@@ -36,13 +38,19 @@ void write_data(const Page& page);
 /// nothing. Throws Error if the file cannot be written. The host must be single-threaded.
 std::string write_html(const Page& page, const Catalog& catalog, const Store& store);
 
-/// The component that reads and writes pictures, as {type, library, hash}; null: none.
-Value image_component(const Catalog& catalog);
+/// The components that show artifacts, as {type: {library, hash}}; another of these makes another page.
+Value viewers_of(const Catalog& catalog);
 
 /// Of the program and of all that its pages are made of.
 std::string page_version();
 
-/// The page; `media` is what the previews came to (pipelines/results.md).
-std::string page_html(const Value& data, const Value& media, const std::string& signature);
+/// What the previews came to.
+struct PageMedia
+{
+    Value::List entries;                      ///< {stage, port, artifact, pictures, notes, …}: pipelines/results.md.
+    std::vector<const PageScripts*> scripts;  ///< What draws them.
+};
+
+std::string page_html(const Value& data, const PageMedia& media, const std::string& signature);
 
 }  // namespace fresco::host

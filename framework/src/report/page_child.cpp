@@ -6,9 +6,8 @@
 #include "report/report.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/port.h>
-#include <fresco/preview.h>
 #include <fresco/reader.h>
+#include <fresco/viewer.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -29,25 +28,20 @@ std::shared_ptr<T> component(WorkerFactory& factory, const Value& config)
     return made;
 }
 
-WorkerFactory factory_for(const Value& libraries, const Value& images)
+WorkerFactory factory_for(const Value& libraries)
 {
     std::map<std::string, std::filesystem::path> files;
-    Value identities = libraries;
-    identities.set(images.at("type").as_string(), images);
-    for (const auto& [type, library] : identities.as_map())
+    for (const auto& [type, library] : libraries.as_map())
         files[type] = library.at("library").as_string();
-    return {std::move(files), std::move(identities)};
+    return {std::move(files), libraries};
 }
 
-std::shared_ptr<const Artifact> artifact_of(const Value& request, WorkerFactory& factory, const Store& store)
+std::shared_ptr<const Artifact> artifact_of(const Value& request, const Viewer& viewer, WorkerFactory& factory,
+                                            const Store& store)
 {
     if (const Value* file = request.find("file"))
         return component<FileReader>(factory, request.at("reader"))->read(file->as_string());
-    const std::unique_ptr<Configurable> maker = factory.make(request.at("maker").as_string(), "stage");
-    for (const OutputPort* output : maker->outputs())
-        if (output->type().name == request.at("artifact").as_string())
-            return output->load({store.object(request.at("object").as_string()) / request.at("port").as_string(), store.root()});
-    throw Error("its plugin changed; run again");
+    return viewer.type().load({store.object(request.at("object").as_string()) / request.at("port").as_string(), store.root()});
 }
 
 /// "texture.texture", of a stage; or a file.
@@ -60,19 +54,18 @@ std::string title_of(const Value& request)
 
 }  // namespace
 
-Value make_previews(const Value& requests, const Value& images, const Store& store)
+PageMedia make_previews(const Value& requests, const Store& store)
 {
-    WorkerFactory factory = factory_for(requests.at("libraries"), images);
-    const auto codec = component<ImageIo>(factory, Value::Map{{"type", images.at("type")}});
+    WorkerFactory factory = factory_for(requests.at("libraries"));
     std::map<std::string, std::vector<std::string>> shown;  // By a stage: names of its pictures.
-    std::uintmax_t video_bytes = Preview(*codec).video_bytes;
-    Value::List media;
+    std::uintmax_t video_bytes = PageEntry().video_bytes;
+    PageMedia media;
     // What stages made of an artifact comes before it: it may show the same.
     Value::List artifacts = requests.at("artifacts").as_list();
     std::ranges::reverse(artifacts);
     for (const Value& request : artifacts)
     {
-        Preview page(*codec);
+        PageEntry page;
         page.longest_px = static_cast<int>(request.at("longest_px").as_int());
         page.last = request.at("last").as_bool();
         page.most_pictures = static_cast<std::size_t>(request.at("most").as_int());
@@ -83,27 +76,30 @@ Value make_previews(const Value& requests, const Value& images, const Store& sto
         for (const Value& reader : request.at("readers").as_list())
             std::ranges::copy(shown[reader.as_string()], std::back_inserter(page.names));
         tell_shown(title_of(request));
+        const auto viewer = component<Viewer>(factory, request.at("viewer"));
         try
         {
-            artifact_of(request, factory, store)->preview(page);
+            viewer->show(*artifact_of(request, *viewer, factory, store), page);
         }
         catch (const std::exception& error)
         {
             page.note(error.what());
         }
         video_bytes = page.video_bytes;
-        Value entry = page.value();
+        Value& entry = page.value;
         if (entry.as_map().empty())
             continue;
+        if (page.scripts != nullptr && std::ranges::find(media.scripts, page.scripts) == media.scripts.end())
+            media.scripts.push_back(page.scripts);
         if (const Value* pictures = request.find("folder") != nullptr ? entry.find("pictures") : nullptr)
             for (const Value& picture : pictures->as_list())
                 shown[request.at("stage").as_string()].push_back(picture.at("name").as_string());
         for (const char* name : {"stage", "port", "artifact", "folder", "file"})
             if (const Value* value = request.find(name))
                 entry.set(name, *value);
-        media.push_back(std::move(entry));
+        media.entries.push_back(std::move(entry));
     }
-    std::ranges::reverse(media);
+    std::ranges::reverse(media.entries);
     return media;
 }
 
@@ -114,7 +110,7 @@ int internal_page(const std::filesystem::path& request_file)
         const Value request = parse_json(read_text_file(request_file), request_file.string());
         const Store store(request.at("store").as_string());
         set_input_roots(input_roots_from(request.at("roots")));
-        const Value media = make_previews(request.at("previews"), request.at("images"), store);
+        const PageMedia media = make_previews(request.at("previews"), store);
         write_durable_file(request.at("html").as_string(),
                            page_html(request.at("data"), media, request.at("signature").as_string()));
         return 0;

@@ -1,6 +1,7 @@
 #include "report/previews.h"
 
 #include "run/exports.h"
+#include <fresco/viewer.h>
 
 #include <algorithm>
 #include <map>
@@ -15,29 +16,15 @@ namespace
 constexpr std::size_t most_pictures = 36;  // Of one type of artifact.
 constexpr std::size_t most_of_one = 12;
 
-/// A type that makes each artifact which can show itself; null: only read so far.
-std::map<std::string, const TypeDescription*> showable(const Catalog& catalog)
-{
-    std::map<std::string, const TypeDescription*> makers;
-    for (const TypeDescription* type : catalog.types())
-        for (const char* side : {"inputs", "outputs"})
-            if (const Value* ports = type->kind == "stage" ? type->declaration.find(side) : nullptr)
-                for (const Value& port : ports->as_list())
-                    if (port.find("preview") != nullptr)
-                    {
-                        const TypeDescription*& maker = makers[port.at("artifact").as_string()];
-                        if (maker == nullptr && std::string_view(side) == "outputs")
-                            maker = type;
-                    }
-    return makers;
-}
-
 class Requests
 {
   public:
     Requests(const std::vector<ShownStage>& stages, const Catalog& catalog, const Store& store, const ShowingPage& page)
-        : stages_(stages), makers_(showable(catalog)), store_(store), page_(page)
+        : stages_(stages), catalog_(catalog), store_(store), page_(page)
     {
+        for (const TypeDescription* type : catalog.types())
+            if (type->kind == Viewer::component_kind)
+                viewers_.emplace(type->declaration.at("artifact").as_string(), type);
     }
 
     Value take()
@@ -59,6 +46,18 @@ class Requests
         libraries_.set(type.type, Value::Map{{"library", type.library.string()}, {"hash", type.library_hash}});
     }
 
+    /// The configuration of a component with its defaults.
+    Value used(const TypeDescription& type)
+    {
+        use(type);
+        Value config = Value::Map{{"type", type.type}};
+        for (const OptionDeclaration& option : read_declaration(type).options)
+            if (option.kind == OptionKind::component && !option.default_value.is_null())
+                if (const TypeDescription* part = catalog_.find(option.default_value.at("type").as_string()))
+                    config.set(option.name, used(*part));
+        return config;
+    }
+
     void add_outputs(const ShownStage& shown)
     {
         const PipelineStage& stage = *shown.stage;
@@ -68,17 +67,14 @@ class Requests
             const std::string& name = output.at("name").as_string();
             const std::string& artifact = output.at("artifact").as_string();
             const bool exports = std::ranges::find(exported, name) != exported.end();
-            const auto maker = makers_.find(artifact);
-            if (maker == makers_.end() || maker->second == nullptr || (!shown.names.empty() && !exports) ||
+            const auto viewer = viewers_.find(artifact);
+            if (viewer == viewers_.end() || (!shown.names.empty() && !exports) ||
                 !fs::is_directory(store_.object(shown.object) / name))
                 continue;
-            // What a command made is loaded by somebody else.
-            const TypeDescription& type = output.find("preview") != nullptr ? *stage.type : *maker->second;
-            use(type);
             Value request = Value::Map{{"stage", stage.name},
                                        {"port", name},
                                        {"artifact", artifact},
-                                       {"maker", type.type},
+                                       {"viewer", used(*viewer->second)},
                                        {"object", shown.object},
                                        {"readers", readers(stage.name, name)},
                                        {"names", Value::List(shown.names.begin(), shown.names.end())}};
@@ -95,13 +91,15 @@ class Requests
     {
         for (const Wire& wire : stage.wires)
         {
-            if (wire.file.empty() || !makers_.contains(wire.artifact) || !files_.insert(wire.file).second)
+            const auto viewer = viewers_.find(wire.artifact);
+            if (wire.file.empty() || viewer == viewers_.end() || !files_.insert(wire.file).second)
                 continue;
             for (const TypeDescription* component : stage.components)
                 use(*component);
             artifacts_.push_back(Value::Map{{"stage", stage.name},
                                             {"port", wire.port},
                                             {"artifact", wire.artifact},
+                                            {"viewer", used(*viewer->second)},
                                             {"file", wire.file.string()},
                                             {"reader", wire.reader},
                                             {"readers", Value::List{}},
@@ -138,7 +136,8 @@ class Requests
     }
 
     const std::vector<ShownStage>& stages_;
-    std::map<std::string, const TypeDescription*> makers_;
+    const Catalog& catalog_;
+    std::map<std::string, const TypeDescription*> viewers_;  ///< By the artifact.
     const Store& store_;
     const ShowingPage& page_;
     std::set<fs::path> files_;

@@ -2,6 +2,7 @@
 
 #include "pipeline/pipeline.h"
 #include "plugins/catalog.h"
+#include "report/page.h"
 #include "store/store.h"
 #include <fresco/value.h>
 
@@ -30,14 +31,13 @@ struct ShowingPage
     int longest_px = 720;          ///< Of its pictures.
 };
 
-/// Requests for make_previews: the artifacts of the stages, and those read from users' files, whose types bring something for a
-/// page. The stages are in a topological order.
+/// Requests for make_previews: the artifacts of the stages, and those read from users' files, that a viewer shows. The stages are
+/// in a topological order.
 Value preview_requests(const std::vector<ShownStage>& stages, const Catalog& catalog, const Store& store,
                        const ShowingPage& page);
 
-/// In a process of its own: opens plugins, loads the artifacts and lets them show themselves. A list of {stage, port, artifact,
-/// pictures, notes, …} (pipelines/results.md). What cannot be shown has a note. `images`: see image_component. Throws
-/// PluginFailure if there is no codec.
-Value make_previews(const Value& requests, const Value& images, const Store& store);
+/// In a process of its own: opens plugins, loads the artifacts and lets their viewers show them. What cannot be shown has a note.
+/// Throws PluginFailure where a plugin changed.
+PageMedia make_previews(const Value& requests, const Store& store);
 
 }  // namespace fresco::host

@@ -4,7 +4,7 @@
 
 #include "report/report.h"
 #include <fresco/error.h>
-#include <fresco/hash.h>
+#include <fresco/files_io.h>
 
 #include <algorithm>
 #include <set>
@@ -71,7 +71,7 @@ std::string signature_of(const ReportRequest& request, const Subject& subject)
     return content_hash(to_json(Value::Map{{"version", page_version()},
                                            {"file", request.run->pipeline->file.string()},
                                            {"until", request.run->until},
-                                           {"images", image_component(*request.catalog)},
+                                           {"viewers", viewers_of(*request.catalog)},
                                            {"stages", std::move(stages)}}));
 }
 

@@ -4,9 +4,9 @@
 
 #include "report/sweep_summary.h"
 #include <fresco/error.h>
-#include <fresco/hash.h>
-#include <fresco/preview.h>
+#include <fresco/files_io.h>
 
+#include <algorithm>
 #include <map>
 
 namespace fresco::host
@@ -30,6 +30,10 @@ class Summary
         : request_(request), run_(*request.run->run), pipeline_(*run_.pipeline), summary_(*request.run->summary),
           store_(run_.store)
     {
+        for (const TypeDescription* type : request.run->catalog->types())
+            if (type->kind == Viewer::component_kind)
+                for (const Value& extension : type->declaration.at("extensions").as_list())
+                    extensions_.push_back(extension.as_string());
         for (const PipelineStage& stage : pipeline_.stages)
             stages_.push_back(stage_data(stage, summary_.outcome_of(stage.name), store_));
         for (const CombinationOutcome& outcome : *request.outcomes)
@@ -68,8 +72,8 @@ class Summary
             if (summary_.outcome_of(pipeline_.stages[number].name) != nullptr)
                 stages.emplace_back(pipeline_.stages[number].name);
         Value::List pictures;
-        for (const std::size_t file :
-             pictures_of(pipeline_, summary_, outcome, request_.pictures, pictures_per_combination(request_.outcomes->size())))
+        for (const std::size_t file : pictures_of(pipeline_, summary_, outcome, extensions_, request_.pictures,
+                                                  pictures_per_combination(request_.outcomes->size())))
         {
             pictures.emplace_back(below_out(file));
             shown_[summary_.files[file].stage].push_back(file);
@@ -110,7 +114,7 @@ class Summary
                                                {"file", pipeline_.file.string()},
                                                {"combinations", std::move(combinations)},
                                                {"objects", std::move(objects)},
-                                               {"images", image_component(*request_.run->catalog)}}));
+                                               {"viewers", viewers_of(*request_.run->catalog)}}));
     }
 
     Value previews() const
@@ -134,6 +138,7 @@ class Summary
     const Pipeline& pipeline_;
     const RunSummary& summary_;
     Store store_;
+    std::vector<std::string> extensions_;                    ///< Of files that a viewer shows as pictures.
     std::map<std::string, std::vector<std::size_t>> shown_;  ///< By a stage: its pictures that stand for combinations.
     Value::List stages_;
     Value::List combinations_;
@@ -142,8 +147,10 @@ class Summary
 }  // namespace
 
 std::vector<std::size_t> pictures_of(const Pipeline& pipeline, const RunSummary& summary, const CombinationOutcome& outcome,
-                                     const std::string& stage, std::size_t most)
+                                     const std::vector<std::string>& extensions, const std::string& stage, std::size_t most)
 {
+    const auto is_picture = [&](const fs::path& file)
+    { return std::ranges::find(extensions, file.extension().string()) != extensions.end(); };
     const auto made_by = [&](const PipelineStage& maker)
     {
         std::vector<std::size_t> files;
@@ -167,8 +174,9 @@ std::vector<std::size_t> pictures_of(const Pipeline& pipeline, const RunSummary&
         }
     }
     std::vector<std::size_t> chosen;
-    for (const std::size_t i : evenly_spread(found.size(), most))
-        chosen.push_back(found[i]);
+    const std::size_t count = std::min(found.size(), most);
+    for (std::size_t i = 0; i < count; ++i)
+        chosen.push_back(found[(2 * i + 1) * found.size() / (2 * count)]);
     return chosen;
 }
 

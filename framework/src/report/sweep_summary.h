@@ -32,10 +32,10 @@ struct SweepSummaryFiles
 /// single-threaded.
 SweepSummaryFiles write_sweep_summary(const SweepSummaryRequest& request);
 
-/// The pictures (PNG, JPEG) that represent a combination, as indices into the summary's files: at most `most` of them, evenly
-/// spaced, all from one stage. That is `stage` if given, else the last stage with pictures of only this combination, else the
-/// last stage with pictures.
+/// The pictures, by their `extensions`, that represent a combination, as indices into the summary's files: at most `most` of
+/// them, evenly spaced, all from one stage. That is `stage` if given, else the last stage with pictures of only this combination,
+/// else the last stage with pictures.
 std::vector<std::size_t> pictures_of(const Pipeline& pipeline, const RunSummary& summary, const CombinationOutcome& outcome,
-                                     const std::string& stage, std::size_t most);
+                                     const std::vector<std::string>& extensions, const std::string& stage, std::size_t most);
 
 }  // namespace fresco::host

@@ -1,7 +1,7 @@
 #include "run/result_key.h"
 #include <fresco/error.h>
 #include <fresco/file_access.h>
-#include <fresco/hash.h>
+#include <fresco/files_io.h>
 
 #include <algorithm>
 #include <set>

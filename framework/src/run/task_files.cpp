@@ -3,7 +3,6 @@
 #include "run/task_table.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/hash.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 #include "store/stage_record.h"
 #include "base/records.h"
 #include <fresco/error.h>
-#include <fresco/hash.h>
+#include <fresco/files_io.h>
 
 namespace fresco::host
 {

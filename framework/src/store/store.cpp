@@ -3,7 +3,6 @@
 #include "base/records.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/hash.h>
 #include <fresco/parallel.h>
 #include <fresco/wording.h>
 

@@ -2,7 +2,7 @@
 
 #include "plugins/plugin_search.h"
 #include <fresco/error.h>
-#include <fresco/hash.h>
+#include <fresco/files_io.h>
 
 #include <algorithm>
 

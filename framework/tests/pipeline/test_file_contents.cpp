@@ -3,7 +3,7 @@
 
 #include "base/file_contents.h"
 #include <fresco/image_io.h>
-#include <fresco/mesh_io.h>
+#include <fresco/mesh.h>
 #include <fresco/npy.h>
 
 using namespace fresco::host;

@@ -3,7 +3,7 @@
 #include "base/file_stamp.h"
 #include "base/records.h"
 #include <fresco/error.h>
-#include <fresco/hash.h>
+#include <fresco/files_io.h>
 
 #include <sys/statfs.h>
 #include <sys/statvfs.h>

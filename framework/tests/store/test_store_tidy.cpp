@@ -4,7 +4,6 @@
 #include "store/store_tidy.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/hash.h>
 
 #include <sys/stat.h>
 

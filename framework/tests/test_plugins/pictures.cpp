@@ -1,24 +1,35 @@
-// Reads a text file with a number as a picture of that value, and writes pictures as text. 13 crashes it, 14 is broken, 15 takes
-// as long as a file "open" lies in the working folder.
+// Shows text files with a number as pictures of that number. 13 crashes it, 14 is broken, 15 takes as long as a file "open" lies
+// in the working folder.
 #include <fresco/error.h>
+#include <fresco/files.h>
 #include <fresco/files_io.h>
-#include <fresco/image_io.h>
 #include <fresco/stage.h>
+#include <fresco/viewer.h>
 
 #include <chrono>
 #include <csignal>
-#include <span>
 #include <string>
 #include <thread>
 
 namespace
 {
 
-class TextImages final : public fresco::ImageIo
+class TextViewer final : public fresco::Viewer
 {
   public:
-    fresco::ImageHeader header(const std::filesystem::path&) const override { return {960, 480}; }
-    fresco::Raster8 read_rgb(const std::filesystem::path& file) const override
+    TextViewer() : Viewer(fresco::RegisteredArtifact<fresco::Files>::type) {}
+    std::vector<std::string> extensions() const override { return {".png", ".jpg", ".jpeg"}; }
+    void show(const fresco::Artifact& artifact, fresco::PageEntry& entry) const override
+    {
+        const auto& files = dynamic_cast<const fresco::Files&>(artifact);
+        for (const std::string& name : entry.names.empty() ? files.names : entry.names)
+            if (name.ends_with(".png"))
+                entry.append("pictures",
+                             fresco::Value::Map{{"name", name}, {"uri", picture(files.loaded_from / name, entry.longest_px)}});
+    }
+
+  private:
+    static std::string picture(const std::filesystem::path& file, int longest_px)
     {
         const int value = std::stoi(fresco::read_text_file(file));
         if (value == 13)
@@ -30,19 +41,9 @@ class TextImages final : public fresco::ImageIo
             fresco::write_file(open, std::string_view());
         while (value == 15 && std::filesystem::exists(open))
             std::this_thread::sleep_for(std::chrono::milliseconds(10));
-        return {960, 480, 3, static_cast<std::uint8_t>(value)};
-    }
-    fresco::Raster16 read_depth(const std::filesystem::path& file) const override { throw fresco::Error(file.string()); }
-    std::vector<std::byte> encode_png(const fresco::Raster8& image) const override { return encode_jpeg(image, 0); }
-    std::vector<std::byte> encode_png(const fresco::Raster16&) const override { return {}; }
-    std::vector<std::byte> encode_jpeg(const fresco::Raster8& image, int) const override
-    {
-        const std::string text =
-            std::to_string(image.width) + "x" + std::to_string(image.height) + " of " + std::to_string(image.values.at(0));
-        const auto bytes = std::as_bytes(std::span(text));
-        return {bytes.begin(), bytes.end()};
+        return "data:," + std::to_string(longest_px) + "px of " + std::to_string(value);
     }
 };
-FRESCO_COMPONENT("image.test", TextImages, fresco::ImageIo, "Text for pictures")
+FRESCO_COMPONENT("view.test", TextViewer, fresco::Viewer, "Text for pictures")
 
 }  // namespace

@@ -1,7 +1,7 @@
 #include "program.h"
 
 #include "worker/stage_run.h"
-#include <fresco/hash.h>
+#include <fresco/files_io.h>
 
 using fresco::Value;
 using fresco::host::without_folders;

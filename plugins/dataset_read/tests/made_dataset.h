@@ -3,8 +3,7 @@
 #include <fresco/dataset/dataset_files.h>
 #include <fresco/dataset/manifest.h>
 #include <fresco/files_io.h>
-#include <fresco/hash.h>
-#include <fresco/mesh_io.h>
+#include <fresco/mesh.h>
 #include <fresco/random.h>
 #include <fresco/value.h>
 

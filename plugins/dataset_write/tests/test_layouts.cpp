@@ -6,8 +6,7 @@
 
 #include <fresco/files.h>
 #include <fresco/files_io.h>
-#include <fresco/hash.h>
-#include <fresco/mesh_io.h>
+#include <fresco/mesh.h>
 #include <fresco/testing.h>
 #include <fresco/value.h>
 

@@ -6,9 +6,8 @@
 #include <fresco/dataset/dataset_files.h>
 #include <fresco/files.h>
 #include <fresco/files_io.h>
-#include <fresco/hash.h>
 #include <fresco/images/sharpness.h>
-#include <fresco/mesh_io.h>
+#include <fresco/mesh.h>
 #include <fresco/testing.h>
 
 #include <cmath>

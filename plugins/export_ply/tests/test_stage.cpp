@@ -3,7 +3,7 @@
 
 #include <fresco/files.h>
 #include <fresco/files_io.h>
-#include <fresco/mesh_io.h>
+#include <fresco/mesh.h>
 #include <fresco/testing.h>
 #include <fresco/texture.h>
 

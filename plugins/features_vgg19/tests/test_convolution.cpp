@@ -2,7 +2,6 @@
 #include "random_numbers.h"
 
 #include <fresco/parallel.h>
-#include <fresco/processor.h>
 
 #include "catch.h"
 

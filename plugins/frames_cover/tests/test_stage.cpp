@@ -2,8 +2,8 @@
 #include "raw_images.h"
 #include "shared_data.h"
 
+#include <fresco/files_io.h>
 #include <fresco/frames.h>
-#include <fresco/hash.h>
 #include <fresco/mesh.h>
 #include <fresco/npy.h>
 #include <fresco/stage.h>

@@ -3,8 +3,8 @@
 
 #include "shared_data.h"
 
+#include <fresco/files_io.h>
 #include <fresco/frames.h>
-#include <fresco/hash.h>
 #include <fresco/image_io.h>
 #include <fresco/images/sharpness.h>
 #include <fresco/npy.h>

@@ -1,7 +1,7 @@
 #include "nearest.h"
 #include "random_tensor.h"
 
-#include <fresco/progress.h>
+#include <fresco/parallel.h>
 #include <fresco/torch/testing.h>
 
 #include <ATen/ATen.h>

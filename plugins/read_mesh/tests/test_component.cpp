@@ -2,7 +2,7 @@
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/mesh_io.h>
+#include <fresco/mesh.h>
 #include <fresco/reader.h>
 #include <fresco/testing.h>
 

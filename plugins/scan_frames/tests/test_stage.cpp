@@ -1,7 +1,7 @@
 #include "catch.h"
 #include "reader_checks.h"
 
-#include <fresco/hash.h>
+#include <fresco/files_io.h>
 #include <fresco/npy.h>
 
 #include <set>

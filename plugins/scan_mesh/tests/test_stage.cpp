@@ -5,7 +5,6 @@
 
 #include <fresco/files_io.h>
 #include <fresco/mesh.h>
-#include <fresco/mesh_io.h>
 #include <fresco/stage.h>
 #include <fresco/testing.h>
 

@@ -2,7 +2,7 @@
 #include "reader_checks.h"
 #include "shared_data.h"
 
-#include <fresco/hash.h>
+#include <fresco/files_io.h>
 
 #include <algorithm>
 

@@ -1,7 +1,7 @@
 #include "catch.h"
 #include "search.h"
 
-#include <fresco/processor.h>
+#include <fresco/parallel.h>
 #include <fresco/random.h>
 
 #include <cmath>

@@ -2,7 +2,7 @@
 #include "finder_cases.h"
 #include "raster_finder.h"
 
-#include <fresco/processor.h>
+#include <fresco/parallel.h>
 
 #include <algorithm>
 #include <array>

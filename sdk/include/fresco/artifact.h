@@ -5,7 +5,6 @@
 #include <set>
 #include <string>
 #include <string_view>
-#include <type_traits>
 #include <vector>
 
 /// \file What stages pass to each other, as a class with save and load. Every artifact type derives from Artifact; stages name
@@ -15,7 +14,6 @@ namespace fresco
 {
 
 class ImageIo;
-class Preview;
 class RunContext;
 struct Exchange;
 struct ExchangeForm;
@@ -27,6 +25,19 @@ struct ArtifactFolder
     std::filesystem::path
         store;  ///< The store's root, so that references to other results survive moving the store; may be empty.
     std::set<std::string>* references = nullptr;  ///< Where reference_to notes the results that are referred to; may be null.
+};
+
+/// Something whose number says how large an artifact is, declared beside the artifact's type in the namespace `count`.
+struct Counted
+{
+    std::string_view name;               ///< "faces"
+    double assumed = 0;                  ///< Where nothing says how many there are.
+    std::string_view carried_by{};       ///< The artifact whose wires carry this number and no other; empty: other wires do, …
+    std::string_view also_carried_by{};  ///< … and those of this artifact, where no other wire does.
+    const Counted* each_of = nullptr;    ///< Seconds and disk count it for each of these (or each step), memory once.
+    double in_square = 1;                ///< How many the square of an option has.
+
+    friend bool operator==(const Counted&, const Counted&) = default;
 };
 
 /// A typed value passed along an edge of the pipeline. A type `T` derives from Artifact, can be made without arguments, and has
@@ -57,9 +68,6 @@ class Artifact
     /// Writes the files of a form; the default: those of save.
     virtual void write_exchange(const Exchange& to) const;
     static std::vector<ExchangeForm> exchange_forms();
-    /// Gives the page of a run what there is to look at (fresco/preview.h); the default gives nothing, and then the host does not
-    /// load the artifact for it. Throws Error for what cannot be shown: the page says so, and keeps what was given before.
-    virtual void preview(Preview& page) const;
 
   protected:
     Artifact() = default;
@@ -101,8 +109,63 @@ inline std::vector<ExchangeForm> Artifact::exchange_forms()
     return {{}};
 }
 
-/// Whether values of the type bring something for the page of a run.
+struct ArtifactType
+{
+    std::string name;
+    int version = 1;
+    std::string parts_file;           ///< T::parts_file; empty where values have no named parts.
+    std::vector<ExchangeForm> forms;  ///< The default first.
+    std::shared_ptr<const Artifact> (*load)(const ArtifactFolder&) = nullptr;
+    std::shared_ptr<const Artifact> (*from_exchange)(const Exchange&) = nullptr;
+
+    /// nullptr where it has no form of that name; an empty name: the default.
+    const ExchangeForm* form(std::string_view as) const;
+    /// What `as` may say; empty where there is one form only.
+    std::vector<std::string> form_names() const;
+};
+
+/// Those of the SDK, and of every plugin that this process has open.
+std::vector<const ArtifactType*> artifact_types();
+/// nullptr for other names.
+const ArtifactType* find_artifact_type(std::string_view name);
+
+/// Makes `T` one of artifact_types as soon as the library that uses it is opened. Each Input<T> and Output<T> does.
 template <class T>
-inline constexpr bool has_preview = !std::is_same_v<decltype(&T::preview), decltype(&Artifact::preview)>;
+struct RegisteredArtifact
+{
+    static const ArtifactType& type;
+};
+
+namespace detail
+{
+/// The first registration of a name counts. A pointer: GCC takes a reference for one to the argument.
+const ArtifactType* register_artifact_type(ArtifactType type);
+/// Throws Error unless the program wrote the files of the form.
+void check_exchange_files(const std::vector<ExchangeForm>& forms, const Exchange& from);
+
+template <class T>
+std::string parts_file_of()
+{
+    if constexpr (requires { T::parts_file; })
+        return std::string(T::parts_file);
+    return {};
+}
+
+template <class T>
+std::shared_ptr<const Artifact> taken_from_exchange(const Exchange& from)
+{
+    check_exchange_files(T::exchange_forms(), from);
+    if constexpr (requires { T::from_exchange(from); })
+        return T::from_exchange(from);
+    else
+        return T::load(from.folder);
+}
+}  // namespace detail
+
+template <class T>
+const ArtifactType& RegisteredArtifact<T>::type = *detail::register_artifact_type(
+    {std::string(T::artifact_name), T::artifact_version, detail::parts_file_of<T>(), T::exchange_forms(),
+     [](const ArtifactFolder& folder) -> std::shared_ptr<const Artifact> { return T::load(folder); },
+     detail::taken_from_exchange<T>});
 
 }  // namespace fresco

@@ -63,7 +63,6 @@ class DeclaredOutput final : public OutputPort
     // It is in its folder once it was taken back.
     void save() const override {}
     std::shared_ptr<const Artifact> value() const override { return nullptr; }
-    std::shared_ptr<const Artifact> load(const ArtifactFolder& folder) const override { return type().load(folder); }
 
     /// The path that a program gets for what it makes: in `scratch`, which is empty, or the artifact's own folder.
     std::filesystem::path place(const std::filesystem::path& scratch) const;

@@ -34,7 +34,6 @@ struct Files : Artifact
     /// Lists every file that there is in and below the folder.
     static std::shared_ptr<Files> from_exchange(const Exchange& from);
     /// The pictures and videos among them.
-    void preview(Preview& page) const override;
 };
 
 /// A table: named columns, one Value per cell. On disk: `table.json` {"columns": […], "rows": [[…], …]}.

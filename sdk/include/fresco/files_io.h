@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <span>
@@ -17,6 +18,7 @@
 ///   copy_files          many durable copies with one flush
 /// All throw Error naming the file and the cause, such as a full disk, and leave nothing behind. Below a folder in which links
 /// are forbidden (file_access.h), a link in place of a folder is an error, and one in place of the file is replaced.
+
 namespace fresco
 {
 
@@ -50,5 +52,11 @@ struct FileCopy
 /// None of the copies appears under its name before the data of all are on the disk; `written` is called then. Opens a descriptor
 /// per file. Throws what `written` throws, too.
 void copy_files(std::span<const FileCopy> copies, const std::function<void()>& written = {});
+
+/// 128-bit content hash (XXH3) as 32 hexadecimal digits. Not cryptographic: it finds change and damage, not an attacker.
+std::string content_hash(std::span<const std::byte> bytes);
+std::string content_hash(std::string_view text);
+/// The same for a file's bytes, streamed. Throws MissingInput if it cannot be read.
+std::string file_hash(const std::filesystem::path& file);
 
 }  // namespace fresco

@@ -2,7 +2,6 @@
 
 #include <fresco/artifact.h>
 #include <fresco/camera.h>
-#include <fresco/cost.h>
 #include <fresco/image.h>
 
 #include <filesystem>
@@ -63,7 +62,6 @@ class Frames : public Artifact
     /// Pictures of the user are read files of the run, those of the store and of the folder are referred to as such.
     static std::shared_ptr<Frames> from_exchange(const Exchange& from);
     /// What the cameras saw where stages made pictures under the frames' names, <sequence>_<frame>.png; and where to stand.
-    void preview(Preview& page) const override;
 };
 
 /// The color picture as RGB (3 channels), of exactly color.intrinsics' size. NPY needs no codec; other formats use `images`,

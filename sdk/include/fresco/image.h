@@ -71,7 +71,6 @@ struct Image : Artifact
     void write_exchange(const Exchange& to) const override;
     static std::shared_ptr<Image> from_exchange(const Exchange& from);
     /// Itself.
-    void preview(Preview& page) const override;
 };
 
 }  // namespace fresco

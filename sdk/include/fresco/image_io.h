@@ -1,8 +1,8 @@
 #pragma once
 
 #include <fresco/component.h>
-#include <fresco/file_format.h>
 #include <fresco/image.h>
+#include <fresco/option_declaration.h>
 
 #include <cstddef>
 #include <filesystem>

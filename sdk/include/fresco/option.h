@@ -1,7 +1,7 @@
 #pragma once
 
 #include <fresco/component.h>
-#include <fresco/file_format.h>
+#include <fresco/option_declaration.h>
 
 #include <filesystem>
 #include <initializer_list>
@@ -201,5 +201,44 @@ extern template class Option<InputFiles>;
 extern template class Option<CommandLine>;
 extern template class Option<InputFolder>;
 extern template class Option<OutputName>;
+
+/// A text option whose words stand for the values of an enumeration: `*option` is that value.
+template <class Enum>
+class Choice final
+{
+  public:
+    using Words = std::vector<std::pair<std::string, Enum>>;
+    Choice(Configurable* owner, std::string name, Enum value, const Words& words, std::string help)
+        : words_(words), option_(owner, std::move(name), word(value), accepted(), std::move(help))
+    {
+    }
+
+    Enum operator*() const
+    {
+        for (const auto& [word, value] : words_)
+            if (word == *option_)
+                return value;
+        return words_.front().second;
+    }
+
+  private:
+    std::string word(Enum value) const
+    {
+        for (const auto& [word, of_word] : words_)
+            if (of_word == value)
+                return word;
+        return {};
+    }
+    OneOf accepted() const
+    {
+        OneOf result;
+        for (const auto& [word, value] : words_)
+            result.words.push_back(word);
+        return result;
+    }
+
+    Words words_;
+    Option<std::string> option_;
+};
 
 }  // namespace fresco

@@ -1,8 +1,8 @@
 #pragma once
 
-#include <fresco/file_format.h>
 #include <fresco/value.h>
 
+#include <cstddef>
 #include <map>
 #include <optional>
 #include <string>
@@ -14,6 +14,28 @@
 
 namespace fresco
 {
+
+struct FileFormat
+{
+    std::string name{};                     ///< "a PLY mesh"
+    std::vector<std::string> extensions{};  ///< Lower case, with the dot: ".ply".
+    bool is_text = false;                   ///< White space does not count before `begins` and behind `ends`.
+    std::vector<std::string> begins{};      ///< The file has one of these at `begins_at`; empty: `holds` tells the format.
+    std::size_t begins_at = 0;
+    std::vector<std::string> holds{};  ///< It has one of these in its first MiB; "\n" also stands for the beginning.
+    std::vector<std::string> ends{};   ///< It has one of these at the end of a text, behind the last header of other files.
+    std::size_t length_at = 0;         ///< Where it says how long it is, in a little-endian number of …
+    std::size_t length_bytes = 0;      ///< … so many bytes (0: nowhere), …
+    std::size_t length_from = 0;       ///< … counted from here.
+
+    static FileFormat from(const Value& description);
+    Value describe() const;
+};
+
+/// Of all of them, each once.
+std::vector<std::string> all_extensions(const std::vector<FileFormat>& formats);
+
+FileFormat json_format();
 
 enum class OptionKind
 {

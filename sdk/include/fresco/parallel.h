@@ -4,12 +4,23 @@
 #include <functional>
 #include <string_view>
 
-/// \file How stages use the threads that the host gives them, with the same bytes for any number of threads.
+/// \file How stages use the threads and the vectors of the processor, with the same bytes for any number of threads.
 
 namespace fresco
 {
 
-class Progress;
+/// Where a long algorithm says how far it is and learns that it must stop. Callable from any thread.
+class Progress
+{
+  public:
+    virtual ~Progress();
+    /// `done` of `total` units ("frames", "faces", "steps"); total 0 = unknown. Cheap: call it as often as you like.
+    virtual void progress(double done, double total, std::string_view unit);
+    /// Throws fresco::Canceled once the run must stop. Call it at least every second.
+    virtual void check_canceled() const;
+    /// Threads this work may use; results do not depend on it.
+    virtual int threads() const;
+};
 
 /// Calls `work(begin, end)` for pieces of [0, count) of at most `grain` items on up to `threads` threads. The pieces depend
 /// only on `count` and `grain`, never on `threads`, so that per-piece results summed in order are the same for any thread count.
@@ -20,5 +31,35 @@ void parallel_for(std::size_t count, std::size_t grain, int threads, const std::
 /// each and reports afterward how many are done, in `unit` ("views").
 void parallel_for_each(std::size_t count, std::string_view unit, Progress& progress,
                        const std::function<void(std::size_t)>& work);
+
+/// AVX2 and FMA.
+inline bool runs_avx2()
+{
+#if defined(__x86_64__)
+    return __builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0;
+#else
+    return false;
+#endif
+}
+
+/// AVX-512 F, BW, VL and DQ: all that these loops are compiled with.
+inline bool runs_avx512()
+{
+#if defined(__x86_64__)
+    return __builtin_cpu_supports("avx512f") != 0 && __builtin_cpu_supports("avx512bw") != 0 &&
+           __builtin_cpu_supports("avx512vl") != 0 && __builtin_cpu_supports("avx512dq") != 0;
+#else
+    return false;
+#endif
+}
+
+/// The fastest of three kernels that this processor runs. The first two may be null: not compiled for this architecture.
+template <class Kernel>
+const Kernel& fastest_of(const Kernel* avx512, const Kernel* avx2, const Kernel* base)
+{
+    if (avx512 != nullptr && runs_avx512())
+        return *avx512;
+    return avx2 != nullptr && runs_avx2() ? *avx2 : *base;
+}
 
 }  // namespace fresco

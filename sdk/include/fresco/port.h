@@ -1,6 +1,6 @@
 #pragma once
 
-#include <fresco/artifact_type.h>
+#include <fresco/artifact.h>
 #include <fresco/component.h>
 
 #include <filesystem>
@@ -114,8 +114,6 @@ class OutputPort
     /// After `run`: writes the value; throws Error if the stage gave none.
     virtual void save() const = 0;
     virtual std::shared_ptr<const Artifact> value() const = 0;
-    /// Loads a value of this output's type from a stored artifact's folder.
-    virtual std::shared_ptr<const Artifact> load(const ArtifactFolder& folder) const = 0;
 
   protected:
     OutputPort(Configurable* owner, std::string name, const ArtifactType& type, bool is_optional, std::string help,
@@ -172,7 +170,6 @@ class Output final : public OutputPort
         value_->save(folder_);
     }
     std::shared_ptr<const Artifact> value() const override { return value_; }
-    std::shared_ptr<const Artifact> load(const ArtifactFolder& folder) const override { return T::load(folder); }
 
   private:
     std::shared_ptr<const T> value_;

@@ -2,7 +2,7 @@
 
 #include <fresco/artifact.h>
 #include <fresco/component.h>
-#include <fresco/file_format.h>
+#include <fresco/option_declaration.h>
 
 #include <filesystem>
 #include <memory>

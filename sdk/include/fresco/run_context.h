@@ -1,6 +1,6 @@
 #pragma once
 
-#include <fresco/progress.h>
+#include <fresco/parallel.h>
 #include <fresco/value.h>
 
 #include <cstddef>

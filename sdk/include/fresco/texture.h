@@ -1,7 +1,6 @@
 #pragma once
 
 #include <fresco/artifact.h>
-#include <fresco/cost.h>
 #include <fresco/image.h>
 #include <fresco/math.h>
 #include <fresco/mesh.h>
@@ -69,7 +68,6 @@ struct TexturedMesh : Artifact
     void write_exchange(const Exchange& to) const override;
     static std::shared_ptr<TexturedMesh> from_exchange(const Exchange& from);
     /// The atlas and the room to turn around, of the last textured mesh of a pipeline.
-    void preview(Preview& page) const override;
 };
 
 /// Texels per side to paint at: `size_px`, an option whose 0 stands for `laid_out_px`, the texture_px of what `source` names

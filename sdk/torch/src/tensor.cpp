@@ -1,5 +1,5 @@
 #include <fresco/files_io.h>
-#include <fresco/matrix_multiply.h>
+#include <fresco/math.h>
 #include <fresco/parallel.h>
 #include <fresco/torch/tensor.h>
 #include <fresco/torch/tensor_memory.h>

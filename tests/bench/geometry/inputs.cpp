@@ -5,7 +5,7 @@
 #include "scan_mesh.h"
 
 #include <fresco/error.h>
-#include <fresco/mesh_io.h>
+#include <fresco/mesh.h>
 #include <fresco/recordings/parsing.h>
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 
 #include <fresco/camera.h>
 #include <fresco/mesh.h>
-#include <fresco/progress.h>
+#include <fresco/parallel.h>
 
 #include <filesystem>
 #include <string>

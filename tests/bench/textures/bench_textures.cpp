@@ -10,7 +10,7 @@
 #include "samples.h"
 #include "usdz.h"
 
-#include <fresco/preview.h>
+#include <fresco/page/page.h>
 #include <fresco/texturing/exports.h>
 
 #include <algorithm>
@@ -147,7 +147,7 @@ Value paging(Measure& measure)
 {
     const Mesh mesh = with_texcoords();
     std::string packed;
-    const double packed_ms = cpu_ms(measure, [&] { packed = to_json(page_room(mesh, {})); });
+    const double packed_ms = cpu_ms(measure, [&] { packed = to_json(page::room(mesh, {})); });
     std::string plain;
     const double plain_ms = cpu_ms(measure,
                                    [&]

@@ -2,7 +2,6 @@
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/hash.h>
 #include <fresco/npy.h>
 
 #include <algorithm>

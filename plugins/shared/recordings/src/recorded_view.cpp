@@ -1,6 +1,5 @@
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/hash.h>
 #include <fresco/npy.h>
 #include <fresco/parallel.h>
 #include <fresco/recordings/recorded_view.h>

@@ -1,6 +1,6 @@
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/mesh_io.h>
+#include <fresco/mesh.h>
 #include <fresco/recordings/recording_stage.h>
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 
 #include "written_recording.h"
 
-#include <fresco/mesh_io.h>
+#include <fresco/mesh.h>
 
 #include <algorithm>
 #include <filesystem>

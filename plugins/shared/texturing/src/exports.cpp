@@ -1,6 +1,6 @@
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/mesh_io.h>
+#include <fresco/mesh.h>
 #include <fresco/npy.h>
 #include <fresco/texturing/exports.h>
 #include <fresco/texturing/texture_pictures.h>

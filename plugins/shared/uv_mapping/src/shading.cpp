@@ -1,6 +1,6 @@
 #include "shading_kernel.h"
 
-#include <fresco/processor.h>
+#include <fresco/parallel.h>
 #include <fresco/uv_mapping/into_camera.h>
 #include <fresco/uv_mapping/shading.h>
 

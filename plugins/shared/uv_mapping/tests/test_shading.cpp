@@ -2,7 +2,7 @@
 #include "shading_kernel.h"
 #include "view_cases.h"
 
-#include <fresco/processor.h>
+#include <fresco/parallel.h>
 #include <fresco/uv_mapping/into_camera.h>
 #include <fresco/uv_mapping/shading.h>
 

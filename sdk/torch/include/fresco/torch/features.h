@@ -1,7 +1,7 @@
 #pragma once
 
 #include <fresco/component.h>
-#include <fresco/progress.h>
+#include <fresco/parallel.h>
 
 #include <torch/types.h>
 

@@ -3,7 +3,7 @@
 /// \file Named tensors in files, read as bytes: safetensors, and the state dicts that PyTorch saves. Nothing in a file is ever
 /// executed, and no size that a file claims is believed before it is compared with the bytes that are there.
 
-#include <fresco/file_format.h>
+#include <fresco/option_declaration.h>
 
 #include <cstddef>
 #include <cstdint>

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <fresco/geometry/topology.h>
-#include <fresco/progress.h>
+#include <fresco/parallel.h>
 
 #include <cstdint>
 #include <vector>

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <fresco/mesh.h>
-#include <fresco/progress.h>
+#include <fresco/parallel.h>
 
 #include <cstddef>
 

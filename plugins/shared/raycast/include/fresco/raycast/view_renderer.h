@@ -5,7 +5,7 @@
 #include <fresco/image.h>
 #include <fresco/math.h>
 #include <fresco/option.h>
-#include <fresco/progress.h>
+#include <fresco/parallel.h>
 #include <fresco/raycast/scene.h>
 #include <fresco/texture.h>
 

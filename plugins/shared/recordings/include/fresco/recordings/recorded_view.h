@@ -3,7 +3,7 @@
 #include <fresco/camera.h>
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
-#include <fresco/progress.h>
+#include <fresco/parallel.h>
 #include <fresco/recordings/lens.h>
 #include <fresco/recordings/parsing.h>
 

@@ -2,7 +2,7 @@
 
 #include <fresco/image.h>
 #include <fresco/mesh.h>
-#include <fresco/progress.h>
+#include <fresco/parallel.h>
 #include <fresco/texturing/texel_faces.h>
 
 #include <cstddef>

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <fresco/image.h>
-#include <fresco/progress.h>
+#include <fresco/parallel.h>
 #include <fresco/texture.h>
 #include <fresco/texturing/texel_faces.h>
 

@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace fresco::detail
+namespace fresco::page
 {
 
 /// A mesh for a page, in about 10 bytes per vertex and 4 per face.
@@ -26,4 +26,4 @@ struct PackedMesh
 /// extent/65535, a texcoord outside of [0, 1] to the border. The mesh must have passed check_mesh and have texcoords.
 PackedMesh pack_mesh(const Mesh& mesh);
 
-}  // namespace fresco::detail
+}  // namespace fresco::page

@@ -1,0 +1,177 @@
+#include "catch.h"
+#include "stored_png.h"
+
+#include <fresco/error.h>
+#include <fresco/files.h>
+#include <fresco/files_io.h>
+#include <fresco/frames.h>
+#include <fresco/testing.h>
+#include <fresco/texture.h>
+#include <fresco/viewer.h>
+
+#include <cmath>
+
+using namespace fresco;
+
+namespace
+{
+
+/// Encodes JPEG as PNG; a test looks at sizes and colors.
+class Codec final : public stored_png::Codec
+{
+  public:
+    std::vector<std::byte> encode_jpeg(const Raster8& image, int) const override { return encode_png(image); }
+};
+
+/// Adds what the artifact's viewer shows.
+template <class T>
+void show(const T& artifact, PageEntry& entry)
+{
+    const auto viewer = testing::make_from_plugin<Viewer>(FRESCO_PLUGIN_FILE, "view." + std::string(T::artifact_name));
+    testing::TestFactory factory;
+    factory.add("codec", [] { return std::make_shared<Codec>(); });
+    viewer->configure(Value::Map{{"images", Value::Map{{"type", "codec"}}}}, factory);
+    CHECK(viewer->type().name == T::artifact_name);
+    viewer->show(artifact, entry);
+}
+
+/// About the world's y axis, which points down: a camera turned by `turn`, and down by `pitch`.
+Frame looking(double turn, double pitch)
+{
+    Frame frame;
+    const Mat3 turned{std::cos(turn), 0, std::sin(turn), 0, 1, 0, -std::sin(turn), 0, std::cos(turn)};
+    const Mat3 down{1, 0, 0, 0, std::cos(pitch), std::sin(pitch), 0, -std::sin(pitch), std::cos(pitch)};
+    frame.color.world_from_camera.rotation = turned * down;
+    return frame;
+}
+
+std::vector<std::string> names_of(const PageEntry& entry)
+{
+    std::vector<std::string> names;
+    if (const Value* pictures = entry.value.find("pictures"))
+        for (const Value& picture : pictures->as_list())
+            names.push_back(picture.at("name").as_string());
+    return names;
+}
+
+using Names = std::vector<std::string>;
+
+}  // namespace
+
+TEST_CASE("up is found from cameras that look down on all sides, and on one side")
+{
+    const auto up_of = [&](const Frames& frames)
+    {
+        PageEntry page;
+        show(frames, page);
+        return page.value.at("cameras").at("up").as_list().at(1).as_double();
+    };
+    Frames around;
+    for (const double turn : {0.0, 0.7, 1.5, 2.0})
+        around.frames.push_back(looking(turn, 0.6));
+    CHECK(up_of(around) < -0.999);
+    Frames one;
+    one.frames.push_back(looking(0.3, 0.2));
+    CHECK(up_of(one) < -0.97);
+    // Of earlier frames that nobody made pictures of there is nothing to see.
+    PageEntry page;
+    page.last = false;
+    show(one, page);
+    CHECK(page.value == Value(Value::Map{}));
+}
+
+TEST_CASE("frames show what the cameras saw where others made pictures, files the pictures asked for")
+{
+    const testing::TemporaryFolder folder;
+    const auto write = [&](const std::string& name) { write_file(folder.path() / name, Codec().encode_png(Raster8(4, 2, 3))); };
+    Frames frames;
+    for (const char* name : {"a", "b", "c"})
+    {
+        write(std::string(name) + ".png");
+        frames.frames.push_back(looking(0, 0));
+        frames.frames.back().sequence = "s";
+        frames.frames.back().name = name;
+        frames.frames.back().color.intrinsics = {4, 2, 1, 1, 0, 0};
+        frames.frames.back().color_picture.path = folder.path() / (std::string(name) + ".png");
+    }
+    PageEntry seen;
+    seen.last = false;
+    seen.names = {"views/s_b.png", "other/s_b.jpg", "views/x.png"};
+    show(frames, seen);
+    CHECK(names_of(seen) == Names{"s_b"});
+    CHECK(seen.value.at("pictures").as_list()[0].at("pose").at("forward") == parse_json("[0.0, 0.0, 1.0]"));
+    CHECK(seen.value.find("cameras") != nullptr);
+
+    Files files;
+    files.loaded_from = folder.path();
+    files.names = {"a.png", "b.png", "c.png", "note.txt"};
+    PageEntry all;
+    show(files, all);
+    CHECK(names_of(all) == Names{"a.png", "b.png", "c.png"});
+    PageEntry some;
+    some.most_pictures = 1;
+    show(files, some);
+    CHECK(names_of(some) == Names{"b.png"});
+    PageEntry chosen;
+    chosen.names = {"c.png"};
+    show(files, chosen);
+    CHECK(names_of(chosen) == Names{"c.png"});
+    auto compressed = Codec().encode_png(Raster8(4, 2, 3));
+    compressed.at(43) = std::byte{2};
+    write_file(folder.path() / "b.png", compressed);
+    PageEntry broken;
+    show(files, broken);
+    CHECK(names_of(broken) == Names{"a.png", "c.png"});
+    CHECK(broken.value.at("notes").as_list().size() == 1);
+}
+
+TEST_CASE("a page holds videos up to a limit, and says which others there are")
+{
+    const testing::TemporaryFolder folder;
+    Files files;
+    files.loaded_from = folder.path();
+    files.names = {"a.mp4", "b.webm", "c.mp4", "d.mp4", "e.mp4"};
+    for (const std::string& name : files.names)
+        write_file(folder.path() / name, std::vector<std::byte>(name == "e.mp4" ? 9'000'000 : 7'000'000));
+    PageEntry page;
+    show(files, page);
+    CHECK(names_of(page) == Names{"a.mp4", "b.webm", "c.mp4"});
+    CHECK(page.value.at("pictures").as_list()[1].at("uri").as_string().starts_with("data:video/webm;base64,"));
+    CHECK(page.value.at("notes") ==
+          Value(Value::List{"d.mp4: a video of 7.0 MB is not put into the page, which takes 3.0 MB more; open the file",
+                            "e.mp4: a video of 9.0 MB is not put into the page, which takes 8.0 MB at most; open the file"}));
+}
+
+TEST_CASE("the last textured mesh shows its atlas and its room, one without texcoords only the atlas")
+{
+    TexturedMesh room;
+    room.image.pixels = Raster8(8, 8, 3);
+    room.mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    room.mesh.triangles = {{0, 1, 2}};
+    PageEntry without;
+    CHECK_THROWS_WITH(show(room, without), Catch::Contains("no texcoords"));
+    CHECK(names_of(without) == Names{"8 × 8 texels"});
+    room.mesh.texcoords = {{0, 0}, {1, 0}, {0, 1}};
+    PageEntry page;
+    show(room, page);
+    CHECK(page.scripts != nullptr);
+    CHECK(page.value.at("room").at("triangles") == Value(1));
+    CHECK(page.value.at("room").at("geometry").as_string().size() % 4 == 0);
+    CHECK(page.value.at("room").at("texture").as_string().starts_with("data:image/jpeg;base64,"));
+    PageEntry earlier;
+    earlier.last = false;
+    show(room, earlier);
+    CHECK(earlier.value == Value(Value::Map{}));
+}
+
+TEST_CASE("a picture shows itself, and an empty one nothing")
+{
+    PageEntry nothing;
+    show(Image(), nothing);
+    CHECK(nothing.value == Value(Value::Map{}));
+    PageEntry entry;
+    Image picture;
+    picture.pixels = Raster8(4, 2, 3);
+    show(picture, entry);
+    CHECK(names_of(entry) == Names{""});
+}

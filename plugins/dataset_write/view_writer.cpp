@@ -5,6 +5,7 @@
 #include <fresco/files_io.h>
 #include <fresco/images/sharpness.h>
 #include <fresco/uv_mapping/view_frames.h>
+#include <fresco/wording.h>
 
 #include <fmt/format.h>
 
@@ -45,13 +46,6 @@ namespace
 constexpr float millimeters = 1000;
 constexpr float no_depth_from = 65534.5F;  // 65535 means none in many readers
 
-std::string lower_extension(const std::filesystem::path& file)
-{
-    std::string text = file.extension().string();
-    std::ranges::transform(text, text.begin(),
-                           [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-    return text;
-}
 /// 8-bit RGB, which every reader of a dataset expects: a PNG's header has both at fixed places.
 bool is_plain_png(const std::vector<std::byte>& bytes)
 {

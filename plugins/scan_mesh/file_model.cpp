@@ -5,6 +5,7 @@
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/texturing/texture_pictures.h>
+#include <fresco/wording.h>
 
 #include <fmt/format.h>
 
@@ -76,14 +77,6 @@ bool FileFolder::has(std::string_view name) const
 namespace fs = std::filesystem;
 using fresco::MeshMaterials;
 using fresco::ModelMaterial;
-
-std::string extension_of(const fs::path& file)
-{
-    std::string extension = file.extension().string();
-    std::ranges::transform(extension, extension.begin(),
-                           [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-    return extension;
-}
 
 namespace
 {
@@ -256,7 +249,7 @@ class MaterialReader
 
 FileModel read_file_model(const fs::path& file, bool with_materials)
 {
-    const std::string extension = extension_of(file);
+    const std::string extension = fresco::lower_extension(file);
     if (extension == ".glb" || extension == ".gltf")
         return read_gltf_model(file, with_materials);
     if (extension != ".ply" && extension != ".obj")

@@ -47,9 +47,6 @@ FileModel read_file_model(const std::filesystem::path& file, bool with_materials
 /// The glTF part of read_file_model.
 FileModel read_gltf_model(const std::filesystem::path& file, bool with_materials);
 
-/// Lower case, with the dot.
-std::string extension_of(const std::filesystem::path& file);
-
 /// The advice at the end of errors about missing materials and pictures.
 inline constexpr std::string_view shape_only = ", or set materials: skip for the shape only";
 

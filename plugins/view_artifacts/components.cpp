@@ -7,6 +7,7 @@
 #include <fresco/stage.h>
 #include <fresco/texture.h>
 #include <fresco/viewer.h>
+#include <fresco/wording.h>
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -41,7 +42,7 @@ class ImageViewer final : public ViewerOf<Image>
 
 class FilesViewer final : public ViewerOf<Files>
 {
-    std::vector<std::string> extensions() const override { return {".png", ".jpg", ".jpeg"}; }
+    std::vector<std::string> extensions() const override { return all_extensions(picture_formats()); }
 
     void show_value(const Files& files, PageEntry& entry) const override
     {
@@ -58,16 +59,15 @@ class FilesViewer final : public ViewerOf<Files>
             }
         };
         const auto is_in = [](const auto& list, const std::string& name) { return std::ranges::find(list, name) != list.end(); };
-        const auto extension = [](const std::string& name) { return std::filesystem::path(name).extension().string(); };
         std::vector<std::string> pictures;
         std::ranges::copy_if(files.names, std::back_inserter(pictures),
                              [&](const std::string& name)
-                             { return entry.names.empty() ? is_in(extensions(), extension(name)) : is_in(entry.names, name); });
+                             { return entry.names.empty() ? is_in(extensions(), lower_extension(name)) : is_in(entry.names, name); });
         for (const std::size_t i : numerics::evenly_spread(std::min(entry.most_pictures, pictures.size()), pictures.size()))
             attempt([&] { page::add_picture(entry, *images, pictures[i], images->read_rgb(files.loaded_from / pictures[i])); });
         if (entry.names.empty())
             for (const std::string& name : files.names)
-                if (is_in(std::vector<std::string>{".mp4", ".webm"}, extension(name)))
+                if (is_in(std::vector<std::string>{".mp4", ".webm"}, lower_extension(name)))
                     attempt([&] { page::add_video(entry, name, files.loaded_from / name); });
     }
 };

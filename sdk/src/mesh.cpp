@@ -6,6 +6,7 @@
 #include <fresco/files_io.h>
 #include <fresco/mesh.h>
 #include <fresco/npy.h>
+#include <fresco/wording.h>
 
 #include <algorithm>
 #include <array>
@@ -48,9 +49,7 @@ Vec3d area_normal(const Mesh& mesh, const Triangle& triangle)
 /// By its extension; throws Error unless it is .ply or .obj.
 bool is_ply_file(const std::filesystem::path& file)
 {
-    std::string extension = file.extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+    const std::string extension = lower_extension(file);
     if (extension != ".ply" && extension != ".obj")
         throw Error(file.string() + ": unknown extension; a mesh is read from a .ply or .obj file");
     return extension == ".ply";

@@ -13,17 +13,10 @@ namespace
 /// Longer words are compared by their beginnings: the table stays small whatever a file holds.
 constexpr std::size_t longest_compared = 64;
 
-char folded(char c)
-{
-    if (c >= 'A' && c <= 'Z')
-        return static_cast<char>(c - 'A' + 'a');
-    return c == '-' ? '_' : c;
-}
-
 std::string folded(std::string_view word)
 {
-    std::string result(word.substr(0, longest_compared));
-    std::transform(result.begin(), result.end(), result.begin(), [](char c) { return folded(c); });
+    std::string result = lower_case(std::string(word.substr(0, longest_compared)));
+    std::ranges::replace(result, '-', '_');
     return result;
 }
 
@@ -124,6 +117,17 @@ bool is_name(std::string_view text)
     const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; };
     const auto is_inner = [&](char c) { return is_letter(c) || (c >= '0' && c <= '9') || c == '-'; };
     return !text.empty() && is_letter(text.front()) && std::ranges::all_of(text, is_inner);
+}
+
+std::string lower_case(std::string text)
+{
+    std::ranges::transform(text, text.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+    return text;
+}
+
+std::string lower_extension(const std::filesystem::path& file)
+{
+    return lower_case(file.extension().string());
 }
 
 std::string number_text(double number)

@@ -157,14 +157,6 @@ std::string seen_in(const OpenFile& file, const std::vector<FileFormat>& known)
                            : ": it begins with \"" + std::string(line.substr(0, shown)) + (line.size() > shown ? "…\"" : "\"");
 }
 
-std::string lower_extension(const fs::path& file)
-{
-    std::string extension = file.extension().string();
-    std::ranges::transform(extension, extension.begin(),
-                           [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-    return extension;
-}
-
 }  // namespace
 
 std::string file_problem(const fs::path& path, const std::vector<std::string>& extensions, const std::vector<FileFormat>& formats,

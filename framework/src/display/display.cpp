@@ -3,6 +3,7 @@
 #include "display/run_view.h"
 #include <fresco/file_access.h>
 #include <fresco/files_io.h>
+#include <fresco/wording.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -119,9 +120,7 @@ bool speaks_utf8()
     for (const char* name : {"LC_ALL", "LC_CTYPE", "LANG"})
         if (const char* value = std::getenv(name); value != nullptr && *value != '\0')
         {
-            std::string text = value;
-            std::transform(text.begin(), text.end(), text.begin(),
-                           [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+            const std::string text = lower_case(value);
             return text.find("utf-8") != std::string::npos || text.find("utf8") != std::string::npos;
         }
     return false;

@@ -45,19 +45,11 @@ std::string label_of(const std::string& text)
     return label;
 }
 
-std::string without_case(std::string text)
-{
-    for (char& c : text)
-        if (c >= 'A' && c <= 'Z')
-            c = static_cast<char>(c - 'A' + 'a');
-    return text;
-}
-
 /// What the program itself writes below `--out`.
 bool is_taken(const std::string& label)
 {
     static const std::set<std::string> own{"preview", "report.html", "run.json", "sweep.html", "sweep.json"};
-    return own.contains(without_case(label));
+    return own.contains(lower_case(label));
 }
 
 /// The stem of a path; with `parts` > 0 its name, and with more of them the folders above it too.
@@ -101,7 +93,7 @@ bool are_unique(const std::vector<std::string>& labels)
 {
     std::set<std::string> seen;
     return std::all_of(labels.begin(), labels.end(),
-                       [&](const std::string& label) { return seen.insert(without_case(label)).second; });
+                       [&](const std::string& label) { return seen.insert(lower_case(label)).second; });
 }
 
 void label(MatrixAxis& axis)
@@ -116,8 +108,8 @@ void label(MatrixAxis& axis)
     for (std::size_t i = 0; i < labels.size(); ++i)
     {
         std::string unique = labels[i];
-        std::size_t& number = next_number.try_emplace(without_case(unique), 2).first->second;
-        while (is_taken(unique) || !seen.insert(without_case(unique)).second)
+        std::size_t& number = next_number.try_emplace(lower_case(unique), 2).first->second;
+        while (is_taken(unique) || !seen.insert(lower_case(unique)).second)
             unique = fmt::format("{}-{}", labels[i], number++);
         axis.choices[i].label = unique;
     }
@@ -161,7 +153,7 @@ bool read_named(MatrixAxis& axis, const YamlNode& map, ProblemList& problems)
             problems.add(entry.position(), fmt::format("axis '{}': '{}' cannot name a folder of results: use letters, digits, "
                                                        "'_', '-', '.', '+' and '=', at most {}, and none of fresco's own names",
                                                        axis.var, entry.key, longest_label));
-        const bool fresh = seen.insert(without_case(entry.key)).second;
+        const bool fresh = seen.insert(lower_case(entry.key)).second;
         if (!fresh)
             problems.add(entry.position(), "axis '" + axis.var + "': '" + entry.key + "' differs from another name only in case");
         good = good && fits && fresh;

@@ -235,9 +235,7 @@ std::string hint(OptionKind kind, const YamlNode& node, const Value& value)
 {
     if (kind == OptionKind::boolean && value.is_string())
     {
-        std::string word = value.as_string();
-        std::transform(word.begin(), word.end(), word.begin(),
-                       [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
+        const std::string word = lower_case(value.as_string());
         if (word == "yes" || word == "on" || word == "y" || word == "true")
             return " (write true)";
         if (word == "no" || word == "off" || word == "n" || word == "false")

@@ -517,10 +517,7 @@ bool FileInputs::wire_file(StageDraft& stage, const Ports& inputs, const YamlNod
         if (!type || !types_.require(*type, "reader", user, wanted->value.position(), problems_))
             return false;
     }
-    std::string extension = absolute.extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-    const auto readers = readers_for(inputs, extension, node, stage);
+    const auto readers = readers_for(inputs, lower_extension(absolute), node, stage);
     if (readers.empty())
         return false;
     if (readers.size() > 1)

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -27,6 +28,11 @@ std::string join(const std::vector<std::string>& words, std::string_view before_
 
 /// Letters, digits, '_' and '-', not beginning with a digit or '-': what stages, vars and ports are called.
 bool is_name(std::string_view text);
+
+/// With the letters A to Z in lower case, whatever the locale.
+std::string lower_case(std::string text);
+/// Of a file's name, in lower case, with the dot: ".png".
+std::string lower_extension(const std::filesystem::path& file);
 
 /// A number as a user would write it: 4, 0.5, 1e-06.
 std::string number_text(double number);

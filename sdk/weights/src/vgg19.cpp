@@ -1,6 +1,7 @@
 #include <fresco/weights/vgg19.h>
 
 #include <fresco/error.h>
+#include <fresco/wording.h>
 
 #include <algorithm>
 #include <cctype>
@@ -46,12 +47,6 @@ std::string key_of(const Convolution& convolution, Vgg19Keys keys)
 {
     return keys == Vgg19Keys::torchvision ? "features." + std::to_string(convolution.torchvision)
                                           : "conv" + layer_name(convolution);
-}
-
-std::string lower_case(std::string text)
-{
-    std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return text;
 }
 
 bool is_of_classifier(std::string_view name)

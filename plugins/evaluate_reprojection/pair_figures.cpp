@@ -290,7 +290,7 @@ class ProjectedPaint final : public SurfacePaint
 
     const Mesh& mesh_;
     Camera camera_;
-    raycast::MipMaps picture_;
+    rendering::MipMaps picture_;
 };
 
 /// Two cameras' pictures of a low-passed surface, RGB; drawn only where the matches need it, black elsewhere. The difference
@@ -303,8 +303,8 @@ struct FloorPictures
 
 }  // namespace
 
-TexturePaint::TexturePaint(const TexturedMesh& textured, const raycast::Lights& lights)
-    : mesh_(textured.mesh), picture_(textured.image.pixels, raycast::TextureFilter::trilinear), lighting_(textured.mesh, lights)
+TexturePaint::TexturePaint(const TexturedMesh& textured, const rendering::Lights& lights)
+    : mesh_(textured.mesh), picture_(textured.image.pixels, rendering::TextureFilter::trilinear), lighting_(textured.mesh, lights)
 {
 }
 
@@ -317,11 +317,11 @@ Vec3d TexturePaint::color(std::uint32_t triangle, Vec3d point, const Camera& a, 
         const Vec3d seen = camera.project(point);
         return raycast::texels_per_pixel(mesh_, triangle, uv, camera, seen.x, seen.y, picture_.width(), picture_.height());
     };
-    return picture_.sample(uv, level_of(std::max(texels(a), texels(b)))) * lighting_.at(hit);
+    return picture_.sample(uv, level_of(std::max(texels(a), texels(b)))) * lighting_.at(hit.triangle, hit.weights);
 }
 
 ProjectedPaint::ProjectedPaint(const Mesh& mesh, const Camera& camera, const Raster8& picture)
-    : mesh_(mesh), camera_(camera), picture_(picture, raycast::TextureFilter::trilinear)
+    : mesh_(mesh), camera_(camera), picture_(picture, rendering::TextureFilter::trilinear)
 {
 }
 

@@ -5,7 +5,7 @@
 #include <fresco/image.h>
 #include <fresco/parallel.h>
 #include <fresco/raycast/scene.h>
-#include <fresco/raycast/view_renderer.h>
+#include <fresco/rendering/view_renderer.h>
 #include <fresco/texture.h>
 #include <fresco/value.h>
 
@@ -103,14 +103,14 @@ class TexturePaint final : public SurfacePaint
   public:
     /// The mesh must have texcoords and outlive this. `lights` as the judged pictures have them. Throws Error unless the picture
     /// is RGB.
-    explicit TexturePaint(const fresco::TexturedMesh& textured, const fresco::raycast::Lights& lights = {});
+    explicit TexturePaint(const fresco::TexturedMesh& textured, const fresco::rendering::Lights& lights = {});
     fresco::Vec3d color(std::uint32_t triangle, fresco::Vec3d point, const fresco::Camera& a,
                         const fresco::Camera& b) const override;
 
   private:
     const fresco::Mesh& mesh_;
-    fresco::raycast::MipMaps picture_;
-    fresco::raycast::Lighting lighting_;
+    fresco::rendering::MipMaps picture_;
+    fresco::rendering::Lighting lighting_;
 };
 
 /// The position of a frame in its recording.

@@ -3,7 +3,7 @@
 #include <fresco/evaluation/posed_pictures.h>
 #include <fresco/evaluation/statistics.h>
 #include <fresco/image_io.h>
-#include <fresco/raycast/view_renderer.h>
+#include <fresco/rendering/view_renderer.h>
 #include <fresco/stage.h>
 
 #include <fmt/format.h>
@@ -86,8 +86,8 @@ class EvaluateReprojection final : public Stage
     Option<std::string> floor{
         this, "floor", "auto", one_of({"auto", "texture", "picture"}),
         "Floor from the mesh's texture or the source picture; auto: texture if views and textured_mesh are set"};
-    Option<std::string> shading =
-        raycast::shading_option(this, "Shading of 'views', as in render.views; applied to the floor of the mesh's picture, too");
+    Option<std::string> shading = rendering::shading_option(
+        this, "Shading of 'views', as in render.views; applied to the floor of the mesh's picture, too");
     evaluation::BootstrapOptions bootstrap{this};
     Option<OutputName> path{this, "path", OutputName{"reprojection.json"}, "Name of the JSON file, below --out"};
     Slot<ImageIo> images{this, "images", "image.opencv", "Reads the pictures"};
@@ -109,7 +109,7 @@ class EvaluateReprojection final : public Stage
         if (!textured_mesh.has_value() || textured_mesh->mesh.texcoords.empty())
             throw Error(
                 "floor: texture needs a mesh with texcoords and a picture on port 'textured_mesh'; choose floor: picture");
-        return std::make_unique<TexturePaint>(*textured_mesh, raycast::lights_of(*shading));
+        return std::make_unique<TexturePaint>(*textured_mesh, rendering::lights_of(*shading));
     }
 
     JudgedView load_view(const PosedPicture& posed, const raycast::Scene& scene, const Progress& progress) const

@@ -5,7 +5,7 @@
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
-#include <fresco/raycast/view_renderer.h>
+#include <fresco/rendering/view_renderer.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
 
@@ -52,8 +52,8 @@ class RenderFlythrough final : public Stage
     Option<double> seconds{this, "seconds", 12, range(0.1, 3600), "Duration"};
     Option<double> fps{this, "fps", 25, range(1, 120), "Video frames per second"};
     Option<int> height_px{this, "height_px", 480, range(16, 4320), "Height; the width follows from the camera, both even"};
-    Option<int> samples = raycast::samples_option(this);
-    Option<std::string> shading = raycast::shading_option(this);
+    Option<int> samples = rendering::samples_option(this);
+    Option<std::string> shading = rendering::shading_option(this);
     Option<double> smoothing_count{this, "smoothing_count", 6, range(0.1, 10'000),
                                    "Standard deviation of the smoothing, in recorded frames"};
     Option<double> radius_m{this, "radius_m", 0.3, range(0, 100), "Radius of the orbit"};
@@ -79,7 +79,7 @@ class RenderFlythrough final : public Stage
     }
 
     /// Where there is something to see from the middle, by small pictures all around.
-    OrbitArc arc(std::span<const RigidTransform> recorded, const Intrinsics& size, const raycast::ViewRenderer& renderer,
+    OrbitArc arc(std::span<const RigidTransform> recorded, const Intrinsics& size, const rendering::ViewRenderer& renderer,
                  RunContext& run) const
     {
         constexpr std::size_t directions_count = 72;
@@ -98,7 +98,7 @@ class RenderFlythrough final : public Stage
         return orbit_arc(shares);
     }
 
-    std::vector<RigidTransform> poses(const Intrinsics& size, const raycast::ViewRenderer& renderer, RunContext& run) const
+    std::vector<RigidTransform> poses(const Intrinsics& size, const rendering::ViewRenderer& renderer, RunContext& run) const
     {
         std::vector<RigidTransform> recorded;
         // One sequence: between two the camera was carried unseen.
@@ -115,11 +115,11 @@ class RenderFlythrough final : public Stage
 
     void run(RunContext& run) override
     {
-        raycast::check_showable(*mesh, *frames);
+        rendering::check_showable(*mesh, *frames);
         const Intrinsics size = intrinsics();
-        const raycast::ViewRenderer renderer(
-            *mesh,
-            {.samples_per_side = *samples, .filter = raycast::TextureFilter::trilinear, .lights = raycast::lights_of(*shading)});
+        const rendering::ViewRenderer renderer(*mesh, {.samples_per_side = *samples,
+                                                       .filter = rendering::TextureFilter::trilinear,
+                                                       .lights = rendering::lights_of(*shading)});
         const std::vector<RigidTransform> way = poses(size, renderer, run);
         const std::filesystem::path folder = video.folder().path;
         const bool pictures = *format == "png";
@@ -133,19 +133,19 @@ class RenderFlythrough final : public Stage
             std::filesystem::create_directories((folder / made.names.back()).parent_path());
             file.emplace(folder / made.names.back(), size.width, size.height, *fps);
         }
-        for (std::size_t i = 0; i < way.size(); ++i)
+        std::vector<Camera> cameras;
+        for (const RigidTransform& pose : way)
+            cameras.push_back({size, pose});
+        if (pictures)
         {
-            run.check_canceled();
-            const Raster8 picture = on_background(renderer.render({size, way[i]}, run));
-            if (file)
-                file->add(picture);
-            else
-            {
+            for (std::size_t i = 0; i < way.size(); ++i)
                 made.names.push_back(fmt::format("{}/{:06}.png", name->path, i));
-                write_file(folder / made.names.back(), images->encode_png(picture));
-            }
-            run.progress(static_cast<double>(i + 1), static_cast<double>(way.size()), "pictures");
+            renderer.render_each(cameras, run,
+                                 [&](std::size_t i, const Raster8& picture)
+                                 { write_file(folder / made.names[i], images->encode_png(on_background(picture))); });
         }
+        else
+            renderer.render_in_order(cameras, run, [&](const Raster8& picture) { file->add(on_background(picture)); });
         if (file)
         {
             file->close();
@@ -162,4 +162,3 @@ class RenderFlythrough final : public Stage
 }  // namespace
 
 FRESCO_STAGE("render.flythrough", RenderFlythrough, "A video through the textured room")
-FRESCO_LIBRARY("Embree", raycast::embree_version())

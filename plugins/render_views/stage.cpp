@@ -2,10 +2,11 @@
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
-#include <fresco/raycast/view_renderer.h>
+#include <fresco/rendering/view_renderer.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
 
+#include <atomic>
 #include <fmt/format.h>
 #include <set>
 #include <string>
@@ -24,9 +25,9 @@ class RenderViews final : public Stage
     Option<int> height_px{this, "height_px", 0, range(0, 8192),
                           "Height of the pictures, the width follows; 0: the camera's own size"};
     Option<int> every_count{this, "every_count", 1, range(1, 1'000'000), "Render every n-th frame"};
-    Option<int> samples = raycast::samples_option(this);
-    raycast::FilterOption filter{this};
-    Option<std::string> shading = raycast::shading_option(this);
+    Option<int> samples = rendering::samples_option(this);
+    rendering::FilterOption filter{this};
+    Option<std::string> shading = rendering::shading_option(this);
     Slot<ImageIo> images{this, "images", "image.opencv", "Encodes the pictures"};
 
     Cost cost() const override
@@ -64,33 +65,35 @@ class RenderViews final : public Stage
 
     void run(RunContext& run) override
     {
-        raycast::check_showable(*mesh, *frames);
+        rendering::check_showable(*mesh, *frames);
         const std::vector<const Frame*> list = chosen();
-        const raycast::ViewRenderer renderer(
-            *mesh, {.samples_per_side = *samples, .filter = *filter, .lights = raycast::lights_of(*shading)});
+        const rendering::ViewRenderer renderer(
+            *mesh, {.samples_per_side = *samples, .filter = *filter, .lights = rendering::lights_of(*shading)});
         std::filesystem::create_directories(views.folder().path / folder->path);
         Files result;
-        std::size_t empty = 0;
+        std::vector<Camera> cameras;
         for (const Frame* frame : list)
         {
-            run.check_canceled();
-            const Raster8 image = renderer.render(camera_of(*frame), run);
-            bool any = false;
-            for (std::size_t i = 3; i < image.values.size(); i += 4)
-                any = any || image.values[i] > 0;
-            empty += !any;
+            cameras.push_back(camera_of(*frame));
             result.names.push_back(folder->path + "/" + frame->sequence + "_" + frame->name + ".png");
-            write_file(views.folder().path / result.names.back(), images->encode_png(image));
-            run.progress(static_cast<double>(result.names.size()), static_cast<double>(list.size()), "views");
         }
+        std::atomic<std::size_t> empty = 0;
+        renderer.render_each(cameras, run,
+                             [&](std::size_t i, const Raster8& image)
+                             {
+                                 bool any = false;
+                                 for (std::size_t a = 3; a < image.values.size(); a += 4)
+                                     any = any || image.values[a] > 0;
+                                 empty += any ? 0 : 1;
+                                 write_file(views.folder().path / result.names[i], images->encode_png(image));
+                             });
         run.report("views", list.size());
-        run.report("empty_views", empty);
+        run.report("empty_views", empty.load());
         if (empty > 0)
-            run.warning(fmt::format("{} of {} views show no surface", empty, list.size()));
+            run.warning(fmt::format("{} of {} views show no surface", empty.load(), list.size()));
         views = std::move(result);
     }
 };
 }  // namespace
 
 FRESCO_STAGE("render.views", RenderViews, "Renders the textured mesh from the frames' color cameras")
-FRESCO_LIBRARY("Embree", raycast::embree_version())

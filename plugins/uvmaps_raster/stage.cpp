@@ -1,5 +1,4 @@
-#include "raster_finder.h"
-
+#include <fresco/rendering/raster_finder.h>
 #include <fresco/uv_mapping/uv_mapping_stage.h>
 
 namespace
@@ -16,7 +15,7 @@ class UvmapsRaster final : public fresco::UvMappingStage
     }
     std::unique_ptr<fresco::FaceFinder> finder(const fresco::Mesh& mesh, const fresco::RunContext&) const override
     {
-        return std::make_unique<RasterFinder>(mesh);
+        return std::make_unique<fresco::rendering::RasterFinder>(mesh);
     }
 };
 }  // namespace

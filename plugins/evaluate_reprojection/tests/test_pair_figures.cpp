@@ -273,7 +273,7 @@ TEST_CASE("the floor is lit as the judged pictures are")
     const Camera b = camera(width, height, 3.5, 1.5, 0.1);
     const auto judged = [&](const char* shading)
     {
-        const TexturePaint paint(textured, raycast::lights_of(shading));
+        const TexturePaint paint(textured, rendering::lights_of(shading));
         return judge_pair({0, 1}, {surface(a), render(textured, a)}, {surface(b), render(textured, b)}, textured.mesh, &paint,
                           {Protocol::paper, 0.2}, Progress{});
     };

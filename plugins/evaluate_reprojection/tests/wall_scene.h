@@ -48,7 +48,7 @@ using fresco::testing::picture;
 /// The wall's picture seen at pixel centers, bilinear, without mip-maps.
 inline fresco::Raster8 render(const fresco::TexturedMesh& textured, const fresco::Camera& camera)
 {
-    const fresco::raycast::MipMaps maps(textured.image.pixels, fresco::raycast::TextureFilter::bilinear);
+    const fresco::rendering::MipMaps maps(textured.image.pixels, fresco::rendering::TextureFilter::bilinear);
     const double depth = 2 - camera.world_from_camera.translation.z;
     return picture(camera.intrinsics.width, camera.intrinsics.height,
                    [&](int x, int y, int c)

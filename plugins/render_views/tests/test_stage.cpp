@@ -4,7 +4,7 @@
 #include <fresco/files.h>
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
-#include <fresco/raycast/view_renderer.h>
+#include <fresco/rendering/view_renderer.h>
 #include <fresco/testing.h>
 #include <fresco/testing_scenes.h>
 
@@ -34,7 +34,7 @@ TEST_CASE("one ray per pixel shows the bilinear value at the pixel center, the r
             textured.image.pixels.at(x, y, 0) = static_cast<std::uint8_t>(60 * x);
             textured.image.pixels.at(x, y, 1) = static_cast<std::uint8_t>(60 * y);
         }
-    const raycast::ViewRenderer renderer(textured, {.samples_per_side = 1, .filter = raycast::TextureFilter::trilinear});
+    const rendering::ViewRenderer renderer(textured, {.samples_per_side = 1, .filter = rendering::TextureFilter::trilinear});
     const Raster8 image = renderer.render(testing::camera(40, 40, 40), Progress{});  // the wall fills it exactly
     for (int y = 0; y < 40; ++y)
         for (int x = 0; x < 40; ++x)
@@ -51,7 +51,7 @@ TEST_CASE("alpha is the share of a pixel that shows the surface")
 {
     TexturedMesh textured = wall(4);
     std::fill(textured.image.pixels.values.begin(), textured.image.pixels.values.end(), std::uint8_t{90});
-    const raycast::ViewRenderer renderer(textured, {.samples_per_side = 2, .filter = raycast::TextureFilter::trilinear});
+    const rendering::ViewRenderer renderer(textured, {.samples_per_side = 2, .filter = rendering::TextureFilter::trilinear});
     // 41 pixels across, the wall covers 40: half a pixel is free on each side.
     Camera camera = testing::camera(41, 41, 40);
     const Raster8 image = renderer.render(camera, Progress{});
@@ -70,17 +70,17 @@ TEST_CASE("mip-maps average a picture finer than the pixels, bilinear lookups al
         for (int x = 0; x < 512; ++x)
             for (int c = 0; c < 3; ++c)
                 textured.image.pixels.at(x, y, c) = (x + y) % 2 == 0 ? 255 : 0;
-    const auto worst = [&](raycast::TextureFilter filter)
+    const auto worst = [&](rendering::TextureFilter filter)
     {
-        const raycast::ViewRenderer renderer(textured, {.samples_per_side = 1, .filter = filter});
+        const rendering::ViewRenderer renderer(textured, {.samples_per_side = 1, .filter = filter});
         const Raster8 image = renderer.render(testing::camera(37, 37, 37), Progress{});
         int largest = 0;
         for (std::size_t i = 0; i < image.values.size(); i += 4)
             largest = std::max(largest, std::abs(image.values[i] - 128));
         return largest;
     };
-    CHECK(worst(raycast::TextureFilter::trilinear) <= 1);
-    CHECK(worst(raycast::TextureFilter::bilinear) > 30);
+    CHECK(worst(rendering::TextureFilter::trilinear) <= 1);
+    CHECK(worst(rendering::TextureFilter::bilinear) > 30);
 }
 
 TEST_CASE("lamps of the published viewers, on walls that face them, stand askew and face away")
@@ -99,8 +99,9 @@ TEST_CASE("lamps of the published viewers, on walls that face them, stand askew 
             position = vec_cast<float>(turn * vec_cast<double>(position));
         Camera camera = testing::camera(8, 8, 8);
         camera.world_from_camera.rotation = turn;
-        const raycast::ViewRenderer renderer(
-            turned, {.samples_per_side = 2, .filter = raycast::TextureFilter::trilinear, .lights = raycast::lights_of(shading)});
+        const rendering::ViewRenderer renderer(
+            turned,
+            {.samples_per_side = 2, .filter = rendering::TextureFilter::trilinear, .lights = rendering::lights_of(shading)});
         return static_cast<int>(renderer.render(camera, Progress{}).at(4, 4, 0));
     };
     CHECK(shown("none", {0, 0, 1}) == 100);

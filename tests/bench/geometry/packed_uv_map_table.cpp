@@ -1,8 +1,8 @@
 #include "atlases.h"
 #include "forked_case.h"
 #include "map_figures.h"
-#include "raster_finder.h"
 #include "tables.h"
+#include <fresco/rendering/raster_finder.h>
 
 #include <fresco/uv_mapping/uv_mapper.h>
 #include <fresco/uv_maps.h>
@@ -60,7 +60,7 @@ fresco::Value measured(const MapForm& form, const std::vector<fresco::UvMap>& ma
 void add_rows(Table& table, const GeometryInput& input, const fresco::Mesh& atlas, const MapForm& form,
               const GeometrySettings& settings)
 {
-    fresco::UvMapper mapper(atlas, std::make_unique<RasterFinder>(atlas));
+    fresco::UvMapper mapper(atlas, std::make_unique<fresco::rendering::RasterFinder>(atlas));
     fresco::Value::Map mean{{"all_bits", 0.0}};
     for (const int height : settings.heights_px)
     {

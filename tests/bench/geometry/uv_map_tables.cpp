@@ -1,8 +1,8 @@
 #include "forked_case.h"
 #include "map_figures.h"
 #include "plain_uv_map.h"
-#include "raster_finder.h"
 #include "tables.h"
+#include <fresco/rendering/raster_finder.h>
 
 #include <fresco/raycast/ray_finder.h>
 
@@ -32,7 +32,7 @@ struct Implementation
 const std::vector<Implementation>& implementations()
 {
     static const std::vector<Implementation> all{
-        {"uvmaps.raster", [](const fresco::Mesh& mesh) { return std::make_unique<RasterFinder>(mesh); }},
+        {"uvmaps.raster", [](const fresco::Mesh& mesh) { return std::make_unique<fresco::rendering::RasterFinder>(mesh); }},
         {"uvmaps.raycast", [](const fresco::Mesh& mesh) { return std::make_unique<fresco::raycast::RayFinder>(mesh); }}};
     return all;
 }

@@ -134,3 +134,21 @@ TEST_CASE("texcoords and normals are interpolated by the weights")
     CHECK(n.x == Approx(std::sqrt(0.5)));
     CHECK(n.y == Approx(std::sqrt(0.5)));
 }
+
+TEST_CASE("texels between neighboring pixels follow distance, tilt and the picture's size")
+{
+    // A square of side 2 at z = 2 whose texcoords span the picture: 1 m is half of it.
+    Mesh mesh;
+    mesh.positions = {{-1, -1, 2}, {1, -1, 2}, {-1, 1, 2}};
+    mesh.triangles = {{0, 2, 1}};
+    mesh.texcoords = {{0, 1}, {0, 0}, {1, 1}};
+    Camera camera;
+    camera.intrinsics = {100, 100, 50, 50, 50, 50};  // a pixel is 1/50 of the depth: 4 cm
+    CHECK(texels_per_pixel(mesh, 0, {0.5, 0.5}, camera, 50, 50, 100, 100) == Approx(2));
+    CHECK(texels_per_pixel(mesh, 0, {0.5, 0.5}, camera, 50, 50, 300, 100) == Approx(6));
+    CHECK(texels_per_pixel(mesh, 0, {0.5, 0.5}, camera, 50, 50, 100, 300) == Approx(6));
+    camera.world_from_camera.translation = {0, 0, 1};
+    CHECK(texels_per_pixel(mesh, 0, {0.5, 0.5}, camera, 50, 50, 100, 100) == Approx(1));
+    camera.world_from_camera.translation = {0, 0, 3};  // the plane is behind
+    CHECK(texels_per_pixel(mesh, 0, {0.5, 0.5}, camera, 50, 50, 100, 100) == 0);
+}

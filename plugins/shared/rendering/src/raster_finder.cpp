@@ -1,4 +1,4 @@
-#include "raster_finder.h"
+#include <fresco/rendering/raster_finder.h>
 
 #include <fresco/parallel.h>
 
@@ -8,7 +8,7 @@
 #include <tuple>
 #include <utility>
 
-namespace raster
+namespace fresco::rendering
 {
 namespace
 {
@@ -19,7 +19,7 @@ constexpr std::size_t vertices_per_block = 16384;
 
 }  // namespace
 
-Frustum::Frustum(const fresco::Intrinsics& k)
+Frustum::Frustum(const Intrinsics& k)
 {
     const auto box = [&](double margin)
     {
@@ -30,7 +30,7 @@ Frustum::Frustum(const fresco::Intrinsics& k)
     guard = box(1);
 }
 
-Projected Frustum::project(fresco::Vec3d point) const
+Projected Frustum::project(Vec3d point) const
 {
     const auto beyond = [&](const Box& box)
     {
@@ -57,23 +57,21 @@ Projected Frustum::project(fresco::Vec3d point) const
     return result;
 }
 
-void project_all(const std::vector<fresco::Vec3f>& positions, const fresco::IntoCamera& into_camera, const Frustum& frustum,
-                 const fresco::Progress& progress, std::vector<Projected>& projected)
+void project_all(const std::vector<Vec3f>& positions, const IntoCamera& into_camera, const Frustum& frustum,
+                 const Progress& progress, std::vector<Projected>& projected)
 {
     projected.resize(positions.size());
-    fresco::parallel_for(positions.size(), vertices_per_block, progress.threads(),
-                         [&](std::size_t begin, std::size_t end)
-                         {
-                             progress.check_canceled();
-                             for (std::size_t v = begin; v < end; ++v)
-                                 projected[v] = frustum.project(into_camera.point(positions[v]));
-                         });
+    parallel_for(positions.size(), vertices_per_block, progress.threads(),
+                 [&](std::size_t begin, std::size_t end)
+                 {
+                     progress.check_canceled();
+                     for (std::size_t v = begin; v < end; ++v)
+                         projected[v] = frustum.project(into_camera.point(positions[v]));
+                 });
 }
 
 namespace
 {
-
-using fresco::Vec3d;
 
 /// The side on which normal . p >= offset is kept.
 struct HalfSpace
@@ -180,7 +178,7 @@ std::uint64_t key(float nearness, std::uint32_t face)
 
 const TileKernel& fastest_kernel()
 {
-    static const auto& fastest = fresco::fastest_of(avx512_kernel(), avx2_kernel(), base_kernel());
+    static const auto& fastest = fastest_of(avx512_kernel(), avx2_kernel(), base_kernel());
     return fastest;
 }
 
@@ -252,7 +250,7 @@ void draw_wide(const Piece& piece, int bits, int tile_x, int tile_y, std::uint64
     }
 }
 
-Grid::Grid(const fresco::Intrinsics& k, std::uint32_t first)
+Grid::Grid(const Intrinsics& k, std::uint32_t first)
     : width(k.width), height(k.height), bits(16), tiles_across((k.width + Tile::width - 1) / Tile::width), first_tile(first)
 {
     // The guard of the frustum reaches from minus one picture to plus two.
@@ -279,14 +277,14 @@ void order(std::uint32_t& a, std::uint32_t& b)
 
 }  // namespace
 
-void TileBins::fill(const fresco::Mesh& mesh, std::size_t begin, std::size_t end, const std::vector<Projected>& projected,
-                    const Frustum& frustum, const fresco::IntoCamera& into_camera, const std::vector<Grid>& grids)
+void TileBins::fill(const Mesh& mesh, std::size_t begin, std::size_t end, const std::vector<Projected>& projected,
+                    const Frustum& frustum, const IntoCamera& into_camera, const std::vector<Grid>& grids)
 {
     pieces_.clear();
     entries_.clear();
     for (std::size_t f = begin; f < end; ++f)
     {
-        fresco::Triangle t = mesh.triangles[f];
+        Triangle t = mesh.triangles[f];
         const std::uint8_t a = projected[t[0]].sides;
         const std::uint8_t b = projected[t[1]].sides;
         const std::uint8_t c = projected[t[2]].sides;
@@ -346,12 +344,6 @@ void TileBins::sort(std::uint32_t tiles)
         sorted_[next[entry.tile]++] = entry.piece;
 }
 
-}  // namespace raster
-
-using raster::Grid;
-using raster::Tile;
-using raster::TileBins;
-
 namespace
 {
 
@@ -361,7 +353,7 @@ constexpr std::size_t most_blocks = 256;
 constexpr std::size_t tiles_at_once = 4;
 
 /// Draws the tile of that number and copies it into the picture.
-void draw_tile(const Grid& grid, std::uint32_t number, const std::vector<TileBins>& bins, Tile& tile, fresco::FaceMap& faces)
+void draw_tile(const Grid& grid, std::uint32_t number, const std::vector<TileBins>& bins, Tile& tile, FaceMap& faces)
 {
     const auto place = static_cast<int>(number - grid.first_tile);
     const int x = place % grid.tiles_across * Tile::width;
@@ -376,19 +368,18 @@ void draw_tile(const Grid& grid, std::uint32_t number, const std::vector<TileBin
 
 }  // namespace
 
-void RasterFinder::find(std::span<const fresco::Camera> cameras, const fresco::Progress& progress,
-                        std::span<fresco::FaceMap> faces)
+void RasterFinder::find(std::span<const Camera> cameras, const Progress& progress, std::span<FaceMap> faces)
 {
     if (cameras.empty())
         return;
-    const fresco::Camera& camera = cameras.front();
-    const raster::Frustum frustum(camera.intrinsics);
-    const fresco::IntoCamera into_camera(camera.world_from_camera);
-    raster::project_all(mesh_.positions, into_camera, frustum, progress, projected_);
+    const Camera& camera = cameras.front();
+    const Frustum frustum(camera.intrinsics);
+    const IntoCamera into_camera(camera.world_from_camera);
+    project_all(mesh_.positions, into_camera, frustum, progress, projected_);
 
     std::vector<Grid> grids;
     std::vector<std::size_t> picture_of;
-    for (const fresco::Camera& sized : cameras)
+    for (const Camera& sized : cameras)
     {
         grids.emplace_back(sized.intrinsics, grids.empty() ? 0 : grids.back().end_tile);
         picture_of.resize(grids.back().end_tile, grids.size() - 1);
@@ -396,21 +387,23 @@ void RasterFinder::find(std::span<const fresco::Camera> cameras, const fresco::P
     const std::size_t count = mesh_.triangles.size();
     const std::size_t block = std::max(faces_per_block, (count + most_blocks - 1) / most_blocks);
     bins_.resize((count + block - 1) / block);
-    fresco::parallel_for(count, block, progress.threads(),
-                         [&](std::size_t begin, std::size_t end)
-                         {
-                             progress.check_canceled();
-                             bins_[begin / block].fill(mesh_, begin, end, projected_, frustum, into_camera, grids);
-                         });
-    fresco::parallel_for(picture_of.size(), tiles_at_once, progress.threads(),
-                         [&](std::size_t begin, std::size_t end)
-                         {
-                             progress.check_canceled();
-                             Tile tile;
-                             for (std::size_t number = begin; number < end; ++number)
-                             {
-                                 const std::size_t picture = picture_of[number];
-                                 draw_tile(grids[picture], static_cast<std::uint32_t>(number), bins_, tile, faces[picture]);
-                             }
-                         });
+    parallel_for(count, block, progress.threads(),
+                 [&](std::size_t begin, std::size_t end)
+                 {
+                     progress.check_canceled();
+                     bins_[begin / block].fill(mesh_, begin, end, projected_, frustum, into_camera, grids);
+                 });
+    parallel_for(picture_of.size(), tiles_at_once, progress.threads(),
+                 [&](std::size_t begin, std::size_t end)
+                 {
+                     progress.check_canceled();
+                     Tile tile;
+                     for (std::size_t number = begin; number < end; ++number)
+                     {
+                         const std::size_t picture = picture_of[number];
+                         draw_tile(grids[picture], static_cast<std::uint32_t>(number), bins_, tile, faces[picture]);
+                     }
+                 });
 }
+
+}  // namespace fresco::rendering

@@ -1,7 +1,7 @@
 // The loop of tile_kernel.h with vectors of FRESCO_VECTOR_BYTES. Compiled several times for other processors, so that it must
 // not use anything inline from elsewhere: the linker might take this copy for all.
 
-#include "tile_kernel.h"
+#include <fresco/rendering/tile_kernel.h>
 
 #if defined(__clang__)
 #define FRESCO_SHUFFLE(a, b, places, ...) __builtin_shufflevector(a, b, __VA_ARGS__)
@@ -9,7 +9,7 @@
 #define FRESCO_SHUFFLE(a, b, places, ...) __builtin_shuffle(a, b, places{__VA_ARGS__})
 #endif
 
-namespace raster
+namespace fresco::rendering
 {
 #if FRESCO_VECTOR_BYTES > 0
 namespace
@@ -141,4 +141,4 @@ const TileKernel* FRESCO_KERNEL()
 #endif
 }
 
-}  // namespace raster
+}  // namespace fresco::rendering

@@ -1,8 +1,8 @@
 #include "catch.h"
 #include "finder_cases.h"
-#include "raster_finder.h"
 
 #include <fresco/parallel.h>
+#include <fresco/rendering/raster_finder.h>
 
 #include <algorithm>
 #include <array>
@@ -13,7 +13,7 @@
 #include <vector>
 
 using namespace fresco;
-using namespace raster;
+using namespace fresco::rendering;
 
 std::unique_ptr<fresco::FaceFinder> make_finder(const fresco::Mesh& mesh)
 {

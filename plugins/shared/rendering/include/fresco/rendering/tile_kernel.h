@@ -6,7 +6,7 @@
 /// \file The loops that draw a tile, compiled for several kinds of processors from tile_kernel.inl. Tile::draw calls the fastest
 /// one.
 
-namespace raster
+namespace fresco::rendering
 {
 
 /// A triangle in a picture. Coordinates are fixed-point with some number of fractional bits: pixel (i, j) has its center at (i,
@@ -49,4 +49,4 @@ const TileKernel* avx512_kernel();
 /// The fastest that this processor can run.
 const TileKernel& fastest_kernel();
 
-}  // namespace raster
+}  // namespace fresco::rendering

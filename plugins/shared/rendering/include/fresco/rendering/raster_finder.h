@@ -1,10 +1,9 @@
 #pragma once
 
-#include "tile_kernel.h"
-
 #include <fresco/camera.h>
 #include <fresco/mesh.h>
 #include <fresco/parallel.h>
+#include <fresco/rendering/tile_kernel.h>
 #include <fresco/uv_mapping/into_camera.h>
 #include <fresco/uv_mapping/uv_mapper.h>
 
@@ -14,10 +13,10 @@
 #include <span>
 #include <vector>
 
-/// \file Finds the face at each pixel by rasterization, for the stage: projects the vertices, clips the faces, sorts them into
+/// \file Finds the face at each pixel by rasterization: projects the vertices, clips the faces, sorts them into
 /// tiles of the pictures, and draws the tiles on all threads. RasterFinder does it all; the steps are declared for tests.
 
-namespace raster
+namespace fresco::rendering
 {
 
 /// A point as the camera sees it, for any size of its pictures.
@@ -48,10 +47,10 @@ struct Frustum
     Box picture;
     Box guard;
 
-    explicit Frustum(const fresco::Intrinsics& intrinsics);
+    explicit Frustum(const Intrinsics& intrinsics);
 
     /// `point`: in the camera's frame.
-    Projected project(fresco::Vec3d point) const;
+    Projected project(Vec3d point) const;
 };
 
 /// Whether all three corners lie beyond one plane, so that the face is not seen.
@@ -65,8 +64,8 @@ inline bool needs_clipping(std::uint8_t a, std::uint8_t b, std::uint8_t c)
 }
 
 /// Projects the vertices of a mesh on progress.threads() threads. Throws Canceled.
-void project_all(const std::vector<fresco::Vec3f>& positions, const fresco::IntoCamera& into_camera, const Frustum& frustum,
-                 const fresco::Progress& progress, std::vector<Projected>& projected);
+void project_all(const std::vector<Vec3f>& positions, const IntoCamera& into_camera, const Frustum& frustum,
+                 const Progress& progress, std::vector<Projected>& projected);
 
 /// The part of a triangle that lies before the near plane and between the frustum's outer planes.
 struct Clipped
@@ -80,7 +79,7 @@ struct Clipped
 
 /// Cuts a triangle, given in the camera's frame, plane by plane (Sutherland and Hodgman, "Reentrant polygon clipping", 1974). Two
 /// triangles that share an edge get equal corners on it, bit by bit.
-Clipped clipped(const std::array<fresco::Vec3d, 3>& triangle, const Frustum& frustum);
+Clipped clipped(const std::array<Vec3d, 3>& triangle, const Frustum& frustum);
 
 /// Coordinates stay below this, so that products of their differences fit into 64 bits.
 inline constexpr std::int32_t coordinate_limit = 1 << 29;
@@ -130,7 +129,7 @@ struct Grid
     std::uint32_t first_tile = 0;  ///< Tiles of all pictures are counted through, row by row.
     std::uint32_t end_tile = 0;
 
-    Grid(const fresco::Intrinsics& intrinsics, std::uint32_t first_tile);
+    Grid(const Intrinsics& intrinsics, std::uint32_t first_tile);
 
     std::int32_t x(const Projected& p) const { return rounded(p.x * scale_x + shift_x); }
     std::int32_t y(const Projected& p) const { return rounded(p.y * scale_y + shift_y); }
@@ -148,8 +147,8 @@ class TileBins
 {
   public:
     /// Bins the faces [begin, end) for all pictures. Reuses the memory of the last call.
-    void fill(const fresco::Mesh& mesh, std::size_t begin, std::size_t end, const std::vector<Projected>& projected,
-              const Frustum& frustum, const fresco::IntoCamera& into_camera, const std::vector<Grid>& grids);
+    void fill(const Mesh& mesh, std::size_t begin, std::size_t end, const std::vector<Projected>& projected,
+              const Frustum& frustum, const IntoCamera& into_camera, const std::vector<Grid>& grids);
 
     std::span<const std::uint32_t> pieces_of(std::uint32_t tile) const
     {
@@ -173,22 +172,21 @@ class TileBins
     std::vector<std::uint32_t> sorted_;
 };
 
-}  // namespace raster
-
 /// Finds the face at each pixel by drawing the mesh's faces into a depth buffer, a tile at a time. Vertices are projected once
 /// for all sizes, in double precision, and snapped to 1/65536 of a pixel (coarser beyond 4096 px), so that every pixel on the
 /// common edge of two faces belongs to exactly one of them. Memory: 24 bytes per vertex and some 44 per face in sight and size.
-class RasterFinder final : public fresco::FaceFinder
+class RasterFinder final : public FaceFinder
 {
   public:
     /// The mesh must have passed check_mesh and must outlive the finder.
-    explicit RasterFinder(const fresco::Mesh& mesh) : mesh_(mesh) {}
+    explicit RasterFinder(const Mesh& mesh) : mesh_(mesh) {}
 
-    void find(std::span<const fresco::Camera> cameras, const fresco::Progress& progress,
-              std::span<fresco::FaceMap> faces) override;
+    void find(std::span<const Camera> cameras, const Progress& progress, std::span<FaceMap> faces) override;
 
   private:
-    const fresco::Mesh& mesh_;
-    std::vector<raster::Projected> projected_;
-    std::vector<raster::TileBins> bins_;
+    const Mesh& mesh_;
+    std::vector<Projected> projected_;
+    std::vector<TileBins> bins_;
 };
+
+}  // namespace fresco::rendering

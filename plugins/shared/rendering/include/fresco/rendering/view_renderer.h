@@ -6,20 +6,23 @@
 #include <fresco/math.h>
 #include <fresco/option.h>
 #include <fresco/parallel.h>
-#include <fresco/raycast/scene.h>
 #include <fresco/texture.h>
 
+#include <array>
 #include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 /// \file Pictures of a textured mesh as cameras see it, and the options of the stages that make them.
 
-namespace fresco::raycast
+namespace fresco::rendering
 {
 
-/// How a picture is looked up where a ray skips texels: between smaller copies of it, or always in the full one.
+/// How a picture is looked up where a sample skips texels: between smaller copies of it, or always in the full one.
 enum class TextureFilter
 {
     trilinear,
@@ -38,21 +41,26 @@ class FilterOption
 };
 
 /// An RGB picture at every size down to 1 x 1, each the area average of the one before; the smaller ones in 16 bits per channel.
+/// A texel takes four channels, so that it is loaded at once.
 class MipMaps
 {
   public:
+    /// Red, green, blue, and a number that means nothing.
+    typedef float Color __attribute__((vector_size(16)));
+
     /// Bilinear: the full size only. Throws Error unless the picture has 3 channels.
-    MipMaps(Raster8 picture, TextureFilter filter);
+    MipMaps(const Raster8& picture, TextureFilter filter);
 
     int width() const { return picture_.width; }
     int height() const { return picture_.height; }
 
     /// The color (0..255 per channel) at uv, origin lower left: bilinear with texel centers at +0.5, clamped at the borders, and
     /// linear between the two levels around `lod` (0 = full size, 1 = half, …).
+    Color color(Vec2d uv, double lod) const;
     Vec3d sample(Vec2d uv, double lod) const;
 
   private:
-    Vec3d sample_level(Vec2d uv, std::size_t level) const;
+    Color color_of_level(Vec2d uv, std::size_t level) const;
 
     Raster8 picture_;
     std::vector<Raster16> smaller_;
@@ -76,8 +84,8 @@ class Lighting
   public:
     /// The mesh must outlive this.
     Lighting(const Mesh& mesh, const Lights& lights);
-    /// What the color at the hit is multiplied by. Thread-safe.
-    double at(const Hit& hit) const;
+    /// What the color at a point of a face is multiplied by: the sum of its corners times `weights`. Thread-safe.
+    double at(std::uint32_t face, const std::array<double, 3>& weights) const;
 
   private:
     const Mesh& mesh_;
@@ -87,7 +95,7 @@ class Lighting
 
 struct RenderOptions
 {
-    int samples_per_side;  ///< Rays per pixel: its square.
+    int samples_per_side;  ///< Samples per pixel: its square.
     TextureFilter filter;
     Lights lights = {};  ///< By the vertex normals, interpolated.
 };
@@ -96,25 +104,36 @@ struct RenderOptions
 /// valid mesh with texcoords, and frames whose color cameras are usable.
 void check_showable(const TexturedMesh& mesh, const Frames& frames);
 
-/// Draws a textured mesh as cameras see it.
+/// Draws a textured mesh as cameras see it, by rasterization (RasterFinder) of several samples per pixel.
 class ViewRenderer
 {
   public:
     /// The mesh must have passed check_mesh, have texcoords and outlive the renderer. Throws Error if the picture is not RGB.
     ViewRenderer(const TexturedMesh& mesh, const RenderOptions& options);
+    ~ViewRenderer();
+    ViewRenderer(const ViewRenderer&) = delete;
+    ViewRenderer& operator=(const ViewRenderer&) = delete;
 
-    /// RGBA, straight alpha: the share of the pixel's rays that meet the front of a face (as uvmaps.raycast judges it), and the
-    /// mean color of these. Equal for any progress.threads(). Throws Canceled.
+    /// RGBA, straight alpha: the share of the pixel's samples that see the front of a face (fresco::sight), and the mean color of
+    /// these. Equal for any progress.threads(). Throws Canceled. Thread-safe.
     Raster8 render(const Camera& camera, const Progress& progress) const;
 
-  private:
-    void render_rows(const Camera& camera, const Camera& dense, int first_row, int end_row, Raster8& image) const;
-    double level_of_detail(const Camera& dense, int x, int y, const Hit& hit, Vec2d uv) const;
+    /// Renders as many views at once as there are threads, and gives each to `take(i, picture)`, on any thread and in any order.
+    void render_each(std::span<const Camera> cameras, Progress& progress,
+                     const std::function<void(std::size_t, const Raster8&)>& take) const;
+    /// The same, with the pictures in their order: while some are taken, the next are rendered.
+    void render_in_order(std::span<const Camera> cameras, Progress& progress,
+                         const std::function<void(const Raster8&)>& take) const;
 
+  private:
+    struct Workspace;
+    struct Idle;
+
+    const Mesh& mesh_;
     RenderOptions options_;
-    Scene scene_;
     MipMaps texture_;
     Lighting lighting_;
+    std::unique_ptr<Idle> idle_;  ///< Workspaces that no view uses now.
 };
 
 /// The option `samples`: RenderOptions::samples_per_side.
@@ -123,4 +142,4 @@ Option<int> samples_option(Configurable* owner);
 Option<std::string> shading_option(Configurable* owner,
                                    std::string help = "Lamps: none, or those of StyleMesh's published viewer for a data set");
 
-}  // namespace fresco::raycast
+}  // namespace fresco::rendering

@@ -1,0 +1,458 @@
+#include <fresco/error.h>
+#include <fresco/parallel.h>
+#include <fresco/rendering/raster_finder.h>
+#include <fresco/rendering/view_renderer.h>
+#include <fresco/uv_mapping/into_camera.h>
+#include <fresco/uv_mapping/shading.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstring>
+#include <fmt/format.h>
+#include <mutex>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace fresco::rendering
+{
+
+namespace
+{
+constexpr float steps_per_unit = 257;  // 255 becomes 65535
+
+Raster16 stored(const RasterF& values)
+{
+    Raster16 result(values.width, values.height, 4);
+    for (std::size_t texel = 0; texel < values.values.size() / 3; ++texel)
+        for (std::size_t c = 0; c < 3; ++c)
+            result.values[4 * texel + c] =
+                static_cast<std::uint16_t>(std::clamp(values.values[3 * texel + c] * steps_per_unit + 0.5F, 0.0F, 65535.0F));
+    return result;
+}
+
+Raster8 with_four_channels(const Raster8& picture)
+{
+    Raster8 result(picture.width, picture.height, 4);
+    for (std::size_t texel = 0; texel < picture.values.size() / 3; ++texel)
+        std::copy_n(&picture.values[3 * texel], 3, &result.values[4 * texel]);
+    return result;
+}
+
+RasterF halved(const RasterF& level)
+{
+    return resized(level, std::max(1, level.width / 2), std::max(1, level.height / 2));
+}
+
+/// The same of a picture: one with even sides, such as any large texture, is never held as floats, which take four times its
+/// size.
+RasterF halved(const Raster8& picture)
+{
+    if (picture.width % 2 != 0 || picture.height % 2 != 0)
+    {
+        RasterF level(picture.width, picture.height, 3);
+        std::copy(picture.values.begin(), picture.values.end(), level.values.begin());
+        return halved(level);
+    }
+    RasterF result(picture.width / 2, picture.height / 2, 3);
+    for (int y = 0; y < result.height; ++y)
+        for (int x = 0; x < result.width; ++x)
+            for (int c = 0; c < 3; ++c)
+            {
+                const auto sum = [&](int row) { return picture.at(2 * x, row, c) + picture.at(2 * x + 1, row, c); };
+                result.at(x, y, c) = static_cast<float>(sum(2 * y) + sum(2 * y + 1)) / 4;
+            }
+    return result;
+}
+
+/// Bilinear, in the raster's own steps.
+template <class T>
+MipMaps::Color sampled(const Raster<T>& texels, Vec2d uv)
+{
+    typedef T Texel __attribute__((vector_size(4 * sizeof(T))));
+    const double x = std::clamp(uv.x * texels.width - 0.5, 0.0, texels.width - 1.0);
+    const double y = std::clamp((1 - uv.y) * texels.height - 0.5, 0.0, texels.height - 1.0);
+    const int x0 = static_cast<int>(x);
+    const int y0 = static_cast<int>(y);
+    const int x1 = std::min(x0 + 1, texels.width - 1);
+    const int y1 = std::min(y0 + 1, texels.height - 1);
+    const auto texel = [&](int tx, int ty)
+    {
+        Texel loaded;
+        std::memcpy(&loaded, &texels.at(tx, ty), sizeof loaded);
+        return __builtin_convertvector(loaded, MipMaps::Color);
+    };
+    const auto right = static_cast<float>(x - x0);
+    const auto down = static_cast<float>(y - y0);
+    const MipMaps::Color top = texel(x0, y0) * (1 - right) + texel(x1, y0) * right;
+    const MipMaps::Color bottom = texel(x0, y1) * (1 - right) + texel(x1, y1) * right;
+    return top * (1 - down) + bottom * down;
+}
+}  // namespace
+
+MipMaps::MipMaps(const Raster8& picture, TextureFilter filter)
+{
+    if (picture.channels != 3 || picture.empty())
+        throw Error(fmt::format("the picture has {} channels; expected 3 (RGB)", picture.channels));
+    picture_ = with_four_channels(picture);
+    if (filter == TextureFilter::bilinear || (picture.width == 1 && picture.height == 1))
+        return;
+    RasterF level = halved(picture);
+    smaller_.push_back(stored(level));
+    while (level.width > 1 || level.height > 1)
+    {
+        level = halved(level);
+        smaller_.push_back(stored(level));
+    }
+}
+
+MipMaps::Color MipMaps::color_of_level(Vec2d uv, std::size_t level) const
+{
+    return level == 0 ? sampled(picture_, uv) : sampled(smaller_[level - 1], uv) * (1 / steps_per_unit);
+}
+
+MipMaps::Color MipMaps::color(Vec2d uv, double lod) const
+{
+    const double at = std::clamp(lod, 0.0, static_cast<double>(smaller_.size()));
+    const auto level = static_cast<std::size_t>(at);
+    const auto share = static_cast<float>(at - static_cast<double>(level));
+    const Color fine = color_of_level(uv, level);
+    return share > 0 ? fine * (1 - share) + color_of_level(uv, level + 1) * share : fine;
+}
+
+Vec3d MipMaps::sample(Vec2d uv, double lod) const
+{
+    const Color found = color(uv, lod);
+    return {double{found[0]}, double{found[1]}, double{found[2]}};
+}
+
+FilterOption::FilterOption(Configurable* owner)
+    : word_(owner, "filter", "trilinear", one_of({"trilinear", "bilinear"}),
+            "Texture lookup: trilinear uses mip-maps where a sample skips texels, bilinear always the full picture")
+{
+}
+
+Option<int> samples_option(Configurable* owner)
+{
+    return {owner, "samples", 2, range(1, 8), "Samples per pixel along each side, against aliasing at edges and far away"};
+}
+
+Option<std::string> shading_option(Configurable* owner, std::string help)
+{
+    return {owner, "shading", "none", one_of({"none", "scannet", "matterport3d"}), std::move(help)};
+}
+
+void check_showable(const TexturedMesh& mesh, const Frames& frames)
+{
+    check_mesh(mesh.mesh, "the mesh on port 'mesh'");
+    if (mesh.mesh.texcoords.empty())
+        throw Error("the mesh on port 'mesh' has no texcoords: wire what texture.bake made");
+    if (frames.frames.empty())
+        throw Error("port 'frames' has no frames: check the scan's path and the stages that drop frames");
+    for (const Frame& frame : frames.frames)
+        check_camera(frame.color, "the color camera of " + frame.sequence + "/" + frame.name);
+}
+
+Lights lights_of(std::string_view shading)
+{
+    if (shading == "scannet")
+        return {0.4, 1, normalized(Vec3d{1, 1, 1})};
+    if (shading == "matterport3d")
+        return {0.9, 0.6, normalized(Vec3d{1, 0, 1})};
+    return {};
+}
+
+Lighting::Lighting(const Mesh& mesh, const Lights& lights) : mesh_(mesh), lights_(lights)
+{
+    if (lights.diffuse > 0)
+        normals_ = vertex_normals(mesh);
+}
+
+double Lighting::at(std::uint32_t face, const std::array<double, 3>& weights) const
+{
+    if (normals_.empty())
+        return lights_.ambient;
+    Vec3d sum;
+    for (std::size_t corner = 0; corner < 3; ++corner)
+        sum += vec_cast<double>(normals_[mesh_.triangles[face][corner]]) * weights[corner];
+    return lights_.ambient + lights_.diffuse * std::max(0.0, dot(normalized(sum), lights_.toward));
+}
+
+namespace
+{
+
+/// A number that is linear in the picture: at the center of pixel (x, y).
+struct Linear
+{
+    double across;
+    double down;
+    double first;
+
+    double at(double x, double y) const { return across * x + down * y + first; }
+};
+
+/// What a face has to a camera's pixels. A ray meets the plane of the corners p0, p1, p2 (in the camera's frame) where its
+/// direction d has the weights M⁻¹ d, of M = (p0 p1 p2), divided by their sum, which is one over the depth: ratios of linear
+/// numbers, also for the texcoord (Olano and Greer, "Triangle scan conversion using 2D homogeneous coordinates", 1997).
+struct FacePlane
+{
+    std::uint32_t face = no_face;
+    bool is_front = false;
+    std::array<Linear, 3> weights{};
+    Linear nearness{};  ///< Their sum: 1 / depth.
+    Linear u{};         ///< Texels from the left border, times nearness.
+    Linear v{};         ///< Texels from the lower border, times nearness.
+};
+
+FacePlane plane_of(const Mesh& mesh, std::uint32_t face, const IntoCamera& into_camera, const Intrinsics& k, Vec2d texels)
+{
+    const Triangle& t = mesh.triangles[face];
+    const std::array<Vec3d, 3> p{into_camera.point(mesh.positions[t[0]]), into_camera.point(mesh.positions[t[1]]),
+                                 into_camera.point(mesh.positions[t[2]])};
+    FacePlane plane;
+    plane.face = face;
+    const double determinant = dot(p[0], cross(p[1], p[2]));
+    // Seen from its front, a face's corners run counterclockwise. Its plane may hold the camera: then nothing of it is seen.
+    plane.is_front = determinant < 0;
+    if (!plane.is_front)
+        return plane;
+    const auto add = [](Linear& sum, const Linear& term, double factor)
+    {
+        sum.across += term.across * factor;
+        sum.down += term.down * factor;
+        sum.first += term.first * factor;
+    };
+    for (std::size_t corner = 0; corner < 3; ++corner)
+    {
+        const Vec3d row = cross(p[(corner + 1) % 3], p[(corner + 2) % 3]) * (1 / determinant);
+        Linear& weight = plane.weights[corner];
+        weight.across = row.x / k.fx;
+        weight.down = row.y / k.fy;
+        weight.first = row.z + weight.across * (0.5 - k.cx) + weight.down * (0.5 - k.cy);
+        const Vec2f uv = mesh.texcoords[3 * std::size_t{face} + corner];
+        add(plane.nearness, weight, 1);
+        add(plane.u, weight, double{uv.x} * texels.x);
+        add(plane.v, weight, double{uv.y} * texels.y);
+    }
+    return plane;
+}
+
+/// Planes of the faces that were seen last: the pixels around see them, too.
+class PlaneCache
+{
+  public:
+    const FacePlane& plane(const Mesh& mesh, std::uint32_t face, const IntoCamera& into_camera, const Intrinsics& k, Vec2d texels)
+    {
+        FacePlane& kept = planes_[face % planes_.size()];
+        if (kept.face != face)
+            kept = plane_of(mesh, face, into_camera, k, texels);
+        return kept;
+    }
+
+  private:
+    std::vector<FacePlane> planes_{std::vector<FacePlane>(2048)};
+};
+
+/// How far apart two neighboring samples look a texture up, as a level of detail.
+double level_of_detail(const FacePlane& plane, double nearness, double u, double v)
+{
+    const double here_u = u / nearness;
+    const double here_v = v / nearness;
+    // Of the two samples to the right and below, whichever is farther, on the face's plane; one beyond its horizon does not
+    // count.
+    const auto squared = [&](double Linear::*way)
+    {
+        const double there = nearness + plane.nearness.*way;
+        if (there <= 0)
+            return 0.0;
+        const double du = (u + plane.u.*way) / there - here_u;
+        const double dv = (v + plane.v.*way) / there - here_v;
+        return du * du + dv * dv;
+    };
+    const double texels = std::max(squared(&Linear::across), squared(&Linear::down));
+    return texels > 1 ? 0.5 * static_cast<double>(std::log2(static_cast<float>(texels))) : 0;
+}
+
+std::uint8_t rounded(float v)
+{
+    return static_cast<std::uint8_t>(std::clamp(v + 0.5F, 0.0F, 255.0F));
+}
+
+/// Draws the pixels of some rows from the faces that their samples see. `camera` is that of the samples.
+struct RowPainter
+{
+    const Mesh& mesh;
+    const RenderOptions& options;
+    const MipMaps& texture;
+    const Lighting& lighting;
+    const Camera& camera;
+    const FaceMap& faces;  ///< Of rows of samples from `first_sample_row` on.
+
+    void paint(int first_row, int end_row, int first_sample_row, Raster8& image) const
+    {
+        const int side = options.samples_per_side;
+        const IntoCamera into_camera(camera.world_from_camera);
+        const Vec2d texels{double(texture.width()), double(texture.height())};
+        PlaneCache planes;
+        for (int y = first_row; y < end_row; ++y)
+            for (int x = 0; x < image.width; ++x)
+            {
+                MipMaps::Color sum{};
+                int found = 0;
+                for (int sample_y = y * side; sample_y < (y + 1) * side; ++sample_y)
+                    for (int sample_x = x * side; sample_x < (x + 1) * side; ++sample_x)
+                    {
+                        const std::uint32_t face = faces.at(sample_x, sample_y - first_sample_row);
+                        if (face == no_face)
+                            continue;
+                        const FacePlane& plane = planes.plane(mesh, face, into_camera, camera.intrinsics, texels);
+                        found += add_sample(plane, sample_x, sample_y, sum);
+                    }
+                if (found == 0)
+                    continue;
+                std::uint8_t* rgba = &image.at(x, y);
+                for (int c = 0; c < 3; ++c)
+                    rgba[c] = rounded(sum[c] / static_cast<float>(found));
+                rgba[3] = rounded(255 * static_cast<float>(found) / static_cast<float>(side * side));
+            }
+    }
+
+  private:
+    int add_sample(const FacePlane& plane, double x, double y, MipMaps::Color& sum) const
+    {
+        std::array<double, 3> weights;
+        double total = 0;
+        if (!plane.is_front)
+            return 0;
+        const double nearness = plane.nearness.at(x, y);
+        if (sight(true, 1 / nearness) != Sight::surface)
+            return 0;
+        // A sample on the border of a face may miss it by a rounding; it then shows the nearest point.
+        for (std::size_t corner = 0; corner < 3; ++corner)
+            total += weights[corner] = std::max(0.0, plane.weights[corner].at(x, y));
+        const Vec2f* corners = &mesh.texcoords[3 * std::size_t{plane.face}];
+        Vec2d uv;
+        for (std::size_t corner = 0; corner < 3; ++corner)
+            uv = uv + vec_cast<double>(corners[corner]) * (weights[corner] /= total);
+        const double lod =
+            options.filter == TextureFilter::bilinear ? 0 : level_of_detail(plane, nearness, plane.u.at(x, y), plane.v.at(x, y));
+        const MipMaps::Color color = texture.color(uv, lod) * static_cast<float>(lighting.at(plane.face, weights));
+        for (int c = 0; c < 3; ++c)
+            sum[c] += std::min(color[c], 255.0F);
+        return 1;
+    }
+};
+
+/// Bounds what a view's samples take: 16 MB.
+constexpr int most_samples = 1 << 22;
+
+/// Work that is one thread's.
+class Alone final : public Progress
+{
+  public:
+    explicit Alone(const Progress& outer) : outer_(outer) {}
+    void check_canceled() const override { outer_.check_canceled(); }
+    int threads() const override { return 1; }
+
+  private:
+    const Progress& outer_;
+};
+
+}  // namespace
+
+struct ViewRenderer::Workspace
+{
+    explicit Workspace(const Mesh& mesh) : finder(mesh) {}
+    RasterFinder finder;
+    std::vector<FaceMap> faces{1};
+};
+
+struct ViewRenderer::Idle
+{
+    std::mutex mutex;
+    std::vector<std::unique_ptr<Workspace>> workspaces;
+};
+
+ViewRenderer::ViewRenderer(const TexturedMesh& mesh, const RenderOptions& options)
+    : mesh_(mesh.mesh), options_(options), texture_(mesh.image.pixels, options.filter), lighting_(mesh.mesh, options.lights),
+      idle_(std::make_unique<Idle>())
+{
+}
+
+ViewRenderer::~ViewRenderer() = default;
+
+Raster8 ViewRenderer::render(const Camera& camera, const Progress& progress) const
+{
+    std::unique_ptr<Workspace> work;
+    {
+        const std::lock_guard lock(idle_->mutex);
+        if (!idle_->workspaces.empty())
+        {
+            work = std::move(idle_->workspaces.back());
+            idle_->workspaces.pop_back();
+        }
+    }
+    if (work == nullptr)
+        work = std::make_unique<Workspace>(mesh_);
+
+    const int side = options_.samples_per_side;
+    const Intrinsics& size = camera.intrinsics;
+    Camera samples = camera;
+    samples.intrinsics = size.scaled_to(size.width * side, size.height * side);
+    Raster8 image(size.width, size.height, 4);
+    const int band = std::clamp(most_samples / (samples.intrinsics.width * side), 1, size.height);
+    for (int first = 0; first < size.height; first += band)
+    {
+        const int rows = std::min(band, size.height - first);
+        Camera part = samples;
+        part.intrinsics.height = rows * side;
+        part.intrinsics.cy -= first * side;
+        if (FaceMap& faces = work->faces.front(); faces.width != part.intrinsics.width || faces.height != part.intrinsics.height)
+            faces = FaceMap(part.intrinsics.width, part.intrinsics.height);
+        work->finder.find(std::span(&part, 1), progress, work->faces);
+        const RowPainter painter{mesh_, options_, texture_, lighting_, samples, work->faces.front()};
+        constexpr std::size_t rows_per_block = 16;
+        parallel_for(static_cast<std::size_t>(rows), rows_per_block, progress.threads(),
+                     [&](std::size_t begin, std::size_t end)
+                     {
+                         progress.check_canceled();
+                         painter.paint(first + static_cast<int>(begin), first + static_cast<int>(end), first * side, image);
+                     });
+    }
+    const std::lock_guard lock(idle_->mutex);
+    idle_->workspaces.push_back(std::move(work));
+    return image;
+}
+
+void ViewRenderer::render_each(std::span<const Camera> cameras, Progress& progress,
+                               const std::function<void(std::size_t, const Raster8&)>& take) const
+{
+    const Alone alone(progress);
+    parallel_for_each(cameras.size(), "views", progress, [&](std::size_t i) { take(i, render(cameras[i], alone)); });
+}
+
+void ViewRenderer::render_in_order(std::span<const Camera> cameras, Progress& progress,
+                                   const std::function<void(const Raster8&)>& take) const
+{
+    const Alone alone(progress);
+    const auto at_once = static_cast<std::size_t>(progress.threads());
+    std::vector<Raster8> rendered;
+    for (std::size_t first = 0; first < cameras.size() + at_once; first += at_once)
+    {
+        const auto next = cameras.subspan(std::min(first, cameras.size()));
+        std::vector<Raster8> coming(std::min(at_once, next.size()));
+        parallel_for(1 + coming.size(), 1, progress.threads(),
+                     [&](std::size_t task, std::size_t)
+                     {
+                         if (task == 0)
+                             std::ranges::for_each(rendered, take);
+                         else
+                             coming[task - 1] = render(next[task - 1], alone);
+                     });
+        rendered = std::move(coming);
+        progress.progress(static_cast<double>(std::min(first, cameras.size())), static_cast<double>(cameras.size()), "views");
+    }
+}
+
+}  // namespace fresco::rendering

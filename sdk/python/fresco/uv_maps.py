@@ -44,4 +44,5 @@ def read_uv_map(path: str | pathlib.Path) -> dict[str, npt.NDArray[Any]]:
 
 
 if __name__ == "__main__":
-    np.savez(sys.argv[2], **read_uv_map(sys.argv[1]))
+    arrays: dict[str, Any] = read_uv_map(sys.argv[1])
+    np.savez(sys.argv[2], **arrays)

@@ -1,0 +1,152 @@
+#include "catch.h"
+#include "holes.h"
+
+#include <fresco/testing_scenes.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+
+using namespace fresco;
+
+namespace
+{
+
+/// Without the faces whose middle `is_gone`.
+template <class Gone>
+Mesh without(Mesh mesh, const Gone& is_gone)
+{
+    std::erase_if(mesh.triangles, [&](const Triangle& t)
+                  { return is_gone((mesh.positions[t[0]] + mesh.positions[t[1]] + mesh.positions[t[2]]) * (1.0F / 3)); });
+    return mesh;
+}
+
+/// Half a cylinder of radius 1 m and length 2 m along y, from x = -1 over z = 1 to x = 1.
+Mesh vault(std::uint32_t n)
+{
+    Mesh mesh = testing::grid(n, [](float, float) { return 0.0F; });
+    for (Vec3f& p : mesh.positions)
+    {
+        const float angle = std::numbers::pi_v<float> * p.x;
+        p = {-std::cos(angle), 2 * p.y, std::sin(angle)};
+    }
+    return mesh;
+}
+
+std::size_t boundary_edges(const Mesh& mesh)
+{
+    std::multiset<std::pair<std::uint32_t, std::uint32_t>> edges;
+    for (const Triangle& t : mesh.triangles)
+        for (std::size_t k = 0; k < 3; ++k)
+            edges.insert(std::minmax(t[k], t[(k + 1) % 3]));
+    return static_cast<std::size_t>(std::ranges::count_if(edges, [&](const auto& edge) { return edges.count(edge) == 1; }));
+}
+
+/// Every directed edge has one face: they all show the same side.
+bool is_oriented(const Mesh& mesh)
+{
+    std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
+    return std::ranges::all_of(mesh.triangles,
+                               [&](const Triangle& t)
+                               {
+                                   bool is_new = true;
+                                   for (std::size_t k = 0; k < 3; ++k)
+                                       is_new = edges.insert({t[k], t[(k + 1) % 3]}).second && is_new;
+                                   return is_new;
+                               });
+}
+
+double area(const Mesh& mesh)
+{
+    double sum = 0;
+    for (const Triangle& t : mesh.triangles)
+    {
+        const auto p = [&](std::size_t k) { return vec_cast<double>(mesh.positions[t[k]]); };
+        sum += length(cross(p(1) - p(0), p(2) - p(0))) / 2;
+    }
+    return sum;
+}
+
+const auto in_middle = [](Vec3f p) { return std::abs(p.x - 0.5F) < 0.1F && std::abs(p.y - 0.5F) < 0.1F; };
+
+}  // namespace
+
+TEST_CASE("a hole in a plane is closed flat, with faces as large as those around, and the plane's own border stays")
+{
+    const Mesh whole = testing::grid(40, [](float, float) { return 0.0F; });
+    const Mesh holed = without(whole, in_middle);
+    HoleFigures figures;
+    Progress progress;
+    const Mesh closed = with_holes_closed(holed, 0.3, progress, figures);
+    CHECK(figures.closed == 1);
+    CHECK(figures.too_large == 1);
+    CHECK(figures.faces_added == closed.triangles.size() - holed.triangles.size());
+    CHECK(figures.faces_added > 30);
+    CHECK(figures.area_m2 == Approx(area(whole) - area(holed)).epsilon(1e-5));
+    CHECK(boundary_edges(closed) == 160);
+    CHECK(is_oriented(closed));
+    for (const Vec3f& p : closed.positions)
+        CHECK(std::abs(p.z) < 1e-6F);
+    CHECK(std::equal(holed.triangles.begin(), holed.triangles.end(), closed.triangles.begin()));
+}
+
+TEST_CASE("a patch bends on as the surface around it")
+{
+    const Mesh holed = without(vault(60), [](Vec3f p) { return p.z > 0.97F && std::abs(p.y - 1) < 0.2F; });
+    HoleFigures figures;
+    Progress progress;
+    const Mesh closed = with_holes_closed(holed, 1, progress, figures);
+    REQUIRE(figures.closed == 1);
+    CHECK(is_oriented(closed));
+    double apart = 0;
+    for (std::size_t i = holed.positions.size(); i < closed.positions.size(); ++i)
+        apart = std::max(apart, std::abs(std::hypot(double{closed.positions[i].x}, double{closed.positions[i].z}) - 1));
+    CHECK(apart < 0.003);  // A flat one would lie 0.03 below.
+}
+
+TEST_CASE("wide holes, loops around small pieces and edges of many faces stay as they are")
+{
+    const Mesh holed = without(testing::grid(40, [](float, float) { return 0.0F; }), in_middle);
+    Progress progress;
+    HoleFigures wide;
+    CHECK(with_holes_closed(holed, 0.2, progress, wide).triangles.size() == holed.triangles.size());
+    CHECK(wide.too_large == 2);
+
+    HoleFigures piece;
+    CHECK(with_holes_closed(testing::wall(0.1F), 1, progress, piece).triangles.size() == 2);
+    CHECK(piece.outer == 1);
+
+    Mesh fins = testing::grid(2, [](float, float) { return 0.0F; });
+    fins.positions.push_back({0.5F, 0.5F, 1});
+    const Triangle first = fins.triangles.front();
+    for (std::size_t k = 0; k < 3; ++k)
+        fins.triangles.push_back({first[k], first[(k + 1) % 3], 9});
+    HoleFigures many;
+    CHECK_NOTHROW(with_holes_closed(fins, 0.01, progress, many));
+    CHECK(many.closed == 0);
+}
+
+TEST_CASE("two holes that meet at a vertex are closed each, with colors from around")
+{
+    Mesh holed =
+        without(testing::grid(10, [](float, float) { return 0.0F; }),
+                [](Vec3f p)
+                {
+                    const auto in = [&](float x, float y) { return p.x > x && p.x < x + 0.2F && p.y > y && p.y < y + 0.2F; };
+                    return in(0.3F, 0.3F) || in(0.5F, 0.5F);
+                });
+    for (const Vec3f& p : holed.positions)
+        holed.colors.push_back({static_cast<std::uint8_t>(std::lround(200 * p.x)), 90, 0});
+    HoleFigures figures;
+    Progress progress;
+    const Mesh closed = with_holes_closed(holed, 0.35, progress, figures);
+    CHECK(figures.closed == 2);
+    CHECK(boundary_edges(closed) == 40);
+    REQUIRE(closed.colors.size() == closed.positions.size());
+    for (std::size_t i = holed.positions.size(); i < closed.positions.size(); ++i)
+    {
+        CHECK(closed.colors[i].g == 90);
+        CHECK(std::abs(closed.colors[i].r - 200 * closed.positions[i].x) < 25);
+    }
+}

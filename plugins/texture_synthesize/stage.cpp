@@ -31,9 +31,11 @@ class TextureSynthesize final : public Stage
 
     Option<int> size_px{this, "size_px", 0, range(0, 16384), "Texels per side of the texture; 0: as the atlas says"};
     Option<double> stroke_cm{
-        this, "stroke_cm", 3.5, range(0.1, 1000),
+        this, "stroke_cm", 0, range(0, 1000),
         "Width of the picture's brush strokes on the surface, whatever the texture size: half the wavelength "
-        "of soft stripes; at least two texels, at most the length of the room"};
+        "of soft stripes; at least two texels, at most the length of the room. 0: 3.5 for a room of 3 m and more, in proportion "
+        "for "
+        "something smaller"};
     Option<double> painterly{this, "painterly", 0.5, range(0, 1),
                              "0: keep what the start shows; 1: let the picture's own motifs take over"};
     Option<std::string> direction{
@@ -88,17 +90,15 @@ class TextureSynthesize final : public Stage
         if (*patch_px % 2 == 0)
             throw Error(fmt::format("option \"patch_px\" is {}; expected an odd number", *patch_px));
         const int texels = painted_size_px(*size_px, mesh->texture_px, "the mesh on port 'mesh'", run);
-        synthesize::check_stroke_width(*mesh, *stroke_cm / 100, synthesize::mean_texel_m(*mesh, texels));
         return texels;
     }
 
     /// Per face; none where strokes are not turned.
     std::vector<Vec3f> stroke_lines(const synthesize::PaintedSurface& surface, const synthesize::Upright& upright,
-                                    const Progress& progress) const
+                                    double stroke_m, const Progress& progress) const
     {
         if (*direction == "none")
             return {};
-        const double stroke_m = *stroke_cm / 100;
         const synthesize::LineHints hints(surface, upright);
         return hints.smoothed(*direction == "gravity"     ? hints.gravity()
                               : *direction == "curvature" ? hints.curvature(curved_strokes * stroke_m)
@@ -109,6 +109,9 @@ class TextureSynthesize final : public Stage
     void run(RunContext& run) override
     {
         const int texels = check(run);
+        const double stroke_m = synthesize::stroke_width_m(*mesh, *stroke_cm / 100, synthesize::mean_texel_m(*mesh, texels));
+        if (*stroke_cm == 0)
+            run.message(fmt::format("strokes are {:.2g} cm wide, by the size of the surface", 100 * stroke_m));
         const synthesize::PaintedSurface surface(*mesh, run);
         const Vec3d upward = *up == "auto" ? geometry::found_up(*mesh, frames, run).direction : geometry::named_axis(*up);
         const synthesize::Upright upright = synthesize::upright(surface, vec_cast<float>(upward));
@@ -118,7 +121,7 @@ class TextureSynthesize final : public Stage
         run.report("up", Value::List{double{upright.up.x}, double{upright.up.y}, double{upright.up.z}});
         run.report("unseen_share", 1 - static_cast<double>(picture.known_texels()) / static_cast<double>(picture.chart_texels()));
         const synthesize::SynthesisOptions options{.size_px = texels,
-                                                   .stroke_m = *stroke_cm / 100,
+                                                   .stroke_m = stroke_m,
                                                    .painterly = *painterly,
                                                    .completeness = *completeness,
                                                    .patch_px = *patch_px,
@@ -127,7 +130,7 @@ class TextureSynthesize final : public Stage
                                                    .seed = static_cast<std::uint32_t>(*seed),
                                                    .checkpoint_seconds = *checkpoint_seconds,
                                                    .preview_seconds = *preview_seconds};
-        const std::vector<Vec3f> directions = stroke_lines(surface, upright, run);
+        const std::vector<Vec3f> directions = stroke_lines(surface, upright, stroke_m, run);
         const synthesize::Task task{
             surface, upright, style->pixels,
             [&](std::uint32_t chart, Vec2f uv, double footprint) { return picture.at(chart, uv, footprint); }, directions};

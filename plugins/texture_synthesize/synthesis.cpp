@@ -361,16 +361,22 @@ double mean_texel_m(const Mesh& mesh, int size_px)
     return std::sqrt(area / uv_area) / size_px;
 }
 
-void check_stroke_width(const Mesh& mesh, double stroke_m, double texel_m)
+double stroke_width_m(const Mesh& mesh, double wanted_m, double texel_m)
 {
-    if (stroke_m < least_texels * texel_m)
+    constexpr double room_m = 3;
+    constexpr double in_room_m = 0.035;
+    const double longest_m = longest_side_m(mesh);
+    if (wanted_m == 0)
+        return std::max(least_texels * texel_m, in_room_m * std::min(1.0, longest_m / room_m));
+    if (wanted_m < least_texels * texel_m)
         throw Error(fmt::format("strokes of {:.6g} cm are too narrow for texels of {:.3g} cm: they need at "
                                 "least {:g} texels, so use a stroke_cm of {:.3g} or more, or a larger size_px{}",
-                                stroke_m * 100, texel_m * 100, least_texels, least_texels * texel_m * 100, check_unit));
-    if (const double room_m = longest_side_m(mesh); stroke_m > room_m)
+                                wanted_m * 100, texel_m * 100, least_texels, least_texels * texel_m * 100, check_unit));
+    if (wanted_m > longest_m)
         throw Error(fmt::format("strokes of {:.6g} cm are wider than the room, which is {:.3g} cm long: use "
                                 "a smaller stroke_cm{}",
-                                stroke_m * 100, room_m * 100, check_unit));
+                                wanted_m * 100, longest_m * 100, check_unit));
+    return wanted_m;
 }
 
 namespace
@@ -523,7 +529,14 @@ class Synthesis
     void report(const Level& level, int finest) const
     {
         const double pixel_cm = 100 * options_.stroke_m / stroke_px_;
+        const double longest_cm = 100 * longest_side_m(task_.surface.mesh);
+        if (const double short_cm = pixel_cm * std::min(task_.picture.width, task_.picture.height); short_cm > longest_cm)
+            run_.warning(
+                fmt::format("with strokes of {:.2g} cm, the picture would be {:.0f} cm wide and the surface is {:.0f} cm long: "
+                            "only parts of the picture's motifs are seen; a smaller stroke_cm shows more of them",
+                            100 * options_.stroke_m, pixel_cm * task_.picture.width, longest_cm));
         run_.report("stroke_px", stroke_px_);
+        run_.report("stroke_cm", 100 * options_.stroke_m);
         run_.report("picture_width_cm", pixel_cm * task_.picture.width);
         run_.report("picture_height_cm", pixel_cm * task_.picture.height);
         run_.report("texel_mm", 1000 * texel_m_);

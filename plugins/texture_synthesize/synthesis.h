@@ -157,8 +157,10 @@ Painting paint(const Task& task, const Level& level, int size_px, Progress& prog
 /// the surface have no area.
 double mean_texel_m(const Mesh& mesh, int size_px);
 
-/// Throws Error if strokes are narrower than two texels, or wider than the room is long.
-void check_stroke_width(const Mesh& mesh, double stroke_m, double texel_m);
+/// Of strokes: `wanted_m`, or where that is 0, by the size of what is painted: 3.5 cm for a surface 3 m long or longer, in
+/// proportion for a smaller one, and at least two texels. Throws Error if the wanted ones are narrower than two texels, or wider
+/// than the surface is long.
+double stroke_width_m(const Mesh& mesh, double wanted_m, double texel_m);
 
 struct SynthesisOptions
 {

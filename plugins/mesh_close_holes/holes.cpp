@@ -342,7 +342,7 @@ Rgb8 color_of(const Mesh& mesh, const HalfEdges& edges, const Loop& loop, Vec3d 
         const Vec3d apart = place(mesh, edges.to(h)) - at;
         const double weight = 1 / std::max(dot(apart, apart), 1e-12);
         const Rgb8& color = mesh.colors[edges.to(h)];
-        sum += Vec3d{double(color.r), double(color.g), double(color.b)} * weight;
+        sum += Vec3d{double(color[0]), double(color[1]), double(color[2])} * weight;
         weights += weight;
     }
     const auto rounded = [&](double v) { return static_cast<std::uint8_t>(std::lround(v / weights)); };

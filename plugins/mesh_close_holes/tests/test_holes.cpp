@@ -146,7 +146,7 @@ TEST_CASE("two holes that meet at a vertex are closed each, with colors from aro
     REQUIRE(closed.colors.size() == closed.positions.size());
     for (std::size_t i = holed.positions.size(); i < closed.positions.size(); ++i)
     {
-        CHECK(closed.colors[i].g == 90);
-        CHECK(std::abs(closed.colors[i].r - 200 * closed.positions[i].x) < 25);
+        CHECK(closed.colors[i][1] == 90);
+        CHECK(std::abs(closed.colors[i][0] - 200 * closed.positions[i].x) < 25);
     }
 }

@@ -15,6 +15,13 @@
 #include <utility>
 #include <vector>
 
+// The same operations in the same order, with the instructions that this processor has.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+#define FRESCO_WIDE_VECTORS __attribute__((target_clones("avx2", "default"), flatten))
+#else
+#define FRESCO_WIDE_VECTORS
+#endif
+
 namespace fresco::rendering
 {
 
@@ -66,23 +73,36 @@ RasterF halved(const Raster8& picture)
     return result;
 }
 
+typedef std::int32_t FourInts __attribute__((vector_size(16)));
+
+// Compilers convert vectors of short integers one by one.
+MipMaps::Color loaded(const std::uint8_t* texel)
+{
+    std::int32_t all;
+    std::memcpy(&all, texel, sizeof all);
+    return __builtin_convertvector((FourInts{} + all) >> FourInts{0, 8, 16, 24} & 0xFF, MipMaps::Color);
+}
+
+MipMaps::Color loaded(const std::uint16_t* texel)
+{
+    std::int32_t red_green;
+    std::int32_t blue;
+    std::memcpy(&red_green, texel, sizeof red_green);
+    std::memcpy(&blue, texel + 2, sizeof blue);
+    return __builtin_convertvector(FourInts{red_green, red_green, blue, blue} >> FourInts{0, 16, 0, 16} & 0xFFFF, MipMaps::Color);
+}
+
 /// Bilinear, in the raster's own steps.
 template <class T>
 MipMaps::Color sampled(const Raster<T>& texels, Vec2d uv)
 {
-    typedef T Texel __attribute__((vector_size(4 * sizeof(T))));
     const double x = std::clamp(uv.x * texels.width - 0.5, 0.0, texels.width - 1.0);
     const double y = std::clamp((1 - uv.y) * texels.height - 0.5, 0.0, texels.height - 1.0);
     const int x0 = static_cast<int>(x);
     const int y0 = static_cast<int>(y);
     const int x1 = std::min(x0 + 1, texels.width - 1);
     const int y1 = std::min(y0 + 1, texels.height - 1);
-    const auto texel = [&](int tx, int ty)
-    {
-        Texel loaded;
-        std::memcpy(&loaded, &texels.at(tx, ty), sizeof loaded);
-        return __builtin_convertvector(loaded, MipMaps::Color);
-    };
+    const auto texel = [&](int tx, int ty) { return loaded(&texels.at(tx, ty)); };
     const auto right = static_cast<float>(x - x0);
     const auto down = static_cast<float>(y - y0);
     const MipMaps::Color top = texel(x0, y0) * (1 - right) + texel(x1, y0) * right;
@@ -182,17 +202,19 @@ double Lighting::at(std::uint32_t face, const std::array<double, 3>& weights) co
 namespace
 {
 
-/// A number that is linear in the picture: at the center of pixel (x, y).
+/// Along the rows, and down the columns of samples.
+typedef double Two __attribute__((vector_size(16)));
+
+/// A number that is linear in the picture: its steps to the next samples, and itself at the center of the first.
 struct Linear
 {
-    double across;
-    double down;
-    double first;
+    Two steps{};
+    double first = 0;
 
-    double at(double x, double y) const { return across * x + down * y + first; }
+    double at(double x, double y) const { return steps[0] * x + steps[1] * y + first; }
 };
 
-/// What a face has to a camera's pixels. A ray meets the plane of the corners p0, p1, p2 (in the camera's frame) where its
+/// What a face has to a camera's samples. A ray meets the plane of the corners p0, p1, p2 (in the camera's frame) where its
 /// direction d has the weights M⁻¹ d, of M = (p0 p1 p2), divided by their sum, which is one over the depth: ratios of linear
 /// numbers, also for the texcoord (Olano and Greer, "Triangle scan conversion using 2D homogeneous coordinates", 1997).
 struct FacePlane
@@ -203,6 +225,10 @@ struct FacePlane
     Linear nearness{};  ///< Their sum: 1 / depth.
     Linear u{};         ///< Texels from the left border, times nearness.
     Linear v{};         ///< Texels from the lower border, times nearness.
+    double u_low = 0;   ///< Bounds of the corners' texels.
+    double u_high = 0;
+    double v_low = 0;
+    double v_high = 0;
 };
 
 FacePlane plane_of(const Mesh& mesh, std::uint32_t face, const IntoCamera& into_camera, const Intrinsics& k, Vec2d texels)
@@ -219,21 +245,24 @@ FacePlane plane_of(const Mesh& mesh, std::uint32_t face, const IntoCamera& into_
         return plane;
     const auto add = [](Linear& sum, const Linear& term, double factor)
     {
-        sum.across += term.across * factor;
-        sum.down += term.down * factor;
+        sum.steps += term.steps * factor;
         sum.first += term.first * factor;
     };
     for (std::size_t corner = 0; corner < 3; ++corner)
     {
         const Vec3d row = cross(p[(corner + 1) % 3], p[(corner + 2) % 3]) * (1 / determinant);
         Linear& weight = plane.weights[corner];
-        weight.across = row.x / k.fx;
-        weight.down = row.y / k.fy;
-        weight.first = row.z + weight.across * (0.5 - k.cx) + weight.down * (0.5 - k.cy);
+        weight.steps = Two{row.x / k.fx, row.y / k.fy};
+        weight.first = row.z + weight.steps[0] * (0.5 - k.cx) + weight.steps[1] * (0.5 - k.cy);
         const Vec2f uv = mesh.texcoords[3 * std::size_t{face} + corner];
+        const Vec2d texel{double{uv.x} * texels.x, double{uv.y} * texels.y};
         add(plane.nearness, weight, 1);
-        add(plane.u, weight, double{uv.x} * texels.x);
-        add(plane.v, weight, double{uv.y} * texels.y);
+        add(plane.u, weight, texel.x);
+        add(plane.v, weight, texel.y);
+        plane.u_low = corner == 0 ? texel.x : std::min(plane.u_low, texel.x);
+        plane.u_high = corner == 0 ? texel.x : std::max(plane.u_high, texel.x);
+        plane.v_low = corner == 0 ? texel.y : std::min(plane.v_low, texel.y);
+        plane.v_high = corner == 0 ? texel.y : std::max(plane.v_high, texel.y);
     }
     return plane;
 }
@@ -251,27 +280,21 @@ class PlaneCache
     }
 
   private:
-    std::vector<FacePlane> planes_{std::vector<FacePlane>(2048)};
+    std::vector<FacePlane> planes_{std::vector<FacePlane>(1024)};
 };
 
-/// How far apart two neighboring samples look a texture up, as a level of detail.
+/// How far apart two neighboring samples look a texture up, as a level of detail. (u, v): the texel here.
 double level_of_detail(const FacePlane& plane, double nearness, double u, double v)
 {
-    const double here_u = u / nearness;
-    const double here_v = v / nearness;
-    // Of the two samples to the right and below, whichever is farther, on the face's plane; one beyond its horizon does not
-    // count.
-    const auto squared = [&](double Linear::*way)
-    {
-        const double there = nearness + plane.nearness.*way;
-        if (there <= 0)
-            return 0.0;
-        const double du = (u + plane.u.*way) / there - here_u;
-        const double dv = (v + plane.v.*way) / there - here_v;
-        return du * du + dv * dv;
-    };
-    const double texels = std::max(squared(&Linear::across), squared(&Linear::down));
-    return texels > 1 ? 0.5 * static_cast<double>(std::log2(static_cast<float>(texels))) : 0;
+    // Of the two samples to the right and below, whichever is farther, on the face's plane: (u' + s) / (n + m) - u' / n, of u' =
+    // u n.
+    const Two there = nearness + plane.nearness.steps;
+    const Two du = (plane.u.steps - u * plane.nearness.steps) / there;
+    const Two dv = (plane.v.steps - v * plane.nearness.steps) / there;
+    const Two squared = du * du + dv * dv;
+    // One beyond the face's horizon does not count.
+    const double texels = std::max(there[0] > 0 ? squared[0] : 0, there[1] > 0 ? squared[1] : 0);
+    return texels > 1 ? 0.5 * double{std::log2(static_cast<float>(texels))} : 0;
 }
 
 std::uint8_t rounded(float v)
@@ -289,58 +312,81 @@ struct RowPainter
     const Camera& camera;
     const FaceMap& faces;  ///< Of rows of samples from `first_sample_row` on.
 
-    void paint(int first_row, int end_row, int first_sample_row, Raster8& image) const
+    FRESCO_WIDE_VECTORS void paint(int first_row, int end_row, int first_sample_row, Raster8& image) const
     {
-        const int side = options.samples_per_side;
+        constexpr int columns = 32;
         const IntoCamera into_camera(camera.world_from_camera);
-        const Vec2d texels{double(texture.width()), double(texture.height())};
         PlaneCache planes;
-        for (int y = first_row; y < end_row; ++y)
-            for (int x = 0; x < image.width; ++x)
-            {
-                MipMaps::Color sum{};
-                int found = 0;
-                for (int sample_y = y * side; sample_y < (y + 1) * side; ++sample_y)
-                    for (int sample_x = x * side; sample_x < (x + 1) * side; ++sample_x)
-                    {
-                        const std::uint32_t face = faces.at(sample_x, sample_y - first_sample_row);
-                        if (face == no_face)
-                            continue;
-                        const FacePlane& plane = planes.plane(mesh, face, into_camera, camera.intrinsics, texels);
-                        found += add_sample(plane, sample_x, sample_y, sum);
-                    }
-                if (found == 0)
-                    continue;
-                std::uint8_t* rgba = &image.at(x, y);
-                for (int c = 0; c < 3; ++c)
-                    rgba[c] = rounded(sum[c] / static_cast<float>(found));
-                rgba[3] = rounded(255 * static_cast<float>(found) / static_cast<float>(side * side));
-            }
+        // In tiles: the rows of one see the same faces.
+        for (int first = 0; first < image.width; first += columns)
+            for (int y = first_row; y < end_row; ++y)
+                for (int x = first; x < std::min(first + columns, image.width); ++x)
+                    paint_pixel(x, y, first_sample_row, into_camera, planes, image);
     }
 
   private:
+    void paint_pixel(int x, int y, int first_sample_row, const IntoCamera& into_camera, PlaneCache& planes, Raster8& image) const
+    {
+        const int side = options.samples_per_side;
+        const Vec2d texels{double(texture.width()), double(texture.height())};
+        MipMaps::Color sum{};
+        int found = 0;
+        for (int sample_y = y * side; sample_y < (y + 1) * side; ++sample_y)
+            for (int sample_x = x * side; sample_x < (x + 1) * side; ++sample_x)
+            {
+                const std::uint32_t face = faces.at(sample_x, sample_y - first_sample_row);
+                if (face != no_face)
+                    found +=
+                        add_sample(planes.plane(mesh, face, into_camera, camera.intrinsics, texels), sample_x, sample_y, sum);
+            }
+        if (found == 0)
+            return;
+        std::uint8_t* rgba = &image.at(x, y);
+        for (int c = 0; c < 3; ++c)
+            rgba[c] = rounded(sum[c] / static_cast<float>(found));
+        rgba[3] = rounded(255 * static_cast<float>(found) / static_cast<float>(side * side));
+    }
+
     int add_sample(const FacePlane& plane, double x, double y, MipMaps::Color& sum) const
     {
-        std::array<double, 3> weights;
-        double total = 0;
         if (!plane.is_front)
             return 0;
         const double nearness = plane.nearness.at(x, y);
-        if (sight(true, 1 / nearness) != Sight::surface)
+        const double depth = 1 / nearness;
+        if (depth < nearest_surface_m)
             return 0;
+        double u = plane.u.at(x, y) * depth;
+        double v = plane.v.at(x, y) * depth;
+        const double lod = options.filter == TextureFilter::bilinear ? 0 : level_of_detail(plane, nearness, u, v);
         // A sample on the border of a face may miss it by a rounding; it then shows the nearest point.
-        for (std::size_t corner = 0; corner < 3; ++corner)
-            total += weights[corner] = std::max(0.0, plane.weights[corner].at(x, y));
-        const Vec2f* corners = &mesh.texcoords[3 * std::size_t{plane.face}];
-        Vec2d uv;
-        for (std::size_t corner = 0; corner < 3; ++corner)
-            uv = uv + vec_cast<double>(corners[corner]) * (weights[corner] /= total);
-        const double lod =
-            options.filter == TextureFilter::bilinear ? 0 : level_of_detail(plane, nearness, plane.u.at(x, y), plane.v.at(x, y));
-        const MipMaps::Color color = texture.color(uv, lod) * static_cast<float>(lighting.at(plane.face, weights));
-        for (int c = 0; c < 3; ++c)
-            sum[c] += std::min(color[c], 255.0F);
+        if (u < plane.u_low || u > plane.u_high || v < plane.v_low || v > plane.v_high)
+            weights_inside(plane, x, y, u, v);
+        MipMaps::Color color = texture.color({u / texture.width(), v / texture.height()}, lod);
+        if (options.lights.diffuse > 0)
+        {
+            color *= static_cast<float>(lighting.at(plane.face, weights_inside(plane, x, y, u, v)));
+            color = color < 255 ? color : MipMaps::Color{} + 255;
+        }
+        sum += color;
         return 1;
+    }
+
+    /// Of the face's corners, none negative; (u, v) is moved to the texel there.
+    std::array<double, 3> weights_inside(const FacePlane& plane, double x, double y, double& u, double& v) const
+    {
+        std::array<double, 3> weights;
+        double total = 0;
+        for (std::size_t corner = 0; corner < 3; ++corner)
+            total += weights[corner] = std::max(plane.weights[corner].at(x, y), 0.0);
+        u = v = 0;
+        for (std::size_t corner = 0; corner < 3; ++corner)
+        {
+            weights[corner] /= total;
+            const Vec2f uv = mesh.texcoords[3 * std::size_t{plane.face} + corner];
+            u += weights[corner] * double{uv.x} * texture.width();
+            v += weights[corner] * double{uv.y} * texture.height();
+        }
+        return weights;
     }
 };
 

@@ -5,14 +5,7 @@
 #include "store/publish.h"
 #include "store/store.h"
 
-#include <algorithm>
-#include <fstream>
 #include <set>
-#include <string>
-#include <sys/wait.h>
-#include <thread>
-#include <unistd.h>
-#include <vector>
 
 /// \file What tests of the store write into one.
 

@@ -2,64 +2,54 @@
 
 #include "program.h"
 
-#include <algorithm>
 #include <fcntl.h>
 #include <pty.h>
 #include <sys/ioctl.h>
 
 /// \file For tests of what the program shows on a terminal.
 
-using Lines = std::vector<std::string>;
-
 /// What a terminal of this width shows after all that was written to it.
-inline Lines shown(const std::string& written, std::size_t width)
+inline Words shown(const std::string& written, std::size_t width)
 {
-    Lines rows{""};
+    Words rows{""};
     std::size_t y = 0;
     std::size_t x = 0;
-    const auto row = [&]() -> std::string&
-    {
-        while (rows.size() <= y)
-            rows.emplace_back();
-        return rows[y];
-    };
     for (std::size_t i = 0; i < written.size(); ++i)
     {
         const char c = written[i];
-        if (c == '\x1b')
+        rows.resize(std::max(rows.size(), y + 1));
+        std::string& row = rows[y];
+        if (c == '\r')
+            x = 0;
+        else if (c == '\n')
+            ++y;
+        else if (c != '\x1b')
         {
-            std::size_t end = i + 2;
-            while (end < written.size() && written[end] >= '0' && written[end] <= '9')
-                ++end;
+            if (x == width)
+            {
+                rows.resize(std::max(rows.size(), ++y + 1));
+                x = 0;
+            }
+            std::string& place = rows[y];
+            place.resize(std::max(place.size(), x + 1), ' ');
+            place[x++] = c;
+        }
+        else
+        {
+            const std::size_t end = written.find_first_not_of("0123456789", i + 2);
             const std::size_t number = end > i + 2 ? std::stoul(written.substr(i + 2, end - i - 2)) : 1;
             const char what = written.at(end);
             REQUIRE(std::string("AKJm").find(what) != std::string::npos);
             if (what == 'A')
                 y -= std::min(y, number);
             if (what == 'K' || what == 'J')
-                row().resize(std::min(row().size(), x));
+                row.resize(std::min(row.size(), x));
             if (what == 'J')
                 rows.resize(y + 1);
             i = end;
         }
-        else if (c == '\r')
-            x = 0;
-        else if (c == '\n')
-        {
-            ++y;
-            row();
-        }
-        else
-        {
-            if (x == width)
-            {
-                x = 0;
-                ++y;
-            }
-            row().resize(std::max(row().size(), x + 1), ' ');
-            row()[x++] = c;
-        }
     }
+    rows.resize(std::max(rows.size(), y + 1));
     return rows;
 }
 
@@ -67,11 +57,11 @@ inline Lines shown(const std::string& written, std::size_t width)
 class Terminal
 {
   public:
-    Terminal(Workplace& place, const Lines& arguments, unsigned short width, unsigned short height, bool background = false)
+    Terminal(Workplace& place, const Words& arguments, unsigned short width, unsigned short height, bool background = false)
         : width_(width)
     {
         winsize size{height, width, 0, 0};
-        Lines texts{(place.root() / "bin" / "fresco").string()};
+        Words texts{(place.root() / "bin" / "fresco").string()};
         texts.insert(texts.end(), arguments.begin(), arguments.end());
         std::vector<char*> argv;
         for (auto& text : texts)
@@ -113,7 +103,7 @@ class Terminal
     bool shows(const std::string& text)
     {
         while (read_some())
-            if (contains_text(screen(), text))
+            if (this->text().find(text) != std::string::npos)
                 return true;
         return false;
     }
@@ -126,7 +116,7 @@ class Terminal
         ended_ = true;
         return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
     }
-    Lines screen() const { return shown(written_, width_); }
+    Words screen() const { return shown(written_, width_); }
     std::string text() const
     {
         std::string all;
@@ -146,10 +136,6 @@ class Terminal
             setpgid(0, 0);
         else
             _exit(waitpid(job, &status, 0) == job ? WEXITSTATUS(status) : 126);
-    }
-    static bool contains_text(const Lines& rows, const std::string& text)
-    {
-        return std::any_of(rows.begin(), rows.end(), [&](const std::string& row) { return row.find(text) != std::string::npos; });
     }
     bool read_some()
     {

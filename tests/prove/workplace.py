@@ -7,8 +7,12 @@ import random
 import shutil
 import signal
 import subprocess
+import sys
 import tempfile
 import time
+
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1]))
+from skipping import skip
 
 
 def arguments(description, *more):
@@ -28,6 +32,20 @@ def arguments(description, *more):
 def some_of(given, cases):
     """All of a long form's cases, or as many as --cases says."""
     return random.Random(given.seed).sample(cases, min(given.cases, len(cases))) if given.cases else cases
+
+
+def traced(proof, calls, words, record, **where):
+    """Runs a program under strace, which writes these calls to the file `record`. Ends the proof, as skipped, without strace or where the
+    system does not allow tracing."""
+    if not shutil.which("strace"):
+        skip(f"{proof}: strace is not installed")
+        sys.exit(0)
+    done = subprocess.run(["strace", "-f", "--seccomp-bpf", "-y", "-s", "4096", "-o", str(record), "-e", f"trace={calls}", "-e", "signal=none",
+                           *map(str, words)], stdin=subprocess.DEVNULL, capture_output=True, text=True, **where)
+    if "PTRACE" in done.stderr or "Operation not permitted" in done.stderr:
+        skip(f"{proof}: strace cannot trace here: {done.stderr.strip()}")
+        sys.exit(0)
+    return done
 
 
 class Budget:

@@ -8,6 +8,7 @@
 #include <csignal>
 #include <cstring>
 #include <fcntl.h>
+#include <new>
 #include <poll.h>
 #include <string>
 #include <sys/stat.h>
@@ -114,6 +115,7 @@ std::string FileLock::holder_of(const std::filesystem::path& file)
 std::string broken_lock(const std::filesystem::path& file)
 {
     constexpr int patience_ms = 3000;
+    constexpr char no_memory = '\0';
     int ends[2];
     if (pipe2(ends, O_CLOEXEC) != 0)
         return std::string("cannot be tried as a lock: ") + std::strerror(errno);
@@ -128,6 +130,10 @@ std::string broken_lock(const std::filesystem::path& file)
         {
             const std::string problem = lock_problem(file) + '\n';
             _exit(write(says.get(), problem.data(), problem.size()) < 0 ? 1 : 0);
+        }
+        catch (const std::bad_alloc&)
+        {
+            _exit(write(says.get(), &no_memory, 1) < 0 ? 1 : 0);
         }
         catch (...)
         {
@@ -147,6 +153,8 @@ std::string broken_lock(const std::filesystem::path& file)
     const ssize_t count = uninterrupted([&] { return read(said.get(), text, sizeof text); });
     if (count <= 0)
         return "cannot be tried as a lock: the process that tried it ended";
+    if (text[0] == no_memory)
+        throw std::bad_alloc();
     return {text, static_cast<std::size_t>(count - 1)};
 }
 

@@ -111,34 +111,28 @@ TEST_CASE("A file that does not match its name is recognized by its beginning an
 TEST_CASE("Files of options and inputs are looked at when the pipeline is checked", "[pipeline]")
 {
     Catalog catalog = hand_made_catalog();
-    catalog.add(described("scan.file", "stage",
-                          R"json({
-        "options": [{"name": "path", "kind": "input_file", "required": true, "extensions": [".ply"], "help": "The mesh",
-                     "formats": [)json" +
-                              fresco::to_json(fresco::ply_format().describe()) + R"json(]}],
-        "inputs": [], "outputs": [{"name": "mesh", "artifact": "mesh", "version": 1, "help": ""}]})json"));
+    catalog.add(stage("scan.file", "", "mesh mesh",
+                      R"json({"name": "path", "kind": "input_file", "required": true, "extensions": [".ply"], "help": "",
+                              "formats": [)json" +
+                          fresco::to_json(fresco::ply_format().describe()) + "]}"));
     const TemporaryFolder folder;
     folder.write("room.ply", "hello\n");
     folder.write("good.ply", ply_text);
     folder.write("folder.ply/a", "");
-    const auto problems = [&](const std::string& stage)
+    const std::string shown = "'" + (folder.path() / "room.ply").string() + "' is not a PLY mesh: it begins with \"hello\"";
+    const std::string is_folder = "'" + (folder.path() / "folder.ply").string() + "' is a folder, not a file";
+    for (const auto& [stage, problem] : std::vector<std::pair<std::string, std::string>>{
+             {"{type: scan.file, path: good.ply}", ""},
+             {"{type: mesh.pass, input: {file: good.ply}}", ""},
+             {"{type: scan.file, path: room.ply}", "p.yaml:3:30: error: stage 'a' (scan.file): option 'path': " + shown},
+             {"{type: mesh.pass, input: {file: room.ply}}", "p.yaml:3:38: error: stage 'a' (mesh.pass): input 'mesh': " + shown},
+             // Once, as what it is.
+             {"{type: scan.file, path: folder.ply}", "p.yaml:3:30: error: stage 'a' (scan.file): option 'path': " + is_folder}})
     {
         const auto result = check(folder, "version: 1\nstages:\n  a: " + stage + "\n", catalog);
-        CHECK(result.exit_code() == (result.problems.empty() ? 0 : 3));
-        return lines(result);
-    };
-    const std::string shown = "'" + (folder.path() / "room.ply").string() + "' is not a PLY mesh: it begins with \"hello\"";
-    CHECK(problems("{type: scan.file, path: room.ply}") ==
-          std::vector<std::string>{"p.yaml:3:30: error: stage 'a' (scan.file): option 'path': " + shown});
-    CHECK(problems("{type: mesh.pass, input: {file: room.ply}}") ==
-          std::vector<std::string>{"p.yaml:3:38: error: stage 'a' (mesh.pass): input 'mesh': " + shown});
-    CHECK(problems("{type: scan.file, path: good.ply}").empty());
-    CHECK(problems("{type: mesh.pass, input: {file: good.ply}}").empty());
-    // Once, as what it is.
-    const std::string is_folder = "'" + (folder.path() / "folder.ply").string() + "' is a folder, not a file";
-    CHECK(problems("{type: scan.file, path: folder.ply}") ==
-          std::vector<std::string>{"p.yaml:3:30: error: stage 'a' (scan.file): option 'path': " + is_folder});
-    CHECK_THAT(problems("{type: scan.folder, path: good.ply}").at(0), EndsWith("good.ply' is not a folder"));
+        CHECK(result.exit_code() == (problem.empty() ? 0 : 3));
+        CHECK(joined_lines(result) == problem);
+    }
 }
 
 TEST_CASE("Folders of options are looked into when the pipeline is checked", "[pipeline]")
@@ -146,54 +140,40 @@ TEST_CASE("Folders of options are looked into when the pipeline is checked", "[p
     Catalog catalog = hand_made_catalog();
     const auto add = [&](const std::string& type, const std::string& declaration)
     {
-        catalog.add(described(type, "stage", R"({"inputs": [], "outputs": [], "options": [)" + declaration + R"(,
-            {"name": "list", "kind": "input_file", "default": "", "help": "Another list"}]})"));
+        catalog.add(stage(type, "", "",
+                          R"({"name": "path", "kind": "input_folder", "help": "The scan", )" + declaration +
+                              R"(}, {"name": "list", "kind": "input_file", "default": "", "help": "Another list"})"));
     };
-    add("scan.frames", R"({"name": "path", "kind": "input_folder", "required": true, "help": "The scan",
-                           "contains": ["seq-*/frame-?.png|all.mp4", "poses.txt"]})");
-    add("scan.listed", R"({"name": "path", "kind": "input_folder", "default": "", "help": "The scan",
-                           "contains": ["list.txt"], "contains_unless": "list"})");
-    add("scan.posed",
-        R"({"name": "path", "kind": "input_folder", "required": true, "help": "The scan", "contains": ["poses.*"]})");
+    add("scan.frames", R"("required": true, "contains": ["seq-*/frame-?.png|all.mp4", "poses.txt"])");
+    add("scan.listed", R"("default": "", "contains": ["list.txt"], "contains_unless": "list")");
+    add("scan.posed", R"("required": true, "contains": ["poses.*"])");
     const TemporaryFolder folder;
-    folder.write("good/seq-02/frame-1.png", "");
-    folder.write("good/seq-01/notes.txt", "");
-    folder.write("good/poses.txt", "");
-    folder.write("video/all.mp4", "");
-    folder.write("video/poses.txt", "");
-    folder.write("posed/poses.json", "");
-    folder.write("unpacked/scan/list.txt", "");
-    folder.write("unpacked/list.md", "");
-    const auto problems = [&](const std::string& type, const std::string& options)
+    for (const char* file :
+         {"good/seq-02/frame-1.png", "good/seq-01/notes.txt", "good/poses.txt", "video/all.mp4", "video/poses.txt",
+          "posed/poses.json", "unpacked/scan/list.txt", "unpacked/list.md", "twice/a/list.txt", "twice/b/list.txt"})
+        folder.write(file, "");
+    const std::string root = folder.path().string();
+    for (const auto& [options, problem] : std::vector<std::pair<std::string, std::string>>{
+             {"scan.frames, path: good", ""},
+             {"scan.frames, path: video", ""},
+             {"scan.frames, path: unpacked", "unpacked' does not contain seq-*/frame-?.png, all.mp4 or poses.txt"},
+             // Another stage reads it.
+             {"scan.listed, path: video", "video' does not contain list.txt; scan.frames or scan.posed read such a folder"},
+             {"scan.frames, path: posed", "all.mp4 or poses.txt; scan.posed reads such a folder"},
+             // One level off; but not where it may be either of two.
+             {"scan.listed, path: unpacked", "list.txt; set it to '" + root + "/unpacked/scan'"},
+             {"scan.posed, path: good/seq-01", "poses.*; set it to '" + root + "/good/'"},
+             {"scan.listed, path: twice", "twice' does not contain list.txt"},
+             // Where the option says otherwise, and without a folder.
+             {"scan.listed, path: unpacked, list: good/poses.txt", ""},
+             {"scan.listed, path: ''", ""},
+             {"scan.posed, path: nowhere", "no such folder '" + root + "/nowhere'"},
+             {"scan.folder, path: video/all.mp4", "all.mp4' is not a folder"}})
     {
-        const auto result = check(folder, "version: 1\nstages:\n  a: {type: " + type + ", " + options + "}\n", catalog);
-        CHECK(result.exit_code() == (result.problems.empty() ? 0 : 3));
-        return lines(result);
-    };
-    const auto problem = [&](const std::string& type, const std::string& path, const std::string& text)
-    {
-        return std::vector<std::string>{"p.yaml:3:" + std::to_string(21 + type.size()) + ": error: stage 'a' (" + type +
-                                        "): option 'path': '" + (folder.path() / path).string() + "' does not contain " + text};
-    };
-    CHECK(problems("scan.frames", "path: good").empty());
-    CHECK(problems("scan.frames", "path: video").empty());
-    CHECK(problems("scan.frames", "path: unpacked") ==
-          problem("scan.frames", "unpacked", "seq-*/frame-?.png, all.mp4 or poses.txt"));
-    // Another stage reads it.
-    CHECK(problems("scan.listed", "path: video") ==
-          problem("scan.listed", "video", "list.txt; scan.frames or scan.posed read such a folder"));
-    CHECK(problems("scan.frames", "path: posed") ==
-          problem("scan.frames", "posed", "seq-*/frame-?.png, all.mp4 or poses.txt; scan.posed reads such a folder"));
-    // One level off.
-    const std::string meant = "list.txt; set it to '" + (folder.path() / "unpacked/scan").string() + "'";
-    CHECK(problems("scan.listed", "path: unpacked") == problem("scan.listed", "unpacked", meant));
-    CHECK(problems("scan.posed", "path: good/seq-01") ==
-          problem("scan.posed", "good/seq-01", "poses.*; set it to '" + (folder.path() / "good").string() + "/'"));
-    folder.write("unpacked/other/list.txt", "");
-    CHECK(problems("scan.listed", "path: unpacked") == problem("scan.listed", "unpacked", "list.txt"));
-    // Where the option says otherwise, and without a folder.
-    CHECK(problems("scan.listed", "path: unpacked, list: good/poses.txt").empty());
-    CHECK(problems("scan.listed", "path: ''").empty());
-    CHECK_THAT(problems("scan.posed", "path: nowhere").at(0),
-               EndsWith("no such folder '" + (folder.path() / "nowhere").string() + "'"));
+        CAPTURE(options);
+        const auto result = check(folder, "version: 1\nstages:\n  a: {type: " + options + "}\n", catalog);
+        CHECK(result.exit_code() == (problem.empty() ? 0 : 3));
+        CHECK_THAT(joined_lines(result), EndsWith(problem));
+        CHECK(joined_lines(result).empty() == problem.empty());
+    }
 }

@@ -1,9 +1,13 @@
 #include "catch.h"
 #include "hand_made_catalog.h"
-#include "schema_check.h"
 
 #include "pipeline/schema.h"
 #include "pipeline/yaml_document.h"
+
+#include <algorithm>
+#include <regex>
+
+// The editor schema, and rules for parts: both say what a pipeline may hold.
 
 using namespace fresco::host;
 using namespace fresco::host::testing;
@@ -11,6 +15,108 @@ using fresco::Value;
 
 namespace
 {
+
+/// As much of a JSON Schema validator as these tests need.
+class SchemaCheck
+{
+  public:
+    explicit SchemaCheck(const Catalog& catalog) : root_(pipeline_schema(catalog)) {}
+
+    const Value& schema() const { return root_; }
+    bool accepts(const Value& value) const { return accepts(root_, value); }
+
+  private:
+    static bool has_type(const Value& value, const std::string& type)
+    {
+        const std::map<std::string, bool> types{{"object", value.is_map()},    {"array", value.is_list()},
+                                                {"string", value.is_string()}, {"boolean", value.is_bool()},
+                                                {"integer", value.is_int()},   {"number", value.is_number()},
+                                                {"null", value.is_null()}};
+        return types.at(type);
+    }
+
+    static bool all_differ(const Value::List& values)
+    {
+        for (auto value = values.begin(); value != values.end(); ++value)
+            if (std::find(values.begin(), value, *value) != value)
+                return false;
+        return true;
+    }
+
+    static bool has_at_least(const Value& value, const Value& rule)
+    {
+        const std::size_t size = value.is_list() ? value.as_list().size() : value.as_map().size();
+        return size >= static_cast<std::size_t>(rule.as_int());
+    }
+
+    bool accepts(const Value& schema, const Value& value) const
+    {
+        return std::ranges::all_of(schema.as_map(),
+                                   [&](const auto& entry) { return obeys(schema, entry.first, entry.second, value); });
+    }
+
+    bool obeys(const Value& schema, const std::string& key, const Value& rule, const Value& value) const
+    {
+        const auto accepted = [&](const Value& way) { return accepts(way, value); };
+        if (key == "$ref")
+            return accepted(root_.at("$defs").at(rule.as_string().substr(std::string("#/$defs/").size())));
+        if (key == "type")
+            return has_type(value, rule.as_string());
+        if (key == "const")
+            return value == rule;
+        if (key == "enum")
+            return std::ranges::count(rule.as_list(), value) > 0;
+        if (key == "minimum")
+            return !value.is_number() || value.as_double() >= rule.as_double();
+        if (key == "maximum")
+            return !value.is_number() || value.as_double() <= rule.as_double();
+        if (key == "pattern")
+            return !value.is_string() || std::regex_search(value.as_string(), std::regex(rule.as_string()));
+        if (key == "anyOf")
+            return std::ranges::any_of(rule.as_list(), accepted);
+        if (key == "allOf")
+            return std::ranges::all_of(rule.as_list(), accepted);
+        if (key == "if")
+        {
+            const Value* branch = schema.find(accepted(rule) ? "then" : "else");
+            return !branch || accepted(*branch);
+        }
+        if (key == "minItems")
+            return !value.is_list() || has_at_least(value, rule);
+        if (key == "uniqueItems")
+            return !value.is_list() || all_differ(value.as_list());
+        if (key == "items")
+            return !value.is_list() ||
+                   std::ranges::all_of(value.as_list(), [&](const Value& item) { return accepts(rule, item); });
+        if (key == "minProperties")
+            return !value.is_map() || has_at_least(value, rule);
+        if (key == "required")
+            return !value.is_map() ||
+                   std::ranges::all_of(rule.as_list(), [&](const Value& name) { return value.find(name.as_string()); });
+        if (key == "properties" || key == "additionalProperties" || key == "propertyNames")
+            return !value.is_map() ||
+                   std::ranges::all_of(value.as_map(), [&](const auto& entry) { return obeys_entry(schema, key, rule, entry); });
+        const Words without_effect{"$schema", "$defs", "title", "description", "default", "then", "else"};
+        if (std::ranges::count(without_effect, key) == 0)
+            throw std::runtime_error("the schema has the unknown key " + key);
+        return true;
+    }
+
+    bool obeys_entry(const Value& schema, const std::string& key, const Value& rule,
+                     const std::pair<std::string, Value>& entry) const
+    {
+        const Value* properties = schema.find("properties");
+        const bool named = properties && properties->find(entry.first);
+        if (key == "propertyNames")
+            return accepts(rule, Value(entry.first));
+        if (key == "properties")
+            return !named || accepts(rule.at(entry.first), entry.second);
+        return named || (rule.is_bool() ? rule.as_bool() : accepts(rule, entry.second));
+    }
+
+    Value root_;
+};
+
 Value value_of(const YamlNode& node)
 {
     if (node.is_scalar())
@@ -22,11 +128,12 @@ Value value_of(const YamlNode& node)
             list.push_back(value_of(item));
         return list;
     }
+    if (!node.is_map())
+        return {};
     Value map = Value::Map{};
-    if (node.is_map())
-        for (const YamlNode::Entry& entry : node.entries)
-            map.set(entry.key, value_of(entry.value));
-    return node.is_map() ? map : Value();
+    for (const YamlNode::Entry& entry : node.entries)
+        map.set(entry.key, value_of(entry.value));
+    return map;
 }
 
 Value yaml(const std::string& text)
@@ -34,38 +141,66 @@ Value yaml(const std::string& text)
     ProblemList problems;
     bool complete = false;
     const auto source = std::make_shared<const YamlSource>(YamlSource{"f", "/", false});
-    const Value value = value_of(parse_yaml(text, source, problems, complete));
+    const Value value = value_of(parse_yaml("version: 1\n" + text, source, problems, complete));
     REQUIRE(problems.empty());
     return value;
 }
+
+/// Stages that make regions, of known names and of others, and one that has rules for them.
+Catalog with_rules()
+{
+    Catalog catalog = hand_made_catalog();
+    const auto makes = [&](const std::string& type, const std::string& output)
+    { catalog.add(described(type, "stage", R"({"options": [], "inputs": [], "outputs": [{)" + output + R"(, "help": ""}]})")); };
+    makes("regions.planes", R"("name": "regions", "artifact": "regions", "version": 1, "parts": ["floor", "walls", "ceiling"])");
+    makes("regions.files", R"("name": "regions", "artifact": "regions", "version": 1)");
+    makes("texture.paint", R"("name": "texture", "artifact": "texture", "version": 2)");
+    catalog.add(described("texture.regions", "stage", R"json({
+        "options": [{"name": "regions", "kind": "rules", "required": true, "help": "",
+                     "rule": {"parts_of": "regions", "word": "keep", "input": "texture", "artifact": "texture", "version": 2, "number": "strength"}}],
+        "inputs": [{"name": "photo", "artifact": "texture", "version": 2, "help": ""},
+                   {"name": "regions", "artifact": "regions", "version": 1, "help": ""}],
+        "outputs": [{"name": "texture", "artifact": "texture", "version": 2, "help": ""}]})json"));
+    return catalog;
+}
+
+/// A stage of rules behind two that make regions and two that make textures.
+PipelineResult ruled(const std::string& inputs, const std::string& rules, const std::string& more = "")
+{
+    static const TemporaryFolder folder;
+    return check(folder,
+                 R"(version: 1
+vars: {rules: {floor: keep}}
+stages:
+  planes: {type: regions.planes}
+  files: {type: regions.files}
+  photo: {type: texture.paint}
+  night: {type: texture.paint}
+  m: {type: texture.regions, input: {photo: photo, )" +
+                     inputs + "}, regions: " + rules + "}\n" + more,
+                 with_rules());
+}
+
 }  // namespace
 
 TEST_CASE("The editor schema says what every type takes", "[schema]")
 {
-    const Value schema = pipeline_schema(hand_made_catalog());
+    const Value schema = SchemaCheck(hand_made_catalog()).schema();
     CHECK(schema.at("$schema").as_string() == "https://json-schema.org/draft/2020-12/schema");
-    CHECK(schema.at("additionalProperties") == Value(false));
     const Value& decimate = schema.at("$defs").at("type.mesh.decimate");
-    CHECK(decimate.at("additionalProperties") == Value(false));
     CHECK(decimate.at("description").as_string() == "What mesh.decimate does");
-    const Value& faces = decimate.at("properties").at("max_faces");
-    CHECK(fresco::to_json(faces) ==
+    CHECK(fresco::to_json(decimate.at("properties").at("max_faces")) ==
           R"json({"anyOf":[{"type":"integer","minimum":4,"maximum":50000000},{"$ref":"#/$defs/var"}],)json"
           R"json("description":"Stop at this many triangles (an integer from 4 to 50000000, count)","default":500000})json");
-    CHECK(fresco::to_json(decimate.at("properties").at("method").at("anyOf").as_list().at(0)) ==
-          R"({"enum":["quadric","edge"]})");
     // The text is JSON that our own strict reader accepts.
     CHECK(fresco::parse_json(fresco::to_json(schema, 2)) == schema);
 }
 
 TEST_CASE("The editor schema accepts what the host accepts and refuses what it refuses", "[schema]")
 {
-    const Value schema = pipeline_schema(hand_made_catalog());
-    const SchemaCheck check(schema);
-    const auto stage = [&](const std::string& text) { return check.accepts(yaml("version: 1\nstages: {a: " + text + "}\n")); };
-
-    CHECK(check.accepts(yaml(R"(version: 1
-vars: {data: scan, n: 5}
+    const SchemaCheck check(hand_made_catalog());
+    for (const char* good :
+         {R"(vars: {data: scan, n: 5}
 stages:
   scan:    {type: scan.folder, path: "${data}"}
   mesh:    {type: mesh.decimate, input: scan, max_faces: "${n}"}
@@ -74,41 +209,86 @@ stages:
     type: texture.optimize
     input: {maps: uvmaps, frames: scan, style: {file: pic.jpg, max_px: 9}}
     losses: {style: {type: loss.gram, weight: 1e-4, features: {type: features.vgg, weights: w}}, c: loss.content}
-)")));
-    CHECK(stage("{type: mesh.decimate, input: {file: a.ply}}"));
-    CHECK(stage("{type: texture.optimize, losses: auto}"));
-    CHECK(stage("{type: mesh.judged, loss: none}"));
-
-    CHECK_FALSE(stage("{type: mesh.decimat}"));
-    CHECK_FALSE(stage("{max_faces: 5}"));
-    CHECK_FALSE(stage("{type: mesh.decimate, max_face: 5}"));
-    CHECK_FALSE(stage("{type: mesh.decimate, max_faces: 3}"));
-    CHECK_FALSE(stage("{type: mesh.decimate, max_faces: 1.5}"));
-    CHECK_FALSE(stage("{type: mesh.decimate, max_faces: many}"));
-    CHECK_FALSE(stage("{type: mesh.decimate, keep_borders: yes}"));
-    CHECK_FALSE(stage("{type: mesh.decimate, method: quick}"));
-    CHECK_FALSE(stage("{type: mesh.decimate, input: {meshes: b}}"));
-    CHECK_FALSE(stage("{type: mesh.two, input: b}"));
-    CHECK_FALSE(stage("{type: mesh.judged, needed: none}"));
-    CHECK_FALSE(stage("{type: uvmaps.raycast, heights_px: [1]}"));
-    CHECK_FALSE(stage("{type: uvmaps.raycast, input: {frames: {file: a.ply}}}"));
-    CHECK_FALSE(stage("{type: texture.optimize, losses: {a: {type: features.vgg, weights: w}}}"));
-    CHECK_FALSE(stage("{type: texture.optimize, losses: {a: {type: loss.gram, wait: 1}}}"));
-    CHECK_FALSE(stage("{type: texture.optimize, losses: {a: {type: loss.gram, features: {type: features.vgg}}}}"));
-    CHECK_FALSE(stage("{type: texture.optimize, input: {style: {file: a, depth: 3}}}"));
-    CHECK_FALSE(check.accepts(yaml("version: 2\nstages: {a: {type: mesh.two}}\n")));
-    CHECK_FALSE(check.accepts(yaml("version: 1\nstage: {a: {type: mesh.two}}\n")));
-    CHECK_FALSE(check.accepts(yaml("version: 1\n")));
-    CHECK_FALSE(check.accepts(yaml("version: 1\nstages: {1a: {type: mesh.two}}\n")));
-
-    CHECK(check.accepts(yaml("version: 1\nvars: {a: , b: }\nmatrix: {a: [1, x], b: {c: [2]}}\nstages: {s: {type: mesh.two}}\n")));
+)",
+          "stages: {a: {type: mesh.decimate, input: {file: a.ply}}}", "stages: {a: {type: texture.optimize, losses: auto}}",
+          "stages: {a: {type: mesh.judged, loss: none}}",
+          "vars: {a: , b: }\nmatrix: {a: [1, x], b: {c: [2]}}\nstages: {s: {type: mesh.two}}",
+          "stages: {a: {type: mesh.two}}\npreview: {a: {size: 1}}", "preview: {a: {size: 1}}",
+          // Over a base a stage may leave its type to the base, or be removed.
+          "base: b.yaml\nstages: {a: {max_faces: 5}, b: }"})
+    {
+        CAPTURE(good);
+        CHECK(check.accepts(yaml(good)));
+    }
+    for (const char* stage :
+         {"{type: mesh.decimat}", "{max_faces: 5}", "{type: mesh.decimate, max_face: 5}", "{type: mesh.decimate, max_faces: 3}",
+          "{type: mesh.decimate, max_faces: 1.5}", "{type: mesh.decimate, max_faces: many}",
+          "{type: mesh.decimate, keep_borders: yes}", "{type: mesh.decimate, method: quick}",
+          "{type: mesh.decimate, input: {meshes: b}}", "{type: mesh.two, input: b}", "{type: mesh.judged, needed: none}",
+          "{type: uvmaps.raycast, heights_px: [1]}", "{type: uvmaps.raycast, input: {frames: {file: a.ply}}}",
+          "{type: texture.optimize, losses: {a: {type: features.vgg, weights: w}}}",
+          "{type: texture.optimize, losses: {a: {type: loss.gram, wait: 1}}}",
+          "{type: texture.optimize, losses: {a: {type: loss.gram, features: {type: features.vgg}}}}",
+          "{type: texture.optimize, input: {style: {file: a, depth: 3}}}"})
+    {
+        CAPTURE(stage);
+        CHECK_FALSE(check.accepts(yaml(std::string("stages: {a: ") + stage + "}")));
+    }
     for (const char* matrix : {"[a]", "{a: []}", "{a: {}}", "{a: 1}", "{a: [1, 1]}", "{1a: [1]}"})
-        CHECK_FALSE(check.accepts(yaml(std::string("version: 1\nmatrix: ") + matrix + "\nstages: {s: {type: mesh.two}}\n")));
+        CHECK_FALSE(check.accepts(yaml(std::string("matrix: ") + matrix + "\nstages: {s: {type: mesh.two}}")));
+    for (const char* bad :
+         {"stage: {a: {type: mesh.two}}", "", "stages: {1a: {type: mesh.two}}", "stages: {a: {type: mesh.two}}\npreview: {a: 1}",
+          "base: b.yaml\nstages: {a: {type: mesh.decimate, max_faces: 1}}"})
+        CHECK_FALSE(check.accepts(yaml(bad)));
+    Value later = yaml("stages: {a: {type: mesh.two}}");
+    CHECK(check.accepts(later));
+    later.set("version", 2);
+    CHECK_FALSE(check.accepts(later));
+}
 
-    CHECK(check.accepts(yaml("version: 1\nstages: {a: {type: mesh.two}}\npreview: {a: {size: 1}}\n")));
-    CHECK_FALSE(check.accepts(yaml("version: 1\nstages: {a: {type: mesh.two}}\npreview: {a: 1}\n")));
-    CHECK(check.accepts(yaml("version: 1\npreview: {a: {size: 1}}\n")));
-    // Over a base a stage may leave its type to the base, or be removed.
-    CHECK(check.accepts(yaml("version: 1\nbase: b.yaml\nstages: {a: {max_faces: 5}, b: }\n")));
-    CHECK_FALSE(check.accepts(yaml("version: 1\nbase: b.yaml\nstages: {a: {type: mesh.decimate, max_faces: 1}}\n")));
+TEST_CASE("The textures that rules name are inputs of their stage", "[pipeline]")
+{
+    const PipelineResult result = ruled("regions: planes, dark: night", "{floor: keep, '*': {texture: dark, strength: 0.5}}");
+    CHECK(options_of(result, "m") ==
+          R"({"regions":{"*":{"texture":"dark","strength":0.5},"floor":{"texture":"keep","strength":1.0}}})");
+    const PipelineStage& stage = result.pipeline.stages.back();
+    REQUIRE(stage.wires.size() == 3);
+    CHECK(stage.wires[2].port == "dark");
+    CHECK(stage.wires[2].from_stage == "night");
+}
+
+TEST_CASE("Rules that do not fit are refused before a run, with their place", "[pipeline]")
+{
+    struct Row
+    {
+        std::string rules, place, words;
+    };
+    for (const Row& row : std::vector<Row>{
+             {"{flor: keep, walls: dark}", "8:93", "stage 'planes' (regions.planes) makes no 'flor' (did you mean 'floor'?)"},
+             {"{floor: keep, floor: dark}", "8:69", "p.yaml:8:106: error: the key 'floor' appears twice"},
+             {"{floor: dusk, walls: dark}", "8:30", "needs the input 'dusk' (texture (version 2)); it is made by photo.texture"},
+             {"{floor: keep}", "8:69", "has no input 'dark' (there are: photo, regions)"},
+             {"{floor: photo, walls: dark}", "8:93", "'photo' is another input of the stage"},
+             {"{floor: {texture: dark, strength: 2}}", "8:126", "from 0 to 1 for 'strength' of 'floor', got 2"}})
+    {
+        CAPTURE(row.rules);
+        CHECK_THAT(joined_lines(ruled("regions: planes, dark: night", row.rules)),
+                   Catch::StartsWith("p.yaml:" + row.place + ": error: stage 'm' (texture.regions)") &&
+                       Catch::Contains(row.words));
+    }
+    // Names that are only known when the stage has run.
+    CHECK(joined_lines(ruled("regions: files, dark: night", "{flor: dark}")).empty());
+    // For every combination.
+    CHECK_THAT(joined_lines(ruled("regions: planes", "'${rules}'", "matrix: {rules: {a: {floor: keep}, b: {roof: keep}}}\n")),
+               Catch::Contains("makes no 'roof'") && Catch::Contains("(with rules 'b')"));
+}
+
+TEST_CASE("The editor schema knows rules", "[schema]")
+{
+    const SchemaCheck check(with_rules());
+    const auto accepts = [&](const std::string& rules)
+    { return check.accepts(yaml("stages: {m: {type: texture.regions, regions: " + rules + "}}")); };
+    CHECK(accepts("{floor: keep, '*': {texture: dark, strength: 0.5}}"));
+    for (const char* rules : {"{}", "keep", "{floor: {texture: dark, strength: 1.5}}", "{floor: {strength: 0.5}}"})
+        CHECK_FALSE(accepts(rules));
 }

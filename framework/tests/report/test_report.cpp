@@ -1,6 +1,11 @@
 #include "program.h"
 
-#include <algorithm>
+#include "report/page_process.h"
+#include "report/sweep_summary.h"
+
+#include <sys/socket.h>
+
+using namespace fresco::host;
 
 namespace
 {
@@ -16,7 +21,7 @@ stages:
 /// run.json, which the page holds too.
 fresco::Value data_of(const Workplace& place, const std::string& folder = "out")
 {
-    const auto data = fresco::parse_json(place.read(folder + "/run.json"), "run.json");
+    const auto data = place.read_json(folder + "/run.json");
     CHECK(page_json(place.read(folder + "/report.html"), "data") == data);
     return data;
 }
@@ -41,24 +46,47 @@ std::string notes_of(const Workplace& place)
     return text;
 }
 
+std::size_t occurrences(const std::string& text, const std::string& part)
+{
+    std::size_t found = 0;
+    for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1))
+        ++found;
+    return found;
+}
+
+const char* const sweep = R"(version: 1
+vars: {n: }
+matrix: {n: [110, 120, 130]}
+stages:
+  one:  {type: test.source, value: "${n}"}
+  view: {type: test.sink, input: one, path: view.png}
+)";
+
+/// What is said of a page that this shell script makes.
+std::string said_of(const std::string& script, std::chrono::milliseconds limit)
+{
+    int sockets[2];
+    REQUIRE(socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0, sockets) == 0);
+    const fresco::FileDescriptor its_channel(sockets[1]);
+    fresco::Process process = fresco::start_process(
+        {.file = "/bin/sh", .arguments = {"sh", "-c", script}, .channel = its_channel.get(), .own_session = true});
+    return wait_for_page({process.pid, fresco::FileDescriptor(sockets[0]), std::move(process.output)}, limit);
+}
+
 }  // namespace
 
 TEST_CASE("a run leaves a report, and does not write it again where nothing changed")
 {
     Workplace place;
     place.write("room.yaml", two);
-    const Finished first = place.run({"run", "room.yaml"});
-    REQUIRE(first.code == 0);
-    CHECK(contains(first.out, "\nout/report.html\n"));
+    CHECK(contains(place.make().out, "\nout/report.html\n"));
     const auto data = data_of(place);
     CHECK(data.at("format").as_string() == "fresco-run");
     CHECK(data.at("outcome").as_string() == "done");
     CHECK(data.at("command").as_list().at(2) == fresco::Value("room.yaml"));
     CHECK(data.at("directory") == fresco::Value(place.work().string()));
-    const auto& pipeline = data.at("pipeline");
-    CHECK(pipeline.at("name").as_string() == "room.yaml");
-    CHECK(pipeline.at("texts") ==
-          fresco::Value(fresco::Value::List{fresco::Value::Map{{"file", place.file("room.yaml").string()}, {"text", two}}}));
+    CHECK(data.at("pipeline").at("name").as_string() == "room.yaml");
+    CHECK(data.at("pipeline").at("texts").as_list().at(0).at("text") == fresco::Value(two));
     CHECK(states_of(data) == "source ran, add ran, text ran");
     const auto& add = data.at("stages").as_list().at(1);
     CHECK(add.at("type").as_string() == "test.add");
@@ -68,34 +96,31 @@ TEST_CASE("a run leaves a report, and does not write it again where nothing chan
     CHECK(add.at("versions").find("fresco") != nullptr);
     CHECK(data.at("stages").as_list().at(0).at("messages") == fresco::parse_json(R"([{"message": "made 4.000000"}])"));
     CHECK(data.at("files") == fresco::parse_json(R"([{"stage": "text", "name": "x.txt", "bytes": 9}])"));
-    const std::string page = place.read("out/report.html");
-    CHECK(contains(page, "</html>"));
-    CHECK(contains(page, "<noscript>"));
+    CHECK(contains(place.read("out/report.html"), "<noscript>"));
     CHECK(contains(notes_of(place), "There are no pictures: no plugin"));
 
     const auto written = fs::last_write_time(place.file("out/report.html"));
-    const Finished again = place.run({"run", "room.yaml"});
-    CHECK(contains(again.out, "out/report.html  (unchanged)"));
+    CHECK(contains(place.make().out, "out/report.html  (unchanged)"));
     CHECK(fs::last_write_time(place.file("out/report.html")) == written);
 
-    REQUIRE(place.run({"run", "room.yaml", "--set", "add.plus=2"}).code == 0);
+    place.make({"--set", "add.plus=2"});
     CHECK(states_of(data_of(place)) == "source stored, add ran, text ran");
     // Back to what is stored: nothing runs, but the report is of other results.
-    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    place.make();
     CHECK(states_of(data_of(place)) == "source stored, add stored, text stored");
     CHECK(data_of(place).at("stages").as_list().at(0).at("seconds").as_double() > 0);  // When it was made.
 
     // Until a stage: what is after it has no result that could tell of it.
     for (const char* plus : {"1", "2", "1"})
     {
-        REQUIRE(place.run({"run", "room.yaml", "--until", "add", "--set", std::string("add.plus=") + plus}).code == 0);
+        place.make({"--until", "add", "--set", std::string("add.plus=") + plus});
         const auto data_until = data_of(place);
         CHECK(data_until.at("stages").as_list().at(1).at("options").at("plus").as_double() == std::stod(plus));
         CHECK(states_of(data_until).ends_with("text not selected"));
     }
 
     fs::remove_all(place.file("out"));
-    REQUIRE(place.run({"run", "room.yaml", "--no-report"}).code == 0);
+    place.make({"--no-report"});
     CHECK_FALSE(fs::exists(place.file("out/report.html")));
     CHECK_FALSE(fs::exists(place.file("out/run.json")));
 }
@@ -107,7 +132,7 @@ TEST_CASE("nothing in a run's names and texts can leave the page's data")
     place.write("room.yaml", "version: 1  # " + hostile +
                                  "\nstages:\n  source: {type: test.source}\n"
                                  "  text: {type: test.sink, input: source, path: \"<img src=x onerror=alert(1)>.txt\"}\n");
-    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    place.make();
     const auto data = data_of(place);
     CHECK(contains(data.at("pipeline").at("texts").as_list().at(0).at("text").as_string(), hostile));
     const std::string page = place.read("out/report.html");
@@ -172,23 +197,22 @@ TEST_CASE("a report whose pictures could not be made is made again by the next r
     // The picture of 13 ends the process that opens it.
     for (int run = 0; run < 2; ++run)
     {
-        const Finished without = place.run({"run", "room.yaml", "--set", "add.plus=9"});
-        CHECK(without.code == 0);
+        const Finished without = place.make({"--set", "add.plus=9"});
         CHECK(contains(without.err, "out/report.html is without pictures: the process that makes them ended by"));
         CHECK(contains(without.err, "when it showed text.files"));
         CHECK_FALSE(contains(without.out, "out/report.html  (unchanged)"));
         CHECK(contains(notes_of(place), "There are no pictures: the process"));
     }
-    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    place.make();
     CHECK(notes_of(place).empty());
     const auto media = page_json(place.read("out/report.html"), "media");
     REQUIRE(media.as_list().size() == 1);
     CHECK(media.as_list()[0].at("folder").as_string().empty());
     CHECK(media.as_list()[0].at("pictures").as_list().at(0).at("name").as_string() == "x.png");
-    REQUIRE(place.run({"run", "room.yaml", "--set", "add.plus=10"}).code == 0);
+    place.make({"--set", "add.plus=10"});
     CHECK(contains(notes_of(place), "x.png: is cut"));
-    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
-    CHECK(contains(place.run({"run", "room.yaml"}).out, "out/report.html  (unchanged)"));
+    place.make();
+    CHECK(contains(place.make().out, "out/report.html  (unchanged)"));
 }
 
 TEST_CASE("metrics of a stage are drawn over its progress, through an interruption too")
@@ -199,20 +223,14 @@ stages:
   slow: {type: test.slow, steps: 60, step_ms: 20}
 )");
     const auto running = place.start({"run", "room.yaml", "--json-log"});
-    const fs::path out = place.root() / "out1";
-    Workplace::wait_until(
-        [&]
-        {
-            const auto all = events(fs::exists(out) ? fresco::read_text_file(out) : "");
-            return std::ranges::count_if(all, [](const auto& event) { return event.at("event").as_string() == "progress"; }) > 2;
-        });
+    Workplace::wait_until([&] { return running->says("\"progress\""); });
     running->signal(SIGTERM);
     CHECK(running->wait().code == 75);
     const auto interrupted = data_of(place);
     CHECK(interrupted.at("outcome").as_string() == "interrupted");
     CHECK(states_of(interrupted) == "slow interrupted");
     CHECK(contains(notes_of(place), "pictures come with the report of the next"));
-    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    place.make();
     const auto data = data_of(place);
     CHECK(data.at("outcome").as_string() == "done");
     const auto& curves = data.at("stages").as_list().at(0).at("curves");
@@ -229,7 +247,7 @@ TEST_CASE("each combination of a matrix has its own report")
     std::string matrix = two;
     matrix.replace(matrix.find("vars: {start: 4}"), 16, "vars: {start: }\nmatrix: {start: [4, 7]}");
     place.write("room.yaml", matrix);
-    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    place.make();
     for (const char* name : {"start=4", "start=7"})
     {
         const auto data = data_of(place, "out/" + std::string(name));
@@ -249,4 +267,121 @@ stages:
     REQUIRE(place.run({"run", "fails.yaml", "--out", "fails"}).code == 1);
     CHECK(data_of(place, "fails/start=4").at("outcome").as_string() == "failed");
     CHECK(data_of(place, "fails/start=7").at("outcome").as_string() == "not finished");
+}
+
+TEST_CASE("pictures of a combination: of the last stage that made some only for it, evenly spaced")
+{
+    Pipeline pipeline;
+    for (const auto& [own_name, place] : {std::pair{"views", "a"}, {"last", ""}, {"text", "a"}, {"extra", "a"}})
+    {
+        PipelineStage stage;
+        stage.name = stage.own_name = own_name;
+        stage.place = place;
+        pipeline.stages.push_back(stage);
+    }
+    const Combination combination{"a", {"a"}, {0, 1, 2, 3}};
+    RunSummary summary;
+    CombinationOutcome outcome;
+    outcome.combination = &combination;
+    const auto add = [&](const char* stage, const std::string& name)
+    {
+        outcome.files.push_back(summary.files.size());
+        summary.files.push_back({stage, "/out/" + name, true});
+    };
+    for (int i = 0; i < 10; ++i)
+        add("views", std::to_string(i) + ".png");
+    add("last", "last.jpg");
+    add("text", "a.txt");
+    using Numbers = std::vector<std::size_t>;
+    const std::vector<std::string> extensions{".png", ".jpg", ".jpeg"};
+    CHECK(pictures_of(pipeline, summary, outcome, extensions, "", 1) == Numbers{5});
+    CHECK(pictures_of(pipeline, summary, outcome, extensions, "", 3) == Numbers{1, 5, 8});
+    CHECK(pictures_of(pipeline, summary, outcome, extensions, "", 20).size() == 10);
+    CHECK(pictures_of(pipeline, summary, outcome, extensions, "last", 3) == Numbers{10});
+    CHECK(pictures_of(pipeline, summary, outcome, extensions, "text", 3).empty());
+    add("extra", "b.jpeg");
+    CHECK(pictures_of(pipeline, summary, outcome, extensions, "", 3) == Numbers{12});
+    outcome.files.clear();
+    CHECK(pictures_of(pipeline, summary, outcome, extensions, "", 3).empty());
+}
+
+TEST_CASE("a sweep ends with a page of small pictures, which stays where nothing is new")
+{
+    Workplace place({"good", "pictures"});
+    place.write("sweep.yaml", sweep);
+    const Finished first = place.run({"run", "sweep.yaml"});
+    CHECK(first.code == 0);
+    CHECK(contains(first.out, "out/sweep.html"));
+    const std::string html = place.read("out/sweep.html");
+    for (const char* text : {"480px of 110", "480px of 120", "480px of 130"})
+        CHECK(occurrences(html, text) == 1);
+    const auto data = page_json(html, "data");
+    const auto& second = data.at("combinations").as_list().at(1);
+    CHECK(second.at("pictures") == fresco::Value(fresco::Value::List{"n=120/view.png"}));
+    CHECK(second.at("report").as_string() == "n=120/report.html");
+    CHECK(second.at("stages").as_list().size() == 2);
+    const auto written = place.read_json("out/sweep.json");
+    CHECK(written.at("stages") == data.at("stages"));
+    CHECK(written.at("stages").as_list().at(0).at("figures").find("threads") != nullptr);
+    const auto media = page_json(html, "media");
+    CHECK(media.as_list().at(1).at("folder").as_string() == "n=120");
+    REQUIRE(place.run({"run", "sweep.yaml"}).code == 0);
+    CHECK(place.read("out/sweep.html") == html);
+    REQUIRE(place.run({"run", "sweep.yaml", "--set", "n=[110, 140]"}).code == 0);
+    CHECK(occurrences(place.read("out/sweep.html"), "data:,480px of 140") == 1);
+    CHECK(fs::is_empty(place.file(".fresco/tmp")));
+    CHECK(contains(place.run({"run", "sweep.yaml", "--thumbnails", "veiw"}).err,
+                   "--thumbnails veiw: error: unknown stage 'veiw' (did you mean 'view'?)"));
+    REQUIRE(place.run({"run", "sweep.yaml", "--thumbnails", "one"}).code == 0);
+    CHECK(page_json(place.read("out/sweep.html"), "media").as_list().empty());
+}
+
+TEST_CASE("while a page is made the store is in use")
+{
+    Workplace place({"good", "pictures"});
+    place.write("sweep.yaml", sweep);
+    const auto run = place.start({"run", "sweep.yaml", "--no-report", "--set", "n=[15, 110]"});
+    Workplace::wait_until([&] { return fs::exists(place.file("open")); });
+    const Store store(place.file(".fresco"));
+    CHECK_FALSE(store_lock(store).try_exclusive());
+    fs::remove(place.file("open"));
+    CHECK(run->wait().code == 0);
+    CHECK(occurrences(place.read("out/sweep.html"), "data:,480px of 15") == 1);
+    CHECK(store_lock(store).try_exclusive());
+}
+
+TEST_CASE("where a picture cannot be opened the page is there all the same")
+{
+    const bool plugin = GENERATE(true, false);
+    Workplace place(plugin ? std::vector<std::string>{"good", "pictures"} : std::vector<std::string>{"good"});
+    place.write("sweep.yaml", sweep);
+    // The reader crashes, or there is none.
+    const Finished crash = place.run({"run", "sweep.yaml", "--set", "n=[13, 110]"});
+    CHECK(crash.code == 0);
+    CHECK(contains(plugin ? crash.err : place.read("out/sweep.html"),
+                   plugin ? "ended by Segmentation fault" : "no plugin shows artifacts"));
+    CHECK(contains(place.read("out/sweep.html"), "\"pictures\":[\"n=110/view.png\"]"));
+    if (!plugin)
+        return;
+    // One picture is broken, the other is not.
+    REQUIRE(place.run({"run", "sweep.yaml", "--set", "n=[14, 110]"}).code == 0);
+    const std::string html = place.read("out/sweep.html");
+    CHECK(contains(html, "view.png: is cut"));
+    CHECK(contains(html, "data:,480px of 110"));
+}
+
+TEST_CASE("a preview that hangs is ended, and its artifact is named")
+{
+    using namespace std::chrono_literals;
+    const std::string process = "the process that makes them ";
+    CHECK(said_of("exec sleep 100", 300ms) == process + "did not return within 0.3 s");
+    CHECK(said_of("trap '' TERM; echo scan.frames >&3; sleep 100", 300ms) ==
+          process + "did not return within 0.3 s when it showed scan.frames");
+    CHECK(said_of("echo scan.frames >&3; kill -SEGV $$", 100s) ==
+          process + "ended by Segmentation fault (signal 11) when it showed scan.frames");
+    CHECK(said_of("exit 3", 100s) == process + "ended with code 3");
+    CHECK(said_of("echo scan.frames >&3; echo first; echo why; exit 1", 100s) == "why");
+    // The limit is that of one artifact; and what such a process leaves running is not waited for.
+    CHECK(said_of("for i in 1 2 3 4 5 6 7 8; do echo $i >&3; sleep 0.2; done", 1200ms).empty());
+    CHECK(said_of("sleep 100 & echo done", 100s).empty());
 }

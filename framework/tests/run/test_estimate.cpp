@@ -39,8 +39,7 @@ stages:
 
 PipelineEstimate estimated(const TemporaryFolder& folder, const std::string& text, const Sets& sets = {}, int cores = 2)
 {
-    const Catalog catalog = hand_made_catalog();
-    const PipelineResult result = check(folder, text, catalog, sets);
+    const PipelineResult result = check(folder, text, usual_catalog(), sets);
     REQUIRE(lines(result).empty());
     return estimate_pipeline(result.pipeline, cores);
 }
@@ -127,18 +126,19 @@ TEST_CASE("A cost that does not fit its stage is refused", "[estimate]")
                              {count::pixels, {.squares_of = "heights_px"}}},
                    .steps = {.option = "size_px"}})
               .empty());
-    CHECK(refusal({.makes = {{count::frames, {.option = "sise_px"}}}}) ==
-          "odd.stage: cost(): the stage has no option \"sise_px\"");
-    CHECK_THAT(refusal({.makes = {{count::faces, {.at_most = "none"}}}}), Catch::Contains("\"none\""));
-    CHECK_THAT(refusal({.makes = {{count::texels, {.squares_of = "none"}}}}), Catch::Contains("\"none\""));
-    CHECK_THAT(refusal({.makes = {{count::pixels, {.times = {"none"}}}}}), Catch::Contains("\"none\""));
-    CHECK_THAT(refusal({.steps = {.number = 1, .divided_by = {"size_px", "none"}}}), Catch::Contains("\"none\""));
-    CHECK_THAT(refusal({.makes = {{count::faces, {.files = "size_px"}}}}), Catch::Contains("\"size_px\", whose kind is int"));
-    CHECK_THAT(refusal({.makes = {{count::faces, {.option = "heights_px"}}}}), Catch::Contains("whose kind is ints"));
-    CHECK_THAT(refusal({.seconds = {.per = {{count::faces, -1}}}}), Catch::Contains("faces is -1"));
-    CHECK_THAT(refusal({.seconds = {.per_step = 1}}), Catch::Contains("how many steps"));
-    CHECK_THAT(refusal({.disk_mb = {.fixed = std::numeric_limits<double>::infinity()}}), Catch::Contains("fixed is"));
-    CHECK_THAT(refusal({.parallel_share = 1.5}), Catch::Contains("parallel_share is 1.5"));
-    CHECK(refusal({.device = "where"}) == "odd.stage: cost(): the stage has no option \"where\"");
-    CHECK_THAT(refusal({.device = "size_px"}), Catch::Contains("the device cannot be read from the option \"size_px\""));
+    for (const auto& [cost, words] : std::vector<std::pair<Cost, std::string>>{
+             {{.makes = {{count::frames, {.option = "sise_px"}}}}, "odd.stage: cost(): the stage has no option \"sise_px\""},
+             {{.makes = {{count::faces, {.at_most = "none"}}}}, "\"none\""},
+             {{.makes = {{count::texels, {.squares_of = "none"}}}}, "\"none\""},
+             {{.makes = {{count::pixels, {.times = {"none"}}}}}, "\"none\""},
+             {{.steps = {.number = 1, .divided_by = {"size_px", "none"}}}, "\"none\""},
+             {{.makes = {{count::faces, {.files = "size_px"}}}}, "\"size_px\", whose kind is int"},
+             {{.makes = {{count::faces, {.option = "heights_px"}}}}, "whose kind is ints"},
+             {{.seconds = {.per = {{count::faces, -1}}}}, "faces is -1"},
+             {{.seconds = {.per_step = 1}}, "how many steps"},
+             {{.disk_mb = {.fixed = std::numeric_limits<double>::infinity()}}, "fixed is"},
+             {{.parallel_share = 1.5}, "parallel_share is 1.5"},
+             {{.device = "where"}, "the stage has no option \"where\""},
+             {{.device = "size_px"}, "the device cannot be read from the option \"size_px\""}})
+        CHECK_THAT(refusal(cost), Catch::Contains(words));
 }

@@ -6,7 +6,10 @@
 #include <fresco/error.h>
 
 #include <fcntl.h>
-#include <unistd.h>
+
+// More of what plugins do to their process, to others and to the machine: prove_hostile_plugins.
+
+using namespace fresco::host;
 
 namespace
 {
@@ -21,17 +24,6 @@ stages:
   text:   {type: test.sink, input: good, path: good.txt, log: log}
 )";
 
-/// An entry of a stage's outcome.
-std::string told_of(const Finished& finished, const std::string& stage, const char* entry)
-{
-    const auto all = events(finished.out);
-    REQUIRE(!all.empty());
-    for (const auto& outcome : all.back().at("stages").as_list())
-        if (outcome.at("stage").as_string() == stage)
-            return outcome.at(entry).as_string();
-    return "";
-}
-
 }  // namespace
 
 TEST_CASE("What a stage does to its process ends that stage, by name, and nothing else", "[isolation]")
@@ -39,55 +31,37 @@ TEST_CASE("What a stage does to its process ends that stage, by name, and nothin
     struct Way
     {
         const char* how;
-        const char* told;
-        std::vector<std::string> arguments;
+        const char* told;  ///< Nothing: it does no harm.
+        const char* time = "10m";
+        const char* memory = "8G";
     };
-    const std::vector<Way> ways{
-        {"segfault", "crashed: Segmentation fault (signal 11)", {}},
-        {"overflow", "its stack overflowed", {}},
-        {"exit", "ended with exit code 3 before the stage was done", {}},
-        {"exit_canceled", "ended with exit code 75 before the stage was done", {}},
-        {"loop", ": raise --isolate-time", {"--isolate-time", "bad=0.3s"}},
-        {"allocate", "--isolate-memory", {"--isolate-memory", "bad=300M"}},
-        {"allocate_elsewhere", "the limit is 300 MB: raise --isolate-memory", {"--isolate-memory", "300M"}},
-        {"abort", "crashed: Aborted (signal 6)", {}},
-        {"throw_int", "something other than an exception was thrown", {}},
-        {"close_channel", "it closed descriptor 3, by which it speaks to the host", {}},
-        {"garbage", "", {}}};
     Workplace place({"good", "misbehaving"});
     place.write("room.yaml", pipeline);
-    for (const Way& way : ways)
+    for (const Way& way : {Way{"segfault", "crashed: Segmentation fault (signal 11)"},
+                           {"overflow", "its stack overflowed"},
+                           {"exit_canceled", "ended with exit code 75 before the stage was done"},
+                           {"loop", "it exceeded the time limit of 0.3 s", "0.3s"},
+                           {"allocate_elsewhere", "the limit is 300 MB: raise --isolate-memory", "10m", "300M"},
+                           {"throw_int", "something other than an exception was thrown"},
+                           {"garbage", ""}})
     {
         INFO(way.how);
         fs::remove_all(place.file("out"));
-        std::vector<std::string> arguments{"run",       "room.yaml", "--json-log", "--set", std::string("how=") + way.how,
-                                           "--isolate", "bad"};
-        arguments.insert(arguments.end(), way.arguments.begin(), way.arguments.end());
-        const Finished finished = place.run(arguments);
-        auto state = states(finished);
+        const Finished finished = place.run({"run", "room.yaml", "--json-log", "--set", std::string("how=") + way.how,
+                                             "--isolate", "bad", "--isolate-time", way.time, "--isolate-memory", way.memory});
+        auto state = outcomes(finished);
         const bool fails = *way.told != '\0';
         CHECK(finished.code == (fails ? 1 : 0));
         CHECK(state["bad"] == (fails ? "failed" : "ran"));
         CHECK(state["after"] == (fails ? "not run" : "ran"));
-        CHECK((state["good"] == "ran" || state["good"] == "stored"));
         CHECK(place.read("out/good.txt") == "3.000000\n");
-        CHECK(contains(told_of(finished, "bad", "error"), way.told));
+        const std::string error = outcomes(finished, "error")["bad"];
+        CHECK(contains(error, way.told));
         if (fails)
-            CHECK(contains(told_of(finished, "bad", "error"), "room.yaml:4:3: error: stage bad (test.misbehave): "));
+            CHECK(contains(error, "room.yaml:4:3: error: stage bad (test.misbehave): "));
         CHECK(fs::is_empty(place.file(".fresco/tmp")));
     }
     CHECK(place.run({"store", "verify"}).code == 0);
-}
-
-TEST_CASE("A stage that does not hear that its time is up is killed soon after", "[isolation]")
-{
-    Workplace place({"good", "misbehaving"});
-    place.write("room.yaml", "version: 1\nstages:\n  bad: {type: test.misbehave, how: loop}\n");
-    const Finished finished = place.run({"run", "room.yaml", "--isolate", "bad", "--isolate-time", "1s"});
-    CHECK(finished.code == 1);
-    CHECK(contains(finished.err, "it exceeded the time limit of 1.0 s"));
-    CHECK(finished.seconds >= 1);
-    CHECK(finished.seconds < 4);
 }
 
 TEST_CASE("A stage that prints without end does not keep the host from holding it to its time", "[isolation]")
@@ -100,42 +74,19 @@ TEST_CASE("A stage that prints without end does not keep the host from holding i
     CHECK(place.read("out/good.txt") == "3.000000\n");
 }
 
-TEST_CASE("A process that a stage leaves behind ends with it", "[isolation]")
-{
-    Workplace place({"good", "misbehaving"});
-    place.write("room.yaml", pipeline);
-    const std::string how = GENERATE("leave_process", "leave_session");
-    const Finished finished = place.run({"run", "room.yaml", "--set", "how=" + how});
-    CHECK(finished.code == 0);
-    // It would have the program mapped.
-    bool left = false;
-    for (const auto& process : fs::directory_iterator("/proc"))
-    {
-        std::ifstream maps(process.path() / "maps");
-        for (std::string line; std::getline(maps, line);)
-            left = left || line.find(place.root().string()) != std::string::npos;
-    }
-    CHECK_FALSE(left);
-}
-
 TEST_CASE("Limits that are not reached change nothing", "[isolation]")
 {
     Workplace place;
     place.write("room.yaml", "version: 1\nstages:\n  slow: {type: test.slow, steps: 8, step_ms: 60}\n");
-    const Finished plain = place.run({"run", "room.yaml", "--json-log", "--store", "plain"});
-    const Finished held = place.run({"run", "room.yaml", "--json-log", "--store", "held", "--isolate", "all", "--isolate-memory",
-                                     "slow=1G", "--isolate-memory", "2G", "--isolate-time", "10m"});
-    REQUIRE(plain.code == 0);
-    REQUIRE(held.code == 0);
-    const std::string object = told_of(plain, "slow", "object");
-    CHECK(!object.empty());
-    CHECK(told_of(held, "slow", "object") == object);
+    const Finished plain = place.make({"--json-log", "--store", "plain"});
+    const Finished held = place.make({"--json-log", "--store", "held", "--isolate", "all", "--isolate-memory", "slow=1G",
+                                      "--isolate-memory", "2G", "--isolate-time", "10m"});
+    const std::string object = outcomes(plain, "object")["slow"];
+    CHECK(outcomes(held, "object")["slow"] == object);
     CHECK(place.read("plain/objects/" + object + "/counted/table.json") ==
           place.read("held/objects/" + object + "/counted/table.json"));
-    bool told = false;
-    for (const auto& event : events(held.out))
-        told = told || (event.at("event").as_string() == "progress" && event.at("metrics").find("loss") != nullptr);
-    CHECK(told);
+    CHECK(contains(held.out, "\"progress\""));
+    CHECK(contains(held.out, "\"loss\""));
 }
 
 TEST_CASE("A stage with checkpoints goes on from where its time ended", "[isolation]")
@@ -143,8 +94,8 @@ TEST_CASE("A stage with checkpoints goes on from where its time ended", "[isolat
     Workplace place;
     place.write("room.yaml", "version: 1\nstages:\n  slow: {type: test.slow, steps: 60, step_ms: 40, log: log}\n");
     CHECK(place.run({"run", "room.yaml", "--isolate", "slow", "--isolate-time", "1s"}).code == 1);
-    CHECK(place.log() == std::vector<std::string>{"slow from 0", "slow was stopped"});
-    CHECK(place.run({"run", "room.yaml"}).code == 0);
+    CHECK(place.log() == Words{"slow from 0", "slow was stopped"});
+    place.make();
     CHECK(place.log().size() == 3);
     CHECK(place.log().back() != "slow from 0");
 }
@@ -153,34 +104,28 @@ TEST_CASE("Wrong limits are refused before anything runs", "[isolation]")
 {
     Workplace place;
     place.write("room.yaml", "version: 1\nstages:\n  slow: {type: test.slow, log: log}\n");
-    const auto refused = [&](const std::vector<std::string>& arguments, const std::string& text)
+    for (const auto& [arguments, text] : std::vector<std::pair<Words, std::string>>{
+             {{"--isolate", "slwo"}, "--isolate slwo: unknown stage 'slwo' (did you mean 'slow'?)"},
+             {{"--isolate-time", "10m"}, "--isolate"},
+             {{"--isolate", "slow", "--isolate-time", "soon"}, "--isolate-time soon: expected a time such as"},
+             {{"--isolate", "slow", "--isolate-memory", "4"}, "--isolate-memory 4: expected an amount of memory such as"},
+             {{"--isolate", "slow", "--isolate-memory", "fast=4G"}, "the stage 'fast' is not isolated: add --isolate fast"}})
     {
-        std::vector<std::string> all{"run", "room.yaml"};
+        Words all{"run", "room.yaml"};
         all.insert(all.end(), arguments.begin(), arguments.end());
         const Finished finished = place.run(all);
         CHECK(finished.code == 2);
         CHECK(contains(finished.out + finished.err, text));
-    };
-    refused({"--isolate", "slwo"}, "--isolate slwo: unknown stage 'slwo' (did you mean 'slow'?)");
-    refused({"--isolate-time", "10m"}, "--isolate");
-    refused({"--isolate", "slow", "--isolate-time", "soon"}, "--isolate-time soon: expected a time such as 90s, 10m or 1h30m");
-    refused({"--isolate", "slow", "--isolate-memory", "4"},
-            "--isolate-memory 4: expected an amount of memory such as 4G or 500M");
-    refused({"--isolate", "slow", "--isolate-memory", "fast=4G"}, "the stage 'fast' is not isolated: add --isolate fast");
+    }
     CHECK(place.log().empty());
 }
 
 TEST_CASE("Amounts of memory and times are read as people write them", "[isolation]")
 {
-    using fresco::host::parse_memory_mb;
-    using fresco::host::parse_seconds;
-    CHECK(parse_memory_mb("4G") == 4096);
-    CHECK(parse_memory_mb("1.5 GB") == 1536);
-    CHECK(parse_memory_mb("512MiB") == 512);
-    CHECK(parse_memory_mb("1048576k") == 1024);
-    CHECK(parse_seconds("90") == 90);
-    CHECK(parse_seconds("1h30m") == 5400);
-    CHECK(parse_seconds("2 m 5s") == 125);
+    for (const auto& [text, mb] : {std::pair("4G", 4096.0), {"1.5 GB", 1536}, {"512MiB", 512}, {"1048576k", 1024}})
+        CHECK(parse_memory_mb(text) == mb);
+    for (const auto& [text, seconds] : {std::pair("90", 90.0), {"1h30m", 5400}, {"2 m 5s", 125}})
+        CHECK(parse_seconds(text) == seconds);
     for (const char* text : {"", "G", "4X", "4G4", "-4G", "nan", "1e3G", "0G", "inf"})
         CHECK_THROWS_AS(parse_memory_mb(text), fresco::Error);
     for (const char* text : {"", "m", "5d", "3s2m", "-1s", "0", "1m 2m", "inf"})
@@ -189,22 +134,26 @@ TEST_CASE("Amounts of memory and times are read as people write them", "[isolati
 
 TEST_CASE("Without words an isolated stage gets most of the machine and ten times what is expected", "[isolation]")
 {
-    fresco::host::Pipeline made;
+    Pipeline made;
     for (const char* name : {"quick", "long", "free"})
     {
         made.stages.emplace_back();
         made.stages.back().name = made.stages.back().own_name = name;
     }
-    const auto limits = fresco::host::stage_limits({{"quick", "long"}, {}, {"quick=5m"}}, made, {{"quick", 2}, {"long", 100}});
+    const auto limits = stage_limits({{"quick", "long"}, {}, {"quick=5m"}}, made, {{"quick", 2}, {"long", 100}});
+    // A stage's own goes before that of all.
+    const auto both = stage_limits({{"quick", "long"}, {}, {"quick=5m", "1m"}}, made, {});
+    CHECK(both.at("quick").seconds == 300);
+    CHECK(both.at("long").seconds == 60);
     CHECK(limits.size() == 2);
     CHECK(limits.at("quick").seconds == 300);
     CHECK(limits.at("long").seconds == 1000);
-    CHECK(limits.at("long").memory_mb == Approx(0.9 * fresco::host::machine_memory_mb()));
-    CHECK(fresco::host::stage_limits({{"all"}, {}, {}}, made, {}).at("free").seconds == 600);
+    CHECK(limits.at("long").memory_mb == Approx(0.9 * machine_memory_mb()));
+    CHECK(stage_limits({{"all"}, {}, {}}, made, {}).at("free").seconds == 600);
     // Of a matrix.
     made.stages[0].own_name = made.stages[1].own_name = "painted";
-    CHECK(fresco::host::stage_limits({{"painted"}, {"quick=2G"}, {"painted=1m"}}, made, {}).at("quick").memory_mb == 2048);
-    CHECK(fresco::host::stage_limits({{"painted"}, {}, {"painted=1m"}}, made, {}).at("long").seconds == 60);
+    CHECK(stage_limits({{"painted"}, {"quick=2G"}, {"painted=1m"}}, made, {}).at("quick").memory_mb == 2048);
+    CHECK(stage_limits({{"painted"}, {}, {"painted=1m"}}, made, {}).at("long").seconds == 60);
 }
 
 TEST_CASE("Lines without end and writers without end are taken in pieces", "[isolation]")
@@ -218,10 +167,10 @@ TEST_CASE("Lines without end and writers without end are taken in pieces", "[iso
     REQUIRE(write(writing.get(), text.data(), text.size()) == static_cast<ssize_t>(text.size()));
     fresco::LineBuffer lines(6);
     CHECK(lines.read_from(reading.get()));
-    std::vector<std::string> got;
+    Words got;
     for (std::string line; lines.next(line);)
         got.push_back(line);
-    CHECK(got == std::vector<std::string>{"ab", "xxxxxx", "xxxxyz"});
+    CHECK(got == Words{"ab", "xxxxxx", "xxxxyz"});
     CHECK(lines.rest() == "last");
     writing.reset();
     CHECK_FALSE(lines.read_from(reading.get()));

@@ -58,16 +58,13 @@ TEST_CASE("What is published is on the disk before a record names it")
     calls = &found;
     const StoredResult result = publish(store, made, {"key", {"out"}, {}, fresco::Value::Map{}});
     calls = nullptr;
-    const auto replace = [](std::string& text, const std::string& part, const std::string& by)
-    {
-        if (const std::size_t at = text.find(part); at != std::string::npos)
-            text.replace(at, part.size(), by);
-    };
     for (std::string& call : found)
     {
-        replace(call, made.string(), "NEW");
-        replace(call, folder.path().string() + "/", "");
-        replace(call, result.object, "ID");
+        for (const auto& [part, by] : {std::pair<std::string, const char*>{made.string(), "NEW"},
+                                       {folder.path().string() + "/", ""},
+                                       {result.object, "ID"}})
+            if (const std::size_t at = call.find(part); at != std::string::npos)
+                call.replace(at, part.size(), by);
         // A file that is being written: it has no name yet, or a random one.
         if (call.ends_with(" (deleted)") || call.find(fresco::temporary_file_prefix) != std::string::npos)
             call = call.substr(0, call.rfind('/')) + "/DRAFT";

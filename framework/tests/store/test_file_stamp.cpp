@@ -2,6 +2,7 @@
 
 #include "base/file_stamp.h"
 #include "base/records.h"
+#include "store/statistics.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 
@@ -12,23 +13,29 @@
 #include <unistd.h>
 
 using namespace fresco::host;
+using fresco::Value;
 using fresco::testing::TemporaryFolder;
 
 namespace
 {
 
-/// Other bytes of the same number, with the times that the file had before.
-void write_in_secret(const fs::path& file, const std::string& text)
-{
-    const auto time = fs::last_write_time(file);
-    std::fstream(file, std::ios::in | std::ios::out) << text;
-    fs::last_write_time(file, time);
-}
-
 constexpr std::int64_t ext4 = 0xEF53;
 constexpr std::int64_t squashfs = 0x73717368;
 /// Set: files seem to be on a file system of this type.
 std::int64_t pretended_type = 0;
+
+Value numbered(int number)
+{
+    return Value::Map{{"number", number}};
+}
+
+std::vector<std::int64_t> numbers(const Journal& journal)
+{
+    std::vector<std::int64_t> found;
+    for (const Value& map : journal.read())
+        found.push_back(map.at("number").as_int());
+    return found;
+}
 
 /// A thread asks for the file system again.
 void on(std::int64_t type, const std::function<void()>& action)
@@ -111,8 +118,8 @@ TEST_CASE("A stamp written by another version of fresco does not count")
     const TemporaryFolder folder;
     const fs::path input = folder.path() / "input";
     write(input, "one");
-    Dependency dependency = dependency_from(
-        fresco::Value::List{input.string(), false, fresco::Value::List{3, 1, 2, 3, 4}, fresco::content_hash("one")});
+    Dependency dependency =
+        dependency_from(Value::List{input.string(), false, Value::List{3, 1, 2, 3, 4}, fresco::content_hash("one")});
     CHECK(!dependency.stamp);
     CHECK(compare(dependency) == Change::none);
 }
@@ -132,38 +139,13 @@ TEST_CASE("A renewed stamp saves reading the contents the next time")
     CHECK(compare(dependency) == Change::stamp);
     CHECK(dependency.stamp);
     CHECK(compare(dependency) == Change::none);
-    write(input, "owt");
+    // Other bytes of the same number, with the times that the file had before.
+    const std::string before = FileHashes({}).hash(input);
+    const auto time = fs::last_write_time(input);
+    std::fstream(input, std::ios::in | std::ios::out) << "owt";
+    fs::last_write_time(input, time);
     CHECK(compare(dependency) == Change::contents);
-}
-
-TEST_CASE("Other bytes are seen, whatever size and times the file has")
-{
-    const TemporaryFolder folder;
-    const fs::path input = folder.path() / "input";
-    write(input, "one");
-    write(folder.path() / "copy", "owt");
-    touch(input, 3);
-    fs::last_write_time(folder.path() / "copy", fs::last_write_time(input));
-    let_stamps_settle();
-    Dependency dependency = take_dependency(input, false);
-    REQUIRE(dependency.stamp);
-    FileHashes hashes({});
-    const std::string before = hashes.hash(input);
-    SECTION("written in place")
-    {
-        write_in_secret(input, "two");
-    }
-    SECTION("another file in its place")
-    {
-        fs::rename(folder.path() / "copy", input);
-    }
-    SECTION("through a link that leads elsewhere now")
-    {
-        fs::remove(input);
-        fs::create_symlink(folder.path() / "copy", input);
-    }
-    CHECK(compare(dependency) == Change::contents);
-    CHECK(hashes.hash(input) != before);
+    CHECK(FileHashes({}).hash(input) != before);
 }
 
 TEST_CASE("Remembered hashes are kept beyond the process only in an index that is whole")
@@ -192,7 +174,6 @@ TEST_CASE("Remembered hashes are kept beyond the process only in an index that i
     CHECK(FileHashes(index).hash(input) == hash);
 
     // Whole lines of another form, as another version of fresco may write them.
-    using fresco::Value;
     Journal(index).add(Value::Map{{"files", Value::List{Value::List{"input", false, Value()}, 7, Value::List{1, 2, 3, 4}}}});
     CHECK(FileHashes(index).hash(input) == hash);
 
@@ -202,19 +183,7 @@ TEST_CASE("Remembered hashes are kept beyond the process only in an index that i
     CHECK(names_in(folder.path()) == std::vector<std::string>{"files.jsonl", "input"});
 }
 
-TEST_CASE("A folder's dependency is its names")
-{
-    const TemporaryFolder folder;
-    const fs::path inner = folder.path() / "inner";
-    write(inner / "a", "1");
-    Dependency dependency = take_dependency(inner / "*", true);
-    write(inner / "a", "2");
-    CHECK(compare(dependency) == Change::none);
-    write(inner / "b", "1");
-    CHECK(compare(dependency) == Change::contents);
-}
-
-TEST_CASE("Of a folder's names only those count that match the pattern")
+TEST_CASE("A folder's dependency is its names that match the pattern")
 {
     const TemporaryFolder folder;
     write(folder.path() / "seq-01", "1");
@@ -222,6 +191,7 @@ TEST_CASE("Of a folder's names only those count that match the pattern")
     Dependency calibration = take_dependency(folder.path() / "k.txt", true);
     fs::create_directory(folder.path() / "out");
     write(folder.path() / ".DS_Store", "1");
+    write(folder.path() / "seq-01", "2");
     CHECK(compare(sequences) == Change::none);
     CHECK(compare(calibration) == Change::none);
     write(folder.path() / "k.txt", "1");
@@ -232,4 +202,79 @@ TEST_CASE("Of a folder's names only those count that match the pattern")
     fs::rename(folder.path() / "seq-02", folder.path() / "seq-01");
     CHECK(compare(sequences) == Change::none);
     CHECK_THROWS_AS(take_dependency(folder.path() / "nowhere" / "*", true), fresco::MissingInput);
+}
+
+TEST_CASE("A line that was cut takes no other with it")
+{
+    const TemporaryFolder folder;
+    const fs::path file = folder.path() / "journal";
+    const Journal journal(file);
+    for (int i = 0; i < 3; ++i)
+        journal.add(numbered(i));
+    const std::string whole = fresco::read_text_file(file);
+    for (std::size_t size = whole.size() * 2 / 3 + 1; size <= whole.size(); size += 5)
+    {
+        write(file, whole.substr(0, size));
+        journal.add(numbered(7));
+        const auto found = numbers(journal);
+        CHECK(found.size() >= 3);
+        CHECK(found.front() == 0);
+        CHECK(found[1] == 1);
+        CHECK(found.back() == 7);
+    }
+    std::string flipped = whole;
+    flipped[flipped.find(":1") + 1] = '5';
+    write(file, flipped);
+    CHECK(numbers(journal) == std::vector<std::int64_t>{0, 2});
+    journal.replace({numbered(9)});
+    CHECK(numbers(journal) == std::vector<std::int64_t>{9});
+}
+
+TEST_CASE("Costs that many tasks measure at once are all kept until they are tidied up")
+{
+    const TemporaryFolder folder;
+    const Store store(folder.path());
+    in_processes(4,
+                 [&](int process)
+                 {
+                     for (int i = 0; i < 5; ++i)
+                         record_cost(store, "t." + std::to_string(5 * process + i), {1.0 + i, 2, 3}, {});
+                 });
+    for (int i = 0; i < 20; ++i)
+        CHECK(Statistics(store).knows("t." + std::to_string(i)));
+    for (int i = 0; i < 20; ++i)
+        record_cost(store, "t.often", {static_cast<double>(i), 2, 3}, {});
+    CHECK(Statistics(store).corrected("t.often", {}).seconds == 15.5);
+    const auto size = fs::file_size(store.root() / "stats.jsonl");
+    tidy_costs(store);
+    CHECK(fs::file_size(store.root() / "stats.jsonl") < size);
+    CHECK(Statistics(store).corrected("t.often", {}).seconds == 15.5);
+    CHECK(Statistics(store).knows("t.7"));
+}
+
+TEST_CASE("A record is refused at every length but its own, with every byte changed, and with anything added")
+{
+    const TemporaryFolder folder;
+    const auto file = folder.path() / "record.json";
+    write_record(file, Value::Map{{"stage", "mesh"}, {"sizes", Value::List{1, 2.5, true, Value()}}});
+    const std::string whole = fresco::read_text_file(file);
+    CHECK(read_record(file).at("stage").as_string() == "mesh");
+    const auto refused = [&](const std::string& text)
+    {
+        fresco::write_file(file, text);
+        CHECK_THROWS_AS(read_record(file), fresco::Error);
+    };
+    for (std::size_t length = 0; length < whole.size(); ++length)
+        refused(whole.substr(0, length));
+    for (std::size_t at = 0; at < whole.size(); ++at)
+        for (const int change : {1, 32, 128, 255})
+        {
+            std::string text = whole;
+            text[at] = static_cast<char>(text[at] ^ change);
+            refused(text);
+        }
+    for (const char* more : {"\n", " ", "}", "\0"})
+        refused(whole + (*more == '\0' ? std::string(1, '\0') : more));
+    fresco::write_file(file, whole);
+    CHECK(read_record(file).at("sizes").as_list().size() == 4);
 }

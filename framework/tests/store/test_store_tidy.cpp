@@ -1,61 +1,73 @@
 #include "store_samples.h"
 
+#include "base/process.h"
+#include "store/presence.h"
 #include "store/stage_record.h"
 #include "store/store_tidy.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 
+#include <atomic>
 #include <sys/stat.h>
 
 using namespace fresco::host;
 using fresco::content_hash;
 using fresco::testing::TemporaryFolder;
 
+namespace
+{
+
+/// A process of another machine.
+const std::string stranger = "0123456789ab-4711-123456";
+
+fs::path sign_as_stranger(const Store& store)
+{
+    const fs::path file = store.root() / "runs" / stranger;
+    write(file, "process 4711 on kitchen, since 2026-11-23 13:05:10\n");
+    return file;
+}
+
+/// Touches a file several times a second.
+struct Beating
+{
+    explicit Beating(const fs::path& file)
+        : thread(
+              [this, file]
+              {
+                  for (; !ended; std::this_thread::sleep_for(std::chrono::milliseconds(300)))
+                      touch(file, 0);
+              })
+    {
+    }
+    Beating(const Beating&) = delete;
+    Beating& operator=(const Beating&) = delete;
+    ~Beating()
+    {
+        ended = true;
+        thread.join();
+    }
+
+    std::atomic<bool> ended{false};
+    std::thread thread;
+};
+
+}  // namespace
+
 TEST_CASE("A store of another format is refused with both and with what to do")
 {
     const TemporaryFolder folder;
     const fs::path format = folder.path() / "format";
-    SECTION("a later one")
-    {
-        fresco::write_checked(format, "fresco store 7\n");
-        CHECK_THROWS_WITH(Store(folder.path()), Catch::Contains("\"fresco store 7\"") && Catch::Contains("\"fresco store 2\"") &&
-                                                    Catch::Contains("remove " + folder.path().string()));
-    }
-    SECTION("the first one")
-    {
-        write(format, "fresco store 1\n");
-        CHECK_THROWS_WITH(Store(folder.path()), Catch::Contains("fresco store 1"));
-    }
-    SECTION("somebody else's file")
-    {
-        write(format, "A4");
-        CHECK_THROWS_WITH(Store(folder.path()), Catch::Contains("format: is not the file of a store"));
-        CHECK(names_in(folder.path()) == std::vector<std::string>{"format"});
-    }
+    fresco::write_checked(format, "fresco store 7\n");
+    CHECK_THROWS_WITH(Store(folder.path()), Catch::Contains("\"fresco store 7\"") && Catch::Contains("\"fresco store 2\"") &&
+                                                Catch::Contains("remove " + folder.path().string()));
+    write(format, "fresco store 1\n");  // The first had no checksum.
+    CHECK_THROWS_WITH(Store(folder.path()), Catch::Contains("fresco store 1"));
+    write(format, "A4");
+    CHECK_THROWS_WITH(Store(folder.path()), Catch::Contains("format: is not the file of a store"));
+    CHECK(names_in(folder.path()) == Words{"format"});
 }
 
-TEST_CASE("Damage to the format locks nobody out")
-{
-    const TemporaryFolder folder;
-    const StoredResult result = publish_text(Store(folder.path()), "key", "[1]");
-    const fs::path format = folder.path() / "format";
-    const std::string whole = fresco::read_text_file(format);
-    for (std::size_t at = 0; at < whole.size(); ++at)
-    {
-        std::string flipped = whole;
-        flipped[at] = static_cast<char>(flipped[at] ^ 1);
-        write(format, flipped);
-        CHECK(Store(folder.path()).present(result));
-        CHECK(fresco::read_text_file(format) == whole);
-    }
-    write(format, "");
-    CHECK(Store(folder.path()).present(result));
-    fs::remove(format);
-    CHECK(Store(folder.path()).present(result));
-    CHECK(fresco::read_text_file(format) == whole);
-}
-
-TEST_CASE("A lost or damaged record of a key is written again from the results")
+TEST_CASE("A lost record of a key is written again from the results")
 {
     const TemporaryFolder folder;
     const Store store(folder.path() / "store");
@@ -64,28 +76,14 @@ TEST_CASE("A lost or damaged record of a key is written again from the results")
     const auto first = publish_text(store, "key", "[1]", {take_dependency(input, false)});
     write(input, "two");
     const auto second = publish_text(store, "key", "[2]", {take_dependency(input, false)});
-    const auto other = publish_text(store, "other", "[3]");
     CHECK(!store.restore("key"));
-    SECTION("lost")
-    {
-        fs::remove_all(store.root() / "keys");
-    }
-    SECTION("damaged")
-    {
-        write(store.key_file("key"), "{");
-    }
-    SECTION("another key's")
-    {
-        fs::rename(store.key_file("other"), store.key_file("key"));
-    }
+    fs::remove_all(store.root() / "keys");
     const Store again(store.root());
     CHECK(!again.lookup("key"));
     CHECK(again.restore("key"));
     CHECK(again.lookup("key").value().object == second.object);
     write(input, "one");
     CHECK(again.lookup("key").value().object == first.object);
-    again.restore("other");
-    CHECK(again.lookup("other").value().object == other.object);
     CHECK(!again.restore("a key that led to nothing"));
 }
 
@@ -125,9 +123,9 @@ TEST_CASE("Tidying up keeps what is in use, and leaves nothing that serves nobod
     {
         CHECK(tidy_store(store, 0, true).removed.size() == 1);
         CHECK(tidy_store(store, 0, false).removed.size() == 1);
-        CHECK(names_in(store.root() / "objects") == std::vector<std::string>{used.object});
-        CHECK(names_in(store.root() / "keys") == std::vector<std::string>{".fresco-thesis", used_key + ".json"});
-        CHECK(names_in(store.root() / "locks") == std::vector<std::string>{"store", "thesis"});
+        CHECK(names_in(store.root() / "objects") == Words{used.object});
+        CHECK(names_in(store.root() / "keys") == Words{".fresco-thesis", used_key + ".json"});
+        CHECK(names_in(store.root() / "locks") == Words{"store", "thesis"});
         CHECK(records() == 1);
     }
     SECTION("a damaged record may have named any result of its stage")
@@ -138,33 +136,19 @@ TEST_CASE("Tidying up keeps what is in use, and leaves nothing that serves nobod
         CHECK(tidy_store(store, 0, false).removed.empty());
         CHECK(store.present(used));
     }
+    SECTION("what cannot be listed is an error, and nothing is removed")
+    {
+        fs::remove_all(stages);
+        write(stages, "no folder");
+        CHECK_THROWS_WITH(tidy_store(store, 0, false), Catch::Contains("stages: is a file in place of a folder: remove it"));
+        CHECK(store.present(unused));
+    }
     SECTION("a pipeline that may not be looked at may be there")
     {
         fs::remove(pipeline);
         fs::create_symlink(pipeline, pipeline);
         CHECK(tidy_store(store, 0, false).removed.size() == 1);
         CHECK(store.present(used));
-    }
-}
-
-TEST_CASE("What cannot be removed or listed is an error, and nothing else is removed")
-{
-    const TemporaryFolder folder;
-    const Store store(folder.path() / "store");
-    const StoredResult result = publish_text(store, "key", "text");
-    SECTION("a folder in place of a manifest is damage")
-    {
-        fs::remove(store.manifest_file(result.object));
-        fs::create_directories(store.manifest_file(result.object) / "in the way");
-        CHECK(!store.present(result));
-        CHECK(store.present(publish_text(store, "key", "text")));
-    }
-    SECTION("the records of what is in use")
-    {
-        fs::remove(store.root() / "stages");
-        write(store.root() / "stages", "no folder");
-        CHECK_THROWS_WITH(tidy_store(store, 0, false), Catch::Contains("stages: is a file in place of a folder: remove it"));
-        CHECK(store.present(result));
     }
 }
 
@@ -182,15 +166,84 @@ TEST_CASE("A lock that was tidied away is made again")
     CHECK(!second.try_exclusive());
 }
 
-TEST_CASE("An unreadable record of a key counts as none")
+TEST_CASE("A process is identified by the name of its file")
+{
+    const ProcessIdentity own = this_process();
+    CHECK(own.is_on_this_machine());
+    CHECK(own.is_running());
+    for (const std::string end : {"", ".0123", "-x"})
+    {
+        const auto read = process_named_by(own.text() + end);
+        REQUIRE(read);
+        CHECK(read->text() == own.text());
+    }
+    CHECK_FALSE(process_named_by(stranger)->is_on_this_machine());
+    for (const char* name : {"", "run.0123", "0123456789ab", "0123456789ab-", "0123456789ab-1", "0123456789ab-1-",
+                             "0123456789ab-0-1", "0123456789ab-1-1x", "0123456789abc-1-1"})
+        CHECK_FALSE(process_named_by(name));
+    ProcessIdentity earlier = own;
+    ++earlier.start;
+    CHECK_FALSE(earlier.is_running());
+}
+
+TEST_CASE("A process of another machine that goes on although its lock is free here is named, and the store refused")
 {
     const TemporaryFolder folder;
     const Store store(folder.path());
-    publish_text(store, "key", "[1]");
-    const std::string whole = fresco::read_text_file(store.key_file("key"));
-    for (const std::string& text : {std::string("{"), std::string(), whole.substr(1)})
+    const fs::path file = sign_as_stranger(store);
+    SECTION("its lock is free")
     {
-        write(store.key_file("key"), text);
-        CHECK(!store.lookup("key"));
+        const Beating beating(file);
+        CHECK_THROWS_WITH(Presence(store), Catch::Contains("hold only on one machine") &&
+                                               Catch::Contains("process 4711 on kitchen, since 2026-11-23 13:05:10") &&
+                                               Catch::Contains("--store"));
+        CHECK(names_in(store.root() / "runs") == Words{stranger});
     }
+    SECTION("its lock holds")
+    {
+        FileLock lock(file);
+        REQUIRE(lock.try_exclusive());
+        const Beating beating(file);
+        const Presence presence(store);
+        CHECK(contains(present_processes(store), "process 4711 on kitchen"));
+    }
+    SECTION("it has ended just now")
+    {
+        const Presence presence(store);
+        CHECK(fs::exists(file));
+    }
+    SECTION("it has ended long ago")
+    {
+        touch(file, 1);
+        const Presence presence(store);
+        CHECK(names_in(store.root() / "runs") == Words{this_process().text()});
+    }
+}
+
+TEST_CASE("Temporary folders are left to processes of other machines")
+{
+    const TemporaryFolder folder;
+    const Store store(folder.path());
+    ProcessIdentity ended = this_process();
+    ++ended.start;
+    const auto make = [&](const std::string& name) { fs::create_directory(store.root() / "tmp" / name); };
+    for (const std::string& name :
+         {stranger + ".01", ended.text() + ".02", this_process().text() + ".03", std::string("other.04")})
+        make(name);
+    const auto abandoned = [&]
+    {
+        std::set<std::string> names;
+        for (const auto& path : abandoned_temporaries(store))
+            names.insert(path.filename().string());
+        return names;
+    };
+    const std::set<std::string> own{ended.text() + ".02"};
+    const fs::path file = sign_as_stranger(store);
+    fs::last_write_time(file, fs::last_write_time(file) - std::chrono::minutes(5));
+    CHECK(abandoned() == own);
+    tidy_store(store, 0, false);
+    // What no process of fresco's can have made is somebody else's.
+    CHECK(names_in(store.root() / "tmp").size() == 3);
+    fs::remove(file);
+    CHECK(abandoned() == std::set<std::string>{stranger + ".01"});
 }

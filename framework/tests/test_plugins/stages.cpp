@@ -1,17 +1,13 @@
 // Small stages for the tests of the host: tables with one number, and everything that can go wrong.
-#include "scaler.h"
-
+#include <fresco/component.h>
 #include <fresco/file_access.h>
 #include <fresco/files.h>
 #include <fresco/files_io.h>
 #include <fresco/reader.h>
 #include <fresco/run_context.h>
 #include <fresco/stage.h>
-#include <fresco/texture.h>
 
 #include <chrono>
-#include <csignal>
-#include <cstdlib>
 #include <fstream>
 #include <iostream>
 #include <limits>
@@ -19,10 +15,16 @@
 #include <sstream>
 #include <thread>
 
-Scaler::~Scaler() = default;
-
 namespace
 {
+
+/// A contract of the test plugin's own.
+class Scaler : public fresco::Component
+{
+  public:
+    static constexpr std::string_view component_kind = "scaler";
+    virtual double scaled(double value) const = 0;
+};
 
 using fresco::Files;
 using fresco::Input;
@@ -65,7 +67,6 @@ class Source final : public LoggedStage
     Option<fresco::InputFile> file{this, "file", fresco::InputFile{}, "Its size is added"};
     Option<fresco::InputFolder> folder{this, "folder", fresco::InputFolder{}, "The sizes of its files are added"};
     Option<std::string> beside{this, "beside", "", "The number in the file of this name beside `file` is added"};
-    Option<std::string> prefix{this, "prefix", "", "How the names of the folder's files begin"};
     Option<int> wait_ms{this, "wait_ms", 0, fresco::range(0, 60'000), "Pause", fresco::not_in_key};
 
     void run(RunContext& run) override
@@ -82,11 +83,9 @@ class Source final : public LoggedStage
         }
         if (!folder->empty())
         {
-            run.reads_folder(folder->path, *prefix + "*");
+            run.reads_folder(folder->path, "*");
             for (const auto& entry : std::filesystem::directory_iterator(folder->path))
             {
-                if (!entry.path().filename().string().starts_with(*prefix))
-                    continue;
                 run.reads_file(entry.path());
                 sum += static_cast<double>(fresco::read_file(entry.path()).size());
             }
@@ -159,15 +158,15 @@ class Slow final : public LoggedStage
         }
         int step = 0;
         int sum = 0;
-        try
-        {
-            std::istringstream(fresco::read_checked_text(checkpoint)) >> step >> sum;
-        }
-        catch (const fresco::Error& error)
-        {
-            if (fresco::path_status(checkpoint))
+        if (fresco::path_status(checkpoint))
+            try
+            {
+                std::istringstream(fresco::read_checked_text(checkpoint)) >> step >> sum;
+            }
+            catch (const fresco::Error& error)
+            {
                 run.warning(error.what());
-        }
+            }
         log("slow from " + std::to_string(step));
         for (; step < *steps; ++step)
         {
@@ -203,8 +202,7 @@ class Fail final : public LoggedStage
     Input<Table> input{this, "input", fresco::optional, "Anything"};
     Output<Table> output{this, "output", "Never made"};
     Option<std::string> how{this, "how", "error",
-                            fresco::one_of({"error", "missing", "exception", "unknown", "crash", "exit", "memory", "nothing",
-                                            "link", "full", "stubborn"}),
+                            fresco::one_of({"error", "missing", "exception", "memory", "nothing", "link", "full", "stubborn"}),
                             "What goes wrong"};
 
     void run(RunContext&) override
@@ -217,12 +215,6 @@ class Fail final : public LoggedStage
             throw fresco::MissingInput("weights.safetensors: no such file");
         if (*how == "exception")
             throw std::out_of_range("index 7 of 3");
-        if (*how == "unknown")
-            throw 7;
-        if (*how == "crash")
-            std::raise(SIGSEGV);
-        if (*how == "exit")
-            std::_Exit(0);
         if (*how == "memory")
             throw std::bad_alloc();
         if (*how == "full")
@@ -363,22 +355,6 @@ class MakeParts final : public LoggedStage
 };
 FRESCO_STAGE("test.parts", MakeParts, "One named part")
 
-class Paint final : public LoggedStage
-{
-    Input<Table> table{this, "table", fresco::optional, "Anything"};
-    Output<fresco::Texture> texture{this, "texture", "A black texture"};
-
-    void run(RunContext&) override
-    {
-        log("paint");
-        fresco::Texture made;
-        made.layers.emplace_back(16, 16, 3);
-        made.seen = fresco::Raster8(16, 16);
-        texture = std::move(made);
-    }
-};
-FRESCO_STAGE("test.paint", Paint, "A texture")
-
 /// Which inputs the rules make does not matter here.
 class PartRules final : public fresco::Parameter
 {
@@ -389,11 +365,11 @@ class PartRules final : public fresco::Parameter
                             .required = true,
                             .rule = fresco::RuleForm{.parts_of = "parts",
                                                      .word = "keep",
-                                                     .input = "texture",
-                                                     .artifact = std::string(fresco::Texture::artifact_name),
-                                                     .version = fresco::Texture::artifact_version,
+                                                     .input = "table",
+                                                     .artifact = "table",
+                                                     .version = Table::artifact_version,
                                                      .number = "strength"},
-                            .help = "A texture for each part"}),
+                            .help = "A table for each part"}),
           owner_(owner)
     {
     }
@@ -404,15 +380,15 @@ class PartRules final : public fresco::Parameter
     {
         count_ = value.as_map().size();
         for (const std::string& name : declaration().inputs_named(value))
-            textures_.push_back(std::make_unique<Input<fresco::Texture>>(owner_, name, "A texture"));
+            tables_.push_back(std::make_unique<Input<Table>>(owner_, name, "A table"));
     }
 
     fresco::Configurable* owner_;
     std::size_t count_ = 0;
-    std::vector<std::unique_ptr<Input<fresco::Texture>>> textures_;
+    std::vector<std::unique_ptr<Input<Table>>> tables_;
 };
 
-class PaintParts final : public LoggedStage
+class RuleParts final : public LoggedStage
 {
     Input<TestParts> parts{this, "parts", "The parts"};
     Output<Table> table{this, "table", "The number of rules"};
@@ -424,7 +400,7 @@ class PaintParts final : public LoggedStage
         table = number(static_cast<double>(rules.count()));
     }
 };
-FRESCO_STAGE("test.rules", PaintParts, "Rules for parts")
+FRESCO_STAGE("test.rules", RuleParts, "Rules for parts")
 
 class FactorScaler final : public Scaler
 {

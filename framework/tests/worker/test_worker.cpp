@@ -1,50 +1,77 @@
 #include "program.h"
 
 #include "store/store.h"
+#include "worker/stage_run.h"
+#include "worker/worker_context.h"
+
+#include <fresco/hash.h>
+
+using namespace fresco::host;
+using fresco::Value;
 
 namespace
 {
 
-std::string only_object_with(const Workplace& place, const std::string& output)
+fs::path object_with(const Workplace& place, const std::string& output)
 {
-    for (const auto& entry : fs::directory_iterator(place.file(".fresco/objects")))
-        if (fs::exists(entry.path() / output))
-            return entry.path().filename().string();
-    return "";
+    for (const auto& object : place.objects())
+        if (fs::exists(object / output))
+            return object;
+    return "nothing with " + output;
 }
 
-fresco::Value manifest_with(const Workplace& place, const std::string& output)
+Value manifest_with(const Workplace& place, const std::string& output)
 {
-    return fresco::parse_json(place.read(".fresco/objects/" + only_object_with(place, output) + "/manifest.json"));
+    return fresco::parse_json(fresco::read_text_file(object_with(place, output) / "manifest.json"));
 }
+
+/// What a stage learns of its origin at the end of a diamond.
+std::string told(Workplace& place)
+{
+    place.write("scan/a", "12");
+    place.write("extra", "123");
+    place.write("room.yaml", R"(version: 1
+stages:
+  source: {type: test.source, value: 3, folder: scan, file: extra, log: log}
+  other:  {type: test.source, value: 4, log: log}
+  scale:  {type: test.scale, input: source, log: log}
+  add:    {type: test.add, input: {left: scale, right: source}, log: log}
+  sum:    {type: test.add, input: {left: add, right: other}, log: log}
+  told:   {type: test.told, input: sum, log: log}
+)");
+    place.make({"--cores", "1"});
+    return place.read("out/origin.json");
+}
+
+const char* const three_stages = R"(version: 1
+stages:
+  source: {type: test.source, value: 4, log: log}
+  add:    {type: test.add, input: {left: source}, plus: 1, log: log}
+  text:   {type: test.sink, input: add, path: x.txt, log: log}
+)";
 
 }  // namespace
 
 TEST_CASE("Every failure has an error message and the right exit code, and publishes nothing")
 {
-    const std::map<std::string, std::pair<int, std::string>> ways{
-        {"error", {1, "three vertices expected"}},
-        {"missing", {3, "weights.safetensors: no such file"}},
-        {"exception", {1, "unexpected error, please report it to the plugin's author: index 7 of 3"}},
-        {"unknown", {1, "something other than an exception"}},
-        {"crash", {1, "Segmentation fault"}},
-        {"exit", {1, "ended with exit code 0 before the stage was done"}},
-        {"memory", {1, "not enough memory"}},
-        {"full", {1, "free some space"}},
-        {"nothing", {1, "output"}},
-        {"link", {1, "output/link"}}};
     Workplace place;
-    for (const auto& [how, expected] : ways)
+    for (const auto& [how, code, words] : std::vector<std::tuple<std::string, int, std::string>>{
+             {"error", 1, "three vertices expected"},
+             {"missing", 3, "weights.safetensors: no such file"},
+             {"exception", 1, "unexpected error, please report it to the plugin's author: index 7 of 3"},
+             {"memory", 1, "not enough memory"},
+             {"full", 1, "free some space"},
+             {"nothing", 1, "output"},
+             {"link", 1, "output/link"}})
     {
         INFO(how);
         place.write("room.yaml", "version: 1\nstages:\n  bad: {type: test.fail, how: " + how + "}\n");
         const Finished finished = place.run({"run", "room.yaml"});
-        CHECK(finished.code == expected.first);
-        CHECK(contains(finished.err, expected.second));
+        CHECK(finished.code == code);
+        CHECK(contains(finished.err, words));
         CHECK(contains(finished.err, "room.yaml:3:3: error: stage bad (test.fail)"));
-        CHECK(fs::is_empty(place.file(".fresco/objects")));
+        CHECK(place.objects().empty());
     }
-    CHECK(contains(place.run({"run", "room.yaml", "--set", "bad.how=crash"}).err, "about to fail"));
 }
 
 TEST_CASE("An output that is left out leaves an optional input empty, and stops a stage that needs it")
@@ -56,15 +83,14 @@ stages:
   add:   {type: test.add, input: {left: maybe.always, right: maybe.table}}
   text:  {type: test.sink, input: add, path: sum.txt}
 )");
-    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    place.make();
     CHECK(place.read("out/sum.txt") == "8.000000\n");
-    const Finished without = place.run({"run", "room.yaml", "--set", "maybe.made=false"});
-    INFO(without.err);
-    REQUIRE(without.code == 0);
+    const Words without{"--set", "maybe.made=false"};
+    place.make(without);
     CHECK(place.read("out/sum.txt") == "1.000000\n");
     // It is stored as it is.
     place.clear_log();
-    CHECK(place.run({"run", "room.yaml", "--set", "maybe.made=false"}).code == 0);
+    place.make(without);
     CHECK(place.log().empty());
 
     place.write("needs.yaml", "version: 1\nstages:\n  maybe: {type: test.maybe, made: false}\n"
@@ -75,12 +101,12 @@ stages:
     CHECK(contains(needs.err, "input 'table' is empty: maybe.table is optional, and that stage made none"));
 }
 
-TEST_CASE("The manifest says how a result came about")
+TEST_CASE("The manifest says how a result came about; a figure that is not a number is null there and in progress")
 {
     Workplace place;
     place.write("room.yaml", "version: 1\nstages:\n  source: {type: test.source, value: 3}\n");
-    REQUIRE(place.run({"run", "room.yaml", "--cores", "1"}).code == 0);
-    const auto manifest = manifest_with(place, "table");
+    place.make({"--cores", "1"});
+    const Value manifest = manifest_with(place, "table");
     CHECK(manifest.at("type").as_string() == "test.source");
     CHECK(manifest.at("options").at("value").as_double() == 3);
     CHECK(manifest.at("report").at("threads").as_int() == 1);
@@ -89,21 +115,13 @@ TEST_CASE("The manifest says how a result came about")
     CHECK(manifest.at("memory_mb").as_double() > 1);
     CHECK(manifest.find("processor") != nullptr);
     CHECK(fs::is_empty(place.file(".fresco/tmp")));
-}
 
-TEST_CASE("A figure that is not a number is null in progress and manifest")
-{
-    Workplace place;
-    place.write("room.yaml", "version: 1\nstages:\n  mean: {type: test.unmeasured}\n");
-    const Finished finished = place.run({"run", "room.yaml", "--json-log"});
-    INFO(finished.out);
-    REQUIRE(finished.code == 0);
-    const auto report = manifest_with(place, "table").at("report");
-    CHECK(report.at("mean").is_null());
-    CHECK(report.at("ranges").at("list").as_list().at(0).as_double() == 1.5);
-    CHECK(report.at("ranges").at("list").as_list().at(1).is_null());
-    CHECK(report.at("ranges").at("count").as_int() == 3);
-    std::vector<fresco::Value> progress;
+    Workplace other;
+    other.write("room.yaml", "version: 1\nstages:\n  mean: {type: test.unmeasured}\n");
+    const Finished finished = other.make({"--json-log"});
+    CHECK(manifest_with(other, "table").at("report") ==
+          Value(Value::Map{{"mean", Value()}, {"ranges", Value::Map{{"list", Value::List{1.5, Value()}}, {"count", 3}}}}));
+    std::vector<Value> progress;
     for (const auto& event : events(finished.out))
         if (event.at("event").as_string() == "progress")
             progress.push_back(event);
@@ -121,141 +139,191 @@ stages:
   scale: {type: test.scale, input: {table: {file: a.number}}, log: log}
   text:  {type: test.sink, input: scale, path: x.txt}
 )");
-    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    place.make();
     CHECK(place.read("out/x.txt") == "28.000000\n");
     CHECK(manifest_with(place, "scaled").at("report").at("shared").as_bool());
-
-    REQUIRE(place.run({"run", "room.yaml", "--set", "scale.second={type: test.factor, factor: 3}"}).code == 0);
+    place.make({"--set", "scale.second={type: test.factor, factor: 3}"});
     CHECK(place.read("out/x.txt") == "42.000000\n");
     place.write("a.number", "8");
-    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    place.make();
     CHECK(place.read("out/x.txt") == "32.000000\n");
     place.write("a.number", "7");
     place.clear_log();
-    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    place.make();
     CHECK(place.read("out/x.txt") == "28.000000\n");
     CHECK(place.log().empty());
 }
 
-TEST_CASE("A damaged result is named and made again in the same run")
+TEST_CASE("A damaged result is named and made again in the same run; store verify finds it too")
 {
     Workplace place;
-    place.write("room.yaml", R"(version: 1
-stages:
-  source: {type: test.source, value: 4, log: log}
-  add:    {type: test.add, input: {left: source}, plus: 1, log: log}
-  text:   {type: test.sink, input: add, path: x.txt, log: log}
-)");
-    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
-    const std::string source = only_object_with(place, "table");
-    place.write(".fresco/objects/" + source + "/table/table.json", R"({"columns":["value"],"rows":[[9]]})");
+    place.write("room.yaml", three_stages);
+    place.make();
+    const fs::path source = object_with(place, "table");
+    const auto damage = [&] { std::ofstream(source / "table/table.json") << R"({"columns":["value"],"rows":[[9]]})"; };
+    damage();
     place.clear_log();
-    const Finished repaired = place.run({"run", "room.yaml", "--set", "add.plus=2"});
-    CHECK(repaired.code == 0);
-    CHECK(contains(repaired.err, source));
+    const Finished repaired = place.make({"--set", "add.plus=2"});
+    CHECK(contains(repaired.err, source.filename()));
     CHECK(contains(repaired.err, "damaged"));
     CHECK(place.read("out/x.txt") == "6.000000\n");
     CHECK(place.log().size() == 4);
-
-    SECTION("also where the damage shows when a file is put back below --out")
-    {
-        const std::string sink = only_object_with(place, "files");
-        place.write(".fresco/objects/" + sink + "/files/x.txt", "scribble");
-        fs::remove_all(place.file("out"));
-        place.clear_log();
-        CHECK(place.run({"run", "room.yaml"}).code == 0);
-        CHECK(fs::exists(place.file("out/x.txt")));
-        CHECK(place.read("out/x.txt") != "scribble");
-    }
-    SECTION("store verify finds it too")
-    {
-        CHECK(place.run({"store", "verify"}).code == 0);
-        place.write(".fresco/objects/" + source + "/table/table.json", "scribble");
-        const Finished verified = place.run({"store", "verify"});
-        CHECK(verified.code == 1);
-        CHECK(contains(verified.out, source));
-        CHECK(place.run({"store", "verify", "--remove"}).code == 0);
-        CHECK(place.run({"store", "verify"}).code == 0);
-    }
+    CHECK(place.run({"store", "verify"}).code == 0);
+    damage();
+    const Finished verified = place.run({"store", "verify"});
+    CHECK(verified.code == 1);
+    CHECK(contains(verified.out, source.filename()));
+    CHECK(place.run({"store", "verify", "--remove"}).code == 0);
+    CHECK(place.run({"store", "verify"}).code == 0);
 }
 
 TEST_CASE("A damaged result that another run is already making again is left to that run")
 {
     Workplace place;
-    place.write("room.yaml", R"(version: 1
-stages:
-  source: {type: test.source, value: 4, log: log}
-  add:    {type: test.add, input: {left: source}, plus: 1, log: log}
-)");
-    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
-    const std::string table = ".fresco/objects/" + only_object_with(place, "table") + "/table/table.json";
-    const std::string whole = place.read(table);
-    place.write(table, "scribble");
+    place.write("room.yaml", three_stages);
+    place.make();
+    const fs::path table = object_with(place, "table") / "table/table.json";
+    const std::string whole = fresco::read_text_file(table);
+    std::ofstream(table) << "scribble";
     place.clear_log();
     // The other run: at work on the key until the result is whole again.
-    fresco::host::FileLock other(place.file(".fresco/locks/" + manifest_with(place, "table").at("key").as_string()));
+    FileLock other(place.file(".fresco/locks/" + manifest_with(place, "table").at("key").as_string()));
     REQUIRE(other.try_exclusive());
-    const auto end_other_run = [&]
-    {
-        std::this_thread::sleep_for(std::chrono::milliseconds(1500));
-        place.write(table, whole);
-        other = fresco::host::FileLock();
-    };
-    SECTION("by a run that found the damage")
-    {
-        const auto run = place.start({"run", "room.yaml", "--set", "add.plus=2"});
-        end_other_run();
-        CHECK(run->wait().code == 0);
-        CHECK(place.log() == std::vector<std::string>{"add begins 2.000000", "add ends 2.000000"});
-    }
-    SECTION("by store verify --remove")
-    {
-        const auto verify = place.start({"store", "verify", "--remove"});
-        end_other_run();
-        const Finished verified = verify->wait();
-        CHECK(verified.code == 0);
-        CHECK(contains(verified.out, "a run has since recomputed it"));
-        CHECK(place.read(table) == whole);
-    }
-}
-
-TEST_CASE("A checkpoint made from other outside files is not used")
-{
-    Workplace place;
-    place.write("a.number", "1");
-    place.write("room.yaml", R"(version: 1
-stages:
-  slow: {type: test.slow, input: {start: {file: a.number}}, steps: 30, step_ms: 40, log: log}
-)");
-    {
-        const auto run = place.start({"run", "room.yaml"});
-        Workplace::wait_until([&] { return !place.log().empty(); });
-        std::this_thread::sleep_for(std::chrono::milliseconds(300));
-        run->signal(SIGKILL);
-        run->wait();
-    }
-    place.write("a.number", "2");
-    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
-    CHECK(place.log().back() == "slow from 0");
+    const bool verifies = GENERATE(false, true);
+    const auto run =
+        verifies ? place.start({"store", "verify", "--remove"}) : place.start({"run", "room.yaml", "--set", "add.plus=2"});
+    // For somebody who does not wait, time enough to spoil it.
+    std::this_thread::sleep_for(std::chrono::milliseconds(1000));
+    std::ofstream(table) << whole;
+    other = FileLock();
+    const Finished finished = run->wait();
+    CHECK(finished.code == 0);
+    CHECK(fresco::read_text_file(table) == whole);
+    CHECK((!verifies || contains(finished.out, "a run has since recomputed it")));
+    CHECK(place.logged("source") == 0);
 }
 
 TEST_CASE("A killed host takes its stages with it")
 {
     Workplace place;
-    place.write("room.yaml", "version: 1\nstages:\n  slow: {type: test.slow, steps: 1000, step_ms: 20, log: log}\n");
+    place.write("room.yaml", "version: 1\nstages:\n  slow: {type: test.slow, steps: 100000, step_ms: 20, log: log}\n");
     const auto run = place.start({"run", "room.yaml"});
     Workplace::wait_until([&] { return !place.log().empty(); });
+    const fs::path stage = "/proc/" + std::to_string(run->a_child());
     run->signal(SIGKILL);
     CHECK(run->wait().code == -SIGKILL);
-    const auto step = [&]
+    // Nobody may have taken its end yet, but it runs no more: it has no words.
+    Workplace::wait_until([&] { return !fs::exists(stage) || fresco::read_text_file(stage / "cmdline").empty(); });
+}
+
+TEST_CASE("Of an absolute path the name of what it leads to is kept, wherever it stands")
+{
+    for (const auto& [text, expected] : std::map<std::string, std::string>{{"/home/ann/scan", "scan"},
+                                                                           {"/home/ann lee/my scan", "my scan"},
+                                                                           {"/home/ann/scan/", "scan/"},
+                                                                           {"~/scan", "scan"},
+                                                                           {"~ann/scan", "scan"},
+                                                                           {"--in=/home/ann lee/x.png", "--in=x.png"},
+                                                                           {"a /b/c --out /d/e", "a e"},
+                                                                           {"file:///home/ann/x", "file:x"},
+                                                                           {"input:data/scan", "input:data/scan"},
+                                                                           {"https://host/page", "https://host/page"},
+                                                                           {"1/2", "1/2"},
+                                                                           {"/", ""},
+                                                                           {"", ""}})
     {
-        for (const auto& entry : fs::recursive_directory_iterator(place.file(".fresco/checkpoints")))
-            if (entry.path().filename() == "step")
-                return fresco::read_text_file(entry.path());
-        return std::string();
-    };
-    std::this_thread::sleep_for(std::chrono::milliseconds(200));
-    const std::string before = step();
-    std::this_thread::sleep_for(std::chrono::milliseconds(300));
-    CHECK(step() == before);
+        INFO(text);
+        CHECK(without_folders(text) == expected);
+    }
+}
+
+TEST_CASE("A stage learns how its result comes about, from options to figures, without paths")
+{
+    Workplace place;
+    const std::string text = told(place);
+    CHECK_FALSE(contains(text, place.root().string()));
+    CHECK_FALSE(contains(text, "log"));
+    const Value origin = fresco::parse_json(text);
+    CHECK(origin.at("versions").at("Testlib") == Value("1.2.3"));
+    CHECK(origin.at("versions").find("fresco") != nullptr);
+
+    const Value::List& stages = origin.at("stages").as_list();
+    std::vector<std::string> names;
+    for (const Value& stage : stages)
+        names.push_back(stage.at("stage").as_string());
+    REQUIRE(names == Words{"test.source", "test.scale", "test.add", "test.source 2", "test.add 2", "test.told"});
+    const Value& options = stages[0].at("options");
+    CHECK(options.at("value") == Value(3.0));
+    CHECK(options.at("folder") == Value("scan"));
+    CHECK(options.at("file") == Value(Value::Map{{"file", "extra"}, {"xxh128", fresco::content_hash("123")}}));
+    CHECK(stages[1].at("options").at("first") == Value(Value::Map{{"type", "test.factor"}, {"factor", 2.0}}));
+    CHECK(stages[2].at("inputs") == Value(Value::Map{{"left", "test.scale"}, {"right", "test.source"}}));
+    CHECK(stages[4].at("inputs") == Value(Value::Map{{"left", "test.add"}, {"right", "test.source 2"}}));
+    CHECK(stages[0].at("figures") == Value(Value::Map{{"threads", 1}}));
+    CHECK(stages[5].find("figures") == nullptr);
+}
+
+TEST_CASE("What a stage learns of its origin does not depend on what the store still holds, nor on where it lies")
+{
+    Workplace place;
+    const std::string text = told(place);
+    // Only the result that the stage reads stays.
+    for (const auto& object : place.objects())
+        if (fresco::parse_json(fresco::read_text_file(object / "manifest.json")).at("stage") != Value("sum"))
+            fs::remove_all(object);
+    place.clear_log();
+    CHECK(told(place) == text);
+    CHECK(place.log() == Words{"told"});
+
+    Workplace elsewhere;
+    CHECK(told(elsewhere) == text);
+}
+
+TEST_CASE("Times and long lists are no part of an origin")
+{
+    const Value reported = Value::Map{{"charts", 427},
+                                      {"seconds_per_step", 0.4},
+                                      {"wait_s", 2},
+                                      {"mesh", "/home/ann/mesh.ply"},
+                                      {"up", Value::List{0, 0, 1}},
+                                      {"mean", Value()},
+                                      {"judged", Value::Map{{"least", 150}, {"names", Value::List{1, 2, 3, 4, 5}}}},
+                                      {"table", Value::Map{{"rows", Value::List{Value::List{1}}}}}};
+    const Value origin = with_figures(Value::List{Value::Map{{"type", "a"}}}, reported);
+    CHECK(origin.as_list()[0].at("figures") ==
+          Value(Value::Map{
+              {"charts", 427}, {"mesh", "mesh.ply"}, {"up", Value::List{0, 0, 1}}, {"judged", Value::Map{{"least", 150}}}}));
+}
+
+TEST_CASE("curves are kept within bounds, go back with their stage and survive a killed run")
+{
+    const auto loss = [](double value) { return Value(Value::Map{{"loss", value}}); };
+    MetricCurves curves;
+    CHECK_FALSE(curves.add(0, Value::Map{}));
+    CHECK(curves.to_value("steps").is_null());
+    for (int step = 1; step <= 10'000; ++step)
+        curves.add(step, loss(step));
+    CHECK(curves.points().size() <= MetricCurves::most_points);
+    CHECK(curves.points().size() > MetricCurves::most_points / 3);
+    CHECK(curves.points().front().done == 1);
+    CHECK(curves.points().back().done > 9900);
+    const double step = curves.points()[1].done - curves.points()[0].done;
+    for (std::size_t i = 1; i < curves.points().size(); ++i)
+        CHECK(curves.points()[i].done - curves.points()[i - 1].done == step);
+    MetricCurves back;
+    for (const int done : {1, 2, 3, 4, 2})
+        back.add(done, loss(done * 10));
+    CHECK(back.to_value("steps").at("done") == Value::List{1.0, 2.0});
+
+    const fresco::testing::TemporaryFolder folder;
+    const auto file = folder.path() / "curves";
+    std::string damaged = MetricCurves::line(2, loss(30));
+    damaged.replace(damaged.find("30"), 2, "31");
+    std::ofstream(file) << MetricCurves::line(1, loss(4)) << damaged << MetricCurves::line(2, loss(3))
+                        << MetricCurves::line(3, Value::Map{{"loss", Value()}, {"other", 7}}) << R"({"done":4,"me)";
+    MetricCurves taken;
+    taken.load(file);
+    taken.load(folder.path() / "nothing");
+    CHECK(taken.to_value("steps") ==
+          fresco::parse_json(R"({"unit":"steps","done":[1.0,2.0,3.0],"metrics":{"loss":[4.0,3.0,null],"other":[null,null,7]}})"));
 }

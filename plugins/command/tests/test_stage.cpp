@@ -211,7 +211,6 @@ TEST_CASE("stopping a run stops the program and all it started", "[command]")
     run->signal(SIGTERM);
     const Finished finished = run->wait();
     CHECK(finished.code == 75);
-    CHECK(finished.seconds < 30);
     // Nobody may have taken its end yet, but it runs no more: it has no words.
     std::ifstream words_of("/proc/" + std::to_string(pid) + "/cmdline");
     CHECK(words_of.get() == std::ifstream::traits_type::eof());
@@ -274,7 +273,6 @@ TEST_CASE("limits hold for programs, too", "[command][isolation]")
     const Finished late = place.run({"run", "room.yaml", "--isolate", "made", "--isolate-time", "0.3s"});
     CHECK(late.code == 1);
     CHECK(contains(late.err, "stage made (command): it exceeded the time limit of "));
-    CHECK(late.seconds < 30);
     place.write("room.yaml", shell("x=0123456789abcdef; while :; do x=$x$x; done"));
     const Finished large = place.run({"run", "room.yaml", "--isolate", "made", "--isolate-memory", "200M"});
     CHECK(large.code == 1);

@@ -1,55 +1,14 @@
-#include "catch.h"
+#include "started_program.h"
 
-#include <fresco/files_io.h>
 #include <fresco/testing.h>
 #include <fresco/value.h>
 #include <fresco/weights/sha256.h>
 #include <fresco/weights/state_dict.h>
 
-#include <algorithm>
-#include <chrono>
-#include <csignal>
-#include <cstdio>
-#include <cstring>
-#include <map>
-#include <sys/wait.h>
-#include <thread>
-#include <unistd.h>
-
-namespace fs = std::filesystem;
+#include <span>
 
 namespace
 {
-
-struct Finished
-{
-    int code = -1;
-    std::string out;
-    std::string err;
-};
-
-pid_t started(std::vector<std::string> words, const std::map<std::string, std::string>& environment, const fs::path& folder,
-              const std::string& out, const std::string& err)
-{
-    std::vector<char*> argv;
-    for (auto& word : words)
-        argv.push_back(word.data());
-    argv.push_back(nullptr);
-    std::fflush(nullptr);
-    const pid_t pid = fork();
-    REQUIRE(pid >= 0);
-    if (pid == 0)
-    {
-        if (chdir(folder.c_str()) != 0 || freopen(out.c_str(), "w", stdout) == nullptr ||
-            freopen(err.c_str(), "w", stderr) == nullptr)
-            _exit(126);
-        for (const auto& [name, value] : environment)
-            setenv(name.c_str(), value.c_str(), 1);
-        execv(argv[0], argv.data());
-        _exit(127);
-    }
-    return pid;
-}
 
 /// A folder in which the program runs.
 class Workplace
@@ -63,23 +22,12 @@ class Workplace
     Finished run(std::vector<std::string> words) const
     {
         words.insert(words.begin(), FRESCO_WEIGHTS);
-        int status = 0;
-        waitpid(started(std::move(words), environment, folder_.path(), file("out"), file("err")), &status, 0);
-        return {WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status), fresco::read_text_file(file("out")),
-                fresco::read_text_file(file("err"))};
+        return Background(words, environment, folder_.path(), file("out"), file("err")).wait();
     }
 
   private:
     fresco::testing::TemporaryFolder folder_;
 };
-
-bool contains(const std::string& text, const std::string& part)
-{
-    const bool found = text.find(part) != std::string::npos;
-    if (!found)
-        UNSCOPED_INFO("\"" << part << "\" is not in:\n" << text);
-    return found;
-}
 
 /// conv1_1 of VGG-19, element i being i / 64, and one tensor of the classifier.
 std::vector<std::byte> small_weights(const std::map<std::string, std::string>& metadata = {})
@@ -100,27 +48,12 @@ class Server
 {
   public:
     Server(const Workplace& place, const std::vector<std::byte>& contents, const std::vector<std::string>& options = {})
-        : log_(place.file("requests"))
+        : log_(place.file("requests")),
+          process_(words(place, contents, options), {}, place.file("."), place.file("server_out"), place.file("server_err"))
     {
-        const auto file = place.file("served");
-        const auto port = place.file("port");
-        fs::remove(port);
-        fresco::write_file(file, contents);
-        std::vector<std::string> texts{FRESCO_PYTHON, FRESCO_RANGE_SERVER, file.string(), port.string(), log_.string()};
-        texts.insert(texts.end(), options.begin(), options.end());
-        pid_ = started(texts, {}, place.file("."), place.file("server_out"), place.file("server_err"));
-        for (int i = 0; i < 2000 && !fs::exists(port); ++i)
-            std::this_thread::sleep_for(std::chrono::milliseconds(10));
-        REQUIRE(fs::exists(port));
-        address_ = "http://127.0.0.1:" + fresco::read_text_file(port) + "/";
+        wait_until([&] { return fs::exists(place.file("port")); });
+        address_ = "http://127.0.0.1:" + fresco::read_text_file(place.file("port")) + "/";
     }
-    ~Server()
-    {
-        kill(pid_, SIGKILL);
-        waitpid(pid_, nullptr, 0);
-    }
-    Server(const Server&) = delete;
-    Server& operator=(const Server&) = delete;
 
     std::string url(const std::string& name = "w.pth") const { return address_ + name; }
     /// Requests so far, and forgets them.
@@ -132,8 +65,20 @@ class Server
     }
 
   private:
+    static std::vector<std::string> words(const Workplace& place, const std::vector<std::byte>& contents,
+                                          const std::vector<std::string>& options)
+    {
+        fs::remove(place.file("port"));
+        fresco::write_file(place.file("served"), contents);
+        std::vector<std::string> all{FRESCO_PYTHON, FRESCO_RANGE_SERVER};
+        for (const char* file : {"served", "port", "requests"})
+            all.push_back(place.file(file));
+        all.insert(all.end(), options.begin(), options.end());
+        return all;
+    }
+
     fs::path log_;
-    pid_t pid_ = -1;
+    Background process_;
     std::string address_;
 };
 

@@ -6,7 +6,7 @@ pieces of stages that were killed.
 
 With --long, 1 000 changed bytes spread over all kinds, one file of each cut at every length (one of more than 2 000 bytes at 40), and
 every pair of names; otherwise 12 s. That a record or a checked file is refused with every byte changed is a test of its own
-(test_record.cpp, test_files_io.cpp)."""
+(test_file_stamp.cpp, test_files_io.cpp)."""
 import collections
 import itertools
 import pathlib

@@ -13,13 +13,11 @@ import random
 import re
 import shutil
 import socket
-import subprocess
 import sys
 
-sys.path[:0] = [str(folder) for folder in pathlib.Path(__file__).resolve().parents[1:3]]
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from corruption import Site, expected
-from skipping import skip
-from workplace import Budget, Workplace, arguments, some_of
+from workplace import Budget, Workplace, arguments, some_of, traced
 
 # A path in a call, and the folder that it is relative to, as strace -y shows it.
 PATHS = re.compile(r'(?:(?:AT_FDCWD|\d+)<((?:[^<>\\]|\\.)*)>, )?"((?:[^"\\]|\\.)*)"')
@@ -102,13 +100,8 @@ class Garden:
         found = set(self.roots)
         for number, words in enumerate(self.commands(3)):
             record = self.place.root / f"trace-{number}"
-            done = subprocess.run(["strace", "-f", "--seccomp-bpf", "-y", "-s", "4096", "-o", record, "-e", "trace=file,openat2",
-                                   "-e", "signal=none", str(self.place.root / "bin/fresco"), *words], cwd=self.place.work,
-                                  env=self.place.environment | {"ASAN_OPTIONS": "detect_leaks=0"},  # It cannot look for leaks while traced.
-                                  stdin=subprocess.DEVNULL, capture_output=True, text=True)
-            if "PTRACE" in done.stderr or "Operation not permitted" in done.stderr:
-                skip(f"planted: strace cannot trace here: {done.stderr.strip()}")
-                sys.exit(0)
+            done = traced("planted", "file,openat2", [self.place.root / "bin/fresco", *words], record, cwd=self.place.work,
+                          env=self.place.environment | {"ASAN_OPTIONS": "detect_leaks=0"})  # It cannot look for leaks while traced.
             if done.returncode != 0:
                 sys.exit(f"{' '.join(words)} ended with {done.returncode}: {done.stderr}")
             for line in record.read_text(errors="replace").splitlines():
@@ -160,8 +153,6 @@ class Garden:
 def main():
     given = arguments(__doc__)
     random.seed(given.seed)
-    if not shutil.which("strace"):
-        return skip("planted: strace is not installed")
     with Workplace(given.fresco, [given.plugins / "good/test_stages.so"]) as place:
         garden = Garden(place)
         paths = garden.paths()

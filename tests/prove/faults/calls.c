@@ -201,15 +201,8 @@ static FILE* stream(const char* name, const char* path, const char* mode)
     return file;
 }
 
-FILE* fopen(const char* path, const char* mode)
-{
-    return stream("fopen", path, mode);
-}
-
-FILE* fopen64(const char* path, const char* mode)
-{
-    return stream("fopen64", path, mode);
-}
+FILE* fopen(const char* path, const char* mode) { return stream("fopen", path, mode); }
+FILE* fopen64(const char* path, const char* mode) { return stream("fopen64", path, mode); }
 
 /* What was written last, up to the descriptor's place. */
 static void record_write(int fd, int64_t offset, const void* data, ssize_t size)
@@ -287,20 +280,9 @@ static int synced(int fd, long number, enum change change)
     return result;
 }
 
-int fsync(int fd)
-{
-    return synced(fd, SYS_fsync, change_sync);
-}
-
-int fdatasync(int fd)
-{
-    return synced(fd, SYS_fdatasync, change_sync);
-}
-
-int syncfs(int fd)
-{
-    return synced(fd, SYS_syncfs, change_sync_all);
-}
+int fsync(int fd) { return synced(fd, SYS_fsync, change_sync); }
+int fdatasync(int fd) { return synced(fd, SYS_fdatasync, change_sync); }
+int syncfs(int fd) { return synced(fd, SYS_syncfs, change_sync_all); }
 
 int renameat2(int from_folder, const char* from, int to_folder, const char* to, unsigned flags)
 {
@@ -315,15 +297,8 @@ int renameat2(int from_folder, const char* from, int to_folder, const char* to, 
     return result;
 }
 
-int renameat(int from_folder, const char* from, int to_folder, const char* to)
-{
-    return renameat2(from_folder, from, to_folder, to, 0);
-}
-
-int rename(const char* from, const char* to)
-{
-    return renameat2(AT_FDCWD, from, AT_FDCWD, to, 0);
-}
+int renameat(int from_folder, const char* from, int to_folder, const char* to) { return renameat2(from_folder, from, to_folder, to, 0); }
+int rename(const char* from, const char* to) { return renameat2(AT_FDCWD, from, AT_FDCWD, to, 0); }
 
 int linkat(int from_folder, const char* from, int to_folder, const char* to, int flags)
 {
@@ -336,10 +311,7 @@ int linkat(int from_folder, const char* from, int to_folder, const char* to, int
     return result;
 }
 
-int link(const char* from, const char* to)
-{
-    return linkat(AT_FDCWD, from, AT_FDCWD, to, 0);
-}
+int link(const char* from, const char* to) { return linkat(AT_FDCWD, from, AT_FDCWD, to, 0); }
 
 int symlinkat(const char* target, int folder, const char* path)
 {
@@ -352,10 +324,7 @@ int symlinkat(const char* target, int folder, const char* path)
     return result;
 }
 
-int symlink(const char* target, const char* path)
-{
-    return symlinkat(target, AT_FDCWD, path);
-}
+int symlink(const char* target, const char* path) { return symlinkat(target, AT_FDCWD, path); }
 
 int unlinkat(int folder, const char* path, int flags)
 {
@@ -368,15 +337,8 @@ int unlinkat(int folder, const char* path, int flags)
     return result;
 }
 
-int unlink(const char* path)
-{
-    return unlinkat(AT_FDCWD, path, 0);
-}
-
-int rmdir(const char* path)
-{
-    return unlinkat(AT_FDCWD, path, AT_REMOVEDIR);
-}
+int unlink(const char* path) { return unlinkat(AT_FDCWD, path, 0); }
+int rmdir(const char* path) { return unlinkat(AT_FDCWD, path, AT_REMOVEDIR); }
 
 int remove(const char* path)
 {
@@ -395,15 +357,8 @@ int mkdirat(int folder, const char* path, mode_t mode)
     return result;
 }
 
-int mkdir(const char* path, mode_t mode)
-{
-    return mkdirat(AT_FDCWD, path, mode);
-}
-
-int flock(int fd, int operation)
-{
-    return chosen(kind_lock) ? -1 : (int)syscall(SYS_flock, fd, operation);
-}
+int mkdir(const char* path, mode_t mode) { return mkdirat(AT_FDCWD, path, mode); }
+int flock(int fd, int operation) { return chosen(kind_lock) ? -1 : (int)syscall(SYS_flock, fd, operation); }
 
 int ftruncate(int fd, off_t size)
 {

@@ -11,7 +11,7 @@ import random
 import shutil
 
 import shimmed
-from shimmed import Fault, Shimmed
+from shimmed import Fault
 from workplace import arguments, some_of
 
 SHORT_CASES = 110
@@ -157,13 +157,16 @@ def sample(cases, count):
 
 
 def main():
-    given = arguments(__doc__, "shim")
-    with Shimmed(given) as place:
-        prepare(place)
+    given, total = arguments(__doc__, "shim"), 0
+
+    def chosen(place):
+        nonlocal total
         cases = all_cases(place.counts)
-    chosen = some_of(given, cases) if given.long else sample(cases, SHORT_CASES)
-    faults = shimmed.try_all(given, prepare, chosen, attempt)
-    shimmed.finish(faults, f"{len(chosen)} of {len(cases)} failing calls in {len(SCENARIOS)} scenarios")
+        total = len(cases)
+        return some_of(given, cases) if given.long else sample(cases, SHORT_CASES)
+
+    faults, tried = shimmed.try_all(given, prepare, chosen, attempt)
+    shimmed.finish(faults, f"{tried} of {total} failing calls in {len(SCENARIOS)} scenarios")
 
 
 main()

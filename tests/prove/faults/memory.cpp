@@ -68,18 +68,6 @@ void* allocated(std::size_t size, std::size_t alignment)
     return std::aligned_alloc(alignment, whole > 0 ? whole : alignment);
 }
 
-void* allocated_or_null(std::size_t size) noexcept
-{
-    try
-    {
-        return allocated(size, __STDCPP_DEFAULT_NEW_ALIGNMENT__);
-    }
-    catch (const std::bad_alloc&)
-    {
-        return nullptr;
-    }
-}
-
 }  // namespace
 
 extern "C" __attribute__((visibility("default"))) int __libc_start_main(Main main, int argc, char** argv, void (*init)(),
@@ -90,72 +78,14 @@ extern "C" __attribute__((visibility("default"))) int __libc_start_main(Main mai
     return start(counted_main, argc, argv, init, fini, rtld_fini, stack_end);
 }
 
+// The other forms of new and delete are the library's: they call these, and free().
+
 void* operator new(std::size_t size)
 {
     return allocated(size, __STDCPP_DEFAULT_NEW_ALIGNMENT__);
 }
 
-void* operator new[](std::size_t size)
-{
-    return allocated(size, __STDCPP_DEFAULT_NEW_ALIGNMENT__);
-}
-
-void* operator new(std::size_t size, const std::nothrow_t&) noexcept
-{
-    return allocated_or_null(size);
-}
-
-void* operator new[](std::size_t size, const std::nothrow_t&) noexcept
-{
-    return allocated_or_null(size);
-}
-
 void* operator new(std::size_t size, std::align_val_t alignment)
 {
     return allocated(size, static_cast<std::size_t>(alignment));
-}
-
-void* operator new[](std::size_t size, std::align_val_t alignment)
-{
-    return allocated(size, static_cast<std::size_t>(alignment));
-}
-
-void operator delete(void* block) noexcept
-{
-    std::free(block);
-}
-
-void operator delete[](void* block) noexcept
-{
-    std::free(block);
-}
-
-void operator delete(void* block, std::size_t) noexcept
-{
-    std::free(block);
-}
-
-void operator delete[](void* block, std::size_t) noexcept
-{
-    std::free(block);
-}
-
-void operator delete(void* block, std::align_val_t) noexcept
-{
-    std::free(block);
-}
-
-void operator delete[](void* block, std::align_val_t) noexcept
-{
-    std::free(block);
-}
-
-void operator delete(void* block, std::size_t, std::align_val_t) noexcept
-{
-    std::free(block);
-}
-
-void operator delete[](void* block, std::size_t, std::align_val_t) noexcept
-{
-    std::free(block);
 }

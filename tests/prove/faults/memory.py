@@ -5,7 +5,7 @@ documented, or its result is right; the store stays valid, and the next run give
 import random
 
 import shimmed
-from shimmed import Fault, Shimmed
+from shimmed import Fault
 from workplace import arguments, some_of
 
 SHORT_CASES = 40
@@ -71,16 +71,18 @@ def sample(counts, count):
 
 
 def main():
-    given = arguments(__doc__, "shim")
-    with Shimmed(given) as place:
-        prepare(place)
-        counts = place.counts
-    cases = sample(counts, SHORT_CASES)
-    if given.long:
+    given, total = arguments(__doc__, "shim"), 0
+
+    def chosen(place):
+        nonlocal total
+        total = sum(place.counts.values())
+        if not given.long:
+            return sample(place.counts, SHORT_CASES)
         first = [("first run", number, on) for number in range(1, FIRST_CASES + 1) for on in (False, True)]
-        cases = some_of(given, first + sample(counts, 2 * SAMPLED_CASES))
-    faults = shimmed.try_all(given, prepare, cases, attempt)
-    shimmed.finish(faults, f"{len(cases)} cases of memory running out, of {sum(counts.values())} allocations in {len(counts)} commands")
+        return some_of(given, first + sample(place.counts, 2 * SAMPLED_CASES))
+
+    faults, tried = shimmed.try_all(given, prepare, chosen, attempt)
+    shimmed.finish(faults, f"{tried} cases of memory running out, of {total} allocations in {len(COMMANDS)} commands")
 
 
 main()

@@ -15,7 +15,7 @@ import subprocess
 
 import recording
 import shimmed
-from shimmed import Fault, Shimmed
+from shimmed import Fault
 from workplace import arguments, some_of
 
 SHORT_RANDOM_CASES = 25
@@ -215,14 +215,15 @@ def attempt(place, share):
 
 
 def main():
-    given = arguments(__doc__, "shim")
-    with Shimmed(given) as place:
-        prepare(place)
-        states, faults = check_all(place, 1 if given.long else SHORT_STRIDE)
-        count = len(place.cases)
-    shares = some_of(given, [each / count for each in range(count)])
-    faults += shimmed.try_all(given, prepare, shares, attempt)
-    shimmed.finish(faults, f"{states} states of the disk after a power cut checked, {len(shares)} of them by the program")
+    given, states, wrong = arguments(__doc__, "shim"), 0, 0
+
+    def chosen(place):
+        nonlocal states, wrong
+        states, wrong = check_all(place, 1 if given.long else SHORT_STRIDE)
+        return some_of(given, [each / len(place.cases) for each in range(len(place.cases))])
+
+    faults, tried = shimmed.try_all(given, prepare, chosen, attempt)
+    shimmed.finish(wrong + faults, f"{states} states of the disk after a power cut checked, {tried} of them by the program")
 
 
 main()

@@ -93,10 +93,15 @@ class Shimmed(Workplace):
         return {"FAULT_COUNTS": str(self.root / "counts")}
 
 
-def try_all(given, prepare, cases, attempt):
-    """Tries the cases in as many workplaces as there are cores, each made ready by `prepare`. Prints what goes wrong; returns how often."""
+def try_all(given, prepare, cases_of, attempt):
+    """Tries the cases, cases_of a workplace that is ready, in as many workplaces as there are cores, each made ready by `prepare`. Prints
+    what goes wrong; returns how often, and how many cases there were."""
     places = queue.Queue()
     cores = min(2, len(os.sched_getaffinity(0)))
+
+    def made_ready(place):
+        prepare(place)
+        return place
 
     def one(case):
         place = places.get()
@@ -109,13 +114,12 @@ def try_all(given, prepare, cases, attempt):
         finally:
             places.put(place)
 
-    with contextlib.ExitStack() as made:
-        for _ in range(cores):
-            place = made.enter_context(Shimmed(given))
-            prepare(place)
+    with contextlib.ExitStack() as made, concurrent.futures.ThreadPoolExecutor(cores) as pool:
+        ready = list(pool.map(made_ready, [made.enter_context(Shimmed(given)) for _ in range(cores)]))
+        cases = cases_of(ready[0])
+        for place in ready:
             places.put(place)
-        with concurrent.futures.ThreadPoolExecutor(cores) as pool:
-            return sum(pool.map(one, cases))
+        return sum(pool.map(one, cases)), len(cases)
 
 
 def finish(faults, figures):

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Plugins that do what no plugin should, in run() and in their constructors (framework/tests/test_plugins/misdeeds.cpp). Whatever they do:
+"""Plugins that do what no plugin should, in run() and in their constructors (framework/tests/test_plugins/misbehave.cpp). Whatever they do:
 the other stages come to the right results, an error names the culprit, nothing that was damaged is served, no process and no temporary
 folder is left, and the next run, in which the plugin behaves, is right. Each way has a store of its own.
 
@@ -56,14 +56,14 @@ CONSTRUCTORS = {
     "throw_int": "the constructor of test.misbehave throws something other than an exception",
     "fork": None,
     "leave_session": None,
-    "leave_and_crash": "crashed when an object of type test.misbehave was made: Segmentation fault",
+    "crash_and_leave": "crashed when an object of type test.misbehave was made: Segmentation fault",
     "allocate": "the constructor of test.misbehave cannot be run: memory ran out",
     "print": None,
     "close_all": "ended the process with exit code 0 when an object of type test.misbehave was made",
-    "exit_later": "crashed when an object of type test.misbehave was made: Aborted",
+    "end_by_exit": "crashed when an object of type test.misbehave was made: Aborted",
     "umask": None,
 }
-LONG_CONSTRUCTORS = {"sleep": "did not return within 5 s when an object of type test.misbehave was made"}
+LONG_CONSTRUCTORS = {"deaf": "did not return within 5 s when an object of type test.misbehave was made"}
 
 
 class Case:

@@ -9,13 +9,11 @@ import argparse
 import os
 import pathlib
 import re
-import shutil
-import subprocess
 import sys
 import tempfile
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
-from skipping import skip
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from workplace import traced
 
 WRITING = ("creat", "mkdir", "mkdirat", "rename", "renameat", "renameat2", "unlink", "unlinkat", "rmdir", "link", "linkat", "symlink",
            "symlinkat", "mknod", "mknodat", "chmod", "fchmod", "fchmodat", "chown", "fchown", "lchown", "fchownat",
@@ -117,14 +115,9 @@ def trace(given, work, pipeline, settings):
     environment = {"PATH": os.environ["PATH"], "HOME": str(places["home"]), "XDG_CACHE_HOME": str(places["cache"]), "TMPDIR": str(places["tmp"]),
                    "LC_ALL": "C.UTF-8"}
     record = folder / "trace"
-    command = ["strace", "-f", "--seccomp-bpf", "-y", "-s", "4096", "-o", record, "-e", "trace=" + ",".join(TRACED), "-e", "signal=none",
-               given.fresco, "run", pipeline, "--out", places["out"], "--store", places["store"], "--cores", "2"]
+    command = [given.fresco, "run", pipeline, "--out", places["out"], "--store", places["store"], "--cores", "2"]
     command += [word for name, value in settings.items() for word in ("--set", f"{name}={value}")]
-    done = subprocess.run([str(word) for word in command], cwd=places["here"], env=environment, stdin=subprocess.DEVNULL, capture_output=True,
-                          text=True)
-    if "PTRACE" in done.stderr or "Operation not permitted" in done.stderr:
-        skip(f"writes: strace cannot trace here: {done.stderr.strip()}")
-        sys.exit(0)
+    done = traced("writes", ",".join(TRACED), command, record, cwd=places["here"], env=environment)
     reader = Reader([str(places[name]) for name in ("out", "store", "cache", "tmp")], str(places["here"]))
     with open(record, errors="replace") as lines:
         for line in whole_lines(lines):
@@ -146,8 +139,6 @@ def main():
     parser.add_argument("source", type=pathlib.Path)
     parser.add_argument("--long", action="store_true")
     given = parser.parse_args()
-    if not shutil.which("strace"):
-        return skip("writes: strace is not installed")
     ready = given.source / "pipelines"
     cases = [(ready / "demo.yaml", SMALL)]
     data = given.source.parent / "shared/data/kitchen"

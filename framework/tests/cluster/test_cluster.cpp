@@ -1,18 +1,55 @@
 #include "catch.h"
+#include "cluster/job_arrays.h"
 #include "cluster/slurm.h"
 #include "cluster/submission.h"
+#include "cluster/submit.h"
 
 #include <fresco/files_io.h>
 #include <fresco/testing.h>
 
 #include <cstdlib>
 #include <filesystem>
+#include <fmt/format.h>
+#include <numeric>
 
 namespace
 {
 
 using namespace fresco::host;
 namespace fs = std::filesystem;
+using Numbers = std::vector<std::size_t>;
+
+QueuedTask task(std::size_t number, const std::string& group, std::vector<std::size_t> needs = {})
+{
+    return {number, group, fmt::format("{}@{}", group, number), std::move(needs), 10, 500, 1, false};
+}
+
+/// For each task of a submission that can run, the tasks that the scheduler makes it wait for.
+std::map<std::size_t, std::set<std::size_t>> told(const std::vector<JobArray>& arrays)
+{
+    std::map<std::string, std::map<std::size_t, std::size_t>> tasks;
+    std::map<std::size_t, std::set<std::size_t>> result;
+    for (const JobArray& array : arrays)
+    {
+        for (const ArrayElement& element : array.elements)
+        {
+            CHECK(tasks[array.name].emplace(element.index, element.task).second);
+            auto& waits = result[element.task];
+            for (const ArrayDependency& dependency : array.dependencies)
+            {
+                const auto& other = tasks.at(dependency.array);
+                if (dependency.corresponding)
+                    waits.insert(other.at(element.index));
+                else if (dependency.elements.empty())
+                    for (const auto& [index, number] : other)
+                        waits.insert(number);
+                for (const std::size_t index : dependency.elements)
+                    waits.insert(other.at(index));
+            }
+        }
+    }
+    return result;
+}
 
 /// A scheduler that gives ids from 101 on and remembers names; it kills who asks it for the array in the file "deadly", once,
 /// after queueing it.
@@ -72,6 +109,158 @@ Wave wave_in(const fs::path& folder)
 }
 
 }  // namespace
+
+TEST_CASE("a task waits for exactly what it needs, in few arrays")
+{
+    std::vector<QueuedTask> tasks;
+    const auto add = [&](std::size_t count, const std::string& group, const auto& needs)
+    {
+        for (std::size_t i = 0; i < count; ++i)
+            tasks.push_back(task(tasks.size(), group, needs(i)));
+    };
+    const auto nothing = [](std::size_t) { return Numbers{}; };
+    std::size_t array_size = 1001;
+    std::size_t count = 0;
+    SECTION("pictures of scans: an array per scan")
+    {
+        add(5, "scan", nothing);
+        add(100, "scan+picture", [](std::size_t i) { return Numbers{i / 20}; });
+        count = 6;
+    }
+    SECTION("a preparation of its own for each: two arrays")
+    {
+        add(30, "scan", nothing);
+        add(30, "paint", [](std::size_t i) { return Numbers{29 - i}; });
+        count = 2;
+    }
+    SECTION("scans and pictures that are both prepared: an array per scan, whose elements follow the pictures")
+    {
+        add(3, "scan", nothing);
+        add(8, "picture", nothing);
+        add(24, "paint", [](std::size_t i) { return Numbers{i / 8, 3 + i % 8}; });
+        count = 5;
+    }
+    SECTION("one that needs all others, and no index beyond the largest")
+    {
+        add(25, "scan", nothing);
+        Numbers all(25);
+        std::iota(all.begin(), all.end(), 0);
+        tasks.push_back(task(25, "once", all));
+        array_size = 10;
+        count = 4;
+    }
+    SECTION("tasks with other limits are in arrays of their own")
+    {
+        add(4, "scan", nothing);
+        tasks[2].memory_mb = 1000;
+        count = 2;
+    }
+    const auto arrays = job_arrays(tasks, {}, array_size);
+    CHECK(arrays.size() == count);
+    for (const auto& array : arrays)
+        for (const auto& element : array.elements)
+        {
+            CHECK(element.index < array_size);
+            CHECK(array.memory_mb == tasks.at(element.task).memory_mb);
+        }
+    const auto waits = told(arrays);
+    REQUIRE(waits.size() == tasks.size());
+    for (const QueuedTask& one : tasks)
+        CHECK(waits.at(one.number) == std::set<std::size_t>(one.needs.begin(), one.needs.end()));
+}
+
+TEST_CASE("a task follows one that is in the queue already, and does not wait for one that is done")
+{
+    const auto arrays = job_arrays({task(5, "paint", {0, 1}), task(6, "paint", {2})}, {{1, {"77", 4, true}}}, 1001);
+    REQUIRE(arrays.size() == 2);
+    REQUIRE(arrays[0].dependencies.size() == 1);
+    CHECK(arrays[0].dependencies[0].array == "77");
+    CHECK(arrays[0].dependencies[0].queued_before);
+    CHECK(arrays[1].dependencies.empty());
+    CHECK(arrays[1].elements.at(0).task == 6);
+}
+
+TEST_CASE("indices are written as ranges")
+{
+    CHECK(index_ranges({{0, 0, ""}, {1, 0, ""}, {2, 0, ""}, {5, 0, ""}, {7, 0, ""}, {8, 0, ""}}) == "0-2,5,7-8");
+    CHECK(index_ranges({{3, 0, ""}}) == "3");
+}
+
+TEST_CASE("what is missing is queued in the order of its needs, as much as there is room for")
+{
+    const fresco::testing::TemporaryFolder folder;
+    TaskTable table;
+    table.groups = {{"scan", {"scan"}, false, {"mesh"}, {}, 0, 2, 100, 1000, 4},
+                    {"scan,picture", {"scan", "picture"}, true, {"texture"}, {0}, 2, 4, 1200, 100, 2}};
+    table.tasks = {{0, 0, {"mesh@a"}, {{"scan", "a"}}, {}, 100, 1000},
+                   {1, 0, {"mesh@b"}, {{"scan", "b"}}, {}, 100, 1000},
+                   {2, 1, {"texture@a,x"}, {{"scan", "a"}, {"picture", "x"}}, {0}, 1200, 100},
+                   {3, 1, {"texture@a,y"}, {{"scan", "a"}, {"picture", "y"}}, {0}, 1200, 100},
+                   {4, 1, {"texture@b,x"}, {{"scan", "b"}, {"picture", "x"}}, {1}, 1200, 100},
+                   {5, 1, {"texture@b,y", "texture@b,z"}, {{"scan", "b"}}, {1}, 1200, 100}};
+    TaskKnowledge known;
+    known.done.resize(6);
+    const auto numbers = [](const MissingTasks& missing)
+    {
+        Numbers result;
+        for (const auto& one : missing.tasks)
+            result.push_back(one.number);
+        return result;
+    };
+
+    const auto all = missing_tasks(table, known, folder.path(), 1, 100);
+    CHECK(numbers(all) == Numbers{0, 1, 2, 3, 4, 5});
+    CHECK(all.tasks[0].name == "scan@a");
+    CHECK(all.tasks[0].minutes == 5);
+    CHECK(all.tasks[0].memory_mb == 1300);
+    CHECK(all.tasks[0].threads == 4);
+    CHECK(all.tasks[2].group == "scan+picture");
+    CHECK(all.tasks[2].minutes == 40);
+    CHECK(all.tasks[2].memory_mb == 500);
+    CHECK(all.tasks[2].gpu);
+    CHECK(all.tasks[5].name == "scan,picture@b.5");
+
+    const auto some = missing_tasks(table, known, folder.path(), 1, 3);
+    CHECK(numbers(some) == Numbers{0, 1, 2});
+    CHECK(some.left == 3);
+
+    // a is done, b failed in this round: what needs it is not queued.
+    known.done[0] = true;
+    known.attempts[0] = {{{"7", 0}, 0, 1, 5, 1300}};
+    known.attempts[1] = {{{"7", 1}, 0, 1, 5, 1300}};
+    const auto rest = missing_tasks(table, known, folder.path(), 1, 100);
+    CHECK(numbers(rest) == Numbers{2, 3});
+    CHECK(rest.blocked == 3);
+
+    // Asked for again, it is queued again; with more memory where that ran out.
+    CHECK(numbers(missing_tasks(table, known, folder.path(), 2, 100)) == Numbers{1, 2, 3, 4, 5});
+    std::filesystem::create_directory(folder.path() / "logs");
+    fresco::write_file(folder.path() / "logs" / "scan@b.log",
+                       "== task 1 (scan@b), job 7_1 on n, start 1\nslurmstepd: error: Detected 1 "
+                       "oom-kill event(s) in step 7.batch\n");
+    CHECK(missing_tasks(table, known, folder.path(), 2, 100).tasks.at(0).memory_mb == 2600);
+
+    // Still in the queue: others wait for it there.
+    known.queue.elements[{"7", 1}] = "RUNNING";
+    const auto beside = missing_tasks(table, known, folder.path(), 2, 100);
+    CHECK(numbers(beside) == Numbers{2, 3, 4, 5});
+    CHECK(beside.queued.at(1) == ElementPlace{"7", 1, true});
+}
+
+TEST_CASE("the scheduler's answers are read")
+{
+    const SlurmLimits limits = limits_in("MaxArraySize            = 101\nMaxJobCount             = 5000\nMaxJobId = 67043328\n");
+    CHECK(limits.array_size == 101);
+    CHECK(limits.job_count == 5000);
+    CHECK(limits_in("").array_size == 1001);
+    const SlurmQueue queue = queue_in("12 0 RUNNING fresco-1.0.scan-0\n12 1 PENDING fresco-1.0.scan-0\n13 N/A PENDING "
+                                      "fresco-1.0.continue\n14 0 RUNNING fresco-12.0.scan-0\n",
+                                      "fresco-1");
+    CHECK(queue.elements.size() == 2);
+    CHECK(queue.elements.at({"12", 1}) == "PENDING");
+    CHECK(queue.jobs.at("fresco-1.0.continue") == "13");
+    CHECK(queue.jobs.size() == 2);
+}
 
 TEST_CASE("a wave is submitted once, whenever its script is killed")
 {

@@ -1,0 +1,112 @@
+#pragma once
+
+#include "catch.h"
+
+#include <fresco/files_io.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <string>
+#include <sys/wait.h>
+#include <thread>
+#include <unistd.h>
+#include <vector>
+
+/// \file For tests that run programs.
+
+namespace fs = std::filesystem;
+
+struct Finished
+{
+    int code = -1;  ///< Exit code, or minus the signal.
+    std::string out;
+    std::string err;
+};
+
+/// A program that runs beside the test, at most as long as this object lives.
+class Background
+{
+  public:
+    /// `words`: its path, and its arguments. Its streams go to the files `out` and `err`.
+    Background(std::vector<std::string> words, const std::map<std::string, std::string>& environment, const fs::path& folder,
+               fs::path out, fs::path err)
+        : out_(std::move(out)), err_(std::move(err))
+    {
+        std::vector<char*> argv;
+        for (auto& word : words)
+            argv.push_back(word.data());
+        argv.push_back(nullptr);
+        std::fflush(nullptr);
+        pid_ = fork();
+        REQUIRE(pid_ >= 0);
+        if (pid_ > 0)
+            return;
+        if (chdir(folder.c_str()) != 0 || freopen(out_.c_str(), "w", stdout) == nullptr ||
+            freopen(err_.c_str(), "w", stderr) == nullptr)
+            _exit(126);
+        for (const auto& [name, value] : environment)
+            setenv(name.c_str(), value.c_str(), 1);
+        execv(argv[0], argv.data());
+        _exit(127);
+    }
+    Background(const Background&) = delete;
+    Background& operator=(const Background&) = delete;
+    ~Background()
+    {
+        if (pid_ <= 0)
+            return;
+        kill(pid_, SIGKILL);
+        waitpid(pid_, nullptr, 0);
+    }
+    void signal(int number) const { kill(pid_, number); }
+    /// What it has written so far.
+    std::string out() const { return fs::exists(out_) ? fresco::read_text_file(out_) : ""; }
+    std::string err() const { return fs::exists(err_) ? fresco::read_text_file(err_) : ""; }
+    bool says(const std::string& text) const { return (out() + err()).find(text) != std::string::npos; }
+    /// A process that the program started and that runs; fails the test if there is none.
+    pid_t a_child() const
+    {
+        const std::string id = std::to_string(pid_);
+        std::ifstream children("/proc/" + id + "/task/" + id + "/children");
+        pid_t child = 0;
+        REQUIRE(children >> child);
+        return child;
+    }
+    Finished wait()
+    {
+        int status = 0;
+        waitpid(pid_, &status, 0);
+        pid_ = -1;
+        return {WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status), out(), err()};
+    }
+
+  private:
+    pid_t pid_;
+    fs::path out_;
+    fs::path err_;
+};
+
+/// Waits until something holds; fails the test after a minute.
+template <class Condition>
+void wait_until(Condition condition)
+{
+    for (int i = 0; i < 6000; ++i)
+    {
+        if (condition())
+            return;
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    FAIL("waited for a minute");
+}
+
+inline bool contains(const std::string& text, const std::string& part)
+{
+    const bool found = text.find(part) != std::string::npos;
+    if (!found)
+        UNSCOPED_INFO("\"" << part << "\" is not in:\n" << text);
+    return found;
+}

@@ -1,9 +1,12 @@
 #include "catch.h"
 
+#include <fresco/random.h>
 #include <fresco/raycast/scene.h>
+#include <fresco/raycast/view_renderer.h>
 #include <fresco/testing_scenes.h>
 
 #include <cmath>
+#include <utility>
 
 using namespace fresco;
 using namespace fresco::raycast;
@@ -27,24 +30,6 @@ Camera camera(int width, int height)
     return testing::camera(width, height, 0.8 * width);
 }
 
-/// Every triangle against the ray: the slow twin.
-Hit slow_cast(const Mesh& mesh, Vec3d origin, Vec3d direction)
-{
-    Hit best;
-    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
-    {
-        double distance = 0;
-        std::array<double, 3> w{};
-        if (!meet_plane(corners(mesh, t), origin, direction, distance, w) || distance < 0)
-            continue;
-        if (w[0] < 0 || w[1] < 0 || w[2] < 0 || (best.found() && best.distance <= distance))
-            continue;
-        best.triangle = t;
-        best.distance = distance;
-        best.weights = w;
-    }
-    return best;
-}
 }  // namespace
 
 TEST_CASE("packets agree with every triangle tried in turn")
@@ -61,7 +46,7 @@ TEST_CASE("packets agree with every triangle tried in turn")
         for (int x = 0; x < 37; ++x)
         {
             const Hit& fast = hits[static_cast<std::size_t>(y * 37 + x)];
-            const Hit slow = slow_cast(mesh, view.world_from_camera.translation, view.ray(x + 0.5, y + 0.5));
+            const auto slow = testing::cast(mesh, view.world_from_camera.translation, view.ray(x + 0.5, y + 0.5));
             REQUIRE(fast.found() == slow.found());
             if (!fast.found())
                 continue;
@@ -74,29 +59,6 @@ TEST_CASE("packets agree with every triangle tried in turn")
             CHECK(length(point - expected) < 1e-6);
         }
     CHECK(found > 300);
-}
-
-TEST_CASE("no ray slips between faces that share an edge")
-{
-    const Mesh mesh = sheet(16);
-    const Scene scene(mesh);
-    // Straight at vertices and at the middle of edges.
-    for (const Triangle& t : mesh.triangles)
-        for (std::size_t i = 0; i < 3; ++i)
-        {
-            const Vec3d a = vec_cast<double>(mesh.positions[t[i]]);
-            const Vec3d b = vec_cast<double>(mesh.positions[t[(i + 1) % 3]]);
-            const auto inner = [](Vec3d p) { return std::abs(p.x) < 0.99 && std::abs(p.y) < 0.99; };
-            if (!inner(a) || !inner(b))
-                continue;
-            const std::array<Vec3d, 2> directions{a, (a + b) * 0.5};
-            std::array<Hit, 2> hits;
-            scene.cast({}, directions, hits);
-            REQUIRE(hits[0].found());
-            REQUIRE(hits[1].found());
-            CHECK(hits[0].distance == Approx(1).epsilon(1e-5));
-            CHECK(hits[1].distance == Approx(1).epsilon(1e-5));
-        }
 }
 
 TEST_CASE("a hit is judged by side and depth")
@@ -133,4 +95,62 @@ TEST_CASE("texcoords and normals are interpolated by the weights")
     const Vec3d n = normal(mesh, normals, hit);
     CHECK(n.x == Approx(std::sqrt(0.5)));
     CHECK(n.y == Approx(std::sqrt(0.5)));
+}
+
+TEST_CASE("mip-maps keep the mean and their place")
+{
+    Raster8 picture(6, 6, 3);  // sides that halve unevenly: 6, 3, 1
+    for (int y = 0; y < 6; ++y)
+        for (int x = 0; x < 6; ++x)
+            picture.at(x, y, 0) = static_cast<std::uint8_t>(40 * x);
+    const MipMaps maps(picture, TextureFilter::trilinear);
+    CHECK(maps.sample({0.5, 0.5}, 0).x == Approx(100));
+    CHECK(maps.sample({0.5, 0.5}, 1).x == Approx(100));
+    CHECK(maps.sample({0.5, 0.5}, 0.5).x == Approx(100));
+    CHECK(maps.sample({0.1, 0.9}, 7).x == Approx(100).epsilon(1e-3));
+    CHECK(maps.sample({1.0 / 6, 0.5}, 1).x == Approx(20).epsilon(1e-3));
+}
+
+TEST_CASE("each level is the area average of the one before, whether its sides are even or not")
+{
+    Random random(5);
+    for (const auto& [width, height] : {std::pair{64, 48}, std::pair{64, 33}, std::pair{31, 48}})
+    {
+        Raster8 picture(width, height, 3);
+        RasterF level(width, height, 3);
+        for (std::size_t i = 0; i < picture.values.size(); ++i)
+            level.values[i] = picture.values[i] = static_cast<std::uint8_t>(256 * random.uniform());
+        const MipMaps maps(picture, TextureFilter::trilinear);
+        for (int lod = 0; lod < 4; ++lod)
+        {
+            double apart = 0;
+            for (int y = 0; y < level.height; ++y)
+                for (int x = 0; x < level.width; ++x)
+                {
+                    const Vec3d color = maps.sample({(x + 0.5) / level.width, 1 - (y + 0.5) / level.height}, lod);
+                    for (const auto& [c, value] : {std::pair{0, color.x}, std::pair{1, color.y}, std::pair{2, color.z}})
+                        apart = std::max(apart, std::abs(value - double{level.at(x, y, c)}));
+                }
+            CHECK(apart < 0.01);
+            level = resized(level, level.width / 2, level.height / 2);
+        }
+    }
+}
+
+TEST_CASE("texels between neighboring pixels follow distance, tilt and the picture's size")
+{
+    // A square of side 2 at z = 2 whose texcoords span the picture: 1 m is half of it.
+    Mesh mesh;
+    mesh.positions = {{-1, -1, 2}, {1, -1, 2}, {-1, 1, 2}};
+    mesh.triangles = {{0, 2, 1}};
+    mesh.texcoords = {{0, 1}, {0, 0}, {1, 1}};
+    Camera camera;
+    camera.intrinsics = {100, 100, 50, 50, 50, 50};  // a pixel is 1/50 of the depth: 4 cm
+    CHECK(texels_per_pixel(mesh, 0, {0.5, 0.5}, camera, 50, 50, 100, 100) == Approx(2));
+    CHECK(texels_per_pixel(mesh, 0, {0.5, 0.5}, camera, 50, 50, 300, 100) == Approx(6));
+    CHECK(texels_per_pixel(mesh, 0, {0.5, 0.5}, camera, 50, 50, 100, 300) == Approx(6));
+    camera.world_from_camera.translation = {0, 0, 1};
+    CHECK(texels_per_pixel(mesh, 0, {0.5, 0.5}, camera, 50, 50, 100, 100) == Approx(1));
+    camera.world_from_camera.translation = {0, 0, 3};  // the plane is behind
+    CHECK(texels_per_pixel(mesh, 0, {0.5, 0.5}, camera, 50, 50, 100, 100) == 0);
 }

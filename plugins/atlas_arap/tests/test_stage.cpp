@@ -72,7 +72,7 @@ TEST_CASE("the stage: a ball at nearly one scale, without overlaps")
     CHECK(run.reported.at("stretch_l2").as_double() < 1.05);
 }
 
-TEST_CASE("a noisy corner: nearly all of it is mapped, nothing overlaps")
+TEST_CASE("a noisy corner: nearly all of it is mapped, nothing overlaps, and threads do not matter")
 {
     check_noisy_corner_atlas(FRESCO_PLUGIN_FILE, "atlas.arap");
 }

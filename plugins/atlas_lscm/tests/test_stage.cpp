@@ -59,7 +59,7 @@ TEST_CASE("the stage: same ports and options, no overlap, less stretch than proj
     CHECK(ball.reported.at("mapped_charts").as_int() >= 4);
 }
 
-TEST_CASE("a noisy corner: nearly all of it is mapped, nothing overlaps")
+TEST_CASE("a noisy corner: nearly all of it is mapped, nothing overlaps, and threads do not matter")
 {
     check_noisy_corner_atlas(FRESCO_PLUGIN_FILE, "atlas.lscm");
 }

@@ -37,6 +37,18 @@ TEST_CASE("a bump stays where it is, cut into pieces as well as whole")
         simplification::check_bump(decimate(mesh, 600, piece_faces), mesh);
 }
 
+TEST_CASE("the result does not depend on threads")
+{
+    const auto mesh = shapes::noisy_corner(40);
+    const auto one = decimate(mesh, 3000, 700, 1);
+    for (const int threads : {2, 5})
+    {
+        const auto many = decimate(mesh, 3000, 700, threads);
+        CHECK(one.positions == many.positions);
+        CHECK(one.triangles == many.triangles);
+    }
+}
+
 TEST_CASE("what a surface is stays: components, holes, borders")
 {
     Mesh mesh = shapes::grid(8, [](float, float) { return 0.0F; });

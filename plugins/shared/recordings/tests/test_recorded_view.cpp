@@ -37,9 +37,9 @@ struct Recording
         }
     }
 
-    fresco::Frames read() const
+    fresco::Frames read(int threads = 2) const
     {
-        TestRun run;
+        TestRun run(threads);
         return fresco::recordings::recorded_frames(views, images, folder.path() / "out", run);
     }
     std::string error() const
@@ -68,7 +68,7 @@ TEST_CASE("views without a lens refer to their pictures", "[recordings]")
     CHECK(recording.read().frames.empty());
 }
 
-TEST_CASE("views with a lens get pictures of their own", "[recordings]")
+TEST_CASE("views with a lens get pictures of their own, the same for any thread count", "[recordings]")
 {
     Recording recording;
     for (auto& view : recording.views)
@@ -84,6 +84,10 @@ TEST_CASE("views with a lens get pictures of their own", "[recordings]")
     const auto expected = fresco::recordings::undistorted(fresco::load_color(recording.frames.frames[2], &recording.images),
                                                           recording.views[2].camera, {.k1 = 0.1}, pinhole);
     CHECK(fresco::load_color(read.frames[2], &recording.images) == expected);
+    const auto bytes = fresco::read_file(out / "frame-000001.depth.png");
+    fs::remove_all(out);
+    recording.read(1);
+    CHECK(fresco::read_file(out / "frame-000001.depth.png") == bytes);
 }
 
 TEST_CASE("what a mask ignores is neither color nor depth, with a lens and without", "[recordings]")

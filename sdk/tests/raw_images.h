@@ -1,86 +1,63 @@
 #pragma once
 
 #include <fresco/error.h>
-#include <fresco/files_io.h>
 #include <fresco/image_io.h>
+#include <fresco/npy.h>
 
-#include <cstring>
+#include <algorithm>
+#include <atomic>
+#include <vector>
 
 namespace fresco::testing
 {
 
-/// A codec for tests that need no picture library: "png" and "jpeg" alike are a small header and the values as they are.
+/// A codec for tests that need no picture library: "png" and "jpeg" alike are NPY of height x width, and x channels if several.
 class RawImages final : public ImageIo
 {
   public:
-    int orientation = 1;  ///< What check() says of every picture.
+    int orientation = 1;                  ///< What check() says of every picture.
+    mutable std::atomic<int> encoded{0};  ///< How many pictures were encoded.
 
     ImageHeader header(const std::filesystem::path& file) const override
     {
-        const auto h = read(file).first;
-        return {h.width, h.height};
+        const NpyArray array = read_npy(file);
+        return {extent(array, 1), extent(array, 0)};
     }
     ImageHeader check(const std::filesystem::path& file) const override
     {
-        const auto [h, bytes] = read(file);
-        const auto values = static_cast<std::size_t>(h.width) * static_cast<std::size_t>(h.height) *
-                            static_cast<std::size_t>(h.channels) * static_cast<std::size_t>(h.value_bytes);
-        if (bytes.size() != sizeof h + values)
-            throw Error(file.string() + ": cut");
-        return {h.width, h.height, 8 * h.value_bytes, h.channels == 1, orientation};
+        const NpyArray array = read_npy(file);
+        const int bits = array.type == NpyType::uint8 ? 8 : 16;
+        return {extent(array, 1), extent(array, 0), bits, channels_of(array) == 1, orientation};
     }
     Raster8 read_rgb(const std::filesystem::path& file) const override { return decode<std::uint8_t>(file, 3); }
     Raster16 read_depth(const std::filesystem::path& file) const override { return decode<std::uint16_t>(file, 1); }
-    std::vector<std::byte> encode_png(const Raster8& image) const override { return encode(image); }
-    std::vector<std::byte> encode_png(const Raster16& image) const override { return encode(image); }
-    std::vector<std::byte> encode_jpeg(const Raster8& image, int) const override { return encode(image); }
+    std::vector<std::byte> encode_png(const Raster8& image) const override { return encode(image, NpyType::uint8); }
+    std::vector<std::byte> encode_png(const Raster16& image) const override { return encode(image, NpyType::uint16); }
+    std::vector<std::byte> encode_jpeg(const Raster8& image, int) const override { return encode(image, NpyType::uint8); }
 
   private:
-    struct Head
-    {
-        std::array<char, 4> magic{'R', 'A', 'W', 'I'};
-        int width = 0;
-        int height = 0;
-        int channels = 0;
-        int value_bytes = 0;
-    };
-
-    static std::pair<Head, std::vector<std::byte>> read(const std::filesystem::path& file)
-    {
-        auto bytes = read_file(file);
-        Head head;
-        if (bytes.size() < sizeof head)
-            throw Error(file.string() + ": not a raw picture");
-        std::memcpy(&head, bytes.data(), sizeof head);
-        if (head.magic != Head{}.magic)
-            throw Error(file.string() + ": not a raw picture");
-        return {head, std::move(bytes)};
-    }
+    static int extent(const NpyArray& array, std::size_t axis) { return static_cast<int>(array.shape.at(axis)); }
+    static int channels_of(const NpyArray& array) { return array.shape.size() < 3 ? 1 : extent(array, 2); }
 
     template <class T>
     static Raster<T> decode(const std::filesystem::path& file, int channels)
     {
-        const auto [head, bytes] = read(file);
-        Raster<T> image(head.width, head.height, channels);
-        if (head.channels != channels || head.value_bytes != int{sizeof(T)} ||
-            bytes.size() != sizeof head + image.values.size() * sizeof(T))
+        const NpyArray array = read_npy(file);
+        if (channels_of(array) != channels)
             throw Error(file.string() + ": a raw picture of another kind");
-        std::memcpy(image.values.data(), bytes.data() + sizeof head, bytes.size() - sizeof head);
+        Raster<T> image(extent(array, 1), extent(array, 0), channels);
+        std::ranges::copy(array.as<T>(), image.values.begin());
         return image;
     }
 
     template <class T>
-    static std::vector<std::byte> encode(const Raster<T>& image)
+    std::vector<std::byte> encode(const Raster<T>& image, NpyType type) const
     {
-        Head head;
-        head.width = image.width;
-        head.height = image.height;
-        head.channels = image.channels;
-        head.value_bytes = int{sizeof(T)};
-        std::vector<std::byte> bytes(sizeof head + image.values.size() * sizeof(T));
-        std::memcpy(bytes.data(), &head, sizeof head);
-        std::memcpy(bytes.data() + sizeof head, image.values.data(), bytes.size() - sizeof head);
-        return bytes;
+        ++encoded;
+        std::vector<std::size_t> shape{static_cast<std::size_t>(image.height), static_cast<std::size_t>(image.width)};
+        if (image.channels > 1)
+            shape.push_back(static_cast<std::size_t>(image.channels));
+        return to_npy(type, shape, std::as_bytes(std::span(image.values)));
     }
 };
 

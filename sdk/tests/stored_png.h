@@ -8,7 +8,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
-#include <utility>
 #include <vector>
 
 /// An image codec for tests that must not depend on a plugin: writes valid PNG without compressing (zlib "stored" blocks) and
@@ -43,6 +42,32 @@ inline void put_chunk(std::vector<std::uint8_t>& out, const char* type, const st
     put_be32(out, crc32(out.data() + begin, out.size() - begin));
 }
 
+/// Bytes as zlib packs them (RFC 1950), in blocks that are stored as they are.
+inline std::vector<std::uint8_t> zlib(const std::vector<std::uint8_t>& bytes)
+{
+    std::vector<std::uint8_t> packed{0x78, 0x01};
+    std::uint32_t a = 1;
+    std::uint32_t b = 0;
+    for (std::size_t begin = 0; begin < bytes.size(); begin += 65535)
+    {
+        const std::size_t length = std::min<std::size_t>(65535, bytes.size() - begin);
+        packed.push_back(begin + length == bytes.size() ? 1 : 0);
+        for (const std::size_t v : {length, ~length})
+        {
+            packed.push_back(static_cast<std::uint8_t>(v & 255U));
+            packed.push_back(static_cast<std::uint8_t>((v >> 8U) & 255U));
+        }
+        for (std::size_t i = begin; i < begin + length; ++i)
+        {
+            packed.push_back(bytes[i]);
+            a = (a + bytes[i]) % 65521;
+            b = (b + a) % 65521;
+        }
+    }
+    put_be32(packed, b << 16U | a);
+    return packed;
+}
+
 inline std::vector<std::uint8_t> encode(const fresco::Raster8& image)
 {
     std::vector<std::uint8_t> rows;
@@ -53,26 +78,6 @@ inline std::vector<std::uint8_t> encode(const fresco::Raster8& image)
         const auto row = image.values.begin() + static_cast<std::ptrdiff_t>(stride) * y;
         rows.insert(rows.end(), row, row + static_cast<std::ptrdiff_t>(stride));
     }
-    std::vector<std::uint8_t> zlib{0x78, 0x01};
-    std::uint32_t a = 1;
-    std::uint32_t b = 0;
-    for (std::size_t begin = 0; begin < rows.size(); begin += 65535)
-    {
-        const std::size_t length = std::min<std::size_t>(65535, rows.size() - begin);
-        zlib.push_back(begin + length == rows.size() ? 1 : 0);
-        for (const std::size_t v : {length, ~length})
-        {
-            zlib.push_back(static_cast<std::uint8_t>(v & 255U));
-            zlib.push_back(static_cast<std::uint8_t>((v >> 8U) & 255U));
-        }
-        for (std::size_t i = begin; i < begin + length; ++i)
-        {
-            zlib.push_back(rows[i]);
-            a = (a + rows[i]) % 65521;
-            b = (b + a) % 65521;
-        }
-    }
-    put_be32(zlib, b << 16U | a);
     std::vector<std::uint8_t> header;
     put_be32(header, static_cast<std::uint32_t>(image.width));
     put_be32(header, static_cast<std::uint32_t>(image.height));
@@ -82,7 +87,7 @@ inline std::vector<std::uint8_t> encode(const fresco::Raster8& image)
         header.push_back(v);
     std::vector<std::uint8_t> out{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
     put_chunk(out, "IHDR", header);
-    put_chunk(out, "IDAT", zlib);
+    put_chunk(out, "IDAT", zlib(rows));
     put_chunk(out, "IEND", {});
     return out;
 }

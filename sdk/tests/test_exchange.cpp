@@ -8,6 +8,7 @@
 #include <fresco/mesh.h>
 #include <fresco/npy.h>
 #include <fresco/testing.h>
+#include <fresco/testing_scenes.h>
 #include <fresco/texture.h>
 #include <fresco/uv_maps.h>
 
@@ -91,33 +92,16 @@ void Ports::take_back() const
     out().take_back(place_.made_below(), &place_.images, place_.run);
 }
 
-Mesh triangle()
-{
-    Mesh mesh;
-    mesh.positions = {{0, 0, 1}, {1, 0, 1}, {0, 1, 1}};
-    mesh.colors = {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}};
-    mesh.triangles = {{0, 1, 2}};
-    mesh.texcoords = {{0, 0}, {1, 0}, {0, 1}};
-    return mesh;
-}
-
 constexpr std::array<std::size_t, 3> picture_shape{2, 2, 3};
 
 Image picture()
 {
-    Raster8 pixels(2, 2, 3);
-    for (std::size_t i = 0; i < pixels.values.size(); ++i)
-        pixels.values[i] = static_cast<std::uint8_t>(20 * i);
-    return Image(std::move(pixels));
+    return Image(testing::noise_picture(2, 2, 1));
 }
 
 Frame frame(const fs::path& color)
 {
-    Frame made;
-    made.sequence = "seq-01";
-    made.name = "frame-000000";
-    made.color.intrinsics = {2, 2, 2, 2, 1, 1};
-    made.depth = made.color;
+    Frame made = testing::frame("frame-000000", testing::camera(2, 2, 2));
     made.color_picture.path = color;
     return made;
 }
@@ -129,8 +113,8 @@ TEST_CASE("what a program hands on unchanged comes back bit by bit", "[exchange]
     Place place;
     SECTION("a mesh, as a PLY file")
     {
-        const auto mesh = place.through("", triangle());
-        CHECK(to_ply(*mesh) == to_ply(triangle()));
+        const auto mesh = place.through("", testing::wall());
+        CHECK(to_ply(*mesh) == to_ply(testing::wall()));
         CHECK(fs::exists(place.scratch() / "mesh.ply"));
     }
     SECTION("a picture, in both forms")
@@ -143,7 +127,7 @@ TEST_CASE("what a program hands on unchanged comes back bit by bit", "[exchange]
     {
         const std::string as = GENERATE("npy", "png");
         TexturedMesh textured;
-        textured.mesh = triangle();
+        textured.mesh = testing::wall();
         textured.image = picture();
         SECTION("also one whose mesh is another result's")
         {
@@ -152,26 +136,11 @@ TEST_CASE("what a program hands on unchanged comes back bit by bit", "[exchange]
             textured.mesh.save({textured.mesh_folder, {}});
         }
         const auto back = place.through(as, textured);
-        CHECK(to_ply(back->mesh) == to_ply(triangle()));
+        CHECK(to_ply(back->mesh) == to_ply(testing::wall()));
         CHECK(back->image.pixels.values == picture().pixels.values);
         CHECK(fs::exists(place.scratch() / ("image." + as)));
         CHECK(fs::exists(place.scratch() / "mesh.ply"));
         CHECK(fs::exists(place.published() / "mesh.ply"));
-    }
-    SECTION("a table")
-    {
-        Table table;
-        table.columns = {"a"};
-        table.rows = {{Value(1)}, {Value("x")}};
-        CHECK(place.through("", table)->rows == table.rows);
-    }
-    SECTION("a texture")
-    {
-        Texture texture;
-        texture.layers = {RasterF(2, 2, 3)};
-        texture.layers[0].values[5] = 0.25F;
-        texture.seen = Raster8(2, 2, 1);
-        CHECK(place.through("", texture)->layers[0].values == texture.layers[0].values);
     }
     SECTION("files")
     {
@@ -288,7 +257,7 @@ TEST_CASE("what a program did not write, or wrote wrong, is named", "[exchange]"
     }
     write_file(place.made_below() / "mesh.ply", std::string_view("ply\nformat ascii 1.0\n"));
     CHECK_THROWS_WITH(taken("mesh"), Catch::Contains("mesh.ply"));
-    Mesh bare = triangle();
+    Mesh bare = testing::wall();
     bare.texcoords.clear();
     write_file(place.made_below() / "mesh.ply", to_ply(bare));
     write_npy(place.made_below() / "image.npy", picture_shape, std::span<const std::uint8_t>(picture().pixels.values));

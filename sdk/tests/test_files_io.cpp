@@ -81,24 +81,16 @@ int without_openat2(const std::function<int()>& act)
 
 }  // namespace
 
-TEST_CASE("A FIFO or a folder in a file's place is refused, not waited for")
-{
-    const fresco::testing::TemporaryFolder folder;
-    const auto fifo = folder.path() / "mesh.ply";
-    REQUIRE(mkfifo(fifo.c_str(), 0600) == 0);
-    CHECK_THROWS_WITH(fresco::file_hash(fifo), Contains("mesh.ply") && Contains("not a regular file"));
-    CHECK_THROWS_WITH(fresco::read_file(fifo), Contains("mesh.ply") && Contains("not a regular file"));
-    CHECK_THROWS_WITH(fresco::file_hash(folder.path()), Contains("not a regular file"));
-    CHECK_THROWS_WITH(fresco::file_hash(folder.path() / "nothing"), Contains("cannot be read"));
-}
-
-TEST_CASE("write_file is whole or not at all, and says why not")
+TEST_CASE("write_file is whole or not at all, says why not, and touches no other file")
 {
     const fresco::testing::TemporaryFolder folder;
     const auto file = folder.path() / "a.txt";
-    fresco::write_file(file, "one");
-    CHECK(fresco::read_text_file(file) == "one");
-    CHECK_THROWS_WITH(fresco::write_file(folder.path() / "no" / "b.txt", "two"), Contains("b.txt"));
+    for (const char* name : {"a.txt.tmp", "a.txt~", ".a.txt"})
+        write_plainly(folder.path() / name, "mine");
+    write_file(file, "zero");
+    write_file(file, "one");
+    CHECK(read_text_file(file) == "one");
+    CHECK_THROWS_WITH(write_file(folder.path() / "no" / "b.txt", "two"), Contains("b.txt"));
 
     // A full disk, as the file size limit shows it.
     rlimit before{};
@@ -106,33 +98,13 @@ TEST_CASE("write_file is whole or not at all, and says why not")
     const rlimit small{1024, before.rlim_max};
     const auto handler = std::signal(SIGXFSZ, SIG_IGN);
     setrlimit(RLIMIT_FSIZE, &small);
-    CHECK_THROWS_WITH(fresco::write_file(file, std::string(5000, 'x')), Contains("a.txt") && Contains("cannot be written"));
+    CHECK_THROWS_WITH(write_file(file, std::string(5000, 'x')), Contains("a.txt") && Contains("cannot be written"));
     setrlimit(RLIMIT_FSIZE, &before);
     std::signal(SIGXFSZ, handler);
-    CHECK(fresco::read_text_file(file) == "one");
-    CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);
-}
-
-TEST_CASE("Files beside the one that is written stay, whatever their names")
-{
-    const fresco::testing::TemporaryFolder folder;
-    const auto file = folder.path() / "a.txt";
+    CHECK(read_text_file(file) == "one");
+    CHECK(entries_of(folder.path()).size() == 4);
     for (const char* name : {"a.txt.tmp", "a.txt~", ".a.txt"})
-        std::ofstream(folder.path() / name) << "mine";
-    fresco::write_file(file, "one");
-    fresco::write_file(file, "two");
-    CHECK(fresco::read_text_file(file) == "two");
-    for (const char* name : {"a.txt.tmp", "a.txt~", ".a.txt"})
-        CHECK(fresco::read_text_file(folder.path() / name) == "mine");
-}
-
-TEST_CASE("A file that is written has no name yet, so that a killed writer leaves nothing")
-{
-    const fresco::testing::TemporaryFolder folder;
-    fresco::write_file(folder.path() / "from", "text");
-    const fresco::FileCopy copy{folder.path() / "from", folder.path() / "to"};
-    fresco::copy_files({&copy, 1}, [&] { CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1); });
-    CHECK(fresco::read_text_file(folder.path() / "to") == "text");
+        CHECK(read_text_file(folder.path() / name) == "mine");
 }
 
 TEST_CASE("A checked file is read back, and damage to it is named")
@@ -192,63 +164,55 @@ TEST_CASE("Of several writers of one file one is last, and nothing is mixed or l
     CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);
 }
 
-TEST_CASE("A copy is whole or not at all, and is called out before it is in place")
+TEST_CASE("Copies are made together: none has a name before all are written, and a failure leaves what was there")
 {
-    const fresco::testing::TemporaryFolder folder;
-    const auto copy_file = [](const auto& from, const auto& to, const std::function<void()>& written = {})
-    {
-        const fresco::FileCopy copy{from, to};
-        fresco::copy_files({&copy, 1}, written);
-    };
-    const auto from = folder.path() / "from";
-    const auto to = folder.path() / "to";
-    const std::string text = std::string(3'000'001, 'x') + "end";
-    fresco::write_file(from, text);
-    fresco::write_file(to, "before");
-    copy_file(from, to, [&] { CHECK(fresco::read_text_file(to) == "before"); });
-    CHECK(fresco::read_text_file(to) == text);
-    CHECK_THROWS_WITH(copy_file(from, to, [] { throw fresco::Error("no more"); }), Contains("no more"));
-    CHECK_THROWS_WITH(copy_file(folder.path() / "none", to), Contains("none: cannot be opened"));
-    CHECK_THROWS_WITH(copy_file(folder.path(), to), Contains("cannot be read"));
-    CHECK_THROWS_WITH(copy_file(from, folder.path() / "no" / "to"), Contains("no/to: cannot be written"));
-    CHECK(fresco::read_text_file(to) == text);
-    CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 2);
-}
-
-TEST_CASE("Many copies are made together: none is in place before all are written")
-{
-    const fresco::testing::TemporaryFolder folder;
-    std::vector<fresco::FileCopy> copies;
+    const TemporaryFolder folder;
+    std::vector<FileCopy> copies;
     for (int i = 0; i < 20; ++i)
     {
-        const std::string name = std::to_string(i);
-        std::filesystem::create_directory(folder.path() / name);
-        fresco::write_file(folder.path() / name / "from", name);
-        copies.push_back({folder.path() / name / "from", folder.path() / name / "to"});
+        const fs::path own = folder.path() / std::to_string(i);
+        fs::create_directory(own);
+        write_file(own / "from", i == 7 ? std::string(3'000'001, 'x') + "end" : std::to_string(i));
+        copies.push_back({own / "from", own / "to"});
     }
-    fresco::copy_files(copies,
-                       [&]
-                       {
-                           for (const auto& copy : copies)
-                               CHECK_FALSE(std::filesystem::exists(copy.to));
-                       });
-    for (int i = 0; i < 20; ++i)
-        CHECK(fresco::read_text_file(copies[static_cast<std::size_t>(i)].to) == std::to_string(i));
-    fresco::copy_files({});
+    write_file(copies[0].to, "before");
+    copy_files(copies,
+               [&]
+               {
+                   CHECK(read_text_file(copies[0].to) == "before");
+                   for (std::size_t i = 1; i < copies.size(); ++i)
+                       CHECK(entries_of(copies[i].to.parent_path()).size() == 1);
+               });
+    for (const FileCopy& copy : copies)
+        CHECK(read_text_file(copy.to) == read_text_file(copy.from));
+    copy_files({});
 
-    fresco::write_file(copies[0].from, "other");
-    copies.push_back({folder.path() / "none", folder.path() / "to"});
-    CHECK_THROWS_WITH(fresco::copy_files(copies), Contains("none: cannot be opened"));
-    CHECK(fresco::read_text_file(copies[0].to) == "0");
+    write_file(copies[0].from, "other");
+    const auto refused = [&](const FileCopy& last, const std::string& reason) {
+        CHECK_THROWS_WITH(copy_files(std::vector{copies[0], last}), Contains(reason));
+    };
+    refused({folder.path() / "none", folder.path() / "to"}, "none: cannot be opened");
+    refused({folder.path(), folder.path() / "to"}, "cannot be read");
+    refused({copies[1].from, folder.path() / "no" / "to"}, "no/to: cannot be written");
+    CHECK_THROWS_WITH(copy_files(copies, [] { throw Error("no more"); }), Contains("no more"));
+    CHECK(read_text_file(copies[0].to) == "0");
+    CHECK(entries_of(folder.path()).size() == copies.size());
 }
 
-TEST_CASE("Missing and special files are named")
+TEST_CASE("Missing, special and too large files are named, and a FIFO is not waited for")
 {
-    const fresco::testing::TemporaryFolder folder;
-    CHECK_THROWS_AS(fresco::read_file(folder.path() / "none"), fresco::MissingInput);
-    CHECK_THROWS_WITH(fresco::read_file(folder.path()), Contains("regular file"));
-    fresco::write_file(folder.path() / "big", std::string(100, 'x'));
-    CHECK_THROWS_WITH(fresco::read_file(folder.path() / "big", 99), Contains("100 bytes"));
+    const TemporaryFolder folder;
+    const auto fifo = folder.path() / "mesh.ply";
+    REQUIRE(mkfifo(fifo.c_str(), 0600) == 0);
+    for (const fs::path& special : {fifo, folder.path()})
+    {
+        CHECK_THROWS_WITH(file_hash(special), Contains("not a regular file"));
+        CHECK_THROWS_WITH(read_file(special), Contains("not a regular file"));
+    }
+    CHECK_THROWS_WITH(file_hash(folder.path() / "none"), Contains("cannot be read"));
+    CHECK_THROWS_AS(read_file(folder.path() / "none"), MissingInput);
+    write_file(folder.path() / "big", std::string(100, 'x'));
+    CHECK_THROWS_WITH(read_file(folder.path() / "big", 99), Contains("100 bytes"));
 }
 
 TEST_CASE("Below a guarded folder no link is followed by whatever opens, makes, lists or removes")

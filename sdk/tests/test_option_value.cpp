@@ -56,29 +56,22 @@ const char* const slots = R"("kind": "components", "component_kind": "loss", "de
 const Case cases[] = {
     {flag, "true", "true"},
     {flag, R"("true")", "", "; true or false"},
-    {flag, "1", "", "; true or false"},
     {whole, "4", "4"},
-    {whole, "10", "10"},
     {whole, "3", "", "3 is too small; an integer from 4 to 10"},
     {whole, "11", "", "11 is too large; an integer from 4 to 10"},
     {whole, "5.0", "", "; an integer from 4 to 10"},
-    {whole, R"("5")", "", "; an integer from 4 to 10"},
     {whole, "null", "", "; an integer from 4 to 10"},
     {from_zero, "0.5", "0.5"},
     {from_zero, "7", "7.0"},
     {from_zero, "-1e-9", "", "-1e-09 is too small; a number of at least 0"},
-    {from_zero, "[1]", "", "; a number of at least 0"},
     {word, R"("x")", R"("x")"},
-    {word, R"("")", R"("")"},
     {word, "5", "", "; text"},
     {choice, R"("dry")", R"("dry")"},
     {choice, R"("wett")", "", "'wett' is not known (did you mean 'wet'?); one of wet, dry"},
-    {choice, R"("")", "", "'' is not known; one of wet, dry"},
     {wholes, "[]", "[]"},
     {wholes, "[1, 9]", "[1, 9]"},
     {wholes, R"([10, 1, "a"])", "",
      "0: 10 is too large; a list, each entry an integer of at most 9\n2: ; a list, each entry an integer of at most 9"},
-    {wholes, "1", "", "; a list, each entry an integer of at most 9"},
     {reals, "[1, 0.5]", "[1.0, 0.5]"},
     {reals, R"({"a": 1})", "", "; a list, each entry a number"},
     {file, R"("./a b/../c")", R"("./a b/../c")"},
@@ -87,9 +80,7 @@ const Case cases[] = {
     {folder, R"("/")", R"("/")"},
     {folder, "{}", "", "; the path of an existing folder"},
     {output, R"("a/b c.png")", R"("a/b c.png")"},
-    {output, R"("..a/b..")", R"("..a/b..")"},
     {output, R"("../a")", "", "'../a' is not accepted; a relative path below --out without '..'"},
-    {output, R"("a/../b")", "", "'a/../b' is not accepted; a relative path below --out without '..'"},
     {output, R"("/a")", "", "'/a' is not accepted; a relative path below --out without '..'"},
     {output, R"("./a")", "", "'./a' is not accepted: leave out the '.'; a relative path below --out without '..'"},
     {output, R"("a\\b")", "",
@@ -106,7 +97,6 @@ const Case cases[] = {
     {slot, R"("loss.gram")", R"("loss.gram")"},
     {slot, R"({"type": "loss.gram", "weight": 2})", R"({"type": "loss.gram", "weight": 2})"},
     {slot, "3", "", "; {type: …} of kind 'loss'"},
-    {slot, R"(["loss.gram"])", "", "; {type: …} of kind 'loss'"},
     {free_slot, R"("none")", "null"},
     {free_slot, "true", "", "; {type: …} of kind 'loss', or none"},
     {slots, R"({"style": "loss.gram", "content": {"type": "x"}})", R"({"style": "loss.gram", "content": {"type": "x"}})"},
@@ -115,12 +105,10 @@ const Case cases[] = {
     {slots, R"({"a": null, "b": 4})", "",
      "a: 'a' has no value: set {type: …}, or leave the line out\nb: ; {type: …} of kind 'loss'"},
     {line, R"(["sh", "-c", ""])", R"(["sh", "-c", ""])"},
-    {line, R"("sh")", "", "; a list of words"},
     {line, R"(["sh", {"o": null}, 1])", "", "1: ; a word\n2: ; a word"},
     {files, "[]", "{}"},
     {files, R"(["a.sh", "b/c"])", R"({"a.sh": "a.sh", "b/c": "b/c"})"},
     {files, R"({"a.sh": "/x/a.sh"})", R"({"a.sh": "/x/a.sh"})"},
-    {files, R"("a.sh")", "", "; a list of paths of existing files"},
     {files, R"(["a.sh", 1])", "", "1: ; a word"},
     {ports, R"({"a": "mesh", "b": {"artifact": "image", "as": "png"}, "c": "image"})",
      R"({"a": {"artifact": "mesh", "version": 3, "as": ""}, "b": {"artifact": "image", "version": 1, "as": "png"},
@@ -194,25 +182,4 @@ TEST_CASE("A declaration is read back as it was written")
     }
     CHECK_THROWS_WITH(OptionDeclaration::from(parse_json(R"({"name": "x", "kind": "color", "help": ""})")),
                       Catch::Contains("option 'x' is of the unknown kind 'color'"));
-}
-
-TEST_CASE("An option takes what its declaration accepts, and says by its name what it does not")
-{
-    struct Owner : Configurable
-    {
-        Option<OutputName> path{this, "path", {"a.png"}, "Where to"};
-        Option<std::vector<double>> list{this, "list", std::vector<double>{}, at_least(0), "Numbers"};
-    };
-    Owner owner;
-    testing::TestFactory factory;
-    const auto set = [&](const char* name, Value value) { owner.configure(Value::Map{{name, std::move(value)}}, factory); };
-    set("path", "b/c.png");
-    CHECK(owner.path->path == "b/c.png");
-    for (const std::string& path : {std::string("a\\b"), std::string("./x"), std::string("../x"), std::string("/x"),
-                                    std::string("x/"), std::string(256, 'a'), std::string()})
-        CHECK_THROWS_WITH(set("path", path), Catch::Contains("option \"path\": '" + std::string(path) + "' is not accepted"));
-    CHECK(owner.path->path == "b/c.png");
-    CHECK_THROWS_WITH(set("list", Value::List{1, "a"}),
-                      Catch::Contains("option \"list\": [1,\"a\"] is not accepted; expected a list, each entry a number of at "
-                                      "least 0"));
 }

@@ -1,6 +1,6 @@
 #include "box_room.h"
 #include "catch.h"
-#include "plain_renderer.h"
+#include "plain_viewer.h"
 #include "stored_png.h"
 
 #include <fresco/files.h>

@@ -360,9 +360,9 @@ TEST_CASE("where a picture cannot be opened the page is there all the same")
     CHECK(crash.code == 0);
     CHECK(contains(plugin ? crash.err : place.read("out/sweep.html"),
                    plugin ? "ended by Segmentation fault" : "no plugin shows artifacts"));
-    CHECK(contains(place.read("out/sweep.html"), "\"pictures\":[\"n=110/view.png\"]"));
     if (!plugin)
         return;
+    CHECK(contains(place.read("out/sweep.html"), "\"pictures\":[\"n=110/view.png\"]"));
     // One picture is broken, the other is not.
     REQUIRE(place.run({"run", "sweep.yaml", "--set", "n=[14, 110]"}).code == 0);
     const std::string html = place.read("out/sweep.html");

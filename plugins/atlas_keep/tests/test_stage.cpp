@@ -2,6 +2,7 @@
 #include "uv_charts.h"
 
 #include <fresco/testing.h>
+#include <fresco/testing_scenes.h>
 
 using fresco::Mesh;
 
@@ -11,12 +12,8 @@ namespace
 /// A unit square of two faces; the uv are half the coordinates, so it covers a quarter of the atlas.
 Mesh square()
 {
-    Mesh mesh;
-    mesh.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
-    mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
-    for (const auto& t : mesh.triangles)
-        for (const auto v : t)
-            mesh.texcoords.push_back({mesh.positions[v].x * 0.5F, mesh.positions[v].y * 0.5F});
+    Mesh mesh = fresco::testing::rectangle({}, {1, 0, 0}, {0, 1, 0});
+    fresco::testing::set_texcoords(mesh, [](fresco::Vec3f p) { return fresco::Vec2f{p.x * 0.5F, p.y * 0.5F}; });
     return mesh;
 }
 

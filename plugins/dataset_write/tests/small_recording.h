@@ -4,6 +4,7 @@
 #include <fresco/mesh.h>
 #include <fresco/npy.h>
 #include <fresco/random.h>
+#include <fresco/testing_scenes.h>
 #include <fresco/uv_maps.h>
 
 #include <filesystem>
@@ -48,25 +49,17 @@ class SmallRecording
     std::shared_ptr<fresco::Mesh> mesh = std::make_shared<fresco::Mesh>();
 
   private:
-    std::uint8_t byte() { return static_cast<std::uint8_t>(random_.below(256)); }
     float share() { return static_cast<float>(random_.uniform()); }
 
     fresco::Frame frame(int i)
     {
-        fresco::Frame frame;
-        frame.sequence = "seq-01";
-        frame.name = "frame-" + std::to_string(10 * i);
-        frame.number = 10 * i;
-        frame.color.intrinsics = {40, 30, 33.25, 34, 20, 15.5};
+        fresco::Frame frame =
+            fresco::testing::frame("frame-" + std::to_string(10 * i), {{40, 30, 33.25, 34, 20, 15.5}, {}}, 10 * i);
         frame.color.world_from_camera.translation = {0.1 * i, 1.0 / 3, -2};
         frame.depth = frame.color;
         frame.depth.intrinsics = {20, 14, 16, 16, 10, 7};
         frame.depth_unit_m = 0.002;
-        std::vector<std::uint8_t> pixels(std::size_t{40} * 30 * 3);
-        for (auto& value : pixels)
-            value = byte();
-        frame.color_picture.path = folder_ / (frame.name + ".color.npy");
-        fresco::write_npy(frame.color_picture.path, std::vector<std::size_t>{30, 40, 3}, pixels);
+        fresco::testing::set_color_picture(frame, folder_, fresco::testing::noise_picture(40, 30, static_cast<std::uint64_t>(i)));
         if (i == 2)
             return frame;
         std::vector<std::uint16_t> steps(std::size_t{20} * 14);

@@ -1,5 +1,5 @@
 #include "catch.h"
-#include "npy_codec.h"
+#include "raw_images.h"
 #include "small_recording.h"
 #include "stylemesh_layout.h"
 #include "view_writer.h"
@@ -23,7 +23,7 @@ namespace
 
 /// Runs the stage; the folder is at `out`/files/dataset.
 std::vector<std::string> write_dataset(const fs::path& out, const SmallRecording& recording, Value options, testing::TestRun& run,
-                                       std::shared_ptr<NpyCodec> codec = std::make_shared<NpyCodec>())
+                                       std::shared_ptr<testing::RawImages> codec = std::make_shared<testing::RawImages>())
 {
     testing::run_stage(FRESCO_PLUGIN_FILE, "dataset.write", options,
                        {{"uvmaps", recording.maps}, {"frames", recording.frames}, {"mesh", recording.mesh}}, out, run,
@@ -81,7 +81,7 @@ TEST_CASE("pictures that are JPEG or 8-bit RGB already are copied byte for byte,
     Frame frame;
     frame.color_picture.path = folder.path() / "a.JPEG";
     write_file(frame.color_picture.path, "the recorder's own bytes");
-    const NpyCodec codec;
+    const testing::RawImages codec;
     const EncodedPicture copied = encoded_color(frame, Raster8(2, 2, 3), codec);
     CHECK(copied.extension == ".jpg");
     CHECK(copied.bytes == read_file(frame.color_picture.path));
@@ -201,7 +201,7 @@ TEST_CASE("what an interrupted run had finished is not made again, and the resul
 
     testing::TestRun run(1);
     run.cancel_after(3);
-    const auto codec = std::make_shared<NpyCodec>();
+    const auto codec = std::make_shared<testing::RawImages>();
     CHECK_THROWS_AS(write_dataset(folder.path() / "again", recording, options, run, codec), Canceled);
     CHECK(codec->encoded == 4);  // two views
     run.cancel_after(-1);

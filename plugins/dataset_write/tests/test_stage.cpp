@@ -1,5 +1,5 @@
 #include "catch.h"
-#include "npy_codec.h"
+#include "raw_images.h"
 #include "small_recording.h"
 #include "view_writer.h"
 
@@ -24,7 +24,7 @@ std::shared_ptr<Files> write_dataset(const fs::path& out, const testing::Inputs&
                                      Value options = Value::Map{})
 {
     testing::run_stage(FRESCO_PLUGIN_FILE, "dataset.write", options, inputs, out, run,
-                       {{"images", std::make_shared<NpyCodec>()}});
+                       {{"images", std::make_shared<testing::RawImages>()}});
     return Files::load({out / "files", out});
 }
 

@@ -4,6 +4,7 @@
 
 #include <fresco/error.h>
 #include <fresco/random.h>
+#include <fresco/testing.h>
 
 using namespace fresco;
 using Catch::Contains;
@@ -39,15 +40,7 @@ std::string error_after(std::string file, std::string_view from, std::string_vie
     const std::size_t at = file.find(from);
     REQUIRE(at != std::string::npos);
     file.replace(at, from.size(), to);
-    try
-    {
-        read_glb(file, "a.glb");
-    }
-    catch (const Error& error)
-    {
-        return error.what();
-    }
-    return "";
+    return fresco::testing::error_of([&] { read_glb(file, "a.glb"); });
 }
 
 std::vector<GlbOptions> all_options()

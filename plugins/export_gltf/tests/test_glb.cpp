@@ -3,6 +3,7 @@
 #include "glb.h"
 
 #include <fresco/random.h>
+#include <fresco/testing_scenes.h>
 
 #include <cmath>
 
@@ -17,21 +18,10 @@ TexturedMesh floor_of(std::uint32_t side)
 {
     TexturedMesh textured;
     Random random{3};
-    const auto share = [&](std::uint32_t i) { return static_cast<float>(i) / static_cast<float>(side); };
-    for (std::uint32_t y = 0; y <= side; ++y)
-        for (std::uint32_t x = 0; x <= side; ++x)
-            textured.mesh.positions.push_back(
-                {7 * share(x) - 20.03F, 3 + 0.4F * static_cast<float>(random.uniform()), 5 * share(y) + 11.7F});
-    const auto add = [&](std::uint32_t x, std::uint32_t y) { return y * (side + 1) + x; };
-    for (std::uint32_t y = 0; y < side; ++y)
-        for (std::uint32_t x = 0; x < side; ++x)
-        {
-            textured.mesh.triangles.push_back({add(x, y), add(x + 1, y), add(x + 1, y + 1)});
-            textured.mesh.triangles.push_back({add(x, y), add(x + 1, y + 1), add(x, y + 1)});
-        }
-    for (const Triangle& t : textured.mesh.triangles)
-        for (const std::uint32_t v : t)
-            textured.mesh.texcoords.push_back({share(v % (side + 1)), share(v / (side + 1))});
+    textured.mesh = testing::rectangle({}, {1, 0, 0}, {0, 1, 0}, side, side);
+    testing::set_texcoords(textured.mesh, [](Vec3f p) { return Vec2f{p.x, p.y}; });
+    for (Vec3f& p : textured.mesh.positions)
+        p = {7 * p.x - 20.03F, 3 + 0.4F * static_cast<float>(random.uniform()), 5 * p.y + 11.7F};
     textured.image = Image(Raster8(8, 8, 3, 77));
     return textured;
 }
@@ -165,7 +155,5 @@ TEST_CASE("compression keeps the surface, with and without quantization, and mak
             if (view.at("buffer") == 1)
                 CHECK(view.at("byteOffset").get<std::size_t>() + view.at("byteLength").get<std::size_t>() <=
                       buffer.at("byteLength").get<std::size_t>());
-        CHECK(small.file ==
-              exported(Value::Map{{"quantize", quantize}, {"material", "pbr"}, {"compression", "meshopt"}}, textured).file);
     }
 }

@@ -5,9 +5,8 @@
 #include <fresco/files_io.h>
 #include <fresco/npy.h>
 #include <fresco/testing.h>
+#include <fresco/testing_scenes.h>
 #include <fresco/texture.h>
-
-#include <array>
 
 using namespace fresco;
 using Catch::Contains;
@@ -18,9 +17,7 @@ namespace
 TexturedMesh square()
 {
     TexturedMesh textured;
-    textured.mesh.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
-    textured.mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
-    textured.mesh.texcoords = {{0, 0}, {1, 0}, {1, 1}, {0, 0}, {1, 1}, {0, 1}};
+    textured.mesh = testing::wall(0.5F);
     textured.image = Image(Raster8(8, 8, 3, 77));
     textured.image.pixels.at(2, 1, 0) = 200;
     return textured;

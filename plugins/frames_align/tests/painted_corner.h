@@ -3,6 +3,7 @@
 #include <fresco/camera.h>
 #include <fresco/image.h>
 #include <fresco/mesh.h>
+#include <fresco/numerics/numerics.h>
 #include <fresco/testing_scenes.h>
 
 #include <algorithm>
@@ -84,41 +85,17 @@ inline RasterF depth_of(const Camera& camera)
 /// The walls from -1.2 to 1.2 along x and y, in squares of `step` meters, facing the cameras.
 inline Mesh mesh_of(double step)
 {
-    Mesh mesh;
-    const int count = static_cast<int>(std::lround(2.4 / step));
-    for (int row = 0; row <= count; ++row)
-        for (int column = 0; column <= count; ++column)
-        {
-            const double x = -1.2 + step * column;
-            mesh.positions.push_back(
-                {static_cast<float>(x), static_cast<float>(-1.2 + step * row), static_cast<float>(wall_z(x))});
-        }
-    const auto at = [&](int column, int row) { return static_cast<std::uint32_t>(row * (count + 1) + column); };
-    for (int row = 0; row < count; ++row)
-        for (int column = 0; column < count; ++column)
-        {
-            mesh.triangles.push_back({at(column, row), at(column, row + 1), at(column + 1, row)});
-            mesh.triangles.push_back({at(column + 1, row), at(column, row + 1), at(column + 1, row + 1)});
-        }
+    const auto count = static_cast<std::uint32_t>(std::lround(2.4 / step));
+    Mesh mesh = testing::rectangle({-1.2F, -1.2F, 0}, {0, 2.4F, 0}, {2.4F, 0, 0}, count, count);
+    for (Vec3f& p : mesh.positions)
+        p.z = static_cast<float>(wall_z(double{p.x}));
     return mesh;
 }
 
 /// The camera as recorded with an error: a rotation about (0.3, 1, 0.2) and a shift.
 inline Camera mistaken(const Camera& camera, double turn, Vec3d shift)
 {
-    const Vec3d axis = normalized(Vec3d{0.3, 1, 0.2});
-    const double s = std::sin(turn);
-    const double c = std::cos(turn);
-    RigidTransform error;
-    for (int i = 0; i < 3; ++i)
-    {
-        const std::array<double, 3> a{axis.x, axis.y, axis.z};
-        const std::array<double, 3> cross_rows[3] = {{0, -axis.z, axis.y}, {axis.z, 0, -axis.x}, {-axis.y, axis.x, 0}};
-        for (int j = 0; j < 3; ++j)
-            error.rotation(i, j) = (i == j ? c : 0) + s * cross_rows[i][static_cast<std::size_t>(j)] +
-                                   (1 - c) * a[static_cast<std::size_t>(i)] * a[static_cast<std::size_t>(j)];
-    }
-    error.translation = shift;
+    const RigidTransform error{numerics::rotation_by(normalized(Vec3d{0.3, 1, 0.2}) * turn), shift};
     return {camera.intrinsics, camera.world_from_camera * error};
 }
 

@@ -32,15 +32,9 @@ TEST_CASE("the stage corrects the color cameras and nothing else")
     const auto truth = cameras();
     for (std::size_t i = 0; i < truth.size(); ++i)
     {
-        Frame frame;
-        frame.sequence = "walk";
-        frame.name = "frame-" + std::to_string(i);
-        frame.color = i == 4 ? mistaken(truth[i], 0.015, {0.01, 0, 0.01}) : truth[i];
-        frame.depth = frame.color;
-        frame.color_picture.path = folder.path() / (frame.name + ".npy");
-        const Raster8 picture = picture_of(truth[i]);
-        const std::vector<std::size_t> shape{240, 320, 3};
-        write_npy(frame.color_picture.path, shape, std::span<const std::uint8_t>(picture.values));
+        Frame frame =
+            testing::frame("frame-" + std::to_string(i), i == 4 ? mistaken(truth[i], 0.015, {0.01, 0, 0.01}) : truth[i]);
+        testing::set_color_picture(frame, folder.path(), picture_of(truth[i]));
         frames.frames.push_back(frame);
     }
     testing::TestRun run;

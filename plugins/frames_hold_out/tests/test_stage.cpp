@@ -2,6 +2,7 @@
 
 #include <fresco/frames.h>
 #include <fresco/testing.h>
+#include <fresco/testing_scenes.h>
 
 namespace
 {
@@ -19,14 +20,7 @@ void run(int frames_count, const fresco::Value& options, const std::filesystem::
 {
     auto frames = std::make_shared<fresco::Frames>();
     for (int i = 0; i < frames_count; ++i)
-    {
-        fresco::Frame frame;
-        frame.sequence = "s";
-        frame.name = "f" + std::to_string(i);
-        frame.number = i;
-        frame.color = frame.depth = {{4, 4, 4, 4, 2, 2}, {}};
-        frames->frames.push_back(frame);
-    }
+        frames->frames.push_back(fresco::testing::frame("f" + std::to_string(i), fresco::testing::camera(4, 4, 4), i));
     fresco::testing::TestRun context;
     fresco::testing::run_stage(FRESCO_PLUGIN_FILE, "frames.hold_out", options, {{"frames", frames}}, folder, context);
 }

@@ -103,7 +103,6 @@ TEST_CASE("a camera paints what lies in its picture and is not masked, and the g
         if (masked)
             frame.mask = {folder.path() / "mask.npy", ""};
         const auto none = painted_by_frame(0, 1);
-        CHECK(none == painted_by_frame(0, 3));
         std::vector<std::uint8_t> slow(world.points.size());
         for (std::uint32_t i = 0; i < slow.size(); ++i)
         {
@@ -134,7 +133,6 @@ TEST_CASE("a witness is found for exactly the points that some place sees", "[fr
     const World world;
     const auto all = first_numbers(world.points.size());
     const auto found = witnesses(world.scene, world.points, world.places, all, testing::TestRun(2));
-    CHECK(found == witnesses(world.scene, world.points, world.places, all, testing::TestRun(1)));
     std::size_t unseen = 0;
     for (const std::uint32_t i : all)
     {
@@ -191,7 +189,6 @@ TEST_CASE("planned cameras paint all that is wanted, or as much as asked for", "
     CHECK(whole.plan.cameras.size() < 60);
     for (const Camera& camera : whole.plan.cameras)
         CHECK(std::ranges::count(world.places, camera.world_from_camera.translation) == 1);
-    CHECK(planned(0, 3, 0, 1000).plan.cameras == whole.plan.cameras);
 
     const auto spread = planned(1, 2, 0, 1000);
     CHECK(spread.all_painted);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "stored_png.h"
+
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -39,45 +41,23 @@ inline Bytes bytes_of(std::initializer_list<int> values)
 
 // ---- PNG
 
-inline std::uint32_t slow_crc32(std::span<const std::byte> bytes)
+inline Bytes to_bytes(const std::vector<std::uint8_t>& numbers)
 {
-    std::uint32_t crc = ~0U;
-    for (const std::byte b : bytes)
-    {
-        crc ^= std::to_integer<std::uint32_t>(b);
-        for (int bit = 0; bit < 8; ++bit)
-            crc = (crc & 1U) != 0 ? (crc >> 1U) ^ 0xEDB88320U : crc >> 1U;
-    }
-    return ~crc;
+    const auto bytes = std::as_bytes(std::span(numbers));
+    return {bytes.begin(), bytes.end()};
 }
 
-inline Bytes chunk(std::string_view type, std::span<const std::byte> data)
+inline std::vector<std::uint8_t> numbers_of(std::span<const std::byte> bytes)
 {
-    Bytes out;
-    put(out, data.size(), 4);
-    put(out, type);
-    put(out, data);
-    put(out, slow_crc32(std::span(out).subspan(4)), 4);
-    return out;
+    const auto* first = reinterpret_cast<const std::uint8_t*>(bytes.data());
+    return {first, first + bytes.size()};
 }
 
-/// A zlib stream of one stored block.
-inline Bytes stored(std::span<const std::byte> data)
+inline Bytes chunk(const char* type, std::span<const std::byte> data)
 {
-    Bytes out = bytes_of({0x78, 0x01, 0x01});
-    const auto length = static_cast<unsigned>(data.size());
-    for (const unsigned v : {length & 0xFFU, length >> 8U, ~length & 0xFFU, (~length >> 8U) & 0xFFU})
-        put(out, v, 1);
-    put(out, data);
-    std::uint32_t a = 1;
-    std::uint32_t b = 0;
-    for (const std::byte value : data)
-    {
-        a = (a + std::to_integer<std::uint32_t>(value)) % 65521;
-        b = (b + a) % 65521;
-    }
-    put(out, b << 16U | a, 4);
-    return out;
+    std::vector<std::uint8_t> out;
+    stored_png::put_chunk(out, type, numbers_of(data));
+    return to_bytes(out);
 }
 
 struct Png
@@ -111,7 +91,7 @@ inline Bytes file_of(const Png& png)
     put(out, header_chunk(png));
     put(out, png.before_data);
     if (png.with_data)
-        put(out, chunk("IDAT", stored(png.rows)));
+        put(out, chunk("IDAT", to_bytes(stored_png::zlib(numbers_of(png.rows)))));
     put(out, chunk("IEND", {}));
     return out;
 }
@@ -251,22 +231,5 @@ inline std::size_t find(const Bytes& bytes, std::initializer_list<int> pattern)
             return i;
     return std::string::npos;
 }
-
-/// Portable generator of test numbers.
-class Random
-{
-  public:
-    explicit Random(std::uint64_t seed) : state_(seed) {}
-    std::size_t below(std::size_t bound)
-    {
-        std::uint64_t z = (state_ += 0x9e3779b97f4a7c15ULL);
-        z = (z ^ (z >> 30U)) * 0xbf58476d1ce4e5b9ULL;
-        z = (z ^ (z >> 27U)) * 0x94d049bb133111ebULL;
-        return static_cast<std::size_t>((z ^ (z >> 31U)) % bound);
-    }
-
-  private:
-    std::uint64_t state_;
-};
 
 }  // namespace samples

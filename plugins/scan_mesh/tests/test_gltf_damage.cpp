@@ -2,7 +2,6 @@
 #include "file_model.h"
 
 #include "model_samples.h"
-#include "recording_checks.h"
 
 #include <fresco/error.h>
 #include <fresco/testing.h>
@@ -42,15 +41,7 @@ class Damaged
     {
         const auto file = folder_.path() / "a.glb";
         write_file(file, glb);
-        try
-        {
-            read_usable(file);
-        }
-        catch (const Error& error)
-        {
-            return error.what();
-        }
-        return "";
+        return fresco::testing::error_of([&] { read_usable(file); });
     }
 
   private:
@@ -121,19 +112,14 @@ TEST_CASE("glTF: ranges and indices that are wrong are refused with their entry"
     accessor("count", 4, "accessors[0]: 4 rows of 12 bytes");
     accessor("count", 4'000'000'000'000'000'000, "accessors[0]: 4000000000000000000 rows");
     accessor("count", 0, "accessors[0]: 0 rows");
-    accessor("byteOffset", 9'000'000'000'000'000'000, "accessors[0]: 3 rows");
     accessor("type", "VEC2", "accessors[0]: expected 3 to 3 components");
     accessor("componentType", 5124, "componentType 5124");
-    accessor("bufferView", 7, "no valid bufferView");
     view("buffer", 1, "bufferViews[0]: buffer 1 of 1");
     view("byteLength", 37, "bufferViews[0]: 37 bytes at 0 do not fit");
-    view("byteStride", 8, "accessors[0]: 3 rows");
     refused([](TriangleSample& t) { t.attributes = Value::Map{{"NORMAL", 0}}; }, "accessor -1 of 1");
-    refused([](TriangleSample& t) { t.primitive.set("material", 3); }, "material 3 of 0");
     indices({0, 1, 3}, "accessors[1]: index 2 names vertex 3 of 3");
     indices({0, 1}, "2 corners; expected a multiple of 3");
     list("nodes", Value::Map{{"children", Value::List{0}}}, "nodes[0]: the node appears twice in the tree");
-    list("nodes", Value::Map{{"children", Value::List{5}}}, "node 5 of 1");
     list("nodes", Value::Map{{"mesh", 1}}, "nodes[0]: mesh 1 of 1");
     refused([](TriangleSample& t) { t.sample.rest.set("scene", 2); }, "scene 2 of 1");
     list("nodes", Value::Map{{"mesh", 0}, {"scale", Value::List{1, 2}}}, "nodes[0]: scale: expected 3 finite numbers");
@@ -143,10 +129,8 @@ TEST_CASE("glTF: ranges and indices that are wrong are refused with their entry"
     // What tinygltf would read as 0 or as absent.
     for (const Value& value : {Value(-4), Value(1.5), Value(1e300), Value("4"), Value(Value::List{4})})
         accessor("byteOffset", value, "accessors[0].byteOffset: expected a whole number from 0 to ");
-    view("byteOffset", 1.5, "bufferViews[0].byteOffset: expected a whole number from 0 to ");
     refused([](TriangleSample& t) { t.attributes.set("POSITION", std::int64_t{1} << 32U); },
             "meshes[0].primitives[0].attributes.POSITION: expected a whole number from 0 to 2147483647, not 4294967296");
-    list("scenes", Value::Map{{"nodes", Value::List{-1}}}, "scenes[0].nodes[0]: expected a whole number");
     const GltfSample sample = TriangleSample().finished();
     std::string version = to_json(sample.document());
     version.replace(version.find("2.0"), 3, "1.0");
@@ -165,35 +149,4 @@ TEST_CASE("glTF: ranges and indices that are wrong are refused with their entry"
         glb[at] ^= std::byte{0x7F};
         CHECK_THAT(damaged.error_of_file(glb), Contains("a.glb: ") && Contains(reason));
     }
-}
-
-TEST_CASE("damage to a model's files gives an error or a model that can be used", "[scan.mesh]")
-{
-    const testing::TemporaryFolder folder;
-    const auto glb = write_glb_box(folder.path());
-    const auto obj = write_obj_box(folder.path());
-    const auto ply = write_ply_box(folder.path());
-    const auto check = [&](const std::filesystem::path& model, const std::filesystem::path& damaged, int cuts)
-    {
-        INFO(damaged.filename());
-        const auto counts = testing::damage_file(damaged, [&](bool) { read_usable(model); });
-        CHECK(counts.cuts_refused >= cuts);
-        CHECK(counts.flips_refused > 50);
-        read_usable(model);
-    };
-    check(glb, glb, 200);
-    check(obj, obj, 180);
-    // Cut between two statements, it is a shorter file: the material that is missing is found, a color is not.
-    check(obj, folder.path() / "box.mtl", 150);
-    check(ply, ply, 200);
-
-    TriangleSample triangle;
-    GltfSample sample = triangle.finished();
-    write_file(folder.path() / "a.bin", sample.binary);
-    sample.rest.set("buffers", Value::List{Value::Map{{"byteLength", 36}, {"uri", "a.bin"}}});
-    const auto gltf = folder.path() / "a.gltf";
-    write_file(gltf, to_json(sample.document()));
-    check(gltf, gltf, 200);
-    std::filesystem::resize_file(folder.path() / "a.bin", 35);
-    CHECK_THROWS_WITH(read_usable(gltf), Contains("byteLength is 36, but there are 35 bytes: the file is truncated"));
 }

@@ -1,6 +1,5 @@
 #include "catch.h"
 #include "model_samples.h"
-#include "recording_checks.h"
 #include "world_mesh.h"
 
 #include <fresco/files_io.h>
@@ -101,13 +100,6 @@ TEST_CASE("what cannot be moved is refused", "[scan.mesh]")
                       Contains("out of range"));
     fresco::write_file(file.path(), fresco::read_text_file(file.path()).substr(0, 200));
     CHECK_THROWS_WITH(read(file, run, Value::Map{}), Contains("mesh.ply"));
-}
-
-TEST_CASE("a moved mesh may have no vertices", "[scan.mesh]")
-{
-    fresco::Mesh none;
-    scan_mesh::move_mesh(none, 2, {}, {});
-    CHECK(scan_mesh::extent_of(none) == fresco::Vec3d{});
 }
 
 TEST_CASE("a model goes on with its materials and pictures", "[scan.mesh]")

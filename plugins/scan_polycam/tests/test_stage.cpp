@@ -22,7 +22,7 @@ const ReaderUnderTest reader{.plugin = FRESCO_PLUGIN_FILE,
                              .color = "keyframes/corrected_images/999.jpg",
                              .depth = "keyframes/depth/999.png",
                              .pose_source = "corrected_cameras/999.json",
-                             .damaged = {{"keyframes/corrected_cameras/998.json", 200, 150}}};
+                             .damaged = {"keyframes/corrected_cameras/998.json"}};
 
 const char* const camera_file = "keyframes/corrected_cameras/999.json";
 
@@ -76,18 +76,16 @@ TEST_CASE("frames are brought into the mesh's world", "[scan.polycam]")
 TEST_CASE("a capture that cannot be used is refused by name", "[scan.polycam]")
 {
     check_flaws(reader,
-                {{"no cameras",
-                  [](const auto& it)
+                {{[](const auto& it)
                   {
                       it.remove("keyframes/corrected_cameras");
                       fs::create_directory(it.path / "keyframes/corrected_cameras");
                   },
                   {"holds no views; each needs keyframes/corrected_cameras/N.json"}},
-                 {"a value missing",
-                  writing(camera_file, R"({"width": 32, "height": 24, "fx": 30, "fy": 30, "cx": 16, "cy": 12, "t_00": 1})"),
+                 {writing(camera_file, R"({"width": 32, "height": 24, "fx": 30, "fy": 30, "cx": 16, "cy": 12, "t_00": 1})"),
                   {"999.json", "t_01: missing"}},
-                 {"no JSON", writing(camera_file, "{"), {"999.json"}}});
+                 {writing(camera_file, "{"), {"999.json"}}});
     const WrittenRecording capture(reader);
     capture.write("mesh_info.json", alignment);
-    check_damage(capture, {{"mesh_info.json", 200, 150}}, Value::Map{{"world", "mesh"}});
+    check_damage(capture, {"mesh_info.json"}, Value::Map{{"world", "mesh"}});
 }

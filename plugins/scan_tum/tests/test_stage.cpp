@@ -25,7 +25,7 @@ const ReaderUnderTest reader{
     .color = "rgb/1305031102.133000.png",
     .depth = "depth/1305031102.137000.png",
     .pose_source = ".txt:",
-    .damaged = {{"rgb.txt", 180, 200}, {"depth.txt", 180, 200}, {"groundtruth.txt", 180, 200}},
+    .damaged = {"rgb.txt", "depth.txt", "groundtruth.txt"},
     .options =
         [](const fresco::Frames& frames, const fs::path&)
     {
@@ -100,19 +100,6 @@ TEST_CASE("warnings count pictures without a partner, naming the gap and its opt
     CHECK(told("rgb/1305031109.000000.png; they are not used"));
 }
 
-TEST_CASE("a recording of more than a second is written with its times in order", "[scan.tum]")
-{
-    TemporaryFolder folder;
-    const RawImages images;
-    const auto frames = tiny_recording(folder.path(), images, 40);
-    write_tum(frames, folder.path() / "desk");
-    for (const char* name : {"rgb.txt", "depth.txt"})
-        CHECK(tum::parse_pictures(fresco::read_text_file(folder.path() / "desk" / name), name).size() == 40);
-    const auto poses = tum::parse_poses(fresco::read_text_file(folder.path() / "desk/groundtruth.txt"), "x");
-    REQUIRE(poses.size() == 40);
-    CHECK(poses.back().time_s - poses.front().time_s == Approx(39 * 0.033).epsilon(1e-5));
-}
-
 TEST_CASE("a quaternion has its scalar last", "[scan.tum]")
 {
     const auto poses = tum::parse_poses("5 1 2 3 0 0 0.70710678 0.70710678\n", "x");
@@ -161,14 +148,11 @@ TEST_CASE("a lens is undone, and pictures for another camera are refused", "[sca
 
 TEST_CASE("lists that cannot be used are refused by line", "[scan.tum]")
 {
-    check_flaws(
-        reader,
-        {{"another form", writing("rgb.txt", "1.0 rgb/a.png x\n"), {"rgb.txt:1: 3 words; expected \"timestamp filename\""}},
-         {"not in order", writing("depth.txt", "2.0 a.png\n1.0 b.png\n"), {"depth.txt:2: the time 1.0 is not later"}},
-         {"empty", writing("groundtruth.txt", "# nothing\n"), {"groundtruth.txt: the list is empty"}},
-         {"a quaternion of zeros",
-          writing("groundtruth.txt", "1 0 0 0 0 0 0 0\n"),
-          {"groundtruth.txt:1: expected a rotation, a quaternion of length 1"}},
-         {"a list missing", removing("depth.txt"), {"depth.txt"}},
-         {"a picture missing", removing(reader.color), {"rgb.txt:4 with option intrinsics lists it"}}});
+    check_flaws(reader, {{writing("rgb.txt", "1.0 rgb/a.png x\n"), {"rgb.txt:1: 3 words; expected \"timestamp filename\""}},
+                         {writing("depth.txt", "2.0 a.png\n1.0 b.png\n"), {"depth.txt:2: the time 1.0 is not later"}},
+                         {writing("groundtruth.txt", "# nothing\n"), {"groundtruth.txt: the list is empty"}},
+                         {writing("groundtruth.txt", "1 0 0 0 0 0 0 0\n"),
+                          {"groundtruth.txt:1: expected a rotation, a quaternion of length 1"}},
+                         {removing("depth.txt"), {"depth.txt"}},
+                         {removing(reader.color), {"rgb.txt:4 with option intrinsics lists it"}}});
 }

@@ -6,6 +6,7 @@
 #include <fresco/stage.h>
 
 #include <atomic>
+#include <concepts>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -81,6 +82,21 @@ class TestFactory final : public ComponentFactory
     std::map<std::string, std::function<std::shared_ptr<Component>()>> makers_;
     std::map<std::string, std::shared_ptr<Component>> made_;
 };
+
+/// The text of the Error that `work` throws; "" if it throws none.
+template <std::invocable Work>
+std::string error_of(const Work& work)
+{
+    try
+    {
+        work();
+    }
+    catch (const Error& error)
+    {
+        return error.what();
+    }
+    return "";
+}
 
 /// What a stage reads, by its ports.
 using Inputs = std::map<std::string, std::shared_ptr<const Artifact>>;

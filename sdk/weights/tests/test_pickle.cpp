@@ -14,15 +14,7 @@ std::string error_of(const std::string& operations)
 {
     const auto bytes = bytes_of("\x80\x02" + operations);
     PickleMachine machine(bytes, "p");
-    try
-    {
-        machine.run();
-    }
-    catch (const fresco::Error& error)
-    {
-        return error.what();
-    }
-    return {};
+    return fresco::testing::error_of([&] { machine.run(); });
 }
 
 std::int64_t integer_of(const std::string& operations)
@@ -71,16 +63,11 @@ TEST_CASE("Operations and globals outside the list are refused")
 TEST_CASE("A stack that runs empty, marks and slots that are missing")
 {
     CHECK_THAT(error_of("."), Catch::Contains("more or less than one"));
-    CHECK_THAT(error_of("NN."), Catch::Contains("more or less than one"));
-    CHECK_THAT(error_of("(N."), Catch::Contains("more or less than one"));
     CHECK_THAT(error_of("R."), Catch::Contains("missing on the stack"));
-    CHECK_THAT(error_of("N(\x85."), Catch::Contains("missing on the stack"));
     CHECK_THAT(error_of("t."), Catch::Contains("mark is missing"));
     CHECK_THAT(error_of("q\0."s), Catch::Contains("missing on the stack"));
-    CHECK_THAT(error_of("h\0."s), Catch::Contains("is empty"));
     CHECK_THAT(error_of("Nq\x05h\x04."), Catch::Contains("is empty"));
     CHECK_THAT(error_of("}N(Nu."), Catch::Contains("other than a container"));
-    CHECK_THAT(error_of("}(Nu."), Catch::Contains("other than a container"));
     CHECK_THAT(error_of("\x80\x02N."), Catch::Contains("protocol"));
     CHECK_THAT(error_of("X\xff\xff\xff\x7f."), Catch::Contains("2147483647"));
     CHECK_THAT(error_of("\x95\xff\xff\xff\xff\xff\xff\xff\xffN."), Catch::Contains("frame"));
@@ -123,7 +110,6 @@ TEST_CASE("Storages and tensors are checked when they are named")
     CHECK_THAT(error_of(tensor + storage("0", "K\6") + "K\1K\2K\3\x86K\3K\1\x86tR."), Catch::Contains("larger than its storage"));
     CHECK_THAT(error_of(tensor + storage("0", "K\6") + "K\0K\2K\3\x86K\3\x85tR."s), Catch::Contains("stride"));
     CHECK_THAT(error_of(tensor + storage("0", "K\6") + "K\0K\2K\3\x86K\1K\2\x86tR."s), Catch::Contains("row-major"));
-    CHECK_THAT(error_of(tensor + storage("0", "K\6") + "J\xff\xff\xff\xffK\2\x85K\1\x85tR."), Catch::Contains("offset"));
     CHECK_THAT(error_of(tensor + storage("0", "K\6") + "K\0J\xff\xff\xff\xff\x85K\1\x85tR."s), Catch::Contains("shape"));
     CHECK_THAT(error_of(tensor + "NK\0))tR."s), Catch::Contains("without a storage"));
     CHECK_THAT(error_of(storage("0", "J\xff\xff\xff\xff") + "."), Catch::Contains("negative"));
@@ -131,5 +117,4 @@ TEST_CASE("Storages and tensors are checked when they are named")
     CHECK_THAT(error_of(storage("0", "K\6") + storage("0", "K\7") + "\x86."), Catch::Contains("two types or sizes"));
     CHECK_THAT(error_of("(NNtQ."), Catch::Contains("other than a storage"));
     CHECK_THAT(error_of("ctorch._utils\n_rebuild_parameter\nN\x85R."), Catch::Contains("without a tensor"));
-    CHECK_THAT(error_of("ctorch.nn.parameter\nParameter\nN\x85\x81."), Catch::Contains("without a tensor"));
 }

@@ -77,13 +77,11 @@ TEST_CASE("Damaged safetensors files are refused by name and offset")
     };
     CHECK(parsed(file_text(one, eight)) == 1);
     refused("", "header length");
-    refused("1234567", "header length");
     refused(file_text(one, eight, std::int64_t{1} << 40), "4 MiB");
     const std::string largest = one + std::string((std::size_t{4} << 20U) - one.size(), ' ');
     CHECK(parsed(file_text(largest, eight)) == 1);
     CHECK_THROWS_WITH(parsed(file_text(largest + ' ', eight)), Catch::Contains("4194305 bytes is more than the 4 MiB allowed"));
     refused(file_text(one, "", 70), "header of 70 bytes");
-    refused(file_text("[]", ""), "'{'");
     refused(file_text(" " + one, eight), "'{'");
     refused(file_text(one.substr(0, 20), ""), "header");
     refused(file_text(one, eight + "x"), "no tensor");
@@ -91,14 +89,9 @@ TEST_CASE("Damaged safetensors files are refused by name and offset")
     refused(file_text(R"({"a":{"dtype":"F31","shape":[2],"data_offsets":[0,8]}})", eight), "unknown type 'F31'");
     refused(file_text(R"({"a":{"dtype":"F32","shape":[3],"data_offsets":[0,8]}})", eight), "12 bytes");
     refused(file_text(R"({"a":{"dtype":"F32","shape":[-2],"data_offsets":[0,8]}})", eight), "at least 0");
-    refused(file_text(R"({"a":{"dtype":"F32","shape":[2.0],"data_offsets":[0,8]}})", eight), "whole number");
     refused(file_text(R"({"a":{"dtype":"F32","shape":[4294967296,4294967296,2],"data_offsets":[0,8]}})", eight), "too large");
-    refused(file_text(R"({"a":{"dtype":"F32","shape":[0,4294967296,4294967296],"data_offsets":[0,0]}})", ""), "too large");
-    refused(file_text(R"({"a":{"dtype":"F32","shape":[2],"data_offsets":[8,0]}})", eight), "beyond");
-    refused(file_text(R"({"a":{"dtype":"F32","shape":[2],"data_offsets":[0]}})", eight), "expected exactly");
     refused(file_text(R"({"a":{"dtype":"F32","shape":[2]}})", eight), "expected exactly");
     refused(file_text(R"({"a":{"dtype":"F32","shape":[2],"data_offsets":[0,8],"more":1}})", eight), "expected exactly");
-    refused(file_text(R"({"a":3})", eight), "expected exactly");
     refused(file_text(R"({"__metadata__":{"x":1}})", ""), "not text");
     refused(
         file_text(R"({"a":{"dtype":"U8","shape":[4],"data_offsets":[0,4]},"b":{"dtype":"U8","shape":[4],"data_offsets":[3,7]}})",

@@ -25,15 +25,7 @@ void check_shapes(const StateDict& contents)
 
 std::string state_dict_error(std::span<const std::byte> bytes)
 {
-    try
-    {
-        parse_state_dict(bytes, "w.pth");
-    }
-    catch (const fresco::Error& error)
-    {
-        return error.what();
-    }
-    return {};
+    return fresco::testing::error_of([&] { parse_state_dict(bytes, "w.pth"); });
 }
 
 }  // namespace

@@ -1,5 +1,4 @@
 #include "made_weights.h"
-#include "shared_data.h"
 
 #include <fresco/error.h>
 #include <fresco/weights/vgg19.h>
@@ -141,18 +140,4 @@ TEST_CASE("What is not VGG-19 is refused with the tensor's name")
     refused([](Contents& c) { c.remove("features.0.weight"); }, "features.0.weight");
     refused([](Contents& c) { c.add("features.0.weight", {64, 3, 3, 3}, ElementType::int32); }, "features.0.weight");
     refused([](Contents& c) { c.add("features.1.running_mean", {64}); }, "batch normalization");
-}
-
-TEST_CASE("The weights at hand say what they are")
-{
-    const auto path = shared_data("weights/vgg19_conv1_1-conv3_1.safetensors", "The weights at hand say what they are");
-    if (path.empty())
-        return;
-    const auto file = read_weights(path);
-    const auto weights = recognize_vgg19(file.contents, path.string());
-    CHECK(file.contents.form == Form::safetensors);
-    CHECK(weights.layers.size() == 5);
-    CHECK_FALSE(weights.raw);
-    CHECK(weights.input.bgr);
-    CHECK(weights.input.padding == Vgg19Padding::reflect);
 }

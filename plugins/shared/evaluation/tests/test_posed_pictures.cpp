@@ -3,6 +3,7 @@
 #include <fresco/evaluation/posed_pictures.h>
 #include <fresco/files_io.h>
 #include <fresco/testing.h>
+#include <fresco/testing_scenes.h>
 
 using namespace fresco;
 using namespace fresco::evaluation;
@@ -14,11 +15,8 @@ Frames three_frames()
     Frames frames;
     for (const char* name : {"b", "a", "c"})
     {
-        Frame frame;
-        frame.sequence = "seq_01";
-        frame.name = name;
-        frame.color.intrinsics = {40, 30, 20, 20, 20, 15};
-        frames.frames.push_back(frame);
+        frames.frames.push_back(testing::frame(name, testing::camera(40, 30, 20)));
+        frames.frames.back().sequence = "seq_01";
     }
     return frames;
 }

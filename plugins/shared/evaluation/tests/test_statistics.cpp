@@ -24,19 +24,6 @@ TEST_CASE("Pearson's correlation of pairs worked out by hand")
     CHECK(std::isnan(mean({})));
 }
 
-TEST_CASE("the bootstrap interval of a mean is about two standard errors wide on each side")
-{
-    Random random(5);
-    std::vector<double> values;
-    for (int i = 0; i < 400; ++i)
-        values.push_back(10 + random.normal());
-    const Interval interval = bootstrap_mean(values, usual);
-    const double center = mean(values);
-    const double half = 1.96 / std::sqrt(400.0);  // the normal distribution's 95 %
-    CHECK(interval.low == Approx(center - half).margin(0.15 * half));
-    CHECK(interval.high == Approx(center + half).margin(0.15 * half));
-}
-
 TEST_CASE("the bootstrap covers the true mean about as often as it says")
 {
     Random random(11);

@@ -16,9 +16,7 @@ namespace
 Mesh laid_plane(float sx, float sy)
 {
     Mesh mesh = shapes::grid(4, [](float, float) { return 0.0F; });
-    for (const auto& t : mesh.triangles)
-        for (const auto v : t)
-            mesh.texcoords.push_back({mesh.positions[v].x * sx, mesh.positions[v].y * sy});
+    testing::set_texcoords(mesh, [=](Vec3f p) { return Vec2f{p.x * sx, p.y * sy}; });
     return mesh;
 }
 
@@ -40,17 +38,12 @@ TEST_CASE("a plane laid flat is perfect")
 {
     const auto plane = laid_plane(0.5F, 0.5F);
     const auto figures = atlas_figures(plane, 256);
-    CHECK(figures.charts == 1);
     CHECK(figures.used_share == Approx(0.25));
     CHECK(figures.texels_per_cm == Approx(1.28));
-    CHECK(figures.stretch_l2 == Approx(1));
     CHECK(figures.stretch_linf == Approx(1));
-    CHECK(figures.density_variation == Approx(0).margin(1e-6));
     CHECK(figures.seam_length_share == 0);
     CHECK(overlapping_texels(plane, 256) == 0);
-    CHECK(figures.squeezed_share == 0);
-    CHECK(figures.lost_faces == 0);
-    CHECK(figures.outside_corners == 0);
+    CHECK(figures.lost_faces + figures.outside_corners == 0);
 }
 
 TEST_CASE("a plane pulled to twice its length is stretched by hand's measure")
@@ -87,6 +80,7 @@ TEST_CASE("a cube of six charts: seams are its twelve edges")
     CHECK(figures.stretch_l2 == Approx(1));
     CHECK(figures.seam_length_share == Approx(12 / (12 + 6 * std::sqrt(2.0))));
     CHECK(figures.seam_length_m == Approx(1.2));
+    CHECK(texcoord_charts(cube) == std::vector<std::uint32_t>{0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5});
     CHECK(overlapping_texels(cube, 512) == 0);
 }
 
@@ -124,14 +118,6 @@ TEST_CASE("a mesh without an atlas is refused")
     CHECK_THROWS_AS(atlas_figures(mesh, 64), std::invalid_argument);
     mesh.texcoords.clear();
     CHECK_THROWS_AS(atlas_figures(mesh, 64), std::invalid_argument);
-}
-
-TEST_CASE("charts by texcoords are numbered by their first face")
-{
-    const auto charts = texcoord_charts(laid_cube());
-    REQUIRE(charts.size() == 12);
-    for (std::uint32_t f = 0; f < 12; ++f)
-        CHECK(charts[f] == f / 2);
 }
 
 TEST_CASE("the picture shows every chart in a color of its own, v upwards, and nothing elsewhere")

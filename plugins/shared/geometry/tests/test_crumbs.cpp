@@ -5,8 +5,6 @@
 #include <fresco/geometry/flatten.h>
 #include <fresco/numerics/numerics.h>
 
-#include <cmath>
-#include <numeric>
 #include <set>
 
 using namespace fresco::geometry;
@@ -199,27 +197,6 @@ TEST_CASE("a fin inside a chart goes into it with all its edges, and what is far
     CHECK(least_share(surface, flat) >= 0.05);
     CHECK(std::equal(flat.corners.begin(), flat.corners.begin() + 72, before.corners.begin()));  // the first row
     CHECK(flat.projected[0] == 1);
-}
-
-TEST_CASE("crumbs of many texels stay")
-{
-    const auto mesh = finned_plane();
-    const Surface surface(mesh);
-    auto flat = seen_from_above(mesh, [&](auto f) { return stands(mesh, f) ? 1u : 0u; });
-    const auto before = flat.corners;
-    CHECK(join_crumbs(surface, flat, 0.001, {}) == 0);
-    CHECK(flat.corners == before);
-}
-
-TEST_CASE("two crumbs of one fold go into the chart around one after the other")
-{
-    const auto mesh = finned_plane();
-    const Surface surface(mesh);
-    auto flat = seen_from_above(mesh, [&](auto f) { return stands(mesh, f) ? 1 + f % 2 : 0u; });
-    const auto before = charts_of(flat);
-    CHECK(join_crumbs(surface, flat, 0.02, {}) >= 1);
-    CHECK(charts_of(flat) < before);
-    CHECK(overlap_free(flat));
 }
 
 TEST_CASE("a crumb does not go where another part of the chart lies already")

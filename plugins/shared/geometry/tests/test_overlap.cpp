@@ -100,22 +100,6 @@ TEST_CASE("a helix that passes over itself is cut")
         CHECK(find_overlaps(flat.corners, faces, 1e-6).empty());
 }
 
-TEST_CASE("a folded vertex inside a plane is unfolded in place")
-{
-    auto mesh = shapes::grid(10, [](float, float) { return 0.0F; });
-    auto& p = mesh.positions[5 * 11 + 5];
-    p = {p.x + 0.13F, p.y + 0.02F, 0.03F};  // past its neighbor
-    const Surface surface(mesh);
-    fresco::Progress progress;
-    const auto flat = project_charts(surface, cut_into_charts(surface, usual.charts, progress),
-                                     {.charts = usual.charts, .texel_m = 0.03}, progress);
-    CHECK(flat.count == 1);
-    CHECK(flat.unfolded_faces > 0);
-    std::vector<std::uint32_t> all(mesh.triangles.size());
-    std::iota(all.begin(), all.end(), 0u);
-    CHECK(find_overlaps(flat.corners, all, 1e-6).empty());
-}
-
 TEST_CASE("a small flap at a border is unrolled; a large one stays a chart of its own")
 {
     // A square with a triangle that hangs down from one of its edges.

@@ -63,12 +63,6 @@ TEST_CASE("turning a bitmap")
     CHECK(turned.get(1, 0));
     CHECK(turned.get(1, 2));
     CHECK_FALSE(turned.get(0, 2));
-    auto round = l;
-    for (int k = 0; k < 4; ++k)
-        round = round.turned(1);
-    for (int y = 0; y < 2; ++y)
-        for (int x = 0; x < 3; ++x)
-            CHECK(round.get(x, y) == l.get(x, y));
     CHECK(l.turned(2).get(2, 0));
     CHECK(l.turned(3).get(1, 2));
 }

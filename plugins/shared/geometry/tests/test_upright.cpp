@@ -2,6 +2,7 @@
 
 #include <fresco/camera.h>
 #include <fresco/geometry/upright.h>
+#include <fresco/testing_scenes.h>
 
 #include <cmath>
 #include <numbers>
@@ -32,9 +33,7 @@ double degrees_between(Vec3d a, Vec3d b)
 /// A rectangle whose normal is along x × y.
 void add_rectangle(Mesh& mesh, Vec3f corner, Vec3f x, Vec3f y)
 {
-    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
-    mesh.positions.insert(mesh.positions.end(), {corner, corner + x, corner + x + y, corner + y});
-    mesh.triangles.insert(mesh.triangles.end(), {{first, first + 1, first + 2}, {first, first + 2, first + 3}});
+    testing::append(mesh, testing::rectangle(corner, x, y));
 }
 
 /// A room of 5 x 4 x 2.4 m seen from inside, z up, with a table; its ceiling is half scanned unless `whole`.

@@ -30,20 +30,6 @@ TEST_CASE("a lookup is sample_bilinear to the last bit")
     }
 }
 
-TEST_CASE("the corner of the texture and its middle by hand")
-{
-    UvMap map{RasterF(2, 1, 2), RasterF(2, 1), RasterF(2, 1), Raster8(2, 1, 1, 1)};
-    map.uv.values = {0.0F, 1.0F, 0.5F, 0.5F};
-    RasterF layer(2, 2, 3);
-    layer.at(0, 0, 0) = 4;  // upper left
-    layer.at(1, 1, 0) = 8;  // lower right
-    const LayerView view(valid_pixels(map), 2);
-    std::vector<float> out(6);
-    view.add_lookup(layer.values.data(), 0, 2, out.data());
-    CHECK(out[0] == 4);
-    CHECK(out[3] == 3);
-}
-
 TEST_CASE("with corners the outermost texels lie on the border")
 {
     UvMap map{RasterF(3, 1, 2), RasterF(3, 1), RasterF(3, 1), Raster8(3, 1, 1, 1)};

@@ -4,8 +4,6 @@
 #include <fresco/random.h>
 
 #include <algorithm>
-#include <bit>
-#include <numeric>
 
 using namespace fresco;
 using namespace fresco::numerics;
@@ -96,40 +94,6 @@ TEST_CASE("looking at few frames again picks as looking at all of them does")
         CHECK(order == plain_greedy(frames, 512));
         CHECK(order.size() > 5);
     }
-}
-
-TEST_CASE("the first picks reach 63 % of the best choice of as many frames, and mostly all of it")
-{
-    const auto worth = [](const std::vector<std::vector<SeenCell>>& frames, std::uint32_t chosen)
-    {
-        std::vector<std::uint32_t> best(64);
-        for (std::size_t i = 0; i < frames.size(); ++i)
-            if ((chosen >> i & 1U) != 0)
-                for (const SeenCell cell : frames[i])
-                    best[cell.cell()] = std::max(best[cell.cell()], cell.worth());
-        return std::accumulate(best.begin(), best.end(), 0.0);
-    };
-    double sum_of_shares = 0;
-    for (std::uint64_t seed = 0; seed < 10; ++seed)
-    {
-        Random random(seed);
-        std::vector<std::vector<SeenCell>> frames(10);
-        for (auto& frame : frames)
-            for (std::uint32_t cell = 0; cell < 64; ++cell)
-                if (random.below(4) == 0)
-                    frame.emplace_back(cell, static_cast<std::uint32_t>(1 + random.below(255)));
-        const auto order = greedy_order(frames, 64, Progress{});
-        std::uint32_t picked = 0;
-        for (std::size_t i = 0; i < 3; ++i)
-            picked |= 1U << order.at(i).frame;
-        double best = 0;
-        for (std::uint32_t chosen = 0; chosen < 1U << frames.size(); ++chosen)
-            if (std::popcount(chosen) == 3)
-                best = std::max(best, worth(frames, chosen));
-        CHECK(worth(frames, picked) >= 0.632 * best);
-        sum_of_shares += worth(frames, picked) / best;
-    }
-    CHECK(sum_of_shares > 9.8);
 }
 
 TEST_CASE("evenly spread numbers lie in the middle of equal stretches")

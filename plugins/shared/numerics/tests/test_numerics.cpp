@@ -109,18 +109,6 @@ Pairs pairs_of_all(const std::vector<double>& a, const std::vector<double>& b)
 
 }  // namespace
 
-TEST_CASE("directions pair by hand, across the end of the circle too")
-{
-    CHECK(nearest_pairs(std::vector<double>{}, std::vector<double>{1}).empty());
-    CHECK(nearest_pairs(std::vector<double>{0.5, 1}, std::vector<double>{}).empty());
-    CHECK(nearest_pairs(std::vector<double>{-3}, std::vector<double>{3}) == Pairs{{0, 0}});
-    // 3.1 and -3.1 are 0.08 apart; 3.0 is left with 1.0.
-    CHECK(nearest_pairs(std::vector<double>{3.0, 3.1}, std::vector<double>{1.0, -3.1}) == Pairs{{1, 1}, {0, 0}});
-    // The nearest pair goes first even where that leaves the others far apart.
-    CHECK(nearest_pairs(std::vector<double>{0, 1}, std::vector<double>{0.9, 2.5}) == Pairs{{1, 0}, {0, 1}});
-    CHECK(nearest_pairs(std::vector<double>{1, 1, 1}, std::vector<double>{1, 1, 1}).size() == 3);
-}
-
 TEST_CASE("pairs are those of all pairs in order")
 {
     fresco::Random random(7);

@@ -1,9 +1,12 @@
 #include "catch.h"
 
+#include <fresco/random.h>
 #include <fresco/raycast/scene.h>
+#include <fresco/raycast/view_renderer.h>
 #include <fresco/testing_scenes.h>
 
 #include <cmath>
+#include <utility>
 
 using namespace fresco;
 using namespace fresco::raycast;
@@ -27,24 +30,6 @@ Camera camera(int width, int height)
     return testing::camera(width, height, 0.8 * width);
 }
 
-/// Every triangle against the ray: the slow twin.
-Hit slow_cast(const Mesh& mesh, Vec3d origin, Vec3d direction)
-{
-    Hit best;
-    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
-    {
-        double distance = 0;
-        std::array<double, 3> w{};
-        if (!meet_plane(corners(mesh, t), origin, direction, distance, w) || distance < 0)
-            continue;
-        if (w[0] < 0 || w[1] < 0 || w[2] < 0 || (best.found() && best.distance <= distance))
-            continue;
-        best.triangle = t;
-        best.distance = distance;
-        best.weights = w;
-    }
-    return best;
-}
 }  // namespace
 
 TEST_CASE("packets agree with every triangle tried in turn")
@@ -61,7 +46,7 @@ TEST_CASE("packets agree with every triangle tried in turn")
         for (int x = 0; x < 37; ++x)
         {
             const Hit& fast = hits[static_cast<std::size_t>(y * 37 + x)];
-            const Hit slow = slow_cast(mesh, view.world_from_camera.translation, view.ray(x + 0.5, y + 0.5));
+            const auto slow = testing::cast(mesh, view.world_from_camera.translation, view.ray(x + 0.5, y + 0.5));
             REQUIRE(fast.found() == slow.found());
             if (!fast.found())
                 continue;
@@ -74,29 +59,6 @@ TEST_CASE("packets agree with every triangle tried in turn")
             CHECK(length(point - expected) < 1e-6);
         }
     CHECK(found > 300);
-}
-
-TEST_CASE("no ray slips between faces that share an edge")
-{
-    const Mesh mesh = sheet(16);
-    const Scene scene(mesh);
-    // Straight at vertices and at the middle of edges.
-    for (const Triangle& t : mesh.triangles)
-        for (std::size_t i = 0; i < 3; ++i)
-        {
-            const Vec3d a = vec_cast<double>(mesh.positions[t[i]]);
-            const Vec3d b = vec_cast<double>(mesh.positions[t[(i + 1) % 3]]);
-            const auto inner = [](Vec3d p) { return std::abs(p.x) < 0.99 && std::abs(p.y) < 0.99; };
-            if (!inner(a) || !inner(b))
-                continue;
-            const std::array<Vec3d, 2> directions{a, (a + b) * 0.5};
-            std::array<Hit, 2> hits;
-            scene.cast({}, directions, hits);
-            REQUIRE(hits[0].found());
-            REQUIRE(hits[1].found());
-            CHECK(hits[0].distance == Approx(1).epsilon(1e-5));
-            CHECK(hits[1].distance == Approx(1).epsilon(1e-5));
-        }
 }
 
 TEST_CASE("a hit is judged by side and depth")

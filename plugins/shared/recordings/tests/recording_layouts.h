@@ -1,17 +1,17 @@
 #pragma once
 
 #include "catch.h"
+#include "stored_png.h"
 
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
+#include <fresco/testing_scenes.h>
 #include <fresco/value.h>
 
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 #include <string>
 #include <vector>
@@ -42,15 +42,11 @@ inline Frames tiny_recording(const std::filesystem::path& folder, const ImageIo&
         frame.color.intrinsics = {32, 24, 30.5, 31.25, 15.75, 12.5};
         frame.depth = frame.color;
         frame.depth.intrinsics = frame.color.intrinsics.scaled_to(16, 12);
-        Raster8 color(32, 24, 3);
-        for (int y = 0; y < 24; ++y)
-            for (int x = 0; x < 32; ++x)
-                for (int c = 0; c < 3; ++c)
-                    color.at(x, y, c) = static_cast<std::uint8_t>(7 * x + 3 * y + 40 * c + i);
+        const Raster8 color = picture(32, 24, [i](int x, int y, int c) { return (7 * x + 3 * y + 40 * c + i) % 256; });
         Raster16 depth(16, 12);
         for (int y = 0; y < 12; ++y)
-            for (int x = 0; x < 16; ++x)
-                depth.at(x, y) = static_cast<std::uint16_t>(x == 0 ? 0 : 1000 + 10 * x + 100 * y + i);
+            for (int x = 1; x < 16; ++x)
+                depth.at(x, y) = static_cast<std::uint16_t>(1000 + 10 * x + 100 * y + i);
         frame.color_picture.path = folder / (frame.name + ".color.png");
         frame.depth_picture.path = folder / (frame.name + ".depth.png");
         write_file(frame.color_picture.path, images.encode_png(color));
@@ -314,28 +310,6 @@ inline void write_replica(const Frames& frames, const std::filesystem::path& fol
     write_file(folder.parent_path() / "cam_params.json", to_json(Value::Map{{"camera", camera}}, 1));
 }
 
-/// Bytes as zlib packs them (RFC 1950), in blocks that are stored as they are; at most 65535 bytes.
-inline std::string zlib_stored(const std::string& bytes)
-{
-    REQUIRE(bytes.size() <= 65535);
-    const auto length = static_cast<unsigned>(bytes.size());
-    std::string packed("\x78\x01\x01", 3);
-    for (const unsigned value : {length, ~length})
-        for (const unsigned shift : {0U, 8U})
-            packed += static_cast<char>(value >> shift & 255U);
-    packed += bytes;
-    std::uint32_t a = 1, b = 0;
-    for (const char c : bytes)
-    {
-        a = (a + static_cast<unsigned char>(c)) % 65521;
-        b = (b + a) % 65521;
-    }
-    for (const std::uint32_t value : {b, a})
-        for (const unsigned shift : {8U, 0U})
-            packed += static_cast<char>(value >> shift & 255U);
-    return packed;
-}
-
 /// ScanNet's .sens, version 4: color as the frames' files are, called JPEG; depth packed.
 /// \param edit  may change the pose of a frame before it is written
 inline void write_sens(const Frames& frames, const std::filesystem::path& file, const ImageIo& images,
@@ -378,13 +352,13 @@ inline void write_sens(const Frames& frames, const std::filesystem::path& file, 
         put(std::uint64_t{1000 * i});
         put(std::uint64_t{1000 * i + 4});
         const auto steps = load_depth_steps(frame, &images);
-        const std::string depth =
-            zlib_stored({reinterpret_cast<const char*>(steps.values.data()), steps.values.size() * sizeof(std::uint16_t)});
+        const auto* bytes = reinterpret_cast<const std::uint8_t*>(steps.values.data());
+        const auto depth = stored_png::zlib({bytes, bytes + steps.values.size() * sizeof(std::uint16_t)});
         const auto color = read_file(frame.color_picture.path);
         put(static_cast<std::uint64_t>(color.size()));
         put(static_cast<std::uint64_t>(depth.size()));
         out.append(reinterpret_cast<const char*>(color.data()), color.size());
-        out += depth;
+        out.append(depth.begin(), depth.end());
     }
     put(std::uint64_t{0});
     std::filesystem::create_directories(file.parent_path());

@@ -19,14 +19,6 @@
 namespace fresco::testing
 {
 
-/// A file to be damaged, and how many of 200 cuts and 500 flips its reader is known to find at least.
-struct DamagedFile
-{
-    std::filesystem::path file;  ///< Below the recording's folder; empty: `path` itself.
-    int cuts_refused = 200;
-    int flips_refused = 0;
-};
-
 /// A reader, and how a recording is written in its layout.
 struct ReaderUnderTest
 {
@@ -37,8 +29,8 @@ struct ReaderUnderTest
     /// Files of the second view, below `path`; empty: they are within another file.
     std::filesystem::path color{};
     std::filesystem::path depth{};
-    std::string pose_source{};           ///< What errors call the source of the second view's pose.
-    std::vector<DamagedFile> damaged{};  ///< Other files than those pictures.
+    std::string pose_source{};                     ///< What errors call the source of the second view's pose.
+    std::vector<std::filesystem::path> damaged{};  ///< Files to be damaged, other than those pictures.
     std::function<Value(const Frames& frames, const std::filesystem::path& path)> options{};
     double depth_step_m = 0.001;
     bool has_depth_camera = false;  ///< The layout has a depth camera of its own.

@@ -9,7 +9,6 @@
 #include <cmath>
 #include <numeric>
 #include <random>
-#include <set>
 #include <vector>
 
 using namespace fresco;
@@ -32,39 +31,6 @@ std::vector<std::pair<double, double>> places(const Clipped& part)
     return result;
 }
 }  // namespace
-
-TEST_CASE("a triangle between the planes stays as it is")
-{
-    const Clipped part = clipped({Vec3d{0, 0, 2}, {1, 0, 2}, {0, 1, 4}}, Frustum(square));
-    REQUIRE(part.count == 3);
-    CHECK(places(part) == std::vector<std::pair<double, double>>{{0, 0}, {0.5, 0}, {0, 0.25}});
-    CHECK(part.corners[2].nearness == 0.25F);
-}
-
-TEST_CASE("surface behind the camera is cut off, and nothing is left of a mesh behind it")
-{
-    const Frustum frustum(square);
-    CHECK(clipped({Vec3d{0, 0, -1}, {1, 0, -2}, {0, 1, -1}}, frustum).count == 0);
-    // A floor one meter below that goes on behind the camera: it ends at the guard, y / z = 3.
-    const Clipped part = clipped({Vec3d{-1, 1, -5}, {1, 1, -5}, {0, 1, 5}}, frustum);
-    REQUIRE(part.count >= 3);
-    double lowest = 0;
-    for (const auto& [x, y] : places(part))
-    {
-        CHECK(std::abs(x) <= 3 + 1e-12);
-        CHECK(y <= 3 + 1e-12);
-        lowest = std::max(lowest, y);
-    }
-    CHECK(lowest == Approx(3));
-}
-
-TEST_CASE("a triangle wider than the guard is cut at it")
-{
-    const Clipped part = clipped({Vec3d{-10, -0.5, 1}, {10, -0.5, 1}, {0, 10, 1}}, Frustum(square));
-    REQUIRE(part.count == 4);
-    for (const auto& [x, y] : places(part))
-        CHECK(std::max(std::abs(x), std::abs(y)) <= 3 + 1e-12);
-}
 
 TEST_CASE("two triangles get equal corners on their shared edge")
 {
@@ -154,21 +120,6 @@ std::vector<int> covers(const std::vector<Piece>& pieces)
 }
 }  // namespace
 
-TEST_CASE("a piece covers the pixel centers inside it, whichever way round it runs")
-{
-    // Pixels (i, j) with i, j >= 2 and i + j <= 9, its edges just beside the centers.
-    const Point a{31, 31};
-    const Point b{31, 8 * 16 - 14};
-    const Point c{8 * 16 - 14, 31};
-    for (const Piece& piece : {piece_of(5, a, b, c), piece_of(5, a, c, b), piece_of(5, c, a, b)})
-    {
-        const auto faces = drawn({piece});
-        for (int y = 0; y < Tile::height; ++y)
-            for (int x = 0; x < Tile::width; ++x)
-                CHECK(faces[index(x, y)] == (x >= 2 && y >= 2 && x + y <= 9 ? 5 : none));
-    }
-}
-
 TEST_CASE("every pixel of a triangulated sheet belongs to one piece, also those on edges and corners")
 {
     // Corners on pixel centers, halfway and anywhere; corners move too little to fold it.
@@ -206,22 +157,6 @@ TEST_CASE("every pixel of a triangulated sheet belongs to one piece, also those 
     }
 }
 
-TEST_CASE("a fan about a pixel center covers it once")
-{
-    const Point middle{10 * 16, 10 * 16};
-    std::vector<Piece> fan;
-    const std::vector<Point> rim{{80, 160}, {100, 60}, {160, 70}, {240, 100}, {230, 160}, {200, 260}, {160, 250}, {90, 230}};
-    for (std::size_t i = 0; i < rim.size(); ++i)
-        fan.push_back(piece_of(0, middle, rim[i], rim[(i + 1) % rim.size()]));
-    CHECK(covers(fan)[index(10, 10)] == 1);
-}
-
-TEST_CASE("a piece without area covers nothing")
-{
-    CHECK(drawn({piece_of(1, {0, 0}, {160, 160}, {320, 320}), piece_of(2, {32, 32}, {32, 32}, {32, 32}),
-                 piece_of(3, {0, 64}, {640, 64}, {64, 64})}) == std::vector<std::uint32_t>(drawn({}).size(), none));
-}
-
 TEST_CASE("the nearest piece is seen, of equally near ones the first face, in any order of drawing")
 {
     const auto all_over = [](std::uint32_t face, std::array<float, 3> nearness) {
@@ -238,16 +173,6 @@ TEST_CASE("the nearest piece is seen, of equally near ones the first face, in an
         std::shuffle(pieces.begin(), pieces.end(), random);
         CHECK(drawn(pieces) == faces);
     }
-}
-
-TEST_CASE("a piece is cut at the tile's borders and lies where it lies in any tile")
-{
-    const Piece piece = piece_of(1, {-5000, -7000}, {30000, 4000}, {2000, 30000});
-    const auto here = drawn({piece}, 64, 32);
-    const auto beside = drawn({piece}, 60, 30);
-    for (int y = 2; y < Tile::height; ++y)
-        for (int x = 4; x < Tile::width; ++x)
-            CHECK(here[index(x - 4, y - 2)] == beside[index(x, y)]);
 }
 
 TEST_CASE("coordinates at the limit do not overflow")
@@ -327,13 +252,6 @@ TileBins filled(const Mesh& mesh, const std::vector<Grid>& grids, const Intrinsi
     return bins;
 }
 
-std::set<std::uint32_t> faces_in(const TileBins& bins, std::uint32_t tile)
-{
-    std::set<std::uint32_t> faces;
-    for (const std::uint32_t number : bins.pieces_of(tile))
-        faces.insert(bins.pieces()[number].face);
-    return faces;
-}
 }  // namespace
 
 TEST_CASE("coordinates stay below the limit in pictures of any size")
@@ -355,37 +273,6 @@ TEST_CASE("coordinates stay below the limit in pictures of any size")
             }
         CHECK(grid.x(Projected{-grid.shift_x / grid.scale_x, 0, 1, 0}) == 0);
     }
-}
-
-TEST_CASE("faces are listed in the tiles they reach into, of every picture")
-{
-    // At depth 1 a unit is 100 pixels of the first picture and 50 of the second.
-    Mesh mesh;
-    mesh.positions = {{-0.6F, -0.6F, 1}, {0.6F, -0.6F, 1}, {-0.6F, 0.6F, 1},     // over most of the picture
-                      {0.2F, 0.2F, 1},   {0.3F, 0.2F, 1},  {0.2F, 0.3F, 1},      // in one tile
-                      {0.001F, 0, 1},    {0.002F, 0, 1},   {0.001F, 0.001F, 1},  // between pixel centers
-                      {5, 5, 1},         {6, 5, 1},        {5, 6, 1},            // out of sight
-                      {0.4F, -0.4F, 1},  {0.5F, -0.4F, 1}, {0.4F, -0.2F, -1}};   // reaches behind the camera
-    for (std::uint32_t i = 0; i < 15; i += 3)
-        mesh.triangles.push_back({i, i + 1, i + 2});
-    const Grid large(picture(128, 128), 0);
-    const Intrinsics half = picture(128, 128).scaled_to(64, 64);
-    const Grid small(half, large.end_tile);
-    REQUIRE(large.end_tile == 8);
-    REQUIRE(small.end_tile == 10);
-    const TileBins bins = filled(mesh, {large, small}, picture(128, 128));
-    for (std::uint32_t tile = 0; tile < 8; ++tile)
-    {
-        INFO(tile);
-        const auto faces = faces_in(bins, tile);
-        CHECK(faces.count(0) == 1);
-        CHECK(faces.count(1) == (tile == 5 ? 1 : 0));
-        CHECK(faces.count(2) == 0);
-        CHECK(faces.count(3) == 0);
-    }
-    CHECK(faces_in(bins, 1).count(4) == 1);
-    CHECK(faces_in(bins, 8).count(0) == 1);
-    CHECK(faces_in(bins, 9).count(1) == 1);
 }
 
 TEST_CASE("corners are in one order, whatever a face begins with")

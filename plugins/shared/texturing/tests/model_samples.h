@@ -4,17 +4,15 @@
 
 #include <fresco/files_io.h>
 #include <fresco/mesh.h>
+#include <fresco/testing_scenes.h>
 #include <fresco/value.h>
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <filesystem>
-#include <initializer_list>
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 /// \file Small textured models as files, written value by value.
@@ -152,16 +150,13 @@ struct Box
 
     static fresco::Raster8 picture(std::size_t side, int size = 16)
     {
-        fresco::Raster8 result(size, size, 3);
-        for (int y = 0; y < size; ++y)
-            for (int x = 0; x < size; ++x)
-            {
-                const auto rgb = color(side, (static_cast<float>(x) + 0.5F) / static_cast<float>(size),
-                                       1 - (static_cast<float>(y) + 0.5F) / static_cast<float>(size));
-                for (int c = 0; c < 3; ++c)
-                    result.at(x, y, c) = rgb[static_cast<std::size_t>(c)];
-            }
-        return result;
+        return fresco::testing::picture(size, size,
+                                        [&](int x, int y, int c)
+                                        {
+                                            const auto at = [&](int i)
+                                            { return (static_cast<float>(i) + 0.5F) / static_cast<float>(size); };
+                                            return color(side, at(x), 1 - at(y))[static_cast<std::size_t>(c)];
+                                        });
     }
 };
 

@@ -40,7 +40,7 @@ TEST_CASE("a mesh split along its seams is joined by position")
     CHECK(charts.seams.size() == 1);
 }
 
-TEST_CASE("a texel belongs to the face that holds its center, or to one that touches it")
+TEST_CASE("a texel that a face touches has its center's place on the face's plane")
 {
     Mesh mesh;
     mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
@@ -48,19 +48,7 @@ TEST_CASE("a texel belongs to the face that holds its center, or to one that tou
     // Corners at texel coordinates (1.2, 8.8), (6.2, 8.8), (1.2, 3.8) of a 10 x 10 texture, y down.
     mesh.texcoords = {{0.12F, 0.12F}, {0.62F, 0.12F}, {0.12F, 0.62F}};
     testing::TestRun run;
-    const Charts charts = find_charts(mesh);
-    const TexelFaces faces = find_texel_faces(mesh, charts, 10, run);
-    for (int y = 0; y < 10; ++y)
-        for (int x = 0; x < 10; ++x)
-        {
-            const auto texel = static_cast<std::size_t>(y * 10 + x);
-            const auto below_side = [](double px, double py) { return (px - 1.2) + (8.8 - py) <= 5; };
-            const bool center = x + 0.5 >= 1.2 && y + 0.5 <= 8.8 && below_side(x + 0.5, y + 0.5);
-            const bool touched = x + 1 >= 1.2 && y <= 8.8 && below_side(std::max<double>(x, 1.2), std::min(y + 1.0, 8.8));
-            INFO(x << ", " << y);
-            CHECK(faces.covered(texel) == touched);
-            CHECK(faces.inside[texel] == center);
-        }
+    const TexelFaces faces = find_texel_faces(mesh, find_charts(mesh), 10, run);
     CHECK(texel_position(mesh, faces, 85).x == Approx((5.5 - 1.2) / 5));  // texel (5, 8)
     CHECK(texel_position(mesh, faces, 85).y == Approx((8.8 - 8.5) / 5));
 }

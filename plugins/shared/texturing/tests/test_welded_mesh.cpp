@@ -1,5 +1,6 @@
 #include "catch.h"
 
+#include <fresco/testing_scenes.h>
 #include <fresco/texturing/exports.h>
 
 using namespace fresco;
@@ -10,16 +11,9 @@ namespace
 /// Two squares of one wall; `cut`: they lie apart in the atlas.
 Mesh wall(bool cut)
 {
-    Mesh mesh;
-    mesh.positions = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {0, 1, 0}, {1, 1, 0}, {2, 1, 0}};
-    mesh.triangles = {{0, 1, 4}, {0, 4, 3}, {1, 2, 5}, {1, 5, 4}};
-    const float shift = cut ? 0.25F : 0;
-    for (const Triangle& t : mesh.triangles)
-        for (const std::uint32_t v : t)
-        {
-            const Vec3f p = mesh.positions[v];
-            mesh.texcoords.push_back({p.x / 4 + (mesh.texcoords.size() >= 6 ? shift : 0), p.y / 4});
-        }
+    Mesh mesh = testing::two_chart_wall();
+    if (!cut)
+        testing::set_texcoords(mesh, [](Vec3f p) { return Vec2f{p.x / 4, p.y / 4}; });
     return mesh;
 }
 }  // namespace

@@ -100,20 +100,6 @@ TEST_CASE("back faces, near faces and the void are invalid and counted")
     CHECK(one_map(wall(), away, 6).counts.nothing == 48);
 }
 
-TEST_CASE("the cosine comes from area-weighted vertex normals")
-{
-    // A ridge: the faces lean by 45 degrees to both sides, the edge's vertices get the mean normal (0,0,-1).
-    Mesh mesh;
-    mesh.positions = {{0, -1, 1}, {0, 1, 1}, {-1, 0, 2}, {1, 0, 2}};
-    mesh.triangles = {{0, 2, 1}, {0, 1, 3}};
-    mesh.texcoords.assign(6, {0.5F, 0.5F});
-    const UvMap map = one_map(mesh, straight(201, 101, 1000), 101).map;
-    REQUIRE(map.valid.at(100, 50) == 1);
-    CHECK(map.cosine.at(100, 50) == Approx(1).epsilon(1e-3));        // on the edge: smooth
-    CHECK(map.cosine.at(100, 50) > std::cos(0.7));                   // a flat normal would give cos 45 degrees
-    CHECK(map.cosine.at(200, 50) < map.cosine.at(100, 50) - 1e-3F);  // and it bends toward the sides
-}
-
 TEST_CASE("maps equal those of a test of every face, also where faces cross the camera's plane")
 {
     const Mesh mesh = cave(24);
@@ -162,25 +148,6 @@ TEST_CASE("no pixel slips between faces whose edges and corners lie on pixel cen
     camera.intrinsics = {36, 36, 16, 16, -1.5, -1.5};
     const auto faces = faces_of(mesh, camera);
     CHECK(std::count(faces.begin(), faces.end(), no_face) == 0);
-}
-
-TEST_CASE("the inside of a cube has no hole from wherever it is seen")
-{
-    Mesh mesh;
-    for (int i = 0; i < 8; ++i)
-        mesh.positions.push_back({i & 1 ? 1.0F : -1.0F, i & 2 ? 1.0F : -1.0F, i & 4 ? 1.0F : -1.0F});
-    // Counter-clockwise seen from inside.
-    mesh.triangles = {{0, 1, 3}, {0, 3, 2}, {4, 7, 5}, {4, 6, 7}, {0, 5, 1}, {0, 4, 5},
-                      {2, 3, 7}, {2, 7, 6}, {0, 2, 6}, {0, 6, 4}, {1, 7, 3}, {1, 5, 7}};
-    mesh.texcoords.assign(36, {0.5F, 0.5F});
-    for (int i = 0; i < 20; ++i)
-    {
-        Camera camera = turned(straight(48, 40, 20), 0.37 * i);
-        camera.world_from_camera.translation = {0.3 * std::sin(i), 0.2 * std::cos(3 * i), 0.4 * std::sin(2 * i)};
-        CHECK(one_map(mesh, camera, 40).counts.valid == 1920);
-    }
-    // On a corner's diagonal and right on the middle of the cube.
-    CHECK(one_map(mesh, turned(straight(48, 40, 20), std::acos(-1.0) / 4), 40).counts.valid == 1920);
 }
 
 TEST_CASE("faces without area are not seen and hide nothing")
@@ -291,16 +258,4 @@ TEST_CASE("maps are equal for any number of threads and in any company")
             CHECK(a[i].counts == other->counts);
         }
     }
-}
-
-TEST_CASE("the search for faces can be canceled")
-{
-    struct Stop final : Progress
-    {
-        void check_canceled() const override { throw Canceled(); }
-    };
-    const Mesh mesh = wall();
-    const Camera camera = straight(8, 6, 10);
-    std::vector<FaceMap> faces(1, FaceMap(8, 6));
-    CHECK_THROWS_AS(make_finder(mesh)->find(std::span(&camera, 1), Stop{}, faces), Canceled);
 }

@@ -27,12 +27,8 @@ std::shared_ptr<Frames> two_frames()
     auto frames = std::make_shared<Frames>();
     for (const char* name : {"frame-000000", "frame-000001"})
     {
-        Frame frame;
-        frame.sequence = "seq-01";
-        frame.name = name;
-        frame.color.intrinsics = {64, 48, 50, 50, 32, 24};
-        frame.depth.intrinsics = {32, 24, 40, 40, 16, 12};
-        frame.depth.world_from_camera.translation = {0.5, 0.5, 0};
+        Frame frame = testing::frame(name, testing::camera(64, 48, 50));
+        frame.depth = testing::camera(32, 24, 40, {0.5, 0.5, 0});
         frames->frames.push_back(frame);
     }
     frames->frames[1].color.world_from_camera.translation = {0, 0, 5};
@@ -52,16 +48,12 @@ std::string error_of(const Value& options, std::shared_ptr<Mesh> mesh, std::shar
     testing::TemporaryFolder folder;
     testing::TestRun run;
     testing::TestFactory factory;
-    try
-    {
-        testing::run_stage(stage(), options, {{"mesh", mesh}, {"frames", frames}}, folder.path(), run, factory);
-    }
-    catch (const Error& error)
-    {
-        return error.what();
-    }
-    return "";
+    return testing::error_of(
+        [&] {
+            testing::run_stage(stage(), options, {{"mesh", mesh}, {"frames", frames}}, folder.path(), run, factory);
+        });
 }
+
 }  // namespace
 
 TEST_CASE("the stage streams a map per frame and height and counts what it saw")
@@ -180,31 +172,19 @@ TEST_CASE("an atlas for a larger texture has its texcoords stored in smaller ste
 
 TEST_CASE("what the stage cannot use is refused with the way out")
 {
+    const auto refused = [](const Value& options, std::shared_ptr<Mesh> mesh, std::shared_ptr<Frames> frames, const char* reason)
+    { CHECK_THAT(error_of(options, std::move(mesh), std::move(frames)), Catch::Contains(reason)); };
     auto bare = shared_wall();
     bare->texcoords.clear();
-    CHECK(error_of(Value::Map{}, bare, two_frames()).find("wire an atlas.* stage") != std::string::npos);
+    refused(Value::Map{}, bare, two_frames(), "wire an atlas.* stage");
     auto repeating = shared_wall();
     repeating->texcoords[4].y = 1.5F;
-    CHECK(error_of(Value::Map{}, repeating, two_frames()).find("face 1 of the mesh on port 'mesh' has texcoords outside [0,1]") !=
-          std::string::npos);
-    CHECK(error_of(Value::Map{}, shared_wall(), std::make_shared<Frames>()).find("no frames") != std::string::npos);
+    refused(Value::Map{}, repeating, two_frames(), "face 1 of the mesh on port 'mesh' has texcoords outside [0,1]");
+    refused(Value::Map{}, shared_wall(), std::make_shared<Frames>(), "no frames");
     auto twisted = two_frames();
     twisted->frames[1].color.world_from_camera.rotation(0, 0) = 2;
-    CHECK(error_of(Value::Map{}, shared_wall(), twisted).find("seq-01/frame-000001") != std::string::npos);
-    CHECK(error_of(Value::Map{{"heights_px", Value::List{32, 32}}}, shared_wall(), two_frames()).find("32 twice") !=
-          std::string::npos);
-    CHECK(error_of(Value::Map{{"heights_px", Value::List{}}}, shared_wall(), two_frames()).find("empty") != std::string::npos);
-    CHECK(error_of(Value::Map{{"heights_px", Value::List{8}}}, shared_wall(), two_frames()).find("heights_px") !=
-          std::string::npos);
-}
-
-TEST_CASE("a canceled run stops")
-{
-    testing::TemporaryFolder folder;
-    testing::TestRun run;
-    run.cancel_after(3);
-    testing::TestFactory factory;
-    CHECK_THROWS_AS(testing::run_stage(stage(), Value::Map{}, {{"mesh", shared_wall()}, {"frames", two_frames()}}, folder.path(),
-                                       run, factory),
-                    Canceled);
+    refused(Value::Map{}, shared_wall(), twisted, "seq-01/frame-000001");
+    for (const auto& [heights, reason] :
+         {std::pair{Value::List{32, 32}, "32 twice"}, {{}, "empty"}, {Value::List{8}, "heights_px"}})
+        refused(Value::Map{{"heights_px", heights}}, shared_wall(), two_frames(), reason);
 }

@@ -14,10 +14,8 @@ TEST_CASE("views of uv maps find their frames by sequence and name, in any order
     Frames frames;
     for (const auto& [sequence, name] : {std::pair{"a", "0"}, {"x", "9"}, {"a", "1"}, {"b", "0"}})
     {
-        Frame frame;
-        frame.sequence = sequence;
-        frame.name = name;
-        frames.frames.push_back(frame);
+        frames.frames.emplace_back().sequence = sequence;
+        frames.frames.back().name = name;
     }
     CHECK(frames_of_views(maps, frames) == std::vector<std::size_t>{3, 2, 0});
     frames.frames.erase(frames.frames.begin() + 2);

@@ -2,6 +2,7 @@
 
 #include <fresco/camera.h>
 #include <fresco/mesh.h>
+#include <fresco/testing_scenes.h>
 
 #include <cmath>
 #include <random>
@@ -13,15 +14,7 @@ namespace cases
 
 using namespace fresco;
 
-/// A wall z = 2 over x, y in [-2,2], facing the origin; uv runs with x and against y (an image's y points down).
-inline Mesh wall()
-{
-    Mesh mesh;
-    mesh.positions = {{-2, -2, 2}, {2, -2, 2}, {2, 2, 2}, {-2, 2, 2}};
-    mesh.triangles = {{0, 2, 1}, {0, 3, 2}};
-    mesh.texcoords = {{0, 1}, {1, 0}, {1, 1}, {0, 1}, {0, 0}, {1, 0}};
-    return mesh;
-}
+using testing::wall;
 
 /// Adds the face to the mesh, with new vertices and one texcoord.
 inline void add_face(Mesh& mesh, Vec3f a, Vec3f b, Vec3f c, Vec2f uv = {0.5F, 0.5F})
@@ -93,9 +86,7 @@ inline Mesh debris(int faces, unsigned seed)
 
 inline Camera straight(int width, int height, double focal)
 {
-    Camera camera;
-    camera.intrinsics = {width, height, focal, focal, width / 2.0, height / 2.0};
-    return camera;
+    return testing::camera(width, height, focal);
 }
 
 /// Turned about the y axis.

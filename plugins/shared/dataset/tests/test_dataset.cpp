@@ -1,11 +1,16 @@
 #include "catch.h"
 
+#include <fresco/dataset/dataset_files.h>
 #include <fresco/dataset/manifest.h>
-
 #include <fresco/error.h>
+#include <fresco/files_io.h>
+#include <fresco/npy.h>
+#include <fresco/testing.h>
 #include <fresco/value.h>
 
+#include <cmath>
 #include <functional>
+#include <limits>
 
 using namespace fresco;
 using Catch::Contains;
@@ -47,15 +52,7 @@ std::string error_of(const std::function<void(Value&)>& change)
 {
     Value root = parse_json(dataset::to_text(small_manifest()));
     change(root);
-    try
-    {
-        dataset::parse_manifest(to_json(root), "room/dataset.json");
-    }
-    catch (const Error& error)
-    {
-        return error.what();
-    }
-    return "";
+    return fresco::testing::error_of([&] { dataset::parse_manifest(to_json(root), "room/dataset.json"); });
 }
 
 Value& first_view(Value& root)
@@ -161,4 +158,35 @@ TEST_CASE("names that lead out of the folder, or are missing, are refused")
     CHECK_THAT(error_of([](Value& root) { first_file(root).set("bytes", -1); }), Contains("files[0].bytes"));
     CHECK_THAT(error_of([](Value& root) { root.find("files")->as_list().push_back(first_file(root)); }),
                Contains("mesh.ply appears twice"));
+}
+
+TEST_CASE("texcoords as uint16 are off by half a step of 1/65535 at most, and exact at both ends")
+{
+    RasterF uv(1000, 1, 2);
+    for (std::size_t i = 0; i < uv.values.size(); ++i)
+        uv.values[i] = static_cast<float>(i) / static_cast<float>(uv.values.size() - 1);
+    const RasterF back = dataset::restored(dataset::quantized(uv));
+    for (std::size_t i = 0; i < uv.values.size(); ++i)
+        CHECK(std::abs(back.values[i] - uv.values[i]) <= 0.5 / 65535 + 1e-7);
+    CHECK(back.values.front() == 0);
+    CHECK(back.values.back() == 1);
+    uv.values = {-1e-6F, 1 + 1e-6F};
+    CHECK(dataset::quantized(uv).values[0] == 0);
+    CHECK(dataset::quantized(uv).values[1] == 65535);
+}
+
+TEST_CASE("rasters read back from NPY, and only as what they are")
+{
+    Raster8 picture(3, 2, 3);
+    picture.at(2, 1, 2) = 9;
+    const auto npy = dataset::to_npy(picture);
+    CHECK(dataset::raster8_from(npy, 3, 2, 3, "a.npy") == picture);
+    CHECK(dataset::picture_from(npy, "a.npy") == picture);
+    CHECK_THROWS_WITH(dataset::raster8_from(npy, 2, 3, 3, "a.npy"), "a.npy: an array of 2 x 3 x 3; expected 3 x 2 x 3");
+    CHECK_THROWS_WITH(dataset::raster8_from(npy, 3, 2, 1, "a.npy"), Contains("expected 2 x 3"));
+    CHECK_THROWS_WITH(dataset::raster_f_from(npy, 3, 2, 3, "a.npy"), "a.npy: wrong array type; expected float32");
+    const RasterF depth(4, 2, 1, 1.5F);
+    CHECK(dataset::raster_f_from(dataset::to_npy(depth), 4, 2, 1, "d.npy") == depth);
+    CHECK_THROWS_WITH(dataset::picture_from(dataset::to_npy(depth), "d.npy"), Contains("d.npy: expected a picture, uint8"));
+    CHECK_THROWS_WITH(dataset::picture_from(dataset::to_npy(Raster8(0, 0)), "d.npy"), Contains("1 to 200 million pixels"));
 }

@@ -9,12 +9,10 @@
 #include <algorithm>
 #include <chrono>
 #include <csignal>
-#include <cstdio>
-#include <cstring>
+#include <cstdlib>
 #include <map>
 #include <sys/wait.h>
 #include <thread>
-#include <unistd.h>
 
 namespace fs = std::filesystem;
 
@@ -28,44 +26,29 @@ struct Finished
     std::string err;
 };
 
-pid_t started(std::vector<std::string> words, const std::map<std::string, std::string>& environment, const fs::path& folder,
-              const std::string& out, const std::string& err)
+std::string quoted(const std::string& word)
 {
-    std::vector<char*> argv;
-    for (auto& word : words)
-        argv.push_back(word.data());
-    argv.push_back(nullptr);
-    std::fflush(nullptr);
-    const pid_t pid = fork();
-    REQUIRE(pid >= 0);
-    if (pid == 0)
-    {
-        if (chdir(folder.c_str()) != 0 || freopen(out.c_str(), "w", stdout) == nullptr ||
-            freopen(err.c_str(), "w", stderr) == nullptr)
-            _exit(126);
-        for (const auto& [name, value] : environment)
-            setenv(name.c_str(), value.c_str(), 1);
-        execv(argv[0], argv.data());
-        _exit(127);
-    }
-    return pid;
+    std::string result = "'";
+    for (const char c : word)
+        result += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return result + "'";
 }
 
 /// A folder in which the program runs.
 class Workplace
 {
   public:
-    Workplace() { environment["XDG_CACHE_HOME"] = file("cache"); }
-
-    std::map<std::string, std::string> environment;
+    std::string path = std::getenv("PATH");
 
     fs::path file(const std::string& name) const { return folder_.path() / name; }
-    Finished run(std::vector<std::string> words) const
+    Finished run(const std::vector<std::string>& words) const
     {
-        words.insert(words.begin(), FRESCO_WEIGHTS);
-        int status = 0;
-        waitpid(started(std::move(words), environment, folder_.path(), file("out"), file("err")), &status, 0);
-        return {WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status), fresco::read_text_file(file("out")),
+        std::string command = "cd " + quoted(file(".")) + " && PATH=" + quoted(path) +
+                              " XDG_CACHE_HOME=" + quoted(file("cache")) + " " + quoted(FRESCO_WEIGHTS);
+        for (const auto& word : words)
+            command += " " + quoted(word);
+        const int status = std::system((command + " >out 2>err").c_str());
+        return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, fresco::read_text_file(file("out")),
                 fresco::read_text_file(file("err"))};
     }
 
@@ -106,19 +89,20 @@ class Server
         const auto port = place.file("port");
         fs::remove(port);
         fresco::write_file(file, contents);
-        std::vector<std::string> texts{FRESCO_PYTHON, FRESCO_RANGE_SERVER, file.string(), port.string(), log_.string()};
-        texts.insert(texts.end(), options.begin(), options.end());
-        pid_ = started(texts, {}, place.file("."), place.file("server_out"), place.file("server_err"));
+        std::string command = quoted(FRESCO_PYTHON);
+        for (const std::string& word : {std::string(FRESCO_RANGE_SERVER), file.string(), port.string(), log_.string()})
+            command += " " + quoted(word);
+        for (const auto& option : options)
+            command += " " + quoted(option);
+        const auto number = quoted(place.file("pid"));
+        REQUIRE(std::system((command + " >/dev/null 2>&1 & echo $! >" + number).c_str()) == 0);
         for (int i = 0; i < 2000 && !fs::exists(port); ++i)
             std::this_thread::sleep_for(std::chrono::milliseconds(10));
         REQUIRE(fs::exists(port));
+        pid_ = std::stoi(fresco::read_text_file(place.file("pid")));
         address_ = "http://127.0.0.1:" + fresco::read_text_file(port) + "/";
     }
-    ~Server()
-    {
-        kill(pid_, SIGKILL);
-        waitpid(pid_, nullptr, 0);
-    }
+    ~Server() { kill(pid_, SIGKILL); }
     Server(const Server&) = delete;
     Server& operator=(const Server&) = delete;
 
@@ -268,7 +252,7 @@ TEST_CASE("weights get refuses what is not the file")
     CHECK(mine.code == 1);
     CHECK(contains(mine.err, "remove it"));
     CHECK(fresco::read_text_file(place.file("w.pth")) == "mine");
-    place.environment["PATH"] = "/nowhere";
+    place.path = "/nowhere";
     fs::remove(place.file("w.pth"));
     CHECK(contains(get({"--url", server.url(), "--sha256", hash}).err, "curl is not installed"));
 }

@@ -1,16 +1,71 @@
 #include "catch.h"
 #include "pair_figures.h"
-#include "wall_scene.h"
+#include "stored_png.h"
 
+#include <fresco/files.h>
+#include <fresco/files_io.h>
+#include <fresco/frames.h>
 #include <fresco/random.h>
+#include <fresco/testing.h>
+#include <fresco/testing_scenes.h>
+#include <fresco/texture.h>
 
+#include <algorithm>
 #include <cmath>
 
 using namespace fresco;
-using namespace wall_scene;
+using fresco::testing::picture;
 
 namespace
 {
+
+// A wall z = 2 m over x, y in [-3, 3] m that faces the cameras, which look along z: a pixel is 2 cm at 100 px focal length.
+
+TexturedMesh wall(Raster8 picture)
+{
+    TexturedMesh textured;
+    textured.mesh = fresco::testing::wall(3);
+    textured.image = Image(std::move(picture));
+    return textured;
+}
+
+/// Moved by (x, y) px of the wall's picture in it, and forwards by z meters.
+Camera camera(int width, int height, double x_px, double y_px, double z = 0)
+{
+    return fresco::testing::camera(width, height, 100, {x_px * 0.02, y_px * 0.02, z});
+}
+
+/// What a camera that looks along z sees of the wall, without casting.
+ViewSurface surface(const Camera& camera)
+{
+    const int width = camera.intrinsics.width;
+    const int height = camera.intrinsics.height;
+    const auto depth = static_cast<float>(2 - camera.world_from_camera.translation.z);
+    ViewSurface view{camera, RasterF(width, height, 1, depth), Raster8(width, height), Raster<std::uint32_t>(width, height)};
+    find_inner_pixels(view);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+        {
+            const Vec3d p = view.point(x, y);
+            view.triangles.at(x, y) = p.x > p.y ? 0 : 1;  // the diagonal x = y parts them
+        }
+    return view;
+}
+
+/// The wall's picture seen at pixel centers, bilinear, without mip-maps.
+Raster8 render(const TexturedMesh& textured, const Camera& camera)
+{
+    const raycast::MipMaps maps(textured.image.pixels, raycast::TextureFilter::bilinear);
+    const double depth = 2 - camera.world_from_camera.translation.z;
+    return picture(camera.intrinsics.width, camera.intrinsics.height,
+                   [&](int x, int y, int c)
+                   {
+                       const Vec3d p = camera.world_from_camera.translation + camera.ray(x + 0.5, y + 0.5) * depth;
+                       const Vec3d color = maps.sample({(p.x + 3) / 6, 1 - (p.y + 3) / 6}, 0);
+                       return c == 0 ? color.x : c == 1 ? color.y : color.z;
+                   });
+}
+
 double target_x(const Match& match)
 {
     return match.target.x0 + match.target.share_x;
@@ -20,20 +75,6 @@ double target_y(const Match& match)
     return match.target.y0 + match.target.share_y;
 }
 }  // namespace
-
-TEST_CASE("equal cameras match every pixel with itself, exactly")
-{
-    Camera c = camera(40, 30, 7, -3);
-    const ViewSurface view = surface(c);
-    const auto matches = covisible(view, view, Protocol::paper);
-    REQUIRE(matches.size() == 40 * 30);
-    for (const Match& match : matches)
-    {
-        CHECK(target_x(match) == match.x);
-        CHECK(target_y(match) == match.y);
-        CHECK(match.target.x1 == match.target.x0);
-    }
-}
 
 TEST_CASE("a camera that moves by pixels finds points that many pixels back")
 {
@@ -308,26 +349,6 @@ TEST_CASE("blur and less contrast improve the value but not the headline")
     }
 }
 
-TEST_CASE("blurring pictures that flicker does not improve the headline")
-{
-    const TexturedMesh textured = wall(noise_picture(300, 300, 4));
-    const Camera a = camera(width, height, 0, 0);
-    const Camera b = camera(width, height, 2.25, 0);
-    const auto flickering = [&](const Camera& c, std::uint64_t seed)
-    {
-        Random random(seed);
-        const Raster8 seen = render(textured, c);
-        return picture(width, height, [&](int x, int y, int k) { return seen.at(x, y, k) + 12 * random.normal(); });
-    };
-    const Raster8 first = flickering(a, 5);
-    const Raster8 second = flickering(b, 6);
-    const PairFigures plain = judge(a, first, b, second, textured, false);
-    const PairFigures blur = judge(a, blurred(first), b, blurred(second), textured, false);
-    CHECK(plain.headline > 0.02);
-    CHECK(blur.value < 0.5 * plain.value);
-    CHECK(blur.headline >= plain.headline);
-}
-
 TEST_CASE("pairs with too little in common are dropped and counted")
 {
     const TexturedMesh textured = wall(noise_picture(300, 300, 7));
@@ -348,4 +369,135 @@ TEST_CASE("pairs with too little in common are dropped and counted")
     CHECK_FALSE(all.invalid);
     CHECK(all.value.value == Approx(kept.value));
     CHECK(summary({dropped}, {.resamples = 2000, .seed = 1}).invalid);
+}
+
+namespace
+{
+/// Six recorded frames, numbers 0, 8, …, 40, that move by 2.5 px each, and their renders.
+class Recording
+{
+  public:
+    Recording()
+    {
+        Random random(1);
+        textured =
+            std::make_shared<TexturedMesh>(wall(picture(300, 300, [&](int, int, int) { return 128 + 40 * random.normal(); })));
+        for (int i = 0; i < 6; ++i)
+        {
+            Frame frame;
+            frame.sequence = "seq-01";
+            frame.number = 8 * i;
+            frame.name = "frame-" + std::to_string(frame.number);
+            frame.color = frame.depth = camera(48, 36, 2.5 * i, 0.3 * i);
+            frames->frames.push_back(frame);
+            views->names.push_back("seq-01_" + frame.name + ".png");
+            write_file(folder.path() / views->names.back(), stored_png::Codec().encode_png(render(*textured, frame.color)));
+        }
+        views->loaded_from = folder.path();
+    }
+
+    testing::Inputs rendered() const { return {{"views", views}, {"frames", frames}, {"textured_mesh", textured}}; }
+
+    std::string judge(const Value& options, const testing::Inputs& inputs, testing::TestRun& run) const
+    {
+        testing::TemporaryFolder out;
+        testing::run_stage(FRESCO_PLUGIN_FILE, "evaluate.reprojection", options, inputs, out.path(), run,
+                           {{"images", std::make_shared<stored_png::Codec>()}});
+        const auto files = Files::load({out.path() / "figures", out.path()});
+        REQUIRE(files->names.size() == 1);
+        return read_text_file(files->loaded_from / files->names[0]);
+    }
+
+    testing::TemporaryFolder folder;
+    std::shared_ptr<TexturedMesh> textured;
+    std::shared_ptr<Frames> frames = std::make_shared<Frames>();
+    std::shared_ptr<Files> views = std::make_shared<Files>();
+};
+
+const Value kitchen_gaps = Value::Map{{"short_gap", 8}, {"long_gap", 24}};
+}  // namespace
+
+TEST_CASE("the stage judges renders by gaps in recorded numbers")
+{
+    const Recording recording;
+    testing::TestRun run;
+    const Value figures = parse_json(recording.judge(kitchen_gaps, recording.rendered(), run));
+    CHECK(figures.at("floor_of").as_string() == "texture");
+    CHECK(figures.at("short").at("pairs").as_int() == 5);
+    CHECK(figures.at("short").at("frames_without_target").as_int() == 1);
+    CHECK(figures.at("long").at("pairs").as_int() == 3);
+    CHECK(figures.at("long").at("pair_figures").as_list().size() == 3);
+    const Value& value = figures.at("short").at("value");
+    CHECK(value.at("value").as_double() > 0.02);
+    CHECK(value.at("low").as_double() <= value.at("value").as_double());
+    CHECK(value.at("high").as_double() >= value.at("value").as_double());
+    CHECK(std::abs(figures.at("short").at("headline").at("value").as_double()) < 0.01);
+    CHECK(run.reported.at("short_value").at("value") == value.at("value"));
+    CHECK(run.reported.at("long_dropped_pairs").as_int() == 0);
+    CHECK(std::ranges::any_of(run.messages, [](const auto& line) { return line.starts_with("short value 0.0"); }));
+}
+
+TEST_CASE("every n-th picture's pairs are those of the whole run")
+{
+    const Recording recording;
+    testing::TestRun run;
+    const Value all = parse_json(recording.judge(kitchen_gaps, recording.rendered(), run));
+    Value options = kitchen_gaps;
+    options.set("every", 2);
+    const Value some = parse_json(recording.judge(options, recording.rendered(), run));
+    CHECK(some.at("short").at("pairs").as_int() == 3);
+    CHECK(some.at("short").at("frames_without_target").as_int() == 1);
+    CHECK(some.at("short").at("pair_figures").as_list()[1] == all.at("short").at("pair_figures").as_list()[2]);
+}
+
+TEST_CASE("a folder of pictures is judged with a plain mesh")
+{
+    const Recording recording;
+    testing::TestRun run;
+    Value options = kitchen_gaps;
+    options.set("folder", recording.folder.path().string());
+    const auto mesh = std::make_shared<Mesh>(recording.textured->mesh);
+    const Value figures = parse_json(recording.judge(options, {{"frames", recording.frames}, {"mesh", mesh}}, run));
+    CHECK(figures.at("floor_of").as_string() == "picture");
+    CHECK(figures.at("short").at("pairs").as_int() == 5);
+    CHECK(run.files_read.size() == 6);
+}
+
+TEST_CASE("the released protocol measures squares by list positions at 256 px")
+{
+    const Recording recording;
+    testing::TestRun run;
+    const Value figures =
+        parse_json(recording.judge(Value::Map{{"protocol", "released"}, {"long_gap", 3}}, recording.rendered(), run));
+    CHECK(figures.at("short").at("pairs").as_int() == 6);  // each frame has one before or behind it
+    CHECK(figures.at("short").at("gap").as_int() == 1);
+    CHECK(figures.at("long").at("pairs").as_int() == 6);
+    CHECK(figures.at("short").at("value").at("value").as_double() > 1);  // of 255 squared
+}
+
+TEST_CASE("a flat texture is warned about")
+{
+    const Recording recording;
+    for (const std::string& name : recording.views->names)
+        write_file(recording.folder.path() / name, stored_png::Codec().encode_png(Raster8(48, 36, 3, 77)));
+    testing::TestRun run;
+    const Value figures = parse_json(recording.judge(kitchen_gaps, recording.rendered(), run));
+    CHECK(figures.at("short").at("invalid").as_bool());
+    CHECK(figures.at("short").at("headline").at("value").is_null());
+    CHECK(std::ranges::any_of(run.messages,
+                              [](const auto& line) { return line.starts_with("warning: the short figures are invalid"); }));
+}
+
+TEST_CASE("the stage refuses what it cannot judge")
+{
+    const Recording recording;
+    testing::TestRun run;
+    CHECK_THROWS_WITH(recording.judge(Value::Map{}, recording.rendered(), run), Catch::Contains("smallest difference is 8"));
+    auto inputs = recording.rendered();
+    inputs.erase("textured_mesh");
+    CHECK_THROWS_WITH(recording.judge(kitchen_gaps, inputs, run), Catch::Contains("wire one of the ports"));
+    inputs["mesh"] = std::make_shared<Mesh>(recording.textured->mesh);
+    Value texture_floor = kitchen_gaps;
+    texture_floor.set("floor", "texture");
+    CHECK_THROWS_WITH(recording.judge(texture_floor, inputs, run), Catch::Contains("choose floor: picture"));
 }

@@ -44,7 +44,7 @@ PictureFile picture_from(const JsonPlace& place, const ArtifactFolder& folder)
         return {};
     place.has_only({"ref", "hash"});
     PictureFile picture;
-    const std::string& reference = place["ref"].text();
+    const std::string reference = place["ref"].text();
     try
     {
         picture.path = referred_file(reference, folder);

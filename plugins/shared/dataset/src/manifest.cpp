@@ -155,7 +155,7 @@ std::pair<std::string, FileStamp> file_from(const JsonPlace& place)
     place.has_only({"name", "bytes", "hash"});
     const std::string name = name_from(place["name"]);
     const std::int64_t bytes = place["bytes"].integer(0);
-    const std::string& hash = place["hash"].text();
+    const std::string hash = place["hash"].text();
     if (hash.size() != 32 || hash.find_first_not_of("0123456789abcdef") != std::string::npos)
         place.fail("hash", "expected 32 lowercase hexadecimal digits");
     return {name, {static_cast<std::uint64_t>(bytes), hash}};

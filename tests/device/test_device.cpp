@@ -1,7 +1,7 @@
 #include "fakes.h"
-#include "loop_options.h"
 
 #include <far_device.h>
+#include <fresco/testing_scenes.h>
 #include <fresco/torch/tensor.h>
 
 #include <ATen/ATen.h>
@@ -48,14 +48,8 @@ struct Room
 {
     testing::TemporaryFolder folder;
     Wall wall{folder.path() / "wall", 4, {30, 45}};
-    Raster8 style{96, 72, 3};
+    Raster8 style = testing::picture(96, 72, [](int x, int y, int c) { return 40 + (3 * (96 * y + x) + c) * 37 % 150; });
     std::filesystem::path weights = weights_in(folder.path());
-
-    Room()
-    {
-        for (std::size_t i = 0; i < style.values.size(); ++i)
-            style.values[i] = static_cast<std::uint8_t>(40 + (i * 37) % 150);
-    }
 
     struct Result
     {

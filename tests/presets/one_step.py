@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""one_step.py STORE DATASET WEIGHTS BEFORE AFTER: the first step of texture.optimize, computed once more from the paper in float64.
+"""one_step.py PROTOCOL STORE DATASET WEIGHTS BEFORE AFTER: the first step of texture.optimize, computed once more in float64, from the paper or,
+with the protocol `released`, from the table in texture.optimize's README.
 
 BEFORE and AFTER are logs of `fresco run --json-log`: a run at rate 0, whose texture is the one that the step begins with, and one at RATE
 with Adam's epsilon 1, from whose change the gradient follows. DATASET is what dataset.write made of the same uv maps, frames and style.
@@ -17,14 +18,17 @@ import numpy as np
 
 # The paper's constants, but for the length that has the smallest height, which is more because the pictures are smaller.
 THETA_MIN_PX, THETA_D_M, ANGLE_LIMIT_DEG = 32, 1.6, 30
-CONTENT_WEIGHT, STYLE_WEIGHT, REGULARIZER_WEIGHT = 70, 1e-4, 5000
+RELEASED = sys.argv[1:2] == ["released"]
+CONTENT_WEIGHT, STYLE_WEIGHT, REGULARIZER_WEIGHT = (0.7, 1e-6, 50) if RELEASED else (70, 1e-4, 5000)  # so that few texels are clamped
 STYLE_LAYERS = {"1_1": 1000, "2_1": 1000, "3_1": 10, "4_1": 10, "5_1": 1000}
+FINE_LAYERS = ("4_1", "5_1") if RELEASED else tuple(STYLE_LAYERS)  # that the fine target is for
 CONTENT_LAYER = "4_2"
 REGULARIZER_FACTORS = (8, 4, 2, 0)
 MEAN_BGR = np.array([103.939, 116.779, 123.68])
+LEAST, MOST = -123.68, 255 - 103.939  # that a texel of the released code may store
 LAYERS = [f"{block}_{number}" for block, count in ((1, 2), (2, 2), (3, 4), (4, 4), (5, 1)) for number in range(1, count + 1)]
 
-RATE = 1000  # of the second run
+RATE = 30 if RELEASED else 1000  # of the second run
 
 
 # The network, VGG-19 with zero padding. Maps are H x W x C.
@@ -101,24 +105,27 @@ def gram(selected):
     return selected.T @ selected / len(selected)
 
 
-def level_losses(picture, camera, masks, targets, weights):
-    """Style and content, weighted, and the gradient of their sum by the picture. `masks` and `targets` are coarse and fine."""
+def level_losses(picture, camera, pixels, roles, shares, weights):
+    """Style and content, weighted, and the gradient of their sum by the picture. `camera`: the content layer's features. `roles`: masks of
+    pixels, with the Gram matrices that these are compared with. `shares`: the level's, for each layer."""
     features, winners = encode(picture, weights)
     gradients = {name: np.zeros_like(features[name]) for name in (*STYLE_LAYERS, CONTENT_LAYER)}
     style = content = 0.0
-    for name, factor in STYLE_LAYERS.items():
-        for mask, target in zip(masks, targets):
+    for mask, targets in roles:
+        for name, target in targets.items():
             chosen = on_grid(mask, name)
             if chosen.any():
                 selected = features[name][chosen]
-                difference = gram(selected) - target[name]
-                style += STYLE_WEIGHT * factor * np.mean(difference**2)
-                gradients[name][chosen] += STYLE_WEIGHT * factor * 4 * selected @ difference / (len(selected) * difference.size)
-    chosen = on_grid(masks[0], CONTENT_LAYER)
+                difference = gram(selected) - target
+                factor = STYLE_WEIGHT * STYLE_LAYERS[name] * shares[name]
+                style += factor * np.mean(difference**2)
+                gradients[name][chosen] += factor * 4 * selected @ difference / (len(selected) * difference.size)
+    chosen = on_grid(pixels, CONTENT_LAYER)
     if chosen.any():
-        difference = (features[CONTENT_LAYER] - encode(camera, weights, CONTENT_LAYER)[0][CONTENT_LAYER])[chosen]
-        content = CONTENT_WEIGHT * np.mean(difference**2)
-        gradients[CONTENT_LAYER][chosen] += CONTENT_WEIGHT * 2 * difference / difference.size
+        difference = (features[CONTENT_LAYER] - camera)[chosen]
+        factor = CONTENT_WEIGHT * shares[CONTENT_LAYER]
+        content = factor * np.mean(difference**2)
+        gradients[CONTENT_LAYER][chosen] += factor * 2 * difference / difference.size
     return np.array([style, content]), encode_backward(features, winners, gradients, weights)
 
 
@@ -189,6 +196,16 @@ def shrink(picture, shape):
     return result
 
 
+def linear(values, shape):
+    """Resampled to `shape`, H x W, between the centers of cells."""
+    result = values.astype(np.float64)
+    for axis, (new, old) in enumerate(zip(shape, values.shape)):
+        place = np.clip((np.arange(new) + 0.5) * old / new - 0.5, 0, old - 1)
+        share = np.maximum(0, 1 - np.abs(place[:, None] - np.arange(old)))
+        result = np.moveaxis(np.tensordot(share, result, (1, axis)), 0, axis)
+    return result
+
+
 def as_input(rgb):
     """RGB in 0..255 to what the network takes."""
     return rgb[..., ::-1].astype(np.float64) - MEAN_BGR
@@ -200,32 +217,52 @@ def style_grams(rgb):
     return {name: gram(features[name].reshape(-1, features[name].shape[2])) for name in STYLE_LAYERS}
 
 
-def level_step(view, layers, mask, weight, targets):
-    """The level's pixels and the fine ones of them, its losses, and their gradient by the layers (the paper, sections 3.3 and 3.5)."""
-    valid, cosine = view["valid"], np.maximum(view["cosine"].astype(np.float64), 0)
-    mask, weight = nearest(mask, valid.shape) & valid, nearest(weight, valid.shape)
-    fine = mask & (cosine >= np.cos(np.radians(ANGLE_LIMIT_DEG)))
+def level_step(view, layers, masks, weight, cosine, shares, camera, targets):
+    """The level's losses, and their gradient by the layers (the paper, sections 3.3 and 3.5)."""
+    valid, (pixels, fine), (coarse, of_fine) = view["valid"], masks, targets
+    of_fine = {name: of_fine[name] for name in FINE_LAYERS}
+    roles = [(fine, coarse), (pixels & ~fine, coarse), (fine, of_fine)] if RELEASED else [(pixels, coarse), (fine, of_fine)]
     stored = look_up(layers, view["uv"][valid])
     picture = np.zeros(valid.shape + (3,)) - MEAN_BGR  # black where there is no surface
-    picture[valid] = np.clip(stored, -MEAN_BGR, 255 - MEAN_BGR)
-    losses, gradient = level_losses(picture, as_input(view["color"]), (mask, fine), targets, WEIGHTS)
+    if RELEASED:
+        picture[:] = look_up(layers, np.array([[0.0, 1.0]]))[0]
+    picture[valid] = stored if RELEASED else np.clip(stored, -MEAN_BGR, 255 - MEAN_BGR)
+    if camera is None:
+        camera = encode(as_input(view["color"]), WEIGHTS, CONTENT_LAYER)[0][CONTENT_LAYER]
+    losses, gradient = level_losses(picture, camera, pixels, roles, shares, WEIGHTS)
     gradient = gradient[valid] * (cosine * weight)[valid][:, None]
-    # Where a value is beyond what can be displayed, only a step that leads back counts.
-    gradient[(stored > 255 - MEAN_BGR) & (gradient < 0) | (stored < -MEAN_BGR) & (gradient > 0)] = 0
-    return mask.mean(), fine.mean(), losses, gather(layers, view["uv"][valid], gradient)
+    if not RELEASED:  # Where a value is beyond what can be displayed, only a step that leads back counts.
+        gradient[(stored > 255 - MEAN_BGR) & (gradient < 0) | (stored < -MEAN_BGR) & (gradient > 0)] = 0
+    return losses, gather(layers, view["uv"][valid], gradient)
 
 
 def step(views, layers, targets, run):
     """Style and content, and for every layer their gradient and the regularizer's."""
-    heights = [len(view["valid"]) for view in views]
-    tasks = [run(level_step, view, layers, *level, targets) for view, level in zip(views, depth_levels(views[0], heights))]
-    results = [task.result() for task in tasks]
+    levels, smallest = [], np.maximum(views[0]["cosine"].astype(np.float64), 0)
+    for view, (mask, weight) in zip(views, depth_levels(views[0], [len(view["valid"]) for view in views])):
+        shape = view["valid"].shape
+        pixels = nearest(mask, shape) & view["valid"]
+        if RELEASED:
+            cosine, passes = linear(smallest, shape), linear(np.degrees(np.arccos(np.minimum(smallest, 1))), shape) < ANGLE_LIMIT_DEG
+        else:
+            cosine = np.maximum(view["cosine"].astype(np.float64), 0)
+            passes = cosine >= np.cos(np.radians(ANGLE_LIMIT_DEG))
+        levels.append(((pixels, pixels & passes), nearest(weight, shape), cosine))
+    cover = [{name: (on_grid(masks[0], name) if RELEASED else masks[0]).mean() for name in (*STYLE_LAYERS, CONTENT_LAYER)} for masks, _, _ in levels]
+    sums = {name: sum(level[name] for level in cover) for name in cover[0]}
+    camera = encode(as_input(views[0]["color"]), WEIGHTS, CONTENT_LAYER)[0][CONTENT_LAYER] if RELEASED else None
+    tasks = []
+    for view, (masks, weight, cosine), level in zip(views, levels, cover):
+        shares = {name: level[name] / sums[name] for name in level}
+        pixels, fine, valid = (mask.mean() for mask in (*masks, view["valid"]))
+        print(f"{len(weight)} px: {pixels:.1%} of the pixels, {fine:.1%} fine ones, {valid:.1%} valid, share {shares['1_1']:.3f}")
+        grid = [size // 8 for size in weight.shape]
+        tasks.append(run(level_step, view, layers, masks, weight, cosine, shares, linear(camera, grid) if RELEASED else None, targets))
     losses, gradients = np.zeros(2), [0.0] * len(layers)
-    for height, (pixels, fine_pixels, level, level_gradients) in zip(heights, results):
-        share = pixels / sum(result[0] for result in results)
-        print(f"{height} px: {pixels:.1%} of the pixels, {fine_pixels:.1%} fine ones, share {share:.3f}")
-        losses += share * level
-        gradients = [total + share * part for total, part in zip(gradients, level_gradients)]
+    for task in tasks:
+        level, level_gradients = task.result()
+        losses += level
+        gradients = [total + part for total, part in zip(gradients, level_gradients)]
     factors = [REGULARIZER_WEIGHT * factor * 2 / layer.size for layer, factor in zip(layers, REGULARIZER_FACTORS)]
     return losses, gradients, [factor * layer.reshape(-1, 3) for layer, factor in zip(layers, factors)]
 
@@ -239,11 +276,12 @@ def check_backward_pass():
     uv = random.uniform(0, 1, (shape[0] * shape[1], 2))
     masks = random.uniform(size=shape) < 0.8, random.uniform(size=shape) < 0.5
     targets = [{name: np.eye(4) * 100 for name in STYLE_LAYERS}] * 2
-    camera = random.uniform(-100, 100, shape + (3,))
+    camera = encode(random.uniform(-100, 100, shape + (3,)), weights, CONTENT_LAYER)[0][CONTENT_LAYER]
+    shares = {name: random.uniform(0.5, 1) for name in (*STYLE_LAYERS, CONTENT_LAYER)}
 
     def losses(change):
         moved = [layer + change * way for layer, way in zip(layers, ways)]
-        return level_losses(look_up(moved, uv).reshape(shape + (3,)), camera, masks, targets, weights)
+        return level_losses(look_up(moved, uv).reshape(shape + (3,)), camera, masks[0], list(zip(masks, targets)), shares, weights)
 
     gradient = gather(layers, uv, losses(0)[1].reshape(-1, 3))
     slope = sum(np.sum(part * way.reshape(-1, 3)) for part, way in zip(gradient, ways))
@@ -275,15 +313,22 @@ def distance(theirs, ours):
     return np.linalg.norm(np.subtract(theirs, ours)) / max(np.linalg.norm(ours), 1e-30)
 
 
-def gradient_distances(moved, ours, regularizer):
+def gradient_distances(layer, new, ours, regularizer):
     """How far a layer's gradient is off where the view sees it, and elsewhere, where only the regularizer acts.
 
     An activation that float32 cannot tell from zero, or from another one of its 2 x 2, may send its gradient another way than here. One
     such is enough for some parts in a thousand on the texels around; hence not every texel has to agree as closely as the losses.
     """
+    moved = (layer - new) / RATE
     theirs = moved / (1 - np.abs(moved))  # Adam's first step with epsilon 1 is rate * g / (|g| + 1).
     seen = (ours != 0).any(1)
     ours = ours + regularizer
+    if RELEASED:  # What was clamped after the step says nothing of the gradient.
+        expected = layer - RATE * ours / (np.abs(ours) + 1)
+        inside = ((expected > LEAST) & (expected < MOST)).all(1)
+        print(f"{np.sum(~inside)} texels clamped; ", end="")
+        yield "the values that are clamped", np.abs(new - np.clip(expected, LEAST, MOST))[~inside].max(initial=0), 1e-3
+        theirs, ours, seen = theirs[inside], ours[inside], seen[inside]
     sizes = np.linalg.norm(ours[seen], axis=1)
     median, most = np.quantile(np.linalg.norm((theirs - ours)[seen], axis=1) / sizes, (0.5, 0.9))
     print(f"{seen.sum()} texels seen, {np.median(sizes):.3g} in the middle, {sizes.max():.3g} at most; {np.sum(~seen)} not seen")
@@ -296,13 +341,13 @@ def gradient_distances(moved, ours, regularizer):
 def main():
     global WEIGHTS
     check_backward_pass()
-    store, dataset, weights, before, after = map(pathlib.Path, sys.argv[1:])
+    store, dataset, weights, before, after = map(pathlib.Path, sys.argv[2:])
     WEIGHTS = read_weights(weights)
     layers, _ = read_run(store, before)
     stepped, report = read_run(store, after)
     views = [read_view(dataset / "views/000000", height) for height in json.loads((dataset / "dataset.json").read_text())["heights_px"]]
     coarse = np.load(dataset / "style.npy")  # four times as large as fine, whose shorter side is 256 px, but no larger than the picture
-    fine = shrink(coarse, [round(256 * size / min(coarse.shape[:2])) for size in coarse.shape[:2]])
+    fine = (linear if RELEASED else shrink)(coarse, [round(256 * size / min(coarse.shape[:2])) for size in coarse.shape[:2]])
 
     with ProcessPoolExecutor(2, multiprocessing.get_context("fork")) as pool:
         targets = list(pool.map(style_grams, (coarse, fine)))
@@ -317,7 +362,7 @@ def main():
     ]
     for number, (layer, new, gradient, regularizer) in enumerate(zip(layers, stepped, gradients, regularizers)):
         print(f"layer {number}: ", end="")
-        for name, apart, allowed in gradient_distances((layer - new).reshape(-1, 3) / RATE, gradient, regularizer):
+        for name, apart, allowed in gradient_distances(layer.reshape(-1, 3), new.reshape(-1, 3), gradient, regularizer):
             results.append((f"layer {number}, gradient of {name}", apart, allowed))
     for name, apart, allowed in results:
         print(f"{'' if apart <= allowed else 'WRONG: '}{name}: {apart:.1e} apart, {allowed:g} allowed")

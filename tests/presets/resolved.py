@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""resolved.py FRESCO PIPELINES [--write]: every option of every stage of the presets and of the paper's tables, against resolved/NAME.txt.
+"""resolved.py FRESCO PIPELINES [--write]: every option of every stage of the presets, of the paper's tables and of the losses that weights
+choose, against resolved/NAME.txt.
 
 --write makes these files: look at their difference before committing it."""
 import json
@@ -25,7 +26,7 @@ def make_inputs(folder):
 def resolved(file, scans):
     """A line for each stage: its name, type and options."""
     scene, picture = scans / "scene0000_00", pipelines / "demo.jpg"
-    data = f"data={scene}" if file.parent.name == "presets" else f"scans={scans}"
+    data = f"scans={scans}" if file.parent.name.startswith("table") else f"data={scene}"
     settings = [data, f"picture=[{picture}]" if file.parent.name == "table1" else f"picture={picture}", f"weights={scene}/vgg19.safetensors"]
     done = subprocess.run([fresco, "check", file, "--json", *(word for text in settings for word in ("--set", text))], capture_output=True, text=True)
     report = json.loads(done.stdout)
@@ -39,10 +40,10 @@ wrong = False
 with tempfile.TemporaryDirectory() as folder:
     scans = pathlib.Path(folder).resolve()
     make_inputs(scans / "scene0000_00")
-    for file in sorted([*pipelines.glob("presets/*.yaml"), *pipelines.glob("paper/table*/*.yaml")]):
+    for file in sorted([*pipelines.glob("presets/*.yaml"), *pipelines.glob("paper/table*/*.yaml"), golden.parent / "auto_losses.yaml"]):
         if file.stem == "preview":
             continue
-        kept = golden / (file.stem if file.parent.name == "presets" else f"{file.parent.name}-{file.stem}")
+        kept = golden / (f"{file.parent.name}-{file.stem}" if file.parent.name.startswith("table") else file.stem)
         kept = kept.with_suffix(".txt")
         found = resolved(file, scans).splitlines()
         if "--write" in sys.argv:

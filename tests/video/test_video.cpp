@@ -1,11 +1,10 @@
-#include "box_room.h"
 #include "catch.h"
-#include "plain_viewer.h"
 #include "stored_png.h"
 
 #include <fresco/files.h>
 #include <fresco/files_io.h>
 #include <fresco/testing.h>
+#include <fresco/testing_scenes.h>
 #include <fresco/texture.h>
 #include <fresco/uv_maps.h>
 
@@ -29,88 +28,53 @@ class Codec final : public stored_png::Codec
     Raster8 read_rgb(const fs::path& file) const override
     {
         const Raster8 stored = stored_png::Codec::read_rgb(file);
-        Raster8 rgb(stored.width, stored.height, 3);
-        for (int y = 0; y < rgb.height; ++y)
-            for (int x = 0; x < rgb.width; ++x)
-                for (int c = 0; c < 3; ++c)
-                    rgb.at(x, y, c) = stored.at(x, y, c);
-        return rgb;
+        return testing::picture(stored.width, stored.height, [&](int x, int y, int c) { return stored.at(x, y, c); });
     }
 };
 
 /// What all pictures agree on: waves of 60 cm on every surface.
-std::array<double, 3> room_paint(const plain::Point& p)
+double room_paint(const Vec3d& p, int channel)
 {
-    return {0.5 + 0.2 * std::sin(10 * p[0] + 4 * p[2]), 0.5 + 0.2 * std::sin(10 * p[1] - 3 * p[0]),
-            0.5 + 0.2 * std::sin(10 * p[2] + 5 * p[1])};
+    const double wave = channel == 0 ? 10 * p.x + 4 * p.z : channel == 1 ? 10 * p.y - 3 * p.x : 10 * p.z + 5 * p.y;
+    return 255 * (0.5 + 0.2 * std::sin(wave));
 }
 
 /// A walk along the middle of the room.
 Frames walk()
 {
     Frames frames;
-    const Camera like = box_room_frames().frames[6].color;
     for (int i = 0; i < frame_count; ++i)
     {
-        Frame frame;
-        frame.sequence = "walk";
-        frame.name = "frame-" + std::to_string(i);
-        frame.number = i;
-        frame.color = like;
-        frame.color.world_from_camera.translation += Vec3d{0, 0.05 * i - 0.3, 0.02 * (i % 4)};
-        frame.depth = frame.color;
-        frames.frames.push_back(frame);
+        Camera camera = testing::camera(160, 120, 90);
+        const Vec3d eye{1, 1.2 + 0.05 * i, 1.2 + 0.02 * (i % 4)};
+        camera.world_from_camera = testing::looking_at(eye, eye + Vec3d{1, 0, -0.1});
+        frames.frames.push_back(testing::frame("frame-" + std::to_string(i), camera, i));
     }
     return frames;
 }
 
-std::vector<plain::Pixel> true_points(const Camera& camera)
-{
-    plain::Model model;
-    const Mesh mesh = box_room();
-    for (const Triangle& t : mesh.triangles)
-    {
-        auto& triangle = model.triangles.emplace_back();
-        for (std::size_t i = 0; i < 3; ++i)
-            triangle[i].position = {double{mesh.positions[t[i]].x}, double{mesh.positions[t[i]].y},
-                                    double{mesh.positions[t[i]].z}};
-    }
-    const auto& r = camera.world_from_camera.rotation.m;
-    const Vec3d t = camera.world_from_camera.translation;
-    const Intrinsics& k = camera.intrinsics;
-    return plain::render(
-        model, {1, 1, {0, 0, 0}},
-        {k.width, k.height, k.fx, k.fy, k.cx, k.cy, {r[0], r[1], r[2], t.x, r[3], r[4], r[5], t.y, r[6], r[7], r[8], t.z}}, {});
-}
-
 /// The room's paint, and in every picture stripes and a brightness of its own, as a style transfer picture by picture leaves.
-Raster8 stylized(const Camera& camera, int number)
+Raster8 stylized(const Raster8& seen, int number)
 {
-    const auto points = true_points(camera);
-    Raster8 picture(camera.intrinsics.width, camera.intrinsics.height, 3);
     const double angle = 2.4 * number;
     const double gain = 1 + 0.1 * std::sin(1.7 * number);
-    for (int y = 0; y < picture.height; ++y)
-        for (int x = 0; x < picture.width; ++x)
-        {
-            const auto paint = room_paint(points[static_cast<std::size_t>(y * picture.width + x)].position);
-            const double stripe = 0.12 * std::sin(0.5 * (x * std::cos(angle) + y * std::sin(angle)) + number);
-            for (int c = 0; c < 3; ++c)
-                picture.at(x, y, c) = static_cast<std::uint8_t>(
-                    std::lround(std::clamp(gain * paint[static_cast<std::size_t>(c)] + stripe, 0.0, 1.0) * 255));
-        }
-    return picture;
+    return testing::picture(seen.width, seen.height,
+                            [&](int x, int y, int c)
+                            {
+                                const double along = x * std::cos(angle) + y * std::sin(angle);
+                                return gain * seen.at(x, y, c) + 255 * 0.12 * std::sin(0.5 * along + number);
+                            });
 }
 
 class Chain
 {
   public:
-    Chain() : room_(std::make_shared<Mesh>(box_room())), frames_(std::make_shared<Frames>(walk()))
+    Chain() : room_(std::make_shared<Mesh>(testing::room({4, 3, 2.5F}))), frames_(std::make_shared<Frames>(walk()))
     {
         fs::create_directories(styled());
         for (const Frame& frame : frames_->frames)
-            write_file(styled() / ("walk_" + frame.name + ".png"),
-                       Codec().encode_png(stylized(frame.color, static_cast<int>(frame.number))));
+            write_file(styled() / (frame.sequence + "_" + frame.name + ".png"),
+                       Codec().encode_png(stylized(seen_by(frame.color), static_cast<int>(frame.number))));
         run("uvmaps.raycast", Value::Map{{"heights_px", Value::List{120}}}, {{"mesh", room_}, {"frames", frames_}});
         const auto maps = UvMaps::load({folder_.path() / "uvmaps", folder_.path()});
         run("texture.from_frames", Value::Map{{"pictures", styled().string()}, {"size_px", 640}},
@@ -124,6 +88,7 @@ class Chain
     fs::path styled() const { return folder_.path() / "styled"; }
     fs::path rendered() const { return folder_.path() / "views" / "views"; }
     const Frames& frames() const { return *frames_; }
+    Raster8 seen_by(const Camera& camera) const { return testing::picture_of(*room_, camera, room_paint); }
 
     /// The figures of frames `gap` apart.
     Value judged(const fs::path& pictures, int gap)
@@ -177,11 +142,11 @@ TEST_CASE("the texture of pictures that were stylized one by one agrees with its
     std::size_t count = 0;
     for (const Frame& frame : chain.frames().frames)
     {
-        const Raster8 view = Codec().read_rgb(chain.rendered() / ("walk_" + frame.name + ".png"));
-        const auto points = true_points(frame.color);
-        for (std::size_t i = 0; i < points.size(); ++i)
-            for (std::size_t c = 0; c < 3; ++c, ++count)
-                error += std::abs(view.values[3 * i + c] / 255.0 - room_paint(points[i].position)[c]);
+        const Raster8 view = Codec().read_rgb(chain.rendered() / (frame.sequence + "_" + frame.name + ".png"));
+        const Raster8 truth = chain.seen_by(frame.color);
+        REQUIRE(view.values.size() == truth.values.size());
+        for (std::size_t i = 0; i < view.values.size(); ++i, ++count)
+            error += std::abs(view.values[i] - truth.values[i]) / 255.0;
     }
     CHECK(error / static_cast<double>(count) < 0.05);
 }

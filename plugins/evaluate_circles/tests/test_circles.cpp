@@ -1,18 +1,95 @@
 #include "catch.h"
 #include "circles.h"
-#include "painted_discs.h"
+#include "stored_png.h"
+
+#include <fresco/files.h>
+#include <fresco/files_io.h>
+#include <fresco/frames.h>
+#include <fresco/testing.h>
+#include <fresco/testing_scenes.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <vector>
 
 using namespace fresco;
-using painted_discs::camera;
-using painted_discs::Disc;
-using painted_discs::Scene;
+using fresco::testing::camera;
 
 namespace
 {
+
+// Red discs on planes, seen by a camera; a slow, exact renderer.
+
+struct Plane
+{
+    Vec3d point;
+    Vec3d normal;
+};
+
+struct Disc
+{
+    std::size_t plane = 0;
+    Vec3d center;       ///< On the plane.
+    double radius = 0;  ///< Meters.
+    Rgb8 color{230, 20, 30};
+};
+
+struct Scene
+{
+    std::vector<Plane> planes;
+    std::vector<Disc> discs;
+};
+
+/// The first plane that the ray meets, as distance and index.
+std::optional<std::pair<double, std::size_t>> first_plane(const Scene& scene, const Camera& camera, double x, double y)
+{
+    std::optional<std::pair<double, std::size_t>> best;
+    const Vec3d origin = camera.world_from_camera.translation;
+    const Vec3d ray = camera.ray(x, y);
+    for (std::size_t i = 0; i < scene.planes.size(); ++i)
+    {
+        const double t = dot(scene.planes[i].point - origin, scene.planes[i].normal) / dot(ray, scene.planes[i].normal);
+        if (t > 0 && (!best || t < best->first))
+            best = {t, i};
+    }
+    return best;
+}
+
+/// Antialiased by 4 x 4 rays per pixel; the rest is white.
+Raster8 render(const Scene& scene, const Camera& camera)
+{
+    constexpr int side = 4;
+    Raster8 picture(camera.intrinsics.width, camera.intrinsics.height, 3);
+    const auto color_at = [&](double x, double y) -> Rgb8
+    {
+        const auto hit = first_plane(scene, camera, x, y);
+        if (hit)
+        {
+            const Vec3d p = camera.world_from_camera.translation + camera.ray(x, y) * hit->first;
+            for (const Disc& disc : scene.discs)
+                if (disc.plane == hit->second && length(p - disc.center) <= disc.radius)
+                    return disc.color;
+        }
+        return {255, 255, 255};
+    };
+    for (int y = 0; y < picture.height; ++y)
+        for (int x = 0; x < picture.width; ++x)
+        {
+            int sum[3] = {0, 0, 0};
+            for (int s = 0; s < side * side; ++s)
+            {
+                const Rgb8 color = color_at(x + (s % side + 0.5) / side, y + (s / side + 0.5) / side);
+                for (std::size_t c = 0; c < 3; ++c)
+                    sum[c] += color[c];
+            }
+            for (int c = 0; c < 3; ++c)
+                picture.at(x, y, c) = static_cast<std::uint8_t>((sum[c] + side * side / 2) / (side * side));
+        }
+    return picture;
+}
+
 std::vector<Ellipse> found_in(const Raster8& picture, Protocol protocol = Protocol::paper)
 {
     ContourCounts counts;
@@ -32,7 +109,7 @@ DepthAt depth_of(const Scene& scene, const Camera& c)
 {
     return [&scene, c](Vec2d pixel) -> std::optional<double>
     {
-        const auto hit = painted_discs::first_plane(scene, c, pixel.x, pixel.y);
+        const auto hit = first_plane(scene, c, pixel.x, pixel.y);
         return hit ? std::optional(hit->first) : std::nullopt;
     };
 }
@@ -97,7 +174,7 @@ TEST_CASE("discs that face the camera are recovered within 5 %, at any place wit
         scene.discs.push_back({0, {x + 0.0033, 0.0173 * radius + 0.35, 2}, radius / 100});
         x += radius / 100 + 0.0537;
     }
-    const auto ellipses = found_in(painted_discs::render(scene, c));
+    const auto ellipses = found_in(render(scene, c));
     CHECK(ellipses.size() == scene.discs.size());
     for (const Disc& disc : scene.discs)
     {
@@ -123,7 +200,7 @@ TEST_CASE("tilted discs are ellipses of known axes, and circles on their plane")
         const Camera c = camera(400, 300, 400);
         for (const double step : {-0.8, 0.0, 0.75})
             scene.discs.push_back({0, Vec3d{0, 0, 4} + along * step, 0.3});
-        const auto ellipses = found_in(painted_discs::render(scene, c));
+        const auto ellipses = found_in(render(scene, c));
         REQUIRE(ellipses.size() == 3);
         const Ellipse* middle = near(ellipses, {200, 150});
         REQUIRE(middle != nullptr);
@@ -141,45 +218,6 @@ TEST_CASE("tilted discs are ellipses of known axes, and circles on their plane")
             CHECK(circle.world->stretch < 1.05);
         }
     }
-}
-
-TEST_CASE("circles of known size at known depths give the known correlations and stretch")
-{
-    // Three walls side by side at depths 2, 3 and 4 m, each seen by a camera of its own picture.
-    const std::vector<double> depths{2, 3, 4, 5};
-    const auto figures_of = [&](const std::function<double(double)>& radius_at, double stretch_tilt)
-    {
-        std::vector<std::vector<Circle>> pictures;
-        for (const double depth : depths)
-        {
-            const Vec3d normal{std::sin(stretch_tilt), 0, -std::cos(stretch_tilt)};
-            const Scene scene{{{{0, 0, depth}, normal}}, {{0, {0, 0, depth}, radius_at(depth)}}};
-            const Camera c = camera(160, 160, 300);
-            pictures.push_back(
-                circles_on_surface(found_in(painted_discs::render(scene, c)), c, depth_of(scene, c), Protocol::paper));
-            REQUIRE(pictures.back().size() == 1);
-        }
-        return circle_figures(pictures, Protocol::paper, {.resamples = 200, .seed = 1});
-    };
-    const auto correlation = [&](const std::function<double(double)>& value)
-    {
-        std::vector<double> values;
-        for (const double depth : depths)
-            values.push_back(value(depth));
-        return evaluation::pearson(depths, values);
-    };
-    // Equal patterns in the world: smaller with depth in the picture.
-    const auto grown = figures_of([](double depth) { return depth == 3 ? 0.36 : 0.3; }, 0.9);
-    CHECK(grown.circles == 4);
-    CHECK(grown.circles_3d == 4);
-    CHECK(grown.value.corr_2d ==
-          Approx(correlation([](double depth) { return (depth == 3 ? 0.36 : 0.3) * (1 + std::cos(0.9)) / depth; })).margin(0.02));
-    CHECK(grown.value.corr_3d == Approx(correlation([](double depth) { return depth == 3 ? 0.36 : 0.3; })).margin(0.1));
-    CHECK(grown.value.stretch == Approx(1).margin(0.05));
-    // Equal patterns in the picture: larger with depth in the world.
-    const auto in_picture = figures_of([](double depth) { return 0.1 * depth; }, 0);
-    CHECK(in_picture.value.corr_3d > 0.999);
-    CHECK(in_picture.value.stretch == Approx(1).margin(0.03));
 }
 
 TEST_CASE("round patterns in the picture of a tilted wall are stretched on it")
@@ -230,7 +268,7 @@ TEST_CASE("shapes other than convex red discs of the right size are counted and 
     disc(60, 140, 18, {250, 250, 250});  // a ring: its hole is white
     disc(60, 140, 30);
     ContourCounts counts;
-    const Raster8 picture = painted_discs::render(scene, c);
+    const Raster8 picture = render(scene, c);
     const auto paper = find_ellipses(picture, Protocol::paper, counts);
     CHECK(paper.size() == 2);
     CHECK(counts.contours == 4);
@@ -281,4 +319,88 @@ TEST_CASE("statistics of hand-made circles")
     CHECK(figures.circles_3d == 7);
     CHECK(figures.stretch.low <= figures.value.stretch);
     CHECK(figures.stretch.high >= figures.value.stretch);
+}
+
+namespace
+{
+/// A wall at z = 2 m with three discs, seen by cameras of a narrow, high picture from 2 m and from 1 m.
+class Recording
+{
+  public:
+    explicit Recording(int height)
+    {
+        mesh->positions = {{-9, -9, 2}, {9, -9, 2}, {9, 9, 2}, {-9, 9, 2}};
+        mesh->triangles = {{0, 2, 1}, {0, 3, 2}};
+        const Scene scene{{{{0, 0, 2}, {0, 0, -1}}}, {{0, {0, -0.5, 2}, 0.1}, {0, {0.02, 0, 2}, 0.12}, {0, {0, 0.4, 2}, 0.08}}};
+        for (const double z : {0.0, 1.0})
+        {
+            Frame frame;
+            frame.sequence = "s";
+            frame.name = z == 0 ? "far" : "near";
+            frame.color = frame.depth = camera(100, height, 300);
+            frame.color.world_from_camera.translation = {0, 0, z};
+            frames->frames.push_back(frame);
+            views->names.push_back("s_" + frame.name + ".png");
+            write_file(folder.path() / views->names.back(), stored_png::Codec().encode_png(render(scene, frame.color)));
+        }
+        views->loaded_from = folder.path();
+    }
+
+    Files judge(const Value& options, testing::TestRun& run, const std::filesystem::path& out) const
+    {
+        testing::run_stage(FRESCO_PLUGIN_FILE, "evaluate.circles", options,
+                           {{"views", views}, {"frames", frames}, {"mesh", mesh}}, out, run,
+                           {{"images", std::make_shared<stored_png::Codec>()}});
+        return *Files::load({out / "figures", out});
+    }
+
+    testing::TemporaryFolder folder;
+    std::shared_ptr<Mesh> mesh = std::make_shared<Mesh>();
+    std::shared_ptr<Frames> frames = std::make_shared<Frames>();
+    std::shared_ptr<Files> views = std::make_shared<Files>();
+};
+}  // namespace
+
+TEST_CASE("the stage measures the circles of renders, and draws them")
+{
+    const Recording recording(784);
+    testing::TestRun run;
+    testing::TemporaryFolder out;
+    const Files files = recording.judge(Value::Map{{"overlay", true}}, run, out.path());
+    CHECK(files.names == std::vector<std::string>{"circles.json", "circles/s_far.png", "circles/s_near.png"});
+    const Value figures = parse_json(read_text_file(files.loaded_from / "circles.json"));
+    CHECK(figures.at("circles").as_int() == 6);
+    CHECK(figures.at("circles_3d").as_int() == 6);
+    CHECK(figures.at("stretch").at("value").as_double() == Approx(1).margin(0.03));
+    // Depths 2 and 1 m, radii 15, 18, 12 and 30, 36, 24 px; the same sizes in meters at both.
+    CHECK(figures.at("corr_2d").at("value").as_double() == Approx(-0.8885).margin(0.02));
+    CHECK(figures.at("corr_3d").at("value").as_double() == Approx(0).margin(0.05));
+    CHECK(figures.at("picture_circles").as_list().size() == 2);
+    CHECK(figures.at("picture_circles").as_list()[1].at("circles").as_list().size() == 3);
+    CHECK(run.reported.at("corr_2d") == figures.at("corr_2d"));
+    CHECK(std::ranges::any_of(run.messages, [](const auto& line) { return line.starts_with("Corr2D -0.8"); }));
+
+    testing::TemporaryFolder half;
+    testing::TestRun every_second;
+    const Value fewer = parse_json(
+        read_text_file(recording.judge(Value::Map{{"every", 2}}, every_second, half.path()).loaded_from / "circles.json"));
+    CHECK(fewer.at("pictures").as_int() == 1);
+    CHECK(fewer.at("circles").as_int() == 3);
+
+    testing::TemporaryFolder again;
+    testing::TestRun one(1);
+    const Files same = recording.judge(Value::Map{{"overlay", true}}, one, again.path());
+    for (const std::string& name : files.names)
+        CHECK(read_file(files.loaded_from / name) == read_file(same.loaded_from / name));
+}
+
+TEST_CASE("the stage refuses low pictures and stops when asked")
+{
+    const Recording low(300);
+    testing::TestRun run;
+    testing::TemporaryFolder out;
+    CHECK_THROWS_WITH(low.judge(Value::Map{}, run, out.path()),
+                      Catch::Contains("is 300 px high") && Catch::Contains("height_px: 784"));
+    run.cancel_after(1);
+    CHECK_THROWS_AS(low.judge(Value::Map{}, run, out.path()), Canceled);
 }

@@ -87,13 +87,9 @@ struct PaintedWall
     {
         Random random(1);
         mesh->mesh = testing::two_chart_wall();
-        mesh->image.pixels = Raster8(64, 64, 3);
         *start = testing::blank_texture(32, 0);
-        for (std::uint8_t& v : mesh->image.pixels.values)
-            v = static_cast<std::uint8_t>(100 + random.below(10));
-        for (int y = 0; y < 64; ++y)
-            for (int x = 32; x < 64; ++x)
-                mesh->image.pixels.at(x, y, 0) = 220;
+        mesh->image.pixels = testing::picture(
+            64, 64, [&](int x, int, int c) { return c == 0 && x >= 32 ? 220.0 : 100.0 + static_cast<double>(random.below(10)); });
         for (float& v : start->layers.front().values)
             v = static_cast<float>(random.uniform());
         std::ranges::fill(start->seen.values, std::uint8_t{1});
@@ -254,18 +250,6 @@ TEST_CASE("the stage says what is missing or does not belong together")
     const Recording whole;
     run.cancel_after(2);
     CHECK_THROWS_AS(whole.judge(Value::Map{}, whole.all_views(), run), Canceled);
-}
-
-TEST_CASE("a gray picture has no chroma to compare with")
-{
-    const Recording recording;
-    testing::TestRun run;
-    for (std::size_t i = 0; i < recording.style->pixels.values.size(); i += 3)
-        recording.style->pixels.values[i] = recording.style->pixels.values[i + 1] = recording.style->pixels.values[i + 2];
-    const Value result = recording.judge(Value::Map{}, recording.all_views(), run);
-    CHECK(result.at("figures").find("chroma_noise") == nullptr);
-    CHECK(result.at("figures").find("strokes") != nullptr);
-    CHECK(has_line(run, "warning: the picture on port 'style' is gray"));
 }
 
 TEST_CASE("the size of strokes is compared with the one asked for")

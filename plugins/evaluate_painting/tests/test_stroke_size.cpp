@@ -26,14 +26,9 @@ constexpr double wave_px = 14;  // Of the picture's stripes: strokes of 7 pixels
 
 Raster8 stripes()
 {
-    const Raster8 empty(160, 150, 3);
-    return changed(empty,
-                   [](int x, int y)
-                   {
-                       const double wave = std::sin(2 * std::numbers::pi * (0.8 * x + 0.6 * y) / wave_px);
-                       const auto value = static_cast<float>(0.5 + 0.35 * wave);
-                       return Vec3f{value, value, value};
-                   });
+    return testing::picture(160, 150,
+                            [](int x, int y, int)
+                            { return 255 * (0.5 + 0.35 * std::sin(2 * std::numbers::pi * (0.8 * x + 0.6 * y) / wave_px)); });
 }
 
 /// A wall whose left chart is twice as wide in the atlas as it should be, and so is denser than the right one.
@@ -150,24 +145,6 @@ TEST_CASE("a painting laid on a wall has the strokes of the picture, at its scal
                                           });
         CHECK(stroke_size(wall, picture, stroke_cm, nullptr, run).stroke_cm == Approx(stroke_cm).epsilon(0.1));
     }
-}
-
-TEST_CASE("strokes that grow with the distance from the cameras are told from equal ones")
-{
-    testing::TemporaryFolder folder;
-    const auto depth = [](Vec3f p) { return 1 + p.x; };
-    const auto maps = seen_from(folder.path(), depth);
-    const Progress progress;
-    const RasterF distances = capture_distances(*maps, 64, progress);
-    CHECK(distances.at(2, 20) == Approx(1.03).margin(0.05));
-    CHECK(distances.at(63, 63) == 0);
-    const StrokeSize equal = stroke_size(striped(512, [](Vec3f) { return 4; }), stripes(), 4, &*maps, progress);
-    CHECK(equal.by_distance.places > 100);
-    CHECK(std::abs(equal.by_distance.correlation) < 0.1);
-    const StrokeSize grown =
-        stroke_size(striped(512, [&](Vec3f p) { return p.x < 1 ? 3.4 : 4.6; }), stripes(), 4, &*maps, progress);
-    CHECK(grown.by_distance.correlation > 0.7);
-    CHECK(grown.by_distance.correlation > 3 * grown.by_distance.standard_error);
 }
 
 TEST_CASE("the stage judges growth by its standard error, and no growth only where there are enough places")
@@ -298,45 +275,6 @@ TEST_CASE("size by distance: chance takes the correlation as far as its standard
         if (spacing_m > 0.5)  // The error of independent samples is far too small there.
             CHECK(squares > 2.5 / 300);
     }
-}
-
-TEST_CASE("size by distance: the same places again are no more places")
-{
-    Random random(2);
-    const SmoothField distance(1.5, random);
-    auto places = floor_of(
-        200, random, [&](Vec3f p) { return 3 + distance.at(p); }, [&](Vec3f, double) { return gray(random.normal()); });
-    const SizeByDistance once = size_by_distance(places, {gray(0)}, side_m);
-    CHECK(once.independent_places() == Approx(200).epsilon(0.4));
-    const auto all = places;
-    for (int i = 0; i < 4; ++i)
-        places.insert(places.end(), all.begin(), all.end());
-    const SizeByDistance again = size_by_distance(places, {gray(0)}, side_m);
-    CHECK(again.places == 1000);
-    CHECK(again.correlation == Approx(once.correlation));
-    CHECK(again.independent_places() < 300);
-}
-
-TEST_CASE("size by distance: growth is found, constant size is not taken for it")
-{
-    Random random(3);
-    const SmoothField field(1.5, random);
-    const auto distance = [&](Vec3f p) { return 3 * std::exp(0.3 * field.at(p)); };
-    const auto measured = [&](double growth)
-    {
-        return size_by_distance(floor_of(1000, random, distance,
-                                         [&](Vec3f, double d) { return gray(growth * std::log(d) + 0.15 * random.normal()); }),
-                                {gray(0)}, side_m);
-    };
-    const SizeByDistance constant = measured(0);
-    CHECK(std::abs(constant.correlation) < 0.1);
-    CHECK(constant.standard_error < 0.05);
-    const SizeByDistance grown = measured(1);
-    CHECK(grown.correlation > 0.7);
-    CHECK(grown.independent_places() > 300);
-    // A quarter of growing in proportion.
-    const SizeByDistance slight = measured(0.25);
-    CHECK(slight.correlation > 0.1 + 2 * slight.standard_error);
 }
 
 TEST_CASE("size by distance: broad strokes where their colors fit are not growth")

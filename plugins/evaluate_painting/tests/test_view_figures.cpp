@@ -1,15 +1,15 @@
 #include "catch.h"
+#include "figure_table.h"
 #include "pictures.h"
 #include "view_figures.h"
 
 #include <fresco/images/filters.h>
+#include <fresco/testing_scenes.h>
 
 #include <cstdlib>
 
 using namespace fresco;
 using namespace pictures;
-using fresco::Raster8;
-using fresco::Value;
 
 namespace
 {
@@ -143,31 +143,6 @@ TEST_CASE("each sabotage moves its own figure out of the wanted range")
     CHECK(figures_of(changed(picture, gray), style).chroma_noise < 0.6);
 }
 
-TEST_CASE("no sabotage makes the painting look better")
-{
-    const Raster8 picture = painting(width_px, height_px, 7);
-    const StylePicture style(picture);
-    const Raster8 view = painting(width_px, height_px, 8);
-    const ViewFigures plain = figures_of(view, style);
-    const auto off = [](double ratio) { return std::abs(std::log(ratio)); };
-    const auto check = [&](const Raster8& worse)
-    {
-        const ViewFigures found = figures_of(worse, style);
-        CHECK(found.off_palette >= plain.off_palette);
-        CHECK(off(found.coherence) + off(found.chroma_noise) + off(found.strokes) >
-              off(plain.coherence) + off(plain.chroma_noise) + off(plain.strokes));
-    };
-    for (const double sigma : {0.7, 1.5, 3.0})
-        check(blurred_picture(view, sigma));
-    for (const double amount : {4.0, 12.0})
-    {
-        check(noisy(view, amount, 0));
-        check(noisy(view, 0, amount));
-    }
-    check(recolored(photograph(width_px, height_px, 2), picture));
-    check(noisy(recolored(photograph(width_px, height_px, 2), picture), 0, 15));
-}
-
 TEST_CASE("a view without detail has none of the figures")
 {
     const StylePicture style(painting(width_px, height_px, 7));
@@ -199,10 +174,8 @@ TEST_CASE("pixels that are judged lie inside of what is covered")
 TEST_CASE("style pictures of other kinds, and those that cannot be compared with")
 {
     const Raster8 picture = painting(width_px, height_px, 7);
-    Raster8 gray(width_px, height_px);
-    for (int y = 0; y < height_px; ++y)
-        for (int x = 0; x < width_px; ++x)
-            gray.at(x, y) = picture.at(x, y, 1);
+    const Raster8 gray = testing::picture(
+        width_px, height_px, [&](int x, int y, int) { return picture.at(x, y, 1); }, 1);
     const StylePicture gray_style(gray);
     CHECK_FALSE(gray_style.has_chroma());
     CHECK(std::isnan(figures_of(picture, gray_style).chroma_noise));
@@ -233,39 +206,39 @@ TEST_CASE("edges are those of the camera picture, or of another")
     CHECK(std::isnan(edges(Raster8(width_px, height_px, 3, 99), camera)));
 }
 
-TEST_CASE("views give means, the worst and a list, of what was measured in each")
+TEST_CASE("mean and worst of views, by what is wanted")
 {
-    std::vector<JudgedView> views(3);
-    views[0].name = "a";
-    views[0].edges = 0.4;
-    views[0].figures = {.off_palette = 0.25, .coherence = 1, .chroma_noise = 1, .strokes = 2};
-    views[1].name = "b";
-    views[1].edges = 0.8;
-    views[2].name = "c";
-    views[2].skipped = true;
-    const auto figures = figures_over(views);
-    REQUIRE(figures.size() == 5);
-    CHECK(figures[0].name == "off_palette");
-    CHECK(figures[0].value == 0.25);
-    CHECK_FALSE(figures[0].is_inside());
-    CHECK(figures[4].name == "edges");
-    CHECK(figures[4].value == Approx(0.6));
-    CHECK(figures[4].is_inside());
-    CHECK(figures[4].worst->view == "a");
-    CHECK(views_value(views) == fresco::parse_json(R"([
-        {"view": "a", "off_palette": 0.25, "coherence": 1.0, "chroma_noise": 1.0, "strokes": 2.0, "edges": 0.4},
-        {"view": "b", "edges": 0.8}, {"view": "c", "skipped": true}])"));
+    const std::vector<std::string> views{"a", "b", "c", "d"};
+    const auto worst = [&](Wanted wanted, const std::vector<double>& values)
+    { return over_views("figure", wanted, values, views)->worst->view; };
+    CHECK(worst({0.5}, {0.9, 0.4, 0.7, 0.8}) == "b");
+    CHECK(worst({.high = 0.005}, {0.001, 0, 0.004, 0.002}) == "c");
+    CHECK(worst({0.8, 1.2}, {1, 0.9, 1.15, 0.95}) == "c");
+    CHECK(worst({0.8, 1.2}, {1, 0.7, 1.25, 0.95}) == "b");
+    // The first of equal ones; views without a value do not count.
+    CHECK(worst({0.5}, {std::nan(""), 0.4, 0.4, 0.8}) == "b");
+    const auto some = over_views("figure", {0.5}, std::vector<double>{1, std::nan(""), INFINITY, 2}, views);
+    CHECK(some->value == 1.5);
+    CHECK_FALSE(over_views("figure", {0.5}, std::vector<double>(4, std::nan("")), views));
 }
 
-TEST_CASE("a view with too few pixels loads no camera picture and has no figures")
+TEST_CASE("figures as a table, as JSON and in a line")
 {
-    const Raster8 small = pictures::painting(64, 64, 3);
-    const auto judged = judged_view("small", small, nullptr,
-                                    []() -> Raster8
-                                    {
-                                        FAIL("loaded");
-                                        return {};
-                                    });
-    CHECK(judged.skipped);
-    CHECK(figures_over({judged}).empty());
+    const std::vector<Figure> figures{{"coherence", 0.914, Figure::Worst{0.7, "s_1"}, {0.8, 1.2}},
+                                      {"off_palette", 0.0123456, Figure::Worst{0.5, "s_2"}, {.high = 0.005}},
+                                      {"picture_used", 0.25, std::nullopt, {.low = 0.4}}};
+    const Value shown = table(figures);
+    CHECK(to_json(shown.at("columns")) == R"(["figure","mean","worst","worst view","wanted","reached"])");
+    CHECK(to_json(shown.at("rows")) == R"([["coherence","0.914","0.7","s_1","0.8 to 1.2","yes"],)"
+                                       R"(["off_palette","0.0123","0.5","s_2","at most 0.005","no"],)"
+                                       R"(["picture_used","0.25","","","at least 0.4","no"]])");
+    CHECK(to_json(figures_value(figures)) ==
+          R"({"coherence":{"mean":0.914,"worst":0.7,"worst_view":"s_1","at_least":0.8,"at_most":1.2,"reached":true},)"
+          R"("off_palette":{"mean":0.0123456,"worst":0.5,"worst_view":"s_2","at_most":0.005,"reached":false},)"
+          R"("picture_used":{"value":0.25,"at_least":0.4,"reached":false}})");
+    CHECK(values_line(figures) == "coherence 0.914, off_palette 0.0123, picture_used 0.25");
+    CHECK(
+        ranges_line(figures) ==
+        "1 of 3 figures in the wanted range; off_palette 0.0123 (wanted at most 0.005), picture_used 0.25 (wanted at least 0.4)");
+    CHECK(ranges_line({figures[0]}) == "1 of 1 figures in the wanted range");
 }

@@ -114,41 +114,6 @@ TEST_CASE("Every kernel's convolution is the sum over the window, rectified, for
             }
 }
 
-TEST_CASE("The way back is the transpose of the convolution, with and without a frame")
-{
-    constexpr int inputs = 16;
-    constexpr int outputs = 32;
-    for (const int beyond : {0, 1})
-    {
-        // <conv(a), b> = <a, back(b)>: conv over `a` with zeros round it, read where b is.
-        const MapsShape a_shape{6, 9, inputs};
-        const auto weights = random_numbers(9 * inputs * outputs, 5);
-        const auto b_shape = MapsShape{a_shape.height - 2 * beyond, a_shape.width - 2 * beyond, outputs};
-        const auto a = random_numbers(a_shape.size(), 6);
-        const auto b = random_numbers(b_shape.size(), 7);
-        const auto all = summed(a, a_shape, weights, outputs, inputs, Border::zero, 0);
-        double forward = 0;
-        for (int y = 0; y < b_shape.height; ++y)
-            for (int x = 0; x < b_shape.width; ++x)
-                for (int k = 0; k < outputs; ++k)
-                    forward += all[static_cast<std::size_t>(((y + beyond) * a_shape.width + x + beyond) * outputs + k)] *
-                               static_cast<double>(b[static_cast<std::size_t>((y * b_shape.width + x) * outputs + k)]);
-        for (const auto* kernel : kernels_here())
-        {
-            const auto back = Convolution3x3(weights, outputs, inputs, *kernel).backward(weights, outputs, inputs);
-            std::vector<float> gradient(a_shape.size());
-            back.plain(b.data(), b_shape, beyond, gradient.data(), on_threads(1));
-            double backward = 0;
-            for (std::size_t i = 0; i < a.size(); ++i)
-                backward += static_cast<double>(a[i]) * static_cast<double>(gradient[i]);
-            double size = 0;
-            for (std::size_t i = 0; i < a.size(); ++i)
-                size += std::abs(static_cast<double>(a[i]) * static_cast<double>(gradient[i]));
-            CHECK(std::abs(backward - forward) < 1e-6 * size);
-        }
-    }
-}
-
 TEST_CASE("Every kernel's way back with the filters of the way there is the sum over the filters turned round")
 {
     struct Case
@@ -198,38 +163,6 @@ TEST_CASE("The way back is the same bytes with filters of its own and with those
     }
 }
 
-TEST_CASE("The number of threads does not change a byte")
-{
-    const MapsShape shape{61, 47, 32};
-    const auto in = random_numbers(shape.size(), 8);
-    const auto weights = random_numbers(9 * 32 * 64, 9);
-    const std::vector<float> bias(64);
-    const Convolution3x3 convolution(weights, 64, 32);
-    std::vector<float> one(shape.pixels() * 64);
-    auto five = one;
-    convolution.rectified(in.data(), shape, Border::reflect, bias.data(), one.data(), nullptr, on_threads(1));
-    convolution.rectified(in.data(), shape, Border::reflect, bias.data(), five.data(), nullptr, on_threads(5));
-    CHECK(one == five);
-
-    const Convolution3x3 back = Convolution3x3(weights, 32, 64).turned();
-    back.plain(in.data(), shape, 0, one.data(), on_threads(1));
-    back.plain(in.data(), shape, 0, five.data(), on_threads(5));
-    CHECK(one == five);
-}
-
-TEST_CASE("Planes become maps")
-{
-    const MapsShape shape{7, 11, 16};
-    const auto planes = random_numbers(shape.size(), 10);
-    std::vector<float> maps(shape.size());
-    from_planes(planes.data(), shape, maps.data(), on_threads(2));
-    bool equal = true;
-    for (std::size_t pixel = 0; pixel < shape.pixels(); ++pixel)
-        for (std::size_t channel = 0; channel < 16; ++channel)
-            equal = equal && maps[pixel * 16 + channel] == planes[channel * shape.pixels() + pixel];
-    CHECK(equal);
-}
-
 TEST_CASE("Pooling and its way back, by hand, with an odd row and column")
 {
     // Channel 0 of 3 x 5 pixels; the other channels are 0.
@@ -263,31 +196,4 @@ TEST_CASE("Pooling and its way back, by hand, with an odd row and column")
     pool(maps.data(), shape, Pooling::average, pooled.data(), nullptr, on_threads(1));
     CHECK((pooled[0] == 3.25F && pooled[16] == 2));
     CHECK(back(Pooling::average, nullptr) == std::vector<float>{3, 3, 2, 2, 1, 3, 3, 2, 2, 1, 1, 1, 1, 1, 1});
-}
-
-TEST_CASE("A frame's gradients go where the reflection took its values from, and masks stop what was not positive")
-{
-    const MapsShape shape{2, 3, 16};
-    std::vector<float> framed(4 * 5 * 16);
-    for (std::size_t i = 0; i < 20; ++i)
-        framed[i * 16] = static_cast<float>(1U << i);
-    const auto view = folded(framed.data(), 2, 3, 16);
-    std::vector<std::uint8_t> mask(shape.size(), 1);
-    mask[4 * 16] = 0;
-    std::vector<float> gradient(shape.size());
-    add_masked(shape, nullptr, view, mask.data(), gradient.data(), on_threads(1));
-    // Rows of 2^0 … 2^4 and so on; the frame's row 0 is the picture's row 1, its column 0 the picture's column 1.
-    const auto bits = [](std::initializer_list<int> list)
-    {
-        float sum = 0;
-        for (const int bit : list)
-            sum += static_cast<float>(1U << static_cast<unsigned>(bit));
-        return sum;
-    };
-    CHECK(gradient[0] == bits({6, 16}));
-    CHECK(gradient[16] == bits({7, 17, 5, 15, 9, 19}));
-    CHECK(gradient[32] == bits({8, 18}));
-    CHECK(gradient[48] == bits({11, 1}));
-    CHECK(gradient[64] == 0);
-    CHECK(gradient[80] == bits({13, 3}));
 }

@@ -120,22 +120,6 @@ TEST_CASE("VGG-19 agrees with sums by hand, with both inputs and paddings")
     }
 }
 
-TEST_CASE("Pooling takes the largest or the mean of 2x2 cells")
-{
-    const auto layers = layers_of(three_layers());
-    const auto input = noise_picture(8, 8);
-    for (const auto pooling : {vgg19::Pooling::max, vgg19::Pooling::average})
-    {
-        const vgg19::Vgg19 network(layers, fresco::weights::torchvision_input(), pooling);
-        const auto maps = network.encode(input, {"relu1_2", "relu2_1"});
-        const auto cells = maps[0].reshape({64, 4, 2, 4, 2}).to(at::kDouble);
-        const auto joined = pooling == vgg19::Pooling::max ? cells.amax(std::vector<std::int64_t>{2, 4})
-                                                           : cells.mean(std::vector<std::int64_t>{2, 4});
-        CHECK(at::allclose(maps[1].to(at::kDouble), plain_convolution(joined, layers[2].weights, layers[2].bias, false), 1e-4,
-                           1e-3));
-    }
-}
-
 TEST_CASE("Layers: stride, channels, reach, and the defaults for style and content")
 {
     const vgg19::Vgg19 network(layers_of(three_layers()), {}, vgg19::Pooling::max);
@@ -181,75 +165,7 @@ fresco::PrepareContext pictures()
     return context;
 }
 
-/// A Gram loss between two pictures in one layer, with sums in double precision.
-double gram_loss(const fresco::FeatureNetwork& network, const std::string& layer)
-{
-    const auto gram = [&](const torch::Tensor& image)
-    {
-        const auto features = network.encode(image, {layer})[0].to(at::kDouble).flatten(1);
-        return at::mm(features, features.t()) / features.size(1);
-    };
-    return (gram(noise_picture(24, 24)) - gram(noise_picture(20, 28).pow(2))).pow(2).mean().item<double>();
-}
-
-/// The same network under Caffe's names, for BGR in 0..255 minus Caffe's mean, each layer times a factor of its own.
-fresco::SafeTensors twin_of(const fresco::SafeTensors& contents, const std::vector<double>& factors)
-{
-    const double mean[3] = {0.485, 0.456, 0.406};
-    const double deviation[3] = {0.229, 0.224, 0.225};
-    const double caffe[3] = {123.68, 116.779, 103.939};
-    const char* from[3] = {"features.0", "features.2", "features.5"};
-    const char* to[3] = {"conv1_1", "conv1_2", "conv2_1"};
-    fresco::SafeTensors twin;
-    for (std::size_t i = 0; i < 3; ++i)
-    {
-        auto weight = contents.tensors.at(std::string(from[i]) + ".weight").to(at::kDouble);
-        auto bias = contents.tensors.at(std::string(from[i]) + ".bias").to(at::kDouble).clone();
-        if (i == 0)
-        {
-            const auto old = weight.clone();
-            for (std::int64_t c = 0; c < 3; ++c)
-            {
-                // (v / 255 - mean) / deviation of v = x + caffe
-                weight.select(1, 2 - c).copy_(old.select(1, c) / (255 * deviation[c]));
-                bias += old.select(1, c).sum({1, 2}) * ((caffe[c] / 255 - mean[c]) / deviation[c]);
-            }
-        }
-        const double before = i == 0 ? 1 : factors[i - 1];
-        twin.tensors[std::string(to[i]) + ".weight"] = (weight * (factors[i] / before)).to(at::kFloat);
-        twin.tensors[std::string(to[i]) + ".bias"] = (bias * factors[i]).to(at::kFloat);
-    }
-    twin.metadata["scale"] = "other";
-    return twin;
-}
-
 }  // namespace
-
-TEST_CASE("A network and its rescaled twin with swapped channels give the same loss")
-{
-    const auto plain = three_layers();
-    const auto twin = twin_of(plain, {0.02, 3, 17});
-    const fresco::Value::Map never{{"padding", "reflect"}, {"rescale", false}};
-    for (const char* pooling : {"max", "average"})
-    {
-        const fresco::Value::Map options{{"padding", "reflect"}, {"pooling", pooling}};
-        const auto first = prepared(plain, pictures(), options);
-        const auto second = prepared(twin, pictures(), options);
-        for (const char* layer : {"relu1_1", "relu1_2", "relu2_1"})
-        {
-            CAPTURE(layer);
-            const double loss = gram_loss(*first, layer);
-            CHECK(std::abs(gram_loss(*second, layer) / loss - 1) < 1e-4);
-            // As they are, they differ by the fourth power of the factors.
-            CHECK(gram_loss(*prepared(twin, {}, never), layer) / gram_loss(*prepared(plain, {}, never), layer) ==
-                  Approx(std::pow(layer[4] == '2'   ? 17
-                                  : layer[6] == '1' ? 0.02
-                                                    : 3,
-                                  4))
-                      .epsilon(1e-3));
-        }
-    }
-}
 
 TEST_CASE("Weights on another scale get the raw means on style and frames")
 {
@@ -310,44 +226,6 @@ TEST_CASE("features.vgg19 as a component")
     fresco::testing::TestFactory factory;
     network->configure(fresco::Value::Map{{"weights", (folder.path() / "none").string()}}, factory);
     CHECK_THROWS_AS(network->prepare({}), fresco::MissingInput);
-}
-
-TEST_CASE("Gradients through VGG-19 agree with finite differences")
-{
-    const vgg19::Vgg19 network(layers_of(three_layers()), fresco::weights::torchvision_input(), vgg19::Pooling::max);
-    const auto input = noise_picture(8, 8).to(at::kDouble);
-    const auto value = [&](const torch::Tensor& p) { return network.encode(p, {"relu2_1"})[0].pow(2).sum(); };
-    auto variable = input.clone().requires_grad_();
-    value(variable).backward();
-    for (std::int64_t i = 0; i < input.numel(); i += 17)
-    {
-        auto up = input.clone();
-        auto down = input.clone();
-        up.view({-1})[i] += 1e-6;
-        down.view({-1})[i] -= 1e-6;
-        const double slope = (value(up).item<double>() - value(down).item<double>()) / 2e-6;
-        CHECK(variable.grad().flatten()[i].item<double>() == Approx(slope).epsilon(1e-3));
-    }
-}
-
-TEST_CASE("Real weights give activations of unit mean")
-{
-    const auto file = shared_data("weights/vgg19_conv1_1-conv3_1.safetensors", "Real weights give activations of unit mean");
-    if (file.empty())
-        return;
-    const auto contents = fresco::weights::read_weights(file);
-    const auto weights = fresco::weights::recognize_vgg19(contents.contents, file.string());
-    CHECK(weights.input.bgr);
-    CHECK(weights.input.padding == fresco::weights::Vgg19Padding::reflect);
-    const vgg19::Vgg19 network(vgg19::convolutions(weights, file.string()), weights.input, vgg19::Pooling::max);
-    REQUIRE(network.layers().size() == 5);
-    CHECK(network.layers().back().content);
-    // The scaling is to a mean of 1 over natural pictures; noise stays within a small factor of that.
-    for (const auto& map : network.encode(noise_picture(64, 64), {"relu1_1", "relu2_1", "relu3_1"}))
-    {
-        CHECK(map.mean().item<double>() > 0.1);
-        CHECK(map.mean().item<double>() < 10);
-    }
 }
 
 namespace
@@ -484,61 +362,14 @@ TEST_CASE("mixed precision changes a style loss by less than 1 % and hardly turn
 
 TEST_CASE("mixed precision is refused where it would have no effect")
 {
-    const fresco::testing::TemporaryFolder folder;
-    fresco::SafeTensors contents;
-    contents.tensors["conv1_1.weight"] = at::ones({64, 3, 3, 3});
-    contents.tensors["conv1_1.bias"] = at::ones({64});
-    fresco::write_safetensors(folder.path() / "w", contents);
-    fresco::testing::TestFactory factory;
-    const auto prepare = [&](const std::string& convolutions)
-    {
-        auto object = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "features.vgg19");
-        object->configure(fresco::Value::Map{{"weights", (folder.path() / "w").string()},
-                                             {"precision", "mixed"},
-                                             {"convolutions", convolutions},
-                                             {"rescale", false}},
-                          factory);
-        fresco::PrepareContext context;
-        context.style.fine = at::rand({3, 16, 16});
-        dynamic_cast<fresco::FeatureNetwork&>(*object).prepare(context);
+    const auto prepare = [](const char* convolutions) {
+        return prepared(three_layers(), pictures(), {{"precision", "mixed"}, {"convolutions", convolutions}});
     };
     CHECK_THROWS_WITH(prepare("auto"), Catch::Contains("precision: mixed") && Catch::Contains("convolutions: libtorch"));
     if (vgg19::convolves_bfloat16(torch::kCPU))
         CHECK_NOTHROW(prepare("libtorch"));
     else
         CHECK_THROWS_WITH(prepare("libtorch"), Catch::Contains("bfloat16") && Catch::Contains("precision: full"));
-}
-
-TEST_CASE("how maps lie in memory changes neither features nor gradients")
-{
-    for (const auto padding : {fresco::weights::Vgg19Padding::reflect, fresco::weights::Vgg19Padding::zero})
-    {
-        auto input = fresco::weights::caffe_input();
-        input.padding = padding;
-        const vgg19::Vgg19 network(random_layers(), input, vgg19::Pooling::average);
-        // Of the last layer's maps, a side of the second picture has one pixel.
-        for (const auto& [height, width] : {std::pair{27, 34}, {6, 21}})
-        {
-            CAPTURE(height);
-            const auto picture = at::rand({3, height, width}, at::kDouble);
-            const auto [gradient, features] = [&]
-            {
-                std::vector<torch::Tensor> gradients;
-                std::vector<std::vector<torch::Tensor>> all;
-                for (const auto order : {vgg19::Order::channels_innermost, vgg19::Order::channels_outermost})
-                {
-                    const auto shown = picture.clone().set_requires_grad(true);
-                    all.push_back(network.encode_generally(shown, names, order));
-                    (all.back()[0].square().sum() + all.back()[2].square().sum()).backward();
-                    gradients.push_back(shown.grad());
-                }
-                return std::pair(gradients, all);
-            }();
-            for (std::size_t i = 0; i < names.size(); ++i)
-                CHECK(at::allclose(features[0][i], features[1][i], 1e-10, 1e-10));
-            CHECK(at::allclose(gradient[0], gradient[1], 1e-10, 1e-10));
-        }
-    }
 }
 
 TEST_CASE("The scale of the raw network's layers is that of its published activations")

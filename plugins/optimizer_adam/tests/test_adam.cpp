@@ -1,16 +1,18 @@
 #include "adam.h"
-
-#include <fresco/random.h>
-
 #include "catch.h"
+
+#include <far_device.h>
+#include <fresco/error.h>
+#include <fresco/testing.h>
+#include <fresco/torch/optimizer_rule.h>
 
 #include <ATen/ATen.h>
 
 #include <algorithm>
 #include <cmath>
-#include <far_device.h>
 #include <vector>
 
+using namespace fresco;
 using namespace fresco::adam;
 
 namespace
@@ -28,22 +30,6 @@ struct Memory
     bool operator==(const Memory&) const = default;
 };
 
-/// Algorithm 1 of the paper for one number, in double precision.
-struct Twin
-{
-    double value = 0.25;
-    double m = 0;
-    double v = 0;
-    int t = 0;
-    void step(double g, double rate, const Constants& c)
-    {
-        ++t;
-        m = c.beta1 * m + (1 - c.beta1) * g;
-        v = c.beta2 * v + (1 - c.beta2) * g * g;
-        value -= rate * (m / (1 - std::pow(c.beta1, t))) / (std::sqrt(v / (1 - std::pow(c.beta2, t))) + c.epsilon);
-    }
-};
-
 struct Step
 {
     std::vector<std::int64_t> texels;
@@ -51,78 +37,7 @@ struct Step
     Gradient gradient() const { return {texels, values.data()}; }
 };
 
-std::vector<Step> random_steps(std::size_t texels, int count, std::uint64_t seed)
-{
-    fresco::Random random(seed);
-    std::vector<Step> steps(static_cast<std::size_t>(count));
-    for (auto& step : steps)
-        for (std::size_t texel = 0; texel < texels; ++texel)
-            if (random.uniform() < 0.5)
-            {
-                step.texels.push_back(static_cast<std::int64_t>(texel));
-                for (int c = 0; c < 3; ++c)
-                    step.values.push_back(static_cast<float>(random.uniform() - 0.5));
-            }
-    return steps;
-}
-
 }  // namespace
-
-TEST_CASE("the first step goes by the rate, against the gradient's sign")
-{
-    Memory memory(2);
-    const Step step{{1}, {0.5F, -2.0F, 0.0F}};
-    step_visible(memory.block(), step.gradient(), 0.1, 0, usual, 1);
-    CHECK(memory.values[3] == Approx(0.15F));
-    CHECK(memory.values[4] == Approx(0.35F));
-    CHECK(memory.values[5] == 0.25F);
-    CHECK(memory.values[0] == 0.25F);
-    CHECK(memory.steps == std::vector<std::int32_t>{0, 1});
-}
-
-TEST_CASE("dense steps follow the textbook on every texel")
-{
-    const Constants constants{0.8, 0.95, 1e-6};
-    const double pull = 0.3;
-    Memory memory(9);
-    std::vector<Twin> twins(27);
-    std::int64_t t = 0;
-    for (const auto& step : random_steps(9, 40, 1))
-    {
-        step_dense(memory.block(), step.gradient(), ++t, 0.02, pull, constants, 1);
-        std::vector<double> dense(27);
-        for (std::size_t i = 0; i < step.texels.size(); ++i)
-            for (std::size_t c = 0; c < 3; ++c)
-                dense[3 * static_cast<std::size_t>(step.texels[i]) + c] = static_cast<double>(step.values[3 * i + c]);
-        for (std::size_t i = 0; i < 27; ++i)
-            twins[i].step(dense[i] + pull * twins[i].value, 0.02, constants);
-    }
-    for (std::size_t i = 0; i < 27; ++i)
-        CHECK(static_cast<double>(memory.values[i]) == Approx(twins[i].value).margin(2e-6));
-}
-
-TEST_CASE("visible steps follow the textbook on each texel's own steps")
-{
-    const Constants constants{0.8, 0.95, 1e-6};
-    const double pull = 0.3;
-    Memory memory(9);
-    std::vector<Twin> twins(27);
-    for (const auto& step : random_steps(9, 40, 2))
-    {
-        step_visible(memory.block(), step.gradient(), 0.02, pull, constants, 1);
-        for (std::size_t i = 0; i < step.texels.size(); ++i)
-            for (std::size_t c = 0; c < 3; ++c)
-            {
-                auto& twin = twins[3 * static_cast<std::size_t>(step.texels[i]) + c];
-                twin.step(static_cast<double>(step.values[3 * i + c]) + pull * twin.value, 0.02, constants);
-            }
-    }
-    for (std::size_t i = 0; i < 27; ++i)
-    {
-        CHECK(static_cast<double>(memory.values[i]) == Approx(twins[i].value).margin(2e-6));
-        CHECK(memory.steps[i / 3] == twins[i].t);
-    }
-}
 
 TEST_CASE("runs of texels that nothing has moved are left out, with the same bytes")
 {
@@ -159,30 +74,6 @@ TEST_CASE("runs of texels that nothing has moved are left out, with the same byt
         CHECK(some == all);
         CHECK(std::count(moved.begin(), moved.end(), std::uint8_t{1}) == 8);
         CHECK((moved[0] == 1 && moved[1] == 1 && moved[19] == 1 && moved[20] == 1 && moved.back() == 1));
-    }
-}
-
-TEST_CASE("steps give the same bytes for any number of threads")
-{
-    const std::size_t texels = 50000;
-    const auto steps = random_steps(texels, 3, 3);
-    for (const bool dense : {false, true})
-    {
-        std::vector<Memory> results;
-        for (const int threads : {1, 3})
-        {
-            Memory memory(texels);
-            std::int64_t t = 0;
-            for (const auto& step : steps)
-            {
-                if (dense)
-                    step_dense(memory.block(), step.gradient(), ++t, 0.02, 0.1, usual, threads);
-                else
-                    step_visible(memory.block(), step.gradient(), 0.02, 0.1, usual, threads);
-            }
-            results.push_back(std::move(memory));
-        }
-        CHECK(results[0] == results[1]);
     }
 }
 
@@ -230,4 +121,149 @@ TEST_CASE("Adam on another device steps as on the processor")
             CHECK(there.steps.cpu().equal(steps));
         CHECK((near - values).abs().max().item<float>() > 0.1);
     }
+}
+
+namespace
+{
+
+std::unique_ptr<OptimizerRule> made(const Value& options)
+{
+    auto rule = testing::make_from_plugin<OptimizerRule>(FRESCO_PLUGIN_FILE, "optimizer.adam");
+    testing::TestFactory factory;
+    rule->configure(options, factory);
+    return rule;
+}
+
+std::vector<TextureParameter> parameters()
+{
+    return {{"a", at::full({6, 3}, 0.5F), 2.0}, {"b", at::full({2, 3}, -0.5F), 0.0}};
+}
+
+/// Step `n` sees texels n mod 6 and n mod 2.
+Evaluate evaluation(int n)
+{
+    return [n]
+    {
+        Evaluation e;
+        e.loss = n;
+        e.gradients.push_back({at::full({1}, n % 6, at::kLong), at::full({1, 3}, 0.1F * static_cast<float>(n % 5 - 2))});
+        e.gradients.push_back({at::full({1}, n % 2, at::kLong), at::full({1, 3}, 0.2F)});
+        return e;
+    };
+}
+
+/// Algorithm 1 for one number, beta1 0.8, beta2 0.95, epsilon 1e-3.
+struct TextbookAdam
+{
+    double value = 0;
+    double m = 0;
+    double v = 0;
+    int t = 0;
+    void step(double g, double rate)
+    {
+        ++t;
+        m = 0.8 * m + 0.2 * g;
+        v = 0.95 * v + 0.05 * g * g;
+        value -= rate * (m / (1 - std::pow(0.8, t))) / (std::sqrt(v / (1 - std::pow(0.95, t))) + 1e-3);
+    }
+};
+
+}  // namespace
+
+TEST_CASE("leaving untouched texels out changes no byte, from zeros, from values, and after a checkpoint")
+{
+    constexpr std::int64_t texels = 5000;
+    const auto see = [](std::int64_t from)
+    {
+        return [from]
+        {
+            Evaluation e;
+            e.gradients.push_back(
+                {at::arange(from, from + 40, at::kLong), at::full({40, 3}, 0.1F * static_cast<float>(from % 7 - 3))});
+            return e;
+        };
+    };
+    for (const bool zeros : {true, false})
+    {
+        const auto run = [&](const char* untouched, bool interrupted)
+        {
+            std::vector<TextureParameter> p{{"a", at::zeros({texels, 3}), 2.0}};
+            const Value options = Value::Map{{"untouched", untouched}};
+            auto rule = made(options);
+            rule->attach(p);
+            // As a run does it: the texture gets its first values when the rule is there.
+            if (!zeros)
+                p[0].values.slice(0, 1000, 1300).fill_(0.5F);
+            for (int n = 0; n < 12; ++n)
+            {
+                if (interrupted && n == 5)
+                {
+                    TensorMap kept;
+                    for (const auto& [name, tensor] : rule->state())
+                        kept.emplace(name, tensor.clone());
+                    rule = made(options);
+                    rule->attach(p);
+                    rule->restore(kept);
+                }
+                rule->step(p, see(n < 8 ? 300 * n : 4001), 0.01, 0.5);
+            }
+            return p[0].values;
+        };
+        const auto all = run("step", false);
+        CHECK(at::equal(run("skip", false), all));
+        CHECK(at::equal(run("skip", true), all));
+        CHECK(all[4010][0].item<float>() != 0);
+    }
+    CHECK_THROWS_AS(made(Value::Map{{"mode", "visible"}, {"untouched", "step"}})->attach(parameters()), Error);
+}
+
+TEST_CASE("both modes follow the textbook in double precision, the regularizer's gradient included")
+{
+    const double rate = 0.02;
+    const double lambda = 0.7;
+    for (const bool visible : {false, true})
+    {
+        auto p = parameters();
+        const auto rule =
+            made(Value::Map{{"mode", visible ? "visible" : "dense"}, {"beta1", 0.8}, {"beta2", 0.95}, {"epsilon", 1e-3}});
+        rule->attach(p);
+        // One number of each texel stands for all three.
+        std::vector<TextbookAdam> twins(8);
+        for (std::size_t i = 0; i < 8; ++i)
+            twins[i].value = i < 6 ? 0.5 : -0.5;
+        for (int n = 0; n < 30; ++n)
+        {
+            rule->step(p, evaluation(n), rate, lambda);
+            for (std::size_t i = 0; i < 8; ++i)
+            {
+                const bool seen = i < 6 ? static_cast<int>(i) == n % 6 : static_cast<int>(i) - 6 == n % 2;
+                if (visible && !seen)
+                    continue;
+                const double given = i < 6 ? 0.1 * (n % 5 - 2) : 0.2;
+                // d/dv of λ k Σ v² / 18, k = 2; the second parameter has none.
+                const double pull = i < 6 ? lambda * 2 * 2 * twins[i].value / 18 : 0;
+                twins[i].step((seen ? given : 0) + pull, rate);
+            }
+        }
+        for (std::size_t i = 0; i < 8; ++i)
+        {
+            const auto& values = p[i < 6 ? 0 : 1].values;
+            for (std::int64_t c = 0; c < 3; ++c)
+                CHECK(values[static_cast<std::int64_t>(i % 6)][c].item<double>() == Approx(twins[i].value).margin(3e-6));
+        }
+    }
+}
+
+TEST_CASE("a state of another texture or mode is refused")
+{
+    auto p = parameters();
+    const auto rule = made(Value::Map{{"mode", "visible"}});
+    rule->attach(p);
+    auto state = rule->state();
+    CHECK_NOTHROW(rule->restore(state));
+    state.at("first.0") = at::zeros({5, 3});
+    CHECK_THROWS_AS(rule->restore(state), Error);
+    const auto dense = made(Value::Map{{"mode", "dense"}});
+    dense->attach(p);
+    CHECK_THROWS_AS(rule->restore(dense->state()), Error);
 }

@@ -1,16 +1,194 @@
 #include "catch.h"
 #include "enlarge.h"
 
-#include "plain_enlarge.h"
-#include "samples.h"
-
+#include <fresco/random.h>
+#include <fresco/stage.h>
 #include <fresco/testing.h>
+#include <fresco/testing_scenes.h>
 #include <fresco/texturing/texel_faces.h>
 
-using namespace samples;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <numbers>
+#include <vector>
+
+using namespace fresco;
+
+/// The slow, obvious twin: each texel from the definition, in double precision, on the wall of two charts.
+namespace plain
+{
+
+inline std::array<double, 3> color(const Raster8& rgb, double x, double y)
+{
+    const auto lobe = [](double t)
+    {
+        const double a = std::numbers::pi * t;
+        return t == 0 ? 1.0 : std::abs(t) >= 3 ? 0.0 : 3 * std::sin(a) * std::sin(a / 3) / (a * a);
+    };
+    // The outermost pixels have one neighbor among those that count.
+    const auto sharp = [&](double t, int k)
+    { return 1.04 * lobe(t) - 0.02 * ((k > -2 ? lobe(t + 1) : 0) + (k < 3 ? lobe(t - 1) : 0)); };
+    x = std::clamp(x, 0.0, rgb.width - 1.0);
+    y = std::clamp(y, 0.0, rgb.height - 1.0);
+    std::array<double, 3> sum{};
+    double total = 0;
+    for (int row = static_cast<int>(y) - 2; row <= static_cast<int>(y) + 3; ++row)
+        for (int column = static_cast<int>(x) - 2; column <= static_cast<int>(x) + 3; ++column)
+        {
+            const double weight = sharp(x - column, column - static_cast<int>(x)) * sharp(y - row, row - static_cast<int>(y));
+            total += weight;
+            for (int c = 0; c < 3; ++c)
+                sum[static_cast<std::size_t>(c)] +=
+                    weight * rgb.at(std::clamp(column, 0, rgb.width - 1), std::clamp(row, 0, rgb.height - 1), c);
+        }
+    for (double& v : sum)
+        v /= total;
+    return sum;
+}
+
+struct Group
+{
+    double first_x, first_y;  ///< Where its first copy puts the middle texel's center.
+    double weight = 0, x = 0, y = 0;
+};
+
+/// Of texel (column, row) of a texture of `size_px`, which lies in a texel of the map that has a place.
+inline std::array<double, 3> enlarged(const SourceMap& map, const Raster8& rgb, int size_px, int column, int row)
+{
+    const double u = (column + 0.5) * map.size_px() / size_px;
+    const double v = (row + 0.5) * map.size_px() / size_px;
+    const int middle_x = static_cast<int>(std::floor(u));
+    const int middle_y = static_cast<int>(std::floor(v));
+    const auto spline = [](double t)
+    {
+        t = std::abs(t);
+        return t < 0.5 ? 0.75 - t * t : t < 1.5 ? 0.5 * (1.5 - t) * (1.5 - t) : 0.0;
+    };
+    std::vector<Group> groups;
+    // The middle first, then row by row.
+    for (const int i : {4, 0, 1, 2, 3, 5, 6, 7, 8})
+    {
+        const int x = middle_x + i % 3 - 1;
+        const int y = middle_y + i / 3 - 1;
+        // The two charts of the wall lie on both sides of the middle.
+        if (x < 0 || y < 0 || x >= map.size_px() || y >= map.size_px() ||
+            (2 * x < map.size_px()) != (2 * middle_x < map.size_px()))
+            continue;
+        const auto place = map.place(x, y);
+        if (!place)
+            continue;
+        const double step = double{map.pixels_per_texel};
+        const auto at = [&](double to_x, double to_y)
+        {
+            const double dx = to_x - (x + 0.5);
+            const double dy = to_y - (y + 0.5);
+            const double cosine = std::cos(double{place->angle});
+            const double sine = std::sin(double{place->angle});
+            return std::array{place->at.x + step * (cosine * dx - sine * dy), place->at.y + step * (sine * dx + cosine * dy)};
+        };
+        const auto [first_x, first_y] = at(middle_x + 0.5, middle_y + 0.5);
+        Group* own = nullptr;
+        for (Group& group : groups)
+            if (own == nullptr && std::hypot(group.first_x - first_x, group.first_y - first_y) <= 0.75 * step)
+                own = &group;
+        // A copy may continue any of those in a group; those of a group agree here.
+        if (own == nullptr)
+            own = &groups.emplace_back(Group{first_x, first_y});
+        const double weight = spline(u - (x + 0.5)) * spline(v - (y + 0.5));
+        const auto [own_x, own_y] = at(u, v);
+        own->weight += weight;
+        own->x += weight * own_x;
+        own->y += weight * own_y;
+    }
+    std::array<double, 3> sum{};
+    double total = 0;
+    for (const Group& group : groups)
+    {
+        if (group.weight == 0)
+            continue;
+        const double weight = std::pow(group.weight, 4);
+        const auto own = color(rgb, group.x / group.weight - 0.5, group.y / group.weight - 0.5);
+        for (std::size_t c = 0; c < 3; ++c)
+            sum[c] += weight * own[c];
+        total += weight;
+    }
+    for (double& v_of : sum)
+        v_of = std::clamp(v_of / total, 0.0, 255.0);
+    return sum;
+}
+
+}  // namespace plain
 
 namespace
 {
+
+/// Detail of `cells` pixels, finer parts weaker, as in paintings: RGB.
+Raster8 detailed_picture(int width, int height, const std::vector<int>& cells = {2, 4, 8, 16})
+{
+    Random random(7);
+    RasterF sum(width, height, 3, 128);
+    for (const int cell : cells)
+    {
+        RasterF coarse(width / cell, height / cell, 3);
+        for (float& v : coarse.values)
+            v = static_cast<float>(3 * cell * random.normal());
+        const RasterF fine = resized(coarse, width, height);
+        std::transform(sum.values.begin(), sum.values.end(), fine.values.begin(), sum.values.begin(), std::plus<>());
+    }
+    Raster8 result(width, height, 3);
+    std::transform(sum.values.begin(), sum.values.end(), result.values.begin(),
+                   [](float v) { return static_cast<std::uint8_t>(std::clamp(v + 0.5F, 0.0F, 255.0F)); });
+    return result;
+}
+
+/// A map with no texel, for the wall of two charts.
+SourceMap empty_map(const Mesh& mesh, int size_px, const Raster8& picture, double pixels_per_texel)
+{
+    SourceMap map;
+    map.atlas = atlas_id(mesh);
+    map.picture_width = picture.width;
+    map.picture_height = picture.height;
+    map.pixels_per_texel = static_cast<float>(pixels_per_texel);
+    map.places = Raster16(size_px, size_px, 3, SourceMap::none);
+    return map;
+}
+
+/// Calls set(x, y) for each texel of a map that touches a chart of the wall of two charts.
+void for_each_wall_texel(int size_px, const std::function<void(int, int)>& set)
+{
+    const auto touches = [size_px](int i, double from)
+    { return (i + 1.0) / size_px > from && static_cast<double>(i) / size_px < from + 0.3; };
+    for (int y = 0; y < size_px; ++y)
+        for (int x = 0; x < size_px; ++x)
+            if (touches(size_px - 1 - y, 0.1) && (touches(x, 0.1) || touches(x, 0.6)))
+                set(x, y);
+}
+
+/// Squares of `side` x `side` texels, each copied from another place in the picture at another angle.
+SourceMap patched_map(const Mesh& mesh, int size_px, const Raster8& picture, double pixels_per_texel, int side = 4)
+{
+    SourceMap map = empty_map(mesh, size_px, picture, pixels_per_texel);
+    for_each_wall_texel(size_px,
+                        [&](int x, int y)
+                        {
+                            Random random(static_cast<std::uint64_t>((y / side) * size_px + x / side));
+                            const double margin = 0.75 * side * pixels_per_texel;
+                            const double from_x = margin + random.uniform() * (picture.width - 2 * margin);
+                            const double from_y = margin + random.uniform() * (picture.height - 2 * margin);
+                            const double angle = 2 * std::numbers::pi * random.uniform();
+                            const double dx = (x % side - (side - 1) / 2.0) * pixels_per_texel;
+                            const double dy = (y % side - (side - 1) / 2.0) * pixels_per_texel;
+                            map.set_place(x, y,
+                                          {{static_cast<float>(from_x + std::cos(angle) * dx - std::sin(angle) * dy),
+                                            static_cast<float>(from_y + std::sin(angle) * dx + std::cos(angle) * dy)},
+                                           static_cast<float>(angle)});
+                        });
+    return map;
+}
 
 double luminance(const Raster8& rgb, int x, int y)
 {
@@ -40,12 +218,8 @@ double finest_band_energy(const Raster8& rgb, int left, int top, int right, int 
 TEST_CASE("copies that continue each other give the picture itself, turned, in mirrored charts too")
 {
     // Waves long enough for any interpolation.
-    Raster8 picture(200, 160, 3);
     const auto wave = [](double x, double y, int c) { return 128 + 100 * std::sin(0.11 * x + c) * std::cos(0.09 * y - c); };
-    for (int y = 0; y < picture.height; ++y)
-        for (int x = 0; x < picture.width; ++x)
-            for (int c = 0; c < 3; ++c)
-                picture.at(x, y, c) = static_cast<std::uint8_t>(std::lround(wave(x + 0.5, y + 0.5, c)));
+    const Raster8 picture = fresco::testing::picture(200, 160, [&](int x, int y, int c) { return wave(x + 0.5, y + 0.5, c); });
     for (const bool mirrored : {false, true})
     {
         CAPTURE(mirrored);
@@ -148,10 +322,7 @@ TEST_CASE("no color crosses from chart to chart, and the gutter continues the ne
     // The charts touch.
     for (Vec2f& uv : mesh.texcoords)
         uv.x = uv.x < 0.5F ? uv.x + 0.12F : uv.x - 0.08F;
-    Raster8 picture(64, 64, 3);
-    for (int y = 0; y < 64; ++y)
-        for (int x = 0; x < 64; ++x)
-            picture.at(x, y, x < 32 ? 0 : 2) = 200;
+    const Raster8 picture = fresco::testing::picture(64, 64, [](int x, int, int c) { return c == (x < 32 ? 0 : 2) ? 200 : 0; });
     SourceMap map = empty_map(mesh, 16, picture, 0.5);
     testing::TestRun run;
     const texturing::Charts charts = texturing::find_charts(mesh);
@@ -177,23 +348,67 @@ TEST_CASE("no color crosses from chart to chart, and the gutter continues the ne
     CHECK(wrong == 0);
 }
 
-TEST_CASE("a larger copy of the picture gives the same motifs, sharper")
+namespace
 {
-    const Mesh mesh = fresco::testing::two_chart_wall();
-    const Raster8 full = detailed_picture(512, 384, {2, 4});
-    const Raster8 half = resized(full, 256, 192);
-    const SourceMap map = patched_map(mesh, 64, half, 4);
+
+struct Enlarging
+{
+    Mesh mesh = fresco::testing::two_chart_wall();
+    Raster8 picture = detailed_picture(128, 96);
+    SourceMap source = patched_map(mesh, 64, picture, 2);
+    int size_px = 256;
+
+    std::shared_ptr<TexturedMesh> run(testing::TestRun& run) const
+    {
+        testing::TemporaryFolder folder;
+        testing::run_stage(FRESCO_PLUGIN_FILE, "texture.enlarge", Value::Map{{"size_px", size_px}},
+                           {{"source", std::make_shared<SourceMap>(source)},
+                            {"style", std::make_shared<Image>(picture)},
+                            {"mesh", std::make_shared<Mesh>(mesh)}},
+                           folder.path(), run);
+        return TexturedMesh::load({folder.path() / "textured_mesh", folder.path()});
+    }
+};
+
+}  // namespace
+
+TEST_CASE("the stage gives the mesh its picture and reports how fine it is")
+{
+    const Enlarging enlarging;
     testing::TestRun run;
-    const Raster8 sharp = enlarge::enlarged(map, full, mesh, 512, run).picture;
-    const Raster8 soft = resized(enlarge::enlarged(map, half, mesh, 256, run).picture, 512, 512);
-    double apart = 0;
-    double noise = 0;
-    for (int y = 312; y < 456; ++y)
-        for (int x = 56; x < 200; ++x)
-        {
-            apart += std::pow(luminance(sharp, x, y) - luminance(soft, x, y), 2);
-            noise += std::pow(luminance(sharp, x, y) - luminance(sharp, x + 40, y), 2);
-        }
-    CHECK(apart < noise / 2);
-    CHECK(finest_band_energy(sharp, 56, 312, 200, 456) > 2 * finest_band_energy(soft, 56, 312, 200, 456));
+    const auto result = enlarging.run(run);
+    CHECK(result->mesh.texcoords == enlarging.mesh.texcoords);
+    CHECK(result->image.pixels.width == 256);
+    CHECK(result->image.pixels.height == 256);
+    CHECK(run.reported.at("pixels_per_texel").as_double() == Approx(0.5));
+    CHECK(run.reported.at("painted_share").as_double() == Approx(0.18).margin(0.03));
+}
+
+TEST_CASE("the stage says what it cannot use before it begins")
+{
+    struct Case
+    {
+        std::function<void(Enlarging&)> change;
+        const char* place;
+        const char* word;
+    };
+    const auto coarse_source = [](Enlarging& e)
+    {
+        e.source.pixels_per_texel = 0.4F;
+        e.size_px = 64;
+    };
+    for (const Case& c : {Case{[](Enlarging& e) { e.mesh.texcoords.clear(); }, "port 'mesh'", "no texcoords"},
+                          {[](Enlarging& e) { e.source.atlas = std::string(32, 'a'); }, "port 'source'", "atlas"},
+                          {[](Enlarging& e) { e.picture = Raster8(128, 96, 4); }, "style picture", "4 channels"},
+                          {[](Enlarging& e) { e.picture = detailed_picture(128, 128); }, "128x128", "same picture"},
+                          {[](Enlarging& e) { e.size_px = 48; }, "size_px 48", "source map's 64"},
+                          {[](Enlarging& e) { e.size_px = 512; }, "size_px 512", "size_px to 256 at most"},
+                          {coarse_source, "size_px 64", "160 pixels wide"}})
+    {
+        CAPTURE(c.place, c.word);
+        Enlarging enlarging;
+        c.change(enlarging);
+        testing::TestRun run;
+        CHECK_THROWS_WITH(enlarging.run(run), Catch::Contains(c.place) && Catch::Contains(c.word));
+    }
 }

@@ -82,11 +82,6 @@ TEST_CASE("render and gradient agree with sums over all texels in double precisi
         CHECK(dense.data_ptr<float>()[i] == Approx(expected[static_cast<std::size_t>(i)]).margin(2e-6));
 }
 
-TEST_CASE("views give the same bytes for any number of threads")
-{
-    check_threads(*made(Value::Map{}));
-}
-
 TEST_CASE("sizes that do not fit are refused")
 {
     const auto texture = made(Value::Map{});

@@ -130,11 +130,6 @@ TEST_CASE("the gradient agrees with finite differences")
     }
 }
 
-TEST_CASE("views give the same bytes for any number of threads")
-{
-    check_threads(*made(Value::Map{}));
-}
-
 TEST_CASE("an empty uv map renders black and has no gradient")
 {
     const auto texture = made(Value::Map{});

@@ -1,5 +1,6 @@
 #include "catch.h"
 #include "mix.h"
+#include "mixture.h"
 
 #include <fresco/testing.h>
 #include <fresco/testing_scenes.h>
@@ -73,23 +74,6 @@ double short_wave(Vec3f at)
     return 0.2 * std::sin(2 * std::numbers::pi * at.y / 0.08);
 }
 
-/// Share of a pattern in a picture that is 0.5 plus patterns, in the middle of the wall's left half.
-template <class Function>
-double share_of(const RasterF& picture, Function pattern)
-{
-    const Mesh mesh = testing::two_chart_wall();
-    const TexelFaces faces = wall_faces();
-    double product = 0;
-    double square = 0;
-    for (std::size_t texel = 0; texel < faces.face.size(); ++texel)
-        if (faces.inside[texel])
-            if (const Vec3f at = texel_position(mesh, faces, texel); at.x > 0.2 && at.x < 1.8 && at.y > 0.2 && at.y < 0.8)
-            {
-                product += pattern(at) * (double{picture.values[3 * texel]} - 0.5);
-                square += pattern(at) * pattern(at);
-            }
-    return product / square;
-}
 }  // namespace
 
 TEST_CASE("mix: both ends are the textures themselves, and equal shares a straight line between them")
@@ -121,18 +105,6 @@ TEST_CASE("mix: both ends are the textures themselves, and equal shares a straig
     CHECK(rounded == half.values.size());
     CHECK(middle.from_photo == Approx(sum / count));
     CHECK(middle.from_painted == Approx(sum / count));
-}
-
-TEST_CASE("mix: colors and strokes come apart")
-{
-    const RasterF photo = painted_by([](Vec3f) { return 0.5; });
-    const RasterF painting = painted_by([](Vec3f at) { return 0.5 + long_wave(at) + short_wave(at); });
-    const RasterF strokes = mixed(photo, painting, 0, 1);
-    CHECK(share_of(strokes, short_wave) > 0.95);
-    CHECK(share_of(strokes, long_wave) < 0.15);
-    const RasterF colors = mixed(photo, painting, 1, 0);
-    CHECK(share_of(colors, short_wave) < 0.05);
-    CHECK(share_of(colors, long_wave) > 0.85);
 }
 
 TEST_CASE("mix: the mean along rows is that of each texel by itself")
@@ -252,31 +224,6 @@ double weight(const Sample& a, const Sample& b, double spacing)
     return common(a.point.x, b.point.x) * common(a.point.y, b.point.y) * common(a.point.z, b.point.z) * directions;
 }
 
-/// A wall at z = 0.5 with red as a wave along x.
-std::vector<Sample> wave(double wavelength)
-{
-    std::vector<Sample> samples;
-    for (float x = 0.005F; x < 1; x += 0.01F)
-        for (float y = 0.005F; y < 1; y += 0.01F)
-            samples.push_back(
-                {{x, y, 0.5F}, {0, 0, 1}, {static_cast<float>(std::sin(2 * std::numbers::pi * x / wavelength)), 0, 0}});
-    return samples;
-}
-
-/// Amplitude of the wave that is left, away from the wall's ends.
-double response(double wavelength)
-{
-    const SurfaceAverage average = averaged(wave(wavelength));
-    double product = 0;
-    double square = 0;
-    for (float x = 0.25F; x < 0.75F; x += 0.001F)
-    {
-        const double sine = std::sin(2 * std::numbers::pi * x / wavelength);
-        product += sine * SurfaceAverage::Lookup(average).at({x, 0.5F, 0.5F}, {0, 0, 1}, {}).x;
-        square += sine * sine;
-    }
-    return product / square;
-}
 }  // namespace
 
 TEST_CASE("surface average: equals the weighted mean over all samples")
@@ -299,25 +246,6 @@ TEST_CASE("surface average: equals the weighted mean over all samples")
     }
 }
 
-TEST_CASE("surface average: waves shorter than the split go, longer ones stay")
-{
-    CHECK(response(split_m / 4) < 0.02);
-    CHECK(response(split_m) == Approx(0.5).margin(0.05));
-    CHECK(response(split_m * 2.5) > 0.85);
-}
-
-TEST_CASE("surface average: the sides of a thin board do not mix")
-{
-    SurfaceAverage average({0, 0, 0}, {1, 1, 1}, split_m);
-    for (float x = 0; x < 1; x += 0.01F)
-    {
-        average.add({x, 0.5F, 0.50F}, {0, 0, 1}, {1, 0, 0});
-        average.add({x, 0.5F, 0.49F}, {0, 0, -1}, {0, 1, 0});
-    }
-    CHECK(length(SurfaceAverage::Lookup(average).at({0.5F, 0.5F, 0.5F}, {0, 0, 1}, {}) - Vec3f{1, 0, 0}) < 1e-5F);
-    CHECK(length(SurfaceAverage::Lookup(average).at({0.5F, 0.5F, 0.49F}, {0, 0, -1}, {}) - Vec3f{0, 1, 0}) < 1e-5F);
-}
-
 TEST_CASE("surface average: far from all samples the caller decides, and an endless grid is refused")
 {
     SurfaceAverage average({0, 0, 0}, {1, 1, 1}, 0.05);
@@ -325,4 +253,125 @@ TEST_CASE("surface average: far from all samples the caller decides, and an endl
     CHECK(SurfaceAverage::Lookup(average).at({0.9F, 0.9F, 0.9F}, {0, 0, 1}, {0.25F, 0.5F, 0.75F}) == Vec3f{0.25F, 0.5F, 0.75F});
     CHECK_THROWS_WITH(SurfaceAverage({0, 0, 0}, {1000, 1000, 10}, 0.01),
                       Catch::Contains("too large for means over 1 cm") && Catch::Contains("increase split_cm"));
+}
+
+namespace
+{
+constexpr int side = 80;
+
+/// The wall in one color, seen as a whole.
+Texture wall(Vec3f rgb)
+{
+    Texture texture = testing::blank_texture(side, 0.0F);
+    testing::see(texture, {0, 0}, {1, 1}, rgb);
+    return texture;
+}
+
+std::shared_ptr<const Texture> mixed(const Value& options, const Texture& photo, const Texture& painted, testing::TestRun& run,
+                                     const Mesh& mesh = testing::two_chart_wall())
+{
+    testing::TemporaryFolder folder;
+    testing::run_stage(FRESCO_PLUGIN_FILE, "texture.mix", options,
+                       {{"photo", std::make_shared<Texture>(photo)},
+                        {"painted", std::make_shared<Texture>(painted)},
+                        {"mesh", std::make_shared<Mesh>(mesh)}},
+                       folder.path(), run);
+    return Texture::load({folder.path() / "texture", folder.path()});
+}
+
+/// The color in the middle of the left chart.
+Vec3f color(const Texture& texture)
+{
+    const RasterF& layer = texture.layers.front();
+    return {layer.at(side / 4, 3 * side / 4, 0), layer.at(side / 4, 3 * side / 4, 1), layer.at(side / 4, 3 * side / 4, 2)};
+}
+}  // namespace
+
+TEST_CASE("the stage mixes and reports how far the mixture is from both", "[texture.mix]")
+{
+    double last_photo = -1;
+    double last_painted = 1000;
+    for (int step = 0; step <= 10; ++step)
+    {
+        testing::TestRun run;
+        const double share = step / 10.0;
+        const auto result =
+            mixed(Value::Map{{"color", share}, {"strokes", share}}, wall({0.2F, 0.4F, 0.6F}), wall({0.6F, 0.2F, 0.4F}), run);
+        CHECK(result->values == "display");
+        CHECK(result->atlas == atlas_id(testing::two_chart_wall()));
+        CHECK(length(color(*result) - Vec3f{0.2F, 0.4F, 0.6F} - Vec3f{0.4F, -0.2F, -0.2F} * static_cast<float>(share)) < 1e-5F);
+        const double photo = run.reported.at("from_photo").as_double();
+        const double painted = run.reported.at("from_painted").as_double();
+        CHECK(photo > last_photo);
+        CHECK(painted < last_painted);
+        last_photo = photo;
+        last_painted = painted;
+    }
+    CHECK(last_painted == 0);
+}
+
+TEST_CASE("the page can mix as the stage does", "[texture.mix]")
+{
+    // Two colors of the wall's halves and fine stripes: both bands differ.
+    Texture photo = wall({0.2F, 0.4F, 0.6F});
+    testing::see(photo, {0.5F, 0}, {1, 0.5F}, {0.5F, 0.3F, 0.2F});
+    Texture painted = wall({0.6F, 0.3F, 0.4F});
+    for (int x = 0; x < side; x += 4)
+        for (int y = 0; y < side; ++y)
+            painted.layers.front().at(x, y, 1) += 0.2F;
+    const testing::TemporaryFolder folder;
+    const auto run_mix = [&](double color, double strokes)
+    {
+        testing::TestRun run;
+        testing::run_stage(FRESCO_PLUGIN_FILE, "texture.mix", Value::Map{{"color", color}, {"strokes", strokes}},
+                           {{"photo", std::make_shared<Texture>(photo)},
+                            {"painted", std::make_shared<Texture>(painted)},
+                            {"mesh", std::make_shared<Mesh>(testing::two_chart_wall())}},
+                           folder.path(), run);
+        return Texture::load({folder.path() / "texture", folder.path()});
+    };
+    const auto texture = run_mix(0.3, 0.8);
+    const auto small = Mixture::load({folder.path() / "sliders", folder.path()});
+    CHECK(small->atlas == atlas_id(testing::two_chart_wall()));
+    CHECK(small->color == 0.3);
+    CHECK(small->strokes == 0.8);
+    REQUIRE(small->painted.width == side);
+    double farthest = 0;
+    for (std::size_t texel = 0; texel < texture->seen.values.size(); ++texel)
+        if (texture->seen.values[texel] != 0)
+            for (std::size_t i = 3 * texel; i < 3 * texel + 3; ++i)
+            {
+                const double p = small->photo.values[i];
+                const double c = small->colors.values[i];
+                const double s = small->painted.values[i];
+                farthest = std::max(farthest, std::abs(p + 0.3 * (c - p) + 0.8 * (s - c) - 255.0 * texture->layers[0].values[i]));
+            }
+    CHECK(farthest < 1.5);
+}
+
+TEST_CASE("what one of the textures lacks is continued from its surroundings before mixing", "[texture.mix]")
+{
+    Texture photo = testing::blank_texture(side, 0.0F);
+    testing::see(photo, {0, 0}, {0.5F, 0.5F}, {0.2F, 0.2F, 0.2F});  // only the left chart
+    testing::TestRun run;
+    const auto result = mixed(Value::Map{{"color", 0.5}, {"strokes", 0.5}}, photo, wall({0.6F, 0.6F, 0.6F}), run);
+    CHECK(result->layers.front().at(3 * side / 4, 3 * side / 4, 0) == Approx(0.4));
+    CHECK(result->seen.at(3 * side / 4, 3 * side / 4) == 1);
+    CHECK(result->seen.at(side / 2, side / 4) == 0);
+}
+
+TEST_CASE("the stage refuses textures that do not belong together", "[texture.mix]")
+{
+    testing::TestRun run;
+    const Texture photo = wall({});
+    CHECK_THROWS_WITH(mixed(Value::Map{}, photo, testing::blank_texture(side / 2, 0), run),
+                      Catch::Contains("'photo' has 80 texels a side, the one on port 'painted' 40"));
+    Texture other = photo;
+    other.atlas = "00000000000000000000000000000000";
+    CHECK_THROWS_WITH(mixed(Value::Map{}, photo, other, run), Catch::Contains("the texture on port 'painted'"));
+    Mesh bare = testing::two_chart_wall();
+    bare.texcoords.clear();
+    CHECK_THROWS_WITH(mixed(Value::Map{}, photo, photo, run, bare), Catch::Contains("has no texcoords"));
+    CHECK_THROWS_WITH(mixed(Value::Map{{"color", 1.5}}, photo, photo, run), Catch::Contains("color"));
+    CHECK_THROWS_WITH(mixed(Value::Map{}, testing::blank_texture(side, 0), photo, run), Catch::Contains("seen"));
 }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "loop.h"
+
 #include <fresco/frames.h>
 #include <fresco/npy.h>
 #include <fresco/testing.h>
@@ -12,8 +14,10 @@
 
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 /// \file A tiny world: cameras that look straight at a square painted wall, one texture unit wide; and losses to optimize it
@@ -114,20 +118,50 @@ struct Wall
     Frames frames;
 };
 
-/// The picture shall be the camera's: mean of squared differences over the mask.
-class CameraLoss final : public Loss
+/// A loss on the picture itself, by a function of the part.
+class PictureLoss final : public Loss
 {
   public:
+    using Function = std::function<torch::Tensor(Part&)>;
+    explicit PictureLoss(Function value, std::string layer = "") : value_(std::move(value)), layer_(std::move(layer)) {}
     LossNeeds needs() const override { return {{}, true}; }
-    void prepare(const PrepareContext& context) override { samples = context.camera_samples.size(); }
-    std::vector<LossTerm> evaluate(Part& part) override
-    {
-        const auto mask = part.mask(Pixels::all);
-        const auto difference = (part.image() - part.camera()) * mask;
-        return {{"", ordered_sum(difference * difference) / static_cast<double>(3 * mask.sum().item<std::int64_t>())}};
-    }
-    std::size_t samples = 0;
+    void prepare(const PrepareContext&) override {}
+    std::vector<LossTerm> evaluate(Part& part) override { return {{layer_, value_(part)}}; }
+
+  private:
+    Function value_;
+    std::string layer_;
 };
+
+/// The picture shall be the camera's: mean of squared differences over the mask.
+inline std::shared_ptr<Loss> camera_loss()
+{
+    return std::make_shared<PictureLoss>(
+        [](Part& part)
+        {
+            const auto mask = part.mask(Pixels::all);
+            const auto difference = (part.image() - part.camera()) * mask;
+            return ordered_sum(difference * difference) / static_cast<double>(3 * mask.sum().item<std::int64_t>());
+        });
+}
+
+/// Becomes infinite at the third step.
+inline std::shared_ptr<Loss> exploding_loss()
+{
+    return std::make_shared<PictureLoss>([](Part& part) { return ordered_mean(part.image()) / (part.step() < 2 ? 1.0 : 0.0); },
+                                         "deep");
+}
+
+/// Wants the brightest picture, but breaks where one is brighter than 0.9.
+inline std::shared_ptr<Loss> fragile_loss()
+{
+    return std::make_shared<PictureLoss>(
+        [](Part& part)
+        {
+            const auto mean = ordered_mean(part.image());
+            return part.image().max().item<double>() > 0.9 ? mean / 0.0 : -mean;
+        });
+}
 
 /// One network layer of stride 2: means of 2 x 2 pixels, run through a convolution.
 class HalfNetwork final : public FeatureNetwork
@@ -183,31 +217,6 @@ class MeanLoss final : public Loss
     torch::Tensor running_;
 };
 
-/// Becomes infinite at the third step.
-class ExplodingLoss final : public Loss
-{
-  public:
-    LossNeeds needs() const override { return {{}, true}; }
-    void prepare(const PrepareContext&) override {}
-    std::vector<LossTerm> evaluate(Part& part) override
-    {
-        return {{"deep", ordered_mean(part.image()) / (part.step() < 2 ? 1.0 : 0.0)}};
-    }
-};
-
-/// Wants the brightest picture, but breaks where one is brighter than 0.9.
-class FragileLoss final : public Loss
-{
-  public:
-    LossNeeds needs() const override { return {{}, true}; }
-    void prepare(const PrepareContext&) override {}
-    std::vector<LossTerm> evaluate(Part& part) override
-    {
-        const auto mean = ordered_mean(part.image());
-        return {{"", part.image().max().item<double>() > 0.9 ? mean / 0.0 : -mean}};
-    }
-};
-
 /// Asks whether it shall stop in every evaluation, as losses that take long do, when something has changed in it already; and
 /// breaks at its `breaks_at`-th evaluation.
 class AskingLoss final : public Loss
@@ -238,3 +247,45 @@ class AskingLoss final : public Loss
 };
 
 }  // namespace fakes
+
+namespace fresco::optimize
+{
+
+/// Every pixel at every height, at any angle.
+inline constexpr LevelRules all_pixels{.protocol = Protocol::paper,
+                                       .by_depth = false,
+                                       .depth = LevelRules::Depth::mesh,
+                                       .theta_d_m = 0.25,
+                                       .angle_limit_deg = 90,
+                                       .scaling = GradientScaling::angle};
+
+/// Steps over all views in their whole size, neither measured nor kept, from zeros.
+inline LoopOptions short_loop(int size_px, int repeats_count, const torch::Device& device = torch::kCPU)
+{
+    return {.size_px = size_px,
+            .heights_px = {},
+            .values = Values::display,
+            .init = Init::zeros,
+            .levels = all_pixels,
+            .lambda_r = 0,
+            .seed = 0,
+            .device = device,
+            .schedule = {.epochs = 1,
+                         .repeats_count = repeats_count,
+                         .max_steps = 0,
+                         .shuffled = true,
+                         .rate = 0.02,
+                         .decay = Decay::cosine,
+                         .decay_start = 0.5,
+                         .step_epochs = 3,
+                         .step_factor = 0.1},
+            .held_out_count = 0,
+            .measure_steps = 50,
+            .stop_gain = 0,
+            .reference = false,
+            .checkpoint_steps = 0,
+            .checkpoint_seconds = 0,
+            .preview_every = 0};
+}
+
+}  // namespace fresco::optimize

@@ -3,80 +3,52 @@
 #include "catch.h"
 
 #include <fresco/error.h>
+#include <fresco/testing_scenes.h>
 
+#include <array>
 #include <cmath>
 
 using namespace fresco;
 using namespace fresco::optimize;
 
-namespace
+TEST_CASE("style sizes by hand, as the paper and as the released code find them")
 {
-
-StyleSizes sizes(int width, int height, std::vector<std::string>& messages, Protocol protocol = Protocol::paper)
-{
-    return style_sizes(Raster8(width, height, 3, 100), protocol, [&](const std::string& m) { messages.push_back(m); });
+    struct Case
+    {
+        Protocol protocol;
+        int width, height;
+        std::array<int, 2> fine, coarse;
+    };
+    for (const Case& c :
+         {Case{Protocol::paper, 1024, 512, {512, 256}, {1024, 512}},
+          {Protocol::paper, 1200, 1600, {256, 341}, {1024, 1364}},
+          {Protocol::paper, 5000, 2500, {512, 256}, {2048, 1024}},     // first 2048 x 1024
+          {Protocol::paper, 300, 200, {300, 200}, {300, 200}},         // with a message
+          {Protocol::released, 1600, 1200, {341, 256}, {800, 600}},    // 256, 300, 600, 1200: the third is 600
+          {Protocol::released, 1024, 2048, {256, 512}, {512, 1024}},   // 256, 256, 512, 1024
+          {Protocol::released, 400, 300, {341, 256}, {400, 300}},      // 256, 300, 300
+          {Protocol::released, 1023, 511, {512, 256}, {1023, 511}},    // 256, 511, 511
+          {Protocol::released, 200, 100, {512, 256}, {200, 100}},      // 256, 100, 100
+          {Protocol::released, 3000, 1500, {512, 256}, {1024, 512}}})  // shorter side 2048 first: 256, 256, 512, …
+    {
+        CAPTURE(c.width, c.height);
+        std::vector<std::string> messages;
+        const StyleSizes s =
+            style_sizes(Raster8(c.width, c.height, 3, 100), c.protocol, [&](const std::string& m) { messages.push_back(m); });
+        CHECK(std::array{s.fine.width, s.fine.height} == c.fine);
+        CHECK(std::array{s.coarse.width, s.coarse.height} == c.coarse);
+        CHECK(messages.size() == (c.width == 300 ? 1 : 0));
+    }
 }
 
-}  // namespace
-
-TEST_CASE("style sizes by hand")
+TEST_CASE("the released code shrinks a style picture without antialiasing")
 {
-    std::vector<std::string> messages;
-    auto s = sizes(1024, 512, messages);
-    CHECK(s.fine.width == 512);
-    CHECK(s.fine.height == 256);
-    CHECK(s.coarse.width == 1024);
-    s = sizes(1200, 1600, messages);
-    CHECK(s.fine.width == 256);
-    CHECK(s.fine.height == 341);
-    CHECK(s.coarse.width == 1024);
-    CHECK(s.coarse.height == 1364);
-    s = sizes(5000, 2500, messages);  // first 2048 x 1024
-    CHECK(s.fine.width == 512);
-    CHECK(s.coarse.width == 2048);
-    CHECK(s.coarse.height == 1024);
-    CHECK(messages.empty());
-    s = sizes(300, 200, messages);
-    CHECK(s.fine.width == 300);
-    CHECK(s.coarse.height == 200);
-    REQUIRE(messages.size() == 1);
-    CHECK(messages[0].find("200 px") != std::string::npos);
-}
-
-TEST_CASE("style sizes as the released code finds them")
-{
-    std::vector<std::string> messages;
-    const auto released = [&](int width, int height) { return sizes(width, height, messages, Protocol::released); };
-    auto s = released(1600, 1200);  // 256, 300, 600, 1200: the third is 600
-    CHECK(s.fine.height == 256);
-    CHECK(s.fine.width == 341);
-    CHECK(s.coarse.height == 600);
-    CHECK(s.coarse.width == 800);
-    s = released(1024, 2048);  // 256, 256, 512, 1024
-    CHECK(s.coarse.width == 512);
-    CHECK(s.coarse.height == 1024);
-    s = released(400, 300);  // 256, 300, 300
-    CHECK(s.coarse.height == 300);
-    s = released(1023, 511);  // 256, 511, 511
-    CHECK(s.coarse.height == 511);
-    s = released(200, 100);  // 256, 100, 100
-    CHECK(s.fine.height == 256);
-    CHECK(s.fine.width == 512);
-    CHECK(s.coarse.height == 100);
-    s = released(3000, 1500);  // shorter side 2048 first: 256, 256, 512, 1024, 2048
-    CHECK(s.coarse.height == 512);
-    CHECK(s.coarse.width == 1024);
     // A fourth of the pixels along a side: means of the two in the middle, not of four.
-    Raster8 stripes(1024, 1024, 3);
-    for (int y = 0; y < 1024; ++y)
-        for (int x = 0; x < 1024; ++x)
-            for (int c = 0; c < 3; ++c)
-                stripes.at(x, y, c) = static_cast<std::uint8_t>(x % 4 == 1 ? 100 : x % 4 == 3 ? 255 : 0);
-    s = style_sizes(stripes, Protocol::released, [](const std::string&) {});
+    const Raster8 stripes = testing::picture(1024, 1024, [](int x, int, int) { return x % 4 == 1 ? 100 : x % 4 == 3 ? 255 : 0; });
+    const StyleSizes s = style_sizes(stripes, Protocol::released, [](const std::string&) {});
     CHECK(s.fine.at(17, 5, 1) == Approx(50 / 255.0));
     CHECK(s.coarse.at(8, 5, 0) == Approx(50 / 255.0));
     CHECK(s.coarse.at(9, 5, 0) == Approx(127.5 / 255.0));
-    CHECK(messages.empty());
 }
 
 TEST_CASE("alpha is composited on white, gray spread, other pictures refused")
@@ -98,26 +70,6 @@ TEST_CASE("alpha is composited on white, gray spread, other pictures refused")
     CHECK_THROWS_WITH(style_sizes(Raster8(100, 63, 3), Protocol::released, ignore),
                       Catch::Contains("100x63") && Catch::Contains("64 px"));
     CHECK_THROWS_AS(style_sizes(Raster8(), Protocol::paper, ignore), Error);
-}
-
-TEST_CASE("network values are BGR minus the mean, and come back as displayed RGB")
-{
-    const ValueSpace network(Values::network);
-    RasterF picture(1, 1, 3);
-    picture.values = {1.0F, 0.5F, 0.0F};
-    network.store(picture);
-    CHECK(picture.values[0] == Approx(-103.939));
-    CHECK(picture.values[1] == Approx(127.5 - 116.779));
-    CHECK(picture.values[2] == Approx(255 - 123.68));
-    std::vector<float> shown(3);
-    const std::vector<std::uint8_t> valid{1};
-    network.display(picture.values, valid, shown);
-    CHECK(shown[0] == Approx(1).margin(1e-6));
-    CHECK(shown[1] == Approx(0.5));
-    CHECK(shown[2] == Approx(0).margin(1e-6));
-    const std::vector<std::uint8_t> invalid{0};
-    network.display(picture.values, invalid, shown);
-    CHECK(shown == std::vector<float>{0, 0, 0});
 }
 
 TEST_CASE("the gradient of the displayed picture agrees with finite differences")
@@ -157,25 +109,6 @@ TEST_CASE("outside the displayable range only the way back passes")
     std::vector<float> gradient{0.5F, -0.5F, -0.25F};
     space.back(stored, one, gradient);
     CHECK(gradient == std::vector<float>{0.5F, 0, -0.25F});
-}
-
-TEST_CASE("without the clamp of the sum pictures go beyond the range, and every gradient passes")
-{
-    const ValueSpace space(Values::network, false);
-    const std::vector<float> stored{300.0F, -200.0F, 0.0F};  // blue, green, red
-    const std::vector<std::uint8_t> valid{1};
-    std::vector<float> shown(3);
-    space.display(stored, valid, shown);
-    CHECK(shown[0] == Approx(123.68 / 255));
-    CHECK(shown[1] == Approx((116.779 - 200) / 255));
-    CHECK(shown[2] == Approx((103.939 + 300) / 255));
-    std::vector<float> gradient{1, 1, -1};
-    const std::vector<float> one{1};
-    space.back(stored, one, gradient);
-    CHECK(gradient[0] == Approx(-1.0 / 255));
-    CHECK(gradient[1] == Approx(1.0 / 255));
-    CHECK(space.stored_range().first == Approx(-123.68));
-    CHECK(space.stored_range().second == Approx(151.061));
 }
 
 namespace

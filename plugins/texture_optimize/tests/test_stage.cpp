@@ -1,16 +1,96 @@
-#include "studio.h"
+#include "catch.h"
+#include "checkpoint.h"
+#include "fakes.h"
 
 #include <fresco/error.h>
+#include <fresco/files_io.h>
+#include <fresco/stage.h>
+#include <fresco/testing_scenes.h>
+#include <fresco/texture.h>
 
 #include <ATen/Parallel.h>
 #include <ATen/ops/full.h>
 
+#include <algorithm>
 #include <array>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
 
 using namespace fakes;
 
 namespace
 {
+
+Raster8 style_picture()
+{
+    return testing::picture(96, 72, [](int x, int y, int c) { return 40 + (3 * (96 * y + x) + c) * 37 % 150; });
+}
+
+/// Paints the wall by the built plugin, with fake losses and the real texture and rule.
+struct Studio
+{
+    testing::TemporaryFolder folder;
+    Wall wall;
+    int runs = 0;
+
+    explicit Studio(std::size_t views = 6, const std::vector<int>& heights = {30}) : wall(folder.path() / "wall", views, heights)
+    {
+    }
+
+    static Value options(const Value& losses, Value::Map more)
+    {
+        Value options = Value::Map{{"size_px", 64},
+                                   {"repeats_count", 3},
+                                   {"device", "cpu"},
+                                   {"losses", losses},
+                                   {"texture", Value::Map{{"type", "texture.laplacian"}}},
+                                   {"optimizer", Value::Map{{"type", "optimizer.adam"}, {"mode", "visible"}, {"beta2", 0.99}}}};
+        for (auto& [name, value] : more)
+            options.set(name, value);
+        return options;
+    }
+
+    /// Runs the built plugin; the texture's folder.
+    std::filesystem::path paint(testing::TestRun& run, const Value& options, const std::shared_ptr<Texture>& start = nullptr)
+    {
+        testing::TestFactory factory;
+        factory.add("texture.laplacian",
+                    [] { return testing::make_from_plugin<Component>(FRESCO_PLUGIN_texture_laplacian, "texture.laplacian"); });
+        factory.add("optimizer.adam",
+                    [] { return testing::make_from_plugin<Component>(FRESCO_PLUGIN_optimizer_adam, "optimizer.adam"); });
+        factory.add("features.half", [] { return std::make_shared<HalfNetwork>(); });
+        factory.add("camera", camera_loss);
+        factory.add("mean", [] { return std::make_shared<MeanLoss>(); });
+        factory.add("fragile", fragile_loss);
+        factory.add("asking", [] { return std::make_shared<AskingLoss>(0); });
+        factory.add("breaking", [] { return std::make_shared<AskingLoss>(9); });
+        factory.add("exploding", exploding_loss);
+        const auto stage = testing::make_from_plugin<Stage>(FRESCO_PLUGIN_FILE, "texture.optimize");
+        const auto out = folder.path() / ("run" + std::to_string(runs++));
+        testing::Inputs inputs{{"uvmaps", wall.maps},
+                               {"frames", std::make_shared<Frames>(wall.frames)},
+                               {"style", std::make_shared<Image>(style_picture())}};
+        if (start)
+            inputs["start"] = start;
+        testing::run_stage(*stage, options, inputs, out, run, factory);
+        return out / "texture";
+    }
+};
+
+std::vector<std::vector<std::byte>> bytes_in(const std::filesystem::path& texture)
+{
+    std::vector<std::vector<std::byte>> result;
+    for (const char* name : {"layer_0.npy", "layer_1.npy", "layer_2.npy", "layer_3.npy", "seen.npy", "texture.json"})
+        result.push_back(read_file(texture / name));
+    return result;
+}
+
+const Value on_camera = Value::Map{{"camera", Value::Map{{"type", "camera"}}}};
+const Value mean_losses = Value::Map{{"a", Value::Map{{"type", "mean"}, {"features", Value::Map{{"type", "features.half"}}}}},
+                                     {"b", Value::Map{{"type", "camera"}, {"weight", 0.3}}}};
 
 std::array<float, 3> looked_up(const Texture& texture, double u, double v)
 {
@@ -36,11 +116,11 @@ TEST_CASE("a texture pulled to the camera pictures becomes the painting, whateve
             CAPTURE(values, init);
             const bool network = std::string(values) == "network";
             testing::TestRun run;
-            const auto folder = studio.paint(run, Studio::options(camera_loss, {{"epochs", 16},
-                                                                                {"values", values},
-                                                                                {"init", init},
-                                                                                {"rate", network ? 5.0 : 0.02},
-                                                                                {"gradient_scaling", "none"}}));
+            const auto folder = studio.paint(run, Studio::options(on_camera, {{"epochs", 16},
+                                                                              {"values", values},
+                                                                              {"init", init},
+                                                                              {"rate", network ? 5.0 : 0.02},
+                                                                              {"gradient_scaling", "none"}}));
             const auto texture = Texture::load({folder, {}});
             CHECK(texture->values == values);
             REQUIRE(texture->layers.size() == 4);
@@ -77,7 +157,7 @@ TEST_CASE("a start texture that is wired is what the texture begins as, recolore
     for (std::size_t i = 0; i < style.values.size(); i += 3)
         mean += Vec3d{style.values[i] / 255.0, style.values[i + 1] / 255.0, style.values[i + 2] / 255.0} * (1 / pixels);
     testing::TestRun run;
-    const auto folder = studio.paint(run, Studio::options(camera_loss, {{"epochs", 1}, {"rate", 0}}), start);
+    const auto folder = studio.paint(run, Studio::options(on_camera, {{"epochs", 1}, {"rate", 0}}), start);
     const auto found = looked_up(*Texture::load({folder, {}}), 0.7, 0.3);
     CHECK(static_cast<double>(found[0]) == Approx(mean.x).margin(0.01));
     CHECK(static_cast<double>(found[1]) == Approx(mean.y).margin(0.01));
@@ -105,7 +185,7 @@ TEST_CASE("frames without a picture show the start texture, whatever the texture
         }
     start->seen = Raster8(64, 64, 1, 1);
     const auto options = [](const char* init) {
-        return Studio::options(camera_loss, {{"epochs", 16}, {"init", init}, {"gradient_scaling", "none"}});
+        return Studio::options(on_camera, {{"epochs", 16}, {"init", init}, {"gradient_scaling", "none"}});
     };
     for (const std::size_t view : {0, 5})
         studio.wall.frames.frames[view].color_picture = {};
@@ -156,15 +236,15 @@ TEST_CASE("errors name what is wrong")
     const Value exploding = Value::Map{{"boom", Value::Map{{"type", "exploding"}}}};
     CHECK_THROWS_WITH(studio.paint(run, Studio::options(exploding, {})), Catch::Contains("step 3") && Catch::Contains("boom"));
     CHECK_THROWS_WITH(studio.paint(run, Studio::options(Value::Map{}, {})), Catch::Contains("losses"));
-    CHECK_THROWS_WITH(studio.paint(run, Studio::options(camera_loss, {{"size_px", 100}})), Catch::Contains("multiple of 8"));
+    CHECK_THROWS_WITH(studio.paint(run, Studio::options(on_camera, {{"size_px", 100}})), Catch::Contains("multiple of 8"));
     if (!at::hasCUDA())
-        CHECK_THROWS_WITH(studio.paint(run, Studio::options(camera_loss, {{"device", "cuda"}})), Catch::Contains("cuda"));
+        CHECK_THROWS_WITH(studio.paint(run, Studio::options(on_camera, {{"device", "cuda"}})), Catch::Contains("cuda"));
     Studio blind;
     UvMaps nothing = *blind.wall.maps;
     for (auto& view : nothing.views)
         view.valid_pixels = {0};
     blind.wall.maps = std::make_shared<UvMaps>(nothing);
-    CHECK_THROWS_WITH(blind.paint(run, Studio::options(camera_loss, {})), Catch::Contains("valid pixel"));
+    CHECK_THROWS_WITH(blind.paint(run, Studio::options(on_camera, {})), Catch::Contains("valid pixel"));
 }
 
 TEST_CASE("the released protocol clamps layers in place of their sum")
@@ -173,7 +253,7 @@ TEST_CASE("the released protocol clamps layers in place of their sum")
     testing::TestRun run;
     const auto folder = studio.paint(
         run,
-        Studio::options(camera_loss,
+        Studio::options(on_camera,
                         {{"epochs", 2}, {"values", "network"}, {"init", "zeros"}, {"rate", 120.0}, {"protocol", "released"}}));
     const auto texture = Texture::load({folder, {}});
     double least = 0;
@@ -188,26 +268,18 @@ TEST_CASE("the released protocol clamps layers in place of their sum")
     CHECK(most == Approx(151.061));
 }
 
-TEST_CASE("max_steps and a subset of the heights are kept")
-{
-    Studio studio(4, {20, 30});
-    testing::TestRun run;
-    studio.paint(run, Studio::options(camera_loss, {{"max_steps", 5}, {"heights_px", Value::List{20}}, {"init", "color"}}));
-    CHECK(run.metrics.at("loss").size() == 5);
-}
-
 TEST_CASE("losses are measured on held-out views, and a run that gains nothing more ends early with the same bytes, also resumed")
 {
     Studio studio(9);
     const auto options = [&](double stop_gain)
     {
-        return Studio::options(camera_loss, {{"held_out_count", 2},
-                                             {"measure_steps", 5},
-                                             {"stop_gain", stop_gain},
-                                             {"epochs", 30},
-                                             {"rate", 0.05},
-                                             {"decay_start", 1.0},
-                                             {"checkpoint_steps", 7}});
+        return Studio::options(on_camera, {{"held_out_count", 2},
+                                           {"measure_steps", 5},
+                                           {"stop_gain", stop_gain},
+                                           {"epochs", 30},
+                                           {"rate", 0.05},
+                                           {"decay_start", 1.0},
+                                           {"checkpoint_steps", 7}});
     };
     testing::TestRun all;
     studio.paint(all, options(0));
@@ -237,9 +309,8 @@ TEST_CASE("losses are measured on held-out views, and a run that gains nothing m
     CHECK(resumed.reported.at("held_out").as_list().size() == early.reported.at("held_out").as_list().size());
 
     testing::TestRun wrong;
-    CHECK_THROWS_WITH(studio.paint(wrong, Studio::options(camera_loss, {{"stop_gain", 0.1}})), Catch::Contains("held_out_count"));
-    CHECK_THROWS_WITH(studio.paint(wrong, Studio::options(camera_loss, {{"held_out_count", 9}})),
-                      Catch::Contains("only 9 views"));
+    CHECK_THROWS_WITH(studio.paint(wrong, Studio::options(on_camera, {{"stop_gain", 0.1}})), Catch::Contains("held_out_count"));
+    CHECK_THROWS_WITH(studio.paint(wrong, Studio::options(on_camera, {{"held_out_count", 9}})), Catch::Contains("only 9 views"));
 }
 
 TEST_CASE("the reference way of executing gives the same texture, and encodes more for it")
@@ -258,4 +329,187 @@ TEST_CASE("the reference way of executing gives the same texture, and encodes mo
     const int of_active = encoded("active", active);
     CHECK(encoded("reference", reference) >= of_active + 9);  // the camera picture of three visits, three times more
     CHECK((active == reference));
+}
+
+namespace
+{
+
+struct Resumed
+{
+    bool canceled = false;
+    std::size_t steps_before = 0;
+    std::size_t steps = 0;  ///< Of both runs.
+    std::vector<std::vector<std::byte>> bytes;
+};
+
+/// Canceled at the `calls`-th time that the stage asks, and run again to its end.
+Resumed canceled_and_resumed(Studio& studio, const Value& options, int calls)
+{
+    Resumed result;
+    testing::TestRun run;
+    run.cancel_after(calls);
+    try
+    {
+        studio.paint(run, options);
+    }
+    catch (const Canceled&)
+    {
+        result.canceled = true;
+    }
+    result.steps_before = run.metrics["loss"].size();
+    if (!result.canceled)
+        run.metrics["loss"].clear();
+    run.cancel_after(1000);
+    result.bytes = bytes_in(studio.paint(run, options));
+    result.steps = run.metrics["loss"].size();
+    return result;
+}
+
+}  // namespace
+
+TEST_CASE("a run that is canceled, or killed, goes on to the same bytes")
+{
+    Studio studio;
+    for (const char* mode : {"visible", "dense"})
+    {
+        auto options = Studio::options(mean_losses, {{"epochs", 2}, {"lambda_r", 0.01}, {"checkpoint_steps", 0}});
+        options.set("optimizer", Value::Map{{"type", "optimizer.adam"}, {"mode", mode}});
+        testing::TestRun whole;
+        const auto expected = bytes_in(studio.paint(whole, options));
+
+        testing::TestRun interrupted;
+        interrupted.cancel_after(3 + 14);  // 3 batches of views, then in the middle of a visit
+        CHECK_THROWS_AS(studio.paint(interrupted, options), Canceled);
+        CHECK(interrupted.metrics.at("loss").size() == 13);
+        CHECK((bytes_in(studio.paint(interrupted, options)) == expected));
+        CHECK(interrupted.metrics.at("loss").size() == 36);
+        REQUIRE_FALSE(interrupted.messages.empty());
+        CHECK(interrupted.messages.back() == "going on after step 13 of 36");
+
+        // With periodic checkpoints too.
+        options.set("checkpoint_steps", 10);
+        testing::TestRun killed;
+        killed.cancel_after(3 + 21);
+        CHECK_THROWS_AS(studio.paint(killed, options), Canceled);
+        CHECK((bytes_in(studio.paint(killed, options)) == expected));
+    }
+}
+
+TEST_CASE("a loss that asks within a step loses nothing when the run is canceled")
+{
+    Studio studio;
+    const auto options = Studio::options(Value::Map{{"it", Value::Map{{"type", "asking"}}}}, {{"max_steps", 9}});
+    testing::TestRun whole;
+    const auto expected = bytes_in(studio.paint(whole, options));
+    int gone_on = 0;
+    for (int calls = 1; calls < 24; ++calls)
+    {
+        CAPTURE(calls);
+        const Resumed resumed = canceled_and_resumed(studio, options, calls);
+        CHECK((resumed.bytes == expected));
+        CHECK(resumed.steps == 9);
+        gone_on += resumed.canceled && resumed.steps_before > 0;
+    }
+    CHECK(gone_on >= 8);
+}
+
+TEST_CASE("what a run that ends without warning would lose is kept from time to time")
+{
+    Studio studio;
+    auto options = Studio::options(Value::Map{{"it", Value::Map{{"type", "breaking"}}}},
+                                   {{"max_steps", 12}, {"checkpoint_steps", 0}, {"checkpoint_seconds", 0.0}});
+    testing::TestRun nothing;
+    CHECK_THROWS_WITH(studio.paint(nothing, options), Catch::Contains("broken"));
+    CHECK(std::filesystem::is_empty(nothing.checkpoint_folder()));
+
+    options.set("checkpoint_seconds", 1e-9);
+    testing::TestRun killed;
+    CHECK_THROWS_WITH(studio.paint(killed, options), Catch::Contains("broken"));
+    const auto kept = fresco::optimize::Checkpoint::read(killed.checkpoint_folder() / "interrupted.safetensors");
+    REQUIRE(kept);
+    CHECK(kept->step >= 1);
+    CHECK(kept->step < 9);
+}
+
+TEST_CASE("a checkpoint that cannot take its place ends the run")
+{
+    Studio studio;
+    testing::TestRun run;
+    std::filesystem::create_directories(run.checkpoint_folder() / "earlier.safetensors" / "in_the_way");
+    const auto options = Studio::options(mean_losses, {{"max_steps", 9}, {"checkpoint_steps", 2}});
+    CHECK_THROWS_WITH(studio.paint(run, options), Catch::Contains("cannot be renamed to earlier.safetensors"));
+}
+
+TEST_CASE("a flipped bit in a checkpoint is named and changes nothing")
+{
+    Studio studio;
+    const auto options = Studio::options(mean_losses, {{"epochs", 1}, {"checkpoint_steps", 0}});
+    testing::TestRun whole;
+    const auto expected = bytes_in(studio.paint(whole, options));
+    testing::TestRun run;
+    run.cancel_after(3 + 8);
+    CHECK_THROWS_AS(studio.paint(run, options), Canceled);
+    const auto file = run.checkpoint_folder() / "interrupted.safetensors";
+    auto bytes = read_file(file);
+    bytes[bytes.size() - bytes.size() / 4] ^= std::byte{1};
+    write_file(file, bytes);
+    run.cancel_after(1000);
+    CHECK((bytes_in(studio.paint(run, options)) == expected));
+    CHECK(std::any_of(run.messages.begin(), run.messages.end(),
+                      [](const std::string& m) { return m.find("warning: the checkpoint cannot be used") == 0; }));
+}
+
+TEST_CASE("where a loss is not finite the run goes back and halves the rate, and ends with the same bytes when interrupted then")
+{
+    Studio studio;
+    const Value fragile = Value::Map{{"glass", Value::Map{{"type", "fragile"}}}};
+    // Each of four layers moves by the rate, from 0.45 on: past 0.9 after three steps of 0.04, not after two of them and one of
+    // 0.02.
+    const auto options = [&](double rate)
+    {
+        return Studio::options(
+            fragile, {{"rate", rate}, {"max_steps", 4}, {"decay_start", 1.0}, {"init", "color"}, {"checkpoint_steps", 2}});
+    };
+    testing::TestRun run;
+    const auto expected = bytes_in(studio.paint(run, options(0.04)));
+    CHECK(run.reported.at("rollbacks").as_int() == 1);
+    // Steps 1 to 3, then steps 3 and 4 again from the checkpoint after step 2.
+    CHECK(run.metrics.at("loss").size() == 5);
+    testing::TestRun never;
+    const auto slow = bytes_in(studio.paint(never, options(0.02)));
+    CHECK(never.reported.find("rollbacks") == nullptr);
+    CHECK((slow != expected));
+
+    int interruptions = 0;
+    for (int calls = 1; calls < 12; ++calls)
+    {
+        CAPTURE(calls);
+        const Resumed resumed = canceled_and_resumed(studio, options(0.04), calls);
+        CHECK((resumed.bytes == expected));
+        interruptions += resumed.canceled;
+    }
+    CHECK(interruptions >= 6);
+
+    testing::TestRun hopeless;
+    CHECK_THROWS_WITH(studio.paint(hopeless, options(10)),
+                      Catch::Contains("glass") && Catch::Contains("3 times") && Catch::Contains("checkpoint"));
+}
+
+TEST_CASE("a state that is bad when its checkpoint is due is thrown away, and the good one before it kept")
+{
+    Studio studio;
+    const Value fragile = Value::Map{{"glass", Value::Map{{"type", "fragile"}}}};
+    // 0.45 at first, four layers: past 0.9 after four steps of 0.03, which is when a checkpoint is due. From the one after step 2
+    // on at half the rate it is not; two checkpoints later it is again, so that the run goes back twice.
+    const auto options = Studio::options(
+        fragile, {{"rate", 0.03}, {"max_steps", 7}, {"decay_start", 1.0}, {"init", "color"}, {"checkpoint_steps", 2}});
+    testing::TestRun run;
+    const auto expected = bytes_in(studio.paint(run, options));
+    CHECK(run.reported.at("rollbacks").as_int() >= 2);
+    for (int calls = 1; calls < 20; ++calls)
+    {
+        CAPTURE(calls);
+        const Resumed resumed = canceled_and_resumed(studio, options, calls);
+        CHECK((resumed.bytes == expected));
+    }
 }

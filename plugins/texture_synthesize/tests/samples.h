@@ -80,28 +80,6 @@ inline Mesh bent_floor(double bend, int quads)
     return mesh;
 }
 
-/// The inside of a box from the origin to `size`: floor, ceiling and walls in six charts.
-inline Mesh room(Vec3f size, int quads = 3)
-{
-    Mesh mesh;
-    const Vec3f x{size.x, 0, 0}, y{0, size.y, 0}, z{0, 0, size.z};
-    const float scale = 0.3F / std::max({size.x, size.y, size.z});
-    int placed = 0;
-    const auto side = [&](Vec3f corner, Vec3f across, Vec3f along)
-    {
-        const auto column = static_cast<float>(placed % 3);
-        const auto row = static_cast<float>(placed++ / 3);
-        add(mesh, rectangle(corner, across, along, {(column + 0.5F) / 3, (row + 0.5F) / 3}, scale, 0, quads));
-    };
-    side({}, x, y);
-    side(z, y, x);
-    side({}, y, z);
-    side(x, z, y);
-    side({}, z, x);
-    side(y, x, z);
-    return mesh;
-}
-
 /// A mesh, ready to lay patches on.
 struct Prepared
 {

@@ -1,13 +1,175 @@
 #include "catch.h"
 #include "samples.h"
-#include <fresco/testing_scenes.h>
 
 #include <fresco/error.h>
+#include <fresco/testing_scenes.h>
 
 #include <map>
 #include <set>
 
 using namespace samples;
+
+namespace
+{
+
+/// The largest difference from what a frame has to be.
+float frame_error(const TangentFrame& frame)
+{
+    float error = 0;
+    for (const float off :
+         {dot(frame.right, frame.down), dot(frame.right, frame.out), dot(frame.down, frame.out), length(frame.right) - 1,
+          length(frame.down) - 1, length(frame.out) - 1, length(cross(frame.down, frame.right) - frame.out)})
+        error = std::max(error, std::abs(off));
+    return error;
+}
+
+bool near(Vec3f a, Vec3f b, float by = 1e-4F)
+{
+    return length(a - b) < by;
+}
+
+Vec3f turned(Vec3f p)
+{
+    // About z by 25 degrees.
+    const float c = 0.90630779F;
+    const float s = 0.42261826F;
+    return {c * p.x - s * p.y, s * p.x + c * p.y, p.z};
+}
+
+const Upright usual{{0, 0, 1}, {1, 0, 0}};
+
+}  // namespace
+
+TEST_CASE("a surface is joined across the seams of its atlas")
+{
+    const Mesh split = turned_wall(0, 1);  // The same vertices twice at the seam.
+    const Mesh shared = fresco::testing::two_chart_wall();
+    for (const Mesh* mesh : {&split, &shared})
+    {
+        testing::TestRun run;
+        const PaintedSurface surface(*mesh, run);
+        CHECK(surface.charts.count == 2);
+        for (const double scale : surface.uv_per_m)
+            CHECK(scale == Approx(0.3));
+        for (const Vec3f normal : surface.normals)
+            CHECK(near(normal, {0, 0, 1}));
+        const auto has = [&](std::size_t face, std::uint32_t other) {
+            return std::find(surface.neighbors[face].begin(), surface.neighbors[face].end(), other) !=
+                   surface.neighbors[face].end();
+        };
+        CHECK(has(0, 3));
+        CHECK(has(3, 0));
+        CHECK(has(0, 1));
+        CHECK_FALSE(has(1, 2));
+    }
+}
+
+TEST_CASE("faces without area do not part the surface")
+{
+    // A face folded to the seam's edge, as scans have them.
+    for (const bool is_folded : {true, false})
+    {
+        CAPTURE(is_folded);
+        Mesh mesh = fresco::testing::two_chart_wall();
+        const Vec2f uv{0.5F, 0.9F};
+        if (is_folded)
+        {
+            mesh.positions.push_back(mesh.positions[4]);
+            mesh.triangles.push_back({1, 4, 6});
+        }
+        else
+        {
+            // The right half has one more vertex on the seam, and a face in a line closes the gap.
+            mesh.positions.push_back({1, 0.5F, 0});
+            mesh.triangles[3] = {6, 5, 4};
+            mesh.triangles.push_back({1, 5, 6});
+            const Vec2f middle{0.9F, 0.25F};
+            mesh.texcoords[9] = middle;
+            mesh.texcoords.insert(mesh.texcoords.end(), {Vec2f{0.9F, 0.4F}, Vec2f{0.6F, 0.1F}, middle});
+            mesh.triangles.push_back({1, 6, 4});
+        }
+        mesh.texcoords.insert(mesh.texcoords.end(), {uv, uv, uv});
+        const Prepared wall(mesh, 0.05);
+        const Patches patches(wall.surface, wall.grid, wall.upward, 11, 4, wall.run);
+        std::size_t across = 0;
+        for (std::size_t t = 0; t < wall.grid.texels().size(); ++t)
+            for (const Cover& cover : patches.covers(t))
+                across += patches[cover.patch].center.x < 1 && wall.grid.texels()[t].position.x > 1;
+        CHECK(across > 0);
+    }
+}
+
+TEST_CASE("the frame of a patch is orthonormal and its picture upright")
+{
+    Random random(5);
+    float worst = 0;
+    for (int i = 0; i < 2000; ++i)
+    {
+        const auto any = [&] { return static_cast<float>(random.normal()); };
+        const Vec3f normal = normalized(Vec3f{any(), any(), any()});
+        const TangentFrame frame = frame_at(normal, usual);
+        worst = std::max(worst, frame_error(frame));
+        CHECK(frame.out == normal);
+        // The top is as near to where it has to point as a direction in the plane can be.
+        const Vec3f top = std::abs(normal.z) > std::sqrt(0.5F) ? usual.ahead : usual.up;
+        CHECK(dot(-frame.down, top) == Approx(length(cross(normal, top))).margin(1e-4));
+    }
+    CHECK(worst < 1e-5F);
+
+    struct Case
+    {
+        Vec3f normal, right, top;
+    };
+    for (const Case& c : {Case{{0, -1, 0}, {1, 0, 0}, {0, 0, 1}}, Case{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
+                          Case{{0, 0, 1}, {0, -1, 0}, {1, 0, 0}}, Case{{0, 0, -1}, {0, 1, 0}, {1, 0, 0}}})
+    {
+        const TangentFrame frame = frame_at(c.normal, usual);
+        CHECK(near(frame.right, c.right));
+        CHECK(near(frame.down, -c.top));
+    }
+    CHECK(frame_error(frame_at({1, 0, 0}, {{1, 0, 0}, {1, 0, 0}})) < 1e-5F);
+}
+
+TEST_CASE("ahead is where most of a room's walls look")
+{
+    struct Case
+    {
+        Vec3f size, up, ahead;
+    };
+    for (const Case& c : {Case{{5, 4, 2.5F}, {0, 0, 1}, {0, 1, 0}}, Case{{4, 5, 2.5F}, {0, 0, 1}, {1, 0, 0}},
+                          Case{{2.5F, 4, 5}, {1, 0, 0}, {0, 1, 0}}, Case{{5, 2.5F, 4}, {0, 1, 0}, {0, 0, 1}}})
+    {
+        CAPTURE(c.size.x, c.size.y, c.size.z);
+        testing::TestRun run;
+        Mesh mesh = fresco::testing::room(c.size);
+        {
+            const Upright found = upright(PaintedSurface(mesh, run), c.up);
+            CHECK(near(found.up, c.up));
+            CHECK(near(found.ahead, c.ahead));
+        }
+        for (Vec3f& p : mesh.positions)
+            p = turned(p);
+        const Upright found = upright(PaintedSurface(mesh, run), turned(c.up));
+        const auto along = [](Vec3f a, Vec3f b) { return std::abs(dot(a, b)); };
+        CHECK(along(found.ahead, turned(c.ahead)) == Approx(1).margin(1e-5));
+        CHECK(dot(found.up, found.ahead) == Approx(0).margin(1e-5));
+    }
+}
+
+TEST_CASE("a given upward direction is taken, and ahead is level")
+{
+    testing::TestRun run;
+    const Mesh mesh = fresco::testing::room({5, 4, 2.5F});
+    const PaintedSurface surface(mesh, run);
+    // Seen with x upward, floor and ceiling are the largest walls.
+    const Upright sideways = upright(surface, Vec3f{2, 0, 0});
+    CHECK(near(sideways.up, {1, 0, 0}));
+    CHECK(near(sideways.ahead, {0, 0, 1}));
+    // A wall that looks up: nothing is ahead, but there is a direction.
+    const Prepared floor(fresco::testing::two_chart_wall(), 0.5, Vec3f{0, 0, 1});
+    CHECK(length(floor.upward.ahead) == Approx(1));
+    CHECK(dot(floor.upward.ahead, floor.upward.up) == Approx(0).margin(1e-6));
+}
 
 namespace
 {
@@ -53,27 +215,6 @@ TEST_CASE("a surface has as many texels as its area holds")
     // Turned charts cut cells at their borders: as many are won as lost.
     for (const double turn : {0.3, 1.0, 2.2})
         CHECK(static_cast<double>(Prepared(turned_wall(turn, 4), 0.02).grid.texels().size()) == Approx(5000).epsilon(0.01));
-}
-
-TEST_CASE("a texel lies on the surface where its cell is in the atlas")
-{
-    for (const double spacing : {0.1, 0.037})
-    {
-        const Prepared wall(fresco::testing::two_chart_wall(), spacing);
-        double worst = 0;
-        for (const auto& texel : wall.grid.texels())
-        {
-            const std::uint32_t chart = wall.surface.charts.of_face[texel.face];
-            const SurfaceGrid::Sheet& sheet = wall.grid.sheet(chart);
-            const auto cell = static_cast<int>(texel.cell - sheet.first_cell);
-            const double along_u = (cell % sheet.width - 0.5) * spacing;
-            const double along_v = (cell / sheet.width - 0.5) * spacing;
-            // The right chart is turned by half a turn.
-            const Vec3d expected = chart == 0 ? Vec3d{along_u, along_v, 0} : Vec3d{2 - along_u, 1 - along_v, 0};
-            worst = std::max(worst, length(vec_cast<double>(texel.position) - expected));
-        }
-        CHECK(worst < 1e-5);
-    }
 }
 
 TEST_CASE("each point of the surface belongs to one texel")
@@ -303,23 +444,6 @@ TEST_CASE("on a flat wall every patch covers the texels under its square, across
     }
 }
 
-TEST_CASE("patches have their centers on the grid and hang upright")
-{
-    const Laid wall(fresco::testing::two_chart_wall(), 0.05, 11, 4);
-    std::set<std::uint32_t> at;
-    for (std::size_t p = 0; p < wall.patches.count(); ++p)
-    {
-        const Patch& patch = wall.patches[p];
-        CHECK(patch.center == wall.grid.texels()[patch.texel].position);
-        CHECK(length(patch.frame.right - Vec3f{1, 0, 0}) < 1e-5F);
-        CHECK(length(patch.frame.down - Vec3f{0, -1, 0}) < 1e-5F);
-        CHECK(at.insert(patch.texel).second);
-    }
-    // 20 x 20 texels a chart: 5 x 5 patches and what their borders need.
-    CHECK(wall.patches.count() >= 50);
-    CHECK(wall.patches.count() <= 72);
-}
-
 TEST_CASE("patches reach over gentle bends, not around corners")
 {
     struct Case
@@ -344,7 +468,7 @@ TEST_CASE("patches reach over gentle bends, not around corners")
                 CHECK(floor.strangers([](Vec3f center, Vec3f texel)
                                       { return (std::abs(center.z) < 1e-4F) == (std::abs(texel.z) < 1e-4F); }) == 0);
         }
-    const Laid inside(room({1.5F, 1.2F, 1}, 4), 0.05, 11, 4, Vec3f{0, 0, 1});
+    const Laid inside(fresco::testing::room({1.5F, 1.2F, 1}, 4), 0.05, 11, 4, Vec3f{0, 0, 1});
     check_covers(inside, 4);
     std::size_t around = 0;
     for (std::size_t t = 0; t < inside.grid.texels().size(); ++t)
@@ -387,73 +511,4 @@ TEST_CASE("patches do not reach surface a centimeter behind, joined by its rim o
     check_covers(laid, 4);
     CHECK(laid.strangers([](Vec3f center, Vec3f texel)
                          { return (center.x < 1) == (texel.x < 1) || center.x == 1 || texel.x == 1; }) == 0);
-}
-
-TEST_CASE("sampling a linear field of position gives it back, and points off the surface have the nearest one's")
-{
-    struct Case
-    {
-        const char* name;
-        Mesh mesh;
-        double spacing;
-        int side;
-    };
-    const Case cases[] = {{"two triangles a chart", fresco::testing::two_chart_wall(), 0.03, 11},
-                          {"small triangles", turned_wall(0, 40), 0.05, 9},
-                          {"turned in the atlas", turned_wall(0.4, 3), 0.04, 11},
-                          {"wall smaller than a patch", turned_wall(0, 1), 0.2, 15}};
-    const auto field = [](Vec3f p) { return Vec3f{p.x, p.y, 1 + p.x - 2 * p.y}; };
-    for (const Case& c : cases)
-    {
-        CAPTURE(c.name);
-        const Laid wall(c.mesh, c.spacing, c.side, 4);
-        const auto one = static_cast<float>(c.spacing);
-        std::vector<Vec3f> values;
-        for (const auto& texel : wall.grid.texels())
-            values.push_back(field(texel.position));
-        const auto side = static_cast<std::size_t>(c.side);
-        std::vector<Vec3f> sampled(side * side);
-        float inner = 0;
-        float border = 0;
-        std::size_t wrong = 0;
-        std::size_t outside = 0;
-        for (std::size_t p = 0; p < wall.patches.count(); ++p)
-        {
-            wall.patches.sample(wall.grid, values, p, sampled.data());
-            const auto point = [&](std::size_t i)
-            {
-                const Patch& patch = wall.patches[p];
-                const auto along = [&](std::size_t k) { return (static_cast<float>(k) - static_cast<float>(side / 2)) * one; };
-                return patch.center + patch.frame.right * along(i % side) + patch.frame.down * along(i / side);
-            };
-            // How far inside of its half of the wall a point lies.
-            const auto depth = [](Vec3f at) { return std::min({at.y, 1 - at.y, at.x, 2 - at.x, std::abs(at.x - 1)}); };
-            const auto is_on_wall = [](Vec3f at) { return at.x > -1e-5F && at.x < 2.00001F && at.y > -1e-5F && at.y < 1.00001F; };
-            for (std::size_t i = 0; i < sampled.size(); ++i)
-            {
-                const Vec3f at = point(i);
-                if (is_on_wall(at))
-                {
-                    float& worst = depth(at) > 1.5F * one ? inner : border;
-                    worst = std::max(worst, length(sampled[i] - field(at)));
-                    continue;
-                }
-                ++outside;
-                float least = 1e9F;
-                for (std::size_t k = 0; k < sampled.size(); ++k)
-                    if (is_on_wall(point(k)))
-                        least = std::min(least, length(point(k) - at));
-                bool has_match = false;
-                for (std::size_t k = 0; k < sampled.size(); ++k)
-                    has_match = has_match ||
-                                (is_on_wall(point(k)) && length(point(k) - at) < least + 1e-4F * one && sampled[k] == sampled[i]);
-                wrong += !has_match;
-            }
-        }
-        // In steps of 1 / 256 texel, and at a chart's border the texel beside it.
-        CHECK(inner <= one * 3 / 200);
-        CHECK(border <= one * 3);
-        CHECK(outside > 0);
-        CHECK(wrong == 0);
-    }
 }

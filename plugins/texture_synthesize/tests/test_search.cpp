@@ -111,49 +111,6 @@ TEST_CASE("in whole numbers the best key is exact, and of equal ones the lowest"
         }
 }
 
-TEST_CASE("of equal keys the lowest is found wherever they lie in the panels")
-{
-    for (const PatchKernel* kernel : kernels())
-        for (const std::size_t first :
-             {std::size_t{0}, std::size_t{3}, kernel->columns - 1, kernel->columns, 5 * kernel->columns + 2})
-        {
-            CAPTURE(kernel->name, first);
-            Problem problem{{1, 0}, std::vector<float>(6 * kernel->columns, 9.0F), {2.0F, 1.0F}, {}, 0};
-            problem.weights.assign(problem.keys.size(), 1.0F);
-            for (std::size_t k = first; k < problem.keys.size(); k += 7)
-                problem.keys[k] = 2;
-            CHECK(problem.found(*kernel)[0].key == first);
-            CHECK(problem.found(*kernel)[1].key == first);
-        }
-}
-
-TEST_CASE("in any numbers the key found is the best up to rounding")
-{
-    for (const PatchKernel* kernel : kernels())
-        for (const Size& size : sizes)
-        {
-            CAPTURE(kernel->name, size.keys, size.queries, size.squared, size.plain);
-            Random random(size.keys + 100);
-            const auto any = [&] { return 20 * random.normal(); };
-            Problem problem;
-            problem.sizes = {size.squared, size.plain};
-            problem.keys = filled(size.keys * problem.sizes.all(), any);
-            problem.queries = filled(size.queries * problem.sizes.all(), any);
-            problem.weights = filled(size.keys, [&] { return 0.1 + random.uniform(); });
-            problem.lift = static_cast<float>(size.lift);
-            const double rounding = 1e-5 * 400 * static_cast<double>(problem.sizes.all() + 1);
-            const auto found = problem.found(*kernel);
-            double worst = 0;
-            for (std::size_t q = 0; q < found.size(); ++q)
-            {
-                const double own = problem.score(q, found[q].key);
-                worst = std::max(
-                    {worst, own - problem.score(q, problem.best(q)), std::abs(own - static_cast<double>(found[q].score))});
-            }
-            CHECK(worst <= rounding);
-        }
-}
-
 TEST_CASE("squared distances of rows that are apart in memory are those of a plain loop")
 {
     struct Block

@@ -9,32 +9,6 @@
 
 using namespace samples;
 
-namespace
-{
-
-double squared_distance(const float* a, const float* b, std::size_t count)
-{
-    double sum = 0;
-    for (std::size_t i = 0; i < count; ++i)
-        sum += std::pow(static_cast<double>(a[i] - b[i]), 2);
-    return sum;
-}
-
-/// A key's values, read from the picture.
-std::vector<float> values_of(const StylePicture& level, std::size_t key)
-{
-    const Vec2f at = level.key(key);
-    const int half = level.side() / 2;
-    std::vector<float> values;
-    for (int y = -half; y <= half; ++y)
-        for (int x = -half; x <= half; ++x)
-            for (int c = 0; c < 3; ++c)
-                values.push_back(level.lab().at(static_cast<int>(at.x) + x, static_cast<int>(at.y) + y, c));
-    return values;
-}
-
-}  // namespace
-
 TEST_CASE("a picture without contrast, or smaller than a patch, is refused by name")
 {
     testing::TestRun run;
@@ -131,73 +105,6 @@ TEST_CASE("the key near a position is the nearest")
         }
         CHECK(worst < 1e-5);
     }
-}
-
-TEST_CASE("components keep distances: all of them exactly, the first ones never lengthen them")
-{
-    testing::TestRun run;
-    for (const int side : {3, 5, 7})
-    {
-        CAPTURE(side);
-        const StylePicture level(brush_picture(60, 50, 3), 1, side, run);
-        const std::size_t size = level.feature_count();
-        CHECK(size == std::min<std::size_t>(level.values_per_patch(), StylePicture::most_features));
-        double longest = 0;
-        double kept = 0;
-        double all = 0;
-        for (std::size_t a = 0; a < level.key_count(); a += 17)
-        {
-            const auto values = values_of(level, a);
-            std::vector<float> features(size);
-            level.project(values.data(), 1, features.data());
-            CHECK(squared_distance(features.data(), &level.key_features()[a * size], size) < 1e-3);
-            // Rows of the picture, as they lie there.
-            CHECK(level.patch(static_cast<int>(level.key(a).x), static_cast<int>(level.key(a).y))[0] == values[0]);
-            for (std::size_t b = 0; b < level.key_count(); b += 31)
-            {
-                const double truth = squared_distance(values.data(), values_of(level, b).data(), values.size());
-                const double found = squared_distance(features.data(), &level.key_features()[b * size], size);
-                longest = std::max(longest, (found - truth) / (truth + 10));
-                kept += found;
-                all += truth;
-            }
-        }
-        CHECK(longest < 1e-3);
-        CHECK(kept / all > (side == 3 ? 0.9999 : 0.8));
-    }
-}
-
-TEST_CASE("several rows are projected as one by one, and colors are bilinear")
-{
-    testing::TestRun run;
-    const Raster8 picture = brush_picture(40, 30, 3);
-    const StylePicture level(picture, 1, 5, run);
-    const std::size_t size = level.feature_count();
-    std::vector<float> rows;
-    for (std::size_t k = 0; k < 40; ++k)
-    {
-        const auto values = values_of(level, 3 * k);
-        rows.insert(rows.end(), values.begin(), values.end());
-    }
-    std::vector<float> together(40 * size);
-    level.project(rows.data(), 40, together.data());
-    double worst = 0;
-    for (std::size_t k = 0; k < 40; ++k)
-        worst = std::max(worst, squared_distance(&together[k * size], &level.key_features()[3 * k * size], size));
-    CHECK(worst < 1e-3);
-
-    const auto lab = [&](int x, int y)
-    {
-        return lab_from_rgb(Vec3f{static_cast<float>(picture.at(x, y, 0)), static_cast<float>(picture.at(x, y, 1)),
-                                  static_cast<float>(picture.at(x, y, 2))} *
-                            (1 / 255.0F));
-    };
-    CHECK(length(level.color({7, 9}) - lab(7, 9)) < 1e-2F);
-    CHECK(length(level.color({7.25F, 9}) - (lab(7, 9) * 0.75F + lab(8, 9) * 0.25F)) < 1e-2F);
-    CHECK(length(level.color({7, 9.5F}) - (lab(7, 9) + lab(7, 10)) * 0.5F) < 1e-2F);
-    CHECK(level.color({-5, 90}) == level.color({0, 29}));
-    CHECK(level.inside({-5, 90}) == Vec2f{2, 27});
-    CHECK(level.inside({20.5F, 13.25F}) == Vec2f{20.5F, 13.25F});
 }
 
 namespace

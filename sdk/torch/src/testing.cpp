@@ -46,6 +46,7 @@ std::vector<FeatureLayer> ColorNetwork::layers() const
     b.name = "b";
     b.stride = 2;
     b.style = false;
+    b.content = true;
     return {a, b};
 }
 

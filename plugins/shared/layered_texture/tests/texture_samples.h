@@ -72,26 +72,4 @@ inline std::unique_ptr<TextureRepresentation> made(const char* plugin_file, cons
     return texture;
 }
 
-/// A view of a texture of 128 texels gives the same bytes for any number of threads.
-inline void check_threads(TextureRepresentation& texture)
-{
-    texture.allocate(128);
-    texture.set_picture(random_picture(128, 128, 3, 8));
-    const auto view = texture.make_view(random_map(200, 150, 9));
-    const int before = at::get_num_threads();
-    at::set_num_threads(1);
-    const auto picture = view->render();
-    const auto gradients = view->gradient(picture);
-    at::set_num_threads(3);
-    CHECK(at::equal(view->render(), picture));
-    const auto others = view->gradient(picture);
-    REQUIRE(others.size() == gradients.size());
-    for (std::size_t i = 0; i < gradients.size(); ++i)
-    {
-        CHECK(at::equal(gradients[i].texels, others[i].texels));
-        CHECK(at::equal(gradients[i].values, others[i].values));
-    }
-    at::set_num_threads(before);
-}
-
 }  // namespace texture_samples

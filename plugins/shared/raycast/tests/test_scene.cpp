@@ -2,7 +2,6 @@
 
 #include <fresco/random.h>
 #include <fresco/raycast/scene.h>
-#include <fresco/raycast/view_renderer.h>
 #include <fresco/testing_scenes.h>
 
 #include <cmath>

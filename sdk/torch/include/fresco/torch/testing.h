@@ -16,7 +16,8 @@
 namespace fresco::testing
 {
 
-/// A network whose features are known by hand. Layer "a", meant for styles: the picture itself; layer "b": its 2x2 averages.
+/// A network whose features are known by hand. Layer "a", meant for styles: the picture itself; layer "b", meant for
+/// contents: its 2x2 averages.
 class ColorNetwork final : public FeatureNetwork
 {
   public:

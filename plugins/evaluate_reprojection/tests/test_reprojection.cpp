@@ -1,0 +1,503 @@
+#include "catch.h"
+#include "pair_figures.h"
+#include "stored_png.h"
+
+#include <fresco/files.h>
+#include <fresco/files_io.h>
+#include <fresco/frames.h>
+#include <fresco/random.h>
+#include <fresco/testing.h>
+#include <fresco/testing_scenes.h>
+#include <fresco/texture.h>
+
+#include <algorithm>
+#include <cmath>
+
+using namespace fresco;
+using fresco::testing::picture;
+
+namespace
+{
+
+// A wall z = 2 m over x, y in [-3, 3] m that faces the cameras, which look along z: a pixel is 2 cm at 100 px focal length.
+
+TexturedMesh wall(Raster8 picture)
+{
+    TexturedMesh textured;
+    textured.mesh = fresco::testing::wall(3);
+    textured.image = Image(std::move(picture));
+    return textured;
+}
+
+/// Moved by (x, y) px of the wall's picture in it, and forwards by z meters.
+Camera camera(int width, int height, double x_px, double y_px, double z = 0)
+{
+    return fresco::testing::camera(width, height, 100, {x_px * 0.02, y_px * 0.02, z});
+}
+
+/// What a camera that looks along z sees of the wall, without casting.
+ViewSurface surface(const Camera& camera)
+{
+    const int width = camera.intrinsics.width;
+    const int height = camera.intrinsics.height;
+    const auto depth = static_cast<float>(2 - camera.world_from_camera.translation.z);
+    ViewSurface view{camera, RasterF(width, height, 1, depth), Raster8(width, height), Raster<std::uint32_t>(width, height)};
+    find_inner_pixels(view);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+        {
+            const Vec3d p = view.point(x, y);
+            view.triangles.at(x, y) = p.x > p.y ? 0 : 1;  // the diagonal x = y parts them
+        }
+    return view;
+}
+
+/// The wall's picture seen at pixel centers, bilinear, without mip-maps.
+Raster8 render(const TexturedMesh& textured, const Camera& camera)
+{
+    const raycast::MipMaps maps(textured.image.pixels, raycast::TextureFilter::bilinear);
+    const double depth = 2 - camera.world_from_camera.translation.z;
+    return picture(camera.intrinsics.width, camera.intrinsics.height,
+                   [&](int x, int y, int c)
+                   {
+                       const Vec3d p = camera.world_from_camera.translation + camera.ray(x + 0.5, y + 0.5) * depth;
+                       const Vec3d color = maps.sample({(p.x + 3) / 6, 1 - (p.y + 3) / 6}, 0);
+                       return c == 0 ? color.x : c == 1 ? color.y : color.z;
+                   });
+}
+
+double target_x(const Match& match)
+{
+    return match.target.x0 + match.target.share_x;
+}
+double target_y(const Match& match)
+{
+    return match.target.y0 + match.target.share_y;
+}
+}  // namespace
+
+TEST_CASE("a camera that moves by pixels finds points that many pixels back")
+{
+    const ViewSurface source = surface(camera(40, 30, 0, 0));
+    const auto matches = covisible(source, surface(camera(40, 30, 3, 0.25)), Protocol::paper);
+    CHECK(matches.size() == 37 * 29);  // three columns leave, and the first row lies above the first centers
+    for (const Match& match : matches)
+    {
+        CHECK(target_x(match) == Approx(match.x - 3));
+        CHECK(target_y(match) == Approx(match.y - 0.25));
+        CHECK(match.target.y1 == match.target.y0 + 1);
+    }
+    // Twice as near: half of the picture, every other pixel of the target.
+    const auto nearer = covisible(source, surface(camera(40, 30, 0, 0, 1)), Protocol::paper);
+    for (const Match& match : nearer)
+        CHECK(target_x(match) == Approx(2 * (match.x + 0.5 - 20) + 20 - 0.5));
+    CHECK(nearer.size() == 20 * 14);  // half a row more on either side would lie beyond the outermost centers
+}
+
+TEST_CASE("a point is seen where the target's depth agrees within 2 % and 1 cm, or 0.1 m as released")
+{
+    const ViewSurface source = surface(camera(20, 20, 0, 0));
+    const auto count = [&](float depth, Protocol protocol)
+    {
+        ViewSurface target = source;
+        for (float& d : target.depth.values)
+            d = depth;
+        return covisible(source, target, protocol).size();
+    };
+    CHECK(count(2.049F, Protocol::paper) == 400);
+    CHECK(count(2.051F, Protocol::paper) == 0);
+    CHECK(count(1.949F, Protocol::paper) == 0);
+    CHECK(count(2.099F, Protocol::released) == 19 * 19);  // not in the last column and row
+    CHECK(count(2.101F, Protocol::released) == 0);
+}
+
+TEST_CASE("all pixels that contribute must agree")
+{
+    const ViewSurface source = surface(camera(20, 20, 0, 0));
+    ViewSurface target = surface(camera(20, 20, 0.5, 0));
+    target.depth.at(10, 10) = 1.5F;  // something stands before the wall
+    const auto matches = covisible(source, target, Protocol::paper);
+    CHECK(matches.size() == 19 * 20 - 2);
+    for (const Match& match : matches)
+        CHECK_FALSE((match.y == 10 && (match.x == 10 || match.x == 11)));
+}
+
+TEST_CASE("pixels beside a hole are left out in both pictures, as released only the hole")
+{
+    const ViewSurface whole = surface(camera(20, 20, 0, 0));
+    ViewSurface holed = whole;
+    holed.depth.at(10, 10) = 0;
+    find_inner_pixels(holed);
+    CHECK(covisible(holed, whole, Protocol::paper).size() == 400 - 9);
+    CHECK(covisible(whole, holed, Protocol::paper).size() == 400 - 9);
+    CHECK(covisible(holed, whole, Protocol::released).size() == 19 * 19 - 1);
+}
+
+TEST_CASE("the released lookup is displaced by x / W pixels")
+{
+    const ViewSurface view = surface(camera(40, 30, 0, 0));
+    const auto matches = covisible(view, view, Protocol::released);
+    REQUIRE(matches.size() == 39 * 29);
+    for (const Match& match : matches)
+    {
+        CHECK(target_x(match) == Approx(match.x - match.x / 40.0));
+        CHECK(target_y(match) == Approx(match.y - match.y / 30.0));
+    }
+}
+
+TEST_CASE("surface behind the target's camera is not seen")
+{
+    const ViewSurface source = surface(camera(20, 20, 0, 0));
+    ViewSurface target = source;
+    target.camera.world_from_camera.translation = {0, 0, 3};
+    CHECK(covisible(source, target, Protocol::paper).empty());
+    CHECK(covisible(source, target, Protocol::released).empty());
+}
+
+namespace
+{
+const std::vector<FramePlace> recorded{{"a", 0}, {"a", 8}, {"a", 16}, {"a", 24}, {"a", 40}, {"b", 8}, {"b", 48}};
+}
+
+TEST_CASE("the paper's pairs are recorded numbers apart, within a sequence")
+{
+    CHECK(frame_pairs(recorded, 8, Protocol::paper) == std::vector<FramePair>{{0, 1}, {1, 2}, {2, 3}});
+    CHECK(frame_pairs(recorded, 24, Protocol::paper) == std::vector<FramePair>{{0, 3}, {2, 4}});
+    CHECK(frame_pairs(recorded, 40, Protocol::paper) == std::vector<FramePair>{{0, 4}, {5, 6}});
+    CHECK(frame_pairs(recorded, 2, Protocol::paper).empty());
+}
+
+TEST_CASE("the released pairs are list positions apart, backwards first")
+{
+    CHECK(frame_pairs(recorded, 1, Protocol::released) ==
+          std::vector<FramePair>{{0, 1}, {1, 0}, {2, 1}, {3, 2}, {4, 3}, {5, 6}, {6, 5}});
+    CHECK(frame_pairs(recorded, 3, Protocol::released) == std::vector<FramePair>{{0, 3}, {1, 4}, {3, 0}, {4, 1}});
+    CHECK(frame_pairs(recorded, 10, Protocol::released).empty());
+}
+
+TEST_CASE("the smallest gap within a sequence")
+{
+    CHECK(smallest_gap(recorded) == 8);
+    CHECK(smallest_gap({{"a", 24}, {"b", 25}, {"a", 4}}) == 20);
+    CHECK(smallest_gap({{"a", 24}, {"b", 25}}) == 0);
+}
+
+namespace
+{
+constexpr int width = 60;
+constexpr int height = 50;
+
+PairFigures judge(const Camera& a, const Raster8& picture_a, const Camera& b, const Raster8& picture_b,
+                  const TexturedMesh& textured, bool texture_floor, Protocol protocol = Protocol::paper)
+{
+    const TexturePaint paint(textured);
+    const JudgedView source{surface(a), picture_a};
+    const JudgedView target{surface(b), picture_b};
+    return judge_pair({0, 1}, source, target, textured.mesh, texture_floor ? &paint : nullptr, {protocol, 0.2}, Progress{});
+}
+
+Raster8 noise_picture(int w, int h, std::uint64_t seed)
+{
+    Random random(seed);
+    return picture(w, h, [&](int, int, int) { return 128 + 40 * random.normal(); });
+}
+
+Raster8 blurred(const Raster8& source)
+{
+    return picture(source.width, source.height,
+                   [&](int x, int y, int c)
+                   {
+                       double sum = 0;
+                       int count = 0;
+                       for (int ny = std::max(0, y - 2); ny <= std::min(source.height - 1, y + 2); ++ny)
+                           for (int nx = std::max(0, x - 2); nx <= std::min(source.width - 1, x + 2); ++nx, ++count)
+                               sum += source.at(nx, ny, c);
+                       return sum / count;
+                   });
+}
+
+Raster8 half_contrast(const Raster8& source)
+{
+    return picture(source.width, source.height, [&](int x, int y, int c) { return 64 + source.at(x, y, c) / 2.0; });
+}
+}  // namespace
+
+TEST_CASE("identical pictures from one camera differ by nothing")
+{
+    const TexturedMesh textured = wall(noise_picture(300, 300, 1));
+    const Camera c = camera(width, height, 0, 0);
+    const Raster8 seen = render(textured, c);
+    for (const bool texture_floor : {false, true})
+    {
+        const PairFigures figures = judge(c, seen, c, seen, textured, texture_floor);
+        CHECK(figures.covisible == 1);
+        CHECK(figures.value == 0);
+        CHECK(figures.floor == 0);
+        CHECK(figures.headline == 0);
+        CHECK(figures.sharpness > 1000);
+        CHECK_FALSE(figures.flat);
+        CHECK_FALSE(figures.dropped);
+    }
+}
+
+TEST_CASE("a ramp moved by one pixel against its camera differs by its slope")
+{
+    const TexturedMesh textured = wall(Raster8(8, 8, 3));
+    const Camera c = camera(width, height, 0, 0);
+    const auto ramp = [](int moved)
+    { return picture(width, height, [=](int x, int y, int) { return 2 * (x + moved) + 2 * y; }); };
+    const PairFigures paper = judge(c, ramp(0), c, ramp(1), textured, false);
+    CHECK(paper.value == Approx(2 / 255.0));
+    CHECK(paper.floor == 0);
+    CHECK(paper.detail == Approx(2 / 255.0));
+    CHECK(paper.headline == Approx(1));
+    CHECK(paper.sharpness == Approx(0).margin(1e-9));
+    // Released: equal poses, but every lookup is displaced by (x / 60, y / 50) px: on the ramp's slope 2 (x / 60 + y / 50).
+    const PairFigures released = judge(c, ramp(0), c, ramp(0), textured, false, Protocol::released);
+    double expected = 0;
+    for (int y = 0; y < height - 1; ++y)
+        for (int x = 0; x < width - 1; ++x)
+            expected += std::pow(2 * (x / 60.0 + y / 50.0), 2);
+    CHECK(released.value == Approx(expected / ((height - 1) * (width - 1))));
+    CHECK(released.detail == Approx(4));
+}
+
+TEST_CASE("detail and sharpness of a checkerboard")
+{
+    const Raster8 board = picture(10, 10, [](int x, int y, int) { return (x + y) % 2 == 0 ? 255 : 0; });
+    const ViewSurface view = surface(camera(10, 10, 0, 0));
+    const auto matches = covisible(view, view, Protocol::paper);
+    CHECK(forward_difference(board, matches, Protocol::paper) == Approx(1));
+    CHECK(forward_difference(board, matches, Protocol::released) == Approx(255.0 * 255));
+    CHECK(sharpness(board, matches) == Approx(1020.0 * 1020));
+    CHECK(std::isnan(reprojection_difference(board, board, {}, Protocol::paper)));
+    CHECK(std::isnan(sharpness(board, {})));
+}
+
+TEST_CASE("a flat texture scores 0 and is flagged")
+{
+    const TexturedMesh textured = wall(Raster8(8, 8, 3, 90));
+    const Camera a = camera(width, height, 0, 0);
+    const Camera b = camera(width, height, 3.3, 0);
+    for (const Protocol protocol : {Protocol::paper, Protocol::released})
+    {
+        const PairFigures flat = judge(a, render(textured, a), b, render(textured, b), textured, true, protocol);
+        CHECK(flat.value == 0);
+        CHECK(flat.flat);
+        CHECK(std::isnan(flat.headline));
+        CHECK(summary({flat, flat}, {.resamples = 2000, .seed = 1}).invalid);
+    }
+}
+
+TEST_CASE("consistent pictures stay at the floor")
+{
+    const TexturedMesh textured = wall(noise_picture(300, 300, 2));  // a texel is a pixel
+    const Camera a = camera(width, height, 0, 0);
+    const Camera b = camera(width, height, 2.5, 0.25);
+    const PairFigures figures = judge(a, render(textured, a), b, render(textured, b), textured, true);
+    CHECK(figures.value > 0.02);
+    CHECK(figures.floor == Approx(figures.value).epsilon(0.01));
+    CHECK(figures.headline == Approx(0).margin(0.01));
+    // Seen from twice as far without mip-maps the texture aliases; the floor is of what neither camera undersamples.
+    const Camera far = camera(width, height, 0.25, 0.25, -2);
+    const PairFigures aliased = judge(a, render(textured, a), far, render(textured, far), textured, true);
+    CHECK(aliased.floor < 0.7 * aliased.value);
+    CHECK(aliased.headline > 0.2);
+    const PairFigures projected = judge(a, render(textured, a), far, render(textured, far), textured, false);
+    CHECK(projected.floor < 0.7 * projected.value);
+}
+
+TEST_CASE("the floor is lit as the judged pictures are")
+{
+    const TexturedMesh textured = wall(noise_picture(300, 300, 1));
+    const Camera a = camera(width, height, 0, 0);
+    const Camera b = camera(width, height, 3.5, 1.5, 0.1);
+    const auto judged = [&](const char* shading)
+    {
+        const TexturePaint paint(textured, rendering::lights_of(shading));
+        return judge_pair({0, 1}, {surface(a), render(textured, a)}, {surface(b), render(textured, b)}, textured.mesh, &paint,
+                          {Protocol::paper, 0.2}, Progress{});
+    };
+    // The wall looks away from the lamp: only the ambient light is left.
+    CHECK(judged("none").floor > 0.01);
+    CHECK(judged("scannet").floor == Approx(0.4 * judged("none").floor).epsilon(0.02));
+}
+
+TEST_CASE("blur and less contrast improve the value but not the headline")
+{
+    // Each view is painted on its own: the second one's pattern lies 0.6 px away from where it should.
+    const Raster8 pattern = noise_picture(300, 300, 3);
+    const Camera a = camera(width, height, 0, 0);
+    const Camera b = camera(width, height, 2.25, 0);
+    const Camera wrong = camera(width, height, 2.85, 0.2);
+    for (const bool texture_floor : {false, true})
+    {
+        const auto of = [&](const Raster8& texture)
+        {
+            const TexturedMesh textured = wall(texture);
+            return judge(a, render(textured, a), b, render(textured, wrong), textured, texture_floor);
+        };
+        const PairFigures plain = of(pattern);
+        const PairFigures blur = of(blurred(pattern));
+        const PairFigures half = of(half_contrast(pattern));
+        CHECK(plain.headline > 0.1);
+        CHECK(blur.value < 0.5 * plain.value);
+        CHECK(blur.sharpness < 0.1 * plain.sharpness);
+        CHECK(blur.headline >= plain.headline);
+        CHECK(half.value == Approx(plain.value / 2).epsilon(0.02));
+        CHECK(half.headline == Approx(plain.headline).epsilon(0.02));
+    }
+}
+
+TEST_CASE("pairs with too little in common are dropped and counted")
+{
+    const TexturedMesh textured = wall(noise_picture(300, 300, 7));
+    const Camera a = camera(width, height, 0, 0);
+    const auto pair_at = [&](double moved)
+    {
+        const Camera b = camera(width, height, moved, 0);
+        return judge(a, render(textured, a), b, render(textured, b), textured, true);
+    };
+    const PairFigures kept = pair_at(47);     // 13 of 60 columns
+    const PairFigures dropped = pair_at(49);  // 11 of 60: less than 20 %
+    CHECK_FALSE(kept.dropped);
+    CHECK(dropped.dropped);
+    const GapFigures all = summary({kept, dropped, kept}, {.resamples = 2000, .seed = 1});
+    CHECK(all.kept == 2);
+    CHECK(all.dropped == 1);
+    CHECK(all.flat == 0);
+    CHECK_FALSE(all.invalid);
+    CHECK(all.value.value == Approx(kept.value));
+    CHECK(summary({dropped}, {.resamples = 2000, .seed = 1}).invalid);
+}
+
+namespace
+{
+/// Six recorded frames, numbers 0, 8, …, 40, that move by 2.5 px each, and their renders.
+class Recording
+{
+  public:
+    Recording()
+    {
+        Random random(1);
+        textured =
+            std::make_shared<TexturedMesh>(wall(picture(300, 300, [&](int, int, int) { return 128 + 40 * random.normal(); })));
+        for (int i = 0; i < 6; ++i)
+        {
+            Frame frame;
+            frame.sequence = "seq-01";
+            frame.number = 8 * i;
+            frame.name = "frame-" + std::to_string(frame.number);
+            frame.color = frame.depth = camera(48, 36, 2.5 * i, 0.3 * i);
+            frames->frames.push_back(frame);
+            views->names.push_back("seq-01_" + frame.name + ".png");
+            write_file(folder.path() / views->names.back(), stored_png::Codec().encode_png(render(*textured, frame.color)));
+        }
+        views->loaded_from = folder.path();
+    }
+
+    testing::Inputs rendered() const { return {{"views", views}, {"frames", frames}, {"textured_mesh", textured}}; }
+
+    std::string judge(const Value& options, const testing::Inputs& inputs, testing::TestRun& run) const
+    {
+        testing::TemporaryFolder out;
+        testing::run_stage(FRESCO_PLUGIN_FILE, "evaluate.reprojection", options, inputs, out.path(), run,
+                           {{"images", std::make_shared<stored_png::Codec>()}});
+        const auto files = Files::load({out.path() / "figures", out.path()});
+        REQUIRE(files->names.size() == 1);
+        return read_text_file(files->loaded_from / files->names[0]);
+    }
+
+    testing::TemporaryFolder folder;
+    std::shared_ptr<TexturedMesh> textured;
+    std::shared_ptr<Frames> frames = std::make_shared<Frames>();
+    std::shared_ptr<Files> views = std::make_shared<Files>();
+};
+
+const Value kitchen_gaps = Value::Map{{"short_gap", 8}, {"long_gap", 24}};
+}  // namespace
+
+TEST_CASE("the stage judges renders by gaps in recorded numbers")
+{
+    const Recording recording;
+    testing::TestRun run;
+    const Value figures = parse_json(recording.judge(kitchen_gaps, recording.rendered(), run));
+    CHECK(figures.at("floor_of").as_string() == "texture");
+    CHECK(figures.at("short").at("pairs").as_int() == 5);
+    CHECK(figures.at("short").at("frames_without_target").as_int() == 1);
+    CHECK(figures.at("long").at("pairs").as_int() == 3);
+    CHECK(figures.at("long").at("pair_figures").as_list().size() == 3);
+    const Value& value = figures.at("short").at("value");
+    CHECK(value.at("value").as_double() > 0.02);
+    CHECK(value.at("low").as_double() <= value.at("value").as_double());
+    CHECK(value.at("high").as_double() >= value.at("value").as_double());
+    CHECK(std::abs(figures.at("short").at("headline").at("value").as_double()) < 0.01);
+    CHECK(run.reported.at("short_value").at("value") == value.at("value"));
+    CHECK(run.reported.at("long_dropped_pairs").as_int() == 0);
+    CHECK(std::ranges::any_of(run.messages, [](const auto& line) { return line.starts_with("short value 0.0"); }));
+}
+
+TEST_CASE("every n-th picture's pairs are those of the whole run")
+{
+    const Recording recording;
+    testing::TestRun run;
+    const Value all = parse_json(recording.judge(kitchen_gaps, recording.rendered(), run));
+    Value options = kitchen_gaps;
+    options.set("every", 2);
+    const Value some = parse_json(recording.judge(options, recording.rendered(), run));
+    CHECK(some.at("short").at("pairs").as_int() == 3);
+    CHECK(some.at("short").at("frames_without_target").as_int() == 1);
+    CHECK(some.at("short").at("pair_figures").as_list()[1] == all.at("short").at("pair_figures").as_list()[2]);
+}
+
+TEST_CASE("a folder of pictures is judged with a plain mesh")
+{
+    const Recording recording;
+    testing::TestRun run;
+    Value options = kitchen_gaps;
+    options.set("folder", recording.folder.path().string());
+    const auto mesh = std::make_shared<Mesh>(recording.textured->mesh);
+    const Value figures = parse_json(recording.judge(options, {{"frames", recording.frames}, {"mesh", mesh}}, run));
+    CHECK(figures.at("floor_of").as_string() == "picture");
+    CHECK(figures.at("short").at("pairs").as_int() == 5);
+    CHECK(run.files_read.size() == 6);
+}
+
+TEST_CASE("the released protocol measures squares by list positions at 256 px")
+{
+    const Recording recording;
+    testing::TestRun run;
+    const Value figures =
+        parse_json(recording.judge(Value::Map{{"protocol", "released"}, {"long_gap", 3}}, recording.rendered(), run));
+    CHECK(figures.at("short").at("pairs").as_int() == 6);  // each frame has one before or behind it
+    CHECK(figures.at("short").at("gap").as_int() == 1);
+    CHECK(figures.at("long").at("pairs").as_int() == 6);
+    CHECK(figures.at("short").at("value").at("value").as_double() > 1);  // of 255 squared
+}
+
+TEST_CASE("a flat texture is warned about")
+{
+    const Recording recording;
+    for (const std::string& name : recording.views->names)
+        write_file(recording.folder.path() / name, stored_png::Codec().encode_png(Raster8(48, 36, 3, 77)));
+    testing::TestRun run;
+    const Value figures = parse_json(recording.judge(kitchen_gaps, recording.rendered(), run));
+    CHECK(figures.at("short").at("invalid").as_bool());
+    CHECK(figures.at("short").at("headline").at("value").is_null());
+    CHECK(std::ranges::any_of(run.messages,
+                              [](const auto& line) { return line.starts_with("warning: the short figures are invalid"); }));
+}
+
+TEST_CASE("the stage refuses what it cannot judge")
+{
+    const Recording recording;
+    testing::TestRun run;
+    CHECK_THROWS_WITH(recording.judge(Value::Map{}, recording.rendered(), run), Catch::Contains("smallest difference is 8"));
+    auto inputs = recording.rendered();
+    inputs.erase("textured_mesh");
+    CHECK_THROWS_WITH(recording.judge(kitchen_gaps, inputs, run), Catch::Contains("wire one of the ports"));
+    inputs["mesh"] = std::make_shared<Mesh>(recording.textured->mesh);
+    Value texture_floor = kitchen_gaps;
+    texture_floor.set("floor", "texture");
+    CHECK_THROWS_WITH(recording.judge(texture_floor, inputs, run), Catch::Contains("choose floor: picture"));
+}

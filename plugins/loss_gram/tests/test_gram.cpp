@@ -1,0 +1,316 @@
+#include "catch.h"
+#include "moments.h"
+
+#include <fresco/error.h>
+#include <fresco/torch/testing.h>
+
+#include <ATen/ATen.h>
+#include <ATen/Parallel.h>
+
+#include <cmath>
+#include <memory>
+
+namespace
+{
+
+/// Values in [0, 1) without a pattern that a wrong index would hide.
+torch::Tensor some_features(std::int64_t channels, std::int64_t count)
+{
+    auto values = at::empty({channels, count}, at::kDouble);
+    for (std::int64_t i = 0; i < values.numel(); ++i)
+        values.data_ptr<double>()[i] = std::fmod(0.7548776662 * static_cast<double>(i * i % 7919 + i), 1.0);
+    return values;
+}
+
+double gram_entry(const torch::Tensor& features, std::int64_t a, std::int64_t b)
+{
+    double sum = 0;
+    for (std::int64_t i = 0; i < features.size(1); ++i)
+        sum += features[a][i].item<double>() * features[b][i].item<double>();
+    return sum / static_cast<double>(features.size(1));
+}
+
+}  // namespace
+
+TEST_CASE("The blocked float32 Gram matrix is near the plain sum in double")
+{
+    const auto features = some_features(5, 9000);  // more than one block
+    const auto moments = gram::moments(features.to(at::kFloat));
+    for (std::int64_t a = 0; a < 5; ++a)
+        for (std::int64_t b = 0; b < 5; ++b)
+            CHECK(moments.second[a][b].item<double>() == Approx(gram_entry(features, a, b)).epsilon(1e-5));
+}
+
+TEST_CASE("Gradients of the moments agree with finite differences")
+{
+    const auto features = some_features(3, 7);
+    const auto factor = some_features(3, 3);
+    const auto value = [&](const torch::Tensor& f)
+    {
+        const auto m = gram::moments(f);
+        return gram::relative_square_difference(gram::covariance(m), factor) +
+               gram::mean_square_difference(m.second, factor) * 3 + gram::relative_square_difference(m.mean, factor[0]);
+    };
+    auto variable = features.clone().requires_grad_();
+    value(variable).backward();
+    const double step = 1e-6;
+    for (std::int64_t i = 0; i < features.numel(); ++i)
+    {
+        auto up = features.clone();
+        auto down = features.clone();
+        up.data_ptr<double>()[i] += step;
+        down.data_ptr<double>()[i] -= step;
+        const double slope = (value(up).item<double>() - value(down).item<double>()) / (2 * step);
+        CHECK(variable.grad().flatten()[i].item<double>() == Approx(slope).epsilon(1e-5).margin(1e-8));
+    }
+}
+
+TEST_CASE("Moments of all and of the fine features are those of each, and so are their gradients")
+{
+    const auto features = some_features(7, 500);
+    const auto weights = some_features(7, 7);
+    const auto value = [&](const gram::Moments& all, const gram::Moments& fine) {
+        return (all.second * weights).sum() + 2 * all.mean.sum() + 3 * (fine.second * weights.t()).sum() - fine.mean.pow(2).sum();
+    };
+    for (const std::int64_t every : {1, 3})
+        for (const bool turned : {false, true})
+        {
+            const auto given = turned ? features.t().contiguous().t() : features;
+            const auto fine = at::arange(500).remainder(every).eq(0);
+            const auto slow_input = given.detach().clone().requires_grad_();
+            const auto fine_only = slow_input.index_select(1, fine.nonzero().flatten());
+            const auto slow = value(gram::moments(slow_input), gram::moments(fine_only));
+            slow.backward();
+            const auto fast_input = given.detach().clone().requires_grad_();
+            const fresco::FineColumns columns{fine.nonzero().flatten(), fine.logical_not().nonzero().flatten()};
+            const auto both = gram::moments_of_both(fast_input, columns);
+            REQUIRE(both.fine);
+            const auto fast = value(both.all, *both.fine);
+            fast.backward();
+            CHECK(fast.item<double>() == Approx(slow.item<double>()).epsilon(1e-12));
+            CHECK((fast_input.grad() - slow_input.grad()).abs().max().item<double>() <
+                  1e-12 * slow_input.grad().abs().max().item<double>());
+        }
+    const auto none = gram::moments_of_both(features, {at::empty({0}, at::kLong), at::arange(500, at::kLong)});
+    CHECK_FALSE(none.fine);
+    CHECK(none.all.second.allclose(gram::moments(features).second));
+}
+
+TEST_CASE("Differences are relative to the target")
+{
+    const auto target = at::tensor({3.0, 4.0}, at::kDouble);
+    CHECK(gram::relative_square_difference(at::tensor({3.0, 9.0}, at::kDouble), target).item<double>() == Approx(1));
+    CHECK(gram::mean_square_difference(at::tensor({3.0, 9.0}, at::kDouble), target).item<double>() == Approx(12.5));
+    CHECK(gram::relative_square_difference(target, at::zeros({2}, at::kDouble)).item<double>() == Approx(25));
+}
+
+namespace
+{
+
+struct Fixture
+{
+    fresco::Progress progress;
+    fresco::PrepareContext context;
+
+    Fixture()
+    {
+        // One fine size with two colors in equal parts, a coarse one that is all (0, 1, 0).
+        context.style.fine = at::zeros({3, 2, 2}, at::kDouble);
+        context.style.fine[0].fill_(1);
+        context.style.fine[1][0].fill_(1);
+        context.style.coarse = at::zeros({3, 4, 4}, at::kDouble);
+        context.style.coarse[1].fill_(1);
+        context.progress = &progress;
+    }
+
+    std::unique_ptr<fresco::Loss> make(const std::string& options)
+    {
+        return fresco::testing::loss_on_colors(FRESCO_PLUGIN_FILE, "loss.gram", options);
+    }
+
+    std::vector<fresco::LossTerm> evaluate(const std::string& options, fresco::Part& part)
+    {
+        auto loss = make(options);
+        loss->prepare(context);
+        return loss->evaluate(part);
+    }
+};
+
+torch::Tensor picture_of(double r, double g, double b)
+{
+    return at::tensor({r, g, b}, at::kDouble).reshape({3, 1, 1}).expand({3, 4, 4}).contiguous();
+}
+
+}  // namespace
+
+TEST_CASE("loss.gram by hand", "[gram]")
+{
+    Fixture fixture;
+    fresco::testing::PicturePart part(picture_of(1, 0, 0), picture_of(0, 0, 0));
+    SECTION("centerd: mean (1, 0.5, 0), covariance only 0.25 in the middle")
+    {
+        const auto terms = fixture.evaluate("{}", part);
+        REQUIRE(terms.size() == 1);
+        CHECK(terms[0].layer == "a");
+        CHECK(terms[0].value.item<double>() == Approx(0.25 / 1.25 + 1));
+    }
+    SECTION("plain: Gram of the style is [1 .5 0; .5 .5 0; 0 0 0], ours [1 0 0; 0 0 0; 0 0 0]")
+    {
+        const auto terms = fixture.evaluate(R"({"center": false})", part);
+        CHECK(terms.at(0).value.item<double>() == Approx(0.75 / 9));
+    }
+    SECTION("coarse: Gram [0 0 0; 0 1 0; 0 0 0]")
+    {
+        const auto terms = fixture.evaluate(R"({"center": false, "targets": "coarse"})", part);
+        CHECK(terms.at(0).value.item<double>() == Approx(2.0 / 9));
+    }
+    SECTION("both, with a factor")
+    {
+        const auto terms =
+            fixture.evaluate(R"({"center": false, "targets": "both", "layers": "b, a", "layer_weights": [0, 10]})", part);
+        REQUIRE(terms.size() == 2);
+        CHECK(terms[0].value.item<double>() == Approx(0));
+        CHECK(terms[1].layer == "a");
+        CHECK(terms[1].value.item<double>() == Approx(27.5 / 9));
+    }
+}
+
+TEST_CASE("loss.gram: no passing pixel leaves only the coarse target; no pixel at all leaves nothing", "[gram]")
+{
+    Fixture fixture;
+    auto picture = picture_of(0, 1, 0);
+    picture.narrow(2, 2, 2).fill_(1);
+    const auto all = at::ones({4, 4}, at::kBool);
+    const auto none = at::zeros({4, 4}, at::kBool);
+    fresco::testing::PicturePart steep(picture, picture, all, none);
+    CHECK(fixture.evaluate(R"({"center": false, "targets": "both"})", steep).at(0).value.item<double>() == Approx(8 * 0.25 / 9));
+    CHECK(fixture.evaluate("{}", steep).empty());
+    fresco::testing::PicturePart nothing(picture, picture, none, none);
+    CHECK(fixture.evaluate(R"({"targets": "both"})", nothing).empty());
+}
+
+TEST_CASE("loss.gram's errors and needs", "[gram]")
+{
+    Fixture fixture;
+    CHECK_THROWS_WITH(fixture.make(R"({"layers": "a, c"})")->prepare(fixture.context),
+                      Catch::Contains("c") && Catch::Contains("a, b"));
+    CHECK_THROWS_WITH(fixture.make(R"({"layer_weights": [1, 2]})")->prepare(fixture.context), Catch::Contains("layer_weights"));
+    fixture.context.style.fine = at::zeros({3, 1, 1}, at::kDouble);
+    CHECK_THROWS_WITH(fixture.make(R"({"layers": "b"})")->prepare(fixture.context), Catch::Contains("too small"));
+
+    auto loss = fixture.make("{}");
+    CHECK(loss->needs().features.at(0).names.empty());
+    loss->prepare(Fixture().context);
+    CHECK(loss->needs().features.at(0).names == std::vector<std::string>{"a"});
+    CHECK_FALSE(loss->needs().picture);
+    CHECK(loss->state().empty());
+}
+
+TEST_CASE("the released rule compares passing and failing pixels with the coarse target, each on their own", "[gram]")
+{
+    Fixture fixture;
+    // Left half (passing) all green like the coarse target, right half white: Gram of ones, 8 of 9 entries off by 1.
+    auto picture = picture_of(0, 1, 0);
+    picture.narrow(2, 2, 2).fill_(1);
+    const auto all = at::ones({4, 4}, at::kBool);
+    auto fine = at::zeros({4, 4}, at::kBool);
+    fine.narrow(1, 0, 2).fill_(true);
+    fresco::testing::PicturePart part(picture, picture, all, fine);
+    const auto value = [&](const std::string& options, fresco::Part& of)
+    { return fixture.evaluate(options, of).at(0).value.item<double>(); };
+    CHECK(value(R"({"center": false, "rule": "released", "targets": "coarse"})", part) == Approx(8.0 / 9));
+    // And the fine one on passing pixels: [1 .5 0; .5 .5 0; 0 0 0] against [0 0 0; 0 1 0; 0 0 0].
+    CHECK(value(R"({"center": false, "rule": "released", "targets": "both"})", part) == Approx((8 + 1.75) / 9));
+    SECTION("where all pass, the coarse term comes once")
+    {
+        fresco::testing::PicturePart front(picture, picture, all, all);
+        CHECK(value(R"({"center": false, "rule": "released", "targets": "coarse"})", front) == Approx(8 * 0.25 / 9));
+    }
+    SECTION("where none pass, it comes once too and the fine one not at all")
+    {
+        fresco::testing::PicturePart steep(picture, picture, all, at::zeros({4, 4}, at::kBool));
+        CHECK(value(R"({"center": false, "rule": "released", "targets": "both"})", steep) == Approx(8 * 0.25 / 9));
+    }
+}
+
+TEST_CASE("fine_layers leaves the fine target to the layers it names", "[gram]")
+{
+    Fixture fixture;
+    fresco::testing::PicturePart part(picture_of(1, 0, 0), picture_of(0, 0, 0));
+    const auto terms = fixture.evaluate(R"({"center": false, "targets": "both", "layers": "a, b", "fine_layers": "b"})", part);
+    REQUIRE(terms.size() == 2);
+    CHECK(terms[0].value.item<double>() == Approx(2.0 / 9));
+    // The fine picture's average is one cell of (1, 0.5, 0).
+    CHECK(terms[1].value.item<double>() == Approx((2.0 + 0.25 * 2 + 0.0625) / 9));
+
+    const auto refused = [&](const std::string& options, const std::string& word)
+    { CHECK_THROWS_WITH(fixture.make(options)->prepare(fixture.context), Catch::Contains(word)); };
+    refused(R"({"targets": "both", "fine_layers": "b"})", "not one of the compared layers");
+    refused(R"({"targets": "coarse", "fine_layers": "a"})", "fine_layers");
+    refused(R"({"layers": "a, b", "fine_layers": "b"})", "layer a has no target");
+    refused(R"({"rule": "released"})", "rule: released");
+}
+
+namespace
+{
+
+/// A visit to a view of one color on the layer "a".
+struct Visit
+{
+    double red = 0;
+    std::int64_t view = 0;
+    std::int64_t repeat = 0;
+};
+
+/// Σ (G - target)² / 9 for the fine style of the fixture, where G has `g` in the corner and nothing else.
+double corner_distance(double g)
+{
+    return ((g - 1) * (g - 1) + 0.75) / 9;
+}
+
+}  // namespace
+
+TEST_CASE("the Gram matrix is averaged over the last views, with state and restore", "[gram]")
+{
+    Fixture fixture;
+    const std::string options = R"({"center": false, "average_views_count": 3})";
+    const std::vector<Visit> visits{{1, 7, 0}, {0.5, 8, 0}, {0.2, 8, 1}, {0.6, 9, 0}, {0.4, 7, 0}, {0.3, 7, 0}};
+    // Squares of the reds that count: the second step on view 8 replaces the first; two visits to view 7 in a row are two.
+    const std::vector<std::vector<double>> counted{
+        {1}, {1, 0.25}, {1, 0.04}, {1, 0.04, 0.36}, {0.04, 0.36, 0.16}, {0.36, 0.16, 0.09}};
+    const auto whole = fixture.make(options);
+    whole->prepare(fixture.context);
+    for (std::size_t step = 0; step < visits.size(); ++step)
+    {
+        double mean = 0;
+        for (const double square : counted[step])
+            mean += square / static_cast<double>(counted[step].size());
+        auto picture = picture_of(visits[step].red, 0, 0).requires_grad_();
+        fresco::testing::PicturePart part(picture, picture_of(0, 0, 0));
+        part.step_index = static_cast<std::int64_t>(step);
+        part.view_index = visits[step].view;
+        part.repeat_index = visits[step].repeat;
+
+        // The same from the state that came before, and asked twice in a step.
+        const auto resumed = fixture.make(options);
+        resumed->prepare(fixture.context);
+        resumed->restore(whole->state());
+        const auto value = whole->evaluate(part).at(0).value;
+        CHECK(value.item<double>() == Approx(corner_distance(mean)));
+        CHECK(whole->evaluate(part).at(0).value.item<double>() == value.item<double>());
+        CHECK(resumed->evaluate(part).at(0).value.item<double>() == value.item<double>());
+
+        // The current view has one share in the mean: 2 (G - 1) / 9 · 2 red / count, over 16 pixels.
+        value.backward();
+        const double slope = 2 * (mean - 1) / 9 * 2 * visits[step].red / static_cast<double>(counted[step].size());
+        CHECK(picture.grad()[0].sum().item<double>() == Approx(slope).margin(1e-12));
+    }
+    CHECK(whole->state().size() == 9);
+    const auto one = fixture.make("{}");
+    one->prepare(fixture.context);
+    CHECK_THROWS_WITH(one->restore(whole->state()), Catch::Contains("average_views_count"));
+    auto damaged = whole->state();
+    damaged.erase("level0.a.fine.1.mean");
+    CHECK_THROWS_WITH(whole->restore(damaged), Catch::Contains("level0.a.fine.1.mean"));
+    CHECK_THROWS_WITH(whole->restore({{"view", at::zeros({1})}}), Catch::Contains("another loss"));
+}

@@ -1,0 +1,347 @@
+#include "catch.h"
+#include "patches.h"
+#include "random_tensor.h"
+#include "search.h"
+
+#include <fresco/error.h>
+#include <fresco/testing.h>
+#include <fresco/torch/testing.h>
+
+#include <ATen/ATen.h>
+#include <ATen/Parallel.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <vector>
+
+using fresco::testing::random_tensor;
+namespace pm = patch_match;
+using fresco::Vec3d;
+
+TEST_CASE("Patches are rows in the order channel, y, x")
+{
+    const auto picture = random_tensor({3, 9, 12}, 1) + 0.5;
+    const pm::PatchGrid grid{12, 9, 2};
+    const auto rows = pm::extract_patches(picture, grid);
+    CHECK(rows.sizes() == at::IntArrayRef({8, 147}));
+    CHECK(at::equal(rows[6], picture.narrow(1, 2, 7).narrow(2, 4, 7).flatten()));
+    // Not 6, where it would not fit, but the picture's end is covered.
+    CHECK(at::equal(rows[7], picture.narrow(1, 2, 7).narrow(2, 5, 7).flatten()));
+}
+
+TEST_CASE("Halving takes means, and masks only whole cells")
+{
+    const auto picture = at::arange(15, at::kFloat).reshape({1, 3, 5});
+    CHECK(at::equal(pm::halved(picture), at::tensor({3.0F, 5.0F}).reshape({1, 1, 2})));
+    auto mask = at::ones({3, 5}, at::kBool);
+    mask[1][3] = false;
+    CHECK(at::equal(pm::halved_mask(mask), at::tensor({1, 0}).to(at::kBool).reshape({1, 2})));
+    CHECK(pm::halved(at::zeros({3, 1, 8})).numel() == 0);
+    CHECK(pm::halved_mask(at::ones({1, 8}, at::kBool)).numel() == 0);
+}
+
+TEST_CASE("Style patches: every pixel's, or a coarser grid's, with principal directions")
+{
+    const auto picture = random_tensor({3, 20, 24}, 1) + 0.5;
+    const auto all = pm::make_style_patches(picture, 1000, 147);
+    CHECK(all.patches.size(0) == 14 * 18);
+    CHECK(pm::make_style_patches(picture, 100, 4).patches.size(0) == 8 * 10);
+    CHECK(all.total_variance ==
+          Approx((all.patches - all.patches.mean(0)).pow(2).sum().item<double>() / (14 * 18)).epsilon(1e-4));
+    // All directions keep lengths; the first is the strongest.
+    CHECK(at::allclose(all.keys.pow(2).sum(1), (all.patches - all.mean).pow(2).sum(1), 1e-3, 1e-3));
+    const auto strength = all.keys.pow(2).mean(0);
+    CHECK((strength.narrow(0, 0, 146) >= strength.narrow(0, 1, 146) - 1e-5).all().item<bool>());
+    const auto one_color = pm::make_style_patches(at::full({3, 20, 20}, 0.5F), 1000, 8);
+    CHECK(at::isfinite(one_color.keys).all().item<bool>());
+}
+
+TEST_CASE("Many rows of patches have the derivative that libtorch finds, whatever the number of threads")
+{
+    const auto picture = random_tensor({3, 41, 33}, 1) + 0.5;
+    const auto style = (random_tensor({5, 147}, 2) + 0.5) * 0.5;
+    const pm::PatchGrid grid{33, 41, 2};
+    auto nearest = at::arange(0, grid.count(), at::kInt).remainder(6) - 1;
+    nearest = nearest.to(at::kInt).contiguous();
+    const auto gradient = [&](int threads)
+    {
+        auto variable = picture.clone().requires_grad_();
+        pm::robust_distance(variable, grid, nearest, style, 3, 0.8, threads).backward();
+        return variable.grad();
+    };
+    CHECK(at::equal(gradient(1), gradient(3)));
+
+    auto variable = picture.to(at::kDouble).requires_grad_();
+    auto sum = at::zeros({}, at::kDouble);
+    std::int64_t taking_part = 0;
+    for (std::int64_t i = 0; i < grid.count(); ++i)
+        if (const auto match = nearest[i].item<std::int64_t>(); match >= 0)
+        {
+            const auto patch = variable.narrow(1, grid.y(i), 7).narrow(2, grid.x(i), 7).flatten();
+            sum = sum + ((patch - style[match].to(at::kDouble)).pow(2).sum() / 3 + 1e-4).pow(0.4);
+            ++taking_part;
+        }
+    const auto mean = sum / static_cast<double>(taking_part);
+    CHECK(pm::robust_distance(picture, grid, nearest, style, 3, 0.8, 2).item<double>() ==
+          Approx(mean.item<double>()).epsilon(1e-5));
+    mean.backward();
+    CHECK(at::allclose(gradient(2).to(at::kDouble), variable.grad(), 1e-4, 1e-7));
+}
+
+TEST_CASE("A patch that equals its style patch has a finite gradient; none taking part has no value")
+{
+    const auto picture = random_tensor({3, 7, 7}, 1) + 0.5;
+    const pm::PatchGrid grid{7, 7, 1};
+    auto variable = picture.clone().requires_grad_();
+    const auto value = pm::robust_distance(variable, grid, at::zeros({1}, at::kInt), picture.reshape({1, 147}), 1, 0.8, 1);
+    value.backward();
+    CHECK(value.item<double>() == Approx(std::pow(1e-4, 0.4)));
+    CHECK(at::equal(variable.grad(), at::zeros_like(picture)));
+    CHECK_FALSE(pm::robust_distance(picture, grid, at::full({1}, -1, at::kInt), picture.reshape({1, 147}), 1, 0.8, 1).defined());
+}
+
+TEST_CASE("recolored applies the map pixel by pixel and clamps")
+{
+    const auto picture = at::arange(60, at::kDouble).reshape({3, 4, 5}) / 60;
+    const fresco::ColorMap map{fresco::Mat3{{2, 0, 0, 0, 1, 0.5, 0, 0.25, 1}}, {-0.5, 0.1, 0}};
+    const auto result = patch_match::recolored(picture, map);
+    REQUIRE(result.sizes() == picture.sizes());
+    const auto in = picture.accessor<double, 3>();
+    const auto out = result.accessor<double, 3>();
+    for (int y = 0; y < 4; ++y)
+        for (int x = 0; x < 5; ++x)
+        {
+            const auto expected = map(Vec3d{in[0][y][x], in[1][y][x], in[2][y][x]});
+            CHECK(out[0][y][x] == Approx(std::clamp(expected.x, 0.0, 1.0)).margin(1e-12));
+            CHECK(out[1][y][x] == Approx(std::clamp(expected.y, 0.0, 1.0)).margin(1e-12));
+            CHECK(out[2][y][x] == Approx(std::clamp(expected.z, 0.0, 1.0)).margin(1e-12));
+        }
+}
+
+namespace
+{
+
+double squares(const torch::Tensor& a, const torch::Tensor& b)
+{
+    return (a.to(at::kDouble) - b.to(at::kDouble)).pow(2).sum().item<double>();
+}
+
+/// All distances, one at a time, in double.
+std::vector<std::vector<double>> divided_distances(const pm::SearchInput& input)
+{
+    const auto queries = static_cast<std::size_t>(input.patches.size(0));
+    const auto count = static_cast<std::size_t>(input.style.size(0));
+    std::vector<std::vector<double>> result(queries, std::vector<double>(count));
+    for (std::size_t i = 0; i < queries; ++i)
+        for (std::size_t j = 0; j < count; ++j)
+        {
+            const auto q = static_cast<std::int64_t>(i);
+            const auto s = static_cast<std::int64_t>(j);
+            result[i][j] =
+                squares(input.patches[q], input.style[s]) + input.guide_weight * squares(input.guide[q], input.style[s]);
+        }
+    for (std::size_t j = 0; j < count; ++j)
+    {
+        double best = std::numeric_limits<double>::max();
+        for (std::size_t i = 0; i < queries; ++i)
+            best = std::min(best, result[i][j]);
+        for (std::size_t i = 0; i < queries; ++i)
+            result[i][j] /= input.tolerance + best;
+    }
+    return result;
+}
+
+}  // namespace
+
+TEST_CASE("The search agrees with every distance computed one at a time")
+{
+    const pm::SearchInput input{.patches = random_tensor({40, 6}, 1) + 0.5,
+                                .guide = random_tensor({40, 6}, 2) + 0.5,
+                                .style = random_tensor({60, 6}, 3) + 0.5,
+                                .guide_weight = 0.2,
+                                .tolerance = 0.05};
+    const auto expected = divided_distances(input);
+    const auto found = pm::nearest_patches(input, fresco::Progress{});
+    for (std::size_t i = 0; i < expected.size(); ++i)
+    {
+        const auto best = std::min_element(expected[i].begin(), expected[i].end());
+        CHECK(found[static_cast<std::int64_t>(i)].item<int>() == best - expected[i].begin());
+    }
+}
+
+TEST_CASE("Completeness asks for what plain distances leave out")
+{
+    // Patches at 0, 1, 2 on a line; style at 0.9, 1.1 and far away at 10.
+    const auto patches = at::tensor({0.0F, 1.0F, 2.0F}).reshape({3, 1});
+    const auto style = at::tensor({0.9F, 1.1F, 10.0F}).reshape({3, 1});
+    pm::SearchInput input{.patches = patches, .guide = patches, .style = style, .guide_weight = 0, .tolerance = 1e6};
+    CHECK(at::equal(pm::nearest_patches(input, fresco::Progress{}), at::tensor({0, 0, 1}, at::kInt)));
+    input.tolerance = 1e-6;
+    // Divided by (0.01, 0.01, 64): 2 is (121, 81, 1) from them.
+    CHECK(at::equal(pm::nearest_patches(input, fresco::Progress{}), at::tensor({2, 0, 2}, at::kInt)));
+}
+
+TEST_CASE("Blocks and threads change no result, and a style patch finds itself")
+{
+    const auto style = random_tensor({5000, 8}, 1) + 0.5;  // more than one block of style patches
+    const auto own = at::arange(0, 5000, 16, at::kLong);
+    const pm::SearchInput input{.patches = style.index_select(0, own),  // more than one block of queries
+                                .guide = style.index_select(0, own),
+                                .style = style,
+                                .guide_weight = 0.2,
+                                .tolerance = 1e9};
+    const auto one = pm::nearest_patches(input, fresco::testing::TestRun(1));
+    const auto two = pm::nearest_patches(input, fresco::testing::TestRun(3));
+    CHECK(at::equal(one, two));
+    for (std::int64_t i = 0; i < own.numel(); ++i)
+        CHECK(squares(style[one[i].item<std::int64_t>()], style[own[i].item<std::int64_t>()]) < 1e-4);
+}
+
+namespace
+{
+
+torch::Tensor waves(std::int64_t height, std::int64_t width, double period)
+{
+    auto picture = at::empty({3, height, width}, at::kFloat);
+    float* out = picture.data_ptr<float>();
+    for (std::int64_t c = 0; c < 3; ++c)
+        for (std::int64_t y = 0; y < height; ++y)
+            for (std::int64_t x = 0; x < width; ++x)
+                *out++ =
+                    static_cast<float>(0.5 + 0.4 * std::sin((static_cast<double>(x + 2 * y)) / period + static_cast<double>(c)));
+    return picture;
+}
+
+struct Fixture
+{
+    fresco::testing::TestFactory factory;
+    fresco::Progress progress;
+    fresco::PrepareContext context;
+    torch::Tensor camera = waves(40, 48, 9);
+
+    Fixture()
+    {
+        context.style = {waves(64, 70, 3), waves(64, 70, 3)};
+        context.camera_samples = {camera};
+        context.progress = &progress;
+    }
+
+    std::unique_ptr<fresco::Loss> make(const std::string& options = "{}")
+    {
+        auto loss = fresco::testing::make_from_plugin<fresco::Loss>(FRESCO_PLUGIN_FILE, "loss.patch_match");
+        loss->configure(fresco::parse_json(options, "test"), factory);
+        loss->prepare(context);
+        return loss;
+    }
+
+    double evaluate(fresco::Loss& loss, const torch::Tensor& picture, std::int64_t step, std::int64_t repeat,
+                    std::int64_t view = 0)
+    {
+        fresco::testing::PicturePart part(picture, camera);
+        part.step_index = step;
+        part.repeat_index = repeat;
+        part.view_index = view;
+        return loss.evaluate(part).at(0).value.item<double>();
+    }
+};
+
+}  // namespace
+
+TEST_CASE("Descending loss.patch_match makes a picture of the style's patches")
+{
+    Fixture fixture;
+    const auto loss = fixture.make();
+    CHECK(loss->needs().picture);
+    auto picture = fixture.camera.clone();
+    const double before = fixture.evaluate(*loss, picture, 0, 0);
+    for (int step = 0; step < 60; ++step)
+    {
+        auto variable = picture.clone().requires_grad_();
+        fresco::testing::PicturePart part(variable, fixture.camera);
+        part.step_index = step;
+        part.repeat_index = step;
+        loss->evaluate(part).at(0).value.backward();
+        const auto gradient = variable.grad();
+        REQUIRE(at::isfinite(gradient).all().item<bool>());
+        picture = (picture - gradient.sign() * 0.01).clamp(0, 1);
+    }
+    CHECK(fixture.evaluate(*loss, picture, 64, 64) < 0.5 * before);
+}
+
+TEST_CASE("Matches are refreshed every few steps on a view, once per step")
+{
+    Fixture fixture;
+    const auto loss = fixture.make(R"({"refresh_steps": 4, "scales": 1})");
+    const auto other = waves(40, 48, 4);
+    fixture.evaluate(*loss, fixture.camera, 0, 0);
+    const auto fresh = [&](const torch::Tensor& picture)
+    {
+        const auto anew = fixture.make(R"({"refresh_steps": 4, "scales": 1})");
+        return fixture.evaluate(*anew, picture, 0, 0);
+    };
+    const double kept = fixture.evaluate(*loss, other, 1, 1);
+    CHECK(kept > fresh(other));
+    CHECK(fixture.evaluate(*loss, other, 4, 4) == fresh(other));
+    // A rule that evaluates twice in one step sees one function.
+    CHECK(fixture.evaluate(*loss, fixture.camera, 4, 4) > fresh(fixture.camera));
+    // Another view is searched at once, whatever its count.
+    CHECK(fixture.evaluate(*loss, fixture.camera, 5, 1, 1) == fresh(fixture.camera));
+}
+
+TEST_CASE("Only patches wholly inside the mask take part")
+{
+    Fixture fixture;
+    const auto loss = fixture.make();
+    auto mask = at::ones({40, 48}, at::kBool);
+    mask.narrow(1, 30, 18).fill_(false);
+    auto picture = waves(40, 48, 5).requires_grad_();
+    fresco::testing::PicturePart part(picture, fixture.camera, mask, mask);
+    loss->evaluate(part).at(0).value.backward();
+    CHECK(picture.grad().narrow(2, 30, 18).abs().max().item<double>() == 0);
+    CHECK(picture.grad().narrow(2, 0, 24).abs().max().item<double>() > 0);
+
+    const auto none = at::zeros({40, 48}, at::kBool);
+    fresco::testing::PicturePart hidden(picture, fixture.camera, none, none);
+    hidden.view_index = 1;
+    CHECK(loss->evaluate(hidden).empty());
+    fresco::testing::PicturePart tiny(at::zeros({3, 5, 48}), at::zeros({3, 5, 48}));
+    tiny.view_index = 2;
+    CHECK(loss->evaluate(tiny).empty());
+}
+
+TEST_CASE("A restored loss goes on with the same matches")
+{
+    Fixture fixture;
+    const auto loss = fixture.make();
+    fixture.evaluate(*loss, fixture.camera, 8, 0, 3);
+    const auto state = loss->state();
+    const auto other = waves(40, 48, 4);
+    const double expected = fixture.evaluate(*loss, other, 9, 1, 3);
+
+    const auto resumed = fixture.make();
+    resumed->restore(state);
+    CHECK(fixture.evaluate(*resumed, other, 9, 1, 3) == expected);
+    const auto forgetful = fixture.make();
+    CHECK(fixture.evaluate(*forgetful, other, 9, 1, 3) != expected);
+    CHECK(fixture.make()->state().empty());
+
+    auto damaged = state;
+    damaged.erase("view");
+    CHECK_THROWS_WITH(resumed->restore(damaged), Catch::Contains("view"));
+    damaged = state;
+    damaged["level0.scale0"] = damaged["level0.scale0"] + 1'000'000;
+    CHECK_THROWS_WITH(resumed->restore(damaged), Catch::Contains("another style"));
+    damaged = state;
+    damaged["level0.scale0"] = at::zeros({3}, at::kInt);
+    resumed->restore(damaged);
+    CHECK_THROWS_WITH(fixture.evaluate(*resumed, other, 9, 1, 3), Catch::Contains("another size"));
+}
+
+TEST_CASE("A style picture too small for the scales is refused")
+{
+    Fixture fixture;
+    fixture.context.style = {waves(20, 64, 3), waves(20, 64, 3)};
+    CHECK_THROWS_WITH(fixture.make(), Catch::Contains("64 x 20") && Catch::Contains("scales"));
+}

@@ -1,0 +1,250 @@
+#include "catch.h"
+#include "compose.h"
+
+#include <fresco/random.h>
+#include <fresco/regions/regions.h>
+#include <fresco/testing.h>
+#include <fresco/testing_scenes.h>
+#include <fresco/texturing/texel_faces.h>
+
+#include <algorithm>
+#include <cmath>
+
+using namespace fresco;
+
+namespace
+{
+
+KnownPicture random_picture(int side, std::uint64_t seed)
+{
+    Random random(seed);
+    KnownPicture picture{RasterF(side, side, 3), Raster8(side, side)};
+    for (float& value : picture.rgb.values)
+        value = static_cast<float>(random.uniform() * 1.2 - 0.1);
+    for (std::uint8_t& known : picture.is_known.values)
+        known = random.uniform() < 0.5 ? 1 : 0;
+    return picture;
+}
+
+}  // namespace
+
+TEST_CASE("compose: every texel is what its region's rule says, kept ones bit for bit")
+{
+    constexpr int side = 24;
+    const KnownPicture photo = random_picture(side, 1);
+    const KnownPicture night = random_picture(side, 2);
+    const KnownPicture waves = random_picture(side, 3);
+    const std::vector<RegionRule> rules{{}, {&night, 0.7F}, {&waves, 1}, {&night, 0}};
+    Random random(4);
+    std::vector<std::uint32_t> regions(photo.is_known.values.size());
+    for (std::uint32_t& region : regions)
+    {
+        region = static_cast<std::uint32_t>(random.uniform() * 5);
+        region = region == 4 ? no_region : region;
+    }
+    const KnownPicture result = composed(photo, regions, rules);
+    for (std::size_t texel = 0; texel < regions.size(); ++texel)
+    {
+        const auto known = [&](const KnownPicture& picture) { return picture.is_known.values[texel]; };
+        const std::uint32_t region = regions[texel];
+        CHECK(known(result) == (region == no_region ? 0
+                                : region == 1       ? known(photo) * known(night)
+                                : region == 2       ? known(waves)
+                                                    : known(photo)));
+        for (std::size_t i = 3 * texel; i < 3 * texel + 3; ++i)
+        {
+            const float p = photo.rgb.values[i];
+            if (region == 1)
+                CHECK(result.rgb.values[i] == std::min(1.0F, std::max(0.0F, p + 0.7F * (night.rgb.values[i] - p))));
+            else
+                CHECK(result.rgb.values[i] == (region == 2 ? waves.rgb.values[i] : p));
+        }
+    }
+}
+
+TEST_CASE("compose: a texel belongs to its face's region, one beside a chart to that of a neighbor, none beyond")
+{
+    const Mesh mesh = testing::two_chart_wall();
+    const texturing::Charts charts = texturing::find_charts(mesh);
+    constexpr int side = 40;
+    const texturing::TexelFaces faces = texturing::find_texel_faces(mesh, charts, side, Progress{});
+    const std::vector<std::uint16_t> labels{0, 0, 1, 2};
+    const auto regions = regions_of_texels(faces, labels);
+    std::size_t beside = 0;
+    for (int y = 0; y < side; ++y)
+        for (int x = 0; x < side; ++x)
+        {
+            const auto texel = static_cast<std::size_t>(y * side + x);
+            if (faces.covered(texel))
+            {
+                CHECK(regions[texel] == labels[faces.face[texel]]);
+                continue;
+            }
+            bool near = false;
+            bool same = false;
+            for (int j = std::max(y - 1, 0); j <= std::min(y + 1, side - 1); ++j)
+                for (int i = std::max(x - 1, 0); i <= std::min(x + 1, side - 1); ++i)
+                    if (const auto other = static_cast<std::size_t>(j * side + i); faces.covered(other))
+                    {
+                        near = true;
+                        same = same || regions[texel] == labels[faces.face[other]];
+                    }
+            CHECK((regions[texel] == no_region) == !near);
+            CHECK(same == near);
+            beside += near ? 1 : 0;
+        }
+    CHECK(beside > 50);
+}
+
+namespace
+{
+
+constexpr int side = 80;
+
+/// Stripes of a color; without the right chart's right half if `cut`.
+Texture striped(Vec3f rgb, bool cut = false)
+{
+    Texture texture = testing::blank_texture(side, 0.0F);
+    testing::see(texture, {0, 0}, {cut ? 0.75F : 1.0F, 1}, rgb);
+    for (int x = 0; x < side; x += 3)
+        for (int y = 0; y < side; ++y)
+            texture.layers.front().at(x, y, 1) += 0.1F;
+    texture.atlas = atlas_id(testing::two_chart_wall());
+    return texture;
+}
+
+/// The wall's left half is the floor, the right one a wall.
+Regions halves(const Mesh& mesh = testing::two_chart_wall())
+{
+    return regions_from(mesh, {"floor", "walls"}, {0, 0, 1, 1});
+}
+
+struct Given
+{
+    Texture photo = striped({0.2F, 0.4F, 0.6F});
+    Texture night = striped({0.1F, 0.1F, 0.3F});
+    Texture waves = striped({0.5F, 0.6F, 0.7F});
+    Regions regions = halves();
+    Mesh mesh = testing::two_chart_wall();
+};
+
+std::shared_ptr<const Texture> put_together(const Value& rules, testing::TestRun& run, const Given& given = {})
+{
+    testing::TemporaryFolder folder;
+    testing::Inputs inputs{{"photo", std::make_shared<Texture>(given.photo)},
+                           {"mesh", std::make_shared<Mesh>(given.mesh)},
+                           {"regions", std::make_shared<Regions>(given.regions)}};
+    for (const auto& [region, rule] : rules.as_map())
+    {
+        const Value* named = rule.find("texture");
+        const std::string name = (named != nullptr ? *named : rule).as_string();
+        if (name != "keep")
+            inputs[name] = std::make_shared<Texture>(name == "night" ? given.night : given.waves);
+    }
+    testing::run_stage(FRESCO_PLUGIN_FILE, "texture.regions", Value::Map{{"regions", rules}}, inputs, folder.path(), run);
+    return Texture::load({folder.path() / "texture", folder.path()});
+}
+
+/// Texels of one half of the atlas that differ.
+int differing(const Texture& a, const Texture& b, bool right)
+{
+    int count = 0;
+    for (int y = 0; y < side; ++y)
+        for (int x = right ? side / 2 : 0; x < (right ? side : side / 2); ++x)
+        {
+            if (a.seen.at(x, y) == 0)
+                continue;
+            for (int c = 0; c < 3; ++c)
+                if (a.layers.front().at(x, y, c) != b.layers.front().at(x, y, c))
+                {
+                    ++count;
+                    break;
+                }
+        }
+    return count;
+}
+
+}  // namespace
+
+TEST_CASE("texture.regions: kept regions are the photo bit for bit, others their texture", "[texture.regions]")
+{
+    testing::TestRun run;
+    const Given given;
+    const auto result = put_together(Value::Map{{"floor", "keep"}, {"*", "night"}}, run);
+    CHECK(result->atlas == atlas_id(given.mesh));
+    CHECK(differing(*result, given.photo, false) == 0);
+    CHECK(differing(*result, given.night, true) == 0);
+    CHECK(differing(*result, given.photo, true) > 100);
+    CHECK(run.reported.at("regions").at("floor").at("changed_texels").as_int() == 0);
+    CHECK(run.reported.at("regions").at("floor").at("texels").as_int() > 100);
+    CHECK(run.reported.at("regions").at("walls").at("changed_texels") == run.reported.at("regions").at("walls").at("texels"));
+    // A region without a rule is kept, too.
+    CHECK(differing(*put_together(Value::Map{{"walls", "waves"}}, run), given.photo, false) == 0);
+}
+
+TEST_CASE("texture.regions: strength mixes with the photo", "[texture.regions]")
+{
+    testing::TestRun run;
+    const Given given;
+    const auto result =
+        put_together(Value::Map{{"floor", Value::Map{{"texture", "waves"}, {"strength", 0.25}}}, {"walls", "night"}}, run);
+    const auto at = [&](const Texture& texture, int x) { return texture.layers.front().at(x, 3 * side / 4, 2); };
+    CHECK(at(*result, side / 4) == Approx(0.6 + 0.25 * 0.1));
+    CHECK(at(*result, 3 * side / 4) == at(given.night, 3 * side / 4));
+}
+
+TEST_CASE("texture.regions: what the photo lacks is filled from the photo, not from its neighbors' paint", "[texture.regions]")
+{
+    testing::TestRun run;
+    Given given;
+    given.photo = striped({0.2F, 0.4F, 0.6F}, true);
+    given.regions = regions_from(given.mesh, {"floor", "walls"}, {1, 1, 1, 0});
+    const auto kept = put_together(Value::Map{{"*", "keep"}}, run, given);
+    const auto result = put_together(Value::Map{{"floor", "keep"}, {"walls", "night"}}, run, given);
+    CHECK(run.reported.at("regions").at("floor").at("changed_texels").as_int() == 0);
+    std::size_t blue = 0;
+    for (int y = 0; y < side; ++y)
+        for (int x = 3 * side / 4 + 1; x < side; ++x)
+            if (result->seen.at(x, y) != 0 && result->layers.front().at(x, y, 2) == kept->layers.front().at(x, y, 2))
+                ++blue;
+    CHECK(blue > 50);
+}
+
+TEST_CASE("texture.regions: refuses what does not belong together, by name", "[texture.regions]")
+{
+    testing::TestRun run;
+    const Value rules = Value::Map{{"floor", "keep"}, {"*", "night"}};
+    CHECK_THROWS_WITH(put_together(Value::Map{{"flor", "keep"}, {"*", "night"}}, run),
+                      Catch::Contains("there is no region 'flor' (did you mean 'floor'?)"));
+    Given given;
+    given.night = testing::blank_texture(side / 2, 0);
+    CHECK_THROWS_WITH(put_together(rules, run, given),
+                      Catch::Contains("'photo' has 80 texels a side, the one on port 'night' 40"));
+    given = {};
+    given.night.atlas = "00000000000000000000000000000000";
+    CHECK_THROWS_WITH(put_together(rules, run, given), Catch::Contains("the texture on port 'night'"));
+    given = {};
+    given.regions.label_of_face.pop_back();
+    CHECK_THROWS_WITH(put_together(rules, run, given),
+                      Catch::Contains("the regions on port 'regions' are of another mesh: they label 3 faces, the mesh on port "
+                                      "'mesh' has 4; wire the regions.* stage to the same mesh"));
+    given = {};
+    given.regions.atlas = "00000000000000000000000000000000";
+    CHECK_THROWS_WITH(put_together(rules, run, given), Catch::Contains("4 with other vertices or texcoords"));
+    given = {};
+    given.mesh.texcoords.clear();
+    given.regions = halves(given.mesh);
+    CHECK_THROWS_WITH(put_together(rules, run, given), Catch::Contains("has no texcoords"));
+    CHECK_THROWS_WITH(put_together(Value::Map{{"floor", Value::Map{{"texture", "night"}, {"strength", 1.5}}}}, run),
+                      Catch::Contains("a number from 0 to 1 for 'strength' of 'floor'"));
+}
+
+TEST_CASE("texture.regions: a rule for a region that no face has warns", "[texture.regions]")
+{
+    testing::TestRun run;
+    Given given;
+    given.regions.names.emplace_back("ceiling");
+    put_together(Value::Map{{"ceiling", "night"}}, run, given);
+    REQUIRE(!run.messages.empty());
+    CHECK_THAT(run.messages.back(), Catch::Contains("warning: the mesh has no 'ceiling': its rule changes nothing"));
+}

@@ -1,0 +1,421 @@
+// A whole step of the optimization: as texture.optimize runs it, and as the released code does (whole frames, the camera picture
+// encoded in every step, every texel updated), with the same loss.
+#include "bench.h"
+#include "evaluation.h"
+
+#include <fresco/testing.h>
+#include <fresco/torch/loss.h>
+#include <fresco/torch/optimizer_rule.h>
+#include <fresco/torch/tensor.h>
+#include <fresco/torch/tensor_memory.h>
+#include <fresco/uv_maps.h>
+
+#include <ATen/ATen.h>
+#include <ATen/Parallel.h>
+
+#include <algorithm>
+#include <array>
+#include <climits>
+#include <cmath>
+#include <cstdlib>
+#include <malloc.h>
+#include <set>
+#include <thread>
+#include <unistd.h>
+
+namespace bench
+{
+namespace
+{
+
+using namespace fresco::optimize;
+
+// What a step is made of: the built plugins, VGG-19 with random weights, and a generated view.
+
+/// Components from the plugins of this build: type a.b is in a_b.so.
+class Components
+{
+  public:
+    Components();
+
+    /// `config` holds "type" and options. Throws fresco::Error for an unknown type or option, or another contract.
+    template <class T>
+    std::shared_ptr<T> make(const fresco::Value& config)
+    {
+        const auto made = std::dynamic_pointer_cast<T>(factory_.create(T::component_kind, config));
+        if (!made)
+            throw fresco::Error("a component is not of the kind asked for");
+        return made;
+    }
+
+  private:
+    fresco::testing::TestFactory factory_;
+};
+
+/// One of VGG-19's convolutions of 3 x 3.
+struct ConvolutionShape
+{
+    const char* name;
+    std::int64_t outputs;
+    std::int64_t inputs;
+};
+
+std::shared_ptr<fresco::Component> from_plugin(const std::string& type)
+{
+    std::string file = type;
+    file[file.find('.')] = '_';
+    return fresco::testing::make_from_plugin<fresco::Component>(std::filesystem::path(FRESCO_PLUGIN_FOLDER) / (file + ".so"),
+                                                                type);
+}
+
+/// Deterministic, roughly normal.
+torch::Tensor noise(const std::vector<std::int64_t>& shape, double deviation, std::uint64_t seed)
+{
+    auto values = at::empty(shape, at::kFloat);
+    auto* value = values.data_ptr<float>();
+    for (std::int64_t i = 0; i < values.numel(); ++i)
+    {
+        double sum = 0;
+        for (int k = 0; k < 3; ++k)
+        {
+            seed = seed * 6364136223846793005U + 1442695040888963407U;
+            sum += static_cast<double>(seed >> 33U) / 2147483648.0 - 0.5;
+        }
+        value[i] = static_cast<float>(2 * sum * deviation);
+    }
+    return values;
+}
+
+constexpr double camera_height_m = 1.4;
+constexpr double wall_distance_m = 3;
+constexpr double field_of_view = 1.2;  ///< Of the height: twice the tangent of half the angle.
+constexpr double texture_m = 12;       ///< One unit of uv.
+
+template <class Color>
+fresco::RasterF painted(int width, int height, Color color)
+{
+    fresco::RasterF picture(width, height, 3);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+        {
+            const fresco::Vec3d rgb = color((x + 0.5) / height, (y + 0.5) / height);
+            const auto clamped = [](double value) { return static_cast<float>(std::clamp(value, 0.0, 1.0)); };
+            picture.at(x, y, 0) = clamped(rgb.x);
+            picture.at(x, y, 1) = clamped(rgb.y);
+            picture.at(x, y, 2) = clamped(rgb.z);
+        }
+    return picture;
+}
+
+Components::Components()
+{
+    for (const char* type : {"loss.gram", "loss.content", "features.vgg19", "texture.laplacian", "optimizer.adam"})
+        factory_.add(type, [type] { return from_plugin(type); });
+}
+
+constexpr std::array vgg19_shapes{
+    ConvolutionShape{"conv1_1", 64, 3},    ConvolutionShape{"conv1_2", 64, 64},   ConvolutionShape{"conv2_1", 128, 64},
+    ConvolutionShape{"conv2_2", 128, 128}, ConvolutionShape{"conv3_1", 256, 128}, ConvolutionShape{"conv3_2", 256, 256},
+    ConvolutionShape{"conv3_3", 256, 256}, ConvolutionShape{"conv3_4", 256, 256}, ConvolutionShape{"conv4_1", 512, 256},
+    ConvolutionShape{"conv4_2", 512, 512}, ConvolutionShape{"conv4_3", 512, 512}, ConvolutionShape{"conv4_4", 512, 512},
+    ConvolutionShape{"conv5_1", 512, 512}};
+
+/// VGG-19 up to conv5_1 with random weights (He's deviation, so that responses keep their size) under Caffe's keys.
+void write_random_vgg19(const std::filesystem::path& file)
+{
+    fresco::SafeTensors contents;
+    std::uint64_t seed = 1;
+    for (const auto& shape : vgg19_shapes)
+    {
+        const double deviation = std::sqrt(2.0 / (9 * static_cast<double>(shape.inputs)));
+        contents.tensors[std::string(shape.name) + ".weight"] = noise({shape.outputs, shape.inputs, 3, 3}, deviation, ++seed);
+        contents.tensors[std::string(shape.name) + ".bias"] = noise({shape.outputs}, 0.1, ++seed);
+    }
+    fresco::write_safetensors(file, contents);
+}
+
+/// A view of a wall and of the floor before it, made from formulas: uv and depth as a camera in a room sees them, 4/3 as wide as
+/// high. The wall's lower edge and the floor's far edge are apart in the texture, and the outermost column of pixels is not
+/// valid. About a tenth of the texture is seen.
+fresco::UvMap generated_view(int height_px)
+{
+    const int width = height_px * 4 / 3;
+    fresco::UvMap map{fresco::RasterF(width, height_px, 2), fresco::RasterF(width, height_px), fresco::RasterF(width, height_px),
+                      fresco::Raster8(width, height_px)};
+    for (int y = 0; y < height_px; ++y)
+        for (int x = 1; x + 1 < width; ++x)
+        {
+            const double right = (x + 0.5 - width / 2.0) / height_px * field_of_view;
+            const double down = ((y + 0.5) / height_px - 0.5) * field_of_view;
+            const double to_floor = down > 0 ? camera_height_m / down : 1e9;
+            const bool floor = to_floor < wall_distance_m;
+            const double depth = floor ? to_floor : wall_distance_m;
+            const double across = right * depth / texture_m;
+            map.uv.at(x, y, 0) = static_cast<float>((floor ? 0.3 : 0.7) + across);
+            map.uv.at(x, y, 1) = static_cast<float>(floor ? depth / texture_m : 0.6 - down * depth / texture_m);
+            map.depth.at(x, y) = static_cast<float>(depth);
+            const double slant = std::sqrt(1 + right * right + down * down);
+            map.cosine.at(x, y) = static_cast<float>((floor ? down : 1) / slant);
+            map.valid.at(x, y) = 1;
+        }
+    return map;
+}
+
+/// RGB pictures: what a camera might see (smooth shades with edges), and a style (crossing strokes of a few colors).
+fresco::RasterF generated_camera_picture(int width, int height)
+{
+    return painted(width, height,
+                   [](double x, double y)
+                   {
+                       const double edge = std::sin(9 * x + 4 * std::sin(5 * y)) > 0 ? 0.3 : 0;
+                       return fresco::Vec3d{0.3 + 0.3 * y + edge, 0.5 - 0.2 * x + edge * 0.5, 0.25 + 0.2 * std::sin(17 * x * y)};
+                   });
+}
+
+fresco::RasterF generated_style(int width, int height)
+{
+    return painted(width, height,
+                   [](double x, double y)
+                   {
+                       const double first = std::sin(60 * x + 8 * std::sin(7 * y));
+                       const double second = std::sin(45 * y + 6 * std::sin(9 * x));
+                       return first > second ? fresco::Vec3d{0.8, 0.5 + 0.2 * first, 0.1}
+                                             : fresco::Vec3d{0.1 + 0.1 * second, 0.2, 0.6 + 0.3 * second};
+                   });
+}
+
+/// Prepares the networks that the losses need, each once, and then the losses, for the generated style and camera picture.
+void prepare(const std::vector<std::shared_ptr<fresco::Loss>>& losses, int height_px)
+{
+    static fresco::Progress progress;  // Losses may keep it for as long as they live.
+    fresco::PrepareContext context;
+    context.style.fine = fresco::to_tensor(generated_style(256, 256));
+    context.style.coarse = fresco::to_tensor(generated_style(512, 512));
+    context.camera_samples = {fresco::to_tensor(generated_camera_picture(height_px * 4 / 3, height_px))};
+    context.progress = &progress;
+    std::set<const fresco::FeatureNetwork*> prepared;
+    for (const auto& loss : losses)
+        for (const auto& layers : loss->needs().features)
+            if (prepared.insert(layers.network).second)
+                layers.network->prepare(context);
+    for (const auto& loss : losses)
+        loss->prepare(context);
+}
+
+// The steps.
+
+struct Settings
+{
+    int size_px = 4096;
+    int threads = static_cast<int>(std::max(std::thread::hardware_concurrency(), 1U));
+};
+
+constexpr double repeats = 10;  ///< Consecutive steps on a view, as in the paper: the first one encodes the camera picture.
+constexpr double lambda_r = 5000;
+constexpr std::array heights{256, 432, 608, 784};
+
+/// Distances in meters from the picture's lower to its upper border, as far as depth levels are concerned.
+struct Room
+{
+    const char* levels;
+    double nearest;
+    double farthest;
+};
+
+constexpr std::array rooms{Room{"1", 0.8, 1.9}, Room{"2", 2.1, 3.3}, Room{"4", 1.2, 6.0}};
+
+std::map<std::string, std::shared_ptr<fresco::Loss>> made_losses(Components& components, bool reference,
+                                                                 const std::filesystem::path& weights)
+{
+    using Map = fresco::Value::Map;
+    const fresco::Value features =
+        Map{{"type", "features.vgg19"}, {"weights", weights.string()}, {"convolutions", reference ? "plain" : "auto"}};
+    std::map<std::string, std::shared_ptr<fresco::Loss>> losses;
+    losses["style"] =
+        components.make<fresco::Loss>(Map{{"type", "loss.gram"},
+                                          {"weight", 1e-4},
+                                          {"center", false},
+                                          {"targets", "both"},
+                                          {"layers", "relu1_1, relu2_1, relu3_1, relu4_1, relu5_1"},
+                                          {"layer_weights", fresco::Value::List{1000.0, 1000.0, 10.0, 10.0, 1000.0}},
+                                          {"features", features}});
+    losses["content"] = components.make<fresco::Loss>(
+        Map{{"type", "loss.content"}, {"weight", 70.0}, {"layers", "relu4_2"}, {"features", features}});
+    return losses;
+}
+
+/// All that a run has before its first step on one view.
+struct Studio
+{
+    Components components;
+    std::map<std::string, std::shared_ptr<fresco::Loss>> losses;
+    std::shared_ptr<fresco::TextureRepresentation> texture;
+    std::shared_ptr<fresco::OptimizerRule> rule;
+    ViewData view;
+
+    Studio(const Room& room, bool reference, const Settings& settings, const std::filesystem::path& weights)
+    {
+        at::set_num_threads(settings.threads);
+        losses = made_losses(components, reference, weights);
+        std::vector<std::shared_ptr<fresco::Loss>> all;
+        for (const auto& [name, loss] : losses)
+            all.push_back(loss);
+        prepare(all, heights.front());
+        texture = components.make<fresco::TextureRepresentation>(fresco::Value::Map{{"type", "texture.laplacian"}});
+        texture->allocate(settings.size_px);
+        // As the preset has it.
+        rule = components.make<fresco::OptimizerRule>(
+            fresco::Value::Map{{"type", "optimizer.adam"}, {"mode", "dense"}, {"untouched", reference ? "step" : "skip"}});
+        rule->attach(texture->parameters());
+        load_levels(room);
+    }
+
+    /// As load_view does it.
+    void load_levels(const Room& room)
+    {
+        std::vector<fresco::UvMap> maps;
+        for (const int height : heights)
+            maps.push_back(generated_view(height));
+        fresco::RasterF depth = maps[0].depth;
+        for (int y = 0; y < depth.height; ++y)
+            for (int x = 0; x < depth.width; ++x)
+                depth.at(x, y) *= static_cast<float>((room.farthest - (room.farthest - room.nearest) * y / depth.height) /
+                                                     static_cast<double>(std::max(depth.at(x, y), 1e-3F)));
+        const AngleRule angle{30, Protocol::paper};
+        const auto pixels = depth_levels(maps, depth, 0.25, angle);
+        const auto shares = level_shares(pixels);
+        for (std::size_t i = 0; i < maps.size(); ++i)
+        {
+            if (!(shares[i] > 0))
+                continue;
+            LevelData level;
+            level.height_px = heights.at(i);
+            level.view = texture->make_view(maps[i]);
+            level.valid = maps[i].valid;
+            level.pixels = pixels[i];
+            level.factor = gradient_factor(maps[i], pixels[i], GradientScaling::angle);
+            level.share = shares[i];
+            level.camera = fresco::to_tensor(generated_camera_picture(maps[i].valid.width, maps[i].valid.height));
+            view.levels.push_back(std::move(level));
+            view.numbers.push_back(static_cast<int>(i));
+        }
+    }
+
+    double step(Evaluator& evaluator)
+    {
+        auto& parameters = texture->parameters();
+        return rule->step(
+            parameters, [&] { return evaluator.evaluate(0, {}, view, "generated", parameters.size()); }, 1, lambda_r);
+    }
+};
+
+/// As the host has it for its stages.
+void keep_freed_memory()
+{
+#if defined(__GLIBC__)
+    ::mallopt(M_MMAP_THRESHOLD, 1 << 30);
+    ::mallopt(M_TRIM_THRESHOLD, INT_MAX);
+#endif
+}
+
+fresco::Value measured(const Room& room, bool reference, const Settings& settings, const std::filesystem::path& weights,
+                       Measure& measure)
+{
+    if (!reference)
+    {
+        keep_freed_memory();
+        fresco::reuse_tensor_memory();
+    }
+    Studio studio(room, reference, settings, weights);
+    Evaluator evaluator(studio.losses, ValueSpace(Values::network), torch::kCPU, 0, !reference);
+    // The first step of a run sorts the filters and touches memory for the first time, either way.
+    const double loss = studio.step(evaluator);
+    const auto first = measure.times(1,
+                                     [&]
+                                     {
+                                         forget_camera(studio.view);
+                                         studio.step(evaluator);
+                                     });
+    const auto again = measure.times(2,
+                                     [&]
+                                     {
+                                         if (reference)
+                                             forget_camera(studio.view);
+                                         studio.step(evaluator);
+                                     });
+    const auto mean = [&](double one, double other) { return reference ? other : (one + (repeats - 1) * other) / repeats; };
+    return fresco::Value::Map{{"seconds_per_step", mean(first.wall, again.wall)},
+                              {"processor_seconds_per_step", mean(first.processor, again.processor)},
+                              {"loss", loss}};
+}
+
+Table step_table(const Settings& settings, const std::filesystem::path& folder)
+{
+    Table table("steps",
+                "a step of the paper's method at " + std::to_string(settings.size_px) +
+                    "², heights 256 to 784 px: as texture.optimize runs it (10 steps a view), and as the released code does",
+                {{"levels", "levels"},
+                 {"way", "way"},
+                 {"seconds_per_step", "s/step"},
+                 {"processor_seconds_per_step", "cpu s/step"},
+                 {"times_faster", "x faster (cpu)", 1},
+                 {"process_mb", "peak MB", 0},
+                 {"times_smaller", "x smaller", 1},
+                 {"loss_difference", "loss apart", 7}});
+    const auto weights = folder / "vgg19.safetensors";
+    write_random_vgg19(weights);
+    for (const auto& room : rooms)
+    {
+        fresco::Value reference;
+        for (const bool is_reference : {true, false})
+        {
+            auto row = run_case([&](Measure& measure) { return measured(room, is_reference, settings, weights, measure); });
+            row.set("levels", room.levels);
+            row.set("way", is_reference ? "reference" : "texture.optimize");
+            if (is_reference)
+                reference = row;
+            row.set("times_faster",
+                    ratio(entry(reference, "processor_seconds_per_step"), entry(row, "processor_seconds_per_step")));
+            row.set("times_smaller", ratio(entry(reference, "process_mb"), entry(row, "process_mb")));
+            if (const auto own = entry(row, "loss"), other = entry(reference, "loss"); !own.is_null() && !other.is_null())
+                row.set("loss_difference", std::abs(own.as_double() / other.as_double() - 1));
+            table.add(std::move(row));
+        }
+    }
+    return table;
+}
+
+/// libgomp reads its settings when it is loaded. Left alone its threads spin while they wait, which would count as work: a third
+/// of a step's processor time, the reference's too.
+void begin_again_without_spinning(char** argv)
+{
+    if (std::getenv("GOMP_SPINCOUNT") != nullptr)
+        return;
+    ::setenv("GOMP_SPINCOUNT", "1000", 1);  // As the host has it for its stages.
+    ::execv("/proc/self/exe", argv);
+}
+
+}  // namespace
+}  // namespace bench
+
+int main(int argc, char** argv)
+{
+    bench::begin_again_without_spinning(argv);
+    CLI::App app{"Times a step of the optimization on a generated view"};
+    std::string json;
+    bench::Settings settings;
+    app.add_option("--json", json, "File for the same figures as JSON");
+    app.add_option("--size-px", settings.size_px, "Texture size, a multiple of 8")
+        ->check(CLI::Range(64, 16384))
+        ->capture_default_str();
+    app.add_option("--threads", settings.threads, "Threads")->check(CLI::Range(1, 1024))->capture_default_str();
+    return bench::run_program(app, argc, argv,
+                              [&]
+                              {
+                                  bench::Report report("method", fresco::Value::Map{{"threads", settings.threads}});
+                                  const fresco::testing::TemporaryFolder folder;
+                                  report.add(bench::step_table(settings, folder.path()));
+                                  if (!json.empty())
+                                      report.write(json);
+                              });
+}

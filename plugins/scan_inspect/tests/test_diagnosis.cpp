@@ -250,9 +250,8 @@ std::vector<std::pair<std::string, Change>> right_subsets()
 {
     std::vector<std::pair<std::string, Change>> all;
     for (const auto& [name, change] : right())
-        for (const char* subset :
-             {"as recorded", "1 % of noise", "one frame", "two frames", "depth to 2 m", "little depth", "depth on the left only",
-              "no pictures", "focal lengths off by 1.5 %"})
+        for (const char* subset : {"as recorded", "1 % of noise", "one frame", "two frames", "depth to 2 m", "little depth",
+                                   "depth on the left only", "no pictures", "focal lengths off by 1.5 %"})
             if (name == subset)
                 all.emplace_back(name, change);
     return all;

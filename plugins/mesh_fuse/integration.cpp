@@ -3,6 +3,7 @@
 #include <fresco/parallel.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <iterator>
@@ -39,7 +40,15 @@ constexpr int window = 2;
 constexpr double focal_per_step_px = 300;
 constexpr double longest_step = 8;
 constexpr int fewest_fitted = 6;
+/// Of a pixel's eight neighbors, its plane must continue in so many; or, beside holes and in them, reach so many closely, some of
+/// them across a hole of a pixel.
 constexpr int fewest_continuing = 6;
+constexpr int fewest_reached = 5;
+constexpr int fewest_close = 3;
+constexpr float close_share = 0.5F;
+constexpr int fewest_around_hole = 4;
+/// Of the weight, beside a hole.
+constexpr float beside_hole = 0.25F;
 constexpr float least_cosine = 0.2F;
 
 /// A fit takes what may lie on a surface that leans by so much: meters of depth per meter across.
@@ -74,10 +83,24 @@ class Fitter
 
     float inverse(int x, int y) const { return inverse_.at(x, y); }
 
-    /// Least squares over the pixels of the window that may lie on the same surface.
-    Fit fit(int x, int y) const
+    /// The inverse depth that a pixel without one would have among its neighbors: their median; 0 if they are too few.
+    float bridged(int x, int y) const
     {
-        const float here = inverse_.at(x, y);
+        std::array<float, 8> around{};
+        std::size_t count = 0;
+        for (int v = std::max(0, y - 1); v <= std::min(inverse_.height - 1, y + 1); ++v)
+            for (int u = std::max(0, x - 1); u <= std::min(inverse_.width - 1, x + 1); ++u)
+                if (inverse_.at(u, v) > 0)
+                    around[count++] = inverse_.at(u, v);
+        if (count < fewest_around_hole)
+            return 0;
+        std::nth_element(around.begin(), around.begin() + count / 2, around.begin() + count);
+        return around[count / 2];
+    }
+
+    /// Least squares over the pixels of the window that may lie on the same surface as one of inverse depth `here`.
+    Fit fit(int x, int y, float here) const
+    {
         const float near = tolerance(here);
         const float per_pixel = steepest_fitted * here / focal_px_;
         int count = 0, sum_x = 0, sum_y = 0, sum_xx = 0, sum_xy = 0, sum_yy = 0;
@@ -120,24 +143,42 @@ class Fitter
         return {here + shift, slope_x, slope_y, true};
     }
 
-    bool is_continued(int x, int y, const Fit& fit) const
+    /// How far a pixel's neighbors bear out its plane: 1, less beside holes of a pixel, 0 beside wider ones, other surfaces and
+    /// the border.
+    float trust(int x, int y, const Fit& fit) const
     {
         if (x == 0 || y == 0 || x + 1 == inverse_.width || y + 1 == inverse_.height)
-            return false;
-        const float here = fit.here;
-        const float near = tolerance(here);
-        int count = 0;
+            return 0;
+        int continuing = 0, close = 0, across = 0, apart = 0;
         for (int v = -1; v <= 1; ++v)
             for (int u = -1; u <= 1; ++u)
             {
-                const float there = inverse_.at(x + u, y + v);
-                const float expected = here + static_cast<float>(u) * fit.x + static_cast<float>(v) * fit.y;
-                count += there > 0 && std::abs(there - expected) <= near ? 1 : 0;
+                if (u == 0 && v == 0)
+                    continue;
+                if (inverse_.at(x + u, y + v) > 0)
+                {
+                    ++(is_on(fit, x, y, u, v, 1) ? continuing : apart);
+                    close += is_on(fit, x, y, u, v, close_share);
+                }
+                else if (x + 2 * u >= 0 && y + 2 * v >= 0 && x + 2 * u < inverse_.width && y + 2 * v < inverse_.height)
+                    across += is_on(fit, x, y, 2 * u, 2 * v, close_share);
             }
-        return count > fewest_continuing;  // With itself.
+        if (inverse_.at(x, y) > 0 && continuing >= fewest_continuing)
+            return 1;
+        if (apart > 0 || close + across < fewest_reached || close < fewest_close)
+            return 0;
+        return beside_hole * static_cast<float>(close * close) / 64;
     }
 
   private:
+    /// Whether the pixel at (x + u, y + v) was measured on the plane that was fitted at (x, y), to a share of the tolerance.
+    bool is_on(const Fit& fit, int x, int y, int u, int v, float share) const
+    {
+        const float there = inverse_.at(x + u, y + v);
+        const float expected = fit.here + static_cast<float>(u) * fit.x + static_cast<float>(v) * fit.y;
+        return there > 0 && std::abs(there - expected) <= share * tolerance(fit.here);
+    }
+
     RasterF inverse_;  ///< 0: none.
     float focal_px_;
     int step_px_;
@@ -153,9 +194,11 @@ DepthView depth_view(const RasterF& depth, const Camera& camera, double max_dept
     for (int y = 0; y < depth.height; ++y)
         for (int x = 0; x < depth.width; ++x)
         {
-            const float inverse = fitter.inverse(x, y);
-            const Fit fit = inverse > 0 ? fitter.fit(x, y) : Fit{};
-            if (!fit.found || !fitter.is_continued(x, y, fit))
+            const bool is_measured = fitter.inverse(x, y) > 0;
+            const float inverse = is_measured ? fitter.inverse(x, y) : fitter.bridged(x, y);
+            const Fit fit = inverse > 0 ? fitter.fit(x, y, inverse) : Fit{};
+            const float trust = fit.found ? fitter.trust(x, y, fit) : 0;
+            if (!(trust > 0))
                 continue;
             // 1/z = plane · ray for all points of the plane, whose rays have the length 1 along the axis.
             const Vec3f ray{static_cast<float>((x + 0.5 - k.cx) / k.fx), static_cast<float>((y + 0.5 - k.cy) / k.fy), 1};
@@ -165,8 +208,8 @@ DepthView depth_view(const RasterF& depth, const Camera& camera, double max_dept
             const float cosine = fit.here / (norm * length(ray));
             if (!(cosine >= least_cosine))
                 continue;
-            view.depth.at(x, y) = depth.at(x, y);
-            view.planes.at(x, y) = {plane * (-1 / norm), 1 / norm, cosine * inverse * inverse};
+            view.depth.at(x, y) = is_measured ? depth.at(x, y) : 1 / fit.here;
+            view.planes.at(x, y) = {plane * (-1 / norm), 1 / norm, trust * cosine * inverse * inverse};
         }
     return view;
 }

@@ -94,8 +94,10 @@ struct DepthView
 
 /// Fits a plane to the inverse depths around each pixel: they are linear in a picture of a plane, and the noise of structured
 /// light and stereo is about the same everywhere in them. Ignores depths that are not positive or beyond `max_depth_m`, surfaces
-/// seen at less than 12 degrees, and pixels that fewer than six of their eight neighbors continue: those beside depth edges,
-/// holes and the picture's border. The weight of a pixel is the cosine of its viewing angle over the square of its depth.
+/// seen at less than 12 degrees, the picture's border, and pixels beside depth edges and wide holes: their plane must continue in
+/// six of their eight neighbors. Beside narrow holes and in holes of a pixel it must reach five more closely, three of them
+/// neighbors, the others across a hole of a pixel: such pixels count less, the less the fewer neighbors continue them, so that
+/// perforated depth does not fray. The weight of a pixel is the cosine of its viewing angle over the square of its depth.
 DepthView depth_view(const fresco::RasterF& depth, const fresco::Camera& camera, double max_depth_m);
 
 /// Finds the blocks that a volume needs: those within `reach_m` of a measured point along each axis.

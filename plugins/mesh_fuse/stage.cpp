@@ -23,6 +23,8 @@ namespace
 /// Frames that are held at once.
 constexpr std::size_t batch = 8;
 constexpr double gigabyte = 1e9;
+/// Right recordings stay below 0.07, gross mistakes reach 0.17.
+constexpr double most_contradicted = 0.12;
 
 class MeshFuse final : public Stage
 {
@@ -153,6 +155,13 @@ class MeshFuse final : public Stage
             },
             [&](std::vector<fuse::ColorView>& views, std::size_t) { colors.add(views, run); });
         made.colors = colors.colors();
+        const double contradicted = colors.contradicted_share();
+        run.report("contradicted_share", contradicted);
+        if (contradicted > most_contradicted)
+            run.warning(
+                fmt::format("the views contradict each other: {:.0f} % of their looks at the fused surface measured something "
+                            "behind it; poses, intrinsics or units are wrong. scan.inspect without a mesh names the mistake",
+                            100 * contradicted));
     }
 
     void run(RunContext& run) override

@@ -242,15 +242,122 @@ void cast_samples(const raycast::Scene& scene, const DepthView& view, const Assu
     }
 }
 
-std::vector<FrameRatios> depth_ratios(const raycast::Scene& scene, const std::vector<DepthView>& views,
+namespace
+{
+
+constexpr float one_surface = 1.15F;
+
+/// What a view measured, to be looked up at any pixel under an assumption.
+class MeasuredGrid
+{
+  public:
+    MeasuredGrid(const DepthView& view, const Assumption& assumption)
+        : camera_(assumption.depth_camera(view.depth, view.color)), step_(std::max(1, view.depth.width / grid_columns)),
+          inverse_(view.depth.width / step_ + 1, view.depth.height / step_ + 1)
+    {
+        for (const DepthSample& sample : view.samples)
+        {
+            const MeasuredRay ray = measured_ray(view, sample, assumption);
+            const Place place = place_of(ray.direction);
+            const auto x = static_cast<int>(std::lround(place.x));
+            const auto y = static_cast<int>(std::lround(place.y));
+            if (x >= 0 && y >= 0 && x < inverse_.width && y < inverse_.height)
+                inverse_.at(x, y) = static_cast<float>(1 / ray.depth);
+        }
+    }
+
+    /// 1 / depth in a direction of the camera's axes; 0: not measured, or between two surfaces.
+    double inverse_in(Vec3d direction) const
+    {
+        if (!(direction.z > 0))
+            return 0;
+        const Place place = place_of(direction * (1 / direction.z));
+        if (!(place.x >= 0 && place.y >= 0 && place.x < inverse_.width - 1 && place.y < inverse_.height - 1))
+            return 0;
+        const auto x = static_cast<int>(place.x);
+        const auto y = static_cast<int>(place.y);
+        const std::array around{inverse_.at(x, y), inverse_.at(x + 1, y), inverse_.at(x, y + 1), inverse_.at(x + 1, y + 1)};
+        const auto [least, most] = std::ranges::minmax(around);
+        if (!(least > 0))
+            return at_sample(place.x, place.y);
+        if (most > one_surface * least)
+            return 0;
+        const double right = place.x - x;
+        const double low = place.y - y;
+        return (double{around[0]} * (1 - right) + double{around[1]} * right) * (1 - low) +
+               (double{around[2]} * (1 - right) + double{around[3]} * right) * low;
+    }
+
+  private:
+    struct Place
+    {
+        double x = 0;
+        double y = 0;
+    };
+
+    /// Close to a sample, where those around it are missing.
+    double at_sample(double x, double y) const
+    {
+        const double column = std::round(x);
+        const double row = std::round(y);
+        constexpr double closely = 0.3;
+        if (std::abs(x - column) > closely || std::abs(y - row) > closely)
+            return 0;
+        return double{inverse_.at(static_cast<int>(column), static_cast<int>(row))};
+    }
+
+    /// In the grid, of a direction whose z is 1.
+    Place place_of(Vec3d direction) const
+    {
+        const double first = step_ / 2 + 0.5;
+        return {(camera_.fx * direction.x + camera_.cx - first) / step_, (camera_.fy * direction.y + camera_.cy - first) / step_};
+    }
+
+    Intrinsics camera_;
+    int step_;
+    RasterF inverse_;
+};
+
+std::vector<FrameRatios> ratios_between(const std::vector<DepthView>& views, const Assumption& assumption, std::size_t stride)
+{
+    std::vector<MeasuredGrid> grids;
+    std::vector<RigidTransform> poses;
+    for (const DepthView& view : views)
+    {
+        grids.emplace_back(view, assumption);
+        poses.push_back(depth_pose(view, assumption));
+    }
+    std::vector<FrameRatios> frames(views.size());
+    for (std::size_t from = 0; from < views.size(); ++from)
+        for (std::size_t to = 0; to < views.size(); ++to)
+        {
+            if (from == to || views[from].group != views[to].group)
+                continue;
+            const RigidTransform relative = poses[to].inverse() * poses[from];
+            for (std::size_t i = 0; i < views[from].samples.size(); i += stride)
+            {
+                const MeasuredRay ray = measured_ray(views[from], views[from].samples[i], assumption);
+                const Vec3d point = relative.point(ray.direction * (ray.depth * assumption.depth_scale));
+                frames[from].ratios.push_back(static_cast<float>(point.z * grids[to].inverse_in(point)));
+                frames[from].fronts.push_back(true);
+            }
+        }
+    return frames;
+}
+
+}  // namespace
+
+std::vector<FrameRatios> depth_ratios(const raycast::Scene* scene, const std::vector<DepthView>& views,
                                       const Assumption& assumption, std::size_t stride)
 {
+    if (scene == nullptr)
+        return ratios_between(views, assumption, stride);
     std::vector<FrameRatios> frames;
     frames.reserve(views.size());
     for (const DepthView& view : views)
     {
         FrameRatios& frame = frames.emplace_back();
-        cast_samples(scene, view, assumption, stride,
+        cast_samples(*scene, view, assumption, stride,
                      [&](const WorldRay& ray, const raycast::Hit& hit)
                      {
                          frame.ratios.push_back(hit.found() ? static_cast<float>(hit.distance / ray.depth) : 0.0F);
@@ -360,6 +467,7 @@ constexpr double fewest_depths_of_frame = 8;
 constexpr std::size_t fewest_frames = 3;
 constexpr double explained_share = 0.6;
 constexpr double left_of_disagreement = 0.5;
+constexpr double left_among_frames = 0.7;
 constexpr double least_step_share = 0.25;
 constexpr double left_by_step = 0.85;
 constexpr double far_more = 2.5;
@@ -416,9 +524,9 @@ bool covers_more(const std::vector<Agreement>& before, const std::vector<Agreeme
 
 }  // namespace
 
-bool explains(const std::vector<Agreement>& recorded, const std::vector<Agreement>& assumed)
+bool explains(const std::vector<Agreement>& recorded, const std::vector<Agreement>& assumed, bool by_mesh)
 {
-    return gains_most(recorded, assumed, explained_share, left_of_disagreement) ||
+    return gains_most(recorded, assumed, explained_share, by_mesh ? left_of_disagreement : left_among_frames) ||
            (total(assumed).share() >= good_share && covers_more(recorded, assumed));
 }
 

@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
-/// \file Compares measured depths with the mesh under an assumption about the recording, and decides whether the assumption
-/// explains the recording better than the recorded values. explain_depths.h searches for such assumptions; the diagnosis and the
-/// stage use the same figures to report how well a recording agrees.
+/// \file Compares measured depths with the mesh, or where there is none with each other, under an assumption about the recording,
+/// and decides whether the assumption explains the recording better than the recorded values. explain_depths.h searches for such
+/// assumptions; the diagnosis and the stage use the same figures to report how well a recording agrees.
 
 namespace fresco::inspect
 {
@@ -95,8 +95,12 @@ struct DepthView
     Intrinsics depth;
     Intrinsics color;
     RigidTransform depth_from_color;
-    std::vector<DepthSample> samples;  ///< On a grid over the picture.
+    std::vector<DepthSample> samples;  ///< On a grid over the picture, see sample_depth.
+    std::size_t group = 0;             ///< Without a mesh, the views of a group are compared with each other.
 };
+
+/// Columns of the grid of samples.
+inline constexpr int grid_columns = 40;
 
 /// Whether the depth pictures' camera has the same rays as the color pictures'.
 bool one_camera(const DepthView& view);
@@ -138,7 +142,12 @@ struct FrameRatios
 };
 
 /// The ratios of every `stride`-th sample under `assumption`, per frame. Assumption::depth_scale is not applied. Single-threaded.
-std::vector<FrameRatios> depth_ratios(const raycast::Scene& scene, const std::vector<DepthView>& views,
+///
+/// Without a scene, the views of a group take the mesh's place for each other: a sample, as a point in the world, is seen by each
+/// other view; the ratio is the point's depth there over the depth that this view measured (bilinear in the inverse between four
+/// samples of one surface, or at a sample), 0 where it measured none. Below 1, the view saw through the point; above 1, something
+/// may hide it. Only the quotient of the scales of poses and depths matters then.
+std::vector<FrameRatios> depth_ratios(const raycast::Scene* scene, const std::vector<DepthView>& views,
                                       const Assumption& assumption, std::size_t stride);
 
 /// How much a measured depth agrees with the mesh: fully within 1 %, not at all from 4 % on, linear between.
@@ -175,7 +184,8 @@ double front_share(const std::vector<FrameRatios>& frames, double scale);
 /// Whether `assumed` explains the recording and the recorded values do not: enough depths are covered, in enough frames; most of
 /// those agree; at least half of the disagreement is gone; no fewer depths agree than before; and the gain is more than chance
 /// over frames (bootstrap). Or it agrees as well and explains several times as many depths. Both hold the same frames.
-bool explains(const std::vector<Agreement>& recorded, const std::vector<Agreement>& assumed);
+/// `by_mesh`: against a mesh; frames among themselves are noisier, and less of the disagreement need be gone.
+bool explains(const std::vector<Agreement>& recorded, const std::vector<Agreement>& assumed, bool by_mesh = true);
 
 /// Whether the depths agree: at least 70 % of those that are covered; or, where the mesh is incomplete, most of those that it is
 /// not merely behind.

@@ -5,6 +5,7 @@
 
 #include <fresco/camera.h>
 #include <fresco/evaluation/statistics.h>
+#include <fresco/numerics/numerics.h>
 
 #include <algorithm>
 #include <array>
@@ -83,6 +84,8 @@ constexpr double fair_response = 0.15;
 constexpr double no_response = 0.04;
 /// A change of the color camera must be so many times as good as the recorded one.
 constexpr double clearly = 1.6;
+/// The same of other pictures, which show nearly the same.
+constexpr double clearly_in_time = 1.25;
 constexpr std::size_t fair_outline_points = 300;
 /// Smaller errors of a camera are within what a calibration leaves.
 constexpr double focal_tolerance = 0.04;
@@ -90,6 +93,10 @@ constexpr double shift_tolerance = 0.015;
 constexpr double contradicting = 0.25;
 constexpr double hardly_covered = 0.002;
 constexpr std::size_t look_stride = 4;
+constexpr double largest_depth_m = 50;
+constexpr double least_depth_m = 0.05;
+/// Nothing that agrees so little belongs together.
+constexpr double hopeless = 0.2;
 
 RigidTransform color_pose(const View& view, const Assumption& assumption, bool by_depth_camera)
 {
@@ -105,7 +112,7 @@ Intrinsics color_camera(const View& view, bool by_depth_camera)
 class Judge
 {
   public:
-    Judge(const raycast::Scene& scene, const std::vector<View>& views, const Progress& progress)
+    Judge(const raycast::Scene* scene, const std::vector<View>& views, const Progress& progress)
         : scene_(scene), views_(views), progress_(progress)
     {
         for (const View& view : views)
@@ -120,11 +127,13 @@ class Judge
     {
         if (!depths_.empty())
             result_.assumption = explain_depths(scene_, depths_, progress_);
+        if (scene_ == nullptr)
+            choose_unit();
         judge_recorded();
-        if (depths_.empty())
+        if (depths_.empty() && scene_ != nullptr)
             explain_edges();
         result_.explained = fit(result_.assumption);
-        tell_assumption(result_, mesh_extent(scene_.mesh()), shared_camera(), result_.findings);
+        tell_assumption(result_, scene_ != nullptr ? mesh_extent(scene_->mesh()) : 0, shared_camera(), result_.findings);
         const std::size_t by_depth = result_.findings.size();
         if (depths_.empty() || result_.explained.fits)
             judge_color();
@@ -138,6 +147,23 @@ class Judge
   private:
     bool shared_camera() const { return std::ranges::all_of(depths_, one_camera); }
 
+    /// Views among themselves know only the quotient of two units. Depths that no room has tell which one is wrong.
+    void choose_unit()
+    {
+        Assumption& a = result_.assumption;
+        std::vector<double> depths;
+        for (const DepthView& view : depths_)
+            for (const DepthSample& sample : view.samples)
+                depths.push_back(static_cast<double>(sample.depth));
+        if (a.pose_scale == 1 || depths.empty())
+            return;
+        const double usual = numerics::median(std::move(depths));
+        if (usual < largest_depth_m && usual > least_depth_m)
+            return;
+        a.depth_scale = usual_scale(1 / a.pose_scale);
+        a.pose_scale = 1;
+    }
+
     Fit fit(const Assumption& assumption)
     {
         Fit fit;
@@ -145,7 +171,7 @@ class Judge
         {
             const auto ratios = depth_ratios(scene_, depths_, assumption, 1);
             const Agreement sum = total(agreement(ratios, assumption.depth_scale));
-            fit.fits = fits(sum);
+            fit.fits = fits(sum) || sum.samples == 0;
             fit.covered_share = sum.covered_share();
             fit.agreement = sum.share();
             fit.median_error = median_error(ratios, assumption.depth_scale);
@@ -164,15 +190,18 @@ class Judge
     }
 
     /// The color pictures and what should lie on their edges.
-    std::vector<EdgeView> edge_views(const Assumption& assumption, bool by_depth_camera = false) const
+    std::vector<EdgeView> edge_views(const Assumption& assumption, bool by_depth_camera = false,
+                                     RasterF View::*edges = &View::edges) const
     {
         std::vector<EdgeView> all;
         for (const View& view : views_)
-            if (!view.edges.empty())
+            if (!(view.*edges).empty())
             {
-                EdgeView& edge_view = all.emplace_back(EdgeView{color_camera(view, by_depth_camera), &view.edges, {}});
-                add_outline(edge_view, depths_.empty() ? mesh_outline(view, assumption)
-                                                       : measured_outline(view, assumption, by_depth_camera));
+                EdgeView& edge_view = all.emplace_back(EdgeView{color_camera(view, by_depth_camera), &(view.*edges), {}});
+                if (!depths_.empty())
+                    add_outline(edge_view, measured_outline(view, assumption, by_depth_camera));
+                else if (scene_ != nullptr)
+                    add_outline(edge_view, mesh_outline(view, assumption));
             }
         return all;
     }
@@ -210,7 +239,7 @@ class Judge
             view.color.scaled_to(std::max(1, view.color.width / outline_step_), std::max(1, view.color.height / outline_step_));
         const Camera camera{k, color_pose(view, assumption, false)};
         std::vector<Vec3d> points;
-        for (const DepthSample& sample : silhouette(mesh_depth(scene_, camera, progress_)))
+        for (const DepthSample& sample : silhouette(mesh_depth(*scene_, camera, progress_)))
             points.push_back({(static_cast<double>(sample.x) - k.cx) / k.fx, (static_cast<double>(sample.y) - k.cy) / k.fy, 1});
         return points;
     }
@@ -291,7 +320,7 @@ class Judge
                 const std::array direction{
                     camera.ray(static_cast<double>(view.colors[i].x), static_cast<double>(view.colors[i].y))};
                 std::array<raycast::Hit, 1> hit;
-                scene_.cast(camera.world_from_camera.translation, direction, hit);
+                scene_->cast(camera.world_from_camera.translation, direction, hit);
                 ++look.pixels;
                 look.seen += hit[0].found();
                 look.fronts += hit[0].found() && hit[0].front != mirrored;
@@ -309,8 +338,37 @@ class Judge
         std::vector<Camera> cameras;
         for (const View& view : views_)
             cameras.push_back(explained_cameras(result_, view).first);
-        result_.channels_exchanged = !result_.color_change.upside_down && channels_exchanged(scene_, views_, cameras);
+        result_.channels_exchanged =
+            scene_ != nullptr && !result_.color_change.upside_down && channels_exchanged(*scene_, views_, cameras);
         tell_color(result_, shared_camera() && !depths_.empty(), result_.findings);
+    }
+
+    /// Whether the outlines lie on the edges of the pictures before or after rather than on their own, which respond by
+    /// `own`, or by `changed` if the camera is another.
+    bool judge_color_time(double own, double changed)
+    {
+        for (const auto& [edges, lag] : {std::pair{&View::edges_before, -1}, {&View::edges_after, 1}})
+        {
+            std::vector<double> owns;
+            std::vector<double> others;
+            for (const View& view : views_)
+                if (!view.edges.empty() && !(view.*edges).empty())
+                {
+                    EdgeView pair{color_camera(view, false), &view.edges, {}};
+                    add_outline(pair, measured_outline(view, result_.assumption, false));
+                    owns.push_back(edge_responses({pair}, {}).front());
+                    pair.edges = &(view.*edges);
+                    others.push_back(edge_responses({pair}, {}).front());
+                }
+            const double response = edge_response(edge_views(result_.assumption, false, edges), {});
+            if (depths_.empty() || response < fair_response || response < clearly_in_time * own || response < changed ||
+                !gains(owns, others))
+                continue;
+            result_.color_lag_frames = lag;
+            result_.explained.edge_response = response;
+            return true;
+        }
+        return false;
     }
 
     void judge_color_camera(const std::vector<EdgeView>& views)
@@ -331,7 +389,9 @@ class Judge
         consider({.upside_down = true}, 1.05);
         for (const double size : {0.5, 2.0, 0.25, 1.0 / 3, 2.0 / 3, 1.5, 3.0, 4.0})
             consider({.size_scale = size}, 1.05);
-        const bool discrete = best.size_scale != 1 || best.upside_down;
+        for (const double focal : {0.5, 2.0})
+            consider({.focal_scale = focal}, 1.05);
+        const bool discrete = best.size_scale != 1 || best.upside_down || best.focal_scale == 0.5 || best.focal_scale == 2;
         if (!discrete)
             consider(best_change(views, {}, progress_), 1.05);
         bool by_depth_camera = false;
@@ -346,6 +406,8 @@ class Judge
                 responses = edge_responses(by_depth, {});
             }
         }
+        if (judge_color_time(before, most))
+            return;
         const bool off = by_depth_camera || discrete || std::abs(std::log(best.focal_scale)) >= focal_tolerance ||
                          std::abs(best.shift_x) >= shift_tolerance || std::abs(best.shift_y) >= shift_tolerance;
         if (!off || !clearly_better(before, most, edge_responses(views, {}), responses))
@@ -360,11 +422,16 @@ class Judge
     {
         const Fit& fit = result_.explained;
         if (depths_.empty())
-            judge_sides();
+        {
+            if (scene_ != nullptr)
+                judge_sides();
+        }
         else if (!fit.fits && fit.covered_share < hardly_covered)
-            tell_uncovered(result_.findings);
+            tell_uncovered(scene_ != nullptr, result_.findings);
         else if (!fit.fits)
-            tell_disagreement(fit, fit.in_front > contradicting && fit.agreement < 0.3, result_.findings);
+            tell_disagreement(fit, scene_ != nullptr,
+                              fit.agreement < hopeless || (fit.in_front > contradicting && fit.agreement < 0.3),
+                              result_.findings);
         else if (result_.front_share < 0.2 && determinant(result_.assumption.world_turn) > 0)
             tell_inside_out(result_.findings);
         if (result_.findings.empty() && result_.outline_points >= fair_outline_points && fit.edge_response < no_response)
@@ -375,12 +442,12 @@ class Judge
     {
         const Look seen = look(result_.assumption);
         if (seen.pixels > 0 && seen.seen == 0)
-            tell_uncovered(result_.findings);
+            tell_uncovered(true, result_.findings);
         else if (seen.fronts < 0.2 * seen.seen)
             tell_inside_out(result_.findings);
     }
 
-    const raycast::Scene& scene_;
+    const raycast::Scene* scene_;
     const std::vector<View>& views_;
     const Progress& progress_;
     std::vector<DepthView> depths_;
@@ -412,7 +479,7 @@ void correct_depth(const Diagnosis& diagnosis, const View& view, RasterF& depth)
         std::ranges::reverse(depth.values);
 }
 
-Diagnosis diagnose(const raycast::Scene& scene, const std::vector<View>& views, const Progress& progress)
+Diagnosis diagnose(const raycast::Scene* scene, const std::vector<View>& views, const Progress& progress)
 {
     return Judge(scene, views, progress).judge();
 }

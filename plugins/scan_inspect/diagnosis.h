@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-/// \file Decides whether the mesh, poses, cameras and pictures of a recording belong together and names the mistakes if not. The
-/// stage reports the findings and draws the recording with the mistakes corrected.
+/// \file Decides whether the mesh, if there is one, poses, cameras and pictures of a recording belong together and names the
+/// mistakes if not. The stage reports the findings and draws the recording with the mistakes corrected.
 
 namespace fresco::inspect
 {
@@ -46,6 +46,7 @@ struct Diagnosis
     CameraChange color_change;
     bool color_by_depth_camera = false;  ///< Color pictures fit the depth camera, not the color camera.
     bool channels_exchanged = false;     ///< Red and blue.
+    int color_lag_frames = 0;            ///< A depth picture fits the color picture so many frames later.
 
     std::size_t depths = 0;          ///< Number of depth samples compared.
     std::size_t outline_points = 0;  ///< Number of points compared with the color pictures' edges.
@@ -58,7 +59,9 @@ struct Diagnosis
 /// compared with the silhouettes of the depth pictures, without mesh and poses. Without depth, the mesh's own silhouettes replace
 /// both. Red and blue are compared with the colors of the mesh, if it has any. A mistake is reported only if it explains the
 /// recording clearly better than the recorded values. The same for any number of threads. Throws Canceled.
-Diagnosis diagnose(const raycast::Scene& scene, const std::vector<View>& views, const Progress& progress);
+///
+/// Without a scene, the depths of each group of views are compared with each other.
+Diagnosis diagnose(const raycast::Scene* scene, const std::vector<View>& views, const Progress& progress);
 
 /// A view's cameras (color, depth) with the mistakes corrected, at the sizes of View::color and of the depth picture.
 std::pair<Camera, Camera> explained_cameras(const Diagnosis& diagnosis, const View& view);

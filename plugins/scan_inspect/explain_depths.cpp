@@ -62,6 +62,16 @@ Hypothesis worlds(bool mirrored)
     return all;
 }
 
+/// OpenGL axes hide other intrinsics, and the reverse.
+Hypothesis axes_and_sizes()
+{
+    Hypothesis all;
+    for (const double size : {0.5, 2.0})
+        for (const Reading reading : {Reading::as_recorded, Reading::inverted})
+            all.variants.push_back({.reading = reading, .camera_turn = axis_rotations()[1], .size_scale = size});
+    return all;
+}
+
 Hypothesis rotations()
 {
     Hypothesis all;
@@ -129,10 +139,13 @@ std::vector<Hypothesis> small_hypotheses(const Assumption& assumed, const std::v
 }
 
 /// Mistakes that displace everything: axes, inverted poses, units, a turned or mirrored mesh, quaternions, transposed rotations.
-/// `reach`: how many times farther cameras are from the origin than from the surface; large ones need finer steps of scale.
-std::vector<Hypothesis> large_hypotheses(double reach)
+/// Frames among themselves know no turned world. `reach`: how many times farther cameras are from the origin than from the
+/// surface; large ones need finer steps of scale.
+std::vector<Hypothesis> large_hypotheses(double reach, bool with_mesh)
 {
-    return {conventions(), worlds(false), worlds(true), rotations(), any_unit(reach)};
+    if (!with_mesh)
+        return {conventions(), rotations(), any_unit(reach), axes_and_sizes()};
+    return {conventions(), worlds(false), worlds(true), rotations(), any_unit(reach), axes_and_sizes()};
 }
 
 }  // namespace
@@ -283,7 +296,7 @@ double median(std::vector<double> values)
 class Search
 {
   public:
-    Search(const raycast::Scene& scene, const std::vector<DepthView>& views, const Progress& progress)
+    Search(const raycast::Scene* scene, const std::vector<DepthView>& views, const Progress& progress)
         : scene_(scene), views_(views), progress_(progress)
     {
         std::size_t samples = 0;
@@ -313,7 +326,7 @@ class Search
             found = next;
         }
         found = plain(found);
-        return explains(recorded.frames, found.frames) ? found : recorded;
+        return explains(recorded.frames, found.frames, scene_ != nullptr) ? found : recorded;
     }
 
   private:
@@ -330,15 +343,15 @@ class Search
         if (sum.share() < no_mistake)
             table = small_hypotheses(from.assumption, views_);
         if (first && (sum.share() < no_large_mistake || sum.covered_share() < covered_by_most))
-            for (Hypothesis& large : large_hypotheses(reach_))
+            for (Hypothesis& large : large_hypotheses(reach_, scene_ != nullptr))
                 table.push_back(std::move(large));
         std::vector<Candidate> candidates{rough(from.assumption, false, stride_)};
         for (const Hypothesis& hypothesis : table)
             candidates.push_back(best_variant(hypothesis));
-        if (sum.share() < no_mistake)
+        if (scene_ != nullptr && sum.share() < no_mistake)
         {
             Assumption moved = from.assumption;
-            moved.move = best_move(scene_, views_, moved, stride_);
+            moved.move = best_move(*scene_, views_, moved, stride_);
             candidates.push_back(rough(moved, false, stride_));
             candidates.back().advantage = move_advantage;
         }
@@ -365,7 +378,7 @@ class Search
     Candidate rough(Assumption assumption, bool any_depth_scale, std::size_t stride) const
     {
         const auto ratios = depth_ratios(scene_, views_, assumption, stride);
-        if (any_depth_scale)
+        if (any_depth_scale && scene_ != nullptr)
             assumption.depth_scale = best_scale(ratios);
         return {assumption, score(total(agreement(ratios, assumption.depth_scale))), 0};
     }
@@ -500,7 +513,7 @@ class Search
         return length(assumption.move.point(middle) - middle);
     }
 
-    const raycast::Scene& scene_;
+    const raycast::Scene* scene_;
     const std::vector<DepthView>& views_;
     const Progress& progress_;
     std::size_t stride_ = 1;
@@ -510,7 +523,7 @@ class Search
 
 }  // namespace
 
-Assumption explain_depths(const raycast::Scene& scene, const std::vector<DepthView>& views, const Progress& progress)
+Assumption explain_depths(const raycast::Scene* scene, const std::vector<DepthView>& views, const Progress& progress)
 {
     return Search(scene, views, progress).run().assumption;
 }

@@ -24,7 +24,7 @@ struct Hypothesis
 };
 
 /// Continuous mistakes are searched up to these limits.
-inline constexpr double focal_reach = 0.36;  ///< Natural logarithm.
+inline constexpr double focal_reach = 0.75;  ///< Natural logarithm.
 inline constexpr double lag_reach = 4;       ///< Frames; tracks reach one frame further.
 
 /// The most likely mistakes, for recordings without depth, where each hypothesis costs more.
@@ -39,6 +39,7 @@ RigidTransform best_move(const raycast::Scene& scene, const std::vector<DepthVie
 /// The mistakes that explain the measured depths clearly better than the recorded values (see explains()), or the default: the
 /// best hypothesis, and up to two more on top of it. A mistake that the others make superfluous is dropped. The same for any
 /// number of threads. Throws Canceled.
-Assumption explain_depths(const raycast::Scene& scene, const std::vector<DepthView>& views, const Progress& progress);
+/// Without a scene, views are compared with each other.
+Assumption explain_depths(const raycast::Scene* scene, const std::vector<DepthView>& views, const Progress& progress);
 
 }  // namespace fresco::inspect

@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 using namespace fresco;
@@ -21,10 +22,11 @@ namespace
 
 class ScanInspect final : public Stage
 {
-    Input<Mesh> mesh{this, "mesh", "The room as scanned"};
+    Input<Mesh> mesh{this, "mesh", optional, "The room as scanned; without it, frames are compared with each other"};
     Input<Frames> frames{this, "frames", "The recorded frames"};
-    Output<Files> pictures{this, "pictures", "A PNG that overlays mesh and frames, and the measurements as JSON"};
-    Option<int> frames_count{this, "frames_count", 12, range(1, 10'000), "Number of frames to inspect, evenly spread"};
+    Output<Files> pictures{this, "pictures", "A PNG of what was compared, and the measurements as JSON"};
+    Option<int> frames_count{this, "frames_count", 12, range(1, 10'000),
+                             "Number of frames to inspect, evenly spread; without a mesh, in groups of four"};
     Option<int> pictures_count{this, "pictures_count", 4, range(1, 64), "Number of inspected frames to draw"};
     Option<OutputName> path{this, "path", OutputName{"inspect.png"}, extensions({".png"}),
                             "File of the picture, below --out; the JSON file lies beside it"};
@@ -41,20 +43,29 @@ class ScanInspect final : public Stage
 
     void run(RunContext& run) override
     {
-        check_mesh(*mesh, "the mesh on port 'mesh'");
+        std::optional<raycast::Scene> cast;
+        if (mesh.has_value())
+        {
+            check_mesh(*mesh, "the mesh on port 'mesh'");
+            cast.emplace(*mesh);
+        }
+        const raycast::Scene* const scene = cast ? &*cast : nullptr;
         std::filesystem::path json = path->path;
         json.replace_extension(".json");
-        const auto chosen = choose(static_cast<std::size_t>(*frames_count));
-        const raycast::Scene scene(*mesh);
+        if (frames->frames.empty())
+            throw Error("port 'frames' has no frames: check the scan's path and the stages that drop frames");
+        const auto chosen =
+            inspect::chosen_frames(*frames, static_cast<std::size_t>(*frames_count), mesh.has_value(), *images.get());
         std::vector<inspect::View> views;
-        for (const std::size_t i : chosen)
+        for (const inspect::Chosen& one : chosen)
         {
             run.check_canceled();
-            views.push_back(inspect::view_of(*frames, i, *images.get()));
+            views.push_back(inspect::view_of(*frames, one.frame, *images.get()));
+            views.back().depth.group = one.group;
             run.progress(static_cast<double>(views.size()), static_cast<double>(chosen.size()), "frames");
         }
         const auto found = inspect::diagnose(scene, views, run);
-        tell(found, run);
+        tell(found, chosen.size(), run);
 
         const auto sheet = images->encode_png(inspect::draw(panels(scene, views, chosen, found, run)));
         Files result;
@@ -73,20 +84,8 @@ class ScanInspect final : public Stage
         pictures = std::move(result);
     }
 
-    std::vector<std::size_t> choose(std::size_t count) const
-    {
-        const std::size_t all = frames->frames.size();
-        if (all == 0)
-            throw Error("port 'frames' has no frames: check the scan's path and the stages that drop frames");
-        count = std::min(count, all);
-        std::vector<std::size_t> chosen(count);
-        for (std::size_t i = 0; i < count; ++i)
-            chosen[i] = (2 * i + 1) * all / (2 * count);
-        return chosen;
-    }
-
-    std::vector<inspect::Panel> panels(const raycast::Scene& scene, const std::vector<inspect::View>& views,
-                                       const std::vector<std::size_t>& chosen, const inspect::Diagnosis& found,
+    std::vector<inspect::Panel> panels(const raycast::Scene* scene, const std::vector<inspect::View>& views,
+                                       const std::vector<inspect::Chosen>& chosen, const inspect::Diagnosis& found,
                                        RunContext& run) const
     {
         const auto count = std::min(static_cast<std::size_t>(*pictures_count), chosen.size());
@@ -94,19 +93,38 @@ class ScanInspect final : public Stage
         for (std::size_t i = 0; i < count; ++i)
         {
             const std::size_t place = (2 * i + 1) * chosen.size() / (2 * count);
-            const Frame& frame = frames->frames[chosen[place]];
-            all.push_back(panel(scene, frame, views[place], {}, run));
+            all.push_back(panel(scene, place, views, chosen, {}, run));
             if (!found.explains())
                 continue;
-            all.push_back(panel(scene, frame, views[place], found, run));
+            all.push_back(panel(scene, place, views, chosen, found, run));
             all.back().suggested = true;
         }
         return all;
     }
 
-    inspect::Panel panel(const raycast::Scene& scene, const Frame& frame, const inspect::View& view,
-                         const inspect::Diagnosis& assumed, RunContext& run) const
+    /// What the mesh, or without one another frame of the group, shows from this frame.
+    RasterF compared(const raycast::Scene* scene, const Camera& camera, std::size_t place,
+                     const std::vector<inspect::View>& views, const std::vector<inspect::Chosen>& chosen,
+                     const inspect::Diagnosis& assumed, RunContext& run) const
     {
+        if (scene != nullptr)
+            return inspect::mesh_depth(*scene, camera, run);
+        for (const std::size_t other : {place + 1, place - 1})
+            if (other < views.size() && views[other].depth.group == views[place].depth.group &&
+                !views[other].depth.samples.empty())
+            {
+                RasterF measured = load_depth(frames->frames[chosen[other].frame], images.get().get());
+                inspect::correct_depth(assumed, views[other], measured);
+                return inspect::seen_from(camera, inspect::explained_cameras(assumed, views[other]).second, measured);
+            }
+        return RasterF(camera.intrinsics.width, camera.intrinsics.height);
+    }
+
+    inspect::Panel panel(const raycast::Scene* scene, std::size_t place, const std::vector<inspect::View>& views,
+                         const std::vector<inspect::Chosen>& chosen, const inspect::Diagnosis& assumed, RunContext& run) const
+    {
+        const Frame& frame = frames->frames[chosen[place].frame];
+        const inspect::View& view = views[place];
         const auto [color, depth] = inspect::explained_cameras(assumed, view);
         inspect::Panel result;
         if (!frame.color_picture.empty())
@@ -115,7 +133,7 @@ class ScanInspect final : public Stage
             result.picture = resized(load_color(frame, images.get().get()), camera.intrinsics.width, camera.intrinsics.height);
             if (assumed.color_change.upside_down)
                 turn(result.picture);
-            result.outlined = inspect::outline(inspect::mesh_depth(scene, camera, run), true);
+            result.outlined = inspect::outline(compared(scene, camera, place, views, chosen, assumed, run), scene != nullptr);
         }
         if (!frame.depth_picture.empty())
         {
@@ -123,7 +141,7 @@ class ScanInspect final : public Stage
             RasterF measured = load_depth(frame, images.get().get());
             inspect::correct_depth(assumed, view, measured);
             result.measured = inspect::nearest_sampled(measured, camera.intrinsics.width, camera.intrinsics.height);
-            result.mesh = inspect::mesh_depth(scene, camera, run);
+            result.mesh = compared(scene, camera, place, views, chosen, assumed, run);
         }
         return result;
     }
@@ -145,24 +163,27 @@ class ScanInspect final : public Stage
                           {"depth_median_error", fit.median_error}, {"edge_response", fit.edge_response}};
     }
 
-    Value figures(const inspect::Diagnosis& found, const raycast::Scene& scene, const std::vector<inspect::View>& views,
-                  const std::vector<std::size_t>& chosen) const
+    Value figures(const inspect::Diagnosis& found, const raycast::Scene* scene, const std::vector<inspect::View>& views,
+                  const std::vector<inspect::Chosen>& chosen) const
     {
         Value::List findings;
         for (const auto& finding : found.findings)
             findings.emplace_back(Value::Map{{"cause", finding.cause}, {"text", finding.text}, {"certain", finding.certain}});
+        std::vector<inspect::DepthView> depths;
+        for (const auto& view : views)
+            depths.push_back(view.depth);
+        const auto ratios = inspect::depth_ratios(scene, depths, {}, 1);
+        const auto sums = inspect::agreement(ratios, 1);
         Value::List looked_at;
         for (std::size_t i = 0; i < views.size(); ++i)
         {
-            const Frame& frame = frames->frames[chosen[i]];
-            const auto ratios = inspect::depth_ratios(scene, {views[i].depth}, {}, 1);
-            const auto sum = inspect::total(inspect::agreement(ratios, 1));
+            const Frame& frame = frames->frames[chosen[i].frame];
             looked_at.emplace_back(Value::Map{{"sequence", frame.sequence},
                                               {"frame", frame.name},
-                                              {"depths", views[i].depth.samples.size()},
-                                              {"covered_share", sum.covered_share()},
-                                              {"agreement", sum.share()},
-                                              {"depth_median_error", inspect::median_error(ratios, 1)}});
+                                              {"depths", depths[i].samples.size()},
+                                              {"covered_share", sums[i].covered_share()},
+                                              {"agreement", sums[i].share()},
+                                              {"depth_median_error", inspect::median_error({ratios[i]}, 1)}});
         }
         return Value::Map{{"findings", std::move(findings)},        {"recorded", figures(found.recorded)},
                           {"explained", figures(found.explained)},  {"depths", found.depths},
@@ -170,7 +191,7 @@ class ScanInspect final : public Stage
                           {"frames", std::move(looked_at)}};
     }
 
-    void tell(const inspect::Diagnosis& found, RunContext& run) const
+    void tell(const inspect::Diagnosis& found, std::size_t inspected, RunContext& run) const
     {
         Value::List causes;
         for (const auto& finding : found.findings)
@@ -179,7 +200,7 @@ class ScanInspect final : public Stage
             run.warning(finding.text);
         }
         run.report("causes", causes);
-        run.report("frames", std::min(frames->frames.size(), static_cast<std::size_t>(*frames_count)));
+        run.report("frames", inspected);
         run.report("depths", found.depths);
         run.report("covered_share", found.recorded.covered_share);
         run.report("agreement", found.recorded.agreement);
@@ -187,11 +208,12 @@ class ScanInspect final : public Stage
         run.report("depth_median_error", found.recorded.median_error);
         run.report("edge_response", found.recorded.edge_response);
         run.report("edge_response_explained", found.explained.edge_response);
-        run.message(inspect::summary(found));
+        run.message(inspect::summary(found, mesh.has_value()));
     }
 };
 
 }  // namespace
 
-FRESCO_STAGE("scan.inspect", ScanInspect, "Overlays mesh and frames, measures how well they agree and names the likely mistake")
+FRESCO_STAGE("scan.inspect", ScanInspect,
+             "Measures how well frames agree with a mesh or with each other and names the likely mistake")
 FRESCO_LIBRARY("Embree", raycast::embree_version())

@@ -3,6 +3,7 @@
 #include "explain_depths.h"
 
 #include <fresco/images/lab.h>
+#include <fresco/numerics/numerics.h>
 #include <fresco/parallel.h>
 
 #include <algorithm>
@@ -101,6 +102,27 @@ RasterF mesh_depth(const raycast::Scene& scene, const Camera& camera, const Prog
                          if (hits[i].found())
                              depth.values[begin * width + i] = static_cast<float>(hits[i].distance);
                  });
+    return depth;
+}
+
+RasterF seen_from(const Camera& camera, const Camera& other, const RasterF& measured)
+{
+    const Intrinsics& k = camera.intrinsics;
+    const Camera source{other.intrinsics.scaled_to(measured.width, measured.height), other.world_from_camera};
+    RasterF depth(k.width, k.height);
+    for (int y = 0; y < measured.height; ++y)
+        for (int x = 0; x < measured.width; ++x)
+        {
+            const auto meters = static_cast<double>(measured.at(x, y));
+            if (!(meters > 0))
+                continue;
+            const Vec3d seen = camera.project(source.world_from_camera.translation + source.ray(x + 0.5, y + 0.5) * meters);
+            if (!(seen.z > 0 && seen.x >= 0 && seen.y >= 0 && seen.x < k.width && seen.y < k.height))
+                continue;
+            float& here = depth.at(static_cast<int>(seen.x), static_cast<int>(seen.y));
+            if (here == 0 || seen.z < static_cast<double>(here))
+                here = static_cast<float>(seen.z);
+        }
     return depth;
 }
 
@@ -293,7 +315,6 @@ namespace
 {
 
 constexpr int edge_height = 120;
-constexpr int grid_columns = 40;
 
 /// The poses of the frames around, as far as a lag is looked for.
 PoseTrack track_of(const Frames& frames, std::size_t index, Camera Frame::*camera)
@@ -336,11 +357,64 @@ std::vector<DepthSample> silhouette_of(const RasterF& depth)
     return points;
 }
 
+/// See chosen_frames; 1 without depth.
+std::size_t telling_spacing(const Frames& frames, const ImageIo& images)
+{
+    constexpr std::size_t looks = 4;
+    constexpr double telling_change = 0.04;
+    const auto depths = [&](std::size_t i)
+    {
+        const Frame& frame = frames.frames[i];
+        return frame.depth_picture.empty() ? RasterF() : nearest_sampled(load_depth(frame, &images), grid_columns, grid_columns);
+    };
+    const std::size_t all = frames.frames.size();
+    std::size_t spacing = 1;
+    for (; 8 * spacing < all; spacing *= 2)
+    {
+        std::vector<double> changes;
+        for (std::size_t look = 0; look < looks; ++look)
+        {
+            const std::size_t first = (2 * look + 1) * (all - spacing) / (2 * looks);
+            const RasterF before = depths(first);
+            const RasterF after = depths(first + spacing);
+            for (std::size_t i = 0; i < std::min(before.values.size(), after.values.size()); ++i)
+                if (before.values[i] > 0 && after.values[i] > 0)
+                    changes.push_back(std::abs(std::log(static_cast<double>(after.values[i] / before.values[i]))));
+        }
+        if (changes.empty() || numerics::median(std::move(changes)) > telling_change)
+            break;
+    }
+    return spacing;
+}
+
 }  // namespace
 
 Camera at_height(const Camera& camera, int height)
 {
     return {camera.intrinsics.scaled_to(camera.intrinsics.width_at(height), height), camera.world_from_camera};
+}
+
+std::vector<Chosen> chosen_frames(const Frames& frames, std::size_t count, bool with_mesh, const ImageIo& images)
+{
+    const std::size_t all = frames.frames.size();
+    std::vector<std::size_t> offsets{0};
+    if (!with_mesh)
+    {
+        const std::size_t spacing = telling_spacing(frames, images);
+        offsets = {0, spacing, 2 * spacing, 4 * spacing};
+        count = std::max<std::size_t>(1, count / 2);
+    }
+    const std::size_t firsts = all > offsets.back() ? all - offsets.back() : 1;
+    count = std::min(count, firsts);
+    std::vector<Chosen> chosen;
+    for (std::size_t group = 0; group < count; ++group)
+    {
+        const std::size_t first = (2 * group + 1) * firsts / (2 * count);
+        for (const std::size_t offset : offsets)
+            if (first + offset < all && frames.frames[first + offset].sequence == frames.frames[first].sequence)
+                chosen.push_back({first + offset, group});
+    }
+    return chosen;
 }
 
 View view_of(const Frames& frames, std::size_t index, const ImageIo& images)
@@ -368,6 +442,15 @@ View view_of(const Frames& frames, std::size_t index, const ImageIo& images)
         const Raster8 picture = resized(load_color(frame, &images), view.color.width, view.color.height);
         view.edges = edge_strength(picture);
         view.colors = sample_color(picture);
+        const auto edges_of = [&](std::size_t other)
+        {
+            if (other >= frames.frames.size() || frames.frames[other].sequence != frame.sequence ||
+                frames.frames[other].color_picture.empty())
+                return RasterF();
+            return edge_strength(resized(load_color(frames.frames[other], &images), view.color.width, view.color.height));
+        };
+        view.edges_before = edges_of(index - 1);
+        view.edges_after = edges_of(index + 1);
     }
     return view;
 }

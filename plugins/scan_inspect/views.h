@@ -23,6 +23,9 @@ namespace fresco::inspect
 /// count. The same for any number of threads. Throws Canceled.
 RasterF mesh_depth(const raycast::Scene& scene, const Camera& camera, const Progress& progress);
 
+/// Depth at a camera's pixels of what another camera measured, nearest first; 0 where it measured nothing.
+RasterF seen_from(const Camera& camera, const Camera& other, const RasterF& measured);
+
 /// Nearest neighbor, since depths on both sides of a step must not mix.
 RasterF nearest_sampled(const RasterF& depth, int width, int height);
 
@@ -91,11 +94,25 @@ struct View
     std::vector<DepthSample> silhouette;  ///< Of the depth picture, in its pixels.
     Intrinsics color;                     ///< At the size of `edges`.
     RasterF edges;                        ///< edge_strength; empty if the frame has no color picture.
+    RasterF edges_before;                 ///< Of the color picture before it in the sequence …
+    RasterF edges_after;                  ///< … and of the next one.
     std::vector<ColorSample> colors;      ///< On a grid over the picture, of the size of `edges`.
 };
 
 /// The camera for a picture of another height; the width follows.
 Camera at_height(const Camera& camera, int height);
+
+/// A frame to look at, see DepthView::group.
+struct Chosen
+{
+    std::size_t frame = 0;
+    std::size_t group = 0;
+};
+
+/// `count` frames, evenly spread. Without a mesh, half as many groups of up to four of one sequence: 0, 1, 2 and 4 spacings after
+/// the first. The spacing is the least of 1, 2, 4, … frames after which depths have changed by more than 4 % at half of the
+/// pixels, so that the views of a group differ, and overlap. Throws as load_depth does. \pre frames
+std::vector<Chosen> chosen_frames(const Frames& frames, std::size_t count, bool with_mesh, const ImageIo& images);
 
 /// Frame `index`: depths on a grid of 40 columns, silhouettes and edges at a height of 120 px, at which a tenth of a focal length
 /// moves them by four pixels and a color camera that is not synchronized by one or two. Throws as check_camera, load_color and

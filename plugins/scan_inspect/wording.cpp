@@ -200,19 +200,22 @@ void tell_both_cameras(const Assumption& a, const CameraChange& color, Findings&
 
 }  // namespace
 
-std::string summary(const Diagnosis& diagnosis)
+std::string summary(const Diagnosis& diagnosis, bool by_mesh)
 {
     const Fit& fit = diagnosis.recorded;
     std::string text;
     if (diagnosis.depths > 0)
-        text = "the mesh covers " + percent(fit.covered_share) + " of the depths; " + percent(fit.agreement) +
-               " of these agree with it (median difference " + number(100 * fit.median_error) + " %)";
+        text = (by_mesh ? "the mesh covers " : "other frames see ") + percent(fit.covered_share) + " of the depths; " +
+               percent(fit.agreement) +
+               (by_mesh ? " of these agree with it (median difference " : " of these agree (median difference ") +
+               number(100 * fit.median_error) + " %)";
     if (diagnosis.outline_points > 0)
         text += std::string(text.empty() ? "" : ", ") + "the pictures' edges are " + number(1 + fit.edge_response) +
                 " times as strong along the outlines as elsewhere";
     if (text.empty())
         return "nothing to compare: the frames have no depth, and no pictures in which the mesh has an outline";
-    return (diagnosis.findings.empty() ? "mesh and frames agree: " : "as recorded: ") + text;
+    const std::string agree = by_mesh ? "mesh and frames agree: " : "the frames agree with each other: ";
+    return (diagnosis.findings.empty() ? agree : "as recorded: ") + text;
 }
 
 double mesh_extent(const Mesh& mesh)
@@ -267,6 +270,11 @@ void tell_color(const Diagnosis& diagnosis, bool one_camera, Findings& findings)
     tell_both_cameras(a, color, findings);
     const auto told = [&](const char* cause)
     { return std::ranges::any_of(findings, [&](const Finding& finding) { return finding.cause == cause; }); };
+    if (diagnosis.color_lag_frames != 0)
+        tell(findings, "color_lag",
+             std::string("the color pictures are shifted in time against the depth pictures: each depth picture fits the color "
+                         "picture ") +
+                 (diagnosis.color_lag_frames > 0 ? "after" : "before") + " its own; correct the order of one of them");
     if (diagnosis.color_by_depth_camera && a.by_color_camera)
         replace(findings, "depth_by_color_camera", "cameras_swapped",
                 "the color and depth cameras are swapped: exchange their intrinsics and poses");
@@ -318,16 +326,35 @@ void tell_inside_out(Findings& findings)
          "the mesh is inside out: cameras see the backs of its faces; swap two corners of every face");
 }
 
-void tell_uncovered(Findings& findings)
+void tell_uncovered(bool by_mesh, Findings& findings)
 {
+    if (!by_mesh)
+    {
+        findings.push_back({"uncovered",
+                            "no inspected frame sees what another one does, and no usual mistake explains it: are the poses "
+                            "in order?",
+                            false});
+        return;
+    }
     findings.push_back({"uncovered",
                         "no inspected frame sees the mesh, and no usual mistake explains it: do mesh and frames belong "
                         "together?",
                         false});
 }
 
-void tell_disagreement(const Fit& fit, bool certain, Findings& findings)
+void tell_disagreement(const Fit& fit, bool by_mesh, bool certain, Findings& findings)
 {
+    if (!by_mesh)
+    {
+        const std::string views = percent(fit.agreement) + " of the depths agree with those of other frames; " +
+                                  percent(fit.in_front) + " are seen through";
+        findings.push_back({certain ? "unexplained" : "agree_in_part",
+                            certain
+                                ? "the frames contradict each other: " + views + ", and no usual mistake explains it"
+                                : "the frames agree in part: " + views + ". No usual mistake explains it; look at the picture",
+                            certain});
+        return;
+    }
     const std::string figures = "where the mesh is, " + percent(fit.agreement) +
                                 " of the depths agree with it; it lies in front of " + percent(fit.in_front) +
                                 " of the measured surface and behind " + percent(fit.behind);

@@ -30,12 +30,13 @@ void tell_channels(std::vector<Finding>& findings);
 void tell_figures(const Diagnosis& diagnosis, std::size_t by_depth, std::vector<Finding>& findings);
 
 void tell_inside_out(std::vector<Finding>& findings);
-void tell_uncovered(std::vector<Finding>& findings);
-void tell_disagreement(const Fit& fit, bool certain, std::vector<Finding>& findings);
+/// `by_mesh`: the frames were compared with a mesh, not with each other.
+void tell_uncovered(bool by_mesh, std::vector<Finding>& findings);
+void tell_disagreement(const Fit& fit, bool by_mesh, bool certain, std::vector<Finding>& findings);
 void tell_no_edges(std::vector<Finding>& findings);
 
 /// How well mesh and frames agree as recorded, in a line.
-std::string summary(const Diagnosis& diagnosis);
+std::string summary(const Diagnosis& diagnosis, bool by_mesh);
 
 /// Three significant digits: "0.25", "1000".
 std::string number(double value);

@@ -4,12 +4,12 @@
 #include <fresco/images/filters.h>
 #include <fresco/images/sharpness.h>
 #include <fresco/numerics/noise.h>
-#include <fresco/numerics/numerics.h>
 #include <fresco/parallel.h>
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <utility>
 
 namespace fresco::from_frames
 {
@@ -17,7 +17,6 @@ namespace
 {
 
 constexpr float packed_steps = 32767;
-constexpr float least_limit = 0.15F;
 constexpr float median_factor = 3;
 constexpr float rounded = 0.02F;
 constexpr int median_rounds = 6;
@@ -129,7 +128,7 @@ Blend blended(std::span<const KeptSample> samples, const BlendRules& rules)
     if (rules.reject_outliers)
     {
         center = geometric_median(used);
-        limit = std::max(least_limit, median_factor * median_distance(used, center));
+        limit = std::max(rules.least_distance, median_factor * median_distance(used, center));
     }
     Color sum{};
     float total = 0;
@@ -154,12 +153,12 @@ Blend blended(std::span<const KeptSample> samples, const BlendRules& rules)
 
 BestSamples::BestSamples(std::size_t texels, std::size_t places) : places_(places), kept_(texels * places) {}
 
-void BestSamples::add(std::span<const TexelSample> samples, float weight_factor, const std::optional<Color>& gain)
+void BestSamples::add(std::span<const TexelSample> samples, float weight_factor, const Gains* gains)
 {
     for (const TexelSample& sample : samples)
     {
-        const KeptSample kept =
-            gain ? exposed(sample, weight_factor, *gain) : KeptSample(sample.weight * weight_factor, sample.rgb);
+        const KeptSample kept = gains != nullptr ? exposed(sample, weight_factor, gain_at(*gains, sample.at))
+                                                 : KeptSample(sample.weight * weight_factor, sample.rgb);
         KeptSample* const first = kept_.data() + std::size_t{sample.texel} * places_;
         KeptSample* place = first + places_ - 1;
         if (!kept.heavier_than(*place))
@@ -168,178 +167,6 @@ void BestSamples::add(std::span<const TexelSample> samples, float weight_factor,
             *place = *(place - 1);
         *place = kept;
     }
-}
-
-namespace
-{
-
-constexpr std::size_t most_cells = 4096;
-constexpr float least_value = 0.04F;
-constexpr float most_value = 0.97F;
-constexpr double prior = 0.04;
-constexpr double first_scale = 0.8;
-constexpr double scale_factor = 0.7;
-constexpr double last_scale = 0.1;
-constexpr int most_rounds = 20;
-constexpr double settled = 1e-5;
-/// Cells between two looks at whether to stop.
-constexpr std::size_t check_distance = 64;
-
-struct Observation
-{
-    std::uint32_t view = 0;
-    double weight = 0;
-    Gain log_rgb{};
-};
-
-/// The observations of all cells that two views or more show, cell by cell.
-struct ByCell
-{
-    std::vector<Observation> observations;
-    std::vector<std::size_t> begins;  ///< Per cell, and the end.
-};
-
-ByCell by_cell(const std::vector<std::vector<CellColor>>& views, std::size_t cells)
-{
-    std::vector<std::size_t> begins(cells + 1, 0);
-    for (const auto& view : views)
-        for (const CellColor& color : view)
-            ++begins[color.cell + 1];
-    for (std::size_t i = 1; i <= cells; ++i)
-        begins[i] += begins[i - 1];
-    ByCell result;
-    result.observations.resize(begins.back());
-    auto next = begins;
-    for (std::uint32_t v = 0; v < views.size(); ++v)
-        for (const CellColor& color : views[v])
-            result.observations[next[color.cell]++] = {v,
-                                                       static_cast<double>(color.weight),
-                                                       {static_cast<double>(color.log_rgb[0]),
-                                                        static_cast<double>(color.log_rgb[1]),
-                                                        static_cast<double>(color.log_rgb[2])}};
-    result.begins = std::move(begins);
-    return result;
-}
-
-/// Minimizes the sum over cells for given weights; `weights`: one per observation.
-std::vector<Gain> least_squares(const ByCell& cells, std::span<const double> weights, std::size_t views, const Progress& progress)
-{
-    std::vector<double> matrix(views * views, 0.0);
-    std::vector<double> right(views * 3);
-    for (std::size_t v = 0; v < views; ++v)
-        matrix[v * views + v] = prior;
-    for (std::size_t cell = 0; cell + 1 < cells.begins.size(); ++cell)
-    {
-        if (cell % check_distance == 0)
-            progress.check_canceled();
-        const std::size_t begin = cells.begins[cell];
-        const std::size_t end = cells.begins[cell + 1];
-        double total = 0;
-        Gain mean{};
-        for (std::size_t i = begin; i < end; ++i)
-        {
-            total += weights[i];
-            for (std::size_t c = 0; c < 3; ++c)
-                mean[c] += weights[i] * cells.observations[i].log_rgb[c];
-        }
-        for (std::size_t i = begin; i < end; ++i)
-        {
-            const Observation& seen = cells.observations[i];
-            double* const row = matrix.data() + seen.view * views;
-            row[seen.view] += weights[i];
-            // Views ascend within a cell: the lower triangle.
-            for (std::size_t j = begin; j <= i; ++j)
-                row[cells.observations[j].view] -= weights[i] * weights[j] / total;
-            for (std::size_t c = 0; c < 3; ++c)
-                right[3 * seen.view + c] -= weights[i] * (seen.log_rgb[c] - mean[c] / total);
-        }
-    }
-    numerics::solve_symmetric(matrix, right, 3);
-    std::vector<Gain> offsets;
-    for (std::size_t v = 0; v < views; ++v)
-        offsets.push_back({right[3 * v], right[3 * v + 1], right[3 * v + 2]});
-    return offsets;
-}
-
-/// Weights from what `offsets` leave of the differences in each cell.
-void reweigh(const ByCell& cells, const std::vector<Gain>& offsets, double scale, std::vector<double>& weights)
-{
-    for (std::size_t cell = 0; cell + 1 < cells.begins.size(); ++cell)
-    {
-        const auto corrected = [&](std::size_t i, std::size_t c)
-        { return cells.observations[i].log_rgb[c] + offsets[cells.observations[i].view][c]; };
-        double total = 0;
-        Gain color{};
-        for (std::size_t i = cells.begins[cell]; i < cells.begins[cell + 1]; ++i)
-        {
-            total += weights[i];
-            for (std::size_t c = 0; c < 3; ++c)
-                color[c] += weights[i] * corrected(i, c);
-        }
-        for (std::size_t i = cells.begins[cell]; i < cells.begins[cell + 1]; ++i)
-        {
-            double squares = 0;
-            for (std::size_t c = 0; c < 3; ++c)
-                squares += std::pow(corrected(i, c) - color[c] / total, 2) / 3;
-            weights[i] = cells.observations[i].weight / std::pow(1 + squares / (scale * scale), 2);
-        }
-    }
-}
-
-double largest_change(const std::vector<Gain>& a, const std::vector<Gain>& b)
-{
-    double largest = 0;
-    for (std::size_t v = 0; v < a.size(); ++v)
-        for (std::size_t c = 0; c < 3; ++c)
-            largest = std::max(largest, std::abs(a[v][c] - b[v][c]));
-    return largest;
-}
-
-}  // namespace
-
-std::vector<CellColor> cell_colors(const SampleBlocks& samples)
-{
-    std::vector<CellColor> result;
-    for (const auto& block : samples)
-        for (const TexelSample& sample : block)
-        {
-            const auto [least, most] = std::minmax_element(sample.rgb.begin(), sample.rgb.end());
-            if (*least >= least_value && *most <= most_value)
-                result.push_back(
-                    {sample.texel, sample.weight, {std::log(sample.rgb[0]), std::log(sample.rgb[1]), std::log(sample.rgb[2])}});
-        }
-    if (result.size() > most_cells)
-    {
-        const auto by_hash = [](const CellColor& a, const CellColor& b) { return noise::hash(a.cell) < noise::hash(b.cell); };
-        std::nth_element(result.begin(), result.begin() + most_cells, result.end(), by_hash);
-        result.resize(most_cells);
-    }
-    std::sort(result.begin(), result.end(), [](const CellColor& a, const CellColor& b) { return a.cell < b.cell; });
-    return result;
-}
-
-std::vector<Gain> exposure_gains(const std::vector<std::vector<CellColor>>& views, std::size_t cells, const Progress& progress)
-{
-    const ByCell observed = by_cell(views, cells);
-    std::vector<double> weights;
-    for (const Observation& seen : observed.observations)
-        weights.push_back(seen.weight);
-    std::vector<Gain> offsets(views.size());
-    double scale = first_scale;
-    for (int round = 0; round < most_rounds; ++round)
-    {
-        auto next = least_squares(observed, weights, views.size(), progress);
-        const double change = largest_change(next, offsets);
-        offsets = std::move(next);
-        if (scale == last_scale && change < settled)
-            break;
-        reweigh(observed, offsets, scale, weights);
-        scale = std::max(last_scale, scale * scale_factor);
-    }
-    for (Gain& gain : offsets)
-        for (double& factor : gain)
-            factor = std::exp(factor);
-    return offsets;
 }
 
 namespace
@@ -354,6 +181,8 @@ constexpr int sharpness_height = 240;
 constexpr std::size_t sharpness_reach = 4;
 constexpr double least_sharpness_factor = 0.1;
 constexpr double most_sharpness_factor = 4;
+/// What lies so many times as far from the blend as half of all samples may be an outlier.
+constexpr float outlier_factor = 4;
 
 /// Calls `visit(i)` for every view, some at a time.
 void for_views(std::size_t begin, std::size_t end, const Progress& progress, const std::function<void(std::size_t)>& visit)
@@ -373,7 +202,7 @@ struct Survey
     std::vector<std::vector<CellColor>> colors;  ///< Per view.
     std::vector<double> sharpness;
     std::vector<std::string> sequences;
-    int cells = 0;  ///< A side.
+    int side = 0;  ///< Of the colors' texture, in cells.
 };
 
 Survey survey(std::size_t count, const ViewReader& read, const TextureRules& rules, Progress& progress)
@@ -382,7 +211,7 @@ Survey survey(std::size_t count, const ViewReader& read, const TextureRules& rul
     result.colors.resize(count);
     result.sharpness.resize(count);
     result.sequences.resize(count);
-    result.cells = std::min(rules.size_px, exposure_cells);
+    result.side = std::min(rules.size_px, exposure_cells);
     const auto batch = static_cast<std::size_t>(std::max(1, progress.threads()));
     for (std::size_t begin = 0; begin < count; begin += batch)
     {
@@ -393,17 +222,58 @@ Survey survey(std::size_t count, const ViewReader& read, const TextureRules& rul
                       const View view = read(i);
                       result.sequences[i] = view.sequence;
                       result.sharpness[i] = sharpness(view.picture, sharpness_width, sharpness_height);
-                      if (!rules.solve_exposure)
-                          return;
                       const PixelLinks links(view.map, view.camera);
-                      const auto weights =
-                          view_weights(view.map, links, view.camera, view.measured, rules.size_px, rules.weights);
-                      result.colors[i] = cell_colors(gather(view.map, links, weights.trust, PicturePyramid(view.picture),
-                                                            {result.cells, result.cells, true}));
+                      auto weights = view_weights(view.map, links, view.camera, view.measured, rules.size_px, rules.weights);
+                      for (std::size_t pixel = 0; pixel < weights.trust.values.size(); ++pixel)
+                          if (weights.trust.values[pixel] == 0)
+                              weights.weight.values[pixel] = 0;
+                      result.colors[i] = cell_colors(
+                          gather(view.map, links, weights.weight, PicturePyramid(view.picture), {result.side, result.side, true}),
+                          result.side);
                   });
         progress.progress(static_cast<double>(end), static_cast<double>(2 * count), "views");
     }
     return result;
+}
+
+/// Solves the gains and keeps them where they lower the local error of the blend: in each group of views that see each other,
+/// all or none. Also finds how far apart colors of one point may lie, which the blend must not take for outliers.
+void solve_exposure(Survey& found, const TextureRules& rules, BlendRules& blend, FramesTexture& result, const Progress& progress)
+{
+    for (std::size_t v = 0; v < found.colors.size(); ++v)
+        for (CellColor& color : found.colors[v])
+            color.weight *= static_cast<float>(result.sharpness[v]);
+    const auto places = static_cast<std::size_t>(rules.views_count) + 1;
+    const Blender blend_cell = [&](std::span<const TexelSample> samples)
+    {
+        BestSamples best(1, places);
+        for (const TexelSample& sample : samples)
+            best.add({&sample, 1}, 1, nullptr);
+        return blended(best.of(0), blend).rgb;
+    };
+    const auto quality = [&](const std::vector<Gains>& gains)
+    { return blend_quality(found.colors, found.side, gains, blend_cell); };
+    BlendQuality used = quality(result.gains);
+    result.error_without_gains = used.total_error;
+    result.seam_step_without_gains = used.seam_step;
+    if (rules.solve_exposure)
+    {
+        const auto cells = static_cast<std::size_t>(found.side) * static_cast<std::size_t>(found.side);
+        std::vector<Gains> gains = exposure_gains(found.colors, cells, progress);
+        const BlendQuality with_gains = quality(gains);
+        const auto groups = overlapping_groups(found.colors, cells);
+        std::vector<double> gained(gains.size(), 0);
+        for (std::size_t v = 0; v < gains.size(); ++v)
+            gained[groups[v]] +=
+                static_cast<double>(found.colors[v].size()) * (std::pow(used.error[v], 2) - std::pow(with_gains.error[v], 2));
+        for (std::size_t v = 0; v < gains.size(); ++v)
+            if (gained[groups[v]] > 0)
+                result.gains[v] = std::move(gains[v]);
+        used = quality(result.gains);
+    }
+    result.error = used.total_error;
+    result.seam_step = used.seam_step;
+    blend.least_distance = std::max(blend.least_distance, outlier_factor * used.median_distance);
 }
 
 struct Gathered
@@ -428,11 +298,6 @@ Gathered gathered(const View& view, const TextureRules& rules)
     return result;
 }
 
-std::array<float, 3> narrowed(const Gain& gain)
-{
-    return {static_cast<float>(gain[0]), static_cast<float>(gain[1]), static_cast<float>(gain[2])};
-}
-
 /// The second reading: every view's samples go to their texels.
 void fill(BestSamples& best, FramesTexture& result, const ViewReader& read, const TextureRules& rules, Progress& progress)
 {
@@ -449,7 +314,7 @@ void fill(BestSamples& best, FramesTexture& result, const ViewReader& read, cons
                          for (std::size_t block = first; block < last; ++block)
                              for (std::size_t i = begin; i < end; ++i)
                                  best.add(views[i - begin].samples[block], static_cast<float>(result.sharpness[i]),
-                                          rules.solve_exposure ? std::optional(narrowed(result.gains[i])) : std::nullopt);
+                                          rules.solve_exposure ? &result.gains[i] : nullptr);
                      });
         for (const Gathered& view : views)
         {
@@ -514,15 +379,12 @@ std::vector<double> sharpness_factors(const std::vector<double>& sharpness, cons
 FramesTexture frames_texture(std::size_t count, const ViewReader& read, const TextureRules& rules, Progress& progress)
 {
     FramesTexture result;
-    result.gains.assign(count, Gain{1, 1, 1});
-    result.sharpness.assign(count, 1);
-    if (rules.solve_exposure || rules.sharpness_power > 0)
+    result.gains.assign(count, no_gains());
+    BlendRules blend_rules = rules.blend;
     {
-        const Survey found = survey(count, read, rules, progress);
+        Survey found = survey(count, read, rules, progress);
         result.sharpness = sharpness_factors(found.sharpness, found.sequences, rules.sharpness_power);
-        if (rules.solve_exposure)
-            result.gains = exposure_gains(
-                found.colors, static_cast<std::size_t>(found.cells) * static_cast<std::size_t>(found.cells), progress);
+        solve_exposure(found, rules, blend_rules, result, progress);
     }
     const auto texels = static_cast<std::size_t>(rules.size_px) * static_cast<std::size_t>(rules.size_px);
     result.picture = RasterF(rules.size_px, rules.size_px, 3);
@@ -530,7 +392,7 @@ FramesTexture frames_texture(std::size_t count, const ViewReader& read, const Te
     {
         BestSamples best(texels, static_cast<std::size_t>(rules.views_count) + 1);
         fill(best, result, read, rules, progress);
-        blend(best, result, rules.blend, progress);
+        blend(best, result, blend_rules, progress);
     }
     if (result.blended_samples == 0)
         throw Error("no view shows a texel: wire uv maps of these frames");

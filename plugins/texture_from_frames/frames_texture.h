@@ -1,5 +1,6 @@
 #pragma once
 
+#include "exposure.h"
 #include "gather.h"
 
 #include <fresco/camera.h>
@@ -11,7 +12,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -44,6 +44,7 @@ class KeptSample
 struct BlendRules
 {
     bool reject_outliers;
+    float least_distance = 0.15F;  ///< Samples this near to the others are never rejected.
 };
 
 struct Blend
@@ -58,8 +59,8 @@ struct Blend
 /// If no place is empty, the last one's weight is subtracted from all weights, so that a view's share is zero where it enters or
 /// leaves the best ones and the texture has no steps (Buehler et al., "Unstructured lumigraph rendering", SIGGRAPH 2001, section
 /// 4). The rest is averaged; with `reject_outliers`, by Tukey's biweight around the geometric median: a sample's share falls with
-/// its distance, and is zero beyond three times the weighted median distance or 0.15, whichever is more. Up to half of the weight
-/// may be wrong. Distances are root mean squares over the channels.
+/// its distance, and is zero beyond three times the weighted median distance or `least_distance`, whichever is more. Up to half
+/// of the weight may be wrong. Distances are root mean squares over the channels.
 Blend blended(std::span<const KeptSample> samples, const BlendRules& rules);
 
 /// The heaviest samples of every texel. Its memory does not grow with the views.
@@ -70,9 +71,9 @@ class BestSamples
     BestSamples(std::size_t texels, std::size_t places);
 
     /// Adds samples of one view, each texel at most once; their weights and colors are multiplied by the factors (colors clamped
-    /// to 2). With a gain, saturated samples stay white, since factors would tint them, and count 0.3 times, since their
+    /// to 2). With gains, saturated samples stay white, since factors would tint them, and count 0.3 times, since their
     /// brightness is unknown. Of equally heavy samples the first stays. Different texels may be added to concurrently.
-    void add(std::span<const TexelSample> samples, float weight_factor, const std::optional<std::array<float, 3>>& gain);
+    void add(std::span<const TexelSample> samples, float weight_factor, const Gains* gains);
 
     /// All places of a texel, heaviest first, empty ones last.
     std::span<const KeptSample> of(std::size_t texel) const { return {kept_.data() + texel * places_, places_}; }
@@ -81,31 +82,6 @@ class BestSamples
     std::size_t places_;
     std::vector<KeptSample> kept_;
 };
-
-/// The color of one cell of a coarse texture in a view.
-struct CellColor
-{
-    std::uint32_t cell = 0;
-    float weight = 0;                ///< Above 0; 1 = a full observation.
-    std::array<float, 3> log_rgb{};  ///< Natural logarithms of RGB in (0,1].
-};
-
-/// The cells of a gathered coarse texture that can be compared between exposures: neither nearly black nor saturated in any
-/// channel. At most 4096, chosen by a hash of the cell's number so that all views choose the same ones; in the order of the
-/// cells.
-std::vector<CellColor> cell_colors(const SampleBlocks& samples);
-
-/// Factors of the three channels.
-using Gain = std::array<double, 3>;
-
-/// The factors that make the views agree in the cells that they share: per view and channel, x_v = log gain that minimizes
-///   Σ_cells Σ_views w (log c + x_v - t_cell)²  +  λ Σ_v x_v²,
-/// where the true colors t are eliminated. Weights are updated from the residuals (Geman and McClure 1987, from a wide scale
-/// down to 0.1; one weight for all channels), so that highlights and occluders count little. The prior is weak, λ =
-/// 0.04: a gain of e^±0.5 is as likely as a difference of 0.1 in a cell. It keeps views that share no cells with others at 1, and
-/// the mean of the logarithms at 0 in every group of views that see each other. Dense normal equations: N² x 8 bytes, solved by
-/// Cholesky. Single-threaded. Throws Canceled. \param views  CellColors per view, each in the order of the cells
-std::vector<Gain> exposure_gains(const std::vector<std::vector<CellColor>>& views, std::size_t cells, const Progress& progress);
 
 /// One view, as read.
 struct View
@@ -132,10 +108,14 @@ struct TextureRules
 
 struct FramesTexture
 {
-    RasterF picture;                   ///< S x S x 3, RGB in [0,1]; unseen texels continue the seen ones smoothly.
-    Raster8 seen;                      ///< S x S: 1 = at least one view shows it.
-    std::vector<Gain> gains;           ///< Per view.
-    std::vector<double> sharpness;     ///< Per view: the factor of its weights.
+    RasterF picture;                 ///< S x S x 3, RGB in [0,1]; unseen texels continue the seen ones smoothly.
+    Raster8 seen;                    ///< S x S: 1 = at least one view shows it.
+    std::vector<Gains> gains;        ///< Per view.
+    std::vector<double> sharpness;   ///< Per view: the factor of its weights.
+    double error = 0;                ///< Local log-color error, see BlendQuality …
+    double error_without_gains = 0;  ///< … and what it would be.
+    double seam_step = 0;            ///< The same.
+    double seam_step_without_gains = 0;
     std::size_t blended_samples = 0;   ///< Over all texels.
     std::size_t rejected_samples = 0;  ///< Of these, as outliers.
     std::size_t pixels = 0;            ///< Valid pixels of the uv maps.
@@ -144,7 +124,7 @@ struct FramesTexture
 };
 
 /// Makes the texture of `count` views. Reads them twice, as many at a time as there are threads; memory grows with their number
-/// only by 100 kB a view and the N x N equations of the exposures. The same bytes for any number of threads. Throws Error if no
+/// only by 150 kB a view. The same bytes for any number of threads. Throws Error if no
 /// view shows a texel, Canceled, and the exceptions of `read`.
 FramesTexture frames_texture(std::size_t count, const ViewReader& read, const TextureRules& rules, Progress& progress);
 

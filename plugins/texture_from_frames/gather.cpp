@@ -377,7 +377,7 @@ class Gatherer
                 const double x = of_a * a.column + of_b * b.column + of_c * c.column;
                 const double y = of_a * a.row + of_b * b.row + of_c * c.row;
                 add(column, row, of_a * a.weight + of_b * b.weight + of_c * c.weight,
-                    picture_.at(x * scale_x_, y * scale_y_, footprint));
+                    picture_.at(x * scale_x_, y * scale_y_, footprint), x, y);
             }
     }
 
@@ -393,7 +393,7 @@ class Gatherer
             {
                 const double share = (1 - std::abs(pixel.x - column)) * (1 - std::abs(pixel.y - row));
                 if (share > 0)
-                    add(column, row, beside_pixels * pixel.weight * share, rgb);
+                    add(column, row, beside_pixels * pixel.weight * share, rgb, pixel.column, pixel.row);
             }
     }
 
@@ -416,14 +416,16 @@ class Gatherer
         samples.resize(kept);
     }
 
-    void add(int column, int row, double weight, const std::array<float, 3>& rgb)
+    void add(int column, int row, double weight, const std::array<float, 3>& rgb, double x, double y)
     {
         const auto sample_weight = static_cast<float>(weight);
         if (sample_weight > 0)
             blocks_[static_cast<std::size_t>(row / target_.rows_per_block)].push_back(
                 {static_cast<std::uint32_t>(row) * static_cast<std::uint32_t>(target_.size_px) +
                      static_cast<std::uint32_t>(column),
-                 sample_weight, rgb});
+                 sample_weight,
+                 rgb,
+                 {static_cast<float>(x / map_.valid.width), static_cast<float>(y / map_.valid.height)}});
     }
 
     const UvMap& map_;

@@ -107,6 +107,7 @@ struct TexelSample
     std::uint32_t texel = 0;  ///< row * size + column; row 0 is at the top (v = 1).
     float weight = 0;         ///< Above 0.
     std::array<float, 3> rgb{};
+    std::array<float, 2> at{};  ///< Place in the picture, in [0,1], rightward and downward.
 };
 
 /// The samples of a view, each texel at most once, in blocks of whole texture rows that can be processed in parallel.

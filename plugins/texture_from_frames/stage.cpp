@@ -28,8 +28,9 @@ class TextureFromFrames final : public Stage
     Option<InputFolder> pictures{this, "pictures", InputFolder{},
                                  "Folder of pictures in place of the cameras' (<sequence>_<frame>.png, .jpg or .npy), in any "
                                  "size of the camera's aspect ratio, such as stylized frames"};
-    Option<std::string> exposure{this, "exposure", "gain", one_of({"gain", "none"}),
-                                 "gain: a factor per picture and channel, so that they agree"};
+    Option<std::string> exposure{
+        this, "exposure", "gain", one_of({"gain", "none"}),
+        "gain: factors that change slowly over each picture, so that pictures agree; only where the texture gains by them"};
     Option<std::string> outliers{this, "outliers", "reject", one_of({"reject", "keep"}),
                                  "reject: leave out samples that disagree with the others of their texel"};
     Option<int> views_count{this, "views_count", 16, range(1, 63), "Maximum number of views to blend per texel, best first"};
@@ -127,16 +128,20 @@ class TextureFromFrames final : public Stage
         run.report("rejected_share", share(made.rejected_samples, made.blended_samples));
         run.report("edge_pixel_share", share(made.edge_pixels, made.pixels));
         run.report("occluded_pixel_share", share(made.occluded_pixels, made.pixels));
-        double least_gain = made.gains.front()[0];
-        double most_gain = least_gain;
-        for (const auto& gain : made.gains)
-            for (const double factor : gain)
-            {
-                least_gain = std::min(least_gain, factor);
-                most_gain = std::max(most_gain, factor);
-            }
+        float least_gain = 1;
+        float most_gain = 1;
+        for (const auto& gains : made.gains)
+        {
+            const auto [least, most] = std::minmax_element(gains.values.begin(), gains.values.end());
+            least_gain = std::min(least_gain, *least);
+            most_gain = std::max(most_gain, *most);
+        }
         run.report("least_gain", least_gain);
         run.report("most_gain", most_gain);
+        run.report("local_error", made.error);
+        run.report("local_error_without_gains", made.error_without_gains);
+        run.report("seam_step_255", made.seam_step);
+        run.report("seam_step_255_without_gains", made.seam_step_without_gains);
         const auto [blurred, sharp] = std::minmax_element(made.sharpness.begin(), made.sharpness.end());
         run.report("least_sharpness_factor", *blurred);
         run.report("most_sharpness_factor", *sharp);

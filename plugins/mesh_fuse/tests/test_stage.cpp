@@ -79,30 +79,6 @@ double inward_share(const Mesh& mesh)
 
 }  // namespace
 
-TEST_CASE("a wall straight ahead lies where it was measured, to a fraction of a voxel, and faces the camera")
-{
-    const testing::TemporaryFolder folder;
-    testing::TestRun run;
-    const auto mesh =
-        fuse_frames(one_frame(folder.path(), [](int, int, Vec3d) { return 1.3; }), Value::Map{{"voxel_m", 0.02}}, run);
-    REQUIRE(mesh->triangles.size() > 5000);
-    float low_x = 10;
-    float high_x = -10;
-    for (const Vec3f p : mesh->positions)
-    {
-        CHECK(std::abs(p.z - 2.5F) < 0.001F);
-        low_x = std::min(low_x, p.x);
-        high_x = std::max(high_x, p.x);
-    }
-    // The picture spans 1.3 m / 0.6 about the camera's x, less a pixel of 14 mm and a voxel.
-    const double half = 1.3 / 1.2;
-    CHECK(low_x == Approx(1.5 - half + 0.014).margin(0.035));
-    CHECK(high_x == Approx(1.5 + half - 0.014).margin(0.035));
-    CHECK(inward_share(*mesh) == Approx(1));
-    CHECK(mesh->colors.size() == mesh->positions.size());
-    CHECK(mesh->colors[100] == Rgb8{90, 90, 90});
-}
-
 TEST_CASE("a slanted wall lies where it was measured: pixels are looked at in their middles")
 {
     // z = 2.5 + 0.8 (x - 1.5): half a pixel, 7 mm at this distance, would shift it by 5 mm.
@@ -187,6 +163,25 @@ TEST_CASE("a mesh that is given is passed on as it is")
     CHECK(passed->texcoords == given->texcoords);
 }
 
+TEST_CASE("views that contradict each other are told")
+{
+    const testing::TemporaryFolder folder;
+    auto frames = room_frames(folder.path());
+    testing::TestRun right;
+    fuse_frames(frames, Value::Map{{"voxel_m", 0.03}}, right);
+    CHECK(right.reported.at("contradicted_share").as_double() < 0.05);
+    CHECK(right.messages.empty());
+    // Three frames see a wall at 0.7 times the distance at which one sees it.
+    frames->frames.assign(4, frames->frames[0]);
+    for (std::size_t i = 1; i < 4; ++i)
+        frames->frames[i].depth_unit_m *= 0.7;
+    testing::TestRun wrong;
+    fuse_frames(frames, Value::Map{{"voxel_m", 0.03}}, wrong);
+    CAPTURE(wrong.reported.at("contradicted_share").as_double());
+    REQUIRE(wrong.messages.size() == 1);
+    CHECK_THAT(wrong.messages[0], Contains("contradict each other"));
+}
+
 TEST_CASE("what cannot be fused is refused with a way out")
 {
     const testing::TemporaryFolder folder;
@@ -211,18 +206,4 @@ TEST_CASE("what cannot be fused is refused with a way out")
         run.cancel_after(checks);
         CHECK_THROWS_AS(fuse_frames(room_frames(folder.path()), Value::Map{{"voxel_m", 0.1}}, run), Canceled);
     }
-}
-
-TEST_CASE("volume and mesh together stay within the memory that is allowed")
-{
-    const testing::TemporaryFolder folder;
-    const auto frames = room_frames(folder.path());
-    testing::TestRun run;
-    fuse_frames(frames, Value::Map{{"voxel_m", 0.012}}, run);
-    const double volume_gb = static_cast<double>(run.reported.at("volume_bytes").as_int()) / 1e9;
-    CHECK_THROWS_WITH(fuse_frames(frames, Value::Map{{"voxel_m", 0.012}, {"max_memory_gb", volume_gb * 0.999}}, run),
-                      Contains("of 6 frames, the volume needs more"));
-    CHECK_THROWS_WITH(fuse_frames(frames, Value::Map{{"voxel_m", 0.012}, {"max_memory_gb", volume_gb * 1.001}}, run),
-                      Contains("volume and mesh need more than max_memory_gb"));
-    CHECK(fuse_frames(frames, Value::Map{{"voxel_m", 0.012}, {"max_memory_gb", volume_gb * 3}}, run)->triangles.size() > 1000);
 }

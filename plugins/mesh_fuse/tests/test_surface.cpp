@@ -89,48 +89,6 @@ TEST_CASE("a sphere across many blocks is closed, looks outward and has the righ
     }
 }
 
-TEST_CASE("a plane is exact, and ends only where the volume does")
-{
-    const Vec3d normal = normalized(Vec3d{0.3, -0.5, 0.8});
-    const Mesh mesh = surface_of(filled(2, [&](Vec3d p) { return dot(p, normal) - 0.013; }));
-    const geometry::SurfaceCounts counts = geometry::count_surface(mesh);
-    CHECK(counts.components == 1);
-    CHECK(counts.complex_edges == 0);
-    for (const Vec3f p : mesh.positions)
-        CHECK(std::abs(dot(vec_cast<double>(p), normal) - 0.013) < 0.0007);
-    // A disk.
-    CHECK(counts.vertices + counts.faces == counts.edges + 1);
-    geometry::for_each_edge(
-        mesh.triangles, mesh.positions.size(),
-        [&](std::uint32_t low, std::uint32_t, auto uses)
-        {
-            if (uses.size() > 1)
-                return;
-            const Vec3f p = mesh.positions[low];
-            const float edge = std::max({std::abs(p.x + 0.025F), std::abs(p.y + 0.025F), std::abs(p.z + 0.025F)});
-            CHECK(edge == Approx(0.775).margin(1e-5));
-        });
-}
-
-TEST_CASE("a box keeps its sides; distances of exactly 0 make no face without area")
-{
-    // Sides on voxels.
-    const auto box = [](Vec3d p)
-    {
-        const Vec3d q{std::abs(p.x) - 0.5, std::abs(p.y) - 0.4, std::abs(p.z) - 0.3};
-        const Vec3d out{std::max(q.x, 0.0), std::max(q.y, 0.0), std::max(q.z, 0.0)};
-        const double d = length(out) + std::min(std::max({q.x, q.y, q.z}), 0.0);
-        return std::abs(d) < 1e-12 ? 0 : d;
-    };
-    const Mesh mesh = surface_of(filled(2, box));
-    check_closed(mesh);
-    CHECK(geometry::count_surface(mesh).components == 1);
-    // Its edges, 9.6 m, are cut off by half a voxel's square.
-    CHECK(volume_inside(mesh) == Approx(1.0 * 0.8 * 0.6 - 9.6 * side_m * side_m / 2).epsilon(0.005));
-    const double area = 2 * (0.8 + 0.6 + 0.48) - 9.6 * side_m * (2 - std::numbers::sqrt2);
-    CHECK(geometry::count_surface(mesh).area_m2 == Approx(area).epsilon(0.01));
-}
-
 TEST_CASE("any distances make closed surfaces, in every case of a cube and across blocks")
 {
     Random random(7);

@@ -24,7 +24,7 @@ using namespace fresco::inspect;
 /// What is looked at, and what a mistake changes of it.
 struct Looked
 {
-    Mesh mesh;
+    Mesh mesh;  ///< Empty: views are compared with each other.
     std::vector<View> views;
     const Mesh* scanned = nullptr;  ///< The mesh before anything was changed.
 };
@@ -129,7 +129,8 @@ inline void turn_color(Looked& looked)
 {
     for (View& view : looked.views)
     {
-        std::ranges::reverse(view.edges.values);
+        for (RasterF* edges : {&view.edges, &view.edges_before, &view.edges_after})
+            std::ranges::reverse(edges->values);
         for (ColorSample& sample : view.colors)
         {
             sample.x = static_cast<float>(view.color.width) - sample.x;
@@ -237,12 +238,14 @@ inline Change late_poses(double frames)
     };
 }
 
-inline void rotate_pictures(Looked& looked)
+/// Each frame has the color picture of the one before.
+inline void late_colors(Looked& looked)
 {
-    for (std::size_t i = 1; i < looked.views.size(); ++i)
+    for (View& view : looked.views)
     {
-        std::swap(looked.views[i - 1].edges, looked.views[i].edges);
-        std::swap(looked.views[i - 1].colors, looked.views[i].colors);
+        view.edges_after = std::move(view.edges);
+        view.edges = std::move(view.edges_before);
+        view.edges_before = {};
     }
 }
 
@@ -263,7 +266,7 @@ inline void drop_color(Looked& looked)
 {
     for (View& view : looked.views)
     {
-        view.edges = {};
+        view.edges = view.edges_before = view.edges_after = {};
         view.colors.clear();
     }
 }
@@ -468,6 +471,11 @@ inline std::vector<Case> named()
             {"depth's focal length 10 % too small", intrinsics(1, 1, 1, 0.9), {"depth_focal_length"}},
             {"depth's focal length 10 % too large", intrinsics(1, 1, 1, 1.1), {"depth_focal_length"}},
             {"both focal lengths 10 % too large", intrinsics(1, 1, 1.1, 1.1), {"focal_length"}},
+            {"both focal lengths twice as large", intrinsics(1, 1, 2, 2), {"focal_length"}},
+            {"both focal lengths half as large", intrinsics(1, 1, 0.5, 0.5), {"focal_length"}},
+            {"OpenGL axes and intrinsics of half the size",
+             both(on_poses(opengl), intrinsics(0.5, 0.5)),
+             {"opengl_axes", "camera_size"}},
             {"OpenGL axes and a focal length",
              both(on_poses(opengl), intrinsics(1, 1, 1, 1.1)),
              {"opengl_axes", "depth_focal_length"}},
@@ -482,6 +490,32 @@ inline std::vector<Case> named_by_edges()
             {"no depth, poses in millimeters", both(drop_depth, scaled_poses(1000)), {"millimeter_poses"}},
             {"no depth, a mesh in millimeters", both(drop_depth, scaled_mesh(1000)), {"millimeter_mesh"}},
             {"no depth, upside down", both(drop_depth, turn_color), {"color_upside_down"}}};
+}
+
+/// One name for causes that only a mesh tells apart: a unit of poses, depths or both; a focal length or a size.
+inline std::string family(const std::string& cause)
+{
+    const auto has = [&](const char* part) { return cause.find(part) != std::string::npos; };
+    if (has("unit") || has("millimeter"))
+        return "unit";
+    if (has("focal") || has("camera_size") || has("taken_for") || has("by_color_camera") || has("by_depth_camera"))
+        return "camera";
+    return has("upside_down") ? "upside_down" : cause;
+}
+
+/// Those of the named mistakes that change how depths of several frames agree, with one camera or two.
+inline std::vector<Case> named_without_mesh()
+{
+    std::vector<Case> cases;
+    for (Case& one : named())
+    {
+        const auto says = [&](const char* word)
+        { return one.name.find(word) != std::string::npos || one.causes.front().find(word) != std::string::npos; };
+        if (!says("mesh") && !says("world") && !says("inside") && !says("color") && !says("exchanged") && !says("swapped"))
+            cases.push_back(std::move(one));
+    }
+    cases.push_back({"poses a third of a frame late", late_poses(1.0 / 3), {"pose_lag"}});
+    return cases;
 }
 
 /// Recordings that are right.

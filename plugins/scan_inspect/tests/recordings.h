@@ -42,7 +42,8 @@ inline std::shared_ptr<const Recording> record(const std::string& type, const st
     testing::TestRun run;
     testing::run_stage(file, type, options, {}, result->folder.path(), run, {{"images", images}});
     result->frames = Frames::load({result->folder.path() / "frames", {}});
-    result->mesh = Mesh::load({result->folder.path() / "mesh", {}});
+    if (std::filesystem::exists(result->folder.path() / "mesh"))
+        result->mesh = Mesh::load({result->folder.path() / "mesh", {}});
     return result;
 }
 
@@ -77,19 +78,50 @@ inline const Recording* hall()
     return made.get();
 }
 
-/// The real kitchen, read once; null where it is not at hand.
+/// The generated room as a hand that walks records it: views of a group overlap.
+inline const Recording* walk()
+{
+    static const auto made = record("scan.synthetic_room", "scan_synthetic_room",
+                                    Value::Map{{"frames_count", 60},
+                                               {"color_width_px", 160},
+                                               {"color_height_px", 120},
+                                               {"depth_width_px", 120},
+                                               {"depth_height_px", 90},
+                                               {"edge_m", 0.1}},
+                                    std::make_shared<testing::RawImages>());
+    return made.get();
+}
+
+/// A real recording among the shared data; null where it is missing.
+inline std::shared_ptr<const Recording> real(const std::string& type, const std::string& library, const std::string& folder,
+                                             Value::Map options = {})
+{
+    const auto path = shared_data(folder, "scan.inspect on a real recording");
+    const auto codec = std::filesystem::path(FRESCO_PLUGIN_FILE).parent_path() / "image_opencv.so";
+    if (path.empty() || !std::filesystem::exists(codec))
+        return nullptr;
+    auto component = std::shared_ptr<Configurable>(testing::make_from_plugin(codec, "image.opencv"));
+    options.emplace_back("path", path.string());
+    return record(type, library, std::move(options),
+                  std::shared_ptr<ImageIo>(component, dynamic_cast<ImageIo*>(component.get())));
+}
+
 inline const Recording* kitchen()
 {
-    static const auto made = []() -> std::shared_ptr<const Recording>
-    {
-        const auto path = shared_data("kitchen", "scan.inspect on the kitchen");
-        const auto codec = std::filesystem::path(FRESCO_PLUGIN_FILE).parent_path() / "image_opencv.so";
-        if (path.empty() || !std::filesystem::exists(codec))
-            return nullptr;
-        auto component = std::shared_ptr<Configurable>(testing::make_from_plugin(codec, "image.opencv"));
-        return record("scan.seven_scenes", "scan_seven_scenes", Value::Map{{"path", path.string()}},
-                      std::shared_ptr<ImageIo>(component, dynamic_cast<ImageIo*>(component.get())));
-    }();
+    static const auto made = real("scan.seven_scenes", "scan_seven_scenes", "kitchen");
+    return made.get();
+}
+
+inline const Recording* hololens()
+{
+    static const auto made = real("scan.folder", "scan_folder", "recordings/hololens");
+    return made.get();
+}
+
+inline const Recording* teddy()
+{
+    static const auto made =
+        real("scan.tum", "scan_tum", "recordings/tum_teddy", {{"intrinsics", Value::List{535.4, 539.2, 320.1, 247.6}}});
     return made.get();
 }
 

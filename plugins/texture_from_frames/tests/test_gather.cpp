@@ -52,8 +52,8 @@ std::map<std::uint32_t, TexelSample> slow_gather(const UvMap& map, const PixelLi
     {
         if (!(sample_weight > 0))
             return;
-        const TexelSample sample{static_cast<std::uint32_t>(row * size + column), static_cast<float>(sample_weight),
-                                 picture.at(x, y, footprint)};
+        const TexelSample sample{
+            static_cast<std::uint32_t>(row * size + column), static_cast<float>(sample_weight), picture.at(x, y, footprint), {}};
         const auto [place, is_new] = result.emplace(sample.texel, sample);
         if (!is_new && sample.weight > place->second.weight)
             place->second = sample;
@@ -126,56 +126,6 @@ std::map<std::uint32_t, TexelSample> slow_gather(const UvMap& map, const PixelLi
 }
 
 }  // namespace
-
-TEST_CASE("oblique planes and corners have no depth steps, what stands in front of them has")
-{
-    for (const double turn : {1.2, -1.2})  // 69 degrees off
-    {
-        const Camera camera = camera_at(turn > 0 ? -2 : 4, 1, 1.5, turn);
-        const UvMap oblique = map_of(camera, 24);
-        REQUIRE(std::count(oblique.valid.values.begin(), oblique.valid.values.end(), 1) > 100);
-        const Raster8 steps = PixelLinks(oblique, camera).at_steps();
-        for (int y = 0; y < 24; ++y)
-            for (int x = 0; x < 32; ++x)
-            {
-                CAPTURE(turn, x, y);
-                const auto sees = [&](int px, int py)
-                { return px < 0 || py < 0 || px >= 32 || py >= 24 || oblique.valid.at(px, py) != 0; };
-                const bool rim = !sees(x - 1, y) || !sees(x + 1, y) || !sees(x, y - 1) || !sees(x, y + 1);
-                CHECK(static_cast<bool>(steps.at(x, y)) == (rim && oblique.valid.at(x, y) != 0));
-            }
-    }
-
-    // A corner of two walls at 45 degrees: depth 2 + |x - 20| / 40 pixels wide. A box stands 20 cm in front of columns 5 to 9.
-    UvMap corner = flat_map(40, 8, 2, 0.01F);
-    for (int y = 0; y < 8; ++y)
-        for (int x = 0; x < 40; ++x)
-            corner.depth.at(x, y) = 1 / (0.5F - 0.005F * static_cast<float>(std::abs(x - 20))) - (x >= 5 && x < 10 ? 0.2F : 0.0F);
-    const Raster8 found = PixelLinks(corner, flat_camera(40, 8)).at_steps();
-    for (int x = 0; x < 40; ++x)
-    {
-        CAPTURE(x);
-        CHECK(static_cast<bool>(found.at(x, 3)) == (x == 4 || x == 5 || x == 9 || x == 10));
-    }
-}
-
-TEST_CASE("a seam between charts parts texels but not the surface")
-{
-    UvMap map = flat_map(20, 10, 1, 0.01F);
-    for (int y = 0; y < 10; ++y)
-        for (int x = 12; x < 20; ++x)
-            map.uv.at(x, y, 0) += 0.3F;
-    const PixelLinks links(map, flat_camera(20, 10));
-    for (int x = 0; x < 19; ++x)
-    {
-        CAPTURE(x);
-        CHECK(links.has(x, 4, PixelLinks::surface_right));
-        CHECK(links.has(x, 4, PixelLinks::texels_right) == (x != 11));
-        CHECK(links.has(x, 4, PixelLinks::texels_down));
-    }
-    // A pixel is 1 m / 40 wide.
-    CHECK(links.texture_per_m() == Approx(0.4).epsilon(1e-4));
-}
 
 TEST_CASE("distances agree with a search, to 8 %")
 {
@@ -400,20 +350,6 @@ TEST_CASE("an oblique wall has no steps, nor where it begins or ends")
     CHECK_FALSE(linked({2, 2, 4, 4}, 1));
 }
 
-TEST_CASE("pixels beside steps and beside nothing are marked, those that see nothing are not")
-{
-    const UvMap map = uv_map_of({{2, 2, 2, 4, 4, 4}, {2, 2, 2, 4, 4, 4}, {2, 2, 2, 4, 4, 0}});
-    const auto marked = PixelLinks(map, camera_of(map)).at_steps();
-    const std::vector<std::uint8_t> expected{0, 0, 1, 1, 0, 0, 0, 0, 1, 1, 0, 1, 0, 0, 1, 1, 1, 0};
-    CHECK(marked.values == expected);
-
-    const UvMap lying = column_of({2, 2, 2, 4, 4, 4});
-    const auto in_column = PixelLinks(lying, camera_of(lying)).at_steps();
-    CHECK(in_column.values == std::vector<std::uint8_t>{0, 0, 1, 1, 0, 0});
-    const UvMap nothing = uv_map_of({{0, 0}, {0, 0}});
-    CHECK(PixelLinks(nothing, camera_of(nothing)).at_steps().values == std::vector<std::uint8_t>(4, 0));
-}
-
 TEST_CASE("neighbors far apart in the texture are not of one chart, though of one surface")
 {
     // 2 m away at 100 px focal length: 2 cm a pixel, and 0.01 of the texture.
@@ -438,28 +374,5 @@ TEST_CASE("neighbors far apart in the texture are not of one chart, though of on
         CHECK(links.has(4, 3, PixelLinks::texels_right) == together);
         CHECK(links.has(3, 3, PixelLinks::texels_right));
         CHECK(links.has(4, 3, PixelLinks::texels_down));
-
-        UvMap across = map;
-        for (int y = 5; y < 9; ++y)
-            for (int x = 0; x < 9; ++x)
-                across.uv.at(x, y, 1) -= gap - 0.01F;
-        const PixelLinks other(across, camera_of(across));
-        CHECK(other.has(3, 4, PixelLinks::surface_down));
-        CHECK(other.has(3, 4, PixelLinks::texels_down) == together);
-        CHECK(other.has(3, 3, PixelLinks::texels_down));
-        CHECK(other.has(3, 4, PixelLinks::texels_right));
     }
-}
-
-TEST_CASE("the lower quartile of texture per meter is what a view has")
-{
-    // Three pixels in four lie twice as far away: half the texture per meter. A few have much more, and change nothing.
-    std::vector<std::vector<float>> rows(28, std::vector<float>(28, 4));
-    for (int y = 0; y < 12; ++y)
-        rows[static_cast<std::size_t>(y)].assign(28, 2);
-    UvMap map = uv_map_of(rows);
-    for (int y = 0; y < 12; y += 3)
-        for (int x = 0; x < 28; ++x)
-            map.uv.at(x, y, 0) *= 20;
-    CHECK(PixelLinks(map, camera_of(map)).texture_per_m() == Approx(0.25));
 }

@@ -1,0 +1,295 @@
+#include "catch.h"
+#include "exposure.h"
+#include "frames_texture.h"
+#include "shared_data.h"
+
+#include <fresco/frames.h>
+#include <fresco/random.h>
+#include <fresco/testing.h>
+#include <fresco/texture.h>
+#include <fresco/uv_maps.h>
+
+#include "raw_images.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+using namespace fresco;
+using namespace fresco::from_frames;
+
+namespace
+{
+
+using Log = std::array<double, 3>;
+
+struct World
+{
+    std::vector<std::vector<CellColor>> views;
+    std::vector<Log> brightness;  ///< Logarithms of what each view's picture was multiplied by.
+};
+
+/// Views along a wall of cells: view v sees cells 40 v to 40 v + 120 from left to right.
+World wall(std::size_t count, double noise, const std::function<Log(std::size_t)>& brightness)
+{
+    Random random(17);
+    World world;
+    world.views.resize(count);
+    std::vector<Log> colors(40 * count + 120);
+    for (auto& color : colors)
+        for (auto& value : color)
+            value = std::log(0.2 + 0.5 * random.uniform());
+    for (std::size_t v = 0; v < count; ++v)
+    {
+        world.brightness.push_back(brightness(v));
+        for (std::uint32_t i = 0; i < 120; ++i)
+        {
+            const std::uint32_t cell = 40 * static_cast<std::uint32_t>(v) + i;
+            CellColor seen{cell, 1, {}, {(static_cast<float>(i) + 0.5F) / 120, 0.5F}};
+            for (std::size_t c = 0; c < 3; ++c)
+                seen.log_rgb[c] = static_cast<float>(colors[cell][c] + world.brightness[v][c] + noise * random.normal());
+            world.views[v].push_back(seen);
+        }
+    }
+    return world;
+}
+
+std::vector<Gains> gains_of(const World& world)
+{
+    return exposure_gains(world.views, 40 * world.views.size() + 120, testing::TestRun(2));
+}
+
+Log log_gain(const Gains& gains, float x)
+{
+    const auto gain = gain_at(gains, {x, 0.5F});
+    return {std::log(double{gain[0]}), std::log(double{gain[1]}), std::log(double{gain[2]})};
+}
+
+/// Over the picture.
+double mean_log_gain(const Gains& gains, std::size_t channel)
+{
+    double sum = 0;
+    for (const float x : {0.1F, 0.3F, 0.5F, 0.7F, 0.9F})
+        sum += log_gain(gains, x)[channel] / 5;
+    return sum;
+}
+
+Log by_turns(std::size_t v)
+{
+    const double sign = v % 2 == 0 ? 1 : -1;
+    const double part = sign * 0.05 * static_cast<double>(v % 5 + 1);
+    return {part, -part / 2, part / 4};
+}
+
+}  // namespace
+
+TEST_CASE("factors that pictures were multiplied by are found, also behind highlights and what stands in front")
+{
+    for (const double noise : {0.0, 0.03})
+        for (const bool disturbed : {false, true})
+        {
+            World world = wall(8, noise, by_turns);
+            for (std::size_t v = 0; disturbed && v < 8; v += 2)
+                for (std::size_t i = 0; i < 30; ++i)
+                    world.views[v][i].log_rgb = {-0.1F, -0.1F, -0.1F};
+            const auto gains = gains_of(world);
+            for (std::size_t v = 0; v + 1 < 8; ++v)
+                for (std::size_t c = 0; c < 3; ++c)
+                {
+                    CAPTURE(noise, disturbed, v, c);
+                    const double step = world.brightness[v + 1][c] - world.brightness[v][c];
+                    CHECK(mean_log_gain(gains[v], c) - mean_log_gain(gains[v + 1], c) ==
+                          Approx(step).margin(0.15 * std::abs(step) + 0.02));
+                }
+        }
+}
+
+TEST_CASE("small errors do not add up along a chain of views")
+{
+    // Each view is 3 % brighter at its right than at its left, which the next one takes for exposure.
+    World world = wall(60, 0, [](std::size_t) { return Log{}; });
+    for (auto& view : world.views)
+        for (CellColor& color : view)
+            for (float& value : color.log_rgb)
+                value += 0.03F * (color.at[0] - 0.5F);
+    double most = 0;
+    for (const Gains& gains : gains_of(world))
+        most = std::max(most, std::abs(mean_log_gain(gains, 0)));
+    CHECK(most < 0.1);  // Unanchored, 60 views add up to 0.3 from the middle to either end.
+}
+
+TEST_CASE("vignetting is leveled, and views that share nothing keep their colors")
+{
+    World world = wall(6, 0, [](std::size_t) { return Log{}; });
+    for (auto& view : world.views)
+        for (CellColor& color : view)
+            for (float& value : color.log_rgb)
+                value -= 1.2F * (color.at[0] - 0.5F) * (color.at[0] - 0.5F);
+    world.views.push_back({{399, 1, {-1, -1, -1}, {0.5F, 0.5F}}});
+    const auto gains = gains_of(world);
+    for (std::size_t v = 1; v < 5; ++v)
+        CHECK(log_gain(gains[v], 0.95F)[1] - log_gain(gains[v], 0.5F)[1] == Approx(1.2 * 0.45 * 0.45).epsilon(0.4));
+    CHECK(log_gain(gains[6], 0.5F)[0] == 0);
+    const auto groups = overlapping_groups(world.views, 400);
+    CHECK(groups == std::vector<std::uint32_t>{0, 0, 0, 0, 0, 0, 6});
+}
+
+TEST_CASE("cells that are nearly black or saturated say nothing, and all views choose the same of too many")
+{
+    SampleBlocks samples(2);
+    samples[1].push_back({9, 0.5F, {0.5F, 0.25F, 0.1F}, {0.25F, 0.75F}});
+    samples[0].push_back({3, 1, {0.5F, 0.5F, 0.02F}, {}});
+    samples[0].push_back({4, 1, {0.5F, 0.99F, 0.5F}, {}});
+    const auto colors = cell_colors(samples, 512);
+    REQUIRE(colors.size() == 1);
+    CHECK(colors[0].cell == 9);
+    CHECK(colors[0].log_rgb[1] == Approx(std::log(0.25)));
+    CHECK(colors[0].at[1] == 0.75F);
+
+    SampleBlocks many(1);
+    SampleBlocks half(1);
+    for (std::uint32_t cell = 0; cell < 512 * 64; ++cell)
+    {
+        many[0].push_back({cell, 1, {0.5F, 0.5F, 0.5F}, {}});
+        if (cell < 512 * 32)
+            half[0].push_back(many[0].back());
+    }
+    const auto of_many = cell_colors(many, 512);
+    const auto of_half = cell_colors(half, 512);
+    CHECK(of_many.size() == Approx(4096).margin(64));
+    CHECK(of_half.size() == Approx(4096).margin(64));
+    CHECK(std::ranges::is_sorted(of_many, {}, &CellColor::cell));
+    std::map<std::uint32_t, int> squares;
+    for (const CellColor& color : of_many)
+        ++squares[color.cell / 512 / 8 * 64 + color.cell % 512 / 8];
+    for (const auto& [square, count] : squares)
+        CHECK(count == 64);
+    for (const CellColor& color : of_many)
+        if (color.cell < 512 * 32)
+            CHECK(std::ranges::any_of(of_half, [&](const CellColor& other) { return other.cell == color.cell; }));
+}
+
+namespace
+{
+
+/// A generated room with uv maps, read by the plugins of this build.
+struct Room
+{
+    testing::TemporaryFolder folder;
+    std::shared_ptr<Frames> frames;
+    std::shared_ptr<UvMaps> maps;
+    std::vector<Raster8> pictures;
+
+    bool read()
+    {
+        const auto plugins = std::filesystem::path(FRESCO_PLUGIN_FILE).parent_path();
+        for (const char* needed : {"scan_synthetic_room.so", "atlas_project.so", "uvmaps_raycast.so"})
+            if (!std::filesystem::exists(plugins / needed))
+            {
+                skipped(std::string("exposure in a generated room: not built: ") + needed);
+                return false;
+            }
+        const auto images = std::make_shared<testing::RawImages>();
+        testing::TestRun run(2);
+        testing::run_stage(plugins / "scan_synthetic_room.so", "scan.synthetic_room",
+                           Value::Map{{"frames_count", 24},
+                                      {"color_width_px", 160},
+                                      {"color_height_px", 120},
+                                      {"depth_width_px", 160},
+                                      {"depth_height_px", 120},
+                                      {"edge_m", 0.1}},
+                           {}, folder.path(), run, {{"images", images}});
+        frames = Frames::load({folder.path() / "frames", {}});
+        testing::run_stage(plugins / "atlas_project.so", "atlas.project", Value::Map{{"size_px", 256}},
+                           {{"mesh", Mesh::load({folder.path() / "mesh", {}})}}, folder.path() / "atlas", run);
+        testing::run_stage(plugins / "uvmaps_raycast.so", "uvmaps.raycast", Value::Map{{"heights_px", Value::List{120}}},
+                           {{"mesh", Mesh::load({folder.path() / "atlas" / "atlas", {}})}, {"frames", frames}},
+                           folder.path() / "maps", run);
+        maps = UvMaps::load({folder.path() / "maps" / "uvmaps", {}});
+        for (const Frame& frame : frames->frames)
+            pictures.push_back(load_color(frame, images.get()));
+        return true;
+    }
+
+    FramesTexture texture(const std::vector<Raster8>& seen) const
+    {
+        testing::TestRun run(2);
+        const auto reader = [&](std::size_t i) {
+            return View{maps->load_map(i, 0), maps->views[i].camera, seen[i], {}, maps->views[i].sequence};
+        };
+        return frames_texture(maps->views.size(), reader,
+                              {.size_px = 256,
+                               .views_count = 16,
+                               .solve_exposure = true,
+                               .sharpness_power = 0,
+                               .weights = {.edge_margin_px = 1, .sensor_tolerance_m = 0},
+                               .blend = {.reject_outliers = true}},
+                              run);
+    }
+
+    /// Root mean square difference of the logarithms of texture and pictures, less their means over squares of 24 x 24 pixels.
+    double local_error(const RasterF& texture) const
+    {
+        struct Sums
+        {
+            double sum = 0, squares = 0, count = 0;
+        };
+        double squares = 0;
+        double count = 0;
+        for (std::size_t i = 0; i < pictures.size(); ++i)
+        {
+            const UvMap map = maps->load_map(i, 0);
+            std::map<int, Sums> places;
+            for (int y = 0; y < map.valid.height; ++y)
+                for (int x = 0; x < map.valid.width; ++x)
+                {
+                    if (map.valid.at(x, y) == 0 || pictures[i].at(x, y, 1) > 240 || pictures[i].at(x, y, 1) < 15)
+                        continue;
+                    std::array<float, 3> color{};
+                    sample_bilinear(texture, map.uv.at(x, y, 0), map.uv.at(x, y, 1), color.data());
+                    const double off = std::log(std::max(0.02, double{color[1]})) - std::log(pictures[i].at(x, y, 1) / 255.0);
+                    Sums& place = places[y / 24 * 100 + x / 24];
+                    place.sum += off;
+                    place.squares += off * off;
+                    ++place.count;
+                }
+            for (const auto& [square, place] : places)
+            {
+                squares += place.squares - place.sum * place.sum / place.count;
+                count += place.count;
+            }
+        }
+        return std::sqrt(squares / count);
+    }
+};
+
+}  // namespace
+
+TEST_CASE("pictures of any exposure and with vignetting make the texture that constant exposure makes")
+{
+    Room room;
+    if (!room.read())
+        return;
+    Random random(23);
+    std::vector<Raster8> exposed = room.pictures;
+    for (Raster8& picture : exposed)
+    {
+        const double gain = 0.7 * std::pow(2.0, random.uniform());  // To 1.4.
+        for (int y = 0; y < picture.height; ++y)
+            for (int x = 0; x < picture.width; ++x)
+            {
+                const double from_middle =
+                    std::hypot(x + 0.5 - picture.width / 2.0, y + 0.5 - picture.height / 2.0) / picture.width;
+                for (int c = 0; c < 3; ++c)
+                    picture.at(x, y, c) = static_cast<std::uint8_t>(
+                        std::min(255.0, 0.5 + picture.at(x, y, c) * gain * (1 - 0.6 * from_middle * from_middle)));
+            }
+    }
+    const FramesTexture constant = room.texture(room.pictures);
+    const FramesTexture made = room.texture(exposed);
+    const double error = room.local_error(constant.picture);
+    CAPTURE(error, made.error, made.error_without_gains, made.seam_step, made.seam_step_without_gains);
+    CHECK(room.local_error(made.picture) <= 1.1 * error);
+    CHECK(made.error < made.error_without_gains);
+    CHECK(made.seam_step < 0.6 * made.seam_step_without_gains);
+}

@@ -3,7 +3,7 @@
 #include "gather.h"
 
 #include <fresco/image.h>
-#include <fresco/progress.h>
+#include <fresco/parallel.h>
 
 #include <array>
 #include <cstddef>

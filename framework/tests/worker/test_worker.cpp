@@ -4,7 +4,7 @@
 #include "worker/stage_run.h"
 #include "worker/worker_context.h"
 
-#include <fresco/hash.h>
+#include <fresco/files_io.h>
 
 using namespace fresco::host;
 using fresco::Value;

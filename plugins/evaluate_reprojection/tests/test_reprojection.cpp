@@ -55,7 +55,7 @@ ViewSurface surface(const Camera& camera)
 /// The wall's picture seen at pixel centers, bilinear, without mip-maps.
 Raster8 render(const TexturedMesh& textured, const Camera& camera)
 {
-    const raycast::MipMaps maps(textured.image.pixels, raycast::TextureFilter::bilinear);
+    const rendering::MipMaps maps(textured.image.pixels, rendering::TextureFilter::bilinear);
     const double depth = 2 - camera.world_from_camera.translation.z;
     return picture(camera.intrinsics.width, camera.intrinsics.height,
                    [&](int x, int y, int c)

@@ -2,7 +2,6 @@
 #include "bench.h"
 #include "decimate.h"
 #include "furnish.h"
-#include "raster_finder.h"
 #include "recording.h"
 #include "scan_mesh.h"
 #include "surface_figures.h"
@@ -10,9 +9,9 @@
 #include <fresco/camera.h>
 #include <fresco/geometry/repair.h>
 #include <fresco/mesh.h>
-#include <fresco/mesh_io.h>
-#include <fresco/progress.h>
+#include <fresco/parallel.h>
 #include <fresco/raycast/ray_finder.h>
+#include <fresco/rendering/raster_finder.h>
 #include <fresco/uv_mapping/uv_mapper.h>
 
 #include <algorithm>
@@ -275,7 +274,7 @@ struct Implementation
 const std::vector<Implementation>& implementations()
 {
     static const std::vector<Implementation> all{
-        {"uvmaps.raster", [](const fresco::Mesh& mesh) { return std::make_unique<RasterFinder>(mesh); }},
+        {"uvmaps.raster", [](const fresco::Mesh& mesh) { return std::make_unique<fresco::rendering::RasterFinder>(mesh); }},
         {"uvmaps.raycast", [](const fresco::Mesh& mesh) { return std::make_unique<fresco::raycast::RayFinder>(mesh); }}};
     return all;
 }

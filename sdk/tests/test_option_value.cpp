@@ -41,7 +41,7 @@ const char* const reals = R"("kind": "numbers")";
 const char* const file = R"("kind": "input_file")";
 const char* const folder = R"("kind": "input_folder")";
 const char* const output = R"("kind": "output_name", "default": "a.png")";
-const char* const picture = R"("kind": "output_name", "default": "a.png", "extensions": [".png", ".jpg"])";
+const char* const picture_text = R"("kind": "output_name", "default": "a.png", "extensions": [".png", ".jpg"])";
 const char* const no_output = R"("kind": "output_name", "default": "")";
 const char* const slot = R"("kind": "component", "component_kind": "loss", "default": {"type": "loss.gram"})";
 const char* const free_slot = R"("kind": "component", "component_kind": "loss")";
@@ -85,9 +85,9 @@ const Case cases[] = {
     {output, R"("./a")", "", "'./a' is not accepted: leave out the '.'; a relative path below --out without '..'"},
     {output, R"("a\\b")", "",
      "'a\\b' is not accepted: its folders are parted by '/', not by '\\'; a relative path below --out without '..'"},
-    {picture, R"("a/b.jpg")", R"("a/b.jpg")"},
-    {picture, R"("a.gif")", "", "'a.gif' is not accepted; a relative path below --out without '..', ending in .png or .jpg"},
-    {picture, R"("a/.png")", "",
+    {picture_text, R"("a/b.jpg")", R"("a/b.jpg")"},
+    {picture_text, R"("a.gif")", "", "'a.gif' is not accepted; a relative path below --out without '..', ending in .png or .jpg"},
+    {picture_text, R"("a/.png")", "",
      "'a/.png' is not accepted: there is no name before the extension; a relative path below --out without '..', "
      "ending in .png or .jpg"},
     {output, R"("a/")", "", "'a/' is not accepted: it names a folder; a relative path below --out without '..'"},

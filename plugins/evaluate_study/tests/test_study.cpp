@@ -269,12 +269,12 @@ TEST_CASE("a sheet is read as the page wrote it")
     CHECK(read.participant == "Ann-1");
     CHECK_FALSE(read.complete);
     REQUIRE(read.answers.size() == 3);
-    CHECK(read.answers[0].choice == Choice::left);
+    CHECK(read.answers[0].choice == study::Choice::left);
     CHECK(read.answers[1].question == 1);
     CHECK(read.answers[1].left == 2);
-    CHECK(read.answers[1].choice == Choice::neither);
+    CHECK(read.answers[1].choice == study::Choice::neither);
     CHECK(read.answers[2].right == 5);
-    CHECK(read.answers[2].choice == Choice::right);
+    CHECK(read.answers[2].choice == study::Choice::right);
     CHECK(read.answers[2].seconds == 1.5);
 }
 
@@ -350,7 +350,7 @@ AnswerSheet sheet(const std::string& participant, int a, int b, int neither)
         const bool swapped = i % 2 == 1;
         const auto number = static_cast<std::size_t>(2 * i);
         const bool left = swapped == (i >= a);
-        const Choice choice = i >= a + b ? Choice::neither : left ? Choice::left : Choice::right;
+        const study::Choice choice = i >= a + b ? study::Choice::neither : left ? study::Choice::left : study::Choice::right;
         result.answers.push_back({0, swapped ? number + 1 : number, swapped ? number : number + 1, choice, 1});
     }
     return result;
@@ -410,8 +410,8 @@ TEST_CASE("answers count for their question and their two methods")
 {
     const Study study = small_study();
     // a by number 2 and b by 0 show view one; b by 5 and c by 4 show view three.
-    const std::vector<AnswerSheet> sheets{{"1", true, {{0, 0, 2, Choice::left, 1}, {1, 2, 0, Choice::left, 1}}},
-                                          {"2", true, {{0, 4, 5, Choice::neither, 1}, {0, 1, 3, Choice::right, 1}}}};
+    const std::vector<AnswerSheet> sheets{{"1", true, {{0, 0, 2, study::Choice::left, 1}, {1, 2, 0, study::Choice::left, 1}}},
+                                          {"2", true, {{0, 4, 5, study::Choice::neither, 1}, {0, 1, 3, study::Choice::right, 1}}}};
     const auto found = verdicts(study, sheets, usual);
     REQUIRE(found.size() == 3);
     CHECK(found[0].question == 0);

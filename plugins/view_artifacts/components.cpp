@@ -61,8 +61,10 @@ class FilesViewer final : public ViewerOf<Files>
         const auto is_in = [](const auto& list, const std::string& name) { return std::ranges::find(list, name) != list.end(); };
         std::vector<std::string> pictures;
         std::ranges::copy_if(files.names, std::back_inserter(pictures),
-                             [&](const std::string& name)
-                             { return entry.names.empty() ? is_in(extensions(), lower_extension(name)) : is_in(entry.names, name); });
+                             [&](const std::string& name) {
+                                 return entry.names.empty() ? is_in(extensions(), lower_extension(name))
+                                                            : is_in(entry.names, name);
+                             });
         for (const std::size_t i : numerics::evenly_spread(std::min(entry.most_pictures, pictures.size()), pictures.size()))
             attempt([&] { page::add_picture(entry, *images, pictures[i], images->read_rgb(files.loaded_from / pictures[i])); });
         if (entry.names.empty())

@@ -60,8 +60,8 @@ def check_type(entry):
     library = pathlib.Path(described["library"])
     folder = SOURCE / "plugins" / library.stem
     readme = folder / "README.md"
-    # A plugin that writes files may also read how they were made.
-    expect(library.stem == name.replace(".", "_") or entry["kind"] == "origin", f"{name}: is in {library.name}")
+    # A plugin that writes files may also read how they were made, and show its artifacts.
+    expect(library.stem == name.replace(".", "_") or entry["kind"] in ("origin", "viewer"), f"{name}: is in {library.name}")
     expect(SNAKE.match(folder.name), f"{name}: is not kind.name in snake_case")
     text = readme.read_text() if readme.exists() else ""
     expect(text, f"{name}: has no README.md")

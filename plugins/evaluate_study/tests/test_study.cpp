@@ -410,8 +410,9 @@ TEST_CASE("answers count for their question and their two methods")
 {
     const Study study = small_study();
     // a by number 2 and b by 0 show view one; b by 5 and c by 4 show view three.
-    const std::vector<AnswerSheet> sheets{{"1", true, {{0, 0, 2, study::Choice::left, 1}, {1, 2, 0, study::Choice::left, 1}}},
-                                          {"2", true, {{0, 4, 5, study::Choice::neither, 1}, {0, 1, 3, study::Choice::right, 1}}}};
+    const std::vector<AnswerSheet> sheets{
+        {"1", true, {{0, 0, 2, study::Choice::left, 1}, {1, 2, 0, study::Choice::left, 1}}},
+        {"2", true, {{0, 4, 5, study::Choice::neither, 1}, {0, 1, 3, study::Choice::right, 1}}}};
     const auto found = verdicts(study, sheets, usual);
     REQUIRE(found.size() == 3);
     CHECK(found[0].question == 0);

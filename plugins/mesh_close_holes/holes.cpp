@@ -27,6 +27,12 @@ namespace pmp = CGAL::Polygon_mesh_processing;
 constexpr std::size_t most_loop_vertices = 2000;
 /// Loop and neighbors within this share of the loop's width of a plane: the patch stays flat.
 constexpr double flat_share = 0.02;
+constexpr std::size_t most_points = 32;
+/// Surface this much farther away than a patch, or this share of its distance, lies behind it.
+constexpr double behind_m = 0.05;
+constexpr double behind_share = 0.03;
+constexpr double opening_share = 0.3;
+constexpr std::size_t least_looks = 8;
 
 Vec3d place(const Mesh& mesh, std::uint32_t vertex)
 {
@@ -177,13 +183,6 @@ bool is_outer(const Mesh& mesh, const HalfEdges& edges, const Loop& loop)
     return inside > 0.5 * all;
 }
 
-/// Vertices beyond the first `loop.size()`, which are the loop's, and faces; no faces: it could not be filled.
-struct Patch
-{
-    std::vector<Vec3d> added;
-    std::vector<Triangle> faces;
-};
-
 Point point(Vec3d p)
 {
     return {p.x, p.y, p.z};
@@ -276,7 +275,7 @@ class LocalSurface
     bool is_manifold = true;
 };
 
-Patch patch_of(const Mesh& mesh, const HalfEdges& edges, const Loop& loop, double width_m)
+HolePatch patch_of(const Mesh& mesh, const HalfEdges& edges, const Loop& loop, double width_m)
 {
     std::vector<Point> polyline;
     std::vector<Point> beyond;
@@ -287,7 +286,9 @@ Patch patch_of(const Mesh& mesh, const HalfEdges& edges, const Loop& loop, doubl
     }
     std::vector<CGAL::Triple<int, int, int>> triples;
     pmp::triangulate_hole_polyline(polyline, beyond, std::back_inserter(triples));
-    Patch patch;
+    HolePatch patch;
+    for (const std::size_t h : loop)
+        patch.loop.push_back(edges.to(h));
     std::vector<Triangle> filling;
     for (const auto& triple : triples)
     {
@@ -330,18 +331,25 @@ Patch patch_of(const Mesh& mesh, const HalfEdges& edges, const Loop& loop, doubl
         }
         patch.faces.push_back(t);
     }
+    const auto corner = [&](std::uint32_t i)
+    { return i < loop.size() ? place(mesh, patch.loop[i]) : patch.added[i - loop.size()]; };
+    for (std::size_t i = 0; i < patch.faces.size(); i += 1 + patch.faces.size() / most_points)
+    {
+        const Triangle& t = patch.faces[i];
+        patch.points.push_back((corner(t[0]) + corner(t[1]) + corner(t[2])) * (1.0 / 3));
+    }
     return patch;
 }
 
-Rgb8 color_of(const Mesh& mesh, const HalfEdges& edges, const Loop& loop, Vec3d at)
+Rgb8 color_of(const Mesh& mesh, const std::vector<std::uint32_t>& loop, Vec3d at)
 {
     Vec3d sum;
     double weights = 0;
-    for (const std::size_t h : loop)
+    for (const std::uint32_t vertex : loop)
     {
-        const Vec3d apart = place(mesh, edges.to(h)) - at;
+        const Vec3d apart = place(mesh, vertex) - at;
         const double weight = 1 / std::max(dot(apart, apart), 1e-12);
-        const Rgb8& color = mesh.colors[edges.to(h)];
+        const Rgb8& color = mesh.colors[vertex];
         sum += Vec3d{double(color[0]), double(color[1]), double(color[2])} * weight;
         weights += weight;
     }
@@ -351,7 +359,13 @@ Rgb8 color_of(const Mesh& mesh, const HalfEdges& edges, const Loop& loop, Vec3d 
 
 }  // namespace
 
-Mesh with_holes_closed(const Mesh& mesh, double max_width_m, Progress& progress, HoleFigures& figures)
+bool HolePatch::is_opening() const
+{
+    const auto through = static_cast<double>(looks_through);
+    return looks_through >= least_looks && through > opening_share * (through + static_cast<double>(looks_onto));
+}
+
+std::vector<HolePatch> hole_patches(const Mesh& mesh, double max_width_m, Progress& progress, HoleFigures& figures)
 {
     const HalfEdges edges(mesh);
     progress.check_canceled();
@@ -370,19 +384,38 @@ Mesh with_holes_closed(const Mesh& mesh, double max_width_m, Progress& progress,
                       widths.push_back(width);
                       return false;
                   });
-    std::vector<Patch> patches(loops.size());
+    std::vector<HolePatch> patches(loops.size());
     parallel_for_each(loops.size(), "holes", progress,
                       [&](std::size_t i) { patches[i] = patch_of(mesh, edges, loops[i], widths[i]); });
+    figures.failed += std::erase_if(patches, [](const HolePatch& patch) { return patch.faces.empty(); });
+    return patches;
+}
 
+void judge(std::span<HolePatch> patches, const Camera& camera, const RasterF& depth_m)
+{
+    for (HolePatch& patch : patches)
+        for (const Vec3d& point : patch.points)
+        {
+            const Vec3d seen = camera.project(point);
+            if (seen.z <= 0 || seen.x < 0 || seen.y < 0 || seen.x >= depth_m.width || seen.y >= depth_m.height)
+                continue;
+            const double measured = depth_m.at(static_cast<int>(seen.x), static_cast<int>(seen.y));
+            const double margin = std::max(behind_m, behind_share * seen.z);
+            if (measured > 0 && measured > seen.z - margin)
+                ++(measured > seen.z + margin ? patch.looks_through : patch.looks_onto);
+        }
+}
+
+Mesh with_patches(const Mesh& mesh, std::span<const HolePatch> patches, HoleFigures& figures)
+{
     Mesh result = mesh;
     result.texcoords.clear();
     result.charts.clear();
-    for (std::size_t i = 0; i < loops.size(); ++i)
+    for (const HolePatch& patch : patches)
     {
-        const Patch& patch = patches[i];
-        if (patch.faces.empty())
+        if (patch.is_opening())
         {
-            ++figures.failed;
+            ++figures.openings;
             continue;
         }
         ++figures.closed;
@@ -391,14 +424,14 @@ Mesh with_holes_closed(const Mesh& mesh, double max_width_m, Progress& progress,
         {
             result.positions.push_back(vec_cast<float>(added));
             if (!mesh.colors.empty())
-                result.colors.push_back(color_of(mesh, edges, loops[i], added));
+                result.colors.push_back(color_of(mesh, patch.loop, added));
         }
         for (const Triangle& t : patch.faces)
         {
             Triangle face{};
             for (std::size_t corner = 0; corner < 3; ++corner)
-                face[corner] = t[corner] < loops[i].size() ? edges.to(loops[i][t[corner]])
-                                                           : first + t[corner] - static_cast<std::uint32_t>(loops[i].size());
+                face[corner] = t[corner] < patch.loop.size() ? patch.loop[t[corner]]
+                                                             : first + t[corner] - static_cast<std::uint32_t>(patch.loop.size());
             result.triangles.push_back(face);
             figures.area_m2 += 0.5 * length(cross(place(result, face[1]) - place(result, face[0]),
                                                   place(result, face[2]) - place(result, face[0])));

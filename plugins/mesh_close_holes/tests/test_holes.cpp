@@ -68,6 +68,11 @@ double area(const Mesh& mesh)
     return sum;
 }
 
+Mesh closed_mesh(const Mesh& mesh, double max_width_m, Progress& progress, HoleFigures& figures)
+{
+    return with_patches(mesh, hole_patches(mesh, max_width_m, progress, figures), figures);
+}
+
 const auto in_middle = [](Vec3f p) { return std::abs(p.x - 0.5F) < 0.1F && std::abs(p.y - 0.5F) < 0.1F; };
 
 }  // namespace
@@ -78,7 +83,7 @@ TEST_CASE("a hole in a plane is closed flat, with faces as large as those around
     const Mesh holed = without(whole, in_middle);
     HoleFigures figures;
     Progress progress;
-    const Mesh closed = with_holes_closed(holed, 0.3, progress, figures);
+    const Mesh closed = closed_mesh(holed, 0.3, progress, figures);
     CHECK(figures.closed == 1);
     CHECK(figures.too_large == 1);
     CHECK(figures.faces_added == closed.triangles.size() - holed.triangles.size());
@@ -96,7 +101,7 @@ TEST_CASE("a patch bends on as the surface around it")
     const Mesh holed = without(vault(60), [](Vec3f p) { return p.z > 0.97F && std::abs(p.y - 1) < 0.2F; });
     HoleFigures figures;
     Progress progress;
-    const Mesh closed = with_holes_closed(holed, 1, progress, figures);
+    const Mesh closed = closed_mesh(holed, 1, progress, figures);
     REQUIRE(figures.closed == 1);
     CHECK(is_oriented(closed));
     double apart = 0;
@@ -110,11 +115,11 @@ TEST_CASE("wide holes, loops around small pieces and edges of many faces stay as
     const Mesh holed = without(testing::grid(40, [](float, float) { return 0.0F; }), in_middle);
     Progress progress;
     HoleFigures wide;
-    CHECK(with_holes_closed(holed, 0.2, progress, wide).triangles.size() == holed.triangles.size());
+    CHECK(closed_mesh(holed, 0.2, progress, wide).triangles.size() == holed.triangles.size());
     CHECK(wide.too_large == 2);
 
     HoleFigures piece;
-    CHECK(with_holes_closed(testing::wall(0.1F), 1, progress, piece).triangles.size() == 2);
+    CHECK(closed_mesh(testing::wall(0.1F), 1, progress, piece).triangles.size() == 2);
     CHECK(piece.outer == 1);
 
     Mesh fins = testing::grid(2, [](float, float) { return 0.0F; });
@@ -123,7 +128,7 @@ TEST_CASE("wide holes, loops around small pieces and edges of many faces stay as
     for (std::size_t k = 0; k < 3; ++k)
         fins.triangles.push_back({first[k], first[(k + 1) % 3], 9});
     HoleFigures many;
-    CHECK_NOTHROW(with_holes_closed(fins, 0.01, progress, many));
+    CHECK_NOTHROW(closed_mesh(fins, 0.01, progress, many));
     CHECK(many.closed == 0);
 }
 
@@ -140,7 +145,7 @@ TEST_CASE("two holes that meet at a vertex are closed each, with colors from aro
         holed.colors.push_back({static_cast<std::uint8_t>(std::lround(200 * p.x)), 90, 0});
     HoleFigures figures;
     Progress progress;
-    const Mesh closed = with_holes_closed(holed, 0.35, progress, figures);
+    const Mesh closed = closed_mesh(holed, 0.35, progress, figures);
     CHECK(figures.closed == 2);
     CHECK(boundary_edges(closed) == 40);
     REQUIRE(closed.colors.size() == closed.positions.size());
@@ -149,4 +154,26 @@ TEST_CASE("two holes that meet at a vertex are closed each, with colors from aro
         CHECK(closed.colors[i][1] == 90);
         CHECK(std::abs(closed.colors[i][0] - 200 * closed.positions[i].x) < 25);
     }
+}
+
+TEST_CASE("a hole that cameras looked through stays open, one that they did not look into is closed")
+{
+    const Mesh holed = without(testing::grid(40, [](float, float) { return 0.0F; }), in_middle);
+    Camera camera = testing::camera(64, 64, 64, {0.5, 0.5, -1});
+    const auto figures_at = [&](float depth_m)
+    {
+        HoleFigures figures;
+        Progress progress;
+        std::vector<HolePatch> patches = hole_patches(holed, 0.3, progress, figures);
+        judge(patches, camera, RasterF(64, 64, 1, depth_m));
+        (void)with_patches(holed, patches, figures);
+        return figures;
+    };
+    CHECK(figures_at(2).openings == 1);
+    CHECK(figures_at(2).closed == 0);
+    CHECK(figures_at(1.01F).closed == 1);  // Measured where the patch lies,
+    CHECK(figures_at(0.5F).closed == 1);   // before it,
+    CHECK(figures_at(0).closed == 1);      // or not at all.
+    camera.world_from_camera.translation = {9, 9, -1};
+    CHECK(figures_at(2).closed == 1);
 }

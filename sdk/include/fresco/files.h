@@ -33,7 +33,6 @@ struct Files : Artifact
     static std::shared_ptr<Files> load(const ArtifactFolder& folder);
     /// Lists every file that there is in and below the folder.
     static std::shared_ptr<Files> from_exchange(const Exchange& from);
-    /// The pictures and videos among them.
 };
 
 /// A table: named columns, one Value per cell. On disk: `table.json` {"columns": […], "rows": [[…], …]}.

@@ -61,7 +61,6 @@ class Frames : public Artifact
     void write_exchange(const Exchange& to) const override;
     /// Pictures of the user are read files of the run, those of the store and of the folder are referred to as such.
     static std::shared_ptr<Frames> from_exchange(const Exchange& from);
-    /// What the cameras saw where stages made pictures under the frames' names, <sequence>_<frame>.png; and where to stand.
 };
 
 /// The color picture as RGB (3 channels), of exactly color.intrinsics' size. NPY needs no codec; other formats use `images`,

@@ -70,7 +70,6 @@ struct Image : Artifact
     static std::vector<ExchangeForm> exchange_forms();
     void write_exchange(const Exchange& to) const override;
     static std::shared_ptr<Image> from_exchange(const Exchange& from);
-    /// Itself.
 };
 
 }  // namespace fresco

@@ -67,7 +67,6 @@ struct TexturedMesh : Artifact
     static std::vector<ExchangeForm> exchange_forms();
     void write_exchange(const Exchange& to) const override;
     static std::shared_ptr<TexturedMesh> from_exchange(const Exchange& from);
-    /// The atlas and the room to turn around, of the last textured mesh of a pipeline.
 };
 
 /// Texels per side to paint at: `size_px`, an option whose 0 stands for `laid_out_px`, the texture_px of what `source` names

@@ -31,7 +31,7 @@ constexpr std::size_t most_points = 32;
 /// Surface this much farther away than a patch, or this share of its distance, lies behind it.
 constexpr double behind_m = 0.05;
 constexpr double behind_share = 0.03;
-constexpr double opening_share = 0.3;
+constexpr double opening_share = 0.2;
 constexpr std::size_t least_looks = 8;
 
 Vec3d place(const Mesh& mesh, std::uint32_t vertex)

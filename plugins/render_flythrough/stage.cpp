@@ -62,7 +62,7 @@ class RenderFlythrough final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = {.fixed = 0.5, .per = {{count::faces, 2e-6}, {count::pixels, 6e-7}}},
+        return {.seconds = {.fixed = 0.5, .per = {{count::faces, 2e-6}, {count::pixels, 3e-7}}},
                 .parallel_share = 0.95,
                 .memory_mb = {.fixed = 80, .per = {{count::faces, 2e-4}, {count::pixels, 3e-4}}},
                 .disk_mb = {.per = {{count::pixels, 2e-7}}},

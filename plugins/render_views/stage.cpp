@@ -32,7 +32,7 @@ class RenderViews final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = {.fixed = 0.5, .per = {{count::faces, 2e-6}, {count::pixels, 7e-7}}},
+        return {.seconds = {.fixed = 0.5, .per = {{count::faces, 2e-6}, {count::pixels, 3.5e-7}}},
                 .parallel_share = 0.95,
                 .memory_mb = {.fixed = 90, .per = {{count::faces, 2e-4}, {count::texels, 1.5e-5}}},
                 .disk_mb = {.per = {{count::pixels, 2.2e-6}}},

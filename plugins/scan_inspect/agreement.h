@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-/// \file Compares measured depths with the mesh, or where there is none with each other, under an assumption about the recording,
+/// \file Compares measured depths with the mesh under an assumption about the recording, or with each other if there is no mesh,
 /// and decides whether the assumption explains the recording better than the recorded values. explain_depths.h searches for such
 /// assumptions; the diagnosis and the stage use the same figures to report how well a recording agrees.
 

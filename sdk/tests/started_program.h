@@ -67,7 +67,7 @@ class Background
     std::string out() const { return fs::exists(out_) ? fresco::read_text_file(out_) : ""; }
     std::string err() const { return fs::exists(err_) ? fresco::read_text_file(err_) : ""; }
     bool says(const std::string& text) const { return (out() + err()).find(text) != std::string::npos; }
-    /// A process that the program started and that runs; fails the test if there is none.
+    /// One of the processes that the program has started. Fails the test if none is running.
     pid_t a_child() const
     {
         const std::string id = std::to_string(pid_);

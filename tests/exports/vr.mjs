@@ -50,7 +50,7 @@ const colors = await browser.evaluate(`(() => {
         parts[Number(i / 4 % 64 >= 32)] += (Math.abs(data[i] - 0x20) + Math.abs(data[i + 1] - 0x24) + Math.abs(data[i + 2] - 0x2a) > 12) / 1024;
     return parts;
 })()`);
-assert(colors.every(part => part > 0.4), `the eyes see the room in ${colors} of their pictures`);
+assert(colors.every(part => part > 0.5), `the eyes see the room in ${colors} of their pictures`);
 
 // Teleports, aimed in many directions by the stick of one hand and the trigger of the other.
 let moves = 0, refused = 0, far = 0;

@@ -76,9 +76,9 @@ PageMedia make_previews(const Value& requests, const Store& store)
         for (const Value& reader : request.at("readers").as_list())
             std::ranges::copy(shown[reader.as_string()], std::back_inserter(page.names));
         tell_shown(title_of(request));
-        const auto viewer = component<Viewer>(factory, request.at("viewer"));
         try
         {
+            const auto viewer = component<Viewer>(factory, request.at("viewer"));
             viewer->show(*artifact_of(request, *viewer, factory, store), page);
         }
         catch (const std::exception& error)

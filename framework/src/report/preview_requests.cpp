@@ -1,5 +1,6 @@
 #include "report/previews.h"
 
+#include "pipeline/pipeline_options.h"
 #include "run/exports.h"
 #include <fresco/viewer.h>
 
@@ -20,7 +21,7 @@ class Requests
 {
   public:
     Requests(const std::vector<ShownStage>& stages, const Catalog& catalog, const Store& store, const ShowingPage& page)
-        : stages_(stages), catalog_(catalog), store_(store), page_(page)
+        : stages_(stages), types_(catalog), store_(store), page_(page)
     {
         for (const TypeDescription* type : catalog.types())
             if (type->kind == Viewer::component_kind)
@@ -46,16 +47,19 @@ class Requests
         libraries_.set(type.type, Value::Map{{"library", type.library.string()}, {"hash", type.library_hash}});
     }
 
-    /// The configuration of a component with its defaults.
-    Value used(const TypeDescription& type)
+    /// The configuration of a viewer with its defaults; of one that lacks a part, what it has: it says so itself.
+    Value used(const TypeDescription& viewer)
     {
-        use(type);
-        Value config = Value::Map{{"type", type.type}};
-        for (const OptionDeclaration& option : read_declaration(type).options)
-            if (option.kind == OptionKind::component && !option.default_value.is_null())
-                if (const TypeDescription* part = catalog_.find(option.default_value.at("type").as_string()))
-                    config.set(option.name, used(*part));
-        return config;
+        use(viewer);
+        const Value only_type = Value::Map{{"type", viewer.type}};
+        ProblemList problems;
+        OptionUses uses;
+        Value config =
+            OptionChecker(types_, problems)
+                .complete_component(Viewer::component_kind, yaml_from_value(only_type, {}), {}, "viewer " + viewer.type, uses);
+        for (const TypeDescription* part : uses.components)
+            use(*part);
+        return config.is_null() ? only_type : config;
     }
 
     void add_outputs(const ShownStage& shown)
@@ -136,7 +140,7 @@ class Requests
     }
 
     const std::vector<ShownStage>& stages_;
-    const Catalog& catalog_;
+    TypeTable types_;
     std::map<std::string, const TypeDescription*> viewers_;  ///< By the artifact.
     const Store& store_;
     const ShowingPage& page_;

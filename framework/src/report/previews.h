@@ -37,7 +37,6 @@ Value preview_requests(const std::vector<ShownStage>& stages, const Catalog& cat
                        const ShowingPage& page);
 
 /// In a process of its own: opens plugins, loads the artifacts and lets their viewers show them. What cannot be shown has a note.
-/// Throws PluginFailure where a plugin changed.
 PageMedia make_previews(const Value& requests, const Store& store);
 
 }  // namespace fresco::host

@@ -355,7 +355,7 @@ TEST_CASE("where a picture cannot be opened the page is there all the same")
     const bool plugin = GENERATE(true, false);
     Workplace place(plugin ? std::vector<std::string>{"good", "pictures"} : std::vector<std::string>{"good"});
     place.write("sweep.yaml", sweep);
-    // The reader crashes, or there is none.
+    // The viewer crashes, or no plugin has one.
     const Finished crash = place.run({"run", "sweep.yaml", "--set", "n=[13, 110]"});
     CHECK(crash.code == 0);
     CHECK(contains(plugin ? crash.err : place.read("out/sweep.html"),

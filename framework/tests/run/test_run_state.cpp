@@ -84,26 +84,26 @@ std::vector<StageState> expected_states(const std::vector<StageNode>& nodes)
     return states;
 }
 
-void check_against_all_anew(const RunState& state)
+void check_against_whole_update(const RunState& state)
 {
-    RunState anew = state;
-    anew.update();
-    const auto expected = expected_states(anew.nodes());
+    RunState next = state;
+    next.update();
+    const auto expected = expected_states(next.nodes());
     std::set<std::size_t> ready;
     for (std::size_t i = 0; i < expected.size(); ++i)
     {
         INFO("stage " << i << ": " << to_string(state.nodes()[i].state) << ", expected " << to_string(expected[i]));
         const StageNode& node = state.nodes()[i];
         REQUIRE(node.state == expected[i]);
-        REQUIRE(node.present == anew.nodes()[i].present);
-        REQUIRE(node.key == anew.nodes()[i].key);
+        REQUIRE(node.present == next.nodes()[i].present);
+        REQUIRE(node.key == next.nodes()[i].key);
         if (expected[i] == StageState::waiting &&
             std::all_of(node.producers.begin(), node.producers.end(),
-                        [&](std::size_t producer) { return anew.nodes()[producer].present; }))
+                        [&](std::size_t producer) { return next.nodes()[producer].present; }))
             ready.insert(i);
     }
     REQUIRE(state.ready() == ready);
-    REQUIRE(anew.ready() == ready);
+    REQUIRE(next.ready() == ready);
 }
 
 StoredResult made(const Store& store, const StageNode& node)
@@ -133,7 +133,7 @@ TEST_CASE("After each change of one stage all states equal those computed from s
         {
             RunState state(pipeline.pipeline, store, hashes, random() % 3 == 0 ? "s20" : "");
             state.update();
-            check_against_all_anew(state);
+            check_against_whole_update(state);
             std::set<std::size_t> arrived;
             const auto take_arrived = [&]
             {
@@ -167,7 +167,7 @@ TEST_CASE("After each change of one stage all states equal those computed from s
                     }
                     state.update(node);
                 }
-                check_against_all_anew(state);
+                check_against_whole_update(state);
                 take_arrived();
             }
             for (std::size_t i = 0; i < state.nodes().size(); ++i)

@@ -30,14 +30,14 @@ TEST_CASE("What a stage prints is kept, to a megabyte, with a line that says wha
     const Words lines = lines_of(shown.out);
     CHECK(lines.at(0) == "all of it");
     CHECK(lines.at(1) == "line 0");
-    for (const char* line : {"to the other stream", "line 99999", "still here"})
+    for (const char* line : {"to the other stream", "line 299999", "still here"})
         CHECK(std::ranges::count(lines, line) == 1);
     const auto note = std::ranges::find_if(lines, [](const std::string& line) { return line.starts_with("--- "); });
     REQUIRE(note != lines.end());
     std::size_t left_out = 0;
     REQUIRE(std::sscanf(note->c_str(), "--- %zu lines left out here", &left_out) == 1);
     // Two lines, those that are counted, and a message, in place of which is the note.
-    CHECK(lines.size() - 1 + left_out == 100'003);
+    CHECK(lines.size() - 1 + left_out == 300'003);
     CHECK(place.run({"log", "room.yaml", "silent"}).out == "made 1.000000\n");
 }
 
@@ -53,9 +53,9 @@ TEST_CASE("A log belongs to a result: who finds the result finds the log, and it
     CHECK(place.run({"log", "room.yaml", "talker"}).out == "still here\n");
     fs::copy_file(place.file("room.yaml"), place.file("same.yaml"));
     REQUIRE(place.run({"run", "same.yaml"}).code == 0);
-    CHECK(contains(place.run({"log", "same.yaml", "talker"}).out, "line 99999"));
+    CHECK(contains(place.run({"log", "same.yaml", "talker"}).out, "line 299999"));
     const auto run = place.read_json("out/run.json");
-    CHECK(contains(fresco::read_text_file(run.at("stages").as_list().at(0).at("log").as_string()), "line 99999"));
+    CHECK(contains(fresco::read_text_file(run.at("stages").as_list().at(0).at("log").as_string()), "line 299999"));
     fs::remove(place.file("same.yaml"));
     REQUIRE(place.run({"store", "gc", "--keep-days", "0"}).code == 0);
     CHECK(log_count(place) == 2);

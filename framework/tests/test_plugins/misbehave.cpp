@@ -285,7 +285,7 @@ const std::map<std::string, std::function<void(const Surroundings&)>>& ways()
                  std::putchar(i % 256);
              std::fflush(stdout);
          }},
-        {"print_lines", [](In) { print_lines(100'000); }},
+        {"print_lines", [](In) { print_lines(300'000); }},
         {"print_and_throw",
          [](In)
          {

@@ -377,8 +377,8 @@ TEST_CASE("shares and their intervals as worked out by hand")
     CHECK(clear[0].shares[1].interval.low == 0);
     CHECK(clear[0].preferred == "a");
 
-    // Two who contradict each other: a quarter of the draws is the one alone, a quarter the other alone. Twenty independent
-    // answers would have given [0.30, 0.70].
+    // Two people contradict each other. In a quarter of the draws only the first counts, in a quarter only the second. Twenty
+    // independent answers would have given [0.30, 0.70].
     const auto divided = verdicts(plain_study(10), {sheet("1", 10, 0, 0), sheet("2", 0, 10, 0)}, usual);
     CHECK(divided[0].shares[0].value == 0.5);
     CHECK(divided[0].shares[0].interval.low == 0);

@@ -278,8 +278,8 @@ TEST_CASE("Matches are refreshed every few steps on a view, once per step")
     fixture.evaluate(*loss, fixture.camera, 0, 0);
     const auto fresh = [&](const torch::Tensor& picture)
     {
-        const auto anew = fixture.make(R"({"refresh_steps": 4, "scales": 1})");
-        return fixture.evaluate(*anew, picture, 0, 0);
+        const auto fresh = fixture.make(R"({"refresh_steps": 4, "scales": 1})");
+        return fixture.evaluate(*fresh, picture, 0, 0);
     };
     const double kept = fixture.evaluate(*loss, other, 1, 1);
     CHECK(kept > fresh(other));

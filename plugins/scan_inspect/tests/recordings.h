@@ -47,48 +47,37 @@ inline std::shared_ptr<const Recording> record(const std::string& type, const st
     return result;
 }
 
-/// A small generated room, made once.
+/// A generated room in small pictures, with further options of scan.synthetic_room.
+inline std::shared_ptr<const Recording> generated(int frames_count, int color_width_px, double edge_m, Value::Map more = {})
+{
+    Value options = std::move(more);
+    options.set("frames_count", frames_count);
+    options.set("color_width_px", color_width_px);
+    options.set("color_height_px", color_width_px * 3 / 4);
+    options.set("depth_width_px", 120);
+    options.set("depth_height_px", 90);
+    options.set("edge_m", edge_m);
+    return record("scan.synthetic_room", "scan_synthetic_room", options, std::make_shared<testing::RawImages>());
+}
+
+/// A small room, made once.
 inline const Recording* room()
 {
-    static const auto made = record("scan.synthetic_room", "scan_synthetic_room",
-                                    Value::Map{{"frames_count", 12},
-                                               {"color_width_px", 320},
-                                               {"color_height_px", 240},
-                                               {"depth_width_px", 120},
-                                               {"depth_height_px", 90},
-                                               {"edge_m", 0.05}},
-                                    std::make_shared<testing::RawImages>());
+    static const auto made = generated(12, 320, 0.05);
     return made.get();
 }
 
 /// A hall of 12 m, of which a mesh may hold one object only.
 inline const Recording* hall()
 {
-    static const auto made = record("scan.synthetic_room", "scan_synthetic_room",
-                                    Value::Map{{"length_m", 12},
-                                               {"width_m", 8},
-                                               {"height_m", 4},
-                                               {"frames_count", 8},
-                                               {"color_width_px", 160},
-                                               {"color_height_px", 120},
-                                               {"depth_width_px", 120},
-                                               {"depth_height_px", 90},
-                                               {"edge_m", 0.1}},
-                                    std::make_shared<testing::RawImages>());
+    static const auto made = generated(8, 160, 0.1, {{"length_m", 12}, {"width_m", 8}, {"height_m", 4}});
     return made.get();
 }
 
-/// The generated room as a hand that walks records it: views of a group overlap.
+/// The room as a hand that walks records it: views of a group overlap.
 inline const Recording* walk()
 {
-    static const auto made = record("scan.synthetic_room", "scan_synthetic_room",
-                                    Value::Map{{"frames_count", 60},
-                                               {"color_width_px", 160},
-                                               {"color_height_px", 120},
-                                               {"depth_width_px", 120},
-                                               {"depth_height_px", 90},
-                                               {"edge_m", 0.1}},
-                                    std::make_shared<testing::RawImages>());
+    static const auto made = generated(60, 160, 0.1);
     return made.get();
 }
 

@@ -16,7 +16,9 @@
 #include <vector>
 
 // The same operations in the same order, with the instructions that this processor has.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+// A sanitizer cannot watch the choice between them, which is made before it starts.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_THREAD__) &&                          \
+    !defined(__SANITIZE_ADDRESS__)
 #define FRESCO_WIDE_VECTORS __attribute__((target_clones("avx2", "default"), flatten))
 #else
 #define FRESCO_WIDE_VECTORS

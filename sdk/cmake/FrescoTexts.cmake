@@ -1,0 +1,10 @@
+# fresco_read_texts(VARIABLE FILE…): their contents, one after the other, to be built in by configure_file; a change reconfigures.
+function(fresco_read_texts VARIABLE)
+    set(all "")
+    foreach(file IN LISTS ARGN)
+        file(READ ${file} text)
+        string(APPEND all "${text}")
+        set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
+    endforeach()
+    set(${VARIABLE} "${all}" PARENT_SCOPE)
+endfunction()

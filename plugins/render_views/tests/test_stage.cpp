@@ -83,6 +83,40 @@ TEST_CASE("mip-maps average a picture finer than the pixels, bilinear lookups al
     CHECK(worst(rendering::TextureFilter::bilinear) > 30);
 }
 
+TEST_CASE("on a slanted wall, anisotropic lookups keep what runs along with the view, trilinear ones blur it")
+{
+    TexturedMesh textured = wall(512);
+    for (int y = 0; y < 512; ++y)
+        for (int x = 0; x < 512; ++x)
+            for (int c = 0; c < 3; ++c)
+                textured.image.pixels.at(x, y, c) = y / 16 % 2 == 0 ? 255 : 0;
+    // From beside the wall, so that a pixel is many columns wide and few rows high.
+    Camera camera = testing::camera(60, 60, 60);
+    const double angle = 1.35;
+    camera.world_from_camera.rotation(0, 0) = camera.world_from_camera.rotation(2, 2) = std::cos(angle);
+    camera.world_from_camera.rotation(0, 2) = std::sin(angle);
+    camera.world_from_camera.rotation(2, 0) = -std::sin(angle);
+    camera.world_from_camera.translation = {-1.6, 0, 1.6};
+    const auto picture = [&](int samples, rendering::TextureFilter filter)
+    { return rendering::ViewRenderer(textured, {.samples_per_side = samples, .filter = filter}).render(camera, Progress{}); };
+    const Raster8 wanted = picture(8, rendering::TextureFilter::bilinear);
+    const auto apart = [&](rendering::TextureFilter filter)
+    {
+        const Raster8 found = picture(1, filter);
+        double sum = 0;
+        int count = 0;
+        for (std::size_t i = 0; i < found.values.size(); i += 4)
+            if (found.values[i + 3] == 255 && wanted.values[i + 3] == 255)
+            {
+                sum += std::abs(found.values[i] - wanted.values[i]);
+                ++count;
+            }
+        REQUIRE(count > 500);
+        return sum / count;
+    };
+    CHECK(apart(rendering::TextureFilter::anisotropic) < 0.5 * apart(rendering::TextureFilter::trilinear));
+}
+
 TEST_CASE("lamps of the published viewers, on walls that face them, stand askew and face away")
 {
     TexturedMesh textured = wall(4);

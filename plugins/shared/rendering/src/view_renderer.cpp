@@ -150,8 +150,13 @@ Vec3d MipMaps::sample(Vec2d uv, double lod) const
 }
 
 FilterOption::FilterOption(Configurable* owner)
-    : word_(owner, "filter", "trilinear", one_of({"trilinear", "bilinear"}),
-            "Texture lookup: trilinear uses mip-maps where a sample skips texels, bilinear always the full picture")
+    : filter_(owner, "filter", TextureFilter::trilinear,
+              {{"trilinear", TextureFilter::trilinear},
+               {"anisotropic", TextureFilter::anisotropic},
+               {"bilinear", TextureFilter::bilinear}},
+              "Texture lookup: trilinear uses mip-maps where a sample skips texels, anisotropic several places in larger ones on "
+              "slanted surface, bilinear "
+              "always the full picture")
 {
 }
 
@@ -285,8 +290,16 @@ class PlaneCache
     std::vector<FacePlane> planes_{std::vector<FacePlane>(1024)};
 };
 
-/// How far apart two neighboring samples look a texture up, as a level of detail. (u, v): the texel here.
-double level_of_detail(const FacePlane& plane, double nearness, double u, double v)
+/// What a sample looks up.
+struct Footprint
+{
+    double lod = 0;
+    int places = 1;  ///< Spread along …
+    Vec2d along;     ///< … this, in texels, around the texel.
+};
+
+/// From how far apart two neighboring samples look a texture up. (u, v): the texel here.
+Footprint footprint(const FacePlane& plane, double nearness, double u, double v, TextureFilter filter)
 {
     // Of the two samples to the right and below, whichever is farther, on the face's plane: (u' + s) / (n + m) - u' / n, of u' =
     // u n.
@@ -295,8 +308,21 @@ double level_of_detail(const FacePlane& plane, double nearness, double u, double
     const Two dv = (plane.v.steps - v * plane.nearness.steps) / there;
     const Two squared = du * du + dv * dv;
     // One beyond the face's horizon does not count.
-    const double texels = std::max(there[0] > 0 ? squared[0] : 0, there[1] > 0 ? squared[1] : 0);
-    return texels > 1 ? 0.5 * double{std::log2(static_cast<float>(texels))} : 0;
+    const double across = there[0] > 0 ? squared[0] : 0;
+    const double down = there[1] > 0 ? squared[1] : 0;
+    double texels = std::max(across, down);
+    Footprint print;
+    if (filter == TextureFilter::anisotropic)
+    {
+        // After EXT_texture_filter_anisotropic.
+        constexpr double most_places = 8;
+        const double ratio = std::sqrt(texels / std::max(1.0, std::min(across, down)));
+        print.places = static_cast<int>(std::clamp(std::ceil(ratio), 1.0, most_places));
+        print.along = across >= down ? Vec2d{du[0], dv[0]} : Vec2d{du[1], dv[1]};
+        texels /= print.places * print.places;
+    }
+    print.lod = texels > 1 ? 0.5 * double{std::log2(static_cast<float>(texels))} : 0;
+    return print;
 }
 
 std::uint8_t rounded(float v)
@@ -359,11 +385,19 @@ struct RowPainter
             return 0;
         double u = plane.u.at(x, y) * depth;
         double v = plane.v.at(x, y) * depth;
-        const double lod = options.filter == TextureFilter::bilinear ? 0 : level_of_detail(plane, nearness, u, v);
+        const Footprint print =
+            options.filter == TextureFilter::bilinear ? Footprint{} : footprint(plane, nearness, u, v, options.filter);
         // A sample on the border of a face may miss it by a rounding; it then shows the nearest point.
         if (u < plane.u_low || u > plane.u_high || v < plane.v_low || v > plane.v_high)
             weights_inside(plane, x, y, u, v);
-        MipMaps::Color color = texture.color({u / texture.width(), v / texture.height()}, lod);
+        MipMaps::Color color{};
+        for (int i = 1; i <= print.places; ++i)
+        {
+            const double share = static_cast<double>(i) / (print.places + 1) - 0.5;
+            color += texture.color(
+                {(u + share * print.along.x) / texture.width(), (v + share * print.along.y) / texture.height()}, print.lod);
+        }
+        color *= 1 / static_cast<float>(print.places);
         if (options.lights.diffuse > 0)
         {
             color *= static_cast<float>(lighting.at(plane.face, weights_inside(plane, x, y, u, v)));

@@ -22,11 +22,13 @@
 namespace fresco::rendering
 {
 
-/// How a picture is looked up where a sample skips texels: between smaller copies of it, or always in the full one.
+/// How a picture is looked up where a sample skips texels.
 enum class TextureFilter
 {
-    trilinear,
-    bilinear
+    trilinear,    ///< Between smaller copies of it.
+    anisotropic,  ///< In up to eight places along the direction in which more texels are skipped, in copies that suit the other
+                  ///< one.
+    bilinear      ///< Always in the full one.
 };
 
 /// The option `filter`: declared in a stage as `FilterOption filter{this};`.
@@ -34,10 +36,10 @@ class FilterOption
 {
   public:
     explicit FilterOption(Configurable* owner);
-    TextureFilter operator*() const { return *word_ == "bilinear" ? TextureFilter::bilinear : TextureFilter::trilinear; }
+    TextureFilter operator*() const { return *filter_; }
 
   private:
-    Option<std::string> word_;
+    Choice<TextureFilter> filter_;
 };
 
 /// An RGB picture at every size down to 1 x 1, each the area average of the one before; the smaller ones in 16 bits per channel.

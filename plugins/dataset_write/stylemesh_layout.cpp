@@ -2,6 +2,7 @@
 
 #include <fresco/dataset/dataset_files.h>
 #include <fresco/error.h>
+#include <fresco/images/filters.h>
 #include <fresco/npy.h>
 #include <fresco/texturing/exports.h>
 #include <fresco/value.h>
@@ -49,6 +50,16 @@ void check_scene_name(const std::string& scene)
         throw Error("option \"scene\": \"" + scene +
                     "\"; expected two parts of letters and digits, such as \"scene0000_00\": readers of this layout split the "
                     "name at '_'");
+}
+
+/// Texcoords as the released renderer writes them: v from the top, 0 where nothing is seen.
+RasterF turned(const UvMap& map)
+{
+    RasterF uv = map.uv;
+    for (std::size_t i = 0; i < map.valid.values.size(); ++i)
+        if (map.valid.values[i] != 0)
+            uv.values[2 * i + 1] = 1 - uv.values[2 * i + 1];
+    return uv;
 }
 
 /// H x W x 1: what reads it takes the first channel.
@@ -102,15 +113,14 @@ WrittenFiles StylemeshLayout::write_view(const std::filesystem::path& folder, st
     const Frame& shown = frame(view);
     const Raster8 picture = load_color(shown, &images);
     written.sharpness = view_sharpness(picture);
-    const EncodedPicture color = encoded_color(shown, picture, images);
-    write(file("color", view, color.extension), color.bytes);
+    write(file("color", view, ".png"), images.encode_png(exported_for_stylemesh(picture)));
     write(file("pose", view, ".txt"), bytes_of(pose_text(shown.color.world_from_camera)));
     if (has_sensor_depth_)
-        write(file("depth", view, ".png"), encoded_depth(load_depth(shown, &images), images));
+        write(file("depth", view, ".png"), encoded_depth(exported_for_stylemesh(load_depth(shown, &images)), images));
     for (std::size_t level = 0; level < maps_.heights_px.size(); ++level)
     {
         const UvMap map = checked_map(maps_, view, level);
-        write(file(fmt::format("uv_{}", maps_.heights_px[level]), view, ".npy"), dataset::to_npy(map.uv));
+        write(file(fmt::format("uv_{}", maps_.heights_px[level]), view, ".npy"), dataset::to_npy(turned(map)));
         if (level != 0)
             continue;
         write(file("uv", view, ".angle.npy"), one_channel(map.cosine));

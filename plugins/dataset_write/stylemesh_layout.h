@@ -26,7 +26,8 @@ class StylemeshLayout
     /// The number in a view's file names: the recorder's if these are unique and not negative, else its position.
     long number(std::size_t view) const { return numbers_[view]; }
 
-    /// Picture, pose, depth (the sensor's if every frame has it, else the mesh's), cosine, and one uv map per height.
+    /// Picture and the sensor's depth, in the size in which the released preparation exports them, pose, cosine, and one uv map
+    /// per height; the mesh's depth where some frame has no sensor's.
     WrittenFiles write_view(const std::filesystem::path& folder, std::size_t view, const fresco::ImageIo& images) const;
     /// Intrinsics and the mesh; not thread-safe with itself.
     WrittenFiles write_scene(const std::filesystem::path& folder, const fresco::Mesh& mesh) const;

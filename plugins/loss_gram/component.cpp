@@ -7,6 +7,7 @@
 #include <fresco/torch/loss.h>
 
 #include <ATen/core/grad_mode.h>
+#include <ATen/ops/zeros.h>
 #include <torch/version.h>
 
 #include <algorithm>
@@ -132,15 +133,21 @@ class LossGram final : public fresco::Loss
                                 {part.step(), part.view(), part.repeat()}, moments);
     }
 
-    /// Adds the distances of one selection of pixels to its targets (null: none), where it has any pixels.
+    /// Adds the distances of one selection of pixels to its targets (null: none), where it has any pixels or the rule says so.
     void add(torch::Tensor& sum, fresco::Part& part, std::size_t layer, fresco::Pixels pixels,
              const std::array<const gram::Moments*, 2>& targets)
     {
         const auto& name = compared_[layer].name;
         const auto selected = part.selected(*style.features, name, pixels);
-        if (selected.size(1) == 0)
+        gram::Moments moments;
+        if (selected.size(1) > 0)
+            moments = averaged(gram::moments(selected), part, name, pixels);
+        else if (*rule == "released" && pixels == fresco::Pixels::fine)
+            // Zeros are compared then: a constant of the reported loss.
+            moments = {at::zeros({selected.size(0)}, selected.options().requires_grad(false)),
+                       at::zeros({selected.size(0), selected.size(0)}, selected.options().requires_grad(false))};
+        else
             return;
-        const auto moments = averaged(gram::moments(selected), part, name, pixels);
         for (const auto* target : targets)
         {
             if (target == nullptr)

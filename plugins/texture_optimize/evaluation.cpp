@@ -37,7 +37,7 @@ std::vector<SparseGradient> no_gradients(std::size_t parameters)
 /// ŵ_l of one term: of the pixels, or of the cells of its layer's grid.
 double level_share(ViewData& data, std::size_t level, const LossTerm& term, const torch::Device& device)
 {
-    if (!data.share_by_features || term.network == nullptr)
+    if (!is_released(data.protocol) || term.network == nullptr)
         return data.levels[level].share;
     const int stride = term.network->layer(term.layer).stride;
     double sum = 0;

@@ -141,21 +141,22 @@ std::span<const std::int64_t> GridMask::numbers() const
     return {index.data_ptr<std::int64_t>(), static_cast<std::size_t>(index.numel())};
 }
 
-GridMask grid_mask(const Raster8& mask, int stride, const torch::Device& device)
+GridMask grid_mask(const Raster8& mask, int stride, Protocol protocol, const torch::Device& device)
 {
-    const std::int64_t rows = mask.height / stride;
-    const std::int64_t columns = mask.width / stride;
+    const int rows = mask.height / stride;
+    const int columns = mask.width / stride;
+    const auto pixel = [&](int cell, int cells, int pixels)
+    { return is_released(protocol) ? corner_pixel(cell, cells, pixels) : cell * stride + stride / 2; };
     const auto cells = at::zeros({rows, columns}, at::kBool);
     std::vector<std::int64_t> chosen;
-    for (std::int64_t row = 0; row < rows; ++row)
-        for (std::int64_t column = 0; column < columns; ++column)
+    for (int row = 0; row < rows; ++row)
+        for (int column = 0; column < columns; ++column)
         {
-            const auto x = static_cast<int>(column * stride + stride / 2);
-            const auto y = static_cast<int>(row * stride + stride / 2);
-            if (mask.at(x, y) == 0)
+            if (mask.at(pixel(column, columns, mask.width), pixel(row, rows, mask.height)) == 0)
                 continue;
-            cells.data_ptr<bool>()[row * columns + column] = true;
-            chosen.push_back(row * columns + column);
+            const std::int64_t number = std::int64_t{row} * columns + column;
+            cells.data_ptr<bool>()[number] = true;
+            chosen.push_back(number);
         }
     auto index = at::empty({static_cast<std::int64_t>(chosen.size())}, at::kLong);
     std::copy(chosen.begin(), chosen.end(), index.data_ptr<std::int64_t>());

@@ -2,6 +2,8 @@
 
 /// \file Masks of pixels on the coarser grids of features, and the features under them. For rendered_part.cpp.
 
+#include "levels.h"
+
 #include <fresco/image.h>
 
 #include <torch/types.h>
@@ -22,9 +24,9 @@ struct GridMask
     std::span<const std::int64_t> numbers() const;
 };
 
-/// Cell (i, j) takes the pixel at its center, ((i + 0.5) stride, (j + 0.5) stride): nearest neighbor. `mask`: H x W, 0 or 1; the
-/// grid is floor(H / stride) x floor(W / stride).
-GridMask grid_mask(const Raster8& mask, int stride, const torch::Device& device);
+/// Cell (i, j) takes the pixel at its center, ((i + 0.5) stride, (j + 0.5) stride): nearest neighbor; in the released protocols
+/// its corner_pixel(). `mask`: H x W, 0 or 1; the grid is floor(H / stride) x floor(W / stride).
+GridMask grid_mask(const Raster8& mask, int stride, Protocol protocol, const torch::Device& device);
 
 /// The chosen cells of `features` (C x h x w): C x N, differentiable. Its gradient costs one pass, not a scatter per cell.
 torch::Tensor selected_cells(const torch::Tensor& features, const GridMask& mask);

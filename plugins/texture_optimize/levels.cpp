@@ -21,18 +21,19 @@ int nearest(int i, int to, int from)
 }
 
 template <class T>
-Raster<T> nearest_resized(const Raster<T>& raster, int width, int height)
+Raster<T> nearest_resized(const Raster<T>& raster, const Raster8& like, Protocol protocol)
 {
-    if (raster.width == width && raster.height == height)
+    if (raster.width == like.width && raster.height == like.height)
         return raster;
-    Raster<T> result(width, height);
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x)
-            result.at(x, y) = raster.at(nearest(x, width, raster.width), nearest(y, height, raster.height));
+    const auto pixel = is_released(protocol) ? corner_pixel : nearest;
+    Raster<T> result(like.width, like.height);
+    for (int y = 0; y < like.height; ++y)
+        for (int x = 0; x < like.width; ++x)
+            result.at(x, y) = raster.at(pixel(x, like.width, raster.width), pixel(y, like.height, raster.height));
     return result;
 }
 
-/// Where a level is the first or the second choice of a pixel of the smallest height, and its share there.
+/// Where a level is the first or the second choice of a pixel of the smallest height, and its share there, the first's if both.
 struct Roles
 {
     Raster8 first;
@@ -40,7 +41,7 @@ struct Roles
     RasterF share;
 };
 
-std::vector<Roles> assigned_roles(const RasterF& depth, std::span<const int> heights, double theta_d_m)
+std::vector<Roles> assigned_roles(const Raster<double>& depth, std::span<const int> heights, const LevelRules& rules)
 {
     const Roles none{Raster8(depth.width, depth.height), Raster8(depth.width, depth.height), RasterF(depth.width, depth.height)};
     std::vector<Roles> roles(heights.size(), none);
@@ -48,28 +49,28 @@ std::vector<Roles> assigned_roles(const RasterF& depth, std::span<const int> hei
     {
         if (!(depth.values[i] > 0))
             continue;
-        const auto choice = level_choice(depth.values[i], heights, theta_d_m);
+        const auto choice = level_choice(depth.values[i], heights, rules.theta_d_m);
         roles[choice.first].first.values[i] = 1;
         roles[choice.first].share.values[i] = static_cast<float>(choice.first_weight);
-        if (choice.second == choice.first || !(choice.first_weight < 1))
-            continue;
-        roles[choice.second].second.values[i] = 1;
-        roles[choice.second].share.values[i] = static_cast<float>(1 - choice.first_weight);
+        if (is_released(rules.protocol) || choice.first_weight < 1)
+            roles[choice.second].second.values[i] = 1;
+        if (choice.second != choice.first)
+            roles[choice.second].share.values[i] = static_cast<float>(1 - choice.first_weight);
     }
     return roles;
 }
 
 /// The level of the smallest height's pixels: `all` eroded after the union of the roles, the weight per role.
-LevelPixels eroded_level(Roles roles)
+LevelPixels eroded_level(const Roles& roles)
 {
     Raster8 either = roles.first;
     for (std::size_t i = 0; i < either.values.size(); ++i)
         either.values[i] |= roles.second.values[i];
-    LevelPixels level{eroded(either), {}, std::move(roles.share), {}};
+    LevelPixels level{eroded(either), {}, roles.share, {}};
     const Raster8 first = eroded(roles.first);
     const Raster8 second = eroded(roles.second);
     for (std::size_t i = 0; i < level.weight.values.size(); ++i)
-        if (first.values[i] == 0 && second.values[i] == 0)
+        if ((roles.first.values[i] != 0 ? first : second).values[i] == 0)
             level.weight.values[i] = 0;
     return level;
 }
@@ -92,16 +93,11 @@ RasterF degrees(const RasterF& cosine)
     return result;
 }
 
-/// Whether a pixel passes, by its angle in degrees.
-bool passes(double angle_deg, const AngleRule& rule)
+void filter_by_angle(LevelPixels& level, const UvMap& map, const UvMap& smallest, const LevelRules& rules)
 {
-    return rule.protocol == Protocol::released ? angle_deg < rule.limit_deg : angle_deg <= rule.limit_deg;
-}
-
-void filter_by_angle(LevelPixels& level, const UvMap& map, const UvMap& smallest, const AngleRule& rule)
-{
+    const bool released = is_released(rules.protocol);
     RasterF angles = degrees(map.cosine);
-    if (rule.protocol == Protocol::released && map.cosine.width != smallest.cosine.width)
+    if (released && map.cosine.width != smallest.cosine.width)
     {
         // The angles themselves are enlarged for the filter, the cosines for the scaling.
         angles = resized(degrees(smallest.cosine), map.cosine.width, map.cosine.height);
@@ -109,8 +105,28 @@ void filter_by_angle(LevelPixels& level, const UvMap& map, const UvMap& smallest
     }
     level.fine = level.all;
     for (std::size_t i = 0; i < level.fine.values.size(); ++i)
-        if (!passes(static_cast<double>(angles.values[i]), rule))
+    {
+        const auto angle = static_cast<double>(angles.values[i]);
+        if (!(released ? angle < rules.angle_limit_deg : angle <= rules.angle_limit_deg))
             level.fine.values[i] = 0;
+    }
+}
+
+/// A level that is shown as a whole.
+LevelPixels whole_level(const UvMap& map, const Raster<double>& depth, Protocol protocol)
+{
+    LevelPixels level{map.valid, {}, RasterF(map.valid.width, map.valid.height), {}};
+    if (!is_released(protocol))
+    {
+        std::ranges::transform(map.valid.values, level.weight.values.begin(),
+                               [](auto valid) { return valid != 0 ? 1.0F : 0.0F; });
+        return level;
+    }
+    Raster8 mask(depth.width, depth.height);
+    std::ranges::transform(depth.values, mask.values.begin(), [](double d) { return static_cast<std::uint8_t>(d > 0); });
+    level.all = nearest_resized(mask, map.valid, protocol);
+    std::ranges::fill(level.weight.values, 1.0F);
+    return level;
 }
 
 }  // namespace
@@ -149,37 +165,34 @@ Raster8 eroded(const Raster8& mask)
     return result;
 }
 
-std::vector<LevelPixels> whole_levels(std::span<const UvMap> maps, const AngleRule& angle)
+int corner_pixel(int i, int to, int from)
 {
-    std::vector<LevelPixels> levels;
-    for (const auto& map : maps)
-    {
-        LevelPixels level{map.valid, {}, RasterF(map.valid.width, map.valid.height), {}};
-        std::transform(map.valid.values.begin(), map.valid.values.end(), level.weight.values.begin(),
-                       [](auto valid) { return valid != 0 ? 1.0F : 0.0F; });
-        filter_by_angle(level, map, maps[0], angle);
-        levels.push_back(std::move(level));
-    }
-    return levels;
+    const float step = static_cast<float>(from) / static_cast<float>(to);
+    return std::min(static_cast<int>(std::floor(static_cast<float>(i) * step)), from - 1);
 }
 
-std::vector<LevelPixels> depth_levels(std::span<const UvMap> maps, const RasterF& depth, double theta_d_m, const AngleRule& angle)
+std::vector<LevelPixels> levels_of(std::span<const UvMap> maps, const Raster<double>& depth, const LevelRules& rules)
 {
     std::vector<int> heights;
     for (const auto& map : maps)
         heights.push_back(map.valid.height);
-    auto roles = assigned_roles(depth, heights, theta_d_m);
+    const auto roles = rules.by_depth ? assigned_roles(depth, heights, rules) : std::vector<Roles>(maps.size());
     std::vector<LevelPixels> levels;
     for (std::size_t i = 0; i < maps.size(); ++i)
     {
-        const LevelPixels small = eroded_level(std::move(roles[i]));
         const auto& valid = maps[i].valid;
-        LevelPixels level{nearest_resized(small.all, valid.width, valid.height),
-                          {},
-                          nearest_resized(small.weight, valid.width, valid.height),
-                          {}};
-        keep_valid(level, valid);
-        filter_by_angle(level, maps[i], maps[0], angle);
+        LevelPixels level;
+        if (rules.by_depth)
+        {
+            const LevelPixels small = eroded_level(roles[i]);
+            level.all = nearest_resized(small.all, valid, rules.protocol);
+            level.weight = nearest_resized(small.weight, valid, rules.protocol);
+            if (!is_released(rules.protocol))
+                keep_valid(level, valid);
+        }
+        else
+            level = whole_level(maps[i], depth, rules.protocol);
+        filter_by_angle(level, maps[i], maps[0], rules);
         levels.push_back(std::move(level));
     }
     return levels;
@@ -208,7 +221,7 @@ RasterF gradient_factor(const UvMap& map, const LevelPixels& pixels, GradientSca
         if (scaling == GradientScaling::angle)
             factor.values[i] *= cosine.values[i];
         else if (scaling == GradientScaling::none)
-            factor.values[i] = pixels.all.values[i] != 0 ? 1.0F : 0.0F;
+            factor.values[i] = pixels.all.values[i] != 0 || pixels.weight.values[i] > 0 ? 1.0F : 0.0F;
     return factor;
 }
 

@@ -12,16 +12,44 @@
 namespace fresco::optimize
 {
 
-/// Where StyleMesh's paper and its authors' released code differ. Nobody mixes them, so it is one option.
+/// Where StyleMesh's paper and its authors' released code differ. Nobody mixes them, so it is one option. The released code:
+/// - reads views as released_view() does; its levels have the pixels of the largest map's surface, resampled, and a level's
+/// pixels
+///   without a surface of their own show the texture's first texel and pull at it;
+/// - resamples masks by the upper left corners of pixels and cells, not by their centers;
+/// - gives a pixel beyond the pyramid both roles in the outermost level;
+/// - lets an angle pass if it is below the limit, and takes the smallest height's angles, enlarged;
+/// - encodes the camera at the smallest height and enlarges its features;
+/// - takes ŵ_l of a term from the masks on its layer's grid;
+/// - clamps the stored values of each layer after every step, the sum of the layers never;
+/// - has its own sizes of the style (style_sizes), visits the views in recorded order, and the last hundredth of them not at all.
 enum class Protocol
 {
     paper,
-    /// The stored values of each layer are clamped after every step, the sum of the layers never. ŵ_l of a term comes from the
-    /// masks on its layer's grid. An angle passes the filter if it is below the limit, and angles are those of the smallest
-    /// height, enlarged. The camera is encoded at the smallest height and its features are enlarged. Pixels without a surface
-    /// show the texture's first texel. The style's sizes are the authors' (style_sizes). The views are visited in recorded order,
-    /// and the last hundredth of them not at all.
-    released
+    released_scannet,
+    released_matterport3d
+};
+constexpr bool is_released(Protocol protocol)
+{
+    return protocol != Protocol::paper;
+}
+
+/// What image gradients are multiplied by (StyleMesh, section 3.5).
+enum class GradientScaling
+{
+    none,   ///< 1 in the level.
+    level,  ///< The level's share in the pixel.
+    angle   ///< The level's share times cos α.
+};
+
+/// Which pixels of a view belong to which height, and what losses see of them.
+struct LevelRules
+{
+    Protocol protocol;
+    bool by_depth;           ///< Depth levels; else every height shows every pixel.
+    double theta_d_m;        ///< θ_d, smaller for scans of short range.
+    double angle_limit_deg;  ///< Largest angle between normal and view for the fine style loss (StyleMesh, section 3.3).
+    GradientScaling scaling;
 };
 
 /// θ_min of StyleMesh, section 3.2: what θ_d meters at a distance of 1 m should be at least, in pixels of height.
@@ -40,47 +68,32 @@ struct LevelChoice
 /// give 0 at an exact hit. `heights_px`: ascending, not empty. `theta_d_m`: θ_d, smaller for scans of short range.
 LevelChoice level_choice(double depth_m, std::span<const int> heights_px, double theta_d_m);
 
-/// Which pixels take part in the fine style loss (StyleMesh, section 3.3).
-struct AngleRule
-{
-    double limit_deg;  ///< Largest angle between normal and view that passes, of each height's own map.
-    /// Released: the limit itself does not pass; angles of the smallest height, enlarged bilinearly, cosines alike.
-    Protocol protocol;
-};
-
 /// The pixels of one rendered height that take part.
 struct LevelPixels
 {
     Raster8 all;                 ///< H x W: 1 = belongs to the level.
     Raster8 fine;                ///< H x W: 1 = also passes the angle filter.
-    RasterF weight;              ///< H x W: share of the level in the pixel, [0,1]; 0 outside `all`.
+    RasterF weight;              ///< H x W: share of the level in the pixel, [0,1].
     RasterF cosine;              ///< H x W: cos α that the scaling uses; empty: the uv map's own.
     std::int64_t count() const;  ///< Pixels in `all`.
 };
 
-/// Without depth levels: every valid pixel belongs to every height with weight 1. `maps`: one per height, ascending.
-std::vector<LevelPixels> whole_levels(std::span<const UvMap> maps, const AngleRule& angle);
-
-/// With depth levels. Assignment, weights and the 3x3 erosion (outside the picture is background) are computed on the smallest
-/// height and resampled by nearest neighbor; a mask is eroded after the union of its two roles, weights per role. Pixels that
-/// are invalid at their own height are left out.
-/// \param depth  of the smallest height's pixels in meters, 0 = belongs to no level; usually maps[0].depth
-std::vector<LevelPixels> depth_levels(std::span<const UvMap> maps, const RasterF& depth, double theta_d_m,
-                                      const AngleRule& angle);
+/// The levels of a view. By depth, assignment, weights and the 3x3 erosion (outside the picture is background) are computed on
+/// the smallest height and resampled by nearest neighbor; a mask is eroded after the union of its two roles, weights per role. In
+/// the paper's protocol, pixels that are invalid at their own height are left out. Not by depth, every such pixel belongs to
+/// every height with weight 1; in a released one, the pixels with depth, while every pixel's gradient counts. \param maps   one
+/// per height, ascending \param depth  of the smallest height's pixels in meters, 0 = belongs to no level; the paper's uses it by
+/// depth only
+std::vector<LevelPixels> levels_of(std::span<const UvMap> maps, const Raster<double>& depth, const LevelRules& rules);
 
 /// ŵ_l of StyleMesh, section 3.4: the covered share of each level, divided by the sum of the shares; all zero without any pixel.
 std::vector<double> level_shares(std::span<const LevelPixels> levels);
 
-/// What image gradients are multiplied by (StyleMesh, section 3.5).
-enum class GradientScaling
-{
-    none,   ///< 1 in the level.
-    level,  ///< The level's share in the pixel.
-    angle   ///< The level's share times cos α.
-};
-
-/// 0 outside the level.
+/// 0 where the level has no share.
 RasterF gradient_factor(const UvMap& map, const LevelPixels& pixels, GradientScaling scaling);
+
+/// Which of `from` pixels the released code takes for pixel `i` of `to` (PyTorch's nearest neighbor, in single precision).
+int corner_pixel(int i, int to, int from);
 
 /// 1 where `mask` and its eight neighbors are 1; outside the raster is 0.
 Raster8 eroded(const Raster8& mask);

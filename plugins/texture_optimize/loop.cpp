@@ -140,8 +140,7 @@ void write_preview(const std::filesystem::path& folder, const ImageIo& images, c
 std::vector<std::size_t> used_views(const ViewSource& source, Protocol protocol, RunContext& run)
 {
     auto views = source.seeing_views();
-    const auto share =
-        static_cast<std::size_t>((protocol == Protocol::released ? 0.99 : 1.0) * static_cast<double>(source.view_count()));
+    const auto share = static_cast<std::size_t>((is_released(protocol) ? 0.99 : 1.0) * static_cast<double>(source.view_count()));
     const std::size_t trained = std::max<std::size_t>(1, share);
     std::erase_if(views, [&](std::size_t view) { return view >= trained; });
     if (views.empty())
@@ -176,8 +175,6 @@ class Loop
     Texture operator()()
     {
         initial_rules().check();
-        if (options_.levels.by_depth && options_.levels.depth != LevelRules::Depth::mesh)
-            source_.check_measured_depth();
         components_.texture.allocate(options_.size_px);
         // Else every level's picture and gradient would cross between processor and device, which would wait for each other.
         texture_there_ = !options_.device.is_cpu() && components_.rule.runs_on(options_.device) &&

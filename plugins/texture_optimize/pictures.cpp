@@ -161,7 +161,7 @@ StyleSizes style_sizes(const Raster8& picture, Protocol protocol, const std::fun
     if (std::min(source.width, source.height) < least_side)
         throw Error(fmt::format("the style picture is {}x{}; expected at least {} px on the shorter side", source.width,
                                 source.height, least_side));
-    if (protocol == Protocol::released)
+    if (is_released(protocol))
         return released_sizes(std::move(source));
     const int longer = std::max(source.width, source.height);
     if (longer > largest_side)

@@ -236,7 +236,7 @@ const GridMask& RenderedPart::crop_grid(CroppedLevel& level, std::size_t number,
     if (found != known.end())
         return found->second;
     const auto mask = core_mask(chosen_pixels(data_.pixels, pixels), level.crops[number]);
-    return known.emplace(std::tuple(stride, pixels), grid_mask(mask, stride, image_.device())).first->second;
+    return known.emplace(std::tuple(stride, pixels), grid_mask(mask, stride, Protocol::paper, image_.device())).first->second;
 }
 
 torch::Tensor RenderedPart::selected_in_crops(CroppedLevel& level, const FeatureNetwork& network, const std::string& layer,

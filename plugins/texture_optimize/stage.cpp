@@ -70,8 +70,11 @@ class TextureOptimize final : public Stage
     Choice<Protocol> protocol{this,
                               "protocol",
                               Protocol::paper,
-                              {{"paper", Protocol::paper}, {"released", Protocol::released}},
-                              "Where they differ: as StyleMesh's paper has it, or as its authors' released code does"};
+                              {{"paper", Protocol::paper},
+                               {"released_scannet", Protocol::released_scannet},
+                               {"released_matterport3d", Protocol::released_matterport3d}},
+                              "Where they differ: as StyleMesh's paper has it, or as its authors' released code does, with its "
+                              "loader for either dataset"};
     Option<int> size_px{this, "size_px", 0, range(0, 16384),
                         "Texels per side, a multiple of 8 for the default texture; 0: as the uv maps say, which have it "
                         "from the atlas"};
@@ -113,14 +116,6 @@ class TextureOptimize final : public Stage
                               "the world"};
     Option<double> theta_d_m{this, "theta_d_m", 0.25, range(0.001, 1000),
                              "θ_d: ideal height = 32 px · depth / theta_d_m; smaller for short-range scans"};
-    Choice<LevelRules::Depth> level_depth{this,
-                                          "level_depth",
-                                          LevelRules::Depth::mesh,
-                                          {{"mesh", LevelRules::Depth::mesh},
-                                           {"sensor", LevelRules::Depth::sensor},
-                                           {"sensor_or_lowest", LevelRules::Depth::sensor_or_lowest}},
-                                          "Depth for the levels; pixels that the sensor did not measure are in no level "
-                                          "(sensor) or in the lowest (sensor_or_lowest)"};
     Option<double> angle_limit_deg{this, "angle_limit_deg", 90, range(0, 90),
                                    "Largest angle between normal and view for the fine style; 90: all pixels"};
     Option<int> held_out_count{this, "held_out_count", 0, range(0, 16),
@@ -207,7 +202,6 @@ class TextureOptimize final : public Stage
                 .init = *init,
                 .levels = {.protocol = *protocol,
                            .by_depth = *depth_levels,
-                           .depth = *level_depth,
                            .theta_d_m = *theta_d_m,
                            .angle_limit_deg = *angle_limit_deg,
                            .scaling = *gradient_scaling},

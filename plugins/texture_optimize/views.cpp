@@ -1,5 +1,7 @@
 #include "views.h"
 
+#include "released_view.h"
+
 #include <fresco/error.h>
 #include <fresco/torch/tensor.h>
 #include <fresco/uv_mapping/view_frames.h>
@@ -29,6 +31,7 @@ ViewSource::ViewSource(const UvMaps& maps, const Frames& frames, const ImageIo* 
         if (std::find(maps.heights_px.begin(), maps.heights_px.end(), height) == maps.heights_px.end())
             throw Error(
                 fmt::format("option \"heights_px\": no uv maps of {} px; found {}", height, fmt::join(maps.heights_px, ", ")));
+    has_depth_ = std::ranges::none_of(frame_of_, [&](std::size_t i) { return frames.frames[i].depth_picture.empty(); });
     for (std::size_t view = 0; view < maps.views.size() && !start_; ++view)
     {
         if (!frames.frames[frame_of_[view]].color_picture.empty())
@@ -54,10 +57,15 @@ std::vector<std::size_t> ViewSource::seeing_views() const
     return views;
 }
 
-RasterF ViewSource::measured_depth(std::size_t view, const UvMap& map, float unmeasured) const
+Raster<double> ViewSource::measured_depth(std::size_t view) const
 {
-    const auto& frame = frames_.frames[frame_of_[view]];
-    return sensor_depth(map, maps_.views[view].camera, frame.depth, load_depth(frame, images_), unmeasured);
+    if (!has_depth_)
+        return {};
+    const Frame& frame = frames_.frames[frame_of_[view]];
+    const Raster16 steps = load_depth_steps(frame, images_);
+    Raster<double> depth(steps.width, steps.height);
+    std::ranges::transform(steps.values, depth.values.begin(), [&](std::uint16_t step) { return step * frame.depth_unit_m; });
+    return depth;
 }
 
 Raster8 ViewSource::camera(std::size_t view) const
@@ -68,13 +76,6 @@ Raster8 ViewSource::camera(std::size_t view) const
     return load_color(frame, images_);
 }
 
-void ViewSource::check_measured_depth() const
-{
-    for (std::size_t view = 0; view < frame_of_.size(); ++view)
-        if (frames_.frames[frame_of_[view]].depth_picture.empty())
-            throw Error("frame " + name(view) + " has no depth picture: set level_depth: mesh");
-}
-
 namespace
 {
 
@@ -83,19 +84,6 @@ torch::Tensor bool_tensor(const Raster8& mask)
     auto tensor = at::empty({mask.height, mask.width}, at::kBool);
     std::transform(mask.values.begin(), mask.values.end(), tensor.data_ptr<bool>(), [](auto v) { return v != 0; });
     return tensor;
-}
-
-std::vector<LevelPixels> level_pixels(const ViewSource& source, std::size_t view, std::span<const UvMap> maps,
-                                      const LevelRules& rules)
-{
-    const AngleRule angle{rules.angle_limit_deg, rules.protocol};
-    if (!rules.by_depth)
-        return whole_levels(maps, angle);
-    if (rules.depth == LevelRules::Depth::mesh)
-        return depth_levels(maps, maps[0].depth, rules.theta_d_m, angle);
-    constexpr float no_distance = 1e-6F;
-    const float unmeasured = rules.depth == LevelRules::Depth::sensor_or_lowest ? no_distance : 0;
-    return depth_levels(maps, source.measured_depth(view, maps[0], unmeasured), rules.theta_d_m, angle);
 }
 
 /// The map that shows the texture's first texel where there is no surface.
@@ -131,18 +119,23 @@ std::unique_ptr<ViewData> load_view(const ViewSource& source, std::size_t view, 
     std::vector<UvMap> maps;
     for (std::size_t level = 0; level < source.level_count(); ++level)
         maps.push_back(source.map(view, level));
-    const auto pixels = level_pixels(source, view, maps, rules);
-    const auto shares = level_shares(pixels);
     const Raster8 camera = source.camera(view);
+    const bool released = is_released(rules.protocol);
+    std::shared_ptr<SmallestCamera> smallest;
+    Raster<double> depth(maps[0].depth.width, maps[0].depth.height);
+    std::ranges::copy(maps[0].depth.values, depth.values.begin());
+    if (released)
+    {
+        ReleasedView seen = released_view(maps, camera, source.measured_depth(view), rules.protocol);
+        smallest = std::make_shared<SmallestCamera>(SmallestCamera{to_tensor(seen.picture), {}});
+        depth = std::move(seen.depth);
+    }
+    const auto pixels = levels_of(maps, depth, rules);
+    const auto shares = level_shares(pixels);
 
     auto data = std::make_unique<ViewData>();
     data->view = view;
-    const bool released = rules.protocol == Protocol::released;
-    data->share_by_features = released;
-    std::shared_ptr<SmallestCamera> smallest;
-    if (released)
-        smallest = std::make_shared<SmallestCamera>(
-            SmallestCamera{to_tensor(resized(camera, maps[0].valid.width, maps[0].valid.height)), {}});
+    data->protocol = rules.protocol;
     for (std::size_t level = 0; level < maps.size(); ++level)
     {
         if (!(shares[level] > 0))
@@ -152,12 +145,8 @@ std::unique_ptr<ViewData> load_view(const ViewSource& source, std::size_t view, 
         result.height_px = source.height_px(level);
         const UvMap shown = released ? filled_with_corner(map) : map;
         result.view = texture.make_view(shown);
+        result.protocol = rules.protocol;
         result.factor = gradient_factor(map, pixels[level], rules.scaling);
-        // The released code only masks gradients by the angle's cosine and the level's weight, and both are 0 there.
-        if (released && rules.scaling == GradientScaling::none)
-            for (std::size_t i = 0; i < map.valid.values.size(); ++i)
-                if (map.valid.values[i] == 0)
-                    result.factor.values[i] = 1;
         result.share = shares[level];
         result.camera = to_tensor(resized(camera, map.valid.width, map.valid.height));
         result.all = bool_tensor(pixels[level].all);
@@ -177,7 +166,7 @@ const GridMask& grid_of(LevelData& level, int stride, Pixels pixels, const torch
     const auto found = level.grids.find(key);
     if (found != level.grids.end())
         return found->second;
-    return level.grids.emplace(key, grid_mask(chosen_pixels(level.pixels, pixels), stride, device)).first->second;
+    return level.grids.emplace(key, grid_mask(chosen_pixels(level.pixels, pixels), stride, level.protocol, device)).first->second;
 }
 
 void forget_camera(ViewData& data)

@@ -55,15 +55,12 @@ class ViewSource
     std::vector<std::size_t> seeing_views() const;
 
     UvMap map(std::size_t view, std::size_t level) const { return maps_.load_map(view, levels_[level]); }
-    /// What the depth camera measured of the pixels of `map`, as sensor_depth says. Throws Error if the frame has no depth
-    /// picture.
-    RasterF measured_depth(std::size_t view, const UvMap& map, float unmeasured) const;
+    /// What the depth camera measured, in meters, 0: nothing; empty where some frame has no depth picture.
+    Raster<double> measured_depth(std::size_t view) const;
     /// The camera picture as recorded, RGB; of a frame without one, what the start texture shows it at the largest height.
     Raster8 camera(std::size_t view) const;
     /// Whether some frame has no picture.
     bool shows_start() const { return start_ != nullptr; }
-    /// Throws Error naming the first view whose frame has no depth picture.
-    void check_measured_depth() const;
 
   private:
     const UvMaps& maps_;
@@ -71,25 +68,8 @@ class ViewSource
     const ImageIo* images_;
     std::vector<std::size_t> levels_;      ///< Into maps_.heights_px.
     std::vector<std::size_t> frame_of_;    ///< Per view: into frames_.frames.
+    bool has_depth_ = true;                ///< Every frame has a depth picture.
     std::unique_ptr<ShownTexture> start_;  ///< Null where every frame has a picture.
-};
-
-/// Which pixels of a view belong to which height, and what losses see of them.
-struct LevelRules
-{
-    enum class Depth
-    {
-        mesh,             ///< The uv maps' own.
-        sensor,           ///< The depth camera's; pixels it has not measured belong to no level …
-        sensor_or_lowest  ///< … or to the lowest height.
-    };
-
-    Protocol protocol;
-    bool by_depth;  ///< Depth levels; else every height shows every pixel.
-    Depth depth;
-    double theta_d_m;
-    double angle_limit_deg;
-    GradientScaling scaling;
 };
 
 /// Features by network and layer.
@@ -115,6 +95,7 @@ struct LevelData
 {
     int height_px = 0;
     std::unique_ptr<TextureView> view;
+    Protocol protocol = Protocol::paper;
     Raster8 valid;  ///< H x W: 1 = the texture is seen here, whether or not the pixel belongs to the level.
     LevelPixels pixels;
     RasterF factor;                            ///< H x W: what the image gradient is multiplied by.
@@ -140,7 +121,7 @@ struct ViewData
     std::size_t view = 0;
     std::vector<LevelData> levels;  ///< Those with pixels, smallest height first.
     std::vector<int> numbers;       ///< Of each level: its index in the render pyramid.
-    bool share_by_features = false;
+    Protocol protocol = Protocol::paper;
     GradientUnion gradient_union;
 };
 

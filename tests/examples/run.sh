@@ -69,7 +69,7 @@ version: 1
 base: $source/pipelines/presets/stylemesh-scannet.yaml
 stages:
   scan: {type: scan.synthetic_room, frames_count: 4, color_width_px: 160, color_height_px: 120, edge_m: 0.15}
-  frames: {min_sharpness: 0}
+  frames: {min_sharpness: 0, window_count: 1}
   pattern: {type: picture.pattern}
   mesh: {max_faces: 20000}
   atlas: {size_px: 128}

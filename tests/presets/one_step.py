@@ -94,10 +94,18 @@ def encode_backward(features, winners, gradients, weights):
 
 
 def on_grid(mask, name):
-    """A mask of pixels on a layer's grid: each cell takes the pixel at its center."""
+    """A mask of pixels on a layer's grid: each cell takes the pixel at its center, with the released code at its corner."""
     stride = 2 ** (int(name[0]) - 1)
+    if RELEASED:
+        return from_corners(mask, [size // stride for size in mask.shape])
     rows, columns = (np.arange(size // stride) * stride + stride // 2 for size in mask.shape)
     return mask[np.ix_(rows, columns)]
+
+
+def from_corners(values, shape):
+    """Resampled by the pixels under the upper left corners of those of `shape`, computed in single precision."""
+    rows, columns = (np.floor(np.arange(new, dtype=np.float32) * (np.float32(old) / np.float32(new))).astype(int) for new, old in zip(shape, values.shape))
+    return values[np.ix_(rows, columns)]
 
 
 def gram(selected):
@@ -107,13 +115,15 @@ def gram(selected):
 
 def level_losses(picture, camera, pixels, roles, shares, weights):
     """Style and content, weighted, and the gradient of their sum by the picture. `camera`: the content layer's features. `roles`: masks of
-    pixels, with the Gram matrices that these are compared with. `shares`: the level's, for each layer."""
+    pixels, with the Gram matrices that these are compared with, and whether they are even where a layer has no cell of them. `shares`: the level's, for each layer."""
     features, winners = encode(picture, weights)
     gradients = {name: np.zeros_like(features[name]) for name in (*STYLE_LAYERS, CONTENT_LAYER)}
     style = content = 0.0
-    for mask, targets in roles:
+    for mask, targets, always in roles:
         for name, target in targets.items():
             chosen = on_grid(mask, name)
+            if always and not chosen.any():  # zeros are compared
+                style += STYLE_WEIGHT * STYLE_LAYERS[name] * shares[name] * np.mean(target**2)
             if chosen.any():
                 selected = features[name][chosen]
                 difference = gram(selected) - target
@@ -166,6 +176,8 @@ def erode(mask):
 
 def nearest(values, shape):
     """Resampled by nearest neighbor."""
+    if RELEASED:
+        return from_corners(values, shape)
     rows, columns = (((np.arange(new) + 0.5) * old / new).astype(int) for new, old in zip(shape, values.shape))
     return values[np.ix_(rows, columns)]
 
@@ -179,7 +191,7 @@ def depth_levels(view, heights):
     gap = np.abs(heights[first] - heights[second])
     share = np.where(gap > 0, 1 - np.abs(ideal - heights[first]) / np.maximum(gap, 1), 1)
     for level in range(len(heights)):
-        nearer, farther = view["valid"] & (first == level), view["valid"] & (second == level) & (share < 1)
+        nearer, farther = view["valid"] & (first == level), view["valid"] & (second == level) & (RELEASED | (share < 1))
         yield erode(nearer | farther), erode(nearer) * share + erode(farther) * (1 - share)
 
 
@@ -206,6 +218,30 @@ def linear(values, shape):
     return result
 
 
+def bicubic(picture, shape):
+    """Keys' cubic convolution to `shape`, H x W, as Pillow has it: widened where it reduces, rounded to 8 bits after each axis, rows first."""
+    result = picture
+    for axis in (1, 0):
+        old, new = picture.shape[axis], shape[axis]
+        wide = max(old / new, 1)
+        center = (np.arange(new)[:, None] + 0.5) * old / new
+        taps, away = np.arange(old), np.abs((np.arange(old) + 0.5 - center) / wide)
+        share = np.where(away < 1, (1.5 * away - 2.5) * away**2 + 1, np.where(away < 2, ((away - 5) * away + 8) * away * -0.5 + 2, 0))
+        share *= (taps >= (center - 2 * wide + 0.5).astype(int)) & (taps < (center + 2 * wide + 0.5).astype(int))
+        whole = np.tensordot(share / share.sum(1, keepdims=True), result.astype(np.float64), (1, axis))
+        result = np.moveaxis(np.clip(np.floor(whole + 0.5), 0, 255), 0, axis)
+    return result
+
+
+def as_released(views):
+    """The smallest view as the released loader for ScanNet makes it: from exported pictures and depth, with the largest one's surface."""
+    smallest, large = views[0], views[-1]["valid"]
+    picture, depth = (full[np.ix_(*(np.arange(new) * old // new for new, old in zip((240, 320), full.shape)))] for full in (smallest["full"], smallest["sensor"]))
+    rows, columns = (((np.arange(new) + 0.5) * old / new).astype(int) for new, old in zip(smallest["valid"].shape, large.shape))
+    valid = (large & (linear(depth, large.shape) > 0))[np.ix_(rows, columns)]
+    return smallest | {"valid": valid, "depth": linear(depth, valid.shape), "color": bicubic(picture, valid.shape)}
+
+
 def as_input(rgb):
     """RGB in 0..255 to what the network takes."""
     return rgb[..., ::-1].astype(np.float64) - MEAN_BGR
@@ -221,11 +257,12 @@ def level_step(view, layers, masks, weight, cosine, shares, camera, targets):
     """The level's losses, and their gradient by the layers (the paper, sections 3.3 and 3.5)."""
     valid, (pixels, fine), (coarse, of_fine) = view["valid"], masks, targets
     of_fine = {name: of_fine[name] for name in FINE_LAYERS}
-    roles = [(fine, coarse), (pixels & ~fine, coarse), (fine, of_fine)] if RELEASED else [(pixels, coarse), (fine, of_fine)]
-    stored = look_up(layers, view["uv"][valid])
+    roles = [(fine, coarse, True), (pixels & ~fine, coarse, False), (fine, of_fine, True)] if RELEASED else [(pixels, coarse, False), (fine, of_fine, False)]
+    uv = view["uv"]
+    if RELEASED:  # The first texel is what is seen where there is no surface.
+        uv, valid = np.where(valid[..., None], uv, (0.0, 1.0)), np.ones_like(valid)
+    stored = look_up(layers, uv[valid])
     picture = np.zeros(valid.shape + (3,)) - MEAN_BGR  # black where there is no surface
-    if RELEASED:
-        picture[:] = look_up(layers, np.array([[0.0, 1.0]]))[0]
     picture[valid] = stored if RELEASED else np.clip(stored, -MEAN_BGR, 255 - MEAN_BGR)
     if camera is None:
         camera = encode(as_input(view["color"]), WEIGHTS, CONTENT_LAYER)[0][CONTENT_LAYER]
@@ -233,15 +270,16 @@ def level_step(view, layers, masks, weight, cosine, shares, camera, targets):
     gradient = gradient[valid] * (cosine * weight)[valid][:, None]
     if not RELEASED:  # Where a value is beyond what can be displayed, only a step that leads back counts.
         gradient[(stored > 255 - MEAN_BGR) & (gradient < 0) | (stored < -MEAN_BGR) & (gradient > 0)] = 0
-    return losses, gather(layers, view["uv"][valid], gradient)
+    return losses, gather(layers, uv[valid], gradient)
 
 
 def step(views, layers, targets, run):
     """Style and content, and for every layer their gradient and the regularizer's."""
     levels, smallest = [], np.maximum(views[0]["cosine"].astype(np.float64), 0)
-    for view, (mask, weight) in zip(views, depth_levels(views[0], [len(view["valid"]) for view in views])):
+    first = as_released(views) if RELEASED else views[0]
+    for view, (mask, weight) in zip(views, depth_levels(first, [len(view["valid"]) for view in views])):
         shape = view["valid"].shape
-        pixels = nearest(mask, shape) & view["valid"]
+        pixels = nearest(mask, shape) & (RELEASED | view["valid"])
         if RELEASED:
             cosine, passes = linear(smallest, shape), linear(np.degrees(np.arccos(np.minimum(smallest, 1))), shape) < ANGLE_LIMIT_DEG
         else:
@@ -250,7 +288,7 @@ def step(views, layers, targets, run):
         levels.append(((pixels, pixels & passes), nearest(weight, shape), cosine))
     cover = [{name: (on_grid(masks[0], name) if RELEASED else masks[0]).mean() for name in (*STYLE_LAYERS, CONTENT_LAYER)} for masks, _, _ in levels]
     sums = {name: sum(level[name] for level in cover) for name in cover[0]}
-    camera = encode(as_input(views[0]["color"]), WEIGHTS, CONTENT_LAYER)[0][CONTENT_LAYER] if RELEASED else None
+    camera = encode(as_input(first["color"]), WEIGHTS, CONTENT_LAYER)[0][CONTENT_LAYER] if RELEASED else None
     tasks = []
     for view, (masks, weight, cosine), level in zip(views, levels, cover):
         shares = {name: level[name] / sums[name] for name in level}
@@ -281,7 +319,7 @@ def check_backward_pass():
 
     def losses(change):
         moved = [layer + change * way for layer, way in zip(layers, ways)]
-        return level_losses(look_up(moved, uv).reshape(shape + (3,)), camera, masks[0], list(zip(masks, targets)), shares, weights)
+        return level_losses(look_up(moved, uv).reshape(shape + (3,)), camera, masks[0], [(*role, False) for role in zip(masks, targets)], shares, weights)
 
     gradient = gather(layers, uv, losses(0)[1].reshape(-1, 3))
     slope = sum(np.sum(part * way.reshape(-1, 3)) for part, way in zip(gradient, ways))
@@ -304,8 +342,9 @@ def read_run(store, log):
 def read_view(folder, height):
     """A view's maps at a height, and its camera picture, which is averaged to that height in whole steps."""
     view = {name: np.load(folder / f"{name}_{height}.npy") for name in ("uv", "depth", "cosine", "valid", "color")}
-    assert np.abs(shrink(np.load(folder / "color.npy"), view["valid"].shape) - view["color"]).max() < 0.501, "the camera picture"
-    return view | {"valid": view["valid"] == 1}
+    full = np.load(folder / "color.npy")
+    assert np.abs(shrink(full, view["valid"].shape) - view["color"]).max() < 0.501, "the camera picture"
+    return view | {"valid": view["valid"] == 1, "full": full, "sensor": np.load(folder / "sensor_depth.npy") / 1000}
 
 
 def distance(theirs, ours):

@@ -8,9 +8,8 @@ python=$(python_with numpy) || { skip "a step of the optimization computed once 
 step() { "$fresco" run "$work/$1.yaml" --store "$work/store" --out "$work/out" --json-log "${@:2}"; }
 for protocol in paper released; do
     preset=stylemesh-scannet more= rate=1000
-    # The sensor's depth and the lookup at corners, which begins only with zeros, have tests of their own. A hundredth of the losses, so that
-    # the step clamps few texels.
-    [ $protocol = paper ] || preset=stylemesh-released-scannet rate=30 more="level_depth: mesh, texture: {lookup: centers}, lambda_r: 50,
+    # The lookup at corners, which begins only with zeros, has a test of its own. A hundredth of the losses, so that the step clamps few texels.
+    [ $protocol = paper ] || preset=stylemesh-released-scannet rate=30 more="texture: {lookup: centers}, lambda_r: 50,
     losses: {style: {weight: 1.0e-6}, content: {weight: 0.7}}, "
     cat >"$work/$protocol.yaml" <<YAML
 version: 1

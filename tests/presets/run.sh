@@ -19,7 +19,7 @@ base: $preset
 vars: {data: $work, picture: $pipelines/demo.jpg, weights: $work/vgg19.safetensors}
 stages:
   scan: {type: scan.synthetic_room, frames_count: 6, color_width_px: 160, color_height_px: 120, edge_m: 0.15}
-  frames: {min_sharpness: 0}
+  frames: {min_sharpness: 0, window_count: 1}
   mesh: {max_faces: 4000}
   atlas: {size_px: 512}
   uvmaps: {heights_px: [$heights]}

@@ -135,7 +135,13 @@ TEST_CASE("layout stylemesh has the folders that the released code lists, with e
 
     const UvMap coarse = recording.maps->load_map(1, 0);
     const UvMap fine = recording.maps->load_map(1, 1);
-    CHECK(dataset::raster_f_from(read_file(scene / "uv_45/10.npy"), 60, 45, 2, "uv") == fine.uv);
+    const RasterF uv = dataset::raster_f_from(read_file(scene / "uv_45/10.npy"), 60, 45, 2, "uv");
+    for (std::size_t i = 0; i < fine.valid.values.size(); ++i)
+    {
+        const bool seen = fine.valid.values[i] != 0;
+        CHECK(uv.values[2 * i] == fine.uv.values[2 * i]);
+        CHECK(uv.values[2 * i + 1] == (seen ? 1 - fine.uv.values[2 * i + 1] : 0));
+    }
     const NpyArray angle = read_npy(scene / "uv/10.angle.npy");
     CHECK(angle.shape == std::vector<std::size_t>{12, 16, 1});
     CHECK(std::ranges::equal(angle.as<float>(), coarse.cosine.values));
@@ -169,11 +175,15 @@ TEST_CASE("layout stylemesh takes the sensor's depth where every frame has it, a
     write_dataset(folder.path() / "out", recording, Value::Map{{"layout", "stylemesh"}, {"scene", "kitchen_1"}}, run);
     const fs::path scene = folder.path() / "out/files/dataset/train/images/kitchen_1";
     CHECK(fs::exists(scene / "color/1.png"));
-    const Raster16 depth = dataset::raster16_from(read_file(scene / "depth/1.png"), 20, 14, 1, "depth");
+    const Raster16 depth = dataset::raster16_from(read_file(scene / "depth/1.png"), 320, 240, 1, "depth");
     const Raster16 steps = load_depth_steps(recording.frames->frames[1], nullptr);
-    for (std::size_t i = 0; i < depth.values.size(); ++i)
-        // Two millimeters a step.
-        CHECK(depth.values[i] == (steps.values[i] > 32767 ? 0 : 2 * steps.values[i]));
+    for (int y = 0; y < 240; ++y)
+        for (int x = 0; x < 320; ++x)
+        {
+            const int step = steps.at(x * 20 / 320, y * 14 / 240);
+            // Two millimeters a step.
+            CHECK(depth.at(x, y) == (step > 32767 ? 0 : 2 * step));
+        }
 }
 
 TEST_CASE("layout stylemesh refuses what it has no place for")

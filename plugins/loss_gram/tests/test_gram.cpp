@@ -226,10 +226,20 @@ TEST_CASE("the released rule compares passing and failing pixels with the coarse
         fresco::testing::PicturePart front(picture, picture, all, all);
         CHECK(value(R"({"center": false, "rule": "released", "targets": "coarse"})", front) == Approx(8 * 0.25 / 9));
     }
-    SECTION("where none pass, it comes once too and the fine one not at all")
+    SECTION("where none pass, zeros are compared with both targets, at no gradient")
     {
-        fresco::testing::PicturePart steep(picture, picture, all, at::zeros({4, 4}, at::kBool));
-        CHECK(value(R"({"center": false, "rule": "released", "targets": "both"})", steep) == Approx(8 * 0.25 / 9));
+        const auto term_and_gradient = [&](const std::string& options)
+        {
+            const auto leaf = picture.detach().clone().requires_grad_();
+            fresco::testing::PicturePart steep(leaf, leaf, all, at::zeros({4, 4}, at::kBool));
+            const auto term = fixture.evaluate(options, steep).at(0).value;
+            term.backward();
+            return std::pair(term.item<double>(), leaf.grad());
+        };
+        const auto both = term_and_gradient(R"({"center": false, "rule": "released", "targets": "both"})");
+        // One entry of the coarse target is 1; of the fine one, with two colors in equal parts, 1, 1/2, 1/2, 1/2.
+        CHECK(both.first == Approx((8 * 0.25 + 1 + 1.75) / 9));
+        CHECK(both.second.equal(term_and_gradient(R"({"center": false, "targets": "coarse"})").second));
     }
 }
 

@@ -252,12 +252,8 @@ namespace fresco::optimize
 {
 
 /// Every pixel at every height, at any angle.
-inline constexpr LevelRules all_pixels{.protocol = Protocol::paper,
-                                       .by_depth = false,
-                                       .depth = LevelRules::Depth::mesh,
-                                       .theta_d_m = 0.25,
-                                       .angle_limit_deg = 90,
-                                       .scaling = GradientScaling::angle};
+inline constexpr LevelRules all_pixels{
+    .protocol = Protocol::paper, .by_depth = false, .theta_d_m = 0.25, .angle_limit_deg = 90, .scaling = GradientScaling::angle};
 
 /// Steps over all views in their whole size, neither measured nor kept, from zeros.
 inline LoopOptions short_loop(int size_px, int repeats_count, const torch::Device& device = torch::kCPU)

@@ -96,14 +96,17 @@ TEST_CASE("a grid cell takes the pixel at its center")
     mask.at(3, 3) = 1;
     mask.at(2, 0) = 1;
     mask.at(4, 1) = 1;
-    const auto half = grid_mask(mask, 2, torch::kCPU);
+    const auto half = grid_mask(mask, 2, Protocol::paper, torch::kCPU);
     REQUIRE(half.cells.sizes() == at::IntArrayRef({2, 2}));
     REQUIRE(half.index.numel() == 2);
     CHECK(half.index[0].item<std::int64_t>() == 0);
     CHECK(half.index[1].item<std::int64_t>() == 3);
     CHECK(half.cells[1][1].item<bool>());
     CHECK_FALSE(half.cells[0][1].item<bool>());
-    CHECK(grid_mask(mask, 1, torch::kCPU).index.numel() == 4);
+    CHECK(grid_mask(mask, 1, Protocol::paper, torch::kCPU).index.numel() == 4);
+    // The released code takes corners: of rows 0 and 2, and of columns 0 and 2 (5 / 2, rounded down).
+    CHECK(grid_mask(mask, 2, Protocol::released_scannet, torch::kCPU).numbers()[0] == 1);
+    CHECK(grid_mask(mask, 2, Protocol::released_scannet, torch::kCPU).index.numel() == 1);
 }
 
 TEST_CASE("selected cells and their gradient equal index_select's, for any type, place in memory and threads")
@@ -118,7 +121,7 @@ TEST_CASE("selected cells and their gradient equal index_select's, for any type,
         Raster8 mask(17, 9);
         for (const int i : list)
             mask.values[static_cast<std::size_t>(i)] = 1;
-        const auto grid = grid_mask(mask, 1, torch::kCPU);
+        const auto grid = grid_mask(mask, 1, Protocol::paper, torch::kCPU);
         for (const int threads : {1, 3})
             for (const auto type : {at::kFloat, at::kDouble})
                 for (const bool innermost : {true, false})
@@ -382,7 +385,7 @@ TEST_CASE("pixels without a surface show the texture's corner where the released
     const ViewSource source(*wall.maps, wall.frames, nullptr, {});
     const KeptMaps texture;
     LevelRules rules = all_pixels;
-    rules.protocol = Protocol::released;
+    rules.protocol = Protocol::released_scannet;
     for (const bool by_angle : {false, true})
     {
         rules.scaling = by_angle ? GradientScaling::angle : GradientScaling::none;
@@ -390,14 +393,14 @@ TEST_CASE("pixels without a surface show the texture's corner where the released
         const LevelData& level = data->levels.back();
         CHECK((texture.maps.back().uv.at(0, 3, 0) == 0 && texture.maps.back().uv.at(0, 3, 1) == 1));
         CHECK(level.valid.at(0, 3) == 1);       // shown …
-        CHECK(level.pixels.all.at(0, 3) == 0);  // … but not compared
+        CHECK(level.pixels.all.at(0, 3) == 0);  // … but not compared, where the largest map has no surface either
         CHECK(level.factor.at(0, 3) == (by_angle ? 0 : 1));
         CHECK(level.factor.at(5, 3) == Approx(by_angle ? 0.8 : 1));
     }
     CHECK(load_view(source, 1, texture, all_pixels)->levels.back().valid.at(0, 3) == 0);
 }
 
-TEST_CASE("pixels that the sensor did not measure are in no level, or in the lowest")
+TEST_CASE("the released code takes the sensor's depth where every frame has it, and then leaves out what was not measured")
 {
     const testing::TemporaryFolder folder;
     Wall wall(folder.path(), 2, {24, 36});
@@ -406,19 +409,24 @@ TEST_CASE("pixels that the sensor did not measure are in no level, or in the low
     for (int i = 0; i < 40 * 30; ++i)
         steps.push_back(i % 40 < 20 ? 0 : 2000);
     const std::vector<std::size_t> shape{30, 40};
+    const KeptMaps texture;
+    const auto numbers = [&](Protocol protocol)
+    {
+        LevelRules rules = all_pixels;
+        rules.by_depth = true;
+        rules.protocol = protocol;
+        return load_view(ViewSource(*wall.maps, wall.frames, nullptr, {}), 0, texture, rules)->numbers;
+    };
+    const auto by_mesh = numbers(Protocol::paper);
+    CHECK(numbers(Protocol::released_scannet) == by_mesh);
     for (auto& frame : wall.frames.frames)
     {
         frame.depth_picture.path = folder.path() / "depth.npy";
         write_npy(frame.depth_picture.path, shape, std::span<const std::uint16_t>(steps));
     }
-    const ViewSource source(*wall.maps, wall.frames, nullptr, {});
-    const KeptMaps texture;
-    LevelRules rules = all_pixels;
-    rules.by_depth = true;
-    rules.depth = LevelRules::Depth::sensor;
-    CHECK(load_view(source, 0, texture, rules)->numbers == std::vector<int>{1});
-    rules.depth = LevelRules::Depth::sensor_or_lowest;
-    CHECK(load_view(source, 0, texture, rules)->numbers == std::vector<int>{0, 1});
+    CHECK(numbers(Protocol::paper) == by_mesh);
+    CHECK(numbers(Protocol::released_scannet) == std::vector<int>{1});
+    CHECK(numbers(Protocol::released_matterport3d) == std::vector<int>{0, 1});
 }
 
 TEST_CASE("camera features of the smallest height are enlarged between the centers of cells")

@@ -4,6 +4,7 @@
 
 #include <fresco/numerics/noise.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -19,7 +20,19 @@ namespace
 
 const std::vector<int> paper_heights{256, 432, 608, 784};
 constexpr double quarter = 0.25;  // R = 128 d
-constexpr AngleRule all_angles{90, Protocol::paper};
+
+LevelRules rules_with(double angle_limit_deg, Protocol protocol = Protocol::paper, bool by_depth = false)
+{
+    return {protocol, by_depth, quarter, angle_limit_deg, GradientScaling::angle};
+}
+const LevelRules by_depth = rules_with(90, Protocol::paper, true);
+
+Raster<double> depth_of(const UvMap& map)
+{
+    Raster<double> depth(map.depth.width, map.depth.height);
+    std::copy(map.depth.values.begin(), map.depth.values.end(), depth.values.begin());
+    return depth;
+}
 
 UvMap flat_map(int width, int height, float depth, float cosine)
 {
@@ -123,7 +136,7 @@ TEST_CASE("depth levels: union eroded for the masks, weights eroded per role, bo
         for (int x = 6; x < 12; ++x)
             maps[0].depth.at(x, y) = 14.0F / 128;
     maps[1].valid.at(10, 8) = 0;
-    const auto levels = depth_levels(maps, maps[0].depth, quarter, all_angles);
+    const auto levels = levels_of(maps, depth_of(maps[0]), by_depth);
     REQUIRE(levels.size() == 2);
     for (int y = 0; y < 8; ++y)
         for (int x = 0; x < 12; ++x)
@@ -149,14 +162,49 @@ TEST_CASE("depth levels: union eroded for the masks, weights eroded per role, bo
     CHECK(shares[0] == Approx(60.0 / 96 / (60.0 / 96 + 239.0 / 384)));
 }
 
+TEST_CASE("the released levels take corners, do not ask for a surface of their own, and erode what lies beyond with both roles")
+{
+    // As above, but the rest lies beyond the pyramid.
+    std::vector<UvMap> maps{flat_map(12, 8, 10.0F / 128, 0.5F), flat_map(29, 20, 1, 0.5F)};
+    maps[1].valid.at(10, 8) = 0;
+    const int heights[] = {8, 20};
+    for (int y = 0; y < 8; ++y)
+        for (int x = 6; x < 12; ++x)
+            maps[0].depth.at(x, y) = 40.0F / 128;
+    const auto paper = levels_of(maps, depth_of(maps[0]), by_depth);
+    const auto released = levels_of(maps, depth_of(maps[0]), rules_with(90, Protocol::released_scannet, true));
+    const double near_share = level_choice(10.0 / 128, heights, quarter).first_weight;
+    for (int y = 0; y < 20; ++y)
+        for (int x = 0; x < 29; ++x)
+        {
+            CAPTURE(x, y);
+            const int column = x * 12 / 29;
+            const int row = y * 8 / 20;
+            const bool inside = column > 0 && row > 0 && column < 11 && row < 7;
+            CHECK(released[1].all.at(x, y) == (inside ? 1 : 0));
+            // In the second role the left half lies beside pixels that have it as well; beyond, the first one counts alone.
+            CHECK(released[1].weight.at(x, y) == Approx(!inside || column == 6 ? 0 : column < 6 ? 1 - near_share : 1));
+        }
+    CHECK(paper[1].all.at(10, 8) == 0);
+    CHECK(paper[1].weight.at(5 * 29 / 12 + 1, 10) == 0);
+    // Which pixel of five each of two, and of two each of five, takes.
+    CHECK((corner_pixel(0, 2, 5) == 0 && corner_pixel(1, 2, 5) == 2 && corner_pixel(4, 5, 2) == 1 && corner_pixel(2, 5, 2) == 0));
+    // Without levels: the pixels with depth, but everybody's gradient.
+    Raster<double> holes = depth_of(maps[0]);
+    holes.at(3, 3) = 0;
+    const auto whole = levels_of(maps, holes, rules_with(90, Protocol::released_scannet));
+    CHECK((whole[0].all.at(3, 3) == 0 && whole[0].weight.at(3, 3) == 1 && whole[1].all.at(8, 8) == 0));
+    CHECK(gradient_factor(maps[0], whole[0], GradientScaling::none).at(3, 3) == 1);
+}
+
 TEST_CASE("a pixel on a height belongs only to that level, one without depth to none")
 {
     std::vector<UvMap> maps{flat_map(8, 8, 8.0F / 128, 1), flat_map(16, 16, 1, 1)};
-    const auto on = depth_levels(maps, maps[0].depth, quarter, all_angles);
+    const auto on = levels_of(maps, depth_of(maps[0]), by_depth);
     CHECK(on[0].count() == 36);
     CHECK(on[1].count() == 0);
     CHECK(level_shares(on)[1] == 0);
-    const auto none = depth_levels(maps, RasterF(8, 8), quarter, all_angles);
+    const auto none = levels_of(maps, Raster<double>(8, 8), by_depth);
     CHECK(none[0].count() + none[1].count() == 0);
 }
 
@@ -168,33 +216,33 @@ TEST_CASE("the angle filter takes a level's own cosines, or the smallest height'
     maps[1].cosine.at(3, 3) = 0.2F;
     maps[0].cosine.at(0, 0) = 0.2F;
     maps[0].cosine.at(3, 3) = std::nextafter(on_limit, 1.0F);
-    const auto own = whole_levels(maps, {limit_deg, Protocol::paper});
+    const auto own = levels_of(maps, depth_of(maps[0]), rules_with(limit_deg, Protocol::paper));
     CHECK(own[0].fine.at(0, 0) == 0);
     CHECK(own[0].fine.at(3, 3) == 1);
     CHECK(own[1].fine.at(3, 3) == 0);
     CHECK(own[1].fine.at(0, 0) == 1);
     CHECK(own[1].all.at(3, 3) == 1);
-    const auto smallest = whole_levels(maps, {limit_deg, Protocol::released});
+    const auto smallest = levels_of(maps, depth_of(maps[0]), rules_with(limit_deg, Protocol::released_scannet));
     CHECK(smallest[1].fine.at(3, 3) == 1);
     CHECK(smallest[1].fine.at(0, 0) == 0);
     CHECK(gradient_factor(maps[1], smallest[1], GradientScaling::angle).at(0, 0) == Approx(0.2));
     CHECK(gradient_factor(maps[1], own[1], GradientScaling::angle).at(0, 0) == Approx(0.9));
     // The angles are enlarged, not the cosines: a quarter of the way from 25.8° to 78.5° is 39.0°; the mean of the cosines would
     // be that of 43.5°.
-    const auto between = whole_levels(maps, {41, Protocol::released});
+    const auto between = levels_of(maps, depth_of(maps[0]), rules_with(41, Protocol::released_scannet));
     CHECK(between[1].fine.at(2, 0) == 1);
     CHECK(between[1].fine.at(1, 0) == 0);
     // Exactly on the limit: cos 90° = 0 passes "at most", not "below".
     maps[0].cosine.at(1, 1) = 0;
-    CHECK(whole_levels(maps, {90, Protocol::paper})[0].fine.at(1, 1) == 1);
-    CHECK(whole_levels(maps, {90, Protocol::released})[0].fine.at(1, 1) == 0);
+    CHECK(levels_of(maps, depth_of(maps[0]), rules_with(90, Protocol::paper))[0].fine.at(1, 1) == 1);
+    CHECK(levels_of(maps, depth_of(maps[0]), rules_with(90, Protocol::released_scannet))[0].fine.at(1, 1) == 0);
 }
 
 TEST_CASE("gradients are scaled by the level's share and the cosine, or not at all")
 {
     std::vector<UvMap> maps{flat_map(8, 8, 10.0F / 128, 0.5F), flat_map(16, 16, 1, 0.25F)};
     maps[1].valid.at(5, 5) = 0;
-    const auto levels = depth_levels(maps, maps[0].depth, quarter, all_angles);
+    const auto levels = levels_of(maps, depth_of(maps[0]), by_depth);
     const auto angle = gradient_factor(maps[1], levels[1], GradientScaling::angle);
     CHECK(angle.at(8, 8) == Approx(0.25 * 0.25));
     CHECK(angle.at(0, 0) == 0);

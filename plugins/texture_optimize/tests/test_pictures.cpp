@@ -1,8 +1,10 @@
 #include "pictures.h"
+#include "released_view.h"
 
 #include "catch.h"
 
 #include <fresco/error.h>
+#include <fresco/images/filters.h>
 #include <fresco/testing_scenes.h>
 
 #include <array>
@@ -22,14 +24,14 @@ TEST_CASE("style sizes by hand, as the paper and as the released code find them"
     for (const Case& c :
          {Case{Protocol::paper, 1024, 512, {512, 256}, {1024, 512}},
           {Protocol::paper, 1200, 1600, {256, 341}, {1024, 1364}},
-          {Protocol::paper, 5000, 2500, {512, 256}, {2048, 1024}},     // first 2048 x 1024
-          {Protocol::paper, 300, 200, {300, 200}, {300, 200}},         // with a message
-          {Protocol::released, 1600, 1200, {341, 256}, {800, 600}},    // 256, 300, 600, 1200: the third is 600
-          {Protocol::released, 1024, 2048, {256, 512}, {512, 1024}},   // 256, 256, 512, 1024
-          {Protocol::released, 400, 300, {341, 256}, {400, 300}},      // 256, 300, 300
-          {Protocol::released, 1023, 511, {512, 256}, {1023, 511}},    // 256, 511, 511
-          {Protocol::released, 200, 100, {512, 256}, {200, 100}},      // 256, 100, 100
-          {Protocol::released, 3000, 1500, {512, 256}, {1024, 512}}})  // shorter side 2048 first: 256, 256, 512, …
+          {Protocol::paper, 5000, 2500, {512, 256}, {2048, 1024}},             // first 2048 x 1024
+          {Protocol::paper, 300, 200, {300, 200}, {300, 200}},                 // with a message
+          {Protocol::released_scannet, 1600, 1200, {341, 256}, {800, 600}},    // 256, 300, 600, 1200: the third is 600
+          {Protocol::released_scannet, 1024, 2048, {256, 512}, {512, 1024}},   // 256, 256, 512, 1024
+          {Protocol::released_scannet, 400, 300, {341, 256}, {400, 300}},      // 256, 300, 300
+          {Protocol::released_scannet, 1023, 511, {512, 256}, {1023, 511}},    // 256, 511, 511
+          {Protocol::released_scannet, 200, 100, {512, 256}, {200, 100}},      // 256, 100, 100
+          {Protocol::released_scannet, 3000, 1500, {512, 256}, {1024, 512}}})  // shorter side 2048 first: 256, 256, 512, …
     {
         CAPTURE(c.width, c.height);
         std::vector<std::string> messages;
@@ -41,11 +43,80 @@ TEST_CASE("style sizes by hand, as the paper and as the released code find them"
     }
 }
 
+namespace
+{
+Raster8 pattern(int width, int height)
+{
+    Raster8 picture(width, height, 3);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+            for (int c = 0; c < 3; ++c)
+                picture.at(x, y, c) = static_cast<std::uint8_t>(x * 37 + y * 91 + c * 50 + x * y * 13);
+    return picture;
+}
+}  // namespace
+
+TEST_CASE("pictures are resized as Pillow resizes them, enlarged or reduced")
+{
+    const auto reds = [](const Raster8& picture)
+    {
+        std::vector<int> values;
+        for (std::size_t i = 0; i < picture.values.size(); i += 3)
+            values.push_back(picture.values[i]);
+        return values;
+    };
+    // By Pillow 9.4.
+    CHECK(reds(bicubic(pattern(5, 4), 7, 5)) == std::vector<int>{0,   14,  43,  69,  94,  129, 155, 57,  80,  122, 168, 215,
+                                                                 148, 47,  149, 190, 190, 122, 167, 151, 103, 138, 189, 180,
+                                                                 75,  122, 153, 158, 6,   46,  111, 174, 249, 172, 50});
+    CHECK(reds(bicubic(pattern(5, 4), 3, 2)) == std::vector<int>{80, 132, 131, 130, 152, 144});
+    const Raster8 reduced = bicubic(pattern(200, 150), 64, 48);
+    std::int64_t sum = 0;
+    for (std::size_t i = 0; i < reduced.values.size(); ++i)
+        sum += static_cast<std::int64_t>(reduced.values[i] * (i % 1000));
+    CHECK(sum == 578376927);
+    CHECK(bicubic(reduced, 64, 48) == reduced);
+}
+
+TEST_CASE("a released view has the largest map's pixels, and depth that mixes with holes")
+{
+    const auto map = [](int width, int height)
+    {
+        return UvMap{RasterF(width, height, 2, 0.5F), RasterF(width, height, 1, 3), RasterF(width, height, 1, 1),
+                     Raster8(width, height, 1, 1)};
+    };
+    std::vector<UvMap> maps{map(5, 4), map(15, 12)};
+    maps[0].valid.at(0, 0) = 0;
+    maps[1].valid.at(3 * 2 + 1, 3 * 2 + 1) = 0;
+    Raster<double> sensor(3, 2);
+    sensor.values = {0, 1, 1.29, 2, 0, 1.5};
+    const ReleasedView matterport = released_view(maps, pattern(20, 15), sensor, Protocol::released_matterport3d);
+    CHECK(matterport.picture == bicubic(pattern(20, 15), 5, 4));
+    // By OpenCV's INTER_LINEAR; where nothing was measured, next to no distance.
+    const std::vector<double> expected{1e-6, 0.4, 1, 1.174,  1.29,   0.5, 0.6, 0.75, 1.1055, 1.3425,
+                                       1.5,  1,   0, 0.9685, 1.4475, 2,   1.2, 1e-6, 0.9,    1.5};
+    for (std::size_t i = 0; i < expected.size(); ++i)
+        CHECK(matterport.depth.values[i] == Approx(expected[i]).epsilon(1e-6));
+    // The mesh's, where no depth was recorded.
+    const ReleasedView drawn = released_view(maps, pattern(20, 15), {}, Protocol::released_scannet);
+    CHECK((drawn.depth.at(0, 0) == 3 && drawn.depth.at(2, 2) == 0));
+    CHECK(drawn.picture == bicubic(exported_for_stylemesh(pattern(20, 15)), 5, 4));
+    // On ScanNet a pixel without a measurement takes part in nothing.
+    sensor = Raster<double>(320, 240, 1, 2);
+    for (int y = 0; y < 240; ++y)
+        for (int x = 0; x < 64; ++x)
+            sensor.at(x, y) = 0;
+    const ReleasedView scannet = released_view(maps, pattern(20, 15), sensor, Protocol::released_scannet);
+    for (int y = 0; y < 4; ++y)
+        for (int x = 0; x < 5; ++x)
+            CHECK(scannet.depth.at(x, y) == (x == 0 || (x == 2 && y == 2) ? 0 : 2));
+}
+
 TEST_CASE("the released code shrinks a style picture without antialiasing")
 {
     // A fourth of the pixels along a side: means of the two in the middle, not of four.
     const Raster8 stripes = testing::picture(1024, 1024, [](int x, int, int) { return x % 4 == 1 ? 100 : x % 4 == 3 ? 255 : 0; });
-    const StyleSizes s = style_sizes(stripes, Protocol::released, [](const std::string&) {});
+    const StyleSizes s = style_sizes(stripes, Protocol::released_scannet, [](const std::string&) {});
     CHECK(s.fine.at(17, 5, 1) == Approx(50 / 255.0));
     CHECK(s.coarse.at(8, 5, 0) == Approx(50 / 255.0));
     CHECK(s.coarse.at(9, 5, 0) == Approx(127.5 / 255.0));
@@ -67,7 +138,7 @@ TEST_CASE("alpha is composited on white, gray spread, other pictures refused")
     CHECK(composited.values[2] == Approx(0.84));
     CHECK(style_sizes(Raster8(64, 64, 1, 51), Protocol::paper, ignore).fine.at(1, 1, 2) == Approx(0.2));
     CHECK_THROWS_AS(style_sizes(Raster8(64, 64, 2), Protocol::paper, ignore), Error);
-    CHECK_THROWS_WITH(style_sizes(Raster8(100, 63, 3), Protocol::released, ignore),
+    CHECK_THROWS_WITH(style_sizes(Raster8(100, 63, 3), Protocol::released_scannet, ignore),
                       Catch::Contains("100x63") && Catch::Contains("64 px"));
     CHECK_THROWS_AS(style_sizes(Raster8(), Protocol::paper, ignore), Error);
 }

@@ -206,8 +206,6 @@ TEST_CASE("frames without a picture show the start texture, whatever the texture
     const int encoded = HalfNetwork::all_encoded;
     CHECK_THROWS_WITH(studio.paint(run, options("frames")),
                       Catch::Contains("frame walk/frame-0 has no color picture") && Catch::Contains("wire 'start'"));
-    CHECK_THROWS_WITH(studio.paint(run, Studio::options(mean_losses, {{"depth_levels", true}, {"level_depth", "sensor"}}), start),
-                      Catch::Contains("frame walk/frame-0 has no depth picture: set level_depth: mesh"));
     CHECK(HalfNetwork::all_encoded == encoded);
 }
 
@@ -254,7 +252,7 @@ TEST_CASE("the released protocol clamps layers in place of their sum")
     const auto folder = studio.paint(
         run,
         Studio::options(on_camera,
-                        {{"epochs", 2}, {"values", "network"}, {"init", "zeros"}, {"rate", 120.0}, {"protocol", "released"}}));
+                        {{"epochs", 2}, {"values", "network"}, {"init", "zeros"}, {"rate", 120.0}, {"protocol", "released_scannet"}}));
     const auto texture = Texture::load({folder, {}});
     double least = 0;
     double most = 0;

@@ -56,11 +56,11 @@ CUT_STYLE = 'layers: "relu1_1, relu2_1, relu3_1", layer_weights: [1000, 1000, 10
 CUT_CONTENT = "layers: relu3_1, weight: 900"
 
 RECORDED = """  scan: {{type: scan.seven_scenes, path: "${{data}}"}}
-  frames: {{type: frames.sharpest, input: scan, max_frames: {frames}}}"""
+  frames: {{type: frames.sharpest, input: scan, window_count: 1, max_frames: {frames}}}"""
 
 # Looked along, the room is 6 m deep and more.
 GENERATED = """  scan: {{type: scan.synthetic_room, length_m: 7.5, width_m: 4, frames_count: 60, keep_unseen: true}}
-  frames: {{type: frames.sharpest, input: scan, max_frames: {frames}}}"""
+  frames: {{type: frames.sharpest, input: scan, window_count: 1, max_frames: {frames}}}"""
 
 # Circles of a radius below 10 px do not count: drawn too small, only the largest of the distant ones would.
 CIRCLES = """  large_views:

@@ -281,8 +281,9 @@ struct Studio
             for (int x = 0; x < depth.width; ++x)
                 depth.at(x, y) *= static_cast<float>((room.farthest - (room.farthest - room.nearest) * y / depth.height) /
                                                      static_cast<double>(std::max(depth.at(x, y), 1e-3F)));
-        const AngleRule angle{30, Protocol::paper};
-        const auto pixels = depth_levels(maps, depth, 0.25, angle);
+        fresco::Raster<double> depths(depth.width, depth.height);
+        std::copy(depth.values.begin(), depth.values.end(), depths.values.begin());
+        const auto pixels = levels_of(maps, depths, {Protocol::paper, true, 0.25, 30, GradientScaling::angle});
         const auto shares = level_shares(pixels);
         for (std::size_t i = 0; i < maps.size(); ++i)
         {

@@ -25,7 +25,7 @@ base: {base}
 vars: {{data: {data}, picture: {picture}, weights: {weights}}}
 stages:
   scan: {{type: scan.seven_scenes, path: "${{data}}", every: 5}}
-  frames: {{max_frames: 23}}
+  frames: {{window_count: 1, max_frames: 23}}
   atlas: {{size_px: 1024}}
   uvmaps: {{heights_px: [128, 216, 304, 392]}}
   texture:

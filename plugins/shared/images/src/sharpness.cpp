@@ -1,4 +1,5 @@
 #include <fresco/error.h>
+#include <fresco/images/filters.h>
 #include <fresco/images/lab.h>
 #include <fresco/images/sharpness.h>
 
@@ -15,29 +16,15 @@ namespace fresco
 namespace
 {
 
-/// Which source pixel each target pixel takes. The factor is rounded twice as OpenCV rounds it, so that values measured with its
-/// nearest-neighbor sampling, as the released preparation of StyleMesh does, are met.
-std::vector<int> nearest_pixels(int from, int to)
-{
-    std::vector<int> result(static_cast<std::size_t>(to));
-    const double factor = 1 / (static_cast<double>(to) / from);
-    for (int i = 0; i < to; ++i)
-        result[static_cast<std::size_t>(i)] = std::min(static_cast<int>(std::floor(i * factor)), from - 1);
-    return result;
-}
-
+/// Sampled as OpenCV's nearest neighbor does it, so that values measured after it, as in the released preparation of StyleMesh,
+/// are met.
 Raster<int> sampled_gray(const Raster8& rgb, int width, int height)
 {
-    const auto columns = nearest_pixels(rgb.width, width);
-    const auto rows = nearest_pixels(rgb.height, height);
+    const Raster8 sampled = nearest_sampled(rgb, width, height);
     Raster<int> result(width, height);
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x)
-        {
-            const int column = columns[static_cast<std::size_t>(x)];
-            const int row = rows[static_cast<std::size_t>(y)];
-            result.at(x, y) = (fixed_luma(&rgb.at(column, row)) + (1 << 14)) >> 15;
-        }
+            result.at(x, y) = (fixed_luma(&sampled.at(x, y)) + (1 << 14)) >> 15;
     return result;
 }
 

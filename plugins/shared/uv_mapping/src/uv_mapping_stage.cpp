@@ -77,6 +77,21 @@ std::vector<std::string> map_names(std::size_t view, const std::vector<int>& hei
     return names;
 }
 
+/// The same faces, none of which shares a vertex with another: the normals of its vertices are the face's.
+Mesh with_separate_faces(const Mesh& mesh)
+{
+    Mesh separate;
+    separate.texcoords = mesh.texcoords;
+    for (const Triangle& face : mesh.triangles)
+    {
+        const auto first = static_cast<std::uint32_t>(separate.positions.size());
+        separate.triangles.push_back({first, first + 1, first + 2});
+        for (const auto vertex : face)
+            separate.positions.push_back(mesh.positions[vertex]);
+    }
+    return separate;
+}
+
 Value to_value(const std::vector<PixelCounts>& maps)
 {
     Value::List list;
@@ -121,7 +136,8 @@ void UvMappingStage::run(RunContext& run)
 {
     check_uv_mapping_inputs(*mesh_, *frames_);
     const std::vector<int> heights = sorted_heights(*heights_px_);
-    UvMapper mapper(*mesh_, finder(*mesh_, run));
+    const Mesh separate = *normals_ == Normals::face ? with_separate_faces(*mesh_) : Mesh{};
+    UvMapper mapper(*normals_ == Normals::face ? separate : *mesh_, finder(*mesh_, run));
     const std::size_t frames = frames_->frames.size();
 
     const KeptPieces kept(run);

@@ -9,6 +9,8 @@
 #include <fresco/testing.h>
 #include <fresco/uv_maps.h>
 
+#include <cmath>
+
 /// \file What every stage that makes uv maps must pass. A test includes this once and defines its type, `uvmaps.…`:
 extern const char* const stage_type;
 
@@ -148,6 +150,28 @@ TEST_CASE("pixels that a mask ignores are not seen, at any height")
     CHECK(map.valid.at(31, 23) == 0);
     frames->frames[0].color.intrinsics.width = 63;
     CHECK_THAT(error_of(Value::Map{}, shared_wall(), frames), Catch::Contains("mask.npy: is 64x48"));
+}
+
+TEST_CASE("angles are those of the vertices' normals or of the faces'")
+{
+    // A roof across the picture: its two faces lean by 45 degrees, the normal of their ridge not at all.
+    const auto roof = std::make_shared<Mesh>();
+    roof->positions = {{0, -9, 2}, {0, 9, 2}, {5, 0, 7}, {-5, 0, 7}};
+    roof->triangles = {{0, 1, 2}, {1, 0, 3}};
+    roof->texcoords.assign(6, {0.5F, 0.5F});
+    const auto cosine = [&](const char* normals)
+    {
+        testing::TemporaryFolder folder;
+        testing::TestRun run;
+        testing::TestFactory factory;
+        testing::run_stage(stage(), Value::Map{{"heights_px", Value::List{48}}, {"normals", normals}},
+                           {{"mesh", roof}, {"frames", two_frames()}}, folder.path(), run, factory);
+        const UvMap map = UvMaps::load({folder.path() / "uvmaps", folder.path()})->load_map(0, 0);
+        REQUIRE(map.valid.at(32, 24) == 1);
+        return map.cosine.at(32, 24);
+    };
+    CHECK(cosine("smooth") == Approx(1).margin(0.02));
+    CHECK(cosine("face") == Approx(std::sqrt(0.5)).margin(0.02));
 }
 
 TEST_CASE("an atlas for a larger texture has its texcoords stored in smaller steps")

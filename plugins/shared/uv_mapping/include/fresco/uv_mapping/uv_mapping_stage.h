@@ -31,6 +31,18 @@ class UvMappingStage : public Stage
     Input<Frames> frames_{this, "frames", "The views; their color cameras and masks are used"};
     Output<UvMaps> uvmaps_{this, "uvmaps", "Per pixel: texcoord, depth, cosine of the viewing angle, validity"};
     Option<std::vector<int>> heights_px_{this, "heights_px", {256}, range(16, 4096), "Heights of the maps; widths follow"};
+    enum class Normals
+    {
+        smooth,
+        face
+    };
+    Choice<Normals> normals_{
+        this,
+        "normals",
+        Normals::smooth,
+        {{"smooth", Normals::smooth}, {"face", Normals::face}},
+        "Normals that angles are measured from: of the vertices, interpolated, or of the faces, as StyleMesh's "
+        "released renderer for ScanNet has them"};
 };
 
 }  // namespace fresco

@@ -1,0 +1,173 @@
+#include "released_view.h"
+
+#include <fresco/images/filters.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+namespace fresco::optimize
+{
+namespace
+{
+
+/// How much each source pixel from `first` on gives to a target pixel, in fixed point.
+struct Taps
+{
+    int first = 0;
+    std::vector<int> weights;
+};
+
+constexpr int fixed_bits = 22;
+
+double cubic(double x)
+{
+    constexpr double a = -0.5;
+    x = std::abs(x);
+    if (x < 1)
+        return ((a + 2) * x - (a + 3)) * x * x + 1;
+    return x < 2 ? (((x - 5) * x + 8) * x - 4) * a : 0;
+}
+
+std::vector<Taps> taps(int from, int to)
+{
+    const double step = static_cast<double>(from) / to;
+    const double stretch = std::max(step, 1.0);
+    const double reach = 2 * stretch;
+    std::vector<Taps> all;
+    for (int i = 0; i < to; ++i)
+    {
+        const double center = (i + 0.5) * step;
+        const int first = std::max(0, static_cast<int>(center - reach + 0.5));
+        const int end = std::min(from, static_cast<int>(center + reach + 0.5));
+        std::vector<double> weights;
+        double sum = 0;
+        for (int x = first; x < end; ++x)
+        {
+            weights.push_back(cubic((x - center + 0.5) / stretch));
+            sum += weights.back();
+        }
+        Taps pixel{first, {}};
+        for (const double weight : weights)
+            pixel.weights.push_back(static_cast<int>(std::lround(weight / sum * (1 << fixed_bits))));
+        all.push_back(std::move(pixel));
+    }
+    return all;
+}
+
+/// Resamples the rows to `width`; columns take the place of rows in the result.
+Raster8 resampled_and_turned(const Raster8& picture, int width)
+{
+    Raster8 result(picture.height, width, picture.channels);
+    int column = 0;
+    for (const Taps& pixel : taps(picture.width, width))
+    {
+        for (int y = 0; y < picture.height; ++y)
+            for (int c = 0; c < picture.channels; ++c)
+            {
+                int sum = 1 << (fixed_bits - 1);
+                int x = pixel.first;
+                for (const int weight : pixel.weights)
+                    sum += weight * picture.at(x++, y, c);
+                result.at(y, column, c) = static_cast<std::uint8_t>(std::clamp(sum >> fixed_bits, 0, 255));
+            }
+        ++column;
+    }
+    return result;
+}
+
+/// The two pixels of `from` around pixel `i` of `to`, and the second one's share, in single precision as OpenCV has it.
+struct Between
+{
+    Between(int i, int from, int to)
+    {
+        const auto place = static_cast<float>((i + 0.5) * (1 / (static_cast<double>(to) / from)) - 0.5);
+        low = static_cast<int>(std::floor(place));
+        share = place - static_cast<float>(low);
+        if (low < 0 || low >= from - 1)
+        {
+            low = std::clamp(low, 0, from - 1);
+            share = 0;
+        }
+        high = std::min(low + 1, from - 1);
+    }
+    int low = 0;
+    int high = 0;
+    float share = 0;
+};
+
+/// Resamples depth to width x height as OpenCV's linear filter does.
+class ResizedDepth
+{
+  public:
+    ResizedDepth(const Raster<double>& depth, int width, int height) : depth_(depth)
+    {
+        for (int x = 0; x < width; ++x)
+            columns_.emplace_back(x, depth.width, width);
+        for (int y = 0; y < height; ++y)
+            rows_.emplace_back(y, depth.height, height);
+    }
+    double at(int x, int y) const
+    {
+        const Between& row = rows_[static_cast<std::size_t>(y)];
+        return mix(across(x, row.low), across(x, row.high), row.share);
+    }
+
+  private:
+    static double mix(double a, double b, float share)
+    {
+        return a * static_cast<double>(1 - share) + b * static_cast<double>(share);
+    }
+    double across(int x, int y) const
+    {
+        const Between& column = columns_[static_cast<std::size_t>(x)];
+        return mix(depth_.at(column.low, y), depth_.at(column.high, y), column.share);
+    }
+
+    const Raster<double>& depth_;
+    std::vector<Between> columns_;
+    std::vector<Between> rows_;
+};
+
+/// The pixel of `from` under the middle of pixel `i` of `to`, as Pillow's nearest neighbor takes it.
+int center_pixel(int i, int to, int from)
+{
+    return static_cast<int>((i + 0.5) * from / to);
+}
+
+}  // namespace
+
+Raster8 bicubic(const Raster8& picture, int width, int height)
+{
+    return resampled_and_turned(resampled_and_turned(picture, width), height);
+}
+
+ReleasedView released_view(std::span<const UvMap> maps, const Raster8& camera, const Raster<double>& sensor, Protocol protocol)
+{
+    const bool scannet = protocol == Protocol::released_scannet;
+    const UvMap& smallest = maps.front();
+    const Raster8& surface = maps.back().valid;
+    const int width = smallest.valid.width;
+    const int height = smallest.valid.height;
+    ReleasedView view{bicubic(scannet ? exported_for_stylemesh(camera) : camera, width, height), Raster<double>(width, height)};
+
+    const Raster<double> recorded = scannet && !sensor.values.empty() ? exported_for_stylemesh(sensor) : sensor;
+    const bool measured = !recorded.values.empty();
+    const ResizedDepth small(recorded, measured ? width : 0, measured ? height : 0);
+    const ResizedDepth large(recorded, measured ? surface.width : 0, measured ? surface.height : 0);
+    // For a pixel without a measurement that takes part all the same: in the lowest level.
+    constexpr double no_distance = 1e-6;
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+        {
+            const int column = center_pixel(x, width, surface.width);
+            const int row = center_pixel(y, height, surface.height);
+            if (surface.at(column, row) == 0 || (scannet && measured && !(large.at(column, row) > 0)))
+                continue;
+            view.depth.at(x, y) = std::max(no_distance, measured ? small.at(x, y) : static_cast<double>(smallest.depth.at(x, y)));
+        }
+    return view;
+}
+
+}  // namespace fresco::optimize

@@ -28,6 +28,8 @@ class RenderViews final : public Stage
     Option<int> samples = rendering::samples_option(this);
     rendering::FilterOption filter{this};
     Option<std::string> shading = rendering::shading_option(this);
+    Option<bool> through_backs{this, "through_backs", false,
+                               "Look through the backs of faces, so that a room seen from above shows its inside"};
     Slot<ImageIo> images{this, "images", "image.opencv", "Encodes the pictures"};
 
     Cost cost() const override
@@ -67,8 +69,10 @@ class RenderViews final : public Stage
     {
         rendering::check_showable(*mesh, *frames);
         const std::vector<const Frame*> list = chosen();
-        const rendering::ViewRenderer renderer(
-            *mesh, {.samples_per_side = *samples, .filter = *filter, .lights = rendering::lights_of(*shading)});
+        const rendering::ViewRenderer renderer(*mesh, {.samples_per_side = *samples,
+                                                       .filter = *filter,
+                                                       .lights = rendering::lights_of(*shading),
+                                                       .through_backs = *through_backs});
         std::filesystem::create_directories(views.folder().path / folder->path);
         Files result;
         std::vector<Camera> cameras;

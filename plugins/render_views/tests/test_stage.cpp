@@ -63,6 +63,29 @@ TEST_CASE("alpha is the share of a pixel that shows the surface")
     CHECK(renderer.render(camera, Progress{}).values == std::vector<std::uint8_t>(41 * 41 * 4, 0));
 }
 
+TEST_CASE("what lies behind the backs of faces can be seen")
+{
+    TexturedMesh textured = wall(4);
+    std::fill(textured.image.pixels.values.begin(), textured.image.pixels.values.end(), std::uint8_t{90});
+    // The same wall halfway, seen from its back.
+    for (std::size_t i = 0, count = textured.mesh.positions.size(); i < count; ++i)
+        textured.mesh.positions.push_back(textured.mesh.positions[i] * 0.5F);
+    for (std::size_t i = 0, count = textured.mesh.triangles.size(); i < count; ++i)
+    {
+        const Triangle face = textured.mesh.triangles[i];
+        textured.mesh.triangles.push_back({face[0] + 4, face[2] + 4, face[1] + 4});
+    }
+    textured.mesh.texcoords.resize(3 * textured.mesh.triangles.size(), {0.5F, 0.5F});
+    const auto alpha = [&](bool through_backs)
+    {
+        const rendering::ViewRenderer renderer(
+            textured, {.samples_per_side = 1, .filter = rendering::TextureFilter::trilinear, .through_backs = through_backs});
+        return renderer.render(testing::camera(40, 40, 40), Progress{}).at(20, 20, 3);
+    };
+    CHECK(alpha(false) == 0);
+    CHECK(alpha(true) == 255);
+}
+
 TEST_CASE("mip-maps average a picture finer than the pixels, bilinear lookups alias")
 {
     TexturedMesh textured = wall(512);

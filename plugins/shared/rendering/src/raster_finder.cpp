@@ -278,8 +278,13 @@ void order(std::uint32_t& a, std::uint32_t& b)
 }  // namespace
 
 void TileBins::fill(const Mesh& mesh, std::size_t begin, std::size_t end, const std::vector<Projected>& projected,
-                    const Frustum& frustum, const IntoCamera& into_camera, const std::vector<Grid>& grids)
+                    const Frustum& frustum, const IntoCamera& into_camera, const std::vector<Grid>& grids, bool through_backs)
 {
+    const auto is_front = [&](const Triangle& t)
+    {
+        const auto corner = [&](std::size_t i) { return into_camera.point(mesh.positions[t[i]]); };
+        return dot(corner(0), cross(corner(1), corner(2))) < 0;
+    };
     pieces_.clear();
     entries_.clear();
     for (std::size_t f = begin; f < end; ++f)
@@ -288,7 +293,7 @@ void TileBins::fill(const Mesh& mesh, std::size_t begin, std::size_t end, const 
         const std::uint8_t a = projected[t[0]].sides;
         const std::uint8_t b = projected[t[1]].sides;
         const std::uint8_t c = projected[t[2]].sides;
-        if (out_of_sight(a, b, c))
+        if (out_of_sight(a, b, c) || (through_backs && !is_front(t)))
             continue;
         const auto face = static_cast<std::uint32_t>(f);
         // In one order whatever the face begins with: faces with the same corners get the same depths, and the first one is seen.
@@ -391,7 +396,7 @@ void RasterFinder::find(std::span<const Camera> cameras, const Progress& progres
                  [&](std::size_t begin, std::size_t end)
                  {
                      progress.check_canceled();
-                     bins_[begin / block].fill(mesh_, begin, end, projected_, frustum, into_camera, grids);
+                     bins_[begin / block].fill(mesh_, begin, end, projected_, frustum, into_camera, grids, through_backs_);
                  });
     parallel_for(picture_of.size(), tiles_at_once, progress.threads(),
                  [&](std::size_t begin, std::size_t end)

@@ -445,7 +445,7 @@ class Alone final : public Progress
 
 struct ViewRenderer::Workspace
 {
-    explicit Workspace(const Mesh& mesh) : finder(mesh) {}
+    Workspace(const Mesh& mesh, const RenderOptions& options) : finder(mesh, options.through_backs) {}
     RasterFinder finder;
     std::vector<FaceMap> faces{1};
 };
@@ -476,7 +476,7 @@ Raster8 ViewRenderer::render(const Camera& camera, const Progress& progress) con
         }
     }
     if (work == nullptr)
-        work = std::make_unique<Workspace>(mesh_);
+        work = std::make_unique<Workspace>(mesh_, options_);
 
     const int side = options_.samples_per_side;
     const Intrinsics& size = camera.intrinsics;

@@ -146,9 +146,10 @@ struct Grid
 class TileBins
 {
   public:
-    /// Bins the faces [begin, end) for all pictures. Reuses the memory of the last call.
+    /// Bins the faces [begin, end) for all pictures, with `through_backs` only those that are seen from their front. Reuses the
+    /// memory of the last call.
     void fill(const Mesh& mesh, std::size_t begin, std::size_t end, const std::vector<Projected>& projected,
-              const Frustum& frustum, const IntoCamera& into_camera, const std::vector<Grid>& grids);
+              const Frustum& frustum, const IntoCamera& into_camera, const std::vector<Grid>& grids, bool through_backs = false);
 
     std::span<const std::uint32_t> pieces_of(std::uint32_t tile) const
     {
@@ -178,13 +179,15 @@ class TileBins
 class RasterFinder final : public FaceFinder
 {
   public:
-    /// The mesh must have passed check_mesh and must outlive the finder.
-    explicit RasterFinder(const Mesh& mesh) : mesh_(mesh) {}
+    /// The mesh must have passed check_mesh and must outlive the finder. `through_backs`: faces seen from their back are not
+    /// there.
+    explicit RasterFinder(const Mesh& mesh, bool through_backs = false) : mesh_(mesh), through_backs_(through_backs) {}
 
     void find(std::span<const Camera> cameras, const Progress& progress, std::span<FaceMap> faces) override;
 
   private:
     const Mesh& mesh_;
+    bool through_backs_;
     std::vector<Projected> projected_;
     std::vector<TileBins> bins_;
 };

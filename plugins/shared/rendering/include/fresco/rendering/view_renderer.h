@@ -99,7 +99,8 @@ struct RenderOptions
 {
     int samples_per_side;  ///< Samples per pixel: its square.
     TextureFilter filter;
-    Lights lights = {};  ///< By the vertex normals, interpolated.
+    Lights lights = {};          ///< By the vertex normals, interpolated.
+    bool through_backs = false;  ///< Faces seen from their back hide nothing.
 };
 
 /// Throws Error unless a stage with these on its ports `mesh` and `frames` can show the mesh as the frames' color cameras do: a

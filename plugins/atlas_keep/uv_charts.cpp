@@ -28,15 +28,7 @@ std::vector<std::uint32_t> uv_charts(const fresco::Mesh& mesh)
             if (uv_at(f, a) == uv_at(g, a) && uv_at(f, b) == uv_at(g, b))
                 sets.join(f, g);
         }
-    std::vector<std::uint32_t> charts(neighbors.size(), none);
-    std::uint32_t next = 0;
-    for (std::uint32_t f = 0; f < charts.size(); ++f)
-    {
-        // The smallest face of a set represents it, so it comes first.
-        const auto root = sets.find(f);
-        charts[f] = root == f ? next++ : charts[root];
-    }
-    return charts;
+    return sets.numbers();
 }
 
 UvMeasures measure_uv(const fresco::Mesh& mesh, double tolerance)

@@ -44,26 +44,16 @@ class Source
     Source(const dataset::Manifest& manifest, std::filesystem::path folder) : manifest_(manifest), folder_(std::move(folder)) {}
 
     std::string path(const std::string& name) const { return (folder_ / name).string(); }
-    std::vector<std::byte> bytes(const std::string& name) const
+    template <class T>
+    Raster<T> raster(const std::string& name, int width, int height, int channels) const
     {
-        return dataset::read_stamped(folder_ / name, manifest_.files.at(name));
-    }
-    RasterF floats(const std::string& name, int width, int height, int channels) const
-    {
-        return dataset::raster_f_from(bytes(name), width, height, channels, path(name));
-    }
-    Raster8 picture(const std::string& name, int width, int height, int channels) const
-    {
-        return dataset::raster8_from(bytes(name), width, height, channels, path(name));
-    }
-    Raster16 steps(const std::string& name, int width, int height, int channels) const
-    {
-        return dataset::raster16_from(bytes(name), width, height, channels, path(name));
+        const auto bytes = dataset::read_stamped(folder_ / name, manifest_.files.at(name));
+        return dataset::raster_from<T>(bytes, width, height, channels, path(name));
     }
     RasterF uv(const std::string& name, int width, int height) const
     {
-        return manifest_.uv == dataset::UvType::float32 ? floats(name, width, height, 2)
-                                                        : dataset::restored(steps(name, width, height, 2));
+        return manifest_.uv == dataset::UvType::float32 ? raster<float>(name, width, height, 2)
+                                                        : dataset::restored(raster<std::uint16_t>(name, width, height, 2));
     }
 
   private:
@@ -76,13 +66,13 @@ UvMap read_map(const Source& source, const dataset::View& entry, std::size_t vie
     const int width = entry.color.intrinsics.width_at(height);
     const auto name = [&](const char* quantity) { return dataset::map_name(view, quantity, height); };
     UvMap map;
-    map.valid = source.picture(name("valid"), width, height, 1);
+    map.valid = source.raster<std::uint8_t>(name("valid"), width, height, 1);
     dataset::check_valid(map.valid, entry.valid_pixels[level], source.path(name("valid")));
     map.uv = source.uv(name("uv"), width, height);
     dataset::check_uv(map.uv, source.path(name("uv")));
-    map.depth = source.floats(name("depth"), width, height, 1);
+    map.depth = source.raster<float>(name("depth"), width, height, 1);
     dataset::check_depth(map.depth, map.valid, source.path(name("depth")));
-    map.cosine = source.floats(name("cosine"), width, height, 1);
+    map.cosine = source.raster<float>(name("cosine"), width, height, 1);
     dataset::check_cosine(map.cosine, source.path(name("cosine")));
     return map;
 }
@@ -104,7 +94,7 @@ ReadView read_view(const dataset::Manifest& manifest, std::size_t view, const Vi
         const int uv_bits = uv_bits_of(map);
         UvMaps::write_map(folders.uvmaps, view, height, map, uv_bits);
         read.uv_bits = std::max(read.uv_bits, uv_bits);
-        source.picture(dataset::map_name(view, "color", height), entry.color.intrinsics.width_at(height), height, 3);
+        source.raster<std::uint8_t>(dataset::map_name(view, "color", height), entry.color.intrinsics.width_at(height), height, 3);
     }
 
     Frame& frame = read.frame;
@@ -121,11 +111,12 @@ ReadView read_view(const dataset::Manifest& manifest, std::size_t view, const Vi
     };
     const Intrinsics& depth = entry.depth.intrinsics;
     const Intrinsics& color = entry.color.intrinsics;
-    frame.color_picture = write("color", source.picture(dataset::picture_name(view), color.width, color.height, 3));
+    frame.color_picture = write("color", source.raster<std::uint8_t>(dataset::picture_name(view), color.width, color.height, 3));
     if (entry.depth_unit_m)
     {
         frame.depth_unit_m = *entry.depth_unit_m;
-        frame.depth_picture = write("depth", source.steps(dataset::sensor_depth_name(view), depth.width, depth.height, 1));
+        frame.depth_picture =
+            write("depth", source.raster<std::uint16_t>(dataset::sensor_depth_name(view), depth.width, depth.height, 1));
     }
     return read;
 }

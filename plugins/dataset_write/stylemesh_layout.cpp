@@ -105,27 +105,23 @@ std::string StylemeshLayout::file(const std::string& folder, std::size_t view, c
 WrittenFiles StylemeshLayout::write_view(const std::filesystem::path& folder, std::size_t view, const ImageIo& images) const
 {
     WrittenFiles written;
-    const auto write = [&](const std::string& name, std::span<const std::byte> bytes)
-    {
-        std::filesystem::create_directories((folder / name).parent_path());
-        written.files.emplace(name, dataset::write_stamped(folder / name, bytes));
-    };
     const Frame& shown = frame(view);
     const Raster8 picture = load_color(shown, &images);
     written.sharpness = view_sharpness(picture);
-    write(file("color", view, ".png"), images.encode_png(exported_for_stylemesh(picture)));
-    write(file("pose", view, ".txt"), bytes_of(pose_text(shown.color.world_from_camera)));
+    written.write(folder, file("color", view, ".png"), images.encode_png(exported_for_stylemesh(picture)));
+    written.write(folder, file("pose", view, ".txt"), bytes_of(pose_text(shown.color.world_from_camera)));
     if (has_sensor_depth_)
-        write(file("depth", view, ".png"), encoded_depth(exported_for_stylemesh(load_depth(shown, &images)), images));
+        written.write(folder, file("depth", view, ".png"),
+                      encoded_depth(exported_for_stylemesh(load_depth(shown, &images)), images));
     for (std::size_t level = 0; level < maps_.heights_px.size(); ++level)
     {
         const UvMap map = checked_map(maps_, view, level);
-        write(file(fmt::format("uv_{}", maps_.heights_px[level]), view, ".npy"), dataset::to_npy(turned(map)));
+        written.write(folder, file(fmt::format("uv_{}", maps_.heights_px[level]), view, ".npy"), dataset::to_npy(turned(map)));
         if (level != 0)
             continue;
-        write(file("uv", view, ".angle.npy"), one_channel(map.cosine));
+        written.write(folder, file("uv", view, ".angle.npy"), one_channel(map.cosine));
         if (!has_sensor_depth_)
-            write(file("depth", view, ".png"), encoded_depth(map.depth, images));
+            written.write(folder, file("depth", view, ".png"), encoded_depth(map.depth, images));
     }
     return written;
 }
@@ -133,18 +129,13 @@ WrittenFiles StylemeshLayout::write_view(const std::filesystem::path& folder, st
 WrittenFiles StylemeshLayout::write_scene(const std::filesystem::path& folder, const Mesh& mesh) const
 {
     WrittenFiles written;
-    const auto write = [&](const std::string& name, std::span<const std::byte> bytes)
-    {
-        std::filesystem::create_directories((folder / name).parent_path());
-        written.files.emplace(name, dataset::write_stamped(folder / name, bytes));
-    };
     const std::string intrinsics =
         camera_lines(frame(0).color.intrinsics, "color") + camera_lines(frame(0).depth.intrinsics, "depth");
     const std::string scan = "train/scans/" + scene_ + "/" + scene_;
-    write("train/images/" + scene_ + "/" + scene_ + ".txt", bytes_of(intrinsics));
-    write(scan + ".txt", bytes_of(intrinsics));
+    written.write(folder, "train/images/" + scene_ + "/" + scene_ + ".txt", bytes_of(intrinsics));
+    written.write(folder, scan + ".txt", bytes_of(intrinsics));
     const auto place = texturing::PlyTexcoords::vertex;
-    write(scan + "_vh_clean_decimate_500000_uvs_blender.ply",
-          texturing::textured_ply(texturing::arranged(mesh, {}, place), place, ""));
+    written.write(folder, scan + "_vh_clean_decimate_500000_uvs_blender.ply",
+                  texturing::textured_ply(texturing::arranged(mesh, {}, place), place, ""));
     return written;
 }

@@ -11,7 +11,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <set>
 #include <utility>
 
@@ -23,6 +22,12 @@ std::vector<std::string> WrittenFiles::names() const
     for (const auto& [name, stamp] : files)
         result.push_back(name);
     return result;
+}
+
+void WrittenFiles::write(const std::filesystem::path& folder, const std::string& name, std::span<const std::byte> bytes)
+{
+    std::filesystem::create_directories((folder / name).parent_path());
+    files.emplace(name, dataset::write_stamped(folder / name, bytes));
 }
 
 Value to_value(const WrittenFiles& written)
@@ -84,13 +89,6 @@ std::vector<std::byte> encoded_depth(const RasterF& depth, const ImageIo& images
 namespace
 {
 
-std::string six_digits(std::size_t number)
-{
-    char text[24];
-    std::snprintf(text, sizeof text, "%06zu", number);
-    return text;
-}
-
 /// Four rows of world_from_camera for a camera whose y points up and whose z points backward.
 Value opengl_pose(const RigidTransform& world_from_camera)
 {
@@ -125,12 +123,12 @@ Value frame_of(const dataset::Manifest& manifest, std::size_t view)
 
 std::string image_name(std::size_t view, const std::string& extension)
 {
-    return "images/" + six_digits(view) + extension;
+    return fmt::format("images/{:06}{}", view, extension);
 }
 
 std::string depth_image_name(std::size_t view)
 {
-    return "depth/" + six_digits(view) + ".png";
+    return fmt::format("depth/{:06}.png", view);
 }
 
 std::string transforms_text(const dataset::Manifest& manifest)
@@ -191,19 +189,14 @@ WrittenFiles write_view(const std::filesystem::path& folder, const UvMaps& maps,
                         const ImageIo* images, const ViewOptions& options)
 {
     WrittenFiles written;
-    const auto write_bytes = [&](const std::string& name, const std::vector<std::byte>& bytes)
-    {
-        std::filesystem::create_directories((folder / name).parent_path());
-        written.files.emplace(name, dataset::write_stamped(folder / name, bytes));
-    };
-    const auto write = [&](const std::string& name, const auto& raster) { write_bytes(name, dataset::to_npy(raster)); };
+    const auto write = [&](const std::string& name, const auto& raster) { written.write(folder, name, dataset::to_npy(raster)); };
 
     const Raster8 picture = load_color(frame, images);
     write(dataset::picture_name(view), picture);
     if (options.pictures)
     {
         const EncodedPicture color = encoded_color(frame, picture, *images);
-        write_bytes(image_name(view, color.extension), color.bytes);
+        written.write(folder, image_name(view, color.extension), color.bytes);
     }
     for (std::size_t level = 0; level < maps.heights_px.size(); ++level)
     {
@@ -218,7 +211,7 @@ WrittenFiles write_view(const std::filesystem::path& folder, const UvMaps& maps,
         write(dataset::map_name(view, "valid", height), map.valid);
         write(dataset::map_name(view, "color", height), resized(picture, map.valid.width, map.valid.height));
         if (options.pictures && level + 1 == maps.heights_px.size())
-            write_bytes(depth_image_name(view), encoded_depth(map.depth, *images));
+            written.write(folder, depth_image_name(view), encoded_depth(map.depth, *images));
     }
     if (!frame.depth_picture.empty())
         write(dataset::sensor_depth_name(view), load_depth_steps(frame, images));

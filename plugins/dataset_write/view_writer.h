@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,8 @@ struct WrittenFiles
     double sharpness = 0;  ///< fresco::sharpness at 320 x 240 of the camera picture.
 
     std::vector<std::string> names() const;
+    /// Writes a file of it below the dataset's folder, with the folders that its name has.
+    void write(const std::filesystem::path& folder, const std::string& name, std::span<const std::byte> bytes);
 };
 
 /// For the note that keeps a finished view in an interrupted run, and back.

@@ -1,8 +1,6 @@
 #include "figure_table.h"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <fmt/format.h>
 
@@ -43,9 +41,7 @@ std::optional<Figure> over_views(const std::string& name, Wanted wanted, std::sp
 
 std::string digits(double value)
 {
-    std::array<char, 64> text{};
-    const auto end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, 3).ptr;
-    return {text.data(), end};
+    return fmt::format("{:.3g}", value);
 }
 
 Value table(const std::vector<Figure>& figures)

@@ -4,7 +4,9 @@
 #include <fresco/evaluation/statistics.h>
 #include <fresco/images/lab.h>
 #include <fresco/images/stroke_width.h>
+#include <fresco/numerics/bilinear.h>
 #include <fresco/parallel.h>
+#include <fresco/parallel_items.h>
 #include <fresco/random.h>
 #include <fresco/texturing/texel_faces.h>
 
@@ -33,7 +35,7 @@ constexpr int most_per_sample = 8;     // Lookups along a sample's side.
 constexpr int fitted = 8;              // Texels to either side of the middle, at most, that a plane is fitted to.
 constexpr double unevenness = 0.05;    // Of the side.
 constexpr double fitted_share = 0.75;  // Of the texels around that must be the chart's.
-constexpr std::size_t rows_per_piece = 64;
+constexpr std::size_t pixels_per_piece = 65536;
 
 Vec3f lab_at(const Raster8& rgb, std::size_t pixel)
 {
@@ -44,13 +46,7 @@ Vec3f lab_at(const Raster8& rgb, std::size_t pixel)
 RasterF light_of(const Raster8& rgb, const Progress& progress)
 {
     RasterF light(rgb.width, rgb.height);
-    parallel_for(static_cast<std::size_t>(rgb.height), rows_per_piece, progress.threads(),
-                 [&](std::size_t begin, std::size_t end)
-                 {
-                     const auto width = static_cast<std::size_t>(rgb.width);
-                     for (std::size_t i = begin * width; i < end * width; ++i)
-                         light.values[i] = lab_at(rgb, i).x;
-                 });
+    parallel_items(light.values.size(), pixels_per_piece, progress, [&](std::size_t i) { light.values[i] = lab_at(rgb, i).x; });
     return light;
 }
 
@@ -68,16 +64,9 @@ RasterF cut(const RasterF& light, Vec2d middle, const Axes& steps)
     const int lookups = std::clamp(static_cast<int>(std::ceil(longest)), 1, most_per_sample);
     const auto at = [&](double x, double y)
     {
-        const double px = std::clamp(x - 0.5, 0.0, light.width - 1.001);
-        const double py = std::clamp(y - 0.5, 0.0, light.height - 1.001);
-        const int x0 = static_cast<int>(px);
-        const int y0 = static_cast<int>(py);
-        const double fx = px - x0;
-        const double fy = py - y0;
-        const auto value = [&](int i, int j)
-        { return double{light.at(std::min(i, light.width - 1), std::min(j, light.height - 1))}; };
-        return (value(x0, y0) * (1 - fx) + value(x0 + 1, y0) * fx) * (1 - fy) +
-               (value(x0, y0 + 1) * (1 - fx) + value(x0 + 1, y0 + 1) * fx) * fy;
+        return numerics::bilinear(numerics::between<double>(std::min(x - 0.5, light.width - 1.001), light.width),
+                                  numerics::between<double>(std::min(y - 0.5, light.height - 1.001), light.height),
+                                  [&](int i, int j) { return double{light.at(i, j)}; });
     };
     RasterF result(count, count);
     for (int y = 0; y < count; ++y)
@@ -148,13 +137,7 @@ class SurfaceCutter
         std::vector<std::optional<Swatch>> found(tries_together);
         for (std::size_t first = 0; first < tries.size() && result.size() < most_swatches; first += tries_together)
         {
-            parallel_for(tries_together, 8, progress.threads(),
-                         [&](std::size_t begin, std::size_t end)
-                         {
-                             progress.check_canceled();
-                             for (std::size_t i = begin; i < end; ++i)
-                                 found[i] = cut_at(tries[first + i]);
-                         });
+            parallel_items(tries_together, 8, progress, [&](std::size_t i) { found[i] = cut_at(tries[first + i]); });
             for (std::optional<Swatch>& swatch : found)
                 if (swatch && result.size() < most_swatches)
                     result.push_back(std::move(*swatch));

@@ -2,6 +2,7 @@
 
 #include <fresco/error.h>
 #include <fresco/images/lab.h>
+#include <fresco/numerics/bilinear.h>
 #include <fresco/parallel.h>
 #include <fresco/random.h>
 #include <fresco/texturing/texel_faces.h>
@@ -268,31 +269,18 @@ constexpr std::size_t pairs_per_piece = 8192;
 /// The four texels of a bilinear lookup, clamped at the borders.
 struct Footprint
 {
-    int x0, x1, y0, y1;
-    float share_x, share_y;
+    numerics::Between<float> x, y;
 
     Footprint(Vec2f uv, int size)
+        : x(numerics::between<float>(double{uv.x} * size - 0.5, size)),
+          y(numerics::between<float>(double{1 - uv.y} * size - 0.5, size))
     {
-        const auto split = [size](float along, int& low, int& high, float& share)
-        {
-            const double at = std::clamp(double{along} * size - 0.5, 0.0, size - 1.0);
-            low = static_cast<int>(at);
-            high = std::min(low + 1, size - 1);
-            share = static_cast<float>(at - low);
-        };
-        split(uv.x, x0, x1, share_x);
-        split(1 - uv.y, y0, y1, share_y);
     }
 
     template <class T>
     float value(const Raster<T>& raster, int channel) const
     {
-        const auto mean = [&](int y)
-        {
-            return static_cast<float>(raster.at(x0, y, channel)) * (1 - share_x) +
-                   static_cast<float>(raster.at(x1, y, channel)) * share_x;
-        };
-        return mean(y0) * (1 - share_y) + mean(y1) * share_y;
+        return numerics::bilinear(x, y, [&](int u, int v) { return static_cast<float>(raster.at(u, v, channel)); });
     }
 };
 
@@ -366,8 +354,8 @@ SeamFigures seam_figures(const SeamPairs& pairs, const Texture& texture, const P
     const auto color_at = [&](Vec2f uv) -> std::optional<Vec3f>
     {
         const Footprint at(uv, picture.width);
-        for (const int y : {at.y0, at.y1})
-            for (const int x : {at.x0, at.x1})
+        for (const int y : {at.y.first, at.y.second})
+            for (const int x : {at.x.first, at.x.second})
                 if (texture.seen.at(x, y) == 0)
                     return std::nullopt;
         return lab_from_rgb({at.value(picture, 0), at.value(picture, 1), at.value(picture, 2)});

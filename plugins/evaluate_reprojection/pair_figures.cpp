@@ -2,6 +2,7 @@
 
 #include <fresco/images/lab.h>
 #include <fresco/parallel.h>
+#include <fresco/parallel_items.h>
 #include <fresco/raycast/scene.h>
 
 #include <algorithm>
@@ -69,27 +70,21 @@ double index_of(double coordinate)
     return std::abs(index - nearest) < snap_px ? nearest : index;
 }
 
-/// For an index within [0, size - 1].
-void split(double index, int& first, int& second, double& share)
-{
-    first = static_cast<int>(index);
-    share = index - first;
-    second = share > 0 ? first + 1 : first;
-}
-
+/// Indices within [0, size - 1]; what has no share is not looked at.
 Lookup lookup_at(double x, double y)
 {
-    Lookup lookup;
-    split(x, lookup.x0, lookup.x1, lookup.share_x);
-    split(y, lookup.y0, lookup.y1, lookup.share_y);
+    Lookup lookup{numerics::between(x), numerics::between(y)};
+    for (auto* axis : {&lookup.x, &lookup.y})
+        if (axis->share == 0)
+            axis->second = axis->first;
     return lookup;
 }
 
 template <class Accept>
 bool all_pixels(const Lookup& lookup, const Accept& accept)
 {
-    return accept(lookup.x0, lookup.y0) && accept(lookup.x1, lookup.y0) && accept(lookup.x0, lookup.y1) &&
-           accept(lookup.x1, lookup.y1);
+    const auto& [x, y] = lookup;
+    return accept(x.first, y.first) && accept(x.second, y.first) && accept(x.first, y.second) && accept(x.second, y.second);
 }
 
 std::optional<Lookup> match_of_paper(const ViewSurface& target, Vec3d seen)
@@ -159,9 +154,7 @@ constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
 
 double value_at(const Raster8& picture, const Lookup& at, int channel)
 {
-    const double top = picture.at(at.x0, at.y0, channel) * (1 - at.share_x) + picture.at(at.x1, at.y0, channel) * at.share_x;
-    const double bottom = picture.at(at.x0, at.y1, channel) * (1 - at.share_x) + picture.at(at.x1, at.y1, channel) * at.share_x;
-    return top * (1 - at.share_y) + bottom * at.share_y;
+    return numerics::bilinear(at.x, at.y, [&](int x, int y) { return picture.at(x, y, channel); });
 }
 
 /// The mean of a measure of differences on the scale 0..255.
@@ -256,25 +249,21 @@ raycast::Hit hit_at(const Mesh& mesh, std::uint32_t triangle, Vec3d point, const
 void draw(const ViewSurface& view, const Camera& other, const Raster8& wanted, const SurfacePaint& paint,
           const Progress& progress, Raster8& picture)
 {
-    const auto draw_rows = [&](std::size_t begin, std::size_t end)
-    {
-        progress.check_canceled();
-        for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y)
-            for (int x = 0; x < wanted.width; ++x)
-            {
-                if (wanted.at(x, y) == 0)
-                    continue;
-                const Vec3d color = paint.color(view.triangles.at(x, y), view.point(x, y), view.camera, other);
-                for (int c = 0; c < 3; ++c)
-                    // Rounded as the judged pictures are, so that their rounding is part of the floor.
-                    picture.at(x, y, c) = static_cast<std::uint8_t>(std::clamp((c == 0   ? color.x
-                                                                                : c == 1 ? color.y
-                                                                                         : color.z) +
-                                                                                   0.5,
-                                                                               0.0, 255.0));
-            }
-    };
-    parallel_for(static_cast<std::size_t>(wanted.height), 8, progress.threads(), draw_rows);
+    parallel_items(wanted.height, 8, progress,
+                   [&](int y)
+                   {
+                       for (int x = 0; x < wanted.width; ++x)
+                       {
+                           if (wanted.at(x, y) == 0)
+                               continue;
+                           const Vec3d color = paint.color(view.triangles.at(x, y), view.point(x, y), view.camera, other);
+                           const std::array channels{color.x, color.y, color.z};
+                           for (int c = 0; c < 3; ++c)
+                               // Rounded as the judged pictures are, so that their rounding is part of the floor.
+                               picture.at(x, y, c) =
+                                   static_cast<std::uint8_t>(std::clamp(channels[static_cast<std::size_t>(c)] + 0.5, 0.0, 255.0));
+                       }
+                   });
 }
 
 /// A picture projected from its camera onto the mesh, for pictures without a texture.
@@ -282,11 +271,37 @@ class ProjectedPaint final : public SurfacePaint
 {
   public:
     /// `picture` has the camera's size; the mesh must outlive this.
-    ProjectedPaint(const Mesh& mesh, const Camera& camera, const Raster8& picture);
-    Vec3d color(std::uint32_t triangle, Vec3d point, const Camera& a, const Camera& b) const override;
+    ProjectedPaint(const Mesh& mesh, const Camera& camera, const Raster8& picture)
+        : mesh_(mesh), camera_(camera), picture_(picture, rendering::TextureFilter::trilinear)
+    {
+    }
+
+    Vec3d color(std::uint32_t triangle, Vec3d point, const Camera& a, const Camera& b) const override
+    {
+        const Vec3d here = camera_.project(point);
+        const double pixels = std::max(pixels_per_pixel(triangle, point, a), pixels_per_pixel(triangle, point, b));
+        return picture_.sample({here.x / picture_.width(), 1 - here.y / picture_.height()}, level_of(pixels));
+    }
 
   private:
-    double pixels_per_pixel(std::uint32_t triangle, Vec3d point, const Camera& other) const;
+    double pixels_per_pixel(std::uint32_t triangle, Vec3d point, const Camera& other) const
+    {
+        const Vec3d here = camera_.project(point);
+        const Vec3d seen = other.project(point);
+        const auto plane = raycast::corners(mesh_, triangle);
+        const auto pixels_to = [&](double x, double y)
+        {
+            double distance = 0;
+            std::array<double, 3> weights{};
+            const Vec3d direction = other.ray(x, y);
+            const Vec3d origin = other.world_from_camera.translation;
+            if (!raycast::meet_plane(plane, origin, direction, distance, weights) || distance <= 0)
+                return 0.0;
+            const Vec3d there = camera_.project(origin + direction * distance);
+            return there.z > 0 ? length(Vec2d{there.x - here.x, there.y - here.y}) : 0.0;
+        };
+        return std::max(pixels_to(seen.x + 1, seen.y), pixels_to(seen.x, seen.y + 1));
+    }
 
     const Mesh& mesh_;
     Camera camera_;
@@ -320,37 +335,6 @@ Vec3d TexturePaint::color(std::uint32_t triangle, Vec3d point, const Camera& a, 
     return picture_.sample(uv, level_of(std::max(texels(a), texels(b)))) * lighting_.at(hit.triangle, hit.weights);
 }
 
-ProjectedPaint::ProjectedPaint(const Mesh& mesh, const Camera& camera, const Raster8& picture)
-    : mesh_(mesh), camera_(camera), picture_(picture, rendering::TextureFilter::trilinear)
-{
-}
-
-double ProjectedPaint::pixels_per_pixel(std::uint32_t triangle, Vec3d point, const Camera& other) const
-{
-    const Vec3d here = camera_.project(point);
-    const Vec3d seen = other.project(point);
-    const auto plane = raycast::corners(mesh_, triangle);
-    const auto pixels_to = [&](double x, double y)
-    {
-        double distance = 0;
-        std::array<double, 3> weights{};
-        const Vec3d direction = other.ray(x, y);
-        const Vec3d origin = other.world_from_camera.translation;
-        if (!raycast::meet_plane(plane, origin, direction, distance, weights) || distance <= 0)
-            return 0.0;
-        const Vec3d there = camera_.project(origin + direction * distance);
-        return there.z > 0 ? length(Vec2d{there.x - here.x, there.y - here.y}) : 0.0;
-    };
-    return std::max(pixels_to(seen.x + 1, seen.y), pixels_to(seen.x, seen.y + 1));
-}
-
-Vec3d ProjectedPaint::color(std::uint32_t triangle, Vec3d point, const Camera& a, const Camera& b) const
-{
-    const Vec3d here = camera_.project(point);
-    const double pixels = std::max(pixels_per_pixel(triangle, point, a), pixels_per_pixel(triangle, point, b));
-    return picture_.sample({here.x / picture_.width(), 1 - here.y / picture_.height()}, level_of(pixels));
-}
-
 namespace
 {
 
@@ -362,8 +346,8 @@ FloorPictures floor_pictures(const ViewSurface& source, const ViewSurface& targe
     for (const Match& match : matches)
     {
         wanted_source.at(match.x, match.y) = 1;
-        for (const int y : {match.target.y0, match.target.y1})
-            for (const int x : {match.target.x0, match.target.x1})
+        for (const int y : {match.target.y.first, match.target.y.second})
+            for (const int x : {match.target.x.first, match.target.x.second})
                 wanted_target.at(x, y) = 1;
     }
     FloorPictures pictures{Raster8(wanted_source.width, wanted_source.height, 3),

@@ -3,6 +3,7 @@
 #include <fresco/camera.h>
 #include <fresco/evaluation/statistics.h>
 #include <fresco/image.h>
+#include <fresco/numerics/bilinear.h>
 #include <fresco/parallel.h>
 #include <fresco/raycast/scene.h>
 #include <fresco/rendering/view_renderer.h>
@@ -45,12 +46,7 @@ void find_inner_pixels(ViewSurface& view);
 /// A bilinear lookup: at most four pixels and the shares of the second column and row.
 struct Lookup
 {
-    int x0 = 0;
-    int y0 = 0;
-    int x1 = 0;  ///< x0 or x0 + 1
-    int y1 = 0;
-    double share_x = 0;  ///< [0, 1)
-    double share_y = 0;
+    fresco::numerics::Between<double> x, y;
 };
 
 /// A pixel of the source picture and the place of the same surface point in the target picture.

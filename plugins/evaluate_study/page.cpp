@@ -24,15 +24,9 @@ namespace fs = std::filesystem;
 using fresco::Error;
 using fresco::Raster8;
 
-MethodPictures by_stem(const std::string& method, const std::vector<fs::path>& files)
+std::map<std::string, fs::path> by_stem(const std::vector<fs::path>& files)
 {
-    MethodPictures result{method, {}};
-    for (const fs::path& file : files)
-        if (std::ranges::find(fresco::evaluation::picture_extensions, file.extension().string()) !=
-            fresco::evaluation::picture_extensions.end())
-            if (const auto [other, is_new] = result.files.emplace(file.stem().string(), file); !is_new)
-                throw Error(file.string() + " and " + other->second.string() + " share a name: keep one of them");
-    return result;
+    return fresco::evaluation::by_stem(files, fresco::evaluation::picture_extensions, "share a name");
 }
 
 /// The data URIs of a group, by method.
@@ -65,10 +59,7 @@ std::map<std::string, std::string> encoded(const Group& group, const ShownAs& sh
 
 MethodPictures pictures_of(const std::string& method, const fresco::Files& views)
 {
-    std::vector<fs::path> files;
-    for (const std::string& name : views.names)
-        files.push_back(views.loaded_from / name);
-    return by_stem(method, files);
+    return {method, by_stem(fresco::evaluation::listed(views))};
 }
 
 std::vector<MethodPictures> pictures_below(const fs::path& folder, fresco::RunContext& run)
@@ -81,16 +72,8 @@ std::vector<MethodPictures> pictures_below(const fs::path& folder, fresco::RunCo
     std::ranges::sort(subfolders);
     std::vector<MethodPictures> methods;
     for (const fs::path& subfolder : subfolders)
-    {
-        for (const std::string_view extension : fresco::evaluation::picture_extensions)
-            run.reads_folder(subfolder, "*" + std::string(extension));
-        std::vector<fs::path> files;
-        for (const auto& entry : fs::directory_iterator(subfolder))
-            if (entry.is_regular_file())
-                files.push_back(entry.path());
-        std::ranges::sort(files);
-        methods.push_back(by_stem(subfolder.filename().string(), files));
-    }
+        methods.push_back({subfolder.filename().string(),
+                           by_stem(fresco::evaluation::listed(subfolder, fresco::evaluation::picture_extensions, run))});
     return methods;
 }
 

@@ -2,7 +2,8 @@
 
 #include <fresco/error.h>
 #include <fresco/mesh.h>
-#include <fresco/parallel.h>
+#include <fresco/numerics/numerics.h>
+#include <fresco/parallel_items.h>
 
 #include <algorithm>
 #include <cmath>
@@ -16,18 +17,6 @@ namespace
 
 constexpr std::size_t feelers = 64;
 constexpr double most_backs = 0.25;
-
-struct Box
-{
-    Vec3d least;
-    Vec3d most;
-
-    void add(Vec3d p)
-    {
-        least = {std::min(least.x, p.x), std::min(least.y, p.y), std::min(least.z, p.z)};
-        most = {std::max(most.x, p.x), std::max(most.y, p.y), std::max(most.z, p.z)};
-    }
-};
 
 /// Whether straight ways lead from `from` to each of `to`: at most packet_size.
 std::vector<std::uint8_t> ways(const raycast::Scene& scene, Vec3d from, std::span<const Vec3d> to)
@@ -96,14 +85,13 @@ bool can_stand(const raycast::Scene& scene, Vec3d at, double clearance_m, std::s
 
 VoxelGrid::VoxelGrid(const Mesh& mesh, std::span<const Vec3d> eyes, const FreeSpaceRules& rules) : voxel_m_(rules.voxel_m)
 {
-    const Vec3d first = vec_cast<double>(mesh.positions.at(mesh.triangles.at(0)[0]));
-    Box box{first, first};
+    numerics::Bounds<double> box;
     for (const Triangle& triangle : mesh.triangles)
         for (const std::uint32_t corner : triangle)
             box.add(vec_cast<double>(mesh.positions[corner]));
     for (const Vec3d eye : eyes)
         box.add(eye);
-    const Vec3d size = box.most - box.least;
+    const Vec3d size = box.high - box.low;
     for (const auto& [name, value] : {std::pair("voxel_m", rules.voxel_m), std::pair("clearance_m", 2 * rules.clearance_m)})
         if (value > std::max({size.x, size.y, size.z}))
             throw Error(fmt::format("option \"{}\" ({:g} m) is larger than the room, which measures {:.2f} x {:.2f} x {:.2f} m "
@@ -118,7 +106,7 @@ VoxelGrid::VoxelGrid(const Mesh& mesh, std::span<const Vec3d> eyes, const FreeSp
     counts_ = {static_cast<std::size_t>(voxels(size.x)), static_cast<std::size_t>(voxels(size.y)),
                static_cast<std::size_t>(voxels(size.z))};
     const Vec3d spare{voxels(size.x) * voxel_m_ - size.x, voxels(size.y) * voxel_m_ - size.y, voxels(size.z) * voxel_m_ - size.z};
-    least_ = box.least - spare * 0.5;
+    least_ = box.low - spare * 0.5;
 }
 
 std::array<std::size_t, 3> VoxelGrid::place(std::size_t voxel) const
@@ -181,14 +169,12 @@ std::vector<Vec3d> free_space(const raycast::Scene& scene, const VoxelGrid& grid
 {
     auto free = reached(scene, grid, eyes, progress);
     const auto feel = directions(feelers);
-    parallel_for(free.size(), 1024, progress.threads(),
-                 [&](std::size_t begin, std::size_t end)
-                 {
-                     progress.check_canceled();
-                     for (std::size_t voxel = begin; voxel < end; ++voxel)
-                         if (free[voxel] != 0 && !can_stand(scene, grid.center(voxel), clearance_m, feel))
-                             free[voxel] = 0;
-                 });
+    parallel_items(free.size(), 1024, progress,
+                   [&](std::size_t voxel)
+                   {
+                       if (free[voxel] != 0 && !can_stand(scene, grid.center(voxel), clearance_m, feel))
+                           free[voxel] = 0;
+                   });
     std::vector<Vec3d> centers;
     for (std::size_t voxel = 0; voxel < free.size(); ++voxel)
         if (free[voxel] != 0)

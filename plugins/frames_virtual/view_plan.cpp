@@ -6,6 +6,7 @@
 #include <fresco/numerics/greedy_cover.h>
 #include <fresco/numerics/numerics.h>
 #include <fresco/parallel.h>
+#include <fresco/parallel_items.h>
 #include <fresco/texturing/texel_faces.h>
 #include <fresco/uv_mapping/shading.h>
 
@@ -316,13 +317,8 @@ class Planner
     {
         const Numbers stands = stands_for(looked_at);
         std::vector<std::vector<SeenCell>> views(stands.size() * looks_.size());
-        parallel_for(stands.size(), 1, progress_.threads(),
-                     [&](std::size_t begin, std::size_t end)
-                     {
-                         progress_.check_canceled();
-                         for (std::size_t i = begin; i < end; ++i)
-                             look_around(places_[stands[i]], looked_at, &views[i * looks_.size()]);
-                     });
+        parallel_items(stands.size(), 1, progress_,
+                       [&](std::size_t i) { look_around(places_[stands[i]], looked_at, &views[i * looks_.size()]); });
         const auto order = numerics::greedy_order(views, looked_at.size(), progress_);
         const double share = looked_at.size() <= few_points ? 1 : share_of_a_round;
         const std::size_t picks = numerics::picks_needed(order, share, order.size());

@@ -1,5 +1,7 @@
 #include "collapse.h"
 
+#include <fresco/numerics/numerics.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -119,27 +121,21 @@ double shape(Vec3d area_vector, Vec3d a, Vec3d b, Vec3d c)
 /// Joins the halves of edges: sorted by the smaller vertex, then compared within its few.
 std::vector<std::uint32_t> mates_of(const std::vector<std::uint32_t>& from, std::size_t vertices)
 {
-    std::vector<std::uint32_t> begin(vertices + 1, 0);
-    const auto each = [&](auto&& act)
-    {
-        for (std::uint32_t h = 0; h < from.size(); ++h)
-            if ((h & 3U) != 3)
-                act(std::min(from[h], from[Piece::next(h)]), h);
-    };
-    each([&](std::uint32_t low, std::uint32_t) { ++begin[low + 1]; });
-    for (std::size_t v = 0; v < vertices; ++v)
-        begin[v + 1] += begin[v];
-    std::vector<std::uint32_t> sorted(begin.back());
-    auto next = begin;
-    each([&](std::uint32_t low, std::uint32_t h) { sorted[next[low]++] = h; });
+    const fresco::numerics::Buckets by_low(vertices,
+                                           [&](const auto& add)
+                                           {
+                                               for (std::uint32_t h = 0; h < from.size(); ++h)
+                                                   if ((h & 3U) != 3)
+                                                       add(std::min(from[h], from[Piece::next(h)]), h);
+                                           });
     std::vector<std::uint32_t> mates(from.size(), Piece::none);
     for (std::size_t v = 0; v < vertices; ++v)
-        for (std::uint32_t i = begin[v]; i < begin[v + 1]; ++i)
-            for (std::uint32_t j = i + 1; j < begin[v + 1] && mates[sorted[i]] == Piece::none; ++j)
-                if (from[sorted[i]] == from[Piece::next(sorted[j])] && from[Piece::next(sorted[i])] == from[sorted[j]])
+        for (auto a = by_low[v].begin(); a != by_low[v].end(); ++a)
+            for (auto b = a + 1; b != by_low[v].end() && mates[*a] == Piece::none; ++b)
+                if (from[*a] == from[Piece::next(*b)] && from[Piece::next(*a)] == from[*b])
                 {
-                    mates[sorted[i]] = sorted[j];
-                    mates[sorted[j]] = sorted[i];
+                    mates[*a] = *b;
+                    mates[*b] = *a;
                 }
     return mates;
 }

@@ -2,8 +2,10 @@
 
 #include "collapse.h"
 
+#include <fresco/geometry/repair.h>
 #include <fresco/numerics/numerics.h>
 #include <fresco/parallel.h>
+#include <fresco/parallel_items.h>
 
 #include <algorithm>
 #include <array>
@@ -96,12 +98,7 @@ Regions regions_of(const Surface& surface, std::size_t most, int turn, const fre
 {
     const auto faces = static_cast<std::uint32_t>(surface.triangles.size());
     std::vector<Vec3f> centers(faces);
-    fresco::parallel_for(faces, 65536, progress.threads(),
-                         [&](std::size_t begin, std::size_t end)
-                         {
-                             for (std::size_t f = begin; f < end; ++f)
-                                 centers[f] = center(surface, static_cast<std::uint32_t>(f));
-                         });
+    fresco::parallel_items(faces, 65536, progress, [&](std::uint32_t f) { centers[f] = center(surface, f); });
     Regions regions;
     regions.order.resize(faces);
     std::iota(regions.order.begin(), regions.order.end(), 0U);
@@ -111,18 +108,18 @@ Regions regions_of(const Surface& surface, std::size_t most, int turn, const fre
         progress.check_canceled();
         std::vector<std::vector<Range>> parts(ranges.size());
         const double share = split_shares[(level + static_cast<std::size_t>(turn)) % split_shares.size()];
-        fresco::parallel_for(ranges.size(), 1, progress.threads(),
-                             [&](std::size_t i, std::size_t)
-                             {
-                                 const Range range = ranges[i];
-                                 if (range.end - range.begin <= most)
-                                     parts[i] = {range};
-                                 else
-                                 {
-                                     const std::uint32_t parting = split(centers, regions.order, range, share);
-                                     parts[i] = {{range.begin, parting}, {parting, range.end}};
-                                 }
-                             });
+        fresco::parallel_items(ranges.size(), 1, progress,
+                               [&](std::size_t i)
+                               {
+                                   const Range range = ranges[i];
+                                   if (range.end - range.begin <= most)
+                                       parts[i] = {range};
+                                   else
+                                   {
+                                       const std::uint32_t parting = split(centers, regions.order, range, share);
+                                       parts[i] = {{range.begin, parting}, {parting, range.end}};
+                                   }
+                               });
         const std::size_t before = ranges.size();
         ranges.clear();
         for (const auto& part : parts)
@@ -159,55 +156,54 @@ std::vector<CutPiece> cut(const Surface& surface, const Regions& regions, const 
     // Of vertices with one owner; only the owner writes there.
     std::vector<std::uint32_t> local(surface.positions.size(), Piece::none);
     std::vector<CutPiece> pieces(count);
-    fresco::parallel_for(count, 1, progress.threads(),
-                         [&](std::size_t r, std::size_t)
-                         {
-                             progress.check_canceled();
-                             CutPiece& made = pieces[r];
-                             const std::span<const std::uint32_t> order(regions.order.data() + regions.begins[r],
-                                                                        regions.begins[r + 1] - regions.begins[r]);
-                             std::vector<std::uint32_t> rests;
-                             for (const std::uint32_t f : order)
-                                 for (const std::uint32_t v : surface.triangles[f])
-                                     if (owner[v] == shared)
-                                         rests.push_back(v);
-                             std::sort(rests.begin(), rests.end());
-                             rests.erase(std::unique(rests.begin(), rests.end()), rests.end());
-                             made.vertices = rests;
-                             made.vertices.reserve(rests.size() + order.size() / 2 + 16);
-                             std::vector<Triangle> faces;
-                             faces.reserve(order.size());
-                             for (const std::uint32_t f : order)
-                             {
-                                 Triangle& face = faces.emplace_back();
-                                 for (std::size_t k = 0; k < 3; ++k)
-                                 {
-                                     const std::uint32_t v = surface.triangles[f][k];
-                                     if (owner[v] == shared)
-                                     {
-                                         face[k] = static_cast<std::uint32_t>(std::lower_bound(rests.begin(), rests.end(), v) -
-                                                                              rests.begin());
-                                         continue;
-                                     }
-                                     if (local[v] == Piece::none)
-                                     {
-                                         local[v] = static_cast<std::uint32_t>(made.vertices.size());
-                                         made.vertices.push_back(v);
-                                     }
-                                     face[k] = local[v];
-                                 }
-                             }
-                             std::vector<Vec3f> positions;
-                             std::vector<VertexLoad> loads;
-                             positions.reserve(made.vertices.size());
-                             loads.reserve(made.vertices.size());
-                             for (const std::uint32_t v : made.vertices)
-                             {
-                                 positions.push_back(surface.positions[v]);
-                                 loads.push_back(surface.loads[v]);
-                             }
-                             made.piece = std::make_unique<Piece>(std::move(positions), std::move(loads), rests.size(), faces);
-                         });
+    fresco::parallel_items(count, 1, progress,
+                           [&](std::size_t r)
+                           {
+                               CutPiece& made = pieces[r];
+                               const std::span<const std::uint32_t> order(regions.order.data() + regions.begins[r],
+                                                                          regions.begins[r + 1] - regions.begins[r]);
+                               std::vector<std::uint32_t> rests;
+                               for (const std::uint32_t f : order)
+                                   for (const std::uint32_t v : surface.triangles[f])
+                                       if (owner[v] == shared)
+                                           rests.push_back(v);
+                               std::sort(rests.begin(), rests.end());
+                               rests.erase(std::unique(rests.begin(), rests.end()), rests.end());
+                               made.vertices = rests;
+                               made.vertices.reserve(rests.size() + order.size() / 2 + 16);
+                               std::vector<Triangle> faces;
+                               faces.reserve(order.size());
+                               for (const std::uint32_t f : order)
+                               {
+                                   Triangle& face = faces.emplace_back();
+                                   for (std::size_t k = 0; k < 3; ++k)
+                                   {
+                                       const std::uint32_t v = surface.triangles[f][k];
+                                       if (owner[v] == shared)
+                                       {
+                                           face[k] = static_cast<std::uint32_t>(std::lower_bound(rests.begin(), rests.end(), v) -
+                                                                                rests.begin());
+                                           continue;
+                                       }
+                                       if (local[v] == Piece::none)
+                                       {
+                                           local[v] = static_cast<std::uint32_t>(made.vertices.size());
+                                           made.vertices.push_back(v);
+                                       }
+                                       face[k] = local[v];
+                                   }
+                               }
+                               std::vector<Vec3f> positions;
+                               std::vector<VertexLoad> loads;
+                               positions.reserve(made.vertices.size());
+                               loads.reserve(made.vertices.size());
+                               for (const std::uint32_t v : made.vertices)
+                               {
+                                   positions.push_back(surface.positions[v]);
+                                   loads.push_back(surface.loads[v]);
+                               }
+                               made.piece = std::make_unique<Piece>(std::move(positions), std::move(loads), rests.size(), faces);
+                           });
     return pieces;
 }
 
@@ -218,9 +214,9 @@ void put_back(const std::vector<CutPiece>& pieces, Surface& surface, const fresc
     for (const CutPiece& cut_piece : pieces)
         begin.push_back(begin.back() + cut_piece.piece->faces());
     surface.triangles.resize(begin.back());
-    fresco::parallel_for(
-        pieces.size(), 1, progress.threads(),
-        [&](std::size_t r, std::size_t)
+    fresco::parallel_items(
+        pieces.size(), 1, progress,
+        [&](std::size_t r)
         {
             const Piece& piece = *pieces[r].piece;
             const auto& vertices = pieces[r].vertices;
@@ -268,26 +264,16 @@ Surface surface_of(const Mesh& mesh)
     return surface;
 }
 
-Mesh mesh_of(const Surface& surface, bool colored)
+Mesh mesh_of(Surface surface, bool colored)
 {
     Mesh mesh;
-    std::vector<std::uint32_t> index(surface.positions.size(), Piece::none);
-    for (const auto& t : surface.triangles)
-        for (const std::uint32_t v : t)
-            index[v] = 0;
+    mesh.positions = std::move(surface.positions);
+    mesh.triangles = std::move(surface.triangles);
     const auto byte = [](float value) { return static_cast<std::uint8_t>(std::lround(std::clamp(value, 0.0F, 255.0F))); };
-    for (std::size_t v = 0; v < index.size(); ++v)
-    {
-        if (index[v] == Piece::none)
-            continue;
-        index[v] = static_cast<std::uint32_t>(mesh.positions.size());
-        mesh.positions.push_back(surface.positions[v]);
-        if (const Vec3f color = surface.loads[v].color; colored)
-            mesh.colors.push_back({byte(color.x), byte(color.y), byte(color.z)});
-    }
-    mesh.triangles.reserve(surface.triangles.size());
-    for (const auto& t : surface.triangles)
-        mesh.triangles.push_back({index[t[0]], index[t[1]], index[t[2]]});
+    if (colored)
+        for (const VertexLoad& load : surface.loads)
+            mesh.colors.push_back({byte(load.color.x), byte(load.color.y), byte(load.color.z)});
+    fresco::geometry::drop_unused_vertices(mesh);
     return mesh;
 }
 
@@ -337,12 +323,7 @@ class Steps
   private:
     void each(const std::function<void(std::size_t)>& act)
     {
-        fresco::parallel_for(pieces_.size(), 1, progress_.threads(),
-                             [&](std::size_t i, std::size_t)
-                             {
-                                 progress_.check_canceled();
-                                 act(i);
-                             });
+        fresco::parallel_items(pieces_.size(), 1, progress_, [&](std::size_t i) { act(i); });
     }
 
     /// Removes at most `surplus` faces (one more where the last collapse removes two).
@@ -410,5 +391,5 @@ Mesh decimated(const Mesh& mesh, const DecimateOptions& options, fresco::Progres
         if (surface.triangles.size() == now)
             break;
     }
-    return mesh_of(surface, !mesh.colors.empty());
+    return mesh_of(std::move(surface), !mesh.colors.empty());
 }

@@ -1,6 +1,6 @@
 #include "integration.h"
 
-#include <fresco/parallel.h>
+#include <fresco/parallel_items.h>
 
 #include <algorithm>
 #include <array>
@@ -436,14 +436,12 @@ void integrate(std::span<const DepthView> views, double truncation_m, const Prog
     std::vector<Integrator> integrators;
     for (const DepthView& view : views)
         integrators.emplace_back(view, volume.voxel_m(), truncation_m);
-    parallel_for(volume.places().size(), 64, progress.threads(),
-                 [&](std::size_t begin, std::size_t end)
-                 {
-                     progress.check_canceled();
-                     for (std::size_t i = begin; i < end; ++i)
-                         for (const Integrator& integrator : integrators)
-                             integrator.add(volume.origin(i), volume.block(i));
-                 });
+    parallel_items(volume.places().size(), 64, progress,
+                   [&](std::size_t i)
+                   {
+                       for (const Integrator& integrator : integrators)
+                           integrator.add(volume.origin(i), volume.block(i));
+                   });
 }
 
 }  // namespace fuse

@@ -1,7 +1,7 @@
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
 #include <fresco/mesh.h>
-#include <fresco/parallel.h>
+#include <fresco/parallel_items.h>
 #include <fresco/stage.h>
 
 #include "integration.h"
@@ -84,12 +84,7 @@ class MeshFuse final : public Stage
         for (std::size_t begin = 0; begin < measured.size(); begin += batch)
         {
             std::vector<Item> items(std::min(batch, measured.size() - begin));
-            parallel_for(items.size(), 1, run.threads(),
-                         [&](std::size_t i, std::size_t)
-                         {
-                             run.check_canceled();
-                             items[i] = make(*measured[begin + i]);
-                         });
+            parallel_items(items.size(), 1, run, [&](std::size_t i) { items[i] = make(*measured[begin + i]); });
             use(items, begin);
             const auto total = static_cast<double>(measured.size());
             run.progress((pass * total + static_cast<double>(begin + items.size())) / 3, total, "frames");

@@ -1,9 +1,10 @@
 #include "surface.h"
 
 #include <fresco/error.h>
+#include <fresco/geometry/repair.h>
 #include <fresco/geometry/topology.h>
 #include <fresco/numerics/numerics.h>
-#include <fresco/parallel.h>
+#include <fresco/parallel_items.h>
 
 #include <fmt/format.h>
 
@@ -257,29 +258,25 @@ class Surface::Surrounding
 
 Surface::Surface(const Volume& volume, const Progress& progress) : volume_(volume), blocks_(volume.places().size())
 {
-    parallel_for(blocks_.size(), grain, progress.threads(),
-                 [&](std::size_t begin, std::size_t end)
-                 {
-                     progress.check_canceled();
-                     for (std::size_t i = begin; i < end; ++i)
-                     {
-                         const Surrounding around(volume_, i);
-                         BlockSurface& part = blocks_[i];
-                         for (int z = 0; z < block_side; ++z)
-                             for (int y = 0; y < block_side; ++y)
-                                 for (int x = 0; x < block_side; ++x)
-                                 {
-                                     for (int axis = 0; axis < 3; ++axis)
-                                         if (around.crosses(axis, x, y, z) && around.is_used(axis, x, y, z))
-                                         {
-                                             const std::size_t edge = edge_number(axis, x, y, z);
-                                             part.has_vertex[edge / 64] |= std::uint64_t{1} << edge % 64;
-                                         }
-                                     if (around.is_whole(x, y, z))
-                                         part.first_face += static_cast<std::size_t>(cube_cases()[around.inside(x, y, z)].count);
-                                 }
-                     }
-                 });
+    parallel_items(blocks_.size(), grain, progress,
+                   [&](std::size_t i)
+                   {
+                       const Surrounding around(volume_, i);
+                       BlockSurface& part = blocks_[i];
+                       for (int z = 0; z < block_side; ++z)
+                           for (int y = 0; y < block_side; ++y)
+                               for (int x = 0; x < block_side; ++x)
+                               {
+                                   for (int axis = 0; axis < 3; ++axis)
+                                       if (around.crosses(axis, x, y, z) && around.is_used(axis, x, y, z))
+                                       {
+                                           const std::size_t edge = edge_number(axis, x, y, z);
+                                           part.has_vertex[edge / 64] |= std::uint64_t{1} << edge % 64;
+                                       }
+                                   if (around.is_whole(x, y, z))
+                                       part.first_face += static_cast<std::size_t>(cube_cases()[around.inside(x, y, z)].count);
+                               }
+                   });
     for (BlockSurface& part : blocks_)
     {
         part.first_vertex = vertex_count_;
@@ -354,13 +351,7 @@ Mesh Surface::mesh(const Progress& progress) const
     Mesh mesh;
     mesh.positions.resize(vertex_count_);
     mesh.triangles.resize(face_count_);
-    parallel_for(blocks_.size(), grain, progress.threads(),
-                 [&](std::size_t begin, std::size_t end)
-                 {
-                     progress.check_canceled();
-                     for (std::size_t i = begin; i < end; ++i)
-                         write(i, mesh);
-                 });
+    parallel_items(blocks_.size(), grain, progress, [&](std::size_t i) { write(i, mesh); });
     return mesh;
 }
 
@@ -375,22 +366,10 @@ std::size_t remove_small_components(double min_area_m2, Mesh& mesh)
     std::vector<double> areas(mesh.positions.size(), 0);
     for (std::size_t face = 0; face < mesh.triangles.size(); ++face)
         areas[sets.find(mesh.triangles[face][0])] += length(geometry::area_vector(mesh, face)) / 2;
-    const auto is_small = [&](std::uint32_t vertex) { return areas[sets.find(vertex)] < min_area_m2; };
     const auto count =
         static_cast<std::size_t>(std::ranges::count_if(areas, [&](double area) { return area > 0 && area < min_area_m2; }));
-
-    std::vector<std::uint32_t> number(mesh.positions.size(), geometry::none);
-    std::uint32_t kept = 0;
-    for (std::uint32_t vertex = 0; vertex < mesh.positions.size(); ++vertex)
-        if (!is_small(vertex))
-        {
-            mesh.positions[kept] = mesh.positions[vertex];
-            number[vertex] = kept++;
-        }
-    mesh.positions.resize(kept);
-    std::erase_if(mesh.triangles, [&](const Triangle& t) { return number[t[0]] == geometry::none; });
-    for (Triangle& t : mesh.triangles)
-        t = {number[t[0]], number[t[1]], number[t[2]]};
+    std::erase_if(mesh.triangles, [&](const Triangle& t) { return areas[sets.find(t[0])] < min_area_m2; });
+    geometry::drop_unused_vertices(mesh);
     return count;
 }
 

@@ -1,5 +1,6 @@
 #include "vertex_colors.h"
 
+#include <fresco/numerics/bilinear.h>
 #include <fresco/parallel.h>
 
 #include <algorithm>
@@ -27,15 +28,12 @@ bool is_inside(Vec3d seen, const Intrinsics& k)
 /// Bilinear, pixel centers at +0.5, clamped at the border.
 std::array<float, 3> color_at(const Raster8& picture, double u, double v)
 {
-    const double x = std::clamp(u - 0.5, 0.0, picture.width - 1.0), y = std::clamp(v - 0.5, 0.0, picture.height - 1.0);
-    const int left = static_cast<int>(x), top = static_cast<int>(y);
-    const int right = std::min(left + 1, picture.width - 1), bottom = std::min(top + 1, picture.height - 1);
-    const double s = x - left, t = y - top;
+    const auto column = numerics::between<double>(u - 0.5, picture.width);
+    const auto row = numerics::between<double>(v - 0.5, picture.height);
     std::array<float, 3> color{};
     for (int c = 0; c < 3; ++c)
         color[static_cast<std::size_t>(c)] =
-            static_cast<float>((1 - t) * ((1 - s) * picture.at(left, top, c) + s * picture.at(right, top, c)) +
-                               t * ((1 - s) * picture.at(left, bottom, c) + s * picture.at(right, bottom, c)));
+            static_cast<float>(numerics::bilinear(column, row, [&](int x, int y) { return picture.at(x, y, c); }));
     return color;
 }
 

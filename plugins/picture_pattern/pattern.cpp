@@ -1,7 +1,7 @@
 #include "pattern.h"
 
 #include <fresco/numerics/noise.h>
-#include <fresco/parallel.h>
+#include <fresco/parallel_items.h>
 
 #include <algorithm>
 #include <array>
@@ -433,24 +433,22 @@ fresco::Raster<std::uint8_t> lay_mosaic(const Motif& motif, int size_px, int sto
     const Stones laid(motif, stones, seed);
     fresco::Raster<std::uint8_t> picture(size_px, size_px, 3);
     const float pixel = 1 / static_cast<float>(size_px);
-    fresco::parallel_for(
-        static_cast<std::size_t>(size_px), 16, progress.threads(),
-        [&](std::size_t begin, std::size_t end)
+    fresco::parallel_items(
+        size_px, 16, progress,
+        [&](int y)
         {
-            progress.check_canceled();
-            for (auto y = static_cast<int>(begin); y < static_cast<int>(end); ++y)
-                for (int x = 0; x < size_px; ++x)
-                {
-                    Vec3f sum;
-                    for (int i = 0; i < samples * samples; ++i)
-                        sum += laid.color({(static_cast<float>(x) + (static_cast<float>(i % samples) + 0.5f) / samples) * pixel,
-                                           (static_cast<float>(y) + (static_cast<float>(i / samples) + 0.5f) / samples) * pixel});
-                    const auto level = [](float v)
-                    { return static_cast<std::uint8_t>(std::lround(255 * std::clamp(v / (samples * samples), 0.0f, 1.0f))); };
-                    picture.at(x, y, 0) = level(sum.x);
-                    picture.at(x, y, 1) = level(sum.y);
-                    picture.at(x, y, 2) = level(sum.z);
-                }
+            for (int x = 0; x < size_px; ++x)
+            {
+                Vec3f sum;
+                for (int i = 0; i < samples * samples; ++i)
+                    sum += laid.color({(static_cast<float>(x) + (static_cast<float>(i % samples) + 0.5f) / samples) * pixel,
+                                       (static_cast<float>(y) + (static_cast<float>(i / samples) + 0.5f) / samples) * pixel});
+                const auto level = [](float v)
+                { return static_cast<std::uint8_t>(std::lround(255 * std::clamp(v / (samples * samples), 0.0f, 1.0f))); };
+                picture.at(x, y, 0) = level(sum.x);
+                picture.at(x, y, 1) = level(sum.y);
+                picture.at(x, y, 2) = level(sum.z);
+            }
         });
     return picture;
 }

@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 using namespace fresco;
 using geometry::none;
@@ -81,8 +80,8 @@ class Grower
 {
   public:
     Grower(const geometry::Surface& surface, const std::vector<Vec3d>& normals, const PlaneLimits& limits)
-        : surface_(surface), normals_(normals), limits_(limits),
-          least_cosine_(std::cos(limits.angle_deg * std::numbers::pi / 180)), taken_(normals.size(), 0)
+        : surface_(surface), normals_(normals), limits_(limits), least_cosine_(numerics::cosine_deg(limits.angle_deg)),
+          taken_(normals.size(), 0)
     {
     }
 

@@ -2,7 +2,8 @@
 
 #include "plane_segments.h"
 
-#include <fresco/parallel.h>
+#include <fresco/numerics/numerics.h>
+#include <fresco/parallel_items.h>
 #include <fresco/texturing/texel_faces.h>
 
 #include <algorithm>
@@ -56,10 +57,7 @@ void absorb_small_islands(const fresco::geometry::Surface& surface, std::vector<
 namespace
 {
 
-double cosine_of(double degrees)
-{
-    return std::cos(degrees * std::numbers::pi / 180);
-}
+using numerics::cosine_deg;
 
 // Floors. The lowest level surface of at least this share of the largest one is the floor.
 constexpr double level_deg = 15;
@@ -123,7 +121,7 @@ class RoomFinder
     {
         std::vector<const PlaneSegment*> level;
         for (const PlaneSegment& segment : segments_)
-            if (segment.normal.z > cosine_of(level_deg))
+            if (segment.normal.z > cosine_deg(level_deg))
                 level.push_back(&segment);
         std::ranges::stable_sort(level, {}, [](const PlaneSegment* s) { return s->middle.z; });
         const auto area_above = [&](std::size_t i)
@@ -190,7 +188,7 @@ class RoomFinder
     {
         std::vector<std::pair<double, const PlaneSegment*>> below;
         for (const PlaneSegment& segment : segments_)
-            if (segment.normal.z < -cosine_of(slant_deg))
+            if (segment.normal.z < -cosine_deg(slant_deg))
                 below.emplace_back(highest_face(segment), &segment);
         std::ranges::stable_sort(below, std::greater<>(), &std::pair<double, const PlaneSegment*>::first);
         for (const auto& [highest, segment] : below)
@@ -207,7 +205,7 @@ class RoomFinder
             return std::ranges::any_of(large,
                                        [&](const PlaneSegment* ceiling)
                                        {
-                                           return dot(ceiling->normal, piece.normal) > cosine_of(same_plane_deg) &&
+                                           return dot(ceiling->normal, piece.normal) > cosine_deg(same_plane_deg) &&
                                                   std::abs(ceiling->distance(piece.middle)) < thickness_m_;
                                        });
         };
@@ -312,7 +310,7 @@ class RoomFinder
     bool continues(const WallColumns& wall, const WallColumns& piece) const
     {
         const Vec3d middle = piece.segment->middle;
-        if (dot(wall.segment->normal, piece.segment->normal) < cosine_of(same_plane_deg) ||
+        if (dot(wall.segment->normal, piece.segment->normal) < cosine_deg(same_plane_deg) ||
             std::abs(wall.segment->distance(middle)) > thickness_m_)
             return false;
         return is_beside(wall, middle);
@@ -327,14 +325,12 @@ class RoomFinder
     void take_what_is_close(const Progress& progress)
     {
         constexpr std::size_t faces_per_piece = 1U << 14;
-        parallel_for(parts_.of_face.size(), faces_per_piece, progress.threads(),
-                     [&](std::size_t begin, std::size_t end)
-                     {
-                         progress.check_canceled();
-                         for (std::size_t f = begin; f < end; ++f)
-                             if (parts_.of_face[f] == RoomPart::furniture)
-                                 parts_.of_face[f] = part_close_to(face_middle(surface_.mesh, f), normals_[f]);
-                     });
+        parallel_items(parts_.of_face.size(), faces_per_piece, progress,
+                       [&](std::size_t f)
+                       {
+                           if (parts_.of_face[f] == RoomPart::furniture)
+                               parts_.of_face[f] = part_close_to(face_middle(surface_.mesh, f), normals_[f]);
+                       });
     }
 
     RoomPart part_close_to(Vec3d point, Vec3d normal) const

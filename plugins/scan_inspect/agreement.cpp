@@ -1,6 +1,7 @@
 #include "agreement.h"
 
 #include <fresco/evaluation/statistics.h>
+#include <fresco/numerics/bilinear.h>
 #include <fresco/numerics/numerics.h>
 
 #include <algorithm>
@@ -274,18 +275,16 @@ class MeasuredGrid
         const Place place = place_of(direction * (1 / direction.z));
         if (!(place.x >= 0 && place.y >= 0 && place.x < inverse_.width - 1 && place.y < inverse_.height - 1))
             return 0;
-        const auto x = static_cast<int>(place.x);
-        const auto y = static_cast<int>(place.y);
-        const std::array around{inverse_.at(x, y), inverse_.at(x + 1, y), inverse_.at(x, y + 1), inverse_.at(x + 1, y + 1)};
+        const auto x = numerics::between(place.x);
+        const auto y = numerics::between(place.y);
+        const std::array around{inverse_.at(x.first, y.first), inverse_.at(x.second, y.first), inverse_.at(x.first, y.second),
+                                inverse_.at(x.second, y.second)};
         const auto [least, most] = std::ranges::minmax(around);
         if (!(least > 0))
             return at_sample(place.x, place.y);
         if (most > one_surface * least)
             return 0;
-        const double right = place.x - x;
-        const double low = place.y - y;
-        return (double{around[0]} * (1 - right) + double{around[1]} * right) * (1 - low) +
-               (double{around[2]} * (1 - right) + double{around[3]} * right) * low;
+        return numerics::bilinear(x, y, [&](int column, int row) { return double{inverse_.at(column, row)}; });
     }
 
   private:

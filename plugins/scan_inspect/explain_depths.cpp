@@ -1,7 +1,7 @@
 #include "explain_depths.h"
 
 #include <fresco/numerics/numerics.h>
-#include <fresco/parallel.h>
+#include <fresco/parallel_items.h>
 #include <fresco/raycast/scene.h>
 
 #include <algorithm>
@@ -284,15 +284,6 @@ struct Candidate
     double advantage = 0;
 };
 
-double median(std::vector<double> values)
-{
-    if (values.empty())
-        return 1;
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::ranges::nth_element(values, middle);
-    return *middle;
-}
-
 class Search
 {
   public:
@@ -310,8 +301,8 @@ class Search
                 depths.push_back(static_cast<double>(sample.depth));
         }
         stride_ = std::max<std::size_t>(1, samples / rough_samples);
-        depth_ = median(std::move(depths));
-        reach_ = median(std::move(positions)) / depth_;
+        depth_ = depths.empty() ? 1 : numerics::median(std::move(depths));
+        reach_ = (positions.empty() ? 1 : numerics::median(std::move(positions))) / depth_;
     }
 
     Judged run()
@@ -386,12 +377,7 @@ class Search
     std::vector<Candidate> look_at(const std::vector<Assumption>& variants, bool any_depth_scale, std::size_t stride) const
     {
         std::vector<Candidate> all(variants.size());
-        parallel_for(all.size(), 1, progress_.threads(),
-                     [&](std::size_t i, std::size_t)
-                     {
-                         progress_.check_canceled();
-                         all[i] = rough(variants[i], any_depth_scale, stride);
-                     });
+        parallel_items(all.size(), 1, progress_, [&](std::size_t i) { all[i] = rough(variants[i], any_depth_scale, stride); });
         return all;
     }
 

@@ -3,8 +3,10 @@
 #include "explain_depths.h"
 
 #include <fresco/images/lab.h>
+#include <fresco/numerics/bilinear.h>
 #include <fresco/numerics/numerics.h>
 #include <fresco/parallel.h>
+#include <fresco/parallel_items.h>
 
 #include <algorithm>
 #include <cmath>
@@ -195,12 +197,8 @@ bool look_up(const RasterF& raster, double x, double y, double& value)
     y -= 0.5;
     if (!(x >= 0 && y >= 0 && x < raster.width - 1 && y < raster.height - 1))
         return false;
-    const int column = static_cast<int>(x);
-    const int row = static_cast<int>(y);
-    const double right = x - column;
-    const double down = y - row;
-    const auto at = [&](int dx, int dy) { return static_cast<double>(raster.at(column + dx, row + dy)); };
-    value = (at(0, 0) * (1 - right) + at(1, 0) * right) * (1 - down) + (at(0, 1) * (1 - right) + at(1, 1) * right) * down;
+    value = numerics::bilinear(numerics::between(x), numerics::between(y),
+                               [&](int column, int row) { return static_cast<double>(raster.at(column, row)); });
     return true;
 }
 
@@ -281,24 +279,23 @@ CameraChange best_change(const std::vector<EdgeView>& views, const CameraChange&
         const auto focals = 2 * static_cast<std::size_t>(focal_steps) + 1;
         std::vector<CameraChange> bests(focals);
         std::vector<double> mosts(focals, -1);
-        parallel_for(focals, 1, progress.threads(),
-                     [&](std::size_t focal, std::size_t)
-                     {
-                         progress.check_canceled();
-                         for (int y = -shift_steps; y <= shift_steps; ++y)
-                             for (int x = -shift_steps; x <= shift_steps; ++x)
-                             {
-                                 CameraChange change = middle;
-                                 change.focal_scale *= std::exp(focal_step * (static_cast<int>(focal) - focal_steps));
-                                 change.shift_x += shift_step * x;
-                                 change.shift_y += shift_step * y;
-                                 if (const double found = mean_response(views, change, stride); found > mosts[focal])
-                                 {
-                                     mosts[focal] = found;
-                                     bests[focal] = change;
-                                 }
-                             }
-                     });
+        parallel_items(focals, 1, progress,
+                       [&](std::size_t focal)
+                       {
+                           for (int y = -shift_steps; y <= shift_steps; ++y)
+                               for (int x = -shift_steps; x <= shift_steps; ++x)
+                               {
+                                   CameraChange change = middle;
+                                   change.focal_scale *= std::exp(focal_step * (static_cast<int>(focal) - focal_steps));
+                                   change.shift_x += shift_step * x;
+                                   change.shift_y += shift_step * y;
+                                   if (const double found = mean_response(views, change, stride); found > mosts[focal])
+                                   {
+                                       mosts[focal] = found;
+                                       bests[focal] = change;
+                                   }
+                               }
+                       });
         for (std::size_t i = 0; i < focals; ++i)
             if (mosts[i] > most)
             {

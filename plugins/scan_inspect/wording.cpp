@@ -2,19 +2,18 @@
 
 #include "explain_depths.h"
 
+#include <fresco/numerics/numerics.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+#include <fmt/format.h>
 
 namespace fresco::inspect
 {
 
 std::string number(double value)
 {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.3g", value);
-    std::replace(text, text + sizeof text, ',', '.');
-    return value == 1000 ? "1000" : text;
+    return value == 1000 ? "1000" : fmt::format("{:.3g}", value);
 }
 
 namespace
@@ -25,15 +24,6 @@ constexpr double largest_room = 150;
 constexpr double alike = 0.05;
 
 using Findings = std::vector<Finding>;
-
-/// With `digits` digits behind the point.
-std::string fixed(double value, int digits)
-{
-    char text[64];
-    std::snprintf(text, sizeof text, "%.*f", digits, value);
-    std::replace(text, text + sizeof text, ',', '.');
-    return text;
-}
 
 /// "95 %".
 std::string percent(double share)
@@ -143,9 +133,9 @@ void tell_move(const Assumption& a, Findings& findings)
     for (int row = 0; row < 3; ++row)
     {
         for (int column = 0; column < 3; ++column)
-            matrix += fixed(back.rotation(row, column), 6) + ", ";
+            matrix += fmt::format("{:.6f}, ", back.rotation(row, column));
         const Vec3d t = back.translation;
-        matrix += fixed(row == 0 ? t.x : row == 1 ? t.y : t.z, 4) + ", ";
+        matrix += fmt::format("{:.4f}, ", row == 0 ? t.x : row == 1 ? t.y : t.z);
     }
     tell(findings, "mesh_moved",
          "the mesh is moved against the frames: read it with scan.mesh and transform: [" + matrix + "0, 0, 0, 1]");
@@ -220,14 +210,10 @@ std::string summary(const Diagnosis& diagnosis, bool by_mesh)
 
 double mesh_extent(const Mesh& mesh)
 {
-    Vec3f low = mesh.positions.front();
-    Vec3f high = low;
+    numerics::Bounds<float> box;
     for (const Vec3f p : mesh.positions)
-    {
-        low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-        high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-    }
-    return static_cast<double>(length(high - low));
+        box.add(p);
+    return static_cast<double>(length(box.high - box.low));
 }
 
 void tell_assumption(const Diagnosis& diagnosis, double extent, bool one_camera, Findings& findings)
@@ -328,18 +314,11 @@ void tell_inside_out(Findings& findings)
 
 void tell_uncovered(bool by_mesh, Findings& findings)
 {
-    if (!by_mesh)
-    {
-        findings.push_back({"uncovered",
-                            "no inspected frame sees what another one does, and no usual mistake explains it: are the poses "
-                            "in order?",
-                            false});
-        return;
-    }
-    findings.push_back({"uncovered",
-                        "no inspected frame sees the mesh, and no usual mistake explains it: do mesh and frames belong "
-                        "together?",
-                        false});
+    findings.push_back(
+        {"uncovered",
+         by_mesh ? "no inspected frame sees the mesh, and no usual mistake explains it: do mesh and frames belong together?"
+                 : "no inspected frame sees what another one does, and no usual mistake explains it: are the poses in order?",
+         false});
 }
 
 void tell_disagreement(const Fit& fit, bool by_mesh, bool certain, Findings& findings)

@@ -2,7 +2,8 @@
 
 #include "noise.h"
 
-#include <fresco/parallel.h>
+#include <fresco/numerics/bilinear.h>
+#include <fresco/parallel_items.h>
 
 #include <algorithm>
 #include <array>
@@ -31,7 +32,7 @@ float border(float t, float size, float width, float footprint)
     return (1 - smooth_step(width - blur, width + blur, distance)) * std::min(1.0f, width / (0.5f * blur));
 }
 
-Vec3f plaster(const Material& m, Vec2f p, float footprint)
+Vec3f plaster(const Material& m, Vec2f p, Vec2f, float footprint)
 {
     const float broad = fractal_noise(p.x * 1.3f, p.y * 1.3f, 3, footprint * 1.3f, m.seed);
     const float fine = fractal_noise(p.x * 18, p.y * 26, 4, footprint * 22, m.seed + 9);
@@ -47,7 +48,7 @@ float grain(float u, float v, float footprint, std::uint32_t seed)
     return 0.72f * rings + 0.28f * pores;
 }
 
-Vec3f planks(const Material& m, Vec2f p, float footprint)
+Vec3f planks(const Material& m, Vec2f p, Vec2f, float footprint)
 {
     const float width = 0.13f, row = std::floor(p.y / width);
     const auto row_seed = hash(static_cast<std::uint32_t>(static_cast<int>(row)), m.seed);
@@ -62,7 +63,7 @@ Vec3f planks(const Material& m, Vec2f p, float footprint)
     return color * (1 - 0.75f * gap);
 }
 
-Vec3f brick(const Material& m, Vec2f p, float footprint)
+Vec3f brick(const Material& m, Vec2f p, Vec2f, float footprint)
 {
     const float width = 0.23f, height = 0.075f, row = std::floor(p.y / height);
     const float along = p.x / width + 0.5f * std::fmod(row, 2.0f);
@@ -78,7 +79,7 @@ Vec3f brick(const Material& m, Vec2f p, float footprint)
 }
 
 /// Leaf-shaped medallions in a half-drop repeat, with stems and dots.
-Vec3f wallpaper(const Material& m, Vec2f p, float footprint)
+Vec3f wallpaper(const Material& m, Vec2f p, Vec2f, float footprint)
 {
     const float repeat = m.scale;
     const float column = std::floor(p.x / repeat);
@@ -104,7 +105,7 @@ Vec3f wood(const Material& m, Vec2f p, Vec2f extent, float footprint)
 }
 
 /// Woven threads, warmer and cooler flecks, and faint wide stripes.
-Vec3f fabric(const Material& m, Vec2f p, float footprint)
+Vec3f fabric(const Material& m, Vec2f p, Vec2f, float footprint)
 {
     const float thread = m.scale;
     const float keep = 1 - smooth_step(0.2f, 0.6f, footprint / thread);
@@ -204,7 +205,7 @@ Vec3f panels(const Material& m, Vec2f p, Vec2f extent, float footprint)
     return mix(Vec3f{0.85f, 0.68f, 0.32f}, color, smooth_step(0.016f, 0.016f + blur, knob));
 }
 
-Vec3f basket(const Material& m, Vec2f p, float footprint)
+Vec3f basket(const Material& m, Vec2f p, Vec2f, float footprint)
 {
     const float size = m.scale;
     const float keep = 1 - smooth_step(0.2f, 0.7f, footprint / size);
@@ -243,40 +244,10 @@ Vec3f shade(const Material& m, Vec2f p, Vec2f extent, float footprint)
 /// \param footprint  meters covered by one sample; finer detail fades
 Vec3f texture(const Material& m, Vec2f at, Vec2f extent, float footprint)
 {
-    switch (m.pattern)
-    {
-    case Pattern::plaster:
-        return plaster(m, at, footprint);
-    case Pattern::planks:
-        return planks(m, at, footprint);
-    case Pattern::brick:
-        return brick(m, at, footprint);
-    case Pattern::wallpaper:
-        return wallpaper(m, at, footprint);
-    case Pattern::wood:
-        return wood(m, at, extent, footprint);
-    case Pattern::fabric:
-        return fabric(m, at, footprint);
-    case Pattern::rug:
-        return rug(m, at, extent, footprint);
-    case Pattern::painting:
-        return painting(m, at, extent, footprint);
-    case Pattern::book:
-        return book(m, at, extent, footprint);
-    case Pattern::leaf:
-        return leaf(m, at, extent, footprint);
-    case Pattern::ceramic:
-        return ceramic(m, at, extent, footprint);
-    case Pattern::panels:
-        return panels(m, at, extent, footprint);
-    case Pattern::basket:
-        return basket(m, at, footprint);
-    case Pattern::sky:
-        return sky(m, at, extent, footprint);
-    case Pattern::shade:
-        return shade(m, at, extent, footprint);
-    }
-    return m.first;
+    // In the order of Pattern.
+    constexpr std::array patterns{plaster, planks, brick,   wallpaper, wood,   fabric, rug,  painting,
+                                  book,    leaf,   ceramic, panels,    basket, sky,    shade};
+    return patterns[static_cast<std::size_t>(m.pattern)](m, at, extent, footprint);
 }
 
 constexpr float cell_m = 0.075f;
@@ -305,9 +276,26 @@ Vec3f times(Vec3f a, Vec3f b)
     return {a.x * b.x, a.y * b.y, a.z * b.z};
 }
 
-Emitter make_emitter(const Scene& scene, int solid, int face)
+template <class Visit>
+void for_each_face(const Scene& scene, const Visit& visit)
 {
-    const auto& body = scene.solids[static_cast<std::size_t>(solid)];
+    for (int solid = 0; solid < static_cast<int>(scene.solids.size()); ++solid)
+    {
+        const auto& body = scene.solids[static_cast<std::size_t>(solid)];
+        for (int face = 0; face < body.face_count(); ++face)
+            visit(solid, face, body);
+    }
+}
+
+/// The middle of a cell of a face that is divided into columns and rows.
+Vec2f cell_middle(Vec2f extent, int column, int columns, int row, int rows)
+{
+    return {extent.x * (static_cast<float>(column) + 0.5f) / static_cast<float>(columns),
+            extent.y * (static_cast<float>(row) + 0.5f) / static_cast<float>(rows)};
+}
+
+Emitter make_emitter(const Scene& scene, int solid, int face, const Solid& body)
+{
     const auto& material = scene.material(solid, face);
     const Vec2f extent = face_extent(body, face);
     const auto points = [](float meters) { return std::clamp(static_cast<int>(std::lround(meters / 0.28f)), 1, 5); };
@@ -316,22 +304,19 @@ Emitter make_emitter(const Scene& scene, int solid, int face)
     Emitter emitter{solid, face, tint * material.emission, {}, extent.x * extent.y / static_cast<float>(columns * rows)};
     for (int row = 0; row < rows; ++row)
         for (int column = 0; column < columns; ++column)
-            emitter.points.push_back(face_point(body, face,
-                                                {extent.x * (static_cast<float>(column) + 0.5f) / static_cast<float>(columns),
-                                                 extent.y * (static_cast<float>(row) + 0.5f) / static_cast<float>(rows)}));
+            emitter.points.push_back(face_point(body, face, cell_middle(extent, column, columns, row, rows)));
     return emitter;
 }
 
 std::vector<Emitter> find_emitters(const Scene& scene)
 {
     std::vector<Emitter> emitters;
-    for (int solid = 0; solid < static_cast<int>(scene.solids.size()); ++solid)
-    {
-        const auto& body = scene.solids[static_cast<std::size_t>(solid)];
-        for (int face = 0; face < body.face_count(); ++face)
-            if (scene.material(solid, face).emission > 0)
-                emitters.push_back(make_emitter(scene, solid, face));
-    }
+    for_each_face(scene,
+                  [&](int solid, int face, const Solid& body)
+                  {
+                      if (scene.material(solid, face).emission > 0)
+                          emitters.push_back(make_emitter(scene, solid, face, body));
+                  });
     return emitters;
 }
 
@@ -376,21 +361,17 @@ std::vector<Vec3f> mean_colors(const Scene& scene)
 {
     std::vector<Vec3f> means(scene.solids.size() * 6);
     constexpr int samples = 6;
-    for (int solid = 0; solid < static_cast<int>(scene.solids.size()); ++solid)
-    {
-        const auto& body = scene.solids[static_cast<std::size_t>(solid)];
-        for (int face = 0; face < body.face_count(); ++face)
-        {
-            const Vec2f extent = face_extent(body, face);
-            Vec3f sum;
-            for (int i = 0; i < samples * samples; ++i)
-                sum += to_linear(texture(scene.material(solid, face),
-                                         {extent.x * (static_cast<float>(i % samples) + 0.5f) / samples,
-                                          extent.y * (static_cast<float>(i / samples) + 0.5f) / samples},
-                                         extent, 0.02f));
-            means[static_cast<std::size_t>(solid * 6 + face)] = sum * (1.0f / (samples * samples));
-        }
-    }
+    for_each_face(scene,
+                  [&](int solid, int face, const Solid& body)
+                  {
+                      const Vec2f extent = face_extent(body, face);
+                      Vec3f sum;
+                      for (int i = 0; i < samples * samples; ++i)
+                          sum +=
+                              to_linear(texture(scene.material(solid, face),
+                                                cell_middle(extent, i % samples, samples, i / samples, samples), extent, 0.02f));
+                      means[static_cast<std::size_t>(solid * 6 + face)] = sum * (1.0f / (samples * samples));
+                  });
     return means;
 }
 
@@ -407,37 +388,27 @@ LightMap::LightMap(const Caster& caster, fresco::Progress& progress) : scene_(&c
     const Scene& scene = *scene_;
     patches_.resize(scene.solids.size() * 6);
     std::vector<Cell> cells;
-    for (int solid = 0; solid < static_cast<int>(scene.solids.size()); ++solid)
-    {
-        const auto& body = scene.solids[static_cast<std::size_t>(solid)];
-        for (int face = 0; face < body.face_count(); ++face)
-        {
-            auto& p = patches_[static_cast<std::size_t>(solid * 6 + face)];
-            p.extent = face_extent(body, face);
-            p.first = cells.size();
-            p.columns = std::max(1, static_cast<int>(std::lround(p.extent.x / cell_m)));
-            p.rows = std::max(1, static_cast<int>(std::lround(p.extent.y / cell_m)));
-            for (int row = 0; row < p.rows; ++row)
-                for (int column = 0; column < p.columns; ++column)
-                {
-                    auto point = face_point(body, face,
-                                            {p.extent.x * (static_cast<float>(column) + 0.5f) / static_cast<float>(p.columns),
-                                             p.extent.y * (static_cast<float>(row) + 0.5f) / static_cast<float>(p.rows)});
-                    point.position += point.normal * 0.002f;
-                    cells.push_back({solid, face, point});
-                }
-        }
-    }
+    for_each_face(scene,
+                  [&](int solid, int face, const Solid& body)
+                  {
+                      auto& p = patches_[static_cast<std::size_t>(solid * 6 + face)];
+                      p.extent = face_extent(body, face);
+                      p.first = cells.size();
+                      p.columns = std::max(1, static_cast<int>(std::lround(p.extent.x / cell_m)));
+                      p.rows = std::max(1, static_cast<int>(std::lround(p.extent.y / cell_m)));
+                      for (int row = 0; row < p.rows; ++row)
+                          for (int column = 0; column < p.columns; ++column)
+                          {
+                              auto point = face_point(body, face, cell_middle(p.extent, column, p.columns, row, p.rows));
+                              point.position += point.normal * 0.002f;
+                              cells.push_back({solid, face, point});
+                          }
+                  });
 
     const auto emitters = find_emitters(scene);
     values_.assign(cells.size(), {});
-    fresco::parallel_for(cells.size(), 512, progress.threads(),
-                         [&](std::size_t begin, std::size_t end)
-                         {
-                             progress.check_canceled();
-                             for (std::size_t i = begin; i < end; ++i)
-                                 values_[i] = direct_light(caster, emitters, cells[i].point, cells[i].solid);
-                         });
+    fresco::parallel_items(cells.size(), 512, progress,
+                           [&](std::size_t i) { values_[i] = direct_light(caster, emitters, cells[i].point, cells[i].solid); });
 
     Vec3f sum;
     for (const auto& value : values_)
@@ -446,30 +417,26 @@ LightMap::LightMap(const Caster& caster, fresco::Progress& progress) : scene_(&c
     const auto colors = mean_colors(scene);
     const auto directions = hemisphere();
     std::vector<Vec3f> total(cells.size());
-    fresco::parallel_for(
-        cells.size(), 512, progress.threads(),
-        [&](std::size_t begin, std::size_t end)
+    fresco::parallel_items(
+        cells.size(), 512, progress,
+        [&](std::size_t i)
         {
-            progress.check_canceled();
-            for (std::size_t i = begin; i < end; ++i)
+            const Vec3f n = cells[i].point.normal;
+            const Vec3f t = normalized(std::abs(n.z) < 0.9f ? cross(Vec3f{0, 0, 1}, n) : cross(Vec3f{1, 0, 0}, n));
+            const Vec3f b = cross(n, t);
+            Vec3f bounced;
+            for (const auto& d : directions)
             {
-                const Vec3f n = cells[i].point.normal;
-                const Vec3f t = normalized(std::abs(n.z) < 0.9f ? cross(Vec3f{0, 0, 1}, n) : cross(Vec3f{1, 0, 0}, n));
-                const Vec3f b = cross(n, t);
-                Vec3f bounced;
-                for (const auto& d : directions)
-                {
-                    const Ray ray{cells[i].point.position, t * d.x + b * d.y + n * d.z};
-                    const auto hit = caster.cast(ray);
-                    if (hit.solid < 0 || hit.t < 0.01f || scene.material(hit.solid, hit.face).emission > 0)
-                        continue;
-                    const Vec2f where = face_coordinates(scene.solids[static_cast<std::size_t>(hit.solid)], hit.face,
-                                                         ray.origin + ray.direction * hit.t);
-                    bounced += times(colors[static_cast<std::size_t>(hit.solid * 6 + hit.face)],
-                                     at(hit.solid, hit.face, where) + floor_light * 3);
-                }
-                total[i] = values_[i] + bounced * (1.0f / gather_rays) + floor_light;
+                const Ray ray{cells[i].point.position, t * d.x + b * d.y + n * d.z};
+                const auto hit = caster.cast(ray);
+                if (hit.solid < 0 || hit.t < 0.01f || scene.material(hit.solid, hit.face).emission > 0)
+                    continue;
+                const Vec2f where = face_coordinates(scene.solids[static_cast<std::size_t>(hit.solid)], hit.face,
+                                                     ray.origin + ray.direction * hit.t);
+                bounced += times(colors[static_cast<std::size_t>(hit.solid * 6 + hit.face)],
+                                 at(hit.solid, hit.face, where) + floor_light * 3);
             }
+            total[i] = values_[i] + bounced * (1.0f / gather_rays) + floor_light;
         });
     Vec3f mean;
     for (const auto& value : total)
@@ -485,8 +452,6 @@ Vec3f LightMap::at(int solid, int face, Vec2f coordinates) const
     const Patch& p = patch(solid, face);
     const float x = coordinates.x / p.extent.x * static_cast<float>(p.columns) - 0.5f;
     const float y = coordinates.y / p.extent.y * static_cast<float>(p.rows) - 0.5f;
-    const int x0 = whole(x), y0 = whole(y);
-    const float tx = x - static_cast<float>(x0), ty = y - static_cast<float>(y0);
     const auto shape = scene_->solids[static_cast<std::size_t>(solid)].shape;
     const bool around = shape == Shape::ellipsoid || (shape == Shape::frustum && face == 0);
     const auto cell = [&](int column, int row)
@@ -495,9 +460,7 @@ Vec3f LightMap::at(int solid, int face, Vec2f coordinates) const
         row = std::clamp(row, 0, p.rows - 1);
         return values_[p.first + static_cast<std::size_t>(row * p.columns + column)];
     };
-    const Vec3f low = cell(x0, y0) * (1 - tx) + cell(x0 + 1, y0) * tx;
-    const Vec3f high = cell(x0, y0 + 1) * (1 - tx) + cell(x0 + 1, y0 + 1) * tx;
-    return low * (1 - ty) + high * ty;
+    return fresco::numerics::bilinear(fresco::numerics::between(x), fresco::numerics::between(y), cell);
 }
 
 Vec3f LightMap::shade(int solid, int face, Vec2f coordinates, float footprint) const

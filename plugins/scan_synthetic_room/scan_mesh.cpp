@@ -3,7 +3,8 @@
 #include "noise.h"
 
 #include <fresco/error.h>
-#include <fresco/parallel.h>
+#include <fresco/numerics/numerics.h>
+#include <fresco/parallel_items.h>
 
 #include <fmt/format.h>
 
@@ -11,7 +12,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <numeric>
 
 namespace room
 {
@@ -80,15 +80,13 @@ class DistanceGrid
     std::vector<float> all_nodes(fresco::Progress& progress) const
     {
         std::vector<float> values(static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny) * static_cast<std::size_t>(nz));
-        fresco::parallel_for(static_cast<std::size_t>(nz), 4, progress.threads(),
-                             [&](std::size_t begin, std::size_t end)
-                             {
-                                 progress.check_canceled();
-                                 for (auto z = static_cast<int>(begin); z < static_cast<int>(end); ++z)
-                                     for (int y = 0; y < ny; ++y)
-                                         for (int x = 0; x < nx; ++x)
-                                             values[node({x, y, z})] = distance(near({x, y, z}), position({x, y, z}));
-                             });
+        fresco::parallel_items(nz, 4, progress,
+                               [&](int z)
+                               {
+                                   for (int y = 0; y < ny; ++y)
+                                       for (int x = 0; x < nx; ++x)
+                                           values[node({x, y, z})] = distance(near({x, y, z}), position({x, y, z}));
+                               });
         return values;
     }
 
@@ -229,22 +227,18 @@ SurfaceNet surface_net(const Scene& scene, float edge, fresco::Progress& progres
     net.positions.resize(cells.size());
     net.normals.resize(cells.size());
     net.solids.resize(cells.size());
-    fresco::parallel_for(cells.size(), 4096, progress.threads(),
-                         [&](std::size_t begin, std::size_t end)
-                         {
-                             progress.check_canceled();
-                             for (std::size_t i = begin; i < end; ++i)
-                             {
-                                 const auto& near = grid.near(cells[i]);
-                                 Vec3f p = mean_crossing(grid, values, cells[i]);
-                                 for (int step = 0; step < 2; ++step)
-                                     p = p - gradient(grid, near, p, 0.1f * edge) *
-                                                 std::clamp(grid.distance(near, p), -0.5f * edge, 0.5f * edge);
-                                 net.positions[i] = p;
-                                 net.normals[i] = gradient(grid, near, p, 0.1f * edge);
-                                 grid.distance(near, p, &net.solids[i]);
-                             }
-                         });
+    fresco::parallel_items(cells.size(), 4096, progress,
+                           [&](std::size_t i)
+                           {
+                               const auto& near = grid.near(cells[i]);
+                               Vec3f p = mean_crossing(grid, values, cells[i]);
+                               for (int step = 0; step < 2; ++step)
+                                   p = p - gradient(grid, near, p, 0.1f * edge) *
+                                               std::clamp(grid.distance(near, p), -0.5f * edge, 0.5f * edge);
+                               net.positions[i] = p;
+                               net.normals[i] = gradient(grid, near, p, 0.1f * edge);
+                               grid.distance(near, p, &net.solids[i]);
+                           });
     connect(grid, values, index, net);
     return net;
 }
@@ -264,31 +258,6 @@ float waves(Vec3f p, std::uint32_t seed)
     return sum * 2.6f;
 }
 
-std::uint32_t root_of(std::vector<std::uint32_t>& parent, std::uint32_t v)
-{
-    while (parent[v] != v)
-        v = parent[v] = parent[parent[v]];
-    return v;
-}
-
-/// Whether each triangle is part of a larger piece.
-std::vector<std::uint8_t> without_crumbs(const std::vector<fresco::Triangle>& triangles, std::size_t vertex_count)
-{
-    std::vector<std::uint32_t> parent(vertex_count);
-    std::iota(parent.begin(), parent.end(), 0U);
-    for (const auto& t : triangles)
-        for (const auto v : {t[1], t[2]})
-            parent[root_of(parent, v)] = root_of(parent, t[0]);
-    std::vector<std::size_t> faces(vertex_count);
-    for (const auto& t : triangles)
-        ++faces[root_of(parent, t[0])];
-    std::vector<std::uint8_t> result;
-    result.reserve(triangles.size());
-    for (const auto& t : triangles)
-        result.push_back(faces[root_of(parent, t[0])] < crumb_faces ? 0 : 1);
-    return result;
-}
-
 }  // namespace
 
 fresco::Mesh noisy_mesh(const SurfaceNet& net, const Scene& scene, const LightMap& light, float edge, float noise_m,
@@ -298,22 +267,18 @@ fresco::Mesh noisy_mesh(const SurfaceNet& net, const Scene& scene, const LightMa
     mesh.triangles = net.triangles;
     mesh.positions.resize(net.positions.size());
     mesh.colors.resize(net.positions.size());
-    fresco::parallel_for(
-        net.positions.size(), 4096, progress.threads(),
-        [&](std::size_t begin, std::size_t end)
+    fresco::parallel_items(
+        net.positions.size(), 4096, progress,
+        [&](std::size_t i)
         {
-            progress.check_canceled();
-            for (std::size_t i = begin; i < end; ++i)
-            {
-                const Vec3f p = net.positions[i];
-                const float shift = noise_m * (0.8f * waves(p, seed) + 0.5f * bell(hash(seed, static_cast<std::uint32_t>(i))));
-                mesh.positions[i] = p + net.normals[i] * shift;
-                const auto& solid = scene.solids[static_cast<std::size_t>(net.solids[i])];
-                const int face = nearest_face(solid, p);
-                const Vec3f color = light.shade(net.solids[i], face, face_coordinates(solid, face, p), 0.5f * edge);
-                const auto level = [](float v) { return static_cast<std::uint8_t>(std::clamp(std::lround(255 * v), 0L, 255L)); };
-                mesh.colors[i] = {level(color.x), level(color.y), level(color.z)};
-            }
+            const Vec3f p = net.positions[i];
+            const float shift = noise_m * (0.8f * waves(p, seed) + 0.5f * bell(hash(seed, static_cast<std::uint32_t>(i))));
+            mesh.positions[i] = p + net.normals[i] * shift;
+            const auto& solid = scene.solids[static_cast<std::size_t>(net.solids[i])];
+            const int face = nearest_face(solid, p);
+            const Vec3f color = light.shade(net.solids[i], face, face_coordinates(solid, face, p), 0.5f * edge);
+            const auto level = [](float v) { return static_cast<std::uint8_t>(std::clamp(std::lround(255 * v), 0L, 255L)); };
+            mesh.colors[i] = {level(color.x), level(color.y), level(color.z)};
         });
     return mesh;
 }
@@ -333,32 +298,31 @@ void SeenVertices::add_view(const fresco::Raster<float>& exact_depth, const fres
 
 fresco::Mesh seen_part(const fresco::Mesh& mesh, const SeenVertices& seen, std::vector<Part>& parts)
 {
-    std::vector<fresco::Triangle> found;
-    std::vector<Part> found_parts;
+    std::vector<std::size_t> kept;
+    fresco::numerics::DisjointSets pieces(mesh.positions.size());
     for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
         if (const auto& t = mesh.triangles[f]; seen.seen(t[0]) || seen.seen(t[1]) || seen.seen(t[2]))
         {
-            found.push_back(t);
-            found_parts.push_back(parts[f]);
+            kept.push_back(f);
+            pieces.join(t[0], t[1]);
+            pieces.join(t[0], t[2]);
         }
-    const auto is_kept = without_crumbs(found, mesh.positions.size());
-    std::vector<fresco::Triangle> kept;
-    parts.clear();
-    for (std::size_t f = 0; f < found.size(); ++f)
-        if (is_kept[f])
-        {
-            kept.push_back(found[f]);
-            parts.push_back(found_parts[f]);
-        }
+    std::vector<std::size_t> faces(mesh.positions.size());
+    for (const std::size_t f : kept)
+        ++faces[pieces.find(mesh.triangles[f][0])];
+    std::erase_if(kept, [&](std::size_t f) { return faces[pieces.find(mesh.triangles[f][0])] < crumb_faces; });
     if (kept.empty())
         throw fresco::Error("the depth camera saw no surface: set a larger frames_count or larger depth pictures");
 
     fresco::Mesh part;
-    std::vector<std::uint32_t> renamed(mesh.positions.size(), 0xffffffffU);
-    for (auto& t : kept)
+    std::vector<Part> kept_parts;
+    std::vector<std::uint32_t> renamed(mesh.positions.size(), no_vertex);
+    for (const std::size_t f : kept)
+    {
+        auto& t = part.triangles.emplace_back(mesh.triangles[f]);
         for (auto& v : t)
         {
-            if (renamed[v] == 0xffffffffU)
+            if (renamed[v] == no_vertex)
             {
                 renamed[v] = static_cast<std::uint32_t>(part.positions.size());
                 part.positions.push_back(mesh.positions[v]);
@@ -366,7 +330,9 @@ fresco::Mesh seen_part(const fresco::Mesh& mesh, const SeenVertices& seen, std::
             }
             v = renamed[v];
         }
-    part.triangles = std::move(kept);
+        kept_parts.push_back(parts[f]);
+    }
+    parts = std::move(kept_parts);
     return part;
 }
 

@@ -247,16 +247,6 @@ float component(Vec3f v, int axis)
     return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
 }
 
-Vec3f lower(Vec3f a, Vec3f b)
-{
-    return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)};
-}
-
-Vec3f upper(Vec3f a, Vec3f b)
-{
-    return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)};
-}
-
 /// Where a ray enters a box, or a large number if it misses it or does so beyond `limit`.
 [[gnu::always_inline]] inline float entry(const Vec3f& low, const Vec3f& high, const Vec3f& origin, const Vec3f& inverse,
                                           float limit)
@@ -299,8 +289,8 @@ Caster::Bounds Caster::bounds(std::size_t begin, std::size_t end) const
     {
         const auto& solid = scene_->solids[static_cast<std::size_t>(order_[i])];
         const Vec3f half = half_extent(solid);
-        box.low = lower(box.low, solid.center - half);
-        box.high = upper(box.high, solid.center + half);
+        box.add(solid.center - half);
+        box.add(solid.center + half);
     }
     return box;
 }

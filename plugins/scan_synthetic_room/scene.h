@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fresco/math.h>
+#include <fresco/numerics/numerics.h>
 
 #include <array>
 #include <cstdint>
@@ -12,8 +13,6 @@
 
 namespace room
 {
-
-/// \file The analytic bodies that the room is made of; meters. One description serves pictures, depth and mesh.
 
 inline constexpr float pi = std::numbers::pi_v<float>;
 
@@ -168,10 +167,7 @@ class Caster
         int first = 0;  ///< Leaf: index into order_; else the left child, the right one follows.
         int count = 0;  ///< 0: inner node.
     };
-    struct Bounds
-    {
-        Vec3f low{1e30f, 1e30f, 1e30f}, high{-1e30f, -1e30f, -1e30f};
-    };
+    using Bounds = fresco::numerics::Bounds<float>;
     static float surface(const Bounds& box);
     Bounds bounds(std::size_t begin, std::size_t end) const;
     void sort_along(int axis, std::size_t begin, std::size_t end);

@@ -2,7 +2,7 @@
 
 #include <fresco/numerics/noise.h>
 #include <fresco/numerics/numerics.h>
-#include <fresco/parallel.h>
+#include <fresco/parallel_items.h>
 #include <fresco/texture.h>
 
 #include <algorithm>
@@ -329,12 +329,7 @@ std::vector<Gains> exposure_gains(const std::vector<std::vector<CellColor>>& vie
     {
         if (scale <= leveled_from)
             equations.level();
-        parallel_for(3, 1, progress.threads(),
-                     [&](std::size_t begin, std::size_t end)
-                     {
-                         for (std::size_t c = begin; c < end; ++c)
-                             equations.improve(logs[c], c, progress);
-                     });
+        parallel_items(std::size_t{3}, 1, progress, [&](std::size_t c) { equations.improve(logs[c], c, progress); });
         equations.reweigh(logs, scale);
     }
     std::vector<Gains> gains(views.size(), no_gains());

@@ -4,7 +4,9 @@
 #include <fresco/images/filters.h>
 #include <fresco/images/sharpness.h>
 #include <fresco/numerics/noise.h>
+#include <fresco/numerics/numerics.h>
 #include <fresco/parallel.h>
+#include <fresco/parallel_items.h>
 
 #include <algorithm>
 #include <bit>
@@ -187,13 +189,7 @@ constexpr float outlier_factor = 4;
 /// Calls `visit(i)` for every view, some at a time.
 void for_views(std::size_t begin, std::size_t end, const Progress& progress, const std::function<void(std::size_t)>& visit)
 {
-    parallel_for(end - begin, 1, progress.threads(),
-                 [&](std::size_t first, std::size_t last)
-                 {
-                     progress.check_canceled();
-                     for (std::size_t i = first; i < last; ++i)
-                         visit(begin + i);
-                 });
+    parallel_items(end - begin, 1, progress, [&](std::size_t i) { visit(begin + i); });
 }
 
 /// What the first reading of the views finds out.
@@ -308,14 +304,13 @@ void fill(BestSamples& best, FramesTexture& result, const ViewReader& read, cons
         const std::size_t end = std::min(begin + batch, count);
         std::vector<Gathered> views(end - begin);
         for_views(begin, end, progress, [&](std::size_t i) { views[i - begin] = gathered(read(i), rules); });
-        parallel_for(views.front().samples.size(), 1, progress.threads(),
-                     [&](std::size_t first, std::size_t last)
-                     {
-                         for (std::size_t block = first; block < last; ++block)
-                             for (std::size_t i = begin; i < end; ++i)
-                                 best.add(views[i - begin].samples[block], static_cast<float>(result.sharpness[i]),
-                                          rules.solve_exposure ? &result.gains[i] : nullptr);
-                     });
+        parallel_items(views.front().samples.size(), 1, progress,
+                       [&](std::size_t block)
+                       {
+                           for (std::size_t i = begin; i < end; ++i)
+                               best.add(views[i - begin].samples[block], static_cast<float>(result.sharpness[i]),
+                                        rules.solve_exposure ? &result.gains[i] : nullptr);
+                       });
         for (const Gathered& view : views)
         {
             result.pixels += view.pixels;
@@ -368,9 +363,8 @@ std::vector<double> sharpness_factors(const std::vector<double>& sharpness, cons
         for (std::size_t j = i - std::min(i, sharpness_reach); j < std::min(sharpness.size(), i + sharpness_reach + 1); ++j)
             if (sequences[j] == sequences[i])
                 around.push_back(sharpness[j]);
-        const auto middle = around.begin() + static_cast<std::ptrdiff_t>(around.size() / 2);
-        std::nth_element(around.begin(), middle, around.end());
-        const double ratio = *middle > 0 ? sharpness[i] / *middle : 1;
+        const double usual = numerics::median(std::move(around));
+        const double ratio = usual > 0 ? sharpness[i] / usual : 1;
         factors.push_back(std::clamp(std::pow(ratio, power), least_sharpness_factor, most_sharpness_factor));
     }
     return factors;

@@ -11,11 +11,9 @@
 
 namespace fresco::detail
 {
-namespace
-{
 
 template <class T>
-void write_any(const std::filesystem::path& file, const Raster<T>& raster)
+void write_raster(const std::filesystem::path& file, const Raster<T>& raster)
 {
     std::vector<std::size_t> shape{static_cast<std::size_t>(raster.height), static_cast<std::size_t>(raster.width)};
     if (raster.channels != 1)
@@ -24,7 +22,7 @@ void write_any(const std::filesystem::path& file, const Raster<T>& raster)
 }
 
 template <class T>
-Raster<T> read_any(const std::filesystem::path& file, int channels)
+Raster<T> read_raster(const std::filesystem::path& file, int channels)
 {
     const NpyArray array = read_npy(file);
     const auto fail = [&](const std::string& what) { throw Error(file.string() + ": " + what); };
@@ -51,8 +49,6 @@ Raster<T> read_any(const std::filesystem::path& file, int channels)
     }
     return raster;
 }
-
-}  // namespace
 
 Value to_value(const Camera& camera)
 {
@@ -95,34 +91,11 @@ Value read_json_file(const std::filesystem::path& file)
     return parse_json(read_text_file(file, std::size_t{1} << 30U), file.string());
 }
 
-void write_raster(const std::filesystem::path& file, const Raster8& raster)
-{
-    write_any(file, raster);
-}
-
-void write_raster(const std::filesystem::path& file, const Raster16& raster)
-{
-    write_any(file, raster);
-}
-
-void write_raster(const std::filesystem::path& file, const RasterF& raster)
-{
-    write_any(file, raster);
-}
-
-Raster8 read_raster8(const std::filesystem::path& file, int channels)
-{
-    return read_any<std::uint8_t>(file, channels);
-}
-
-Raster16 read_raster16(const std::filesystem::path& file, int channels)
-{
-    return read_any<std::uint16_t>(file, channels);
-}
-
-RasterF read_raster_f(const std::filesystem::path& file, int channels)
-{
-    return read_any<float>(file, channels);
-}
+template void write_raster(const std::filesystem::path& file, const Raster8& raster);
+template void write_raster(const std::filesystem::path& file, const Raster16& raster);
+template void write_raster(const std::filesystem::path& file, const RasterF& raster);
+template Raster8 read_raster(const std::filesystem::path& file, int channels);
+template Raster16 read_raster(const std::filesystem::path& file, int channels);
+template RasterF read_raster(const std::filesystem::path& file, int channels);
 
 }  // namespace fresco::detail

@@ -27,12 +27,10 @@ Value read_json_file(const std::filesystem::path& file);
 std::optional<std::string> below(const std::filesystem::path& path, const std::filesystem::path& base);
 
 /// H x W (one channel) or H x W x C.
-void write_raster(const std::filesystem::path& file, const Raster8& raster);
-void write_raster(const std::filesystem::path& file, const Raster16& raster);
-void write_raster(const std::filesystem::path& file, const RasterF& raster);
+template <class T>
+void write_raster(const std::filesystem::path& file, const Raster<T>& raster);
 /// Throws Error naming the file if it is of another type or number of channels. `channels` 0: any from 1 to 4.
-Raster8 read_raster8(const std::filesystem::path& file, int channels);
-Raster16 read_raster16(const std::filesystem::path& file, int channels);
-RasterF read_raster_f(const std::filesystem::path& file, int channels);
+template <class T>
+Raster<T> read_raster(const std::filesystem::path& file, int channels);
 
 }  // namespace fresco::detail

@@ -5,6 +5,7 @@
 #include <fresco/option_declaration.h>
 
 #include <algorithm>
+#include <fmt/format.h>
 #include <string_view>
 
 namespace fresco
@@ -15,13 +16,9 @@ namespace
 /// JSON is text, bytes are not.
 std::string hex_of(std::string_view bytes)
 {
-    constexpr std::string_view digits = "0123456789abcdef";
     std::string hex;
     for (const char c : bytes)
-    {
-        const auto byte = static_cast<unsigned char>(c);
-        hex += {digits[byte >> 4U], digits[byte & 15U]};
-    }
+        hex += fmt::format("{:02x}", static_cast<unsigned char>(c));
     return hex;
 }
 

@@ -88,13 +88,7 @@ std::string temporary_name()
     std::array<unsigned char, 16> bits{};
     if (::getrandom(bits.data(), bits.size(), 0) != static_cast<ssize_t>(bits.size()))
         throw Error("no random numbers: " + cause());
-    std::string name{temporary_file_prefix};
-    for (const unsigned char byte : bits)
-    {
-        name += "0123456789abcdef"[byte >> 4U];
-        name += "0123456789abcdef"[byte & 15U];
-    }
-    return name;
+    return fmt::format("{}{:02x}", temporary_file_prefix, fmt::join(bits, ""));
 }
 
 /// What is to become `file`. It has no name as long as it is written, where the file system can do that: a killed process leaves
@@ -316,16 +310,9 @@ namespace
 
 std::string hex(XXH128_hash_t hash)
 {
-    static constexpr char digits[] = "0123456789abcdef";
     XXH128_canonical_t bytes;
     XXH128_canonicalFromHash(&bytes, hash);
-    std::string text;
-    for (const unsigned char byte : bytes.digest)
-    {
-        text += digits[byte >> 4U];
-        text += digits[byte & 15U];
-    }
-    return text;
+    return fmt::format("{:02x}", fmt::join(bytes.digest, ""));
 }
 
 }  // namespace

@@ -212,7 +212,8 @@ Raster8 load_color(const Frame& frame, const ImageIo* images)
         throw Error(frame.sequence + "/" + frame.name + ": has no color picture");
     const fs::path& file = frame.color_picture.path;
     check_unchanged(frame.color_picture);
-    Raster8 picture = file.extension() == ".npy" ? detail::read_raster8(file, 3) : codec(images, file).read_rgb(file);
+    Raster8 picture =
+        file.extension() == ".npy" ? detail::read_raster<std::uint8_t>(file, 3) : codec(images, file).read_rgb(file);
     check_size(picture, frame.color.intrinsics, file);
     return picture;
 }
@@ -223,7 +224,8 @@ Raster16 load_depth_steps(const Frame& frame, const ImageIo* images)
         throw Error(frame.sequence + "/" + frame.name + ": has no depth picture");
     const fs::path& file = frame.depth_picture.path;
     check_unchanged(frame.depth_picture);
-    Raster16 steps = file.extension() == ".npy" ? detail::read_raster16(file, 1) : codec(images, file).read_depth(file);
+    Raster16 steps =
+        file.extension() == ".npy" ? detail::read_raster<std::uint16_t>(file, 1) : codec(images, file).read_depth(file);
     check_size(steps, frame.depth.intrinsics, file);
     return steps;
 }
@@ -243,7 +245,7 @@ Raster8 load_mask(const Frame& frame)
     if (frame.mask.empty())
         return {};
     check_unchanged(frame.mask);
-    Raster8 mask = detail::read_raster8(frame.mask.path, 1);
+    Raster8 mask = detail::read_raster<std::uint8_t>(frame.mask.path, 1);
     check_size(mask, frame.color.intrinsics, frame.mask.path);
     return mask;
 }

@@ -34,7 +34,7 @@ void Image::save(const ArtifactFolder& folder) const
 
 std::shared_ptr<Image> Image::load(const ArtifactFolder& folder)
 {
-    return std::make_shared<Image>(detail::read_raster8(folder.path / "image.npy", 0));
+    return std::make_shared<Image>(detail::read_raster<std::uint8_t>(folder.path / "image.npy", 0));
 }
 
 std::vector<ExchangeForm> Image::exchange_forms()

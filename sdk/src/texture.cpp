@@ -40,13 +40,13 @@ std::shared_ptr<Texture> Texture::load(const ArtifactFolder& folder)
     for (std::int64_t i = 0; i < layers; ++i)
     {
         const auto layer_file = folder.path / fmt::format("layer_{}.npy", i);
-        texture->layers.push_back(detail::read_raster_f(layer_file, 3));
+        texture->layers.push_back(detail::read_raster<float>(layer_file, 3));
         const RasterF& layer = texture->layers.back();
         if (layer.width != size >> i || layer.height != size >> i)
             throw Error(fmt::format("{}: is {}x{}; layer {} of a texture of {} texels must be half the one before",
                                     layer_file.string(), layer.width, layer.height, i, size));
     }
-    texture->seen = detail::read_raster8(folder.path / "seen.npy", 1);
+    texture->seen = detail::read_raster<std::uint8_t>(folder.path / "seen.npy", 1);
     if (texture->seen.width != size || texture->seen.height != size)
         throw Error((folder.path / "seen.npy").string() + ": is not of the texture's size");
     return texture;
@@ -201,7 +201,7 @@ std::shared_ptr<SourceMap> SourceMap::load(const ArtifactFolder& folder)
     if (!(result->pixels_per_texel > 0))
         whole.fail("pixels_per_texel", "expected a number above 0");
     const auto places_file = folder.path / "places.npy";
-    result->places = detail::read_raster16(places_file, 3);
+    result->places = detail::read_raster<std::uint16_t>(places_file, 3);
     if (result->places.width != result->places.height)
         throw Error(places_file.string() + ": expected a square map");
     return result;

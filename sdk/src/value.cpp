@@ -17,8 +17,11 @@ namespace fresco
 namespace
 {
 
-[[noreturn]] void wrong_kind(std::string_view wanted, const Value& value)
+template <class T, class Data>
+auto& held(Data& data, std::string_view wanted, const Value& value)
 {
+    if (auto* v = std::get_if<T>(&data))
+        return *v;
     throw Error("expected " + std::string(wanted) + ", found " + std::string(value.kind_name()) + " " + to_json(value));
 }
 
@@ -26,60 +29,44 @@ namespace
 
 bool Value::as_bool() const
 {
-    if (const auto* v = std::get_if<bool>(&data_))
-        return *v;
-    wrong_kind("true or false", *this);
+    return held<bool>(data_, "true or false", *this);
 }
 
 std::int64_t Value::as_int() const
 {
-    if (const auto* v = std::get_if<std::int64_t>(&data_))
-        return *v;
-    wrong_kind("a whole number", *this);
+    return held<std::int64_t>(data_, "a whole number", *this);
 }
 
 double Value::as_double() const
 {
-    if (const auto* v = std::get_if<double>(&data_))
-        return *v;
     if (const auto* v = std::get_if<std::int64_t>(&data_))
         return static_cast<double>(*v);
-    wrong_kind("a number", *this);
+    return held<double>(data_, "a number", *this);
 }
 
 const std::string& Value::as_string() const
 {
-    if (const auto* v = std::get_if<std::string>(&data_))
-        return *v;
-    wrong_kind("text", *this);
+    return held<std::string>(data_, "text", *this);
 }
 
 const Value::List& Value::as_list() const
 {
-    if (const auto* v = std::get_if<List>(&data_))
-        return *v;
-    wrong_kind("a list", *this);
+    return held<List>(data_, "a list", *this);
 }
 
 Value::List& Value::as_list()
 {
-    if (auto* v = std::get_if<List>(&data_))
-        return *v;
-    wrong_kind("a list", *this);
+    return held<List>(data_, "a list", *this);
 }
 
 const Value::Map& Value::as_map() const
 {
-    if (const auto* v = std::get_if<Map>(&data_))
-        return *v;
-    wrong_kind("a map", *this);
+    return held<Map>(data_, "a map", *this);
 }
 
 Value::Map& Value::as_map()
 {
-    if (auto* v = std::get_if<Map>(&data_))
-        return *v;
-    wrong_kind("a map", *this);
+    return held<Map>(data_, "a map", *this);
 }
 
 const Value* Value::find(std::string_view key) const

@@ -2,6 +2,7 @@
 
 #include <fresco/error.h>
 #include <fresco/parallel.h>
+#include <fresco/parallel_items.h>
 
 #include <atomic>
 #include <mutex>
@@ -55,6 +56,24 @@ TEST_CASE("parallel_for covers every item when calls are nested, made by several
     int state = 0;
     REQUIRE(::waitpid(child, &state, 0) == child);
     CHECK((WIFEXITED(state) && WEXITSTATUS(state) == 7));
+}
+
+TEST_CASE("parallel_items calls work for every item once, and stops before the next piece once it is canceled")
+{
+    struct Stopping final : fresco::Progress
+    {
+        void check_canceled() const override
+        {
+            if (pieces_left-- == 0)
+                throw fresco::Canceled();
+        }
+        mutable int pieces_left = 4;
+    };
+    std::vector<int> hits(10, 0);
+    fresco::parallel_items(10, 3, Stopping(), [&](int i) { ++hits.at(static_cast<std::size_t>(i)); });
+    CHECK(hits == std::vector<int>(10, 1));
+    CHECK_THROWS_AS(fresco::parallel_items(hits.size(), 2, Stopping(), [&](std::size_t i) { ++hits[i]; }), fresco::Canceled);
+    CHECK(hits == std::vector<int>{2, 2, 2, 2, 2, 2, 2, 2, 1, 1});
 }
 
 TEST_CASE("parallel_for rethrows the first failure")

@@ -66,11 +66,12 @@ TEST_CASE("with pictures, transforms.json tells nerfstudio's world of the same c
     const Value expected = Value::List{Value::List{0.0, 1.0, 0.0, 0.1}, Value::List{1.0, 0.0, 0.0, 1.0 / 3},
                                        Value::List{0.0, 0.0, -1.0, -2.0}, Value::List{0.0, 0.0, 0.0, 1.0}};
     CHECK(frame.at("transform_matrix") == expected);
-    CHECK(dataset::raster8_from(read_file(made / "images/000001.png"), 40, 30, 3, "picture") ==
+    CHECK(dataset::raster_from<std::uint8_t>(read_file(made / "images/000001.png"), 40, 30, 3, "picture") ==
           load_color(recording.frames->frames[1], nullptr));
     // Depth of the mesh at the largest height, in the color camera, millimeters.
     const UvMap map = recording.maps->load_map(1, 1);
-    const Raster16 depth = dataset::raster16_from(read_file(made / frame.at("depth_file_path").as_string()), 60, 45, 1, "depth");
+    const Raster16 depth =
+        dataset::raster_from<std::uint16_t>(read_file(made / frame.at("depth_file_path").as_string()), 60, 45, 1, "depth");
     for (std::size_t i = 0; i < depth.values.size(); ++i)
         CHECK(depth.values[i] == std::lround(1000 * map.depth.values[i]));
 }
@@ -105,7 +106,7 @@ TEST_CASE("pictures that are JPEG or 8-bit RGB already are copied byte for byte,
     CHECK_THROWS_WITH(encoded_color(frame, Raster8(2, 2, 3), codec), Contains("a.JPEG: the file changed while it was read"));
     RasterF depth(4, 1);
     depth.values = {0, 1.2344F, 65.534F, 65.536F};
-    CHECK(dataset::raster16_from(encoded_depth(depth, codec), 4, 1, 1, "depth").values ==
+    CHECK(dataset::raster_from<std::uint16_t>(encoded_depth(depth, codec), 4, 1, 1, "depth").values ==
           std::vector<std::uint16_t>{0, 1234, 65534, 0});
 }
 
@@ -135,7 +136,7 @@ TEST_CASE("layout stylemesh has the folders that the released code lists, with e
 
     const UvMap coarse = recording.maps->load_map(1, 0);
     const UvMap fine = recording.maps->load_map(1, 1);
-    const RasterF uv = dataset::raster_f_from(read_file(scene / "uv_45/10.npy"), 60, 45, 2, "uv");
+    const RasterF uv = dataset::raster_from<float>(read_file(scene / "uv_45/10.npy"), 60, 45, 2, "uv");
     for (std::size_t i = 0; i < fine.valid.values.size(); ++i)
     {
         const bool seen = fine.valid.values[i] != 0;
@@ -146,7 +147,7 @@ TEST_CASE("layout stylemesh has the folders that the released code lists, with e
     CHECK(angle.shape == std::vector<std::size_t>{12, 16, 1});
     CHECK(std::ranges::equal(angle.as<float>(), coarse.cosine.values));
     // The last frame has no depth picture: all have the mesh's depth, at the smallest height.
-    const Raster16 depth = dataset::raster16_from(read_file(scene / "depth/10.png"), 16, 12, 1, "depth");
+    const Raster16 depth = dataset::raster_from<std::uint16_t>(read_file(scene / "depth/10.png"), 16, 12, 1, "depth");
     CHECK(depth.at(8, 5) == std::lround(1000 * coarse.depth.at(8, 5)));
     const std::vector<double> pose = numbers_of(scene / "pose/10.txt");
     CHECK(pose == std::vector<double>{1, 0, 0, 0.1, 0, 1, 0, 1.0 / 3, 0, 0, 1, -2, 0, 0, 0, 1});
@@ -175,7 +176,7 @@ TEST_CASE("layout stylemesh takes the sensor's depth where every frame has it, a
     write_dataset(folder.path() / "out", recording, Value::Map{{"layout", "stylemesh"}, {"scene", "kitchen_1"}}, run);
     const fs::path scene = folder.path() / "out/files/dataset/train/images/kitchen_1";
     CHECK(fs::exists(scene / "color/1.png"));
-    const Raster16 depth = dataset::raster16_from(read_file(scene / "depth/1.png"), 320, 240, 1, "depth");
+    const Raster16 depth = dataset::raster_from<std::uint16_t>(read_file(scene / "depth/1.png"), 320, 240, 1, "depth");
     const Raster16 steps = load_depth_steps(recording.frames->frames[1], nullptr);
     for (int y = 0; y < 240; ++y)
         for (int x = 0; x < 320; ++x)

@@ -77,14 +77,14 @@ TEST_CASE("the folder holds every view's maps and pictures, and the manifest lis
     const auto bytes = [&](const char* name) { return read_file(made / name); };
     const UvMap map = recording.maps->load_map(1, 1);
     const Raster8 picture = load_color(recording.frames->frames[1], nullptr);
-    CHECK(dataset::raster_f_from(bytes("views/000001/uv_45.npy"), 60, 45, 2, "uv") == map.uv);
-    CHECK(dataset::raster_f_from(bytes("views/000001/depth_45.npy"), 60, 45, 1, "depth") == map.depth);
-    CHECK(dataset::raster_f_from(bytes("views/000001/cosine_45.npy"), 60, 45, 1, "cosine") == map.cosine);
-    CHECK(dataset::raster8_from(bytes("views/000001/valid_45.npy"), 60, 45, 1, "valid") == map.valid);
-    CHECK(dataset::raster8_from(bytes("views/000001/color_45.npy"), 60, 45, 3, "color") == resized(picture, 60, 45));
-    CHECK(dataset::raster8_from(bytes("views/000001/color_12.npy"), 16, 12, 3, "color") == resized(picture, 16, 12));
-    CHECK(dataset::raster8_from(bytes("views/000001/color.npy"), 40, 30, 3, "color") == picture);
-    CHECK(dataset::raster16_from(bytes("views/000001/sensor_depth.npy"), 20, 14, 1, "depth") ==
+    CHECK(dataset::raster_from<float>(bytes("views/000001/uv_45.npy"), 60, 45, 2, "uv") == map.uv);
+    CHECK(dataset::raster_from<float>(bytes("views/000001/depth_45.npy"), 60, 45, 1, "depth") == map.depth);
+    CHECK(dataset::raster_from<float>(bytes("views/000001/cosine_45.npy"), 60, 45, 1, "cosine") == map.cosine);
+    CHECK(dataset::raster_from<std::uint8_t>(bytes("views/000001/valid_45.npy"), 60, 45, 1, "valid") == map.valid);
+    CHECK(dataset::raster_from<std::uint8_t>(bytes("views/000001/color_45.npy"), 60, 45, 3, "color") == resized(picture, 60, 45));
+    CHECK(dataset::raster_from<std::uint8_t>(bytes("views/000001/color_12.npy"), 16, 12, 3, "color") == resized(picture, 16, 12));
+    CHECK(dataset::raster_from<std::uint8_t>(bytes("views/000001/color.npy"), 40, 30, 3, "color") == picture);
+    CHECK(dataset::raster_from<std::uint16_t>(bytes("views/000001/sensor_depth.npy"), 20, 14, 1, "depth") ==
           load_depth_steps(recording.frames->frames[1], nullptr));
     CHECK_FALSE(fs::exists(made / "views/000002/sensor_depth.npy"));
     CHECK(dataset::picture_from(bytes("style.npy"), "style") == Raster8(9, 7, 4, 200));
@@ -128,7 +128,7 @@ TEST_CASE("texcoords as uint16 are round(65535 u); the path is the folder's name
     CHECK(manifest_at(made).uv == dataset::UvType::uint16);
     CHECK_FALSE(manifest_at(made).has_style);
     const RasterF uv = recording.maps->load_map(0, 0).uv;
-    const Raster16 stored = dataset::raster16_from(read_file(made / "views/000000/uv_12.npy"), 16, 12, 2, "uv");
+    const Raster16 stored = dataset::raster_from<std::uint16_t>(read_file(made / "views/000000/uv_12.npy"), 16, 12, 2, "uv");
     for (std::size_t i = 0; i < uv.values.size(); ++i)
         CHECK(stored.values[i] == std::lround(65535.0 * static_cast<double>(uv.values[i])));
 }

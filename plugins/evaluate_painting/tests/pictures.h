@@ -1,5 +1,7 @@
 #pragma once
 
+#include "rgb_from_lab.h"
+
 #include <fresco/image.h>
 #include <fresco/images/lab.h>
 #include <fresco/numerics/noise.h>

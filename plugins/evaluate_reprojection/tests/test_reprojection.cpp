@@ -68,11 +68,11 @@ Raster8 render(const TexturedMesh& textured, const Camera& camera)
 
 double target_x(const Match& match)
 {
-    return match.target.x0 + match.target.share_x;
+    return match.target.x.first + match.target.x.share;
 }
 double target_y(const Match& match)
 {
-    return match.target.y0 + match.target.share_y;
+    return match.target.y.first + match.target.y.share;
 }
 }  // namespace
 
@@ -85,7 +85,7 @@ TEST_CASE("a camera that moves by pixels finds points that many pixels back")
     {
         CHECK(target_x(match) == Approx(match.x - 3));
         CHECK(target_y(match) == Approx(match.y - 0.25));
-        CHECK(match.target.y1 == match.target.y0 + 1);
+        CHECK(match.target.y.second == match.target.y.first + 1);
     }
     // Twice as near: half of the picture, every other pixel of the target.
     const auto nearer = covisible(source, surface(camera(40, 30, 0, 0, 1)), Protocol::paper);

@@ -28,15 +28,6 @@ constexpr std::size_t longest_text = 4096;
 constexpr std::size_t longest_pickle = std::size_t{16} << 20U;
 constexpr Handle nowhere = ~Handle{0};
 
-std::string code_text(std::uint8_t code)
-{
-    constexpr std::string_view digits = "0123456789abcdef";
-    std::string text = "0x";
-    text += digits[code >> 4U];
-    text += digits[code & 15U];
-    return text;
-}
-
 }  // namespace
 
 void PickleMachine::fail(std::size_t offset, const std::string& what) const
@@ -169,7 +160,7 @@ bool PickleMachine::step()
     if (code == '.')
         return false;
     if (!step_constant(code) && !step_memory(code) && !step_container(code) && !step_call(code))
-        fail(operation_, "the operation " + code_text(code) + " is not allowed");
+        fail(operation_, fmt::format("the operation 0x{:02x} is not allowed", code));
     return true;
 }
 

@@ -5,8 +5,6 @@
 #include <fresco/npy.h>
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
@@ -51,13 +49,6 @@ std::string text_of(const std::vector<std::size_t>& shape)
 }
 
 template <class T>
-std::vector<std::byte> npy_of(const Raster<T>& raster)
-{
-    return fresco::to_npy(npy_type<T>, shape_of(raster.width, raster.height, raster.channels),
-                          std::as_bytes(std::span(raster.values)));
-}
-
-template <class T>
 Raster<T> raster_of(const NpyArray& array, int width, int height, int channels)
 {
     Raster<T> raster;
@@ -67,25 +58,6 @@ Raster<T> raster_of(const NpyArray& array, int width, int height, int channels)
     const auto values = array.as<T>();
     raster.values.assign(values.begin(), values.end());
     return raster;
-}
-
-template <class T>
-Raster<T> raster_from(std::span<const std::byte> npy, int width, int height, int channels, std::string_view source)
-{
-    const NpyArray array = parse_npy(npy, source);
-    const auto shape = shape_of(width, height, channels);
-    if (array.shape != shape)
-        fail(source, "an array of " + text_of(array.shape) + "; expected " + text_of(shape));
-    if (array.type != npy_type<T>)
-        fail(source, std::string("wrong array type; expected ") + word_of(npy_type<T>));
-    return raster_of<T>(array, width, height, channels);
-}
-
-std::string number_text(double number)
-{
-    std::array<char, 64> text{};
-    const auto end = std::to_chars(text.data(), text.data() + text.size(), number, std::chars_format::general, 5).ptr;
-    return {text.data(), end};
 }
 
 std::string pixel_text(std::size_t pixel, int width)
@@ -102,7 +74,7 @@ void check_values(const Raster<T>& raster, std::string_view source, const char* 
     if (bad == raster.values.end())
         return;
     const auto at = static_cast<std::size_t>(bad - raster.values.begin()) / static_cast<std::size_t>(raster.channels);
-    fail(source, pixel_text(at, raster.width) + " holds " + number_text(static_cast<double>(*bad)) + "; expected " + expected);
+    fail(source, fmt::format("{} holds {:.5g}; expected {}", pixel_text(at, raster.width), static_cast<double>(*bad), expected));
 }
 
 }  // namespace
@@ -126,35 +98,32 @@ std::vector<std::byte> read_stamped(const std::filesystem::path& file, const Fil
     return bytes;
 }
 
-std::vector<std::byte> to_npy(const Raster8& raster)
+template <class T>
+std::vector<std::byte> to_npy(const Raster<T>& raster)
 {
-    return npy_of(raster);
+    return fresco::to_npy(npy_type<T>, shape_of(raster.width, raster.height, raster.channels),
+                          std::as_bytes(std::span(raster.values)));
 }
 
-std::vector<std::byte> to_npy(const Raster16& raster)
+template std::vector<std::byte> to_npy(const Raster8& raster);
+template std::vector<std::byte> to_npy(const Raster16& raster);
+template std::vector<std::byte> to_npy(const RasterF& raster);
+
+template <class T>
+Raster<T> raster_from(std::span<const std::byte> npy, int width, int height, int channels, std::string_view source)
 {
-    return npy_of(raster);
+    const NpyArray array = parse_npy(npy, source);
+    const auto shape = shape_of(width, height, channels);
+    if (array.shape != shape)
+        fail(source, "an array of " + text_of(array.shape) + "; expected " + text_of(shape));
+    if (array.type != npy_type<T>)
+        fail(source, std::string("wrong array type; expected ") + word_of(npy_type<T>));
+    return raster_of<T>(array, width, height, channels);
 }
 
-std::vector<std::byte> to_npy(const RasterF& raster)
-{
-    return npy_of(raster);
-}
-
-Raster8 raster8_from(std::span<const std::byte> npy, int width, int height, int channels, std::string_view source)
-{
-    return raster_from<std::uint8_t>(npy, width, height, channels, source);
-}
-
-Raster16 raster16_from(std::span<const std::byte> npy, int width, int height, int channels, std::string_view source)
-{
-    return raster_from<std::uint16_t>(npy, width, height, channels, source);
-}
-
-RasterF raster_f_from(std::span<const std::byte> npy, int width, int height, int channels, std::string_view source)
-{
-    return raster_from<float>(npy, width, height, channels, source);
-}
+template Raster8 raster_from(std::span<const std::byte> npy, int width, int height, int channels, std::string_view source);
+template Raster16 raster_from(std::span<const std::byte> npy, int width, int height, int channels, std::string_view source);
+template RasterF raster_from(std::span<const std::byte> npy, int width, int height, int channels, std::string_view source);
 
 Raster8 picture_from(std::span<const std::byte> npy, std::string_view source)
 {

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <fmt/format.h>
 #include <set>
 #include <utility>
@@ -35,9 +34,7 @@ Value conventions()
 
 std::string view_folder(std::size_t view)
 {
-    char number[24];
-    std::snprintf(number, sizeof number, "%06zu", view);
-    return std::string("views/") + number + "/";
+    return fmt::format("views/{:06}/", view);
 }
 
 Value camera_value(const Camera& camera)

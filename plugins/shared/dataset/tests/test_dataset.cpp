@@ -180,13 +180,14 @@ TEST_CASE("rasters read back from NPY, and only as what they are")
     Raster8 picture(3, 2, 3);
     picture.at(2, 1, 2) = 9;
     const auto npy = dataset::to_npy(picture);
-    CHECK(dataset::raster8_from(npy, 3, 2, 3, "a.npy") == picture);
+    CHECK(dataset::raster_from<std::uint8_t>(npy, 3, 2, 3, "a.npy") == picture);
     CHECK(dataset::picture_from(npy, "a.npy") == picture);
-    CHECK_THROWS_WITH(dataset::raster8_from(npy, 2, 3, 3, "a.npy"), "a.npy: an array of 2 x 3 x 3; expected 3 x 2 x 3");
-    CHECK_THROWS_WITH(dataset::raster8_from(npy, 3, 2, 1, "a.npy"), Contains("expected 2 x 3"));
-    CHECK_THROWS_WITH(dataset::raster_f_from(npy, 3, 2, 3, "a.npy"), "a.npy: wrong array type; expected float32");
+    CHECK_THROWS_WITH(dataset::raster_from<std::uint8_t>(npy, 2, 3, 3, "a.npy"),
+                      "a.npy: an array of 2 x 3 x 3; expected 3 x 2 x 3");
+    CHECK_THROWS_WITH(dataset::raster_from<std::uint8_t>(npy, 3, 2, 1, "a.npy"), Contains("expected 2 x 3"));
+    CHECK_THROWS_WITH(dataset::raster_from<float>(npy, 3, 2, 3, "a.npy"), "a.npy: wrong array type; expected float32");
     const RasterF depth(4, 2, 1, 1.5F);
-    CHECK(dataset::raster_f_from(dataset::to_npy(depth), 4, 2, 1, "d.npy") == depth);
+    CHECK(dataset::raster_from<float>(dataset::to_npy(depth), 4, 2, 1, "d.npy") == depth);
     CHECK_THROWS_WITH(dataset::picture_from(dataset::to_npy(depth), "d.npy"), Contains("d.npy: expected a picture, uint8"));
     CHECK_THROWS_WITH(dataset::picture_from(dataset::to_npy(Raster8(0, 0)), "d.npy"), Contains("1 to 200 million pixels"));
 }

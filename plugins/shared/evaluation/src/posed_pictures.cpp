@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <map>
 #include <set>
 #include <string>
 #include <string_view>
@@ -18,6 +17,8 @@ namespace
 namespace fs = std::filesystem;
 
 using Extensions = std::span<const std::string_view>;
+
+}  // namespace
 
 std::vector<fs::path> listed(const Files& views)
 {
@@ -39,21 +40,24 @@ std::vector<fs::path> listed(const fs::path& folder, Extensions extensions, RunC
     return files;
 }
 
-std::map<std::string, fs::path> by_stem(const std::vector<fs::path>& files, Extensions extensions)
+std::map<std::string, fs::path> by_stem(const std::vector<fs::path>& files, Extensions extensions, std::string_view clash)
 {
     std::map<std::string, fs::path> result;
     for (const fs::path& file : files)
         if (std::ranges::find(extensions, file.extension().string()) != extensions.end())
             if (const auto [place, is_new] = result.emplace(file.stem().string(), file); !is_new)
-                throw Error(file.string() + " and " + place->second.string() + " show the same view: keep one of them");
+                throw Error(fmt::format("{} and {} {}: keep one of them", file.string(), place->second.string(), clash));
     return result;
 }
+
+namespace
+{
 
 std::map<std::string, fs::path> named_pictures(const Files* views, const fs::path& folder, RunContext& run, Extensions extensions)
 {
     if ((views != nullptr) != folder.empty())
         throw Error("set either port 'views' (what render.views made) or option 'folder' (pictures made elsewhere)");
-    return by_stem(views != nullptr ? listed(*views) : listed(folder, extensions, run), extensions);
+    return by_stem(views != nullptr ? listed(*views) : listed(folder, extensions, run), extensions, "show the same view");
 }
 
 }  // namespace

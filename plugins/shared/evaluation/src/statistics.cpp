@@ -3,10 +3,9 @@
 #include <fresco/random.h>
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
+#include <fmt/format.h>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -31,11 +30,7 @@ double quantile(const std::vector<double>& sorted, double share)
 
 std::string digits(double value)
 {
-    if (!std::isfinite(value))
-        return "undefined";
-    std::array<char, 64> text{};
-    const auto end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, 4).ptr;
-    return {text.data(), end};
+    return std::isfinite(value) ? fmt::format("{:.4g}", value) : "undefined";
 }
 
 }  // namespace

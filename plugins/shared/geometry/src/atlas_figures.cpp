@@ -17,7 +17,6 @@ using Flat = std::array<Vec2d, 3>;
 
 constexpr double same_texcoord = 1e-6;
 constexpr double lost_below = 1e-6;
-constexpr double inside_by_texels = 1e-3;
 
 Vec2d texcoord(const Mesh& mesh, std::size_t face, std::size_t corner)
 {
@@ -155,8 +154,7 @@ void measure_seams(const Mesh& mesh, AtlasFigures& figures)
                             else
                                 figures.seam_length_m += edge;
                         });
-    for (std::uint32_t f = 0; f < mesh.triangles.size(); ++f)
-        figures.charts += charts.find(f) == f ? 1 : 0;
+    figures.charts = charts.count();
     figures.seam_length_share = inner > 0 ? figures.seam_length_m / inner : 0;
 }
 
@@ -164,17 +162,6 @@ void check_texcoords(const Mesh& mesh)
 {
     if (mesh.texcoords.size() != 3 * mesh.triangles.size())
         throw std::invalid_argument("an atlas is a mesh with texcoords");
-}
-
-bool center_inside(const Flat& t, Vec2d center, double turn)
-{
-    for (std::size_t k = 0; k < 3; ++k)
-    {
-        const Vec2d side = t[(k + 1) % 3] - t[k];
-        if (!(turn * cross(side, center - t[k]) > inside_by_texels * length(side)))
-            return false;
-    }
-    return true;
 }
 
 }  // namespace
@@ -220,36 +207,7 @@ std::vector<std::uint32_t> texcoord_charts(const Mesh& mesh)
                             if (joined)
                                 sets.join(uses[0].face, uses[1].face);
                         });
-    std::vector<std::uint32_t> charts(mesh.triangles.size());
-    std::uint32_t next = 0;
-    for (std::uint32_t f = 0; f < charts.size(); ++f)
-    {
-        // The smallest face of a set represents it, so it comes first.
-        const auto root = sets.find(f);
-        charts[f] = root == f ? next++ : charts[root];
-    }
-    return charts;
-}
-
-std::size_t overlapping_texels(const Mesh& mesh, int size_px)
-{
-    Raster8 faces(size_px, size_px);
-    const auto cell = [&](double x)
-    { return std::clamp(static_cast<int>(std::floor(std::clamp(x, 0.0, double(size_px)))), 0, size_px - 1); };
-    for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
-    {
-        Flat t = flat_face(mesh, f);
-        for (auto& p : t)
-            p = p * static_cast<double>(size_px);
-        const double turn = cross(t[1] - t[0], t[2] - t[0]) < 0 ? -1 : 1;
-        const auto [x0, x1] = std::minmax({t[0].x, t[1].x, t[2].x});
-        const auto [y0, y1] = std::minmax({t[0].y, t[1].y, t[2].y});
-        for (int y = cell(y0); y <= cell(y1); ++y)
-            for (int x = cell(x0); x <= cell(x1); ++x)
-                if (faces.at(x, y) < 2 && center_inside(t, {x + 0.5, y + 0.5}, turn))
-                    ++faces.at(x, y);
-    }
-    return static_cast<std::size_t>(std::count(faces.values.begin(), faces.values.end(), 2));
+    return sets.numbers();
 }
 
 namespace

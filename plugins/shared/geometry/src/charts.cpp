@@ -1,12 +1,12 @@
 #include <fresco/geometry/charts.h>
 #include <fresco/numerics/numerics.h>
-#include <fresco/parallel.h>
+#include <fresco/parallel_items.h>
 
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <functional>
 #include <map>
-#include <numbers>
 #include <queue>
 
 namespace fresco::geometry
@@ -21,11 +21,6 @@ constexpr double crease_cosine = 0.3;
 /// Charts of fewer faces do not hold their border against larger ones.
 constexpr std::size_t small_chart_faces = 32;
 constexpr std::size_t faces_between_checks = 1u << 16;
-
-double cosine_of(double degrees)
-{
-    return std::cos(degrees * std::numbers::pi / 180);
-}
 
 struct Candidate
 {
@@ -101,22 +96,19 @@ std::vector<Vec3d> smoothed_normals(const Surface& surface, const Progress& prog
     for (int round = 0; round < smoothing_rounds; ++round)
     {
         progress.check_canceled();
-        parallel_for(current.size(), 1u << 14, progress.threads(),
-                     [&](std::size_t begin, std::size_t end)
-                     {
-                         for (std::size_t f = begin; f < end; ++f)
-                         {
-                             Vec3d sum = current[f] * surface.areas[f];
-                             const bool known = dot(current[f], current[f]) > 0;
-                             for (const auto g : surface.neighbors[f])
-                                 if (g != none)
-                                 {
-                                     const double agreement = known ? dot(current[f], current[g]) - crease_cosine : 1.0;
-                                     sum += current[g] * (surface.areas[g] * std::max(agreement, 0.0));
-                                 }
-                             next[f] = normalized(sum);
-                         }
-                     });
+        parallel_items(current.size(), 1u << 14, progress,
+                       [&](std::size_t f)
+                       {
+                           Vec3d sum = current[f] * surface.areas[f];
+                           const bool known = dot(current[f], current[f]) > 0;
+                           for (const auto g : surface.neighbors[f])
+                               if (g != none)
+                               {
+                                   const double agreement = known ? dot(current[f], current[g]) - crease_cosine : 1.0;
+                                   sum += current[g] * (surface.areas[g] * std::max(agreement, 0.0));
+                               }
+                           next[f] = normalized(sum);
+                       });
         current.swap(next);
     }
     return current;
@@ -125,7 +117,7 @@ std::vector<Vec3d> smoothed_normals(const Surface& surface, const Progress& prog
 void grow_charts(const Surface& surface, const std::vector<Vec3d>& normals, double angle_limit_deg, Partition& partition,
                  const Progress& progress)
 {
-    const double limit = 1 - cosine_of(angle_limit_deg);
+    const double limit = 1 - numerics::cosine_deg(angle_limit_deg);
     const auto order = seed_order(surface, normals, partition);
     std::size_t visited = 0;
     for (const auto seed : order)
@@ -161,7 +153,7 @@ void grow_charts(const Surface& surface, const std::vector<Vec3d>& normals, doub
 void settle_borders(const Surface& surface, const std::vector<Vec3d>& normals, double angle_limit_deg, Partition& partition,
                     const Progress& progress)
 {
-    const double limit = 1 - cosine_of(angle_limit_deg);
+    const double limit = 1 - numerics::cosine_deg(angle_limit_deg);
     const auto lists = partition.faces();
     Queue queue;
     for (std::uint32_t c = 0; c < lists.size(); ++c)
@@ -193,19 +185,39 @@ void settle_borders(const Surface& surface, const std::vector<Vec3d>& normals, d
             }
     }
     Partition settled;
-    settled.chart_of_face.assign(owner.size(), none);
-    std::vector<std::uint32_t> number(lists.size(), none);
-    for (std::size_t f = 0; f < owner.size(); ++f)
-        if (const auto c = owner[f]; c != none)
-        {
-            if (number[c] == none)
-            {
-                number[c] = static_cast<std::uint32_t>(settled.axes.size());
-                settled.axes.push_back(dot(sums[c], sums[c]) > 0 ? normalized(sums[c]) : partition.axes[c]);
-            }
-            settled.chart_of_face[f] = number[c];
-        }
+    for (const auto c : numerics::number_by_first(owner, lists.size()))
+        settled.axes.push_back(dot(sums[c], sums[c]) > 0 ? normalized(sums[c]) : partition.axes[c]);
+    settled.chart_of_face = std::move(owner);
     partition = std::move(settled);
+}
+
+std::vector<std::uint32_t> charts_beside(const Surface& surface, const std::vector<std::uint32_t>& chart_of_face,
+                                         const std::vector<std::uint32_t>& faces)
+{
+    std::map<std::uint32_t, double> borders;
+    for (const auto f : faces)
+        for (std::size_t k = 0; k < 3; ++k)
+        {
+            const auto g = surface.neighbors[f][k];
+            if (g == none || chart_of_face[g] == chart_of_face[f])
+                continue;
+            const auto& t = surface.mesh.triangles[f];
+            borders[chart_of_face[g]] +=
+                static_cast<double>(length(surface.mesh.positions[t[(k + 1) % 3]] - surface.mesh.positions[t[k]]));
+        }
+    std::vector<std::uint32_t> charts;
+    for (const auto& [chart, border] : borders)
+        charts.push_back(chart);
+    std::ranges::stable_sort(charts, std::greater<>(), [&](std::uint32_t chart) { return borders[chart]; });
+    return charts;
+}
+
+void renumber_charts(std::vector<std::uint32_t>& chart_of_face, std::vector<Vec3d>& axes)
+{
+    std::vector<Vec3d> remaining;
+    for (const auto c : numerics::number_by_first(chart_of_face, axes.size()))
+        remaining.push_back(axes[c]);
+    axes = std::move(remaining);
 }
 
 Partition cut_into_charts(const Surface& surface, const ChartOptions& options, const Progress& progress)
@@ -228,66 +240,18 @@ namespace
 
 constexpr int merging_rounds = 4;
 
-struct Link
-{
-    std::uint32_t chart;
-    double length_m;
-};
-
-/// Every chart's neighbors, longest common border first.
-std::vector<std::vector<Link>> chart_links(const Surface& surface, const Partition& partition)
-{
-    std::vector<std::map<std::uint32_t, double>> lengths(partition.axes.size());
-    for (std::size_t f = 0; f < surface.neighbors.size(); ++f)
-        for (std::size_t k = 0; k < 3; ++k)
-        {
-            const auto g = surface.neighbors[f][k];
-            if (g == none || partition.chart_of_face[g] == partition.chart_of_face[f])
-                continue;
-            const auto& t = surface.mesh.triangles[f];
-            const auto edge = surface.mesh.positions[t[(k + 1) % 3]] - surface.mesh.positions[t[k]];
-            lengths[partition.chart_of_face[f]][partition.chart_of_face[g]] += static_cast<double>(length(edge));
-        }
-    std::vector<std::vector<Link>> links(lengths.size());
-    for (std::size_t c = 0; c < lengths.size(); ++c)
-    {
-        for (const auto& [chart, length_m] : lengths[c])
-            links[c].push_back({chart, length_m});
-        std::stable_sort(links[c].begin(), links[c].end(), [](const Link& a, const Link& b) { return a.length_m > b.length_m; });
-    }
-    return links;
-}
-
 bool all_within(const std::vector<std::uint32_t>& faces, const std::vector<Vec3d>& normals, Vec3d axis, double cosine)
 {
     return std::all_of(faces.begin(), faces.end(),
                        [&](auto f) { return dot(normals[f], normals[f]) == 0 || dot(normals[f], axis) >= cosine; });
 }
 
-void renumber(Partition& partition, const std::vector<std::uint32_t>& target)
-{
-    std::vector<std::uint32_t> number(partition.axes.size(), none);
-    std::vector<Vec3d> axes;
-    for (auto& c : partition.chart_of_face)
-    {
-        c = target[c];
-        if (number[c] == none)
-        {
-            number[c] = static_cast<std::uint32_t>(axes.size());
-            axes.push_back(partition.axes[c]);
-        }
-        c = number[c];
-    }
-    partition.axes = std::move(axes);
-}
-
 /// One round: every chart joins at most once, and none joins a chart that has itself moved. Returns how many joined.
 std::size_t merge_once(const Surface& surface, const std::vector<Vec3d>& normals, const ChartOptions& options,
                        Partition& partition)
 {
-    const double angle_cosine = std::cos(options.angle_limit_deg * std::numbers::pi / 180);
-    const double merge_cosine = std::cos(options.merge_limit_deg * std::numbers::pi / 180);
-    const auto links = chart_links(surface, partition);
+    const double angle_cosine = numerics::cosine_deg(options.angle_limit_deg);
+    const double merge_cosine = numerics::cosine_deg(options.merge_limit_deg);
     const auto lists = partition.faces();
     std::vector<double> area(lists.size(), 0.0);
     for (std::size_t c = 0; c < lists.size(); ++c)
@@ -305,9 +269,8 @@ std::size_t merge_once(const Surface& surface, const std::vector<Vec3d>& normals
     {
         if (taken[c])
             continue;
-        for (const auto& link : links[c])
+        for (const auto into : charts_beside(surface, partition.chart_of_face, lists[c]))
         {
-            const auto into = link.chart;
             if (target[into] != into || std::pair(area[into], into) < std::pair(area[c], c))
                 continue;
             const auto axis = partition.axes[into];
@@ -321,7 +284,9 @@ std::size_t merge_once(const Surface& surface, const std::vector<Vec3d>& normals
             }
         }
     }
-    renumber(partition, target);
+    for (auto& c : partition.chart_of_face)
+        c = target[c];
+    renumber_charts(partition.chart_of_face, partition.axes);
     return joined;
 }
 
@@ -352,10 +317,9 @@ class Cutter
             for (std::uint32_t k = 0; k < 3; ++k)
             {
                 vertices_.push_back(surface.mesh.triangles[faces[i]][k]);
-                const auto at = std::lower_bound(faces.begin(), faces.end(), surface.neighbors[faces[i]][k]);
-                if (at == faces.end() || *at != surface.neighbors[faces[i]][k])
+                const auto j = place_of(faces, surface.neighbors[faces[i]][k]);
+                if (j == none)
                     continue;
-                const auto j = static_cast<std::uint32_t>(at - faces.begin());
                 for (std::uint32_t m = 0; m < 3; ++m)
                     if (corner(3 * j + m) == end(3 * i + k) && end(3 * j + m) == corner(3 * i + k))
                         mate_[3 * i + k] = 3 * j + m;
@@ -385,12 +349,11 @@ class Cutter
         for (std::uint32_t h = 0; h < mate_.size(); ++h)
             if (mate_[h] == none)
                 lines.join(corners.find(h), corners.find(next(h)));
-        std::ptrdiff_t vertices = 0;
+        const auto vertices = static_cast<std::ptrdiff_t>(corners.count());
         std::ptrdiff_t borders = 0;
         std::vector<bool> counted(mate_.size(), false);
         for (std::uint32_t h = 0; h < mate_.size(); ++h)
         {
-            vertices += corners.find(h) == h ? 1 : 0;
             if (mate_[h] != none)
                 continue;
             const auto line = lines.find(corners.find(h));
@@ -481,10 +444,7 @@ class Cutter
     static std::uint32_t next(std::uint32_t half) { return half / 3 * 3 + (half % 3 + 1) % 3; }
     std::uint32_t corner(std::uint32_t half) const { return surface_.mesh.triangles[faces_[half / 3]][half % 3]; }
     std::uint32_t end(std::uint32_t half) const { return corner(next(half)); }
-    std::size_t place(std::uint32_t vertex) const
-    {
-        return static_cast<std::size_t>(std::lower_bound(vertices_.begin(), vertices_.end(), vertex) - vertices_.begin());
-    }
+    std::size_t place(std::uint32_t vertex) const { return place_of(vertices_, vertex); }
     void join(std::uint32_t half) { joined_[half] = joined_[mate_[half]] = true; }
 
     const Surface& surface_;

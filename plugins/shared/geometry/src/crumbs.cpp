@@ -28,86 +28,6 @@ struct CrumbLimits
     double area_m2 = 0;
 };
 
-/// Flat charts whose faces change places: who has which faces, and where each lies. Refers to both, which must outlive it;
-/// changes `flat` alone. Not thread-safe.
-class MovingCharts
-{
-  public:
-    MovingCharts(const Surface& surface, FlatCharts& flat);
-
-    const Surface& surface() const { return surface_; }
-    const FlatCharts& flat() const { return flat_; }
-    const FaceList& faces(std::uint32_t chart) const { return faces_[chart]; }
-    bool is_crumb(std::uint32_t chart, const CrumbLimits& limits) const;
-    /// All crumbs, those of the fewest faces first.
-    std::vector<std::uint32_t> crumbs(const CrumbLimits& limits) const;
-    /// The charts of no fewer faces that share edges with this one, longest common border first.
-    std::vector<std::uint32_t> neighbors(std::uint32_t chart) const;
-
-    /// Where a face, which has this vertex, has it: an index into the flat corners.
-    std::size_t corner(std::uint32_t face, std::uint32_t vertex) const
-    {
-        const auto& t = surface_.mesh.triangles[face];
-        return 3 * std::size_t{face} + (t[0] == vertex ? 0 : t[1] == vertex ? 1 : 2);
-    }
-    Vec2d place(std::uint32_t face, std::uint32_t vertex) const { return flat_.corners[corner(face, vertex)]; }
-
-    /// Whether a triangle lies deeper than `tolerance` on a face of the chart for which `counts(face)` holds.
-    template <class Counts>
-    bool covered(std::uint32_t chart, std::span<const Vec2d, 3> triangle, double tolerance, Counts counts) const;
-
-    /// Lays a face again, in this chart.
-    void lay(std::uint32_t face, std::uint32_t chart, std::span<const Vec2d, 3> corners);
-    /// Notes that all faces of a crumb were laid in a chart.
-    void dissolve(std::uint32_t crumb, std::uint32_t chart);
-
-  private:
-    using Key = std::uint64_t;
-    template <class Act>
-    void each_cell(std::uint32_t chart, std::span<const Vec2d, 3> triangle, Act act) const;
-    std::span<const Vec2d, 3> triangle(std::uint32_t face) const
-    {
-        return std::span<const Vec2d, 3>(flat_.corners.data() + 3 * std::size_t{face}, 3);
-    }
-    void enter(std::uint32_t face);
-
-    const Surface& surface_;
-    FlatCharts& flat_;
-    std::vector<FaceList> faces_;  ///< By chart.
-    double cell_m_;
-    /// Faces by the cells of their chart that their boxes touch. A face that moves is entered again and stays where it was: it is
-    /// always looked at where it is now.
-    std::unordered_map<Key, FaceList> cells_;
-};
-
-template <class Act>
-void MovingCharts::each_cell(std::uint32_t chart, std::span<const Vec2d, 3> t, Act act) const
-{
-    const auto bin = [&](double value) { return static_cast<std::int64_t>(std::floor(value / cell_m_)); };
-    const auto [x_low, x_high] = std::minmax({t[0].x, t[1].x, t[2].x});
-    const auto [y_low, y_high] = std::minmax({t[0].y, t[1].y, t[2].y});
-    for (auto y = bin(y_low); y <= bin(y_high); ++y)
-        for (auto x = bin(x_low); x <= bin(x_high); ++x)
-            act((static_cast<Key>(chart) << 36) ^ (static_cast<Key>(y & 0x3ffff) << 18) ^ static_cast<Key>(x & 0x3ffff));
-}
-
-template <class Counts>
-bool MovingCharts::covered(std::uint32_t chart, std::span<const Vec2d, 3> corners, double tolerance, Counts counts) const
-{
-    bool found = false;
-    each_cell(chart, corners,
-              [&](Key key)
-              {
-                  const auto cell = cells_.find(key);
-                  if (cell == cells_.end() || found)
-                      return;
-                  for (const std::uint32_t face : cell->second)
-                      found = found || (flat_.chart_of_face[face] == chart && counts(face) &&
-                                        overlap_depth(corners, triangle(face)) > tolerance);
-              });
-    return found;
-}
-
 /// About a face's size, and so large that all faces together touch a few cells each, however large some of them are.
 double cell_size(const FlatCharts& flat)
 {
@@ -125,74 +45,124 @@ double cell_size(const FlatCharts& flat)
     return std::max({1.5 * edges / faces, std::sqrt(boxes / faces), 1e-9});
 }
 
-MovingCharts::MovingCharts(const Surface& surface, FlatCharts& flat)
-    : surface_(surface), flat_(flat), faces_(Partition{flat.chart_of_face, flat.axes}.faces()), cell_m_(cell_size(flat))
+/// Flat charts whose faces change places: who has which faces, and where each lies. Refers to both, which must outlive it;
+/// changes `flat` alone. Not thread-safe.
+class MovingCharts
 {
-    cells_.reserve(flat.chart_of_face.size());
-    for (std::uint32_t f = 0; f < flat.chart_of_face.size(); ++f)
-        enter(f);
-}
+  public:
+    MovingCharts(const Surface& surface, FlatCharts& flat)
+        : surface_(surface), flat_(flat), faces_(Partition{flat.chart_of_face, flat.axes}.faces()), cell_m_(cell_size(flat))
+    {
+        cells_.reserve(flat.chart_of_face.size());
+        for (std::uint32_t f = 0; f < flat.chart_of_face.size(); ++f)
+            enter(f);
+    }
 
-bool MovingCharts::is_crumb(std::uint32_t chart, const CrumbLimits& limits) const
-{
-    if (faces_[chart].empty() || faces_[chart].size() > limits.faces)
-        return false;
-    double area = 0;
-    for (const auto f : faces_[chart])
-        area += surface_.areas[f];
-    return area <= limits.area_m2;
-}
+    const Surface& surface() const { return surface_; }
+    const FlatCharts& flat() const { return flat_; }
+    const FaceList& faces(std::uint32_t chart) const { return faces_[chart]; }
+    bool is_crumb(std::uint32_t chart, const CrumbLimits& limits) const
+    {
+        if (faces_[chart].empty() || faces_[chart].size() > limits.faces)
+            return false;
+        double area = 0;
+        for (const auto f : faces_[chart])
+            area += surface_.areas[f];
+        return area <= limits.area_m2;
+    }
 
-std::vector<std::uint32_t> MovingCharts::crumbs(const CrumbLimits& limits) const
-{
-    std::vector<std::uint32_t> found;
-    for (std::uint32_t c = 0; c < faces_.size(); ++c)
-        if (is_crumb(c, limits))
-            found.push_back(c);
-    std::stable_sort(found.begin(), found.end(), [&](auto a, auto b) { return faces_[a].size() < faces_[b].size(); });
-    return found;
-}
+    /// All crumbs, those of the fewest faces first.
+    std::vector<std::uint32_t> crumbs(const CrumbLimits& limits) const
+    {
+        std::vector<std::uint32_t> found;
+        for (std::uint32_t c = 0; c < faces_.size(); ++c)
+            if (is_crumb(c, limits))
+                found.push_back(c);
+        std::stable_sort(found.begin(), found.end(), [&](auto a, auto b) { return faces_[a].size() < faces_[b].size(); });
+        return found;
+    }
 
-std::vector<std::uint32_t> MovingCharts::neighbors(std::uint32_t chart) const
-{
-    std::map<std::uint32_t, double> borders;
-    for (const auto f : faces_[chart])
-        for (std::size_t k = 0; k < 3; ++k)
-        {
-            const auto g = surface_.neighbors[f][k];
-            if (g == none || flat_.chart_of_face[g] == chart || faces_[flat_.chart_of_face[g]].size() < faces_[chart].size())
-                continue;
-            const auto& t = surface_.mesh.triangles[f];
-            borders[flat_.chart_of_face[g]] +=
-                static_cast<double>(length(surface_.mesh.positions[t[(k + 1) % 3]] - surface_.mesh.positions[t[k]]));
-        }
-    std::vector<std::uint32_t> charts;
-    charts.reserve(borders.size());
-    for (const auto& [other, border] : borders)
-        charts.push_back(other);
-    std::stable_sort(charts.begin(), charts.end(), [&](auto a, auto b) { return borders[a] > borders[b]; });
-    return charts;
-}
+    /// The charts of no fewer faces that share edges with this one, longest common border first.
+    std::vector<std::uint32_t> neighbors(std::uint32_t chart) const
+    {
+        auto charts = charts_beside(surface_, flat_.chart_of_face, faces_[chart]);
+        std::erase_if(charts, [&](std::uint32_t other) { return faces_[other].size() < faces_[chart].size(); });
+        return charts;
+    }
 
-void MovingCharts::enter(std::uint32_t face)
-{
-    each_cell(flat_.chart_of_face[face], triangle(face), [&](Key key) { cells_[key].push_back(face); });
-}
+    /// Where a face, which has this vertex, has it: an index into the flat corners.
+    std::size_t corner(std::uint32_t face, std::uint32_t vertex) const
+    {
+        const auto& t = surface_.mesh.triangles[face];
+        return 3 * std::size_t{face} + (t[0] == vertex ? 0 : t[1] == vertex ? 1 : 2);
+    }
+    Vec2d place(std::uint32_t face, std::uint32_t vertex) const { return flat_.corners[corner(face, vertex)]; }
 
-void MovingCharts::lay(std::uint32_t face, std::uint32_t chart, std::span<const Vec2d, 3> corners)
-{
-    std::copy(corners.begin(), corners.end(), flat_.corners.begin() + 3 * std::ptrdiff_t{face});
-    flat_.chart_of_face[face] = chart;
-    flat_.projected[face] = 0;
-    enter(face);
-}
+    /// Whether a triangle lies deeper than `tolerance` on a face of the chart for which `counts(face)` holds.
+    template <class Counts>
+    bool covered(std::uint32_t chart, std::span<const Vec2d, 3> corners, double tolerance, Counts counts) const
+    {
+        bool found = false;
+        each_cell(chart, corners,
+                  [&](Key key)
+                  {
+                      const auto cell = cells_.find(key);
+                      if (cell == cells_.end() || found)
+                          return;
+                      for (const std::uint32_t face : cell->second)
+                          found = found || (flat_.chart_of_face[face] == chart && counts(face) &&
+                                            overlap_depth(corners, triangle(face)) > tolerance);
+                  });
+        return found;
+    }
 
-void MovingCharts::dissolve(std::uint32_t crumb, std::uint32_t chart)
-{
-    faces_[chart].insert(faces_[chart].end(), faces_[crumb].begin(), faces_[crumb].end());
-    flat_.unfolded_faces += faces_[crumb].size();
-    faces_[crumb].clear();
-}
+    /// Lays a face again, in this chart.
+    void lay(std::uint32_t face, std::uint32_t chart, std::span<const Vec2d, 3> corners)
+    {
+        std::copy(corners.begin(), corners.end(), flat_.corners.begin() + 3 * std::ptrdiff_t{face});
+        flat_.chart_of_face[face] = chart;
+        flat_.projected[face] = 0;
+        enter(face);
+    }
+
+    /// Notes that all faces of a crumb were laid in a chart.
+    void dissolve(std::uint32_t crumb, std::uint32_t chart)
+    {
+        faces_[chart].insert(faces_[chart].end(), faces_[crumb].begin(), faces_[crumb].end());
+        flat_.unfolded_faces += faces_[crumb].size();
+        faces_[crumb].clear();
+    }
+
+  private:
+    using Key = std::uint64_t;
+    template <class Act>
+    void each_cell(std::uint32_t chart, std::span<const Vec2d, 3> t, Act act) const
+    {
+        const auto bin = [&](double value) { return static_cast<std::int64_t>(std::floor(value / cell_m_)); };
+        const auto [x_low, x_high] = std::minmax({t[0].x, t[1].x, t[2].x});
+        const auto [y_low, y_high] = std::minmax({t[0].y, t[1].y, t[2].y});
+        for (auto y = bin(y_low); y <= bin(y_high); ++y)
+            for (auto x = bin(x_low); x <= bin(x_high); ++x)
+                act((static_cast<Key>(chart) << 36) ^ (static_cast<Key>(y & 0x3ffff) << 18) ^ static_cast<Key>(x & 0x3ffff));
+    }
+
+    std::span<const Vec2d, 3> triangle(std::uint32_t face) const
+    {
+        return std::span<const Vec2d, 3>(flat_.corners.data() + 3 * std::size_t{face}, 3);
+    }
+    void enter(std::uint32_t face)
+    {
+        each_cell(flat_.chart_of_face[face], triangle(face), [&](Key key) { cells_[key].push_back(face); });
+    }
+
+    const Surface& surface_;
+    FlatCharts& flat_;
+    std::vector<FaceList> faces_;  ///< By chart.
+    double cell_m_;
+    /// Faces by the cells of their chart that their boxes touch. A face that moves is entered again and stays where it was: it is
+    /// always looked at where it is now.
+    std::unordered_map<Key, FaceList> cells_;
+};
 
 /// A crumb and the faces of a chart around it, to be laid out together.
 struct CrumbPatch
@@ -201,30 +171,6 @@ struct CrumbPatch
     FlatPatch shape;             ///< Triangles in the order of the faces.
     std::vector<bool> on_chart;  ///< Per vertex: it has a place in the chart already.
 };
-
-/// Makes patches; keeps room for them between calls. Refers to the charts, which must outlive it.
-class PatchMaker
-{
-  public:
-    explicit PatchMaker(const MovingCharts& charts) : charts_(charts), place_(charts.surface().areas.size(), none) {}
-
-    /// The crumb and what of the chart is within `steps` faces of it. The crumb's edges to the chart and inside are closed; the
-    /// chart's own cuts stay open. Vertices that further faces of the chart hang on are not movable. The crumb's are unrolled: as
-    /// if its faces were turned about their edges into the plane. Nothing if the crumb ties places of the chart together that
-    /// must stay apart.
-    std::optional<CrumbPatch> make(std::uint32_t crumb, std::uint32_t chart, int steps);
-
-  private:
-    void collect(std::uint32_t crumb, std::uint32_t chart, int steps, FaceList& patch);
-    std::optional<CrumbPatch> assemble(const FaceList& patch, std::uint32_t chart) const;
-    bool together(std::uint32_t f, std::uint32_t g, std::uint32_t vertex) const;
-
-    const MovingCharts& charts_;
-    std::vector<std::uint32_t> place_;  ///< Of every face in the patch, or `none`.
-};
-
-/// Draws the crumb's vertices into the middle of their neighbors: a beginning for crumbs that the chart surrounds.
-void contract(CrumbPatch& patch);
 
 /// Corners of one vertex that differ by less (meters) are in one place.
 constexpr double same_place_m = 1e-9;
@@ -261,114 +207,132 @@ void unroll(CrumbPatch& patch)
     }
 }
 
-bool PatchMaker::together(std::uint32_t f, std::uint32_t g, std::uint32_t vertex) const
+/// Makes patches; keeps room for them between calls. Refers to the charts, which must outlive it.
+class PatchMaker
 {
-    return length(charts_.place(f, vertex) - charts_.place(g, vertex)) <= same_place_m;
-}
+  public:
+    explicit PatchMaker(const MovingCharts& charts) : charts_(charts), place_(charts.surface().areas.size(), none) {}
 
-std::optional<CrumbPatch> PatchMaker::make(std::uint32_t crumb, std::uint32_t chart, int steps)
-{
-    FaceList faces;
-    collect(crumb, chart, steps, faces);
-    auto patch = assemble(faces, chart);
-    for (const auto f : faces)
-        place_[f] = none;
-    if (!patch)
-        return std::nullopt;
-    patch->faces = std::move(faces);
-    unroll(*patch);
-    return patch;
-}
-
-void PatchMaker::collect(std::uint32_t crumb, std::uint32_t chart, int steps, FaceList& patch)
-{
-    const auto& surface = charts_.surface();
-    const auto& owner = charts_.flat().chart_of_face;
-    patch = charts_.faces(crumb);
-    for (std::uint32_t i = 0; i < patch.size(); ++i)
-        place_[patch[i]] = i;
-    std::size_t begin = 0;
-    for (int step = 0; step < steps; ++step)
+    /// The crumb and what of the chart is within `steps` faces of it. The crumb's edges to the chart and inside are closed; the
+    /// chart's own cuts stay open. Vertices that further faces of the chart hang on are not movable. The crumb's are unrolled: as
+    /// if its faces were turned about their edges into the plane. Nothing if the crumb ties places of the chart together that
+    /// must stay apart.
+    std::optional<CrumbPatch> make(std::uint32_t crumb, std::uint32_t chart, int steps)
     {
-        const auto end = patch.size();
-        for (; begin < end; ++begin)
+        FaceList faces;
+        collect(crumb, chart, steps, faces);
+        auto patch = assemble(faces, chart);
+        for (const auto f : faces)
+            place_[f] = none;
+        if (!patch)
+            return std::nullopt;
+        patch->faces = std::move(faces);
+        unroll(*patch);
+        return patch;
+    }
+
+  private:
+    void collect(std::uint32_t crumb, std::uint32_t chart, int steps, FaceList& patch)
+    {
+        const auto& surface = charts_.surface();
+        const auto& owner = charts_.flat().chart_of_face;
+        patch = charts_.faces(crumb);
+        for (std::uint32_t i = 0; i < patch.size(); ++i)
+            place_[patch[i]] = i;
+        std::size_t begin = 0;
+        for (int step = 0; step < steps; ++step)
+        {
+            const auto end = patch.size();
+            for (; begin < end; ++begin)
+                for (std::size_t k = 0; k < 3; ++k)
+                {
+                    const auto f = patch[begin];
+                    const auto g = surface.neighbors[f][k];
+                    if (g == none || owner[g] != chart || place_[g] != none)
+                        continue;
+                    const auto& t = surface.mesh.triangles[f];
+                    if (owner[f] == chart && !(together(f, g, t[k]) && together(f, g, t[(k + 1) % 3])))
+                        continue;
+                    place_[g] = static_cast<std::uint32_t>(patch.size());
+                    patch.push_back(g);
+                }
+        }
+    }
+
+    std::optional<CrumbPatch> assemble(const FaceList& patch, std::uint32_t chart) const
+    {
+        const auto& surface = charts_.surface();
+        const auto& owner = charts_.flat().chart_of_face;
+        const auto in_patch = [&](std::uint32_t face, std::uint32_t vertex) {
+            return static_cast<std::uint32_t>(3 * std::size_t{place_[face]} + charts_.corner(face, vertex) -
+                                              3 * std::size_t{face});
+        };
+
+        numerics::DisjointSets corners(3 * patch.size());
+        std::vector<bool> held(3 * patch.size(), false);
+        for (const auto f : patch)
             for (std::size_t k = 0; k < 3; ++k)
             {
-                const auto f = patch[begin];
                 const auto g = surface.neighbors[f][k];
-                if (g == none || owner[g] != chart || place_[g] != none)
+                if (g == none)
                     continue;
-                const auto& t = surface.mesh.triangles[f];
-                if (owner[f] == chart && !(together(f, g, t[k]) && together(f, g, t[(k + 1) % 3])))
-                    continue;
-                place_[g] = static_cast<std::uint32_t>(patch.size());
-                patch.push_back(g);
-            }
-    }
-}
-
-std::optional<CrumbPatch> PatchMaker::assemble(const FaceList& patch, std::uint32_t chart) const
-{
-    const auto& surface = charts_.surface();
-    const auto& owner = charts_.flat().chart_of_face;
-    const auto in_patch = [&](std::uint32_t face, std::uint32_t vertex)
-    { return static_cast<std::uint32_t>(3 * std::size_t{place_[face]} + charts_.corner(face, vertex) - 3 * std::size_t{face}); };
-
-    numerics::DisjointSets corners(3 * patch.size());
-    std::vector<bool> held(3 * patch.size(), false);
-    for (const auto f : patch)
-        for (std::size_t k = 0; k < 3; ++k)
-        {
-            const auto g = surface.neighbors[f][k];
-            if (g == none)
-                continue;
-            const bool of_chart = owner[f] == chart && owner[g] == chart;
-            const std::array ends{surface.mesh.triangles[f][k], surface.mesh.triangles[f][(k + 1) % 3]};
-            if (place_[g] != none)
-            {
-                if (!of_chart || (together(f, g, ends[0]) && together(f, g, ends[1])))
+                const bool of_chart = owner[f] == chart && owner[g] == chart;
+                const std::array ends{surface.mesh.triangles[f][k], surface.mesh.triangles[f][(k + 1) % 3]};
+                if (place_[g] != none)
+                {
+                    if (!of_chart || (together(f, g, ends[0]) && together(f, g, ends[1])))
+                        for (const auto v : ends)
+                            corners.join(in_patch(f, v), in_patch(g, v));
+                }
+                else if (of_chart)
                     for (const auto v : ends)
-                        corners.join(in_patch(f, v), in_patch(g, v));
+                        held[in_patch(f, v)] = held[in_patch(f, v)] || together(f, g, v);
             }
-            else if (of_chart)
-                for (const auto v : ends)
-                    held[in_patch(f, v)] = held[in_patch(f, v)] || together(f, g, v);
-        }
 
-    CrumbPatch out;
-    auto& shape = out.shape;
-    std::vector<std::uint32_t> vertex_of(3 * patch.size(), none);
-    for (std::uint32_t i = 0; i < patch.size(); ++i)
-    {
-        Triangle triangle;
-        for (std::uint32_t k = 0; k < 3; ++k)
+        CrumbPatch out;
+        auto& shape = out.shape;
+        std::vector<std::uint32_t> vertex_of(3 * patch.size(), none);
+        for (std::uint32_t i = 0; i < patch.size(); ++i)
         {
-            auto& v = vertex_of[corners.find(3 * i + k)];
-            if (v == none)
+            Triangle triangle;
+            for (std::uint32_t k = 0; k < 3; ++k)
             {
-                v = static_cast<std::uint32_t>(shape.places.size());
-                shape.places.emplace_back();
-                shape.movable.push_back(true);
-                out.on_chart.push_back(false);
+                auto& v = vertex_of[corners.find(3 * i + k)];
+                if (v == none)
+                {
+                    v = static_cast<std::uint32_t>(shape.places.size());
+                    shape.places.emplace_back();
+                    shape.movable.push_back(true);
+                    out.on_chart.push_back(false);
+                }
+                triangle[k] = v;
+                const auto on_surface = surface.mesh.triangles[patch[i]][k];
+                shape.points.push_back(vec_cast<double>(surface.mesh.positions[on_surface]));
+                if (owner[patch[i]] != chart)
+                    continue;
+                const auto place = charts_.place(patch[i], on_surface);
+                if (held[3 * i + k] && !shape.movable[v] && length(place - shape.places[v]) > same_place_m)
+                    return std::nullopt;
+                if (held[3 * i + k] || !out.on_chart[v])
+                    shape.places[v] = place;
+                shape.movable[v] = shape.movable[v] && !held[3 * i + k];
+                out.on_chart[v] = true;
             }
-            triangle[k] = v;
-            const auto on_surface = surface.mesh.triangles[patch[i]][k];
-            shape.points.push_back(vec_cast<double>(surface.mesh.positions[on_surface]));
-            if (owner[patch[i]] != chart)
-                continue;
-            const auto place = charts_.place(patch[i], on_surface);
-            if (held[3 * i + k] && !shape.movable[v] && length(place - shape.places[v]) > same_place_m)
-                return std::nullopt;
-            if (held[3 * i + k] || !out.on_chart[v])
-                shape.places[v] = place;
-            shape.movable[v] = shape.movable[v] && !held[3 * i + k];
-            out.on_chart[v] = true;
+            shape.triangles.push_back(triangle);
         }
-        shape.triangles.push_back(triangle);
+        return out;
     }
-    return out;
-}
 
+    bool together(std::uint32_t f, std::uint32_t g, std::uint32_t vertex) const
+    {
+        return length(charts_.place(f, vertex) - charts_.place(g, vertex)) <= same_place_m;
+    }
+
+    const MovingCharts& charts_;
+    std::vector<std::uint32_t> place_;  ///< Of every face in the patch, or `none`.
+};
+
+/// Draws the crumb's vertices into the middle of their neighbors: a beginning for crumbs that the chart surrounds.
 void contract(CrumbPatch& patch)
 {
     auto& places = patch.shape.places;

@@ -1,10 +1,9 @@
 #include <fresco/geometry/flatten.h>
 #include <fresco/numerics/numerics.h>
-#include <fresco/parallel.h>
+#include <fresco/parallel_items.h>
 
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <queue>
 #include <tuple>
 #include <unordered_map>
@@ -115,36 +114,30 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> find_overlaps(const Corners
             boxes[i].add(p);
     const auto grid = make_grid(boxes);
 
-    std::vector<std::size_t> begin(grid.width * grid.height + 1, 0);
-    const auto each_cell = [&](const Box& box, auto&& act)
-    {
-        for (auto y = grid.row(box.low.y); y <= grid.row(box.high.y); ++y)
-            for (auto x = grid.column(box.low.x); x <= grid.column(box.high.x); ++x)
-                act(y * grid.width + x);
-    };
-    for (const auto& box : boxes)
-        each_cell(box, [&](std::size_t cell) { ++begin[cell + 1]; });
-    std::partial_sum(begin.begin(), begin.end(), begin.begin());
-    std::vector<std::uint32_t> items(begin.back());
-    auto next = begin;
-    for (std::uint32_t i = 0; i < boxes.size(); ++i)
-        each_cell(boxes[i], [&](std::size_t cell) { items[next[cell]++] = i; });
+    const numerics::Buckets cells(grid.width * grid.height,
+                                  [&](const auto& add)
+                                  {
+                                      for (std::uint32_t i = 0; i < boxes.size(); ++i)
+                                          for (auto y = grid.row(boxes[i].low.y); y <= grid.row(boxes[i].high.y); ++y)
+                                              for (auto x = grid.column(boxes[i].low.x); x <= grid.column(boxes[i].high.x); ++x)
+                                                  add(y * grid.width + x, i);
+                                  });
 
     std::vector<std::pair<std::uint32_t, std::uint32_t>> found;
-    for (std::size_t cell = 0; cell + 1 < begin.size(); ++cell)
-        for (auto i = begin[cell]; i < begin[cell + 1]; ++i)
-            for (auto j = i + 1; j < begin[cell + 1]; ++j)
+    for (std::size_t cell = 0; cell < cells.count(); ++cell)
+        for (auto i = cells[cell].begin(); i != cells[cell].end(); ++i)
+            for (auto j = i + 1; j != cells[cell].end(); ++j)
             {
-                const auto& a = boxes[items[i]];
-                const auto& b = boxes[items[j]];
+                const auto& a = boxes[*i];
+                const auto& b = boxes[*j];
                 const Vec2d low{std::max(a.low.x, b.low.x), std::max(a.low.y, b.low.y)};
                 if (low.x >= std::min(a.high.x, b.high.x) || low.y >= std::min(a.high.y, b.high.y))
                     continue;
                 // Of the cells that hold both, only the one with the corner of the common box looks at them.
                 if (grid.row(low.y) * grid.width + grid.column(low.x) != cell)
                     continue;
-                const auto fa = faces[items[i]];
-                const auto fb = faces[items[j]];
+                const auto fa = faces[*i];
+                const auto fb = faces[*j];
                 if (overlap_depth(triangle(corners, fa), triangle(corners, fb)) > tolerance)
                     found.emplace_back(std::min(fa, fb), std::max(fa, fb));
             }
@@ -154,13 +147,6 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> find_overlaps(const Corners
 
 namespace
 {
-
-/// Position of a face in the chart's ascending list, or `none`.
-std::uint32_t place_of(const std::vector<std::uint32_t>& faces, std::uint32_t face)
-{
-    const auto at = std::lower_bound(faces.begin(), faces.end(), face);
-    return at != faces.end() && *at == face ? static_cast<std::uint32_t>(at - faces.begin()) : none;
-}
 
 /// The place where the largest connected part without conflicts begins; if every face has conflicts, the largest face.
 std::uint32_t best_seed(const Surface& surface, const std::vector<std::uint32_t>& faces,
@@ -270,7 +256,7 @@ class Flattener
   public:
     Flattener(const Surface& surface, const FlattenOptions& options, Progress& progress)
         : surface_(surface), options_(options), progress_(progress),
-          merge_cosine_(std::cos(options.charts.merge_limit_deg * std::numbers::pi / 180))
+          merge_cosine_(numerics::cosine_deg(options.charts.merge_limit_deg))
     {
         flat_.corners.resize(3 * surface.areas.size());
         flat_.projected.assign(surface.areas.size(), 1);
@@ -283,13 +269,7 @@ class Flattener
         while (!pending.empty())
         {
             std::vector<FaceList> kept(pending.size());
-            parallel_for(pending.size(), 1, progress_.threads(),
-                         [&](std::size_t begin, std::size_t end)
-                         {
-                             progress_.check_canceled();
-                             for (auto i = begin; i < end; ++i)
-                                 kept[i] = keep(pending[i]);
-                         });
+            parallel_items(pending.size(), 1, progress_, [&](std::size_t i) { kept[i] = keep(pending[i]); });
             FaceList rest;
             for (std::size_t i = 0; i < pending.size(); ++i)
             {
@@ -310,7 +290,8 @@ class Flattener
     {
         Partition partition{flat_.chart_of_face, flat_.axes};
         merge_charts(surface_, surface_.normals, options_.charts, partition, progress_);
-        restart();
+        flat_.axes.clear();
+        std::fill(flat_.chart_of_face.begin(), flat_.chart_of_face.end(), none);
         lay(pending_of(partition));
     }
 
@@ -331,7 +312,8 @@ class Flattener
         attach_crumbs(surface_, flat_, options_.texel_m, progress_);
         join_crumbs(surface_, flat_, options_.texel_m, progress_);
         attach_crumbs(surface_, flat_, options_.texel_m, progress_);
-        renumber();
+        renumber_charts(flat_.chart_of_face, flat_.axes);
+        flat_.count = flat_.axes.size();
     }
 
     static std::vector<Pending> pending_of(const Partition& partition)
@@ -346,30 +328,6 @@ class Flattener
     FlatCharts take() { return std::move(flat_); }
 
   private:
-    /// Leaves no number without faces.
-    void renumber()
-    {
-        std::vector<std::uint32_t> number(flat_.axes.size(), none);
-        std::vector<Vec3d> axes;
-        for (auto& c : flat_.chart_of_face)
-        {
-            if (number[c] == none)
-            {
-                number[c] = static_cast<std::uint32_t>(axes.size());
-                axes.push_back(flat_.axes[c]);
-            }
-            c = number[c];
-        }
-        flat_.axes = std::move(axes);
-        flat_.count = flat_.axes.size();
-    }
-
-    void restart()
-    {
-        flat_.axes.clear();
-        std::fill(flat_.chart_of_face.begin(), flat_.chart_of_face.end(), none);
-    }
-
     Vec3d mean_normal(const FaceList& faces) const
     {
         Vec3d sum{};

@@ -1,7 +1,8 @@
 #include "relaxation.h"
 
 #include <fresco/geometry/map_charts.h>
-#include <fresco/parallel.h>
+#include <fresco/numerics/numerics.h>
+#include <fresco/parallel_items.h>
 
 #include <atomic>
 #include <cmath>
@@ -53,17 +54,15 @@ class Mender
 {
   public:
     Mender(const Disk& disk, std::vector<Vec2d>& places)
-        : disk_(disk), places_(places), begin_(places.size() + 1, 0), patch_of_(disk.triangles.size(), none)
+        : disk_(disk), places_(places), around_(places.size(),
+                                                [&](const auto& add)
+                                                {
+                                                    for (std::uint32_t f = 0; f < disk.triangles.size(); ++f)
+                                                        for (const auto v : disk.triangles[f])
+                                                            add(v, f);
+                                                }),
+          patch_of_(disk.triangles.size(), none)
     {
-        for (const auto& t : disk.triangles)
-            for (const auto v : t)
-                ++begin_[v + 1];
-        std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
-        around_.resize(begin_.back());
-        auto next = begin_;
-        for (std::uint32_t f = 0; f < disk.triangles.size(); ++f)
-            for (const auto v : disk.triangles[f])
-                around_[next[v]++] = f;
     }
 
     void mend()
@@ -89,17 +88,12 @@ class Mender
     }
 
   private:
-    std::span<const std::uint32_t> faces_around(std::uint32_t v) const
-    {
-        return std::span(around_).subspan(begin_[v], begin_[v + 1] - begin_[v]);
-    }
-
     void widen(FaceList& faces)
     {
         const auto count = faces.size();
         for (std::size_t i = 0; i < count; ++i)
             for (const auto v : disk_.triangles[faces[i]])
-                for (const auto g : faces_around(v))
+                for (const auto g : around_[v])
                     if (patch_of_[g] == none)
                     {
                         patch_of_[g] = 0;
@@ -114,7 +108,7 @@ class Mender
         patch_of_[seed] = patch;
         for (std::size_t i = 0; i < faces.size(); ++i)
             for (const auto v : disk_.triangles[faces[i]])
-                for (const auto g : faces_around(v))
+                for (const auto g : around_[v])
                     if (patch_of_[g] == 0)
                     {
                         patch_of_[g] = patch;
@@ -133,7 +127,7 @@ class Mender
         FlatPatch shape;
         for (const auto v : vertices)
         {
-            const auto around = faces_around(v);
+            const auto around = around_[v];
             shape.places.push_back(places_[v]);
             shape.movable.push_back(
                 std::all_of(around.begin(), around.end(), [&](std::uint32_t f) { return patch_of_[f] == patch; }));
@@ -144,7 +138,7 @@ class Mender
             for (std::size_t k = 0; k < 3; ++k)
             {
                 const auto v = disk_.triangles[f][k];
-                t[k] = static_cast<std::uint32_t>(std::lower_bound(vertices.begin(), vertices.end(), v) - vertices.begin());
+                t[k] = place_of(vertices, v);
                 shape.points.push_back(disk_.points[v]);
             }
             shape.triangles.push_back(t);
@@ -156,8 +150,7 @@ class Mender
 
     const Disk& disk_;
     std::vector<Vec2d>& places_;
-    std::vector<std::uint32_t> begin_;
-    FaceList around_;
+    numerics::Buckets around_;             ///< Faces by vertex.
     std::vector<std::uint32_t> patch_of_;  ///< none: fine; 0: to be mended; else the patch, from 1.
 };
 
@@ -300,11 +293,6 @@ class ChartMapper
     /// The faces nearer to one of two that are far apart, and those nearer to the other, counted in faces: both connected.
     std::pair<FaceList, FaceList> halves(const FaceList& faces) const
     {
-        const auto place = [&](std::uint32_t f)
-        {
-            const auto at = std::lower_bound(faces.begin(), faces.end(), f);
-            return at != faces.end() && *at == f ? static_cast<std::uint32_t>(at - faces.begin()) : none;
-        };
         std::vector<std::uint32_t> side;
         const auto flood = [&](std::vector<std::uint32_t> front)
         {
@@ -314,7 +302,7 @@ class ChartMapper
             for (std::size_t i = 0; i < front.size(); ++i)
                 for (const auto g : surface_.neighbors[faces[front[i]]])
                     if (g != none)
-                        if (const auto j = place(g); j != none && side[j] == none)
+                        if (const auto j = place_of(faces, g); j != none && side[j] == none)
                         {
                             side[j] = side[front[i]];
                             front.push_back(j);
@@ -344,17 +332,14 @@ MapCounts map_charts(const Surface& surface, FlatCharts& flat, const DiskMap& ma
     const ChartMapper mapper(surface, flat, map, tolerance_m);
     std::vector<ChartResult> results(lists.size());
     std::atomic<std::size_t> done{0};
-    parallel_for(lists.size(), 1, progress.threads(),
-                 [&](std::size_t begin, std::size_t end)
-                 {
-                     for (auto c = begin; c < end; ++c)
-                     {
-                         if (!lists[c].empty())
-                             results[c] = mapper.run(lists[c], flat.axes[c], progress);
-                         done += lists[c].size();
-                         progress.progress(static_cast<double>(done), static_cast<double>(surface.areas.size()), "faces");
-                     }
-                 });
+    parallel_items(lists.size(), 1, progress,
+                   [&](std::size_t c)
+                   {
+                       if (!lists[c].empty())
+                           results[c] = mapper.run(lists[c], flat.axes[c], progress);
+                       done += lists[c].size();
+                       progress.progress(static_cast<double>(done), static_cast<double>(surface.areas.size()), "faces");
+                   });
 
     MapCounts total;
     double area = 0;

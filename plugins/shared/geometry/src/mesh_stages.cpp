@@ -2,6 +2,7 @@
 #include <fresco/geometry/mesh_stages.h>
 #include <fresco/geometry/repair.h>
 #include <fresco/geometry/topology.h>
+#include <fresco/numerics/numerics.h>
 
 #include <cmath>
 #include <fmt/format.h>
@@ -15,16 +16,8 @@ Mesh with_atlas(const Mesh& mesh, const FlatCharts& flat, const Packing& packing
 {
     Mesh out = mesh;
     out.texcoords = packing.texcoords;
-    out.charts.resize(flat.chart_of_face.size());
-    std::vector<std::uint32_t> number(flat.count, none);
-    std::uint32_t next = 0;
-    for (std::size_t f = 0; f < out.charts.size(); ++f)
-    {
-        auto& n = number[flat.chart_of_face[f]];
-        if (n == none)
-            n = next++;
-        out.charts[f] = n;
-    }
+    out.charts = flat.chart_of_face;
+    numerics::number_by_first(out.charts, flat.count);
     return out;
 }
 

@@ -1,6 +1,6 @@
 #include <fresco/error.h>
 #include <fresco/geometry/packing.h>
-#include <fresco/parallel.h>
+#include <fresco/parallel_items.h>
 
 #include <algorithm>
 #include <bit>
@@ -322,12 +322,7 @@ class Packer
           lists_(Partition{flat.chart_of_face, std::vector<Vec3d>(flat.count)}.faces()),
           cell_px_((options.size_px + largest_grid - 1) / largest_grid), extent_(flat.count)
     {
-        parallel_for(lists_.size(), 1, progress.threads(),
-                     [&](std::size_t begin, std::size_t end)
-                     {
-                         for (auto c = begin; c < end; ++c)
-                             turn(c);
-                     });
+        parallel_items(lists_.size(), 1, progress, [&](std::size_t c) { turn(c); });
         for (std::uint32_t c = 0; c < lists_.size(); ++c)
             if (!lists_[c].empty())
                 order_.push_back(c);
@@ -403,13 +398,7 @@ class Packer
         for (const auto& extent : extent_)
             if (std::max(extent.x, extent.y) * scale > options_.size_px)
                 return false;
-        parallel_for(order_.size(), 16, progress_.threads(),
-                     [&](std::size_t begin, std::size_t end)
-                     {
-                         progress_.check_canceled();
-                         for (auto i = begin; i < end; ++i)
-                             shapes[order_[i]] = shape(order_[i], scale);
-                     });
+        parallel_items(order_.size(), 16, progress_, [&](std::size_t i) { shapes[order_[i]] = shape(order_[i], scale); });
         const int gap = (options_.gutter_px + cell_px_ - 1) / cell_px_;
         const int margin = (options_.gutter_px + 2 * cell_px_ - 1) / (2 * cell_px_);
         ShapeBin bin(grid, gap, margin);

@@ -1,10 +1,11 @@
 #include "relaxation.h"
 
+#include <fresco/numerics/numerics.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 namespace fresco::geometry
 {
@@ -56,19 +57,16 @@ Element element_of(const Vec3d* corners)
 class Relaxer
 {
   public:
-    explicit Relaxer(FlatPatch& patch) : patch_(patch), begin_(patch.places.size() + 1, 0)
+    explicit Relaxer(FlatPatch& patch)
+        : patch_(patch), around_(patch.places.size(),
+                                 [&](const auto& add)
+                                 {
+                                     for (std::uint32_t h = 0; h < 3 * patch.triangles.size(); ++h)
+                                         add(patch.triangles[h / 3][h % 3], h);
+                                 })
     {
         for (std::size_t f = 0; f < patch.triangles.size(); ++f)
-        {
             elements_.push_back(element_of(&patch.points[3 * f]));
-            for (const auto v : patch.triangles[f])
-                ++begin_[v + 1];
-        }
-        std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
-        around_.resize(begin_.back());
-        auto next = begin_;
-        for (std::uint32_t h = 0; h < 3 * patch.triangles.size(); ++h)
-            around_[next[patch.triangles[h / 3][h % 3]]++] = h;
     }
 
     void run(int sweeps)
@@ -156,8 +154,8 @@ class Relaxer
     double energy_around(std::size_t vertex) const
     {
         double sum = 0;
-        for (auto i = begin_[vertex]; i < begin_[vertex + 1]; ++i)
-            sum += weighted_energy(around_[i] / 3);
+        for (const std::uint32_t h : around_[vertex])
+            sum += weighted_energy(h / 3);
         return sum;
     }
 
@@ -167,11 +165,11 @@ class Relaxer
         double value = 0;
         Vec2d gradient{};
         double xx = 0, xy = 0, yy = 0;
-        for (auto i = begin_[vertex]; i < begin_[vertex + 1]; ++i)
+        for (const std::uint32_t h : around_[vertex])
         {
-            const auto f = around_[i] / 3;
+            const auto f = h / 3;
             const auto& element = elements_[f];
-            const auto g = element.gradients[around_[i] % 3];
+            const auto g = element.gradients[h % 3];
             const auto j = jacobian(f);
             const double d = j.determinant();
             const double positive = barrier(d);
@@ -205,9 +203,8 @@ class Relaxer
     }
 
     FlatPatch& patch_;
+    numerics::Buckets around_;  ///< Corners (3 x face + k) by vertex.
     std::vector<Element> elements_;
-    std::vector<std::uint32_t> begin_;
-    std::vector<std::uint32_t> around_;  ///< Corners (3 x face + k) by vertex.
     double epsilon_ = 0;
 };
 

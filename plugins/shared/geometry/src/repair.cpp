@@ -22,9 +22,7 @@ std::size_t weld_zero_edges(Mesh& mesh)
         for (std::size_t k = 0; k < 3; ++k)
             if (mesh.positions[t[k]] == mesh.positions[t[(k + 1) % 3]])
                 same.join(t[k], t[(k + 1) % 3]);
-    std::size_t welded = 0;
-    for (std::uint32_t v = 0; v < mesh.positions.size(); ++v)
-        welded += same.find(v) != v ? 1 : 0;
+    const std::size_t welded = mesh.positions.size() - same.count();
     if (welded > 0)
         for (auto& t : mesh.triangles)
             for (auto& v : t)
@@ -54,21 +52,17 @@ std::vector<bool> duplicates(const Mesh& mesh)
         return t;
     };
     // Faces by their smallest vertex; the few of one vertex are compared with each other.
-    std::vector<std::uint32_t> begin(mesh.positions.size() + 1, 0);
-    for (const auto& t : mesh.triangles)
-        ++begin[std::min({t[0], t[1], t[2]}) + 1];
-    std::partial_sum(begin.begin(), begin.end(), begin.begin());
-    std::vector<std::uint32_t> order(mesh.triangles.size());
-    auto place = begin;
-    for (std::uint32_t f = 0; f < mesh.triangles.size(); ++f)
+    const numerics::Buckets by_vertex(mesh.positions.size(),
+                                      [&](const auto& add)
+                                      {
+                                          for (std::uint32_t f = 0; f < mesh.triangles.size(); ++f)
+                                              add(std::ranges::min(mesh.triangles[f]), f);
+                                      });
+    std::vector<bool> duplicate(mesh.triangles.size(), false);
+    std::vector<std::uint32_t> around;
+    for (std::size_t v = 0; v < by_vertex.count(); ++v)
     {
-        const auto& t = mesh.triangles[f];
-        order[place[std::min({t[0], t[1], t[2]})]++] = f;
-    }
-    std::vector<bool> duplicate(order.size(), false);
-    for (std::size_t v = 0; v < mesh.positions.size(); ++v)
-    {
-        const auto around = std::span(order).subspan(begin[v], begin[v + 1] - begin[v]);
+        around.assign(by_vertex[v].begin(), by_vertex[v].end());
         std::sort(around.begin(), around.end(),
                   [&](auto a, auto b) { return std::pair(turned(a), a) < std::pair(turned(b), b); });
         for (std::size_t i = 1; i < around.size(); ++i)
@@ -178,27 +172,6 @@ std::size_t detach_misfits(const std::vector<Triangle>& triangles, std::size_t v
     return misfits.size();
 }
 
-Mesh compacted(const Mesh& mesh, const std::vector<Triangle>& triangles, const std::vector<std::uint32_t>& origin)
-{
-    std::vector<std::uint32_t> index(origin.size(), none);
-    for (const auto& t : triangles)
-        for (const auto v : t)
-            index[v] = 0;
-    Mesh out;
-    for (std::size_t v = 0; v < origin.size(); ++v)
-        if (index[v] != none)
-        {
-            index[v] = static_cast<std::uint32_t>(out.positions.size());
-            out.positions.push_back(mesh.positions[origin[v]]);
-            if (!mesh.colors.empty())
-                out.colors.push_back(mesh.colors[origin[v]]);
-        }
-    out.triangles.reserve(triangles.size());
-    for (const auto& t : triangles)
-        out.triangles.push_back({index[t[0]], index[t[1]], index[t[2]]});
-    return out;
-}
-
 }  // namespace
 
 Mesh repaired(const Mesh& input, RepairReport& report, const Progress& progress)
@@ -231,9 +204,38 @@ Mesh repaired(const Mesh& input, RepairReport& report, const Progress& progress)
         triangles = split_fans(mesh, mates, origin);
     }
     report.vertices_added = origin.size() - mesh.positions.size();
-    auto out = compacted(mesh, triangles, origin);
+    Mesh out;
+    for (const auto v : origin)
+    {
+        out.positions.push_back(mesh.positions[v]);
+        if (!mesh.colors.empty())
+            out.colors.push_back(mesh.colors[v]);
+    }
+    out.triangles = std::move(triangles);
+    drop_unused_vertices(out);
     report.vertices_unused = origin.size() - out.positions.size() - report.vertices_welded;
     return out;
+}
+
+void drop_unused_vertices(Mesh& mesh)
+{
+    std::vector<std::uint32_t> index(mesh.positions.size(), none);
+    for (const auto& t : mesh.triangles)
+        for (const auto v : t)
+            index[v] = 0;
+    std::uint32_t kept = 0;
+    for (std::size_t v = 0; v < index.size(); ++v)
+        if (index[v] != none)
+        {
+            mesh.positions[kept] = mesh.positions[v];
+            if (!mesh.colors.empty())
+                mesh.colors[kept] = mesh.colors[v];
+            index[v] = kept++;
+        }
+    mesh.positions.resize(kept);
+    mesh.colors.resize(mesh.colors.empty() ? 0 : kept);
+    for (auto& t : mesh.triangles)
+        t = {index[t[0]], index[t[1]], index[t[2]]};
 }
 
 MeshFaults count_faults(const Mesh& mesh)

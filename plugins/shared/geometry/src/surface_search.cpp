@@ -1,4 +1,5 @@
 #include <fresco/geometry/surface_search.h>
+#include <fresco/numerics/numerics.h>
 
 #include <algorithm>
 #include <numeric>
@@ -85,15 +86,11 @@ std::array<Vec3d, 3> SurfaceSearch::corners(std::uint32_t face) const
 
 std::uint32_t SurfaceSearch::build(std::uint32_t begin, std::uint32_t end, const std::vector<Vec3f>& middles)
 {
-    constexpr float far = std::numeric_limits<float>::infinity();
-    Node node{{far, far, far}, {-far, -far, -far}, begin, end - begin};
+    numerics::Bounds<float> box;
     for (std::uint32_t i = begin; i < end; ++i)
         for (const std::uint32_t vertex : mesh_.triangles[order_[i]])
-        {
-            const Vec3f p = mesh_.positions[vertex];
-            node.low = {std::min(node.low.x, p.x), std::min(node.low.y, p.y), std::min(node.low.z, p.z)};
-            node.high = {std::max(node.high.x, p.x), std::max(node.high.y, p.y), std::max(node.high.z, p.z)};
-        }
+            box.add(mesh_.positions[vertex]);
+    const Node node{box.low, box.high, begin, end - begin};
     const auto number = static_cast<std::uint32_t>(nodes_.size());
     nodes_.push_back(node);
     if (node.count <= leaf_faces)

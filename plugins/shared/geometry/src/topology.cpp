@@ -48,8 +48,7 @@ SurfaceCounts count_surface(const Mesh& mesh)
                       for (const auto& use : uses.subspan(1))
                           sets.join(uses[0].face, use.face);
                   });
-    for (std::uint32_t f = 0; f < mesh.triangles.size(); ++f)
-        counts.components += sets.find(f) == f ? 1 : 0;
+    counts.components = sets.count();
     return counts;
 }
 

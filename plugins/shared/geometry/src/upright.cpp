@@ -1,11 +1,12 @@
 #include <fresco/camera.h>
 #include <fresco/geometry/topology.h>
 #include <fresco/geometry/upright.h>
+#include <fresco/numerics/numerics.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstdint>
+#include <fmt/format.h>
 #include <numbers>
 
 namespace fresco::geometry
@@ -24,10 +25,7 @@ constexpr double least_level_share = 0.02;
 /// How much more than the next best is sure.
 constexpr double clearly_more = 1.25;
 
-double cosine_deg(double degrees)
-{
-    return std::cos(degrees * std::numbers::pi / 180);
-}
+using numerics::cosine_deg;
 
 /// The area that faces along nearly the same direction, and the sum of its area vectors.
 struct Facing
@@ -69,21 +67,12 @@ struct FacingAreas
             bin.normal = normalized(bin.sum);
     }
 
-    /// That faces along the axis, to either side.
-    double along(Vec3d axis) const
+    /// That faces along the axis, to either side or only to its positive one.
+    double along(Vec3d axis, bool either_side = true) const
     {
         double sum = 0;
         for (const Facing& bin : bins)
-            if (std::abs(dot(bin.normal, axis)) > cosine_deg(level_deg))
-                sum += bin.area;
-        return sum;
-    }
-    /// That faces its positive side.
-    double toward(Vec3d axis) const
-    {
-        double sum = 0;
-        for (const Facing& bin : bins)
-            if (dot(bin.normal, axis) > cosine_deg(level_deg))
+            if (const double cosine = dot(bin.normal, axis); (either_side ? std::abs(cosine) : cosine) > cosine_deg(level_deg))
                 sum += bin.area;
         return sum;
     }
@@ -185,8 +174,8 @@ Upward by_planes(const FacingAreas& areas)
     const auto elsewhere = [&](Vec3d other) { return std::abs(dot(axis, other)) < cosine_deg(cameras_deg); };
     const std::optional<Vec3d> next = areas.best(std::nullopt, elsewhere);
     const bool is_level = areas.along(axis) > clearly_more * (next ? areas.along(*next) : 0);
-    const double front = areas.toward(axis);
-    const double back = areas.toward(axis * -1.0);
+    const double front = areas.along(axis, false);
+    const double back = areas.along(axis * -1.0, false);
     if (is_level && std::max(front, back) > clearly_more * std::min(front, back))
         return {axis * (front > back ? 1.0 : -1.0), UpEvidence::planes};
     return {dot(nearest_axis(axis), Vec3d{1, 1, 1}) < 0 ? axis * -1.0 : axis, UpEvidence::nothing};
@@ -275,20 +264,14 @@ const char* text_of(UpEvidence evidence)
     return "";
 }
 
-std::string one_decimal(double value)
-{
-    char text[32];
-    return {text, std::to_chars(text, text + sizeof text, value, std::chars_format::fixed, 1).ptr};
-}
-
 std::string sentence(const Upward& up)
 {
-    const std::string floor = "the largest level plane is " + one_decimal(100 * up.plane_share) + "% of the surface";
+    const std::string floor = fmt::format("the largest level plane is {:.1f}% of the surface", 100 * up.plane_share);
     switch (up.from)
     {
     case UpEvidence::cameras_and_plane:
-        return "upright by the cameras and the level surfaces, which are " + one_decimal(up.plane_deg) + " degrees apart; " +
-               floor;
+        return fmt::format("upright by the cameras and the level surfaces, which are {:.1f} degrees apart; {}", up.plane_deg,
+                           floor);
     case UpEvidence::cameras:
         return "upright by the cameras; the mesh has no level plane near their direction";
     case UpEvidence::planes:
@@ -297,11 +280,6 @@ std::string sentence(const Upward& up)
         break;
     }
     return "the mesh does not show which way is up: its axes are kept; wire 'frames', whose cameras show it, or set up: z";
-}
-
-void report_up(Vec3d up, RunContext& run)
-{
-    run.report("up", Value::List{up.x, up.y, up.z});
 }
 
 }  // namespace
@@ -357,7 +335,7 @@ std::array<double, 4> UprightOption::turn(const Mesh& mesh, Vec3d target, RunCon
     }
     else
         up = named_axis(*up_);
-    report_up(up, run);
+    run.report("up", Value::List{up.x, up.y, up.z});
     return upright_turn(up, target);
 }
 

@@ -3,6 +3,8 @@
 
 #include <fresco/geometry/atlas_figures.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
 
@@ -30,6 +32,40 @@ Mesh laid_cube()
             for (const auto c : corners)
                 mesh.texcoords.push_back({(static_cast<float>(side) * 1.25F + square[c].x) / 8, square[c].y / 8});
     return mesh;
+}
+
+/// By more than a thousandth of a texel.
+bool center_inside(const std::array<Vec2d, 3>& t, Vec2d center, double turn)
+{
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+        const Vec2d side = t[(k + 1) % 3] - t[k];
+        if (!(turn * cross(side, center - t[k]) > 1e-3 * length(side)))
+            return false;
+    }
+    return true;
+}
+
+/// Texel centers inside two faces or more.
+std::size_t overlapping_texels(const Mesh& mesh, int size_px)
+{
+    Raster8 faces(size_px, size_px);
+    const auto cell = [&](double x)
+    { return std::clamp(static_cast<int>(std::floor(std::clamp(x, 0.0, double(size_px)))), 0, size_px - 1); };
+    for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
+    {
+        std::array<Vec2d, 3> t;
+        for (std::size_t k = 0; k < 3; ++k)
+            t[k] = Vec2d{mesh.texcoords[3 * f + k].x, mesh.texcoords[3 * f + k].y} * static_cast<double>(size_px);
+        const double turn = cross(t[1] - t[0], t[2] - t[0]) < 0 ? -1 : 1;
+        const auto [x0, x1] = std::minmax({t[0].x, t[1].x, t[2].x});
+        const auto [y0, y1] = std::minmax({t[0].y, t[1].y, t[2].y});
+        for (int y = cell(y0); y <= cell(y1); ++y)
+            for (int x = cell(x0); x <= cell(x1); ++x)
+                if (faces.at(x, y) < 2 && center_inside(t, {x + 0.5, y + 0.5}, turn))
+                    ++faces.at(x, y);
+    }
+    return static_cast<std::size_t>(std::count(faces.values.begin(), faces.values.end(), 2));
 }
 
 }  // namespace

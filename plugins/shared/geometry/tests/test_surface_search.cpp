@@ -133,6 +133,34 @@ TEST_CASE("the tree finds what a search of all faces finds, to the bit")
         }
 }
 
+TEST_CASE("of faces that are points the nearest is the one that a look at all finds")
+{
+    Mesh points;
+    Random random(7);
+    const auto next = [&random] { return static_cast<float>(random.uniform()); };
+    for (int i = 0; i < 300; ++i)
+        points.positions.push_back({next(), next(), std::floor(next() * 4) / 4});  // some planes
+    points.positions.push_back(points.positions[17]);                              // twice
+    for (std::uint32_t i = 0; i < points.positions.size(); ++i)
+        points.triangles.push_back({i, i, i});
+    const SurfaceSearch search(points);
+    CHECK(search.nearest(vec_cast<double>(points.positions[17])).face == 17);
+    for (int i = 0; i < 300; ++i)
+    {
+        const Vec3d query{next() * 2 - 0.5, next() * 2 - 0.5, next() * 2 - 0.5};
+        const auto squared = [&](std::size_t p)
+        {
+            const Vec3d away = vec_cast<double>(points.positions[p]) - query;
+            return dot(away, away);
+        };
+        std::size_t best = 0;
+        for (std::size_t p = 1; p < points.positions.size(); ++p)
+            if (squared(p) < squared(best))
+                best = p;
+        CHECK(search.nearest(query).face == best);
+    }
+}
+
 TEST_CASE("the back of a thin wall is never found, however near")
 {
     Mesh wall;

@@ -1,4 +1,5 @@
 #include <fresco/images/filters.h>
+#include <fresco/numerics/bilinear.h>
 
 #include <algorithm>
 #include <cmath>
@@ -169,17 +170,10 @@ void fill(RasterF& fine, const Raster8& covered, const RasterF& coarse)
         {
             if (covered.at(x, y) != 0)
                 continue;
-            const float px = std::clamp((static_cast<float>(x) + 0.5F) / 2 - 0.5F, 0.0F, static_cast<float>(coarse.width - 1));
-            const float py = std::clamp((static_cast<float>(y) + 0.5F) / 2 - 0.5F, 0.0F, static_cast<float>(coarse.height - 1));
-            const int x0 = static_cast<int>(px);
-            const int y0 = static_cast<int>(py);
-            const int x1 = std::min(x0 + 1, coarse.width - 1);
-            const int y1 = std::min(y0 + 1, coarse.height - 1);
-            const float fx = px - static_cast<float>(x0);
-            const float fy = py - static_cast<float>(y0);
+            const auto column = numerics::between<float>((static_cast<float>(x) + 0.5F) / 2 - 0.5F, coarse.width);
+            const auto row = numerics::between<float>((static_cast<float>(y) + 0.5F) / 2 - 0.5F, coarse.height);
             for (int c = 0; c < fine.channels; ++c)
-                fine.at(x, y, c) = (coarse.at(x0, y0, c) * (1 - fx) + coarse.at(x1, y0, c) * fx) * (1 - fy) +
-                                   (coarse.at(x0, y1, c) * (1 - fx) + coarse.at(x1, y1, c) * fx) * fy;
+                fine.at(x, y, c) = numerics::bilinear(column, row, [&](int u, int v) { return coarse.at(u, v, c); });
         }
 }
 

@@ -20,21 +20,9 @@ float linear(float step)
     return step <= 0.04045F ? step / 12.92F : std::pow((step + 0.055F) / 1.055F, 2.4F);
 }
 
-float displayed(float light)
-{
-    const float v = light <= 0.0031308F ? 12.92F * light : 1.055F * std::pow(light, 1 / 2.4F) - 0.055F;
-    return std::clamp(v, 0.0F, 1.0F);
-}
-
 float curve(float t)
 {
     return t > curve_end ? std::cbrt(t) : (slope * t + 16) / 116;
-}
-
-float curve_back(float f)
-{
-    const float cube = f * f * f;
-    return cube > curve_end ? cube : (116 * f - 16) / slope;
 }
 
 Vec3f lab_from_linear(float r, float g, float b)
@@ -51,16 +39,6 @@ Vec3f lab_from_rgb(Vec3f rgb)
 {
     const auto light = [](float step) { return linear(std::clamp(step, 0.0F, 1.0F)); };
     return lab_from_linear(light(rgb.x), light(rgb.y), light(rgb.z));
-}
-
-Vec3f rgb_from_lab(Vec3f lab)
-{
-    const float fy = (lab.x + 16) / 116;
-    const float x = white_x * curve_back(fy + lab.y / 500);
-    const float y = curve_back(fy);
-    const float z = white_z * curve_back(fy - lab.z / 200);
-    return {displayed(3.240479F * x - 1.537150F * y - 0.498535F * z), displayed(-0.969256F * x + 1.875992F * y + 0.041556F * z),
-            displayed(0.055648F * x - 0.204043F * y + 1.057311F * z)};
 }
 
 RasterF lab_picture(const Raster8& rgb)
@@ -110,27 +88,18 @@ void rotate(Mat3& a, Mat3& v, int p, int q)
     const double t = (theta >= 0 ? 1.0 : -1.0) / (std::abs(theta) + std::sqrt(theta * theta + 1));
     const double c = 1 / std::sqrt(t * t + 1);
     const double s = t * c;
-    for (int k = 0; k < 3; ++k)
+    const auto turn = [&](double& x, double& y)
     {
-        const double kp = a(k, p);
-        const double kq = a(k, q);
-        a(k, p) = c * kp - s * kq;
-        a(k, q) = s * kp + c * kq;
-    }
+        const double before = x;
+        x = c * before - s * y;
+        y = s * before + c * y;
+    };
     for (int k = 0; k < 3; ++k)
-    {
-        const double pk = a(p, k);
-        const double qk = a(q, k);
-        a(p, k) = c * pk - s * qk;
-        a(q, k) = s * pk + c * qk;
-    }
+        turn(a(k, p), a(k, q));
     for (int k = 0; k < 3; ++k)
-    {
-        const double kp = v(k, p);
-        const double kq = v(k, q);
-        v(k, p) = c * kp - s * kq;
-        v(k, q) = s * kp + c * kq;
-    }
+        turn(a(p, k), a(q, k));
+    for (int k = 0; k < 3; ++k)
+        turn(v(k, p), v(k, q));
     a(p, q) = a(q, p) = 0;
 }
 

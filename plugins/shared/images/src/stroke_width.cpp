@@ -1,7 +1,8 @@
 #include <fresco/images/stroke_width.h>
 
 #include <fresco/images/lab.h>
-#include <fresco/parallel.h>
+#include <fresco/numerics/bilinear.h>
+#include <fresco/parallel_items.h>
 
 #include <algorithm>
 #include <array>
@@ -104,14 +105,10 @@ double stroke_width_px(const Raster8& rgb, const Progress& progress)
     const int columns = 2 * reach + 1;
     // dy from 0 on; the other half is its mirror image.
     std::vector<double> correlations(static_cast<std::size_t>(columns) * static_cast<std::size_t>(reach + 1));
-    parallel_for(correlations.size(), 32, progress.threads(),
-                 [&](std::size_t begin, std::size_t end)
-                 {
-                     progress.check_canceled();
-                     for (std::size_t i = begin; i < end; ++i)
-                         correlations[i] =
-                             correlation(gray, static_cast<int>(i) % columns - reach, static_cast<int>(i) / columns);
-                 });
+    parallel_items(correlations.size(), 32, progress,
+                   [&](std::size_t i) {
+                       correlations[i] = correlation(gray, static_cast<int>(i) % columns - reach, static_cast<int>(i) / columns);
+                   });
     const auto at = [&](int x, int y)
     {
         if (y < 0)
@@ -131,14 +128,8 @@ double stroke_width_px(const Raster8& rgb, const Progress& progress)
         for (int step = 1; step < (reach - 1) * steps_per_pixel; ++step)
         {
             const double r = static_cast<double>(step) / steps_per_pixel;
-            const double x = r * std::cos(angle);
-            const double y = r * std::sin(angle);
-            const int x0 = static_cast<int>(std::floor(x));
-            const int y0 = static_cast<int>(std::floor(y));
-            const double fx = x - x0;
-            const double fy = y - y0;
-            const double value = (at(x0, y0) * (1 - fx) + at(x0 + 1, y0) * fx) * (1 - fy) +
-                                 (at(x0, y0 + 1) * (1 - fx) + at(x0 + 1, y0 + 1) * fx) * fy;
+            const double value =
+                numerics::bilinear(numerics::between(r * std::cos(angle)), numerics::between(r * std::sin(angle)), at);
             if (value <= half)
             {
                 least = std::min(least, r - (half - value) / (before - value) / steps_per_pixel);

@@ -1,4 +1,5 @@
 #include "catch.h"
+#include "rgb_from_lab.h"
 
 #include <fresco/images/lab.h>
 #include <fresco/random.h>

@@ -1,5 +1,6 @@
 #include <fresco/layered_texture/layer_view.h>
 #include <fresco/layered_texture/layered_texture.h>
+#include <fresco/numerics/bilinear.h>
 #include <fresco/parallel.h>
 #include <fresco/torch/tensor.h>
 #include <fresco/torch/tensor_memory.h>
@@ -21,38 +22,6 @@
 namespace fresco
 {
 
-/// Looks a uv map up in every layer by libtorch's operators, where the parameters lie: what LayerView does, with the same sums in
-/// the same order. Making it waits for the current stream, looking up and gathering do not. Holds the layers' tensors, which
-/// share memory with the parameters. Memory: about 50 bytes per valid pixel and layer, and 16 per touched texel.
-class DeviceView final : public TextureView
-{
-  public:
-    DeviceView(const UvMap& map, const std::vector<TextureParameter>& parameters, const std::vector<int>& sizes, TexelGrid grid);
-
-    torch::Tensor render() const override;
-    std::vector<SparseGradient> gradient(const torch::Tensor& picture_gradient) const override;
-
-  private:
-    struct Layer
-    {
-        int size = 0;
-        torch::Tensor values;   ///< S² x 3
-        torch::Tensor base;     ///< V, int32: the upper left texel of each valid pixel.
-        torch::Tensor right;    ///< V x 1: the share of the right texels …
-        torch::Tensor down;     ///< … and of the lower ones.
-        torch::Tensor texels;   ///< T, int64: touched, ascending.
-        torch::Tensor offsets;  ///< T + 1, int64: where each one's lookups begin.
-        torch::Tensor pixels;   ///< L, int32: of each lookup, texel by texel.
-        torch::Tensor weights;  ///< L x 1
-    };
-    static Layer layer(const torch::Tensor& uv, const torch::Tensor& values, int size, TexelGrid grid);
-
-    std::int64_t width_ = 0;
-    std::int64_t height_ = 0;
-    torch::Tensor pixels_;  ///< V, int64: the valid ones.
-    std::vector<Layer> layers_;
-};
-
 namespace
 {
 
@@ -73,85 +42,106 @@ std::pair<torch::Tensor, torch::Tensor> place(const torch::Tensor& coordinate, i
     return {first, x - first};
 }
 
-}  // namespace
-
-DeviceView::Layer DeviceView::layer(const torch::Tensor& uv, const torch::Tensor& values, int size, TexelGrid grid)
+/// Looks a uv map up in every layer by libtorch's operators, where the parameters lie: what LayerView does, with the same sums in
+/// the same order. Making it waits for the current stream, looking up and gathering do not. Holds the layers' tensors, which
+/// share memory with the parameters. Memory: about 50 bytes per valid pixel and layer, and 16 per touched texel.
+class DeviceView final : public TextureView
 {
-    const auto [column, right] = place(uv.select(1, 0), size, grid);
-    const auto [row, down] = place(1 - uv.select(1, 1), size, grid);
-    Layer result;
-    result.size = size;
-    result.values = values;
-    result.base = row * size + column;
-    result.right = right.unsqueeze(1);
-    result.down = down.unsqueeze(1);
-
-    const auto& base = result.base;
-    const auto texels = at::stack({base, base + 1, base + size, base + (size + 1)}, 1).flatten();
-    const auto left = 1 - right;
-    const auto up = 1 - down;
-    const auto weights = at::stack({left * up, right * up, left * down, right * down}, 1).flatten();
-    const auto used = (weights > 0).nonzero().flatten();
-    const auto [sorted, order] = at::sort(texels.index_select(0, used), true, 0, false);
-    const auto lookups = used.index_select(0, order);
-    const auto [touched, inverse, counts] = at::unique_consecutive(sorted, false, true, 0);
-    result.texels = touched.to(at::kLong);
-    result.offsets = at::cat({at::zeros({1}, counts.options()), counts.cumsum(0)});
-    result.pixels = lookups.div(4, "floor").to(at::kInt);
-    result.weights = weights.index_select(0, lookups).unsqueeze(1);
-    return result;
-}
-
-DeviceView::DeviceView(const UvMap& map, const std::vector<TextureParameter>& parameters, const std::vector<int>& sizes,
-                       TexelGrid grid)
-{
-    const auto valid = valid_pixels(map);
-    width_ = valid.width;
-    height_ = valid.height;
-    const auto device = parameters.at(0).values.device();
-    pixels_ = sent_to(as_tensor<std::int64_t>(valid.pixels, at::kLong), device);
-    const auto uv = sent_to(as_tensor<float>(valid.uv, at::kFloat), device).view({-1, 2});
-    for (std::size_t i = 0; i < sizes.size(); ++i)
-        layers_.push_back(layer(uv, parameters[i].values, sizes[i], grid));
-}
-
-torch::Tensor DeviceView::render() const
-{
-    const at::NoGradGuard no_gradient;
-    auto sums = at::zeros({pixels_.numel(), 3}, pixels_.options().dtype(at::kFloat));
-    for (const auto& layer : layers_)
+  public:
+    DeviceView(const UvMap& map, const std::vector<TextureParameter>& parameters, const std::vector<int>& sizes, TexelGrid grid)
     {
-        const auto left = 1 - layer.right;
-        const auto row = [&](int below)
+        const auto valid = valid_pixels(map);
+        width_ = valid.width;
+        height_ = valid.height;
+        const auto device = parameters.at(0).values.device();
+        pixels_ = sent_to(as_tensor<std::int64_t>(valid.pixels, at::kLong), device);
+        const auto uv = sent_to(as_tensor<float>(valid.uv, at::kFloat), device).view({-1, 2});
+        for (std::size_t i = 0; i < sizes.size(); ++i)
+            layers_.push_back(layer(uv, parameters[i].values, sizes[i], grid));
+    }
+
+    torch::Tensor render() const override
+    {
+        const at::NoGradGuard no_gradient;
+        auto sums = at::zeros({pixels_.numel(), 3}, pixels_.options().dtype(at::kFloat));
+        for (const auto& layer : layers_)
         {
-            const auto upper = layer.base + below;
-            return layer.values.index_select(0, upper).mul_(left).add_(layer.values.index_select(0, upper + 1).mul_(layer.right));
-        };
-        sums.add_(row(0).mul_(1 - layer.down).add_(row(layer.size).mul_(layer.down)));
+            const auto left = 1 - layer.right;
+            const auto row = [&](int below)
+            {
+                const auto upper = layer.base + below;
+                return layer.values.index_select(0, upper).mul_(left).add_(
+                    layer.values.index_select(0, upper + 1).mul_(layer.right));
+            };
+            sums.add_(row(0).mul_(1 - layer.down).add_(row(layer.size).mul_(layer.down)));
+        }
+        return at::zeros({3, height_ * width_}, sums.options()).index_copy_(1, pixels_, sums.t()).view({3, height_, width_});
     }
-    return at::zeros({3, height_ * width_}, sums.options()).index_copy_(1, pixels_, sums.t()).view({3, height_, width_});
-}
 
-std::vector<SparseGradient> DeviceView::gradient(const torch::Tensor& picture_gradient) const
-{
-    const at::NoGradGuard no_gradient;
-    if (picture_gradient.dim() != 3 || picture_gradient.size(0) != 3 || picture_gradient.size(1) != height_ ||
-        picture_gradient.size(2) != width_)
-        throw std::invalid_argument("the gradient of a view has the shape of its picture, 3 x H x W");
-    const auto at_pixels =
-        sent_to(picture_gradient.to(at::kFloat), pixels_.device()).reshape({3, -1}).index_select(1, pixels_).t().contiguous();
-    std::vector<SparseGradient> result;
-    for (const auto& layer : layers_)
+    std::vector<SparseGradient> gradient(const torch::Tensor& picture_gradient) const override
     {
-        const auto shares = at_pixels.index_select(0, layer.pixels).mul_(layer.weights);
-        // Without its checks, which would have to wait. One sum after the other within a texel, so that no order is left open.
-        result.push_back({layer.texels, at::segment_reduce(shares, "sum", {}, {}, layer.offsets, 0, true)});
+        const at::NoGradGuard no_gradient;
+        if (picture_gradient.dim() != 3 || picture_gradient.size(0) != 3 || picture_gradient.size(1) != height_ ||
+            picture_gradient.size(2) != width_)
+            throw std::invalid_argument("the gradient of a view has the shape of its picture, 3 x H x W");
+        const auto at_pixels =
+            sent_to(picture_gradient.to(at::kFloat), pixels_.device()).reshape({3, -1}).index_select(1, pixels_).t().contiguous();
+        std::vector<SparseGradient> result;
+        for (const auto& layer : layers_)
+        {
+            const auto shares = at_pixels.index_select(0, layer.pixels).mul_(layer.weights);
+            // Without its checks, which would have to wait. One sum after the other within a texel, so that no order is left
+            // open.
+            result.push_back({layer.texels, at::segment_reduce(shares, "sum", {}, {}, layer.offsets, 0, true)});
+        }
+        return result;
     }
-    return result;
-}
 
-namespace
-{
+  private:
+    struct Layer
+    {
+        int size = 0;
+        torch::Tensor values;   ///< S² x 3
+        torch::Tensor base;     ///< V, int32: the upper left texel of each valid pixel.
+        torch::Tensor right;    ///< V x 1: the share of the right texels …
+        torch::Tensor down;     ///< … and of the lower ones.
+        torch::Tensor texels;   ///< T, int64: touched, ascending.
+        torch::Tensor offsets;  ///< T + 1, int64: where each one's lookups begin.
+        torch::Tensor pixels;   ///< L, int32: of each lookup, texel by texel.
+        torch::Tensor weights;  ///< L x 1
+    };
+    static Layer layer(const torch::Tensor& uv, const torch::Tensor& values, int size, TexelGrid grid)
+    {
+        const auto [column, right] = place(uv.select(1, 0), size, grid);
+        const auto [row, down] = place(1 - uv.select(1, 1), size, grid);
+        Layer result;
+        result.size = size;
+        result.values = values;
+        result.base = row * size + column;
+        result.right = right.unsqueeze(1);
+        result.down = down.unsqueeze(1);
+
+        const auto& base = result.base;
+        const auto texels = at::stack({base, base + 1, base + size, base + (size + 1)}, 1).flatten();
+        const auto left = 1 - right;
+        const auto up = 1 - down;
+        const auto weights = at::stack({left * up, right * up, left * down, right * down}, 1).flatten();
+        const auto used = (weights > 0).nonzero().flatten();
+        const auto [sorted, order] = at::sort(texels.index_select(0, used), true, 0, false);
+        const auto lookups = used.index_select(0, order);
+        const auto [touched, inverse, counts] = at::unique_consecutive(sorted, false, true, 0);
+        result.texels = touched.to(at::kLong);
+        result.offsets = at::cat({at::zeros({1}, counts.options()), counts.cumsum(0)});
+        result.pixels = lookups.div(4, "floor").to(at::kInt);
+        result.weights = weights.index_select(0, lookups).unsqueeze(1);
+        return result;
+    }
+
+    std::int64_t width_ = 0;
+    std::int64_t height_ = 0;
+    torch::Tensor pixels_;  ///< V, int64: the valid ones.
+    std::vector<Layer> layers_;
+};
 
 constexpr std::size_t pixels_per_piece = 8192;
 
@@ -237,20 +227,12 @@ RasterF on_centers(const RasterF& layer)
     {
         const float x = (static_cast<float>(i) + 0.5F) * step;
         const int first = std::min(static_cast<int>(x), layer.width - 2);
-        return std::pair(first, x - static_cast<float>(first));
+        return numerics::Between<float>{first, first + 1, x - static_cast<float>(first)};
     };
     for (int y = 0; y < layer.height; ++y)
         for (int x = 0; x < layer.width; ++x)
-        {
-            const auto [column, right] = at(x);
-            const auto [row, down] = at(y);
             for (int c = 0; c < layer.channels; ++c)
-            {
-                const float top = layer.at(column, row, c) * (1 - right) + layer.at(column + 1, row, c) * right;
-                const float bottom = layer.at(column, row + 1, c) * (1 - right) + layer.at(column + 1, row + 1, c) * right;
-                result.at(x, y, c) = top * (1 - down) + bottom * down;
-            }
-        }
+                result.at(x, y, c) = numerics::bilinear(at(x), at(y), [&](int u, int v) { return layer.at(u, v, c); });
     return result;
 }
 

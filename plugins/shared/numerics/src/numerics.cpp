@@ -13,6 +13,30 @@
 namespace fresco::numerics
 {
 
+double cosine_deg(double degrees)
+{
+    return std::cos(degrees * std::numbers::pi / 180);
+}
+
+std::vector<std::uint32_t> number_by_first(std::span<std::uint32_t> numbers, std::size_t end)
+{
+    constexpr std::uint32_t none = 0xffffffffU;
+    std::vector<std::uint32_t> number_of(end, none);
+    std::vector<std::uint32_t> stood_for;
+    for (std::uint32_t& number : numbers)
+    {
+        if (number == none)
+            continue;
+        if (number_of[number] == none)
+        {
+            number_of[number] = static_cast<std::uint32_t>(stood_for.size());
+            stood_for.push_back(number);
+        }
+        number = number_of[number];
+    }
+    return stood_for;
+}
+
 void sort_by_upper_half(std::vector<std::uint64_t>& entries, std::uint32_t largest)
 {
     constexpr unsigned digit_bits = 11;
@@ -88,98 +112,58 @@ Mat3 rotation_of(double w, double x, double y, double z)
              2 * (y * z - w * x), 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)}};
 }
 
-namespace
-{
-
-struct Direction
-{
-    double angle;
-    std::uint32_t index;
-    bool of_a;
-};
-
-/// Two directions of different sets that follow each other on the circle.
-struct Gap
-{
-    double angle;
-    std::size_t first, second;
-    bool operator>(const Gap& other) const { return std::tie(angle, first) > std::tie(other.angle, other.first); }
-};
-
-/// What is left of the circle. The nearest pair always stands side by side: anything between its two would be nearer to one.
-class Circle
-{
-  public:
-    explicit Circle(std::vector<Direction> directions)
-        : directions_(std::move(directions)), next_(directions_.size()), previous_(directions_.size()),
-          taken_(directions_.size(), false)
-    {
-        std::sort(directions_.begin(), directions_.end(),
-                  [](const Direction& x, const Direction& y)
-                  { return std::tie(x.angle, x.index, x.of_a) < std::tie(y.angle, y.index, y.of_a); });
-        const std::size_t count = directions_.size();
-        for (std::size_t i = 0; i < count; ++i)
-        {
-            next_[i] = (i + 1) % count;
-            previous_[next_[i]] = i;
-        }
-        for (std::size_t i = 0; i < count; ++i)
-            look_at(i, next_[i]);
-    }
-
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs()
-    {
-        std::vector<std::pair<std::uint32_t, std::uint32_t>> result;
-        while (!gaps_.empty())
-        {
-            const auto [angle, first, second] = gaps_.top();
-            gaps_.pop();
-            if (taken_[first] || taken_[second])
-                continue;
-            const auto& x = directions_[first];
-            const auto& y = directions_[second];
-            result.emplace_back(x.of_a ? x.index : y.index, x.of_a ? y.index : x.index);
-            take(first);
-            take(second);
-            if (!taken_[previous_[first]] && !taken_[next_[second]])
-                look_at(previous_[first], next_[second]);
-        }
-        return result;
-    }
-
-  private:
-    void take(std::size_t i)
-    {
-        taken_[i] = true;
-        next_[previous_[i]] = next_[i];
-        previous_[next_[i]] = previous_[i];
-    }
-
-    void look_at(std::size_t first, std::size_t second)
-    {
-        if (directions_[first].of_a == directions_[second].of_a)
-            return;
-        const double around = std::abs(directions_[first].angle - directions_[second].angle);
-        gaps_.push({std::min(around, 2 * std::numbers::pi - around), first, second});
-    }
-
-    std::vector<Direction> directions_;
-    std::vector<std::size_t> next_, previous_;
-    std::vector<bool> taken_;
-    std::priority_queue<Gap, std::vector<Gap>, std::greater<>> gaps_;
-};
-
-}  // namespace
-
 std::vector<std::pair<std::uint32_t, std::uint32_t>> nearest_pairs(std::span<const double> a, std::span<const double> b)
 {
-    std::vector<Direction> directions;
-    directions.reserve(a.size() + b.size());
+    // What is left of the circle. The nearest pair always stands side by side: anything between its two would be nearer to one.
+    std::vector<std::tuple<double, std::uint32_t, bool>> circle;  // Angle, index, of `a`.
+    circle.reserve(a.size() + b.size());
     for (std::uint32_t i = 0; i < a.size(); ++i)
-        directions.push_back({a[i], i, true});
+        circle.emplace_back(a[i], i, true);
     for (std::uint32_t i = 0; i < b.size(); ++i)
-        directions.push_back({b[i], i, false});
-    return Circle(std::move(directions)).pairs();
+        circle.emplace_back(b[i], i, false);
+    std::sort(circle.begin(), circle.end());
+    const std::size_t count = circle.size();
+    std::vector<std::size_t> next(count), previous(count);
+    std::vector<bool> taken(count, false);
+
+    using Gap = std::tuple<double, std::size_t, std::size_t>;  // Its angle and the directions before and behind it.
+    std::priority_queue<Gap, std::vector<Gap>, std::greater<>> gaps;
+    const auto look_at = [&](std::size_t first, std::size_t second)
+    {
+        const auto& [angle, index, of_a] = circle[first];
+        const auto& [other_angle, other_index, other_of_a] = circle[second];
+        const double around = std::abs(angle - other_angle);
+        if (of_a != other_of_a)
+            gaps.emplace(std::min(around, 2 * std::numbers::pi - around), first, second);
+    };
+    for (std::size_t i = 0; i < count; ++i)
+    {
+        next[i] = (i + 1) % count;
+        previous[next[i]] = i;
+        look_at(i, next[i]);
+    }
+
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
+    while (!gaps.empty())
+    {
+        const auto [angle, first, second] = gaps.top();
+        gaps.pop();
+        if (taken[first] || taken[second])
+            continue;
+        const auto index = std::get<1>(circle[first]);
+        const auto other_index = std::get<1>(circle[second]);
+        const bool of_a = std::get<2>(circle[first]);
+        pairs.emplace_back(of_a ? index : other_index, of_a ? other_index : index);
+        for (const std::size_t i : {first, second})
+        {
+            taken[i] = true;
+            next[previous[i]] = next[i];
+            previous[next[i]] = previous[i];
+        }
+        if (!taken[previous[first]] && !taken[next[second]])
+            look_at(previous[first], next[second]);
+    }
+    return pairs;
 }
 
 }  // namespace fresco::numerics

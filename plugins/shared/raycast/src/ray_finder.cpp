@@ -1,6 +1,6 @@
 #include <fresco/raycast/ray_finder.h>
 
-#include <fresco/parallel.h>
+#include <fresco/parallel_items.h>
 
 #include <algorithm>
 #include <cstddef>
@@ -29,11 +29,10 @@ void RayFinder::find(std::span<const Camera> cameras, const Progress& progress, 
     for (std::size_t i = 0; i < cameras.size(); ++i)
         for (int row = 0; row < faces[i].height; row += rows_per_block)
             blocks.push_back({i, row, std::min(row + rows_per_block, faces[i].height)});
-    parallel_for(
-        blocks.size(), 1, progress.threads(),
-        [&](std::size_t block, std::size_t)
+    parallel_items(
+        blocks.size(), 1, progress,
+        [&](std::size_t block)
         {
-            progress.check_canceled();
             const Rows& rows = blocks[block];
             FaceMap& map = faces[rows.map];
             const auto width = static_cast<std::size_t>(map.width);

@@ -1,6 +1,7 @@
 #include <fresco/recordings/lens.h>
 
 #include <fresco/error.h>
+#include <fresco/numerics/bilinear.h>
 
 #include <algorithm>
 #include <cmath>
@@ -126,17 +127,12 @@ Raster8 undistorted(const Raster8& picture, const Intrinsics& camera, const Lens
         for (int x = 0; x < result.width; ++x)
         {
             const Vec2d at = source_position(from, lens, to, x + 0.5, y + 0.5);
-            // 0 where a position is no number too.
-            const double px = at.x > 0.5 ? std::min(at.x - 0.5, picture.width - 1.0) : 0.0;
-            const double py = at.y > 0.5 ? std::min(at.y - 0.5, picture.height - 1.0) : 0.0;
-            const int x0 = static_cast<int>(px), y0 = static_cast<int>(py);
-            const int x1 = std::min(x0 + 1, picture.width - 1), y1 = std::min(y0 + 1, picture.height - 1);
-            const double tx = px - x0, ty = py - y0;
+            const auto column = numerics::between<double>(at.x - 0.5, picture.width);
+            const auto row = numerics::between<double>(at.y - 0.5, picture.height);
             for (int c = 0; c < picture.channels; ++c)
             {
-                const double above = picture.at(x0, y0, c) * (1 - tx) + picture.at(x1, y0, c) * tx;
-                const double below = picture.at(x0, y1, c) * (1 - tx) + picture.at(x1, y1, c) * tx;
-                result.at(x, y, c) = static_cast<std::uint8_t>(above * (1 - ty) + below * ty + 0.5);
+                const double value = numerics::bilinear(column, row, [&](int u, int v) { return picture.at(u, v, c); });
+                result.at(x, y, c) = static_cast<std::uint8_t>(value + 0.5);
             }
         }
     return result;

@@ -175,24 +175,6 @@ constexpr std::size_t matrix_file_limit = 1U << 20U;
 constexpr double exactness = 1e-6;
 constexpr double rotation_tolerance = 1e-2;
 
-bool is_blank(char c)
-{
-    return c == ' ' || c == '\t' || c == '\r';
-}
-
-std::string_view next_word(std::string_view& line)
-{
-    std::size_t begin = 0;
-    while (begin < line.size() && is_blank(line[begin]))
-        ++begin;
-    std::size_t end = begin;
-    while (end < line.size() && !is_blank(line[end]))
-        ++end;
-    const auto word = line.substr(begin, end - begin);
-    line.remove_prefix(end);
-    return word;
-}
-
 double parse_number(std::string_view word, const std::string& place)
 {
     double number = 0;
@@ -209,7 +191,7 @@ double parse_number(std::string_view word, const std::string& place)
 std::vector<double> parse_row(std::string_view line, const std::string& place)
 {
     std::vector<double> row;
-    for (auto word = next_word(line); !word.empty(); word = next_word(line))
+    for (const auto word : words_of(line))
         row.push_back(parse_number(word, place));
     return row;
 }
@@ -221,15 +203,11 @@ std::string number_text(double number)
     return to_json(std::round(number * decimals) / decimals);
 }
 
-std::string shape_text(int rows, int columns)
-{
-    return fmt::format("{}x{}", rows, columns);
-}
-
 }  // namespace
 
 std::vector<double> parse_matrix_text(std::string_view text, int rows, int columns, std::string_view source)
 {
+    const std::string shape = fmt::format("{}x{}", rows, columns);
     std::vector<double> values;
     int rows_read = 0;
     for (int line_number = 1; !text.empty(); ++line_number)
@@ -242,15 +220,14 @@ std::vector<double> parse_matrix_text(std::string_view text, int rows, int colum
         if (row.empty())
             continue;
         if (rows_read == rows)
-            throw Error(place + ": expected a " + shape_text(rows, columns) + " matrix, but found another row");
+            throw Error(place + ": expected a " + shape + " matrix, but found another row");
         if (row.size() != static_cast<std::size_t>(columns))
-            throw Error(fmt::format("{}: {} numbers; a row of a {} matrix has {}", place, row.size(), shape_text(rows, columns),
-                                    columns));
+            throw Error(fmt::format("{}: {} numbers; a row of a {} matrix has {}", place, row.size(), shape, columns));
         values.insert(values.end(), row.begin(), row.end());
         ++rows_read;
     }
     if (rows_read != rows)
-        throw Error(fmt::format("{}: {} rows; expected a {} matrix", source, rows_read, shape_text(rows, columns)));
+        throw Error(fmt::format("{}: {} rows; expected a {} matrix", source, rows_read, shape));
     return values;
 }
 

@@ -6,8 +6,7 @@
 #include <fresco/value.h>
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
+#include <fmt/format.h>
 #include <set>
 
 namespace fresco
@@ -27,12 +26,6 @@ void check_names(const Regions& regions, std::string_view source)
             throw Error(std::string(source) + ": face " + std::to_string(f) + " has the label " +
                         std::to_string(regions.label_of_face[f]) + "; expected less than " +
                         std::to_string(regions.names.size()));
-}
-
-std::string percent(double share)
-{
-    char text[32];
-    return {text, std::to_chars(text, text + sizeof text, 100 * share, std::chars_format::fixed, 1).ptr};
 }
 
 }  // namespace
@@ -120,7 +113,7 @@ void report_regions(const Regions& regions, const Mesh& mesh, RunContext& run)
     {
         const double share = total > 0 ? areas[i] / total : 0;
         shares.emplace_back(regions.names[i], share);
-        text += (i == 0 ? "" : ", ") + regions.names[i] + " " + percent(share) + "%";
+        text += fmt::format("{}{} {:.1f}%", i == 0 ? "" : ", ", regions.names[i], 100 * share);
     }
     run.report("area_share", std::move(shares));
     run.message("share of the surface: " + text);

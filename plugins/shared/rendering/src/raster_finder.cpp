@@ -1,6 +1,7 @@
 #include <fresco/rendering/raster_finder.h>
 
 #include <fresco/parallel.h>
+#include <fresco/parallel_items.h>
 
 #include <algorithm>
 #include <cstddef>
@@ -61,13 +62,8 @@ void project_all(const std::vector<Vec3f>& positions, const IntoCamera& into_cam
                  const Progress& progress, std::vector<Projected>& projected)
 {
     projected.resize(positions.size());
-    parallel_for(positions.size(), vertices_per_block, progress.threads(),
-                 [&](std::size_t begin, std::size_t end)
-                 {
-                     progress.check_canceled();
-                     for (std::size_t v = begin; v < end; ++v)
-                         projected[v] = frustum.project(into_camera.point(positions[v]));
-                 });
+    parallel_items(positions.size(), vertices_per_block, progress,
+                   [&](std::size_t v) { projected[v] = frustum.project(into_camera.point(positions[v])); });
 }
 
 namespace

@@ -1,4 +1,5 @@
 #include <fresco/error.h>
+#include <fresco/numerics/bilinear.h>
 #include <fresco/parallel.h>
 #include <fresco/rendering/raster_finder.h>
 #include <fresco/rendering/view_renderer.h>
@@ -98,18 +99,9 @@ MipMaps::Color loaded(const std::uint16_t* texel)
 template <class T>
 MipMaps::Color sampled(const Raster<T>& texels, Vec2d uv)
 {
-    const double x = std::clamp(uv.x * texels.width - 0.5, 0.0, texels.width - 1.0);
-    const double y = std::clamp((1 - uv.y) * texels.height - 0.5, 0.0, texels.height - 1.0);
-    const int x0 = static_cast<int>(x);
-    const int y0 = static_cast<int>(y);
-    const int x1 = std::min(x0 + 1, texels.width - 1);
-    const int y1 = std::min(y0 + 1, texels.height - 1);
-    const auto texel = [&](int tx, int ty) { return loaded(&texels.at(tx, ty)); };
-    const auto right = static_cast<float>(x - x0);
-    const auto down = static_cast<float>(y - y0);
-    const MipMaps::Color top = texel(x0, y0) * (1 - right) + texel(x1, y0) * right;
-    const MipMaps::Color bottom = texel(x0, y1) * (1 - right) + texel(x1, y1) * right;
-    return top * (1 - down) + bottom * down;
+    return numerics::bilinear(numerics::between<float>(uv.x * texels.width - 0.5, texels.width),
+                              numerics::between<float>((1 - uv.y) * texels.height - 0.5, texels.height),
+                              [&](int x, int y) { return loaded(&texels.at(x, y)); });
 }
 }  // namespace
 

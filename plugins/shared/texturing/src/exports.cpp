@@ -3,6 +3,7 @@
 #include <fresco/mesh.h>
 #include <fresco/npy.h>
 #include <fresco/texturing/exports.h>
+#include <fresco/texturing/texel_faces.h>
 #include <fresco/texturing/texture_pictures.h>
 
 #include <algorithm>
@@ -207,11 +208,13 @@ std::string PictureOptions::write(const TexturedMesh& textured, const std::files
 
 namespace
 {
+/// A corner's position, texcoord and color.
+using CornerKey = std::array<float, 6>;
+
 /// Of the values' bits; -0 counts as 0.
-template <std::size_t N>
-struct FloatsHash
+struct CornerHash
 {
-    std::size_t operator()(const std::array<float, N>& values) const
+    std::size_t operator()(const CornerKey& values) const
     {
         std::uint64_t hash = 0x9e3779b97f4a7c15U;
         for (const float v : values)
@@ -224,34 +227,8 @@ struct FloatsHash
     }
 };
 
-/// Numbers equal keys equally, by first use.
-template <std::size_t N>
-class Numbering
-{
-  public:
-    explicit Numbering(std::size_t expected) { numbers_.reserve(expected); }
-    std::uint32_t number(const std::array<float, N>& key)
-    {
-        return numbers_.try_emplace(key, static_cast<std::uint32_t>(numbers_.size())).first->second;
-    }
-
-  private:
-    std::unordered_map<std::array<float, N>, std::uint32_t, FloatsHash<N>> numbers_;
-};
-
-/// V: the mesh's vertices with equal positions share a number.
-std::vector<std::uint32_t> position_numbers(const Mesh& mesh)
-{
-    Numbering<3> numbering(mesh.positions.size());
-    std::vector<std::uint32_t> numbers;
-    numbers.reserve(mesh.positions.size());
-    for (const Vec3f p : mesh.positions)
-        numbers.push_back(numbering.number({p.x, p.y, p.z}));
-    return numbers;
-}
-
-/// One normal per position number; straight up where the faces around cancel or have no area.
-std::vector<Vec3f> position_normals(const Mesh& mesh, const std::vector<std::uint32_t>& numbers)
+/// The normal of each vertex that stands for all at its position; straight up where the faces around cancel or have no area.
+std::vector<Vec3f> position_normals(const Mesh& mesh, const std::vector<std::uint32_t>& welded_vertex)
 {
     std::vector<Vec3d> sums(mesh.positions.size());
     for (const Triangle& t : mesh.triangles)
@@ -259,7 +236,7 @@ std::vector<Vec3f> position_normals(const Mesh& mesh, const std::vector<std::uin
         const Vec3d a = vec_cast<double>(mesh.positions[t[0]]);
         const Vec3d twice_area = cross(vec_cast<double>(mesh.positions[t[1]]) - a, vec_cast<double>(mesh.positions[t[2]]) - a);
         for (const std::uint32_t v : t)
-            sums[numbers[v]] += twice_area;
+            sums[welded_vertex[v]] += twice_area;
     }
     std::vector<Vec3f> normals;
     normals.reserve(sums.size());
@@ -271,9 +248,10 @@ std::vector<Vec3f> position_normals(const Mesh& mesh, const std::vector<std::uin
 
 WeldedMesh weld(const Mesh& mesh, bool with_colors)
 {
-    const std::vector<std::uint32_t> numbers = position_numbers(mesh);
-    const std::vector<Vec3f> normals = position_normals(mesh, numbers);
-    Numbering<6> numbering(mesh.positions.size());
+    const std::vector<std::uint32_t> welded_vertex = welded_vertices(mesh);
+    const std::vector<Vec3f> normals = position_normals(mesh, welded_vertex);
+    std::unordered_map<CornerKey, std::uint32_t, CornerHash> numbers;
+    numbers.reserve(mesh.positions.size());
     const bool keeps_colors = with_colors && !mesh.colors.empty();
     WeldedMesh welded;
     welded.indices.reserve(mesh.triangles.size() * 3);
@@ -284,17 +262,18 @@ WeldedMesh weld(const Mesh& mesh, bool with_colors)
         const Vec2f uv = mesh.texcoords.empty() ? Vec2f{} : mesh.texcoords[corner];
         const Rgb8 color = keeps_colors ? mesh.colors[vertex] : Rgb8{};
         const auto color_number = static_cast<float>(color[0] << 16U | color[1] << 8U | color[2]);
-        const std::uint32_t index = numbering.number({p.x, p.y, p.z, uv.x, uv.y, color_number});
-        if (index == welded.positions.size())
+        const auto [entry, is_new] = numbers.try_emplace(CornerKey{p.x, p.y, p.z, uv.x, uv.y, color_number},
+                                                         static_cast<std::uint32_t>(welded.positions.size()));
+        if (is_new)
         {
             welded.positions.push_back(p);
             if (!mesh.texcoords.empty())
                 welded.texcoords.push_back(uv);
             if (keeps_colors)
                 welded.colors.push_back(color);
-            welded.normals.push_back(normals[numbers[vertex]]);
+            welded.normals.push_back(normals[welded_vertex[vertex]]);
         }
-        welded.indices.push_back(index);
+        welded.indices.push_back(entry->second);
     }
     return welded;
 }
@@ -333,13 +312,15 @@ std::vector<Vec2f> vertex_texcoords(const Mesh& mesh)
     return result;
 }
 
+constexpr std::string_view ply_beginning = "ply\nformat binary_little_endian 1.0\n";
+
 std::vector<std::byte> split_ply(const Mesh& mesh, const std::string& comment)
 {
     Bytes out;
-    out.put_text(fmt::format("ply\nformat binary_little_endian 1.0\n{}element vertex {}\n"
+    out.put_text(fmt::format("{}{}element vertex {}\n"
                              "property float x\nproperty float y\nproperty float z\nproperty float s\nproperty float t\n{}"
                              "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
-                             comment, mesh.positions.size(),
+                             ply_beginning, comment, mesh.positions.size(),
                              mesh.colors.empty() ? "" : "property uchar red\nproperty uchar green\nproperty uchar blue\n",
                              mesh.triangles.size()));
     out.reserve(1024 + mesh.positions.size() * 23 + mesh.triangles.size() * 13);
@@ -357,16 +338,6 @@ std::vector<std::byte> split_ply(const Mesh& mesh, const std::string& comment)
         out.put(t);
     }
     return out.take();
-}
-
-std::vector<std::byte> with_comment(const std::vector<std::byte>& ply, const std::string& comment)
-{
-    const std::string first_lines = "ply\nformat binary_little_endian 1.0\n";
-    std::vector<std::byte> result(ply.begin(), ply.begin() + static_cast<std::ptrdiff_t>(first_lines.size()));
-    const auto raw = std::as_bytes(std::span(comment));
-    result.insert(result.end(), raw.begin(), raw.end());
-    result.insert(result.end(), ply.begin() + static_cast<std::ptrdiff_t>(first_lines.size()), ply.end());
-    return result;
 }
 }  // namespace
 
@@ -399,7 +370,12 @@ Mesh arranged(const Mesh& mesh, const std::vector<Rgb8>& colors, PlyTexcoords te
 std::vector<std::byte> textured_ply(const Mesh& mesh, PlyTexcoords texcoords, const std::string& picture)
 {
     const std::string comment = picture.empty() ? "" : "comment TextureFile " + picture + "\n";
-    return texcoords == PlyTexcoords::vertex ? split_ply(mesh, comment) : with_comment(to_ply(mesh), comment);
+    if (texcoords == PlyTexcoords::vertex)
+        return split_ply(mesh, comment);
+    auto ply = to_ply(mesh);
+    const auto text = std::as_bytes(std::span(comment));
+    ply.insert(ply.begin() + ply_beginning.size(), text.begin(), text.end());
+    return ply;
 }
 
 }  // namespace fresco::texturing

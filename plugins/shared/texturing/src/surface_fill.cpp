@@ -1,6 +1,5 @@
-#include "nearest_point.h"
-
 #include <fresco/error.h>
+#include <fresco/geometry/surface_search.h>
 #include <fresco/math.h>
 #include <fresco/texturing/surface_fill.h>
 #include <fresco/texturing/texel_faces.h>
@@ -41,18 +40,8 @@ struct TexelGraph
     }
 };
 
-/// The finest level: the covered texels that were not seen (free), and the seen ones beside them (fixed, with their color).
-/// `seen`: S x S; `rgb`: S x S x 3.
-TexelGraph texel_graph(const Charts& charts, const TexelFaces& faces, std::span<const std::uint8_t> seen,
-                       std::span<const float> rgb);
-
-/// Groups of 2 x 2 places of one chart; sets finer.parent. A group with a fixed node is fixed, at the mean of these.
-TexelGraph coarser_graph(TexelGraph& finer);
-
-/// N: 1 for free nodes from which no chain of links leads to a fixed one.
-std::vector<std::uint8_t> orphans(const TexelGraph& graph);
-
-/// Makes the nodes and links of the finest level.
+/// Makes the nodes and links of the finest level: the covered texels that were not seen (free), and the seen ones beside them
+/// (fixed, with their color). `seen`: S x S; `rgb`: S x S x 3.
 class FinestGraph
 {
   public:
@@ -203,12 +192,8 @@ void gather_links(const TexelGraph& finer, TexelGraph& coarse)
     std::vector<std::size_t> end(coarse.first_link.begin(), coarse.first_link.end() - 1);
     for_each_link([&](std::uint32_t group, std::uint32_t other) { coarse.links[end[group]++] = other; });
 }
-TexelGraph texel_graph(const Charts& charts, const TexelFaces& faces, std::span<const std::uint8_t> seen,
-                       std::span<const float> rgb)
-{
-    return FinestGraph(charts, faces, seen, rgb).build();
-}
 
+/// Groups of 2 x 2 places of one chart; sets finer.parent. A group with a fixed node is fixed, at the mean of these.
 TexelGraph coarser_graph(TexelGraph& finer)
 {
     TexelGraph coarse = group_nodes(finer);
@@ -217,6 +202,7 @@ TexelGraph coarser_graph(TexelGraph& finer)
     return coarse;
 }
 
+/// N: 1 for free nodes from which no chain of links leads to a fixed one.
 std::vector<std::uint8_t> orphans(const TexelGraph& graph)
 {
     // From the free nodes beside a fixed one inwards; links between free nodes run both ways.
@@ -257,7 +243,7 @@ constexpr std::size_t nodes_per_check = std::size_t{1} << 20U;
 /// One color and one point of the seen surface per patch.
 struct SeenSamples
 {
-    std::vector<Vec3f> points;
+    Mesh points;  ///< A face without area for each.
     std::vector<Vec3f> colors;
 };
 
@@ -282,7 +268,9 @@ SeenSamples sample_seen(const Mesh& mesh, const TexelFaces& faces, const std::ve
             if (patch.empty())
                 continue;
             const std::size_t middle = patch[patch.size() / 2];
-            samples.points.push_back(texel_position(mesh, faces, middle));
+            const auto point = static_cast<std::uint32_t>(samples.points.positions.size());
+            samples.points.positions.push_back(texel_position(mesh, faces, middle));
+            samples.points.triangles.push_back({point, point, point});
             samples.colors.push_back({rgb.values[3 * middle], rgb.values[3 * middle + 1], rgb.values[3 * middle + 2]});
         }
     return samples;
@@ -296,11 +284,12 @@ void anchor_orphans(TexelGraph& graph, const Mesh& mesh, const TexelFaces& faces
     if (std::find(orphan.begin(), orphan.end(), std::uint8_t{1}) == orphan.end())
         return;
     const SeenSamples samples = sample_seen(mesh, faces, seen, rgb);
-    const NearestPoint nearest(samples.points);
+    const geometry::SurfaceSearch search(samples.points);
     for (std::size_t node = 0; node < graph.count(); ++node)
         if (orphan[node])
         {
-            graph.color[node] = samples.colors[nearest.find(texel_position(mesh, faces, graph.some_texel[node]))];
+            const Vec3d point = vec_cast<double>(texel_position(mesh, faces, graph.some_texel[node]));
+            graph.color[node] = samples.colors[search.nearest(point).face];
             graph.fixed[node] = 1;
         }
 }
@@ -374,7 +363,7 @@ std::size_t fill_unseen(const Mesh& mesh, const Charts& charts, const TexelFaces
     if (seen_count == covered_count)
         return 0;
     std::vector<TexelGraph> levels;
-    levels.push_back(texel_graph(charts, faces, seen, rgb.values));
+    levels.push_back(FinestGraph(charts, faces, seen, rgb.values).build());
     while (levels.size() <= orphan_level || (levels.back().count() > enough_nodes && levels.back().size > 1))
     {
         progress.check_canceled();

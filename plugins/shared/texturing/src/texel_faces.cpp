@@ -91,12 +91,8 @@ Charts find_charts(const Mesh& mesh)
         else
             charts.seams.push_back({a.face, b.face, a.uv, b.uv});
     }
-    charts.of_face.resize(mesh.triangles.size());
-    for (std::uint32_t face = 0; face < charts.of_face.size(); ++face)
-    {
-        const std::uint32_t root = sets.find(face);
-        charts.of_face[face] = root == face ? charts.count++ : charts.of_face[root];
-    }
+    charts.of_face = sets.numbers();
+    charts.count = static_cast<std::uint32_t>(sets.count());
     return charts;
 }
 

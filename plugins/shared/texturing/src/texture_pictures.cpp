@@ -1,5 +1,6 @@
 #include <fresco/error.h>
 #include <fresco/parallel.h>
+#include <fresco/parallel_items.h>
 #include <fresco/texturing/texel_faces.h>
 #include <fresco/texturing/texture_pictures.h>
 
@@ -135,12 +136,9 @@ Raster8 to_bytes(const RasterF& rgb, const Progress& progress)
 {
     Raster8 bytes(rgb.width, rgb.height, rgb.channels);
     constexpr std::size_t values_per_block = std::size_t{1} << 18U;
-    parallel_for(rgb.values.size(), values_per_block, progress.threads(),
-                 [&](std::size_t begin, std::size_t end)
-                 {
-                     for (std::size_t i = begin; i < end; ++i)
-                         bytes.values[i] = static_cast<std::uint8_t>(std::clamp(rgb.values[i], 0.0F, 1.0F) * 255.0F + 0.5F);
-                 });
+    parallel_items(rgb.values.size(), values_per_block, progress,
+                   [&](std::size_t i)
+                   { bytes.values[i] = static_cast<std::uint8_t>(std::clamp(rgb.values[i], 0.0F, 1.0F) * 255.0F + 0.5F); });
     return bytes;
 }
 

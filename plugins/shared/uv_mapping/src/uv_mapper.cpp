@@ -1,5 +1,5 @@
 #include <fresco/frames.h>
-#include <fresco/parallel.h>
+#include <fresco/parallel_items.h>
 #include <fresco/uv_mapping/uv_mapper.h>
 
 #include <algorithm>
@@ -59,14 +59,7 @@ const std::vector<CountedUvMap>& UvMapper::make(const Camera& camera, std::span<
         masks.push_back(mask_at(mask, scaled.intrinsics.width, scaled.intrinsics.height));
     finder_->find(cameras_, progress, faces_);
     const auto for_each_block = [&](const auto& work)
-    {
-        parallel_for(blocks_.size(), 1, progress.threads(),
-                     [&](std::size_t block, std::size_t)
-                     {
-                         progress.check_canceled();
-                         work(blocks_[block], block_counts_[block]);
-                     });
-    };
+    { parallel_items(blocks_.size(), 1, progress, [&](std::size_t block) { work(blocks_[block], block_counts_[block]); }); };
     for_each_block(
         [&](const Rows& rows, PixelCounts& counts) {
             counts =

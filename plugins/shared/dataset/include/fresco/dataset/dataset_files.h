@@ -23,15 +23,13 @@ FileStamp write_stamped(const std::filesystem::path& file, std::span<const std::
 /// name the file.
 std::vector<std::byte> read_stamped(const std::filesystem::path& file, const FileStamp& stamp);
 
-/// H x W or H x W x C, as NPY.
-std::vector<std::byte> to_npy(const Raster8& raster);
-std::vector<std::byte> to_npy(const Raster16& raster);
-std::vector<std::byte> to_npy(const RasterF& raster);
+/// H x W or H x W x C, as NPY: bytes, 16-bit numbers or floats.
+template <class T>
+std::vector<std::byte> to_npy(const Raster<T>& raster);
 
 /// The array as a raster. Throws Error naming `source` unless it is of T and of exactly this size (one channel: H x W).
-Raster8 raster8_from(std::span<const std::byte> npy, int width, int height, int channels, std::string_view source);
-Raster16 raster16_from(std::span<const std::byte> npy, int width, int height, int channels, std::string_view source);
-RasterF raster_f_from(std::span<const std::byte> npy, int width, int height, int channels, std::string_view source);
+template <class T>
+Raster<T> raster_from(std::span<const std::byte> npy, int width, int height, int channels, std::string_view source);
 /// A picture of any size up to 200 megapixels: uint8 H x W, H x W x 1, 3 or 4.
 Raster8 picture_from(std::span<const std::byte> npy, std::string_view source);
 

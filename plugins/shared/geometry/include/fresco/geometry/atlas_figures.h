@@ -41,9 +41,6 @@ void report_atlas(RunContext& run, const AtlasFigures& figures);
 /// both ends differ by less than a millionth. Throws std::invalid_argument for a mesh without texcoords.
 std::vector<std::uint32_t> texcoord_charts(const Mesh& mesh);
 
-/// Texel centers inside two faces or more, by more than a thousandth of a texel. Takes size_px² bytes.
-std::size_t overlapping_texels(const Mesh& mesh, int size_px);
-
 /// The atlas as a picture of size_px² pixels, RGB, v upwards: every chart in a color of its own (neighboring numbers far
 /// apart), smooth at the borders; the rest dark. Throws as texcoord_charts, and Canceled where `progress` asks for it.
 Raster8 atlas_picture(const Mesh& mesh, int size_px, const Progress* progress = nullptr);

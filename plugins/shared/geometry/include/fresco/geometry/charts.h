@@ -42,6 +42,13 @@ struct Partition
     std::vector<std::vector<std::uint32_t>> faces() const;
 };
 
+/// The charts that share edges with these faces of one chart, longest common border first.
+std::vector<std::uint32_t> charts_beside(const Surface& surface, const std::vector<std::uint32_t>& chart_of_face,
+                                         const std::vector<std::uint32_t>& faces);
+
+/// Numbers charts by their first faces, and leaves no number without faces.
+void renumber_charts(std::vector<std::uint32_t>& chart_of_face, std::vector<Vec3d>& axes);
+
 /// Face normals averaged over about ten rings without rounding edges off: neighbors count by area and by how well they agree.
 std::vector<Vec3d> smoothed_normals(const Surface& surface, const Progress& progress);
 

@@ -26,6 +26,9 @@ struct RepairReport
 /// end) and the colors; drops texcoords and charts.
 Mesh repaired(const Mesh& mesh, RepairReport& report, const Progress& progress);
 
+/// Removes the vertices that no face names. Keeps the order of the others, and their colors.
+void drop_unused_vertices(Mesh& mesh);
+
 /// What is wrong with a mesh, and how many pieces it has.
 struct MeshFaults
 {

@@ -24,7 +24,8 @@ struct SurfacePoint
     bool found() const { return face != none; }
 };
 
-/// The weights of the point of a triangle that is nearest to `p`; the triangle may be a segment that names its end twice.
+/// The weights of the point of a triangle that is nearest to `p`; the triangle may be a segment or a point that names a
+/// vertex again.
 /// Ericson, "Real-Time Collision Detection" (2005), section 5.1.5.
 std::array<double, 3> nearest_weights(const std::array<Vec3d, 3>& corners, Vec3d p);
 

@@ -18,6 +18,13 @@ namespace fresco::geometry
 /// "No face", "no chart".
 inline constexpr std::uint32_t none = 0xffffffffu;
 
+/// Where a number stands in an ascending list, or `none`.
+inline std::uint32_t place_of(std::span<const std::uint32_t> list, std::uint32_t number)
+{
+    const auto at = std::ranges::lower_bound(list, number);
+    return at != list.end() && *at == number ? static_cast<std::uint32_t>(at - list.begin()) : none;
+}
+
 /// One face's use of an undirected edge.
 struct EdgeUse
 {

@@ -6,13 +6,14 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <numeric>
 #include <span>
 #include <utility>
 #include <vector>
 
-/// \file Small algorithms on numbers that several plugins need: disjoint sets, sorting in linear time, the median, linear
-/// systems, rotations, pairs of directions.
+/// \file Small algorithms on numbers that several plugins need: disjoint sets, buckets, boxes, sorting in linear time, the
+/// median, linear systems, rotations, pairs of directions.
 
 namespace fresco::numerics
 {
@@ -34,10 +35,75 @@ class DisjointSets
         b = find(b);
         parent_[std::max(a, b)] = std::min(a, b);
     }
+    /// Of sets.
+    std::size_t count() const
+    {
+        std::size_t roots = 0;
+        for (std::uint32_t i = 0; i < parent_.size(); ++i)
+            roots += parent_[i] == i ? 1 : 0;
+        return roots;
+    }
+    /// The set of each member, counted from 0 in the order of their smallest ones.
+    std::vector<std::uint32_t> numbers()
+    {
+        std::vector<std::uint32_t> result(parent_.size());
+        std::uint32_t next = 0;
+        for (std::uint32_t i = 0; i < result.size(); ++i)
+            result[i] = find(i) == i ? next++ : result[find(i)];
+        return result;
+    }
 
   private:
     std::vector<std::uint32_t> parent_;
 };
+
+/// Numbers in buckets, those of each in the order in which they were given. Linear time.
+class Buckets
+{
+  public:
+    /// `each(add)` calls add(bucket, number) for all numbers, and is called twice; buckets are below `count`.
+    template <class Each>
+    Buckets(std::size_t count, const Each& each) : begins_(count + 1, 0)
+    {
+        each([&](std::size_t bucket, std::uint32_t) { ++begins_[bucket + 1]; });
+        std::partial_sum(begins_.begin(), begins_.end(), begins_.begin());
+        numbers_.resize(begins_.back());
+        auto next = begins_;
+        each([&](std::size_t bucket, std::uint32_t number) { numbers_[next[bucket]++] = number; });
+    }
+
+    std::size_t count() const { return begins_.size() - 1; }
+    std::span<const std::uint32_t> operator[](std::size_t bucket) const
+    {
+        return std::span(numbers_).subspan(begins_[bucket], begins_[bucket + 1] - begins_[bucket]);
+    }
+
+  private:
+    std::vector<std::size_t> begins_;
+    std::vector<std::uint32_t> numbers_;
+};
+
+/// The axis-parallel box around points; inside out where there are none.
+template <class T>
+struct Bounds
+{
+    static constexpr T far = std::numeric_limits<T>::infinity();
+
+    Vec3<T> low{far, far, far};
+    Vec3<T> high{-far, -far, -far};
+
+    void add(Vec3<T> p)
+    {
+        low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+        high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+    }
+};
+
+double cosine_deg(double degrees);
+
+/// Replaces numbers by 0, 1, 2 … in the order in which they first occur, and returns what each of these stood for. `end`: above
+/// all of them; the greatest 32-bit number stays as it is.
+std::vector<std::uint32_t> number_by_first(std::span<std::uint32_t> numbers, std::size_t end);
 
 /// Sorts by the upper 32 bits, keeping the order of equal ones, in linear time; no upper half exceeds `largest`.
 void sort_by_upper_half(std::vector<std::uint64_t>& entries, std::uint32_t largest);

@@ -337,6 +337,22 @@ def jpeg(components):
             segment(0xDA, bytes((1, 1, 0, 0, 63, 0))) + b"\x12\xFF\x00\x34\xFF\xD0\x56\xFF\xFF\xD9")
 
 
+def jpeg_with_profile():
+    """An ICC profile in two pieces, the second first."""
+    pieces = b"".join(b"\xFF\xE2\0\x14ICC_PROFILE\0" + bytes((number, 2)) + b"icc " for number in (2, 1))
+    return b"\xFF\xD8" + pieces + jpeg(3)[2:]
+
+
+def riff(*chunks):
+    data = b"WEBP" + b"".join(name + struct.pack("<I", len(contents)) + contents + b"\0" * (len(contents) % 2) for name, contents in chunks)
+    return b"RIFF" + struct.pack("<I", len(data)) + data
+
+
+def webp(*before):
+    extended = (b"VP8X", bytes((0x28, 0, 0, 0, 3, 0, 0, 2, 0, 0)))
+    return riff(extended, *before, (b"VP8L", b"\x2F" + struct.pack("<I", 3 | 2 << 14)), (b"EXIF", b"Exif\0\0" + exif(b"II")))
+
+
 def zstd_frame(contents):
     """A frame of one raw block, with the size of its contents: single segment, two bytes of size."""
     flags, block = 0x60, struct.pack("<I", (len(contents) << 3) | 1)[:3]
@@ -368,10 +384,12 @@ write("gltf", "good_integers.gltf", gltf_of_integers())
 write("gltf", "good_files.gltf", gltf_of_files())
 write("gltf", "good_picture.gltf", gltf())
 write("gltf", "good_padded.glb", glb_of(gltf(), b"\0"))
+# gltfpack -cc and gltf-transform (meshopt, quantize, webp, draco) made good_gltfpack, good_meshopt, good_quantized, good_webp and
+# gltf_draco/good_draco of the bumpy surface that scan.mesh is tested with.
 transform = {"index": 0, "extensions": {"KHR_texture_transform": {"offset": [1]}}}
 for name, changes in (
-        ("compressed", {"extensionsRequired": ["KHR_draco_mesh_compression"]}),
-        ("picture_form", {"extensionsRequired": ["EXT_texture_webp"]}),
+        ("compressed", {"extensionsRequired": ["KHR_meshopt_compression"]}),
+        ("picture_form", {"extensionsRequired": ["KHR_texture_basisu"]}),
         ("quaternion", {"nodes": [{"mesh": 0, "rotation": [0, 0, 0, 3]}]}), ("matrix", {"nodes": [{"mesh": 0, "matrix": 16 * [1]}]}),
         ("no_picture", {"images": [{"uri": "data:image/png;base64,AAAA"}]}), ("gone", {"images": [{"uri": "gone.png"}]}),
         ("wrap", {"textures": [{"source": 0, "sampler": 0}], "samplers": [{"wrapS": 1}]}),
@@ -405,6 +423,14 @@ write("picture", "good_gray.png", png(4, 3, 16, 0, (b"tRNS", b"\0\1"), (b"IDAT",
 write("picture", "good_palette.png", png(4, 3, 4, 3, (b"PLTE", bytes(9)), (b"IDAT", zlib.compress(bytes(9)))))
 write("picture", "good_ycc.jpg", jpeg(3))
 write("picture", "good_cmyk.jpg", jpeg(4))
+write("picture", "good_profile.png", png(4, 3, 8, 2, (b"iCCP", b"a name\0\0" + zlib.compress(bytes(300))), (b"IDAT", zlib.compress(bytes(39)))))
+write("picture", "good_profile.jpg", jpeg_with_profile())
+write("picture", "good_extended.webp", webp((b"ICCP", b"icc"), (b"ALPH", bytes(3))))
+write("picture", "good_lossy.webp", riff((b"VP8 ", b"\x10\0\0\x9D\x01\x2A" + struct.pack("<HH", 4, 3))))
+write("picture", "bad_moving.webp", riff((b"VP8X", bytes((2,)) + bytes(9))))
+write("picture", "bad_profile.png", png(4, 3, 8, 2, (b"iCCP", b"a name\0\0\x78\x9C"), (b"IDAT", zlib.compress(bytes(39)))))
+# heif_picture has files of heif-enc 1.15, of 4 x 4 squares of 16 x 16 pixels: --matrix_coefficients=0 -L -p chroma=444 of a PNG with the
+# profile of Display P3 and of one without, and 10 bits with loss (-q 90) of a PNG of 16 bits.
 write("uv_map", "good_32x24.uvmap", uv_map())
 write("uv_map_planes", "good_planes.bin", bytes((15, 11, 2, 0)) + bytes(range(256)) * 3)
 write("uv_map_planes", "good_large.bin", bytes((7, 7, 6, 1)) + b"\xFF" * 900)

@@ -106,13 +106,16 @@ TEST_CASE("entries that lie are named")
             "KHR_mosh_quantization, which is not supported");
     const GlbOptions packed{GltfMaterial::pbr, {-0.6, 0, 0, 0.8}, "image/png", true, true};
     CHECK(error_after(file_of(packed), "\"count\":6", "\"count\":6").empty());
-    refused(packed, "Required\":[\"KHR_mesh_quantization\",\"EXT_meshopt", "Required\":[\"KHR_mesh_quantization\",\"EXT_mashopt",
+    refused(packed, "Required\":[\"KHR_mesh_quantization\",\"EXT_meshopt_compression\"]",
+            "Required\":[\"KHR_mesh_quantization\",\"KHR_materials_unlit\"    ]",
             "expected EXT_meshopt_compression, which bufferViews use");
     refused(packed, "\"byteStride\":2,\"count\":6", "\"byteStride\":2,\"count\":3", "bufferViews[0]: ");
     refused(packed, "\"byteStride\":2,\"count\":6", "\"byteStride\":9,\"count\":6", "does not hold 6 indices of 9 bytes");
     refused(packed, "\"byteStride\":8,\"count\":4", "\"byteStride\":0,\"count\":4", "does not hold 4 rows of 0 bytes");
     refused(packed, "\"byteStride\":8,\"count\":4", "\"byteStride\":8,\"count\":9", "bufferViews[1]: ");
-    refused(packed, "\"mode\":\"TRIANGLES\"", "\"mode\":\"ATTRIBUTE\"", "bufferViews[0]: mode: expected ATTRIBUTES or TRIANGLES");
+    refused(packed, "\"mode\":\"TRIANGLES\"", "\"mode\":\"ATTRIBUTE\"",
+            "bufferViews[0]: EXT_meshopt_compression: byte 0 of buffer 0: mode: expected ATTRIBUTES, "
+            "TRIANGLES or INDICES");
 }
 
 TEST_CASE("a cut file is refused at every length, and flipped bytes give an error or a mesh in range")

@@ -176,7 +176,7 @@ TEST_CASE("Folders of options are looked into when the pipeline is checked", "[p
              // One level off; but not where it may be either of two.
              {"scan.listed, path: unpacked", "list.txt; set it to '" + root + "/unpacked/scan'"},
              {"scan.posed, path: good/seq-01", "poses.*; set it to '" + root + "/good/'"},
-             {"scan.listed, path: twice", "twice' does not contain list.txt"},
+             {"scan.listed, path: twice", "twice' does not contain list.txt; put it there, or set option 'list'"},
              // Where the option says otherwise, and without a folder.
              {"scan.listed, path: unpacked, list: good/poses.txt", ""},
              {"scan.listed, path: ''", ""},

@@ -37,8 +37,7 @@ class ImageIo : public Component
     /// The same, with the kind of its samples, once the whole file was walked without decoding it: a picture that is cut is
     /// refused. The default calls header().
     virtual ImageHeader check(const std::filesystem::path& file) const;
-    /// 8-bit sRGB, 3 channels: EXIF orientation applied, alpha composited on white, gray, deeper colors, CMYK and other color
-    /// profiles converted.
+    /// 8-bit sRGB, 3 channels: EXIF orientation applied, alpha composited on white; gray, 16-bit, CMYK, other profiles converted.
     virtual Raster8 read_rgb(const std::filesystem::path& file) const = 0;
     /// 16-bit, 1 channel, values as stored. Throws Error for a picture that is not 16-bit gray.
     virtual Raster16 read_depth(const std::filesystem::path& file) const = 0;

@@ -55,7 +55,8 @@ constexpr float no_depth_from = 65534.5F;  // 65535 means none in many readers
 bool is_plain_png(const std::vector<std::byte>& bytes)
 {
     constexpr std::size_t bits_at = 24, kind_at = 25;
-    return bytes.size() > kind_at && bytes[bits_at] == std::byte{8} && bytes[kind_at] == std::byte{2};
+    return bytes.size() > kind_at && bytes.front() == std::byte{0x89} && bytes[bits_at] == std::byte{8} &&
+           bytes[kind_at] == std::byte{2};
 }
 
 }  // namespace
@@ -69,7 +70,9 @@ EncodedPicture encoded_color(const Frame& frame, const Raster8& picture, const I
     auto bytes = read_file(frame.color_picture.path);
     if (!frame.color_picture.hash.empty() && content_hash(bytes) != frame.color_picture.hash)
         throw Error(frame.color_picture.path.string() + ": the file changed while it was read; run again");
-    if (!is_jpeg && !is_plain_png(bytes))
+    // Programs save pictures of one kind by names of the other.
+    const bool begins_so = is_jpeg ? !bytes.empty() && bytes.front() == std::byte{0xFF} : is_plain_png(bytes);
+    if (!begins_so)
         return {".png", images.encode_png(picture)};
     return {is_jpeg ? ".jpg" : ".png", std::move(bytes)};
 }

@@ -206,11 +206,9 @@ GlbModel read_glb(std::string_view file, std::string_view source)
     try
     {
         const Value document = checked_json(file);
-        const std::string restored = restored_glb(file);
-        const std::string_view plain = restored.empty() ? file : restored;
         const auto refuse = [](const std::string&, const std::string& place) -> std::vector<std::byte>
         { throw Error(place + "uri: expected all data inside the GLB"); };
-        const GltfFile gltf = gltf::load_gltf(std::as_bytes(std::span(plain)), refuse);
+        const GltfFile gltf = gltf::load_gltf(std::as_bytes(std::span(file)), refuse);
         const auto& primitive = element(element(gltf.model.meshes, 0, "meshes").primitives, 0, "primitives");
         check_look(gltf, primitive);
         GlbModel model;

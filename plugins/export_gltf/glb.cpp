@@ -192,26 +192,6 @@ std::string_view stored(std::string_view binary, const Value& view, const std::s
     return binary.substr(offset, length);
 }
 
-std::string decoded(std::string_view stream, const Value& compressed, const std::string& place)
-{
-    const std::size_t count = size_at(compressed, "count");
-    const std::size_t stride = size_at(compressed, "byteStride");
-    const std::string& mode = compressed.at("mode").as_string();
-    const bool is_rows = mode == "ATTRIBUTES";
-    if (!is_rows && mode != "TRIANGLES")
-        throw Error(place + "mode: expected ATTRIBUTES or TRIANGLES");
-    // No stream holds more; and the decoder takes what it is told for granted.
-    const bool is_possible = is_rows ? stride > 0 && stride <= 256 && stride % 4 == 0 && count / 256 <= stream.size()
-                                     : (stride == 2 || stride == 4) && count % 3 == 0 && count / 3 <= stream.size();
-    std::string result(is_possible ? count * stride : 0, '\0');
-    const auto* const begin = reinterpret_cast<const unsigned char*>(stream.data());
-    if (result.empty() || (is_rows ? meshopt_decodeVertexBuffer(result.data(), count, stride, begin, stream.size())
-                                   : meshopt_decodeIndexBuffer(result.data(), count, stride, begin, stream.size())) != 0)
-        throw Error(fmt::format("{}a compressed stream of {} bytes does not hold {} {} of {} bytes", place, stream.size(), count,
-                                is_rows ? "rows" : "indices", stride));
-    return result;
-}
-
 /// The extensions that a list of the document names, without this one.
 Value::List others(const Value& document, const char* key)
 {
@@ -286,39 +266,6 @@ std::string compressed_glb(std::string_view glb)
         names.emplace_back(extension);
         document.set(key, std::move(names));
     }
-    return assembled(document, binary);
-}
-
-std::string restored_glb(std::string_view glb)
-{
-    auto [document, compressed] = parts_of(glb);
-    std::string binary(compressed);
-    Value* const views = document.find("bufferViews");
-    for (std::size_t i = 0; views != nullptr && i < views->as_list().size(); ++i)
-    {
-        Value& view = views->as_list()[i];
-        const Value* const extensions = view.find("extensions");
-        const Value* const form = extensions == nullptr ? nullptr : extensions->find(extension);
-        if (form == nullptr)
-            continue;
-        const std::string place = entry("bufferViews", i);
-        const std::string rows = decoded(stored(compressed, *form, place), *form, place);
-        if (rows.size() != size_at(view, "byteLength"))
-            throw Error(fmt::format("{}byteLength: expected count x byteStride, {}", place, rows.size()));
-        view.set("extensions", Value::Map{});
-        view.set("buffer", 0);
-        view.set("byteOffset", binary.size());
-        binary += rows;
-        align(binary);
-    }
-    if (binary.size() == compressed.size())
-        return {};
-    Value::List required = others(document, "extensionsRequired");
-    if (required.size() == document.at("extensionsRequired").as_list().size())
-        throw Error("extensionsRequired: expected " + std::string(extension) + ", which bufferViews use");
-    document.set("extensionsRequired", std::move(required));
-    document.set("extensionsUsed", others(document, "extensionsUsed"));
-    document.set("buffers", Value::List{Value::Map{{"byteLength", binary.size()}}});
     return assembled(document, binary);
 }
 

@@ -38,10 +38,6 @@ void order_for_compression(fresco::texturing::WeldedMesh& mesh);
 /// tinygltf supports no extensions of views. Corners of a triangle may rotate: (a, b, c) to (b, c, a).
 std::string compressed_glb(std::string_view glb);
 
-/// The reverse, checked; empty if the GLB is not compressed. Throws Error naming the view if it lies outside of the file, if its
-/// stream has another number of rows or indices, or if the extension is not declared as required.
-std::string restored_glb(std::string_view glb);
-
 inline constexpr const char* unlit_extension = "KHR_materials_unlit";
 inline constexpr const char* quantization_extension = "KHR_mesh_quantization";
 

@@ -1,3 +1,5 @@
+#include "color_profile.h"
+#include "heif_picture.h"
 #include "opencv_codec.h"
 #include "picture_info.h"
 
@@ -39,14 +41,14 @@ class OpenCvImages final : public fresco::ImageIo
 
     fresco::Raster8 read_rgb(const std::filesystem::path& file) const override
     {
-        const auto [info, picture] = read(file);
+        const auto [info, picture] = read_srgb(file);
         const auto convert = [key = decoded_key(info)](const auto& raster) { return to_rgb(raster, key); };
         return oriented(std::visit(convert, picture), info.orientation);
     }
 
     fresco::Raster8 read_with_alpha(const std::filesystem::path& file) const override
     {
-        const auto [info, picture] = read(file);
+        const auto [info, picture] = read_srgb(file);
         const auto convert = [key = decoded_key(info)](const auto& raster)
         { return raster.channels == 4 ? to_rgba(raster) : to_rgb(raster, key); };
         return oriented(std::visit(convert, picture), info.orientation);
@@ -70,20 +72,30 @@ class OpenCvImages final : public fresco::ImageIo
     }
 
   private:
+    static std::pair<PictureInfo, DecodedPicture> read_srgb(const std::filesystem::path& file)
+    {
+        auto [info, picture] = read(file);
+        // A key is compared with values as stored.
+        if (!info.transparent_gray)
+            picture = in_srgb(std::move(picture), info.profile, file.string());
+        return {std::move(info), std::move(picture)};
+    }
+
     static std::pair<PictureInfo, DecodedPicture> read(const std::filesystem::path& file)
     {
         const auto bytes = fresco::read_file(file);
-        const PictureInfo info = check_picture(bytes, file.string(), Walk::whole);
-        auto picture = decode(bytes, file.string());
+        PictureInfo info = check_picture(bytes, file.string(), Walk::whole);
+        auto picture = info.format == PictureFormat::heif ? decode_heif(bytes, file.string()) : decode(bytes, file.string());
         const auto has_size = [&](const auto& raster) { return raster.width == info.width && raster.height == info.height; };
         if (!std::visit(has_size, picture))
             throw fresco::Error(file.string() +
                                 ": the picture's size differs from its header: the file is damaged; copy it again");
-        return {info, std::move(picture)};
+        return {std::move(info), std::move(picture)};
     }
 };
 
 }  // namespace
 
-FRESCO_COMPONENT("image.opencv", OpenCvImages, fresco::ImageIo, "PNG and JPEG files through OpenCV, validated before decoding")
+FRESCO_COMPONENT("image.opencv", OpenCvImages, fresco::ImageIo,
+                 "PNG, JPEG, WebP, HEIC and AVIF files through OpenCV and libheif, validated before decoding")
 FRESCO_LIBRARY("OpenCV", image_opencv::opencv_version())

@@ -186,7 +186,7 @@ DecodedPicture decode(std::span<const std::byte> bytes, std::string_view source)
     }
     const int channels = mat.channels();
     if (mat.empty() || (channels != 1 && channels != 3 && channels != 4))
-        fail("OpenCV cannot decode it");
+        fail(bytes[0] == std::byte{'R'} ? "OpenCV cannot decode it, or was built without WebP" : "OpenCV cannot decode it");
     if (mat.depth() == CV_8U)
         return raster_of<std::uint8_t>(mat);
     if (mat.depth() != CV_16U)

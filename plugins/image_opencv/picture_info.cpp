@@ -1,4 +1,4 @@
-#include "picture_info.h"
+#include "picture_bytes.h"
 
 #include <fresco/files_io.h>
 
@@ -15,42 +15,6 @@ namespace image_opencv
 {
 namespace
 {
-
-/// Reads big-endian numbers and fails with the file's name and the offset.
-class PictureBytes
-{
-  public:
-    PictureBytes(std::span<const std::byte> bytes, std::string_view source) : bytes_(bytes), source_(source) {}
-
-    std::size_t size() const { return bytes_.size(); }
-    unsigned u8(std::size_t at) const { return std::to_integer<unsigned>(part(at, 1)[0]); }
-    unsigned u16(std::size_t at) const { return u8(at) << 8U | u8(at + 1); }
-    std::uint32_t u32(std::size_t at) const { return std::uint32_t{u16(at)} << 16U | u16(at + 2); }
-    std::span<const std::byte> part(std::size_t at, std::size_t count) const
-    {
-        if (at > bytes_.size() || count > bytes_.size() - at)
-            throw CutPicture(place(bytes_.size()) + "the file ends inside the picture: it is truncated; copy it again");
-        return bytes_.subspan(at, count);
-    }
-    [[noreturn]] void fail(std::size_t at, const std::string& what) const { throw fresco::Error(place(at) + what); }
-    /// Refuses sizes that no reader here takes; `at`: where the size stands.
-    void check_size(std::size_t at, std::int64_t width, std::int64_t height) const
-    {
-        const auto text = fmt::format("{} x {} pixels", width, height);
-        if (width < 1 || height < 1)
-            fail(at, "the picture has " + text);
-        // Both are below 2^32, so the product may not fit: divide.
-        if (width > max_pixels / height)
-            fail(at, fmt::format("the picture has {}; at most {} megapixels are supported: shrink it first", text,
-                                 max_pixels / 1'000'000));
-    }
-
-  private:
-    std::string place(std::size_t at) const { return fmt::format("{}: byte {}: ", source_, at); }
-
-    std::span<const std::byte> bytes_;
-    std::string_view source_;
-};
 
 constexpr unsigned orientation_tag = 0x0112;
 constexpr unsigned type_short = 3;
@@ -101,6 +65,8 @@ namespace
 
 constexpr std::array<unsigned, 8> signature{0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
 constexpr std::uint32_t max_chunk_bytes = 0x7FFFFFFF;
+/// Profiles of printers have some; a few bytes of zlib may claim any number.
+constexpr std::size_t max_profile_bytes = std::size_t{1} << 24U;
 
 constexpr std::uint32_t name(const char (&text)[5])
 {
@@ -134,6 +100,37 @@ bool depth_allowed(unsigned color_type, unsigned bits)
     default:
         return false;
     }
+}
+
+/// The profile in an iCCP chunk: a name, a 0, the method 0, zlib's data. `at`: where it stands, for errors.
+std::vector<std::byte> inflated_profile(const PictureBytes& file, std::size_t at, std::span<const std::byte> chunk)
+{
+    const auto name_end = std::ranges::find(chunk, std::byte{0});
+    const auto begin = static_cast<std::size_t>(name_end - chunk.begin()) + 2;
+    if (begin > chunk.size() || name_end[1] != std::byte{0})
+        file.fail(at, "the color profile (iCCP) has no name or an unknown compression: the file is damaged");
+    constexpr std::size_t step = std::size_t{1} << 16U;
+    std::vector<std::byte> profile;
+    z_stream stream{};
+    if (inflateInit(&stream) != Z_OK)
+        file.fail(at, "no memory for the color profile");
+    // zlib reads through a pointer that is not const; it does not write to it.
+    stream.next_in = const_cast<Bytef*>(reinterpret_cast<const Bytef*>(chunk.data() + begin));
+    stream.avail_in = static_cast<uInt>(chunk.size() - begin);
+    int state = Z_OK;
+    while (state == Z_OK && profile.size() <= max_profile_bytes)
+    {
+        profile.resize(profile.size() + step);
+        stream.next_out = reinterpret_cast<Bytef*>(profile.data() + profile.size() - step);
+        stream.avail_out = step;
+        state = inflate(&stream, Z_NO_FLUSH);
+    }
+    profile.resize(stream.total_out);
+    inflateEnd(&stream);
+    if (state != Z_STREAM_END)
+        file.fail(at, profile.size() > max_profile_bytes ? "a color profile (iCCP) of more than 16 MiB"
+                                                         : "the color profile (iCCP) is damaged; copy the file again");
+    return profile;
 }
 
 class PngWalk
@@ -211,6 +208,8 @@ class PngWalk
             info_.transparent_gray = static_cast<std::uint16_t>(bytes_.u16(begin_ + 8));
         else if (type == name("eXIf"))
             info_.orientation = exif_orientation(data);
+        else if (type == name("iCCP"))
+            info_.profile = inflated_profile(bytes_, begin_, data);
         else if (type == name("IEND"))
         {
             if (!has_data_)
@@ -257,6 +256,7 @@ enum Marker : unsigned
     eoi = 0xD9,
     sos = 0xDA,
     app1 = 0xE1,
+    app2 = 0xE2,
     app14 = 0xEE
 };
 
@@ -264,6 +264,8 @@ bool is_frame(unsigned marker)
 {
     return marker >= sof_baseline && marker <= sof_last && marker != dht && marker != jpg && marker != dac;
 }
+
+constexpr std::string_view icc_mark("ICC_PROFILE\0", 12);
 
 bool begins_with(std::span<const std::byte> bytes, std::string_view text)
 {
@@ -285,6 +287,7 @@ class JpegWalk
         if (walk == Walk::whole && components_ == 4 && !has_adobe_)
             bytes_.fail(frame_at_,
                         "a CMYK picture without an Adobe marker, so whether 0 means no ink is unknown; convert it to RGB");
+        join_profile();
         return info_;
     }
 
@@ -324,8 +327,38 @@ class JpegWalk
             scan(begin);
         else if (code == app1 && begins_with(data, std::string_view("Exif\0\0", 6)))
             info_.orientation = exif_orientation(data.subspan(6));
+        else if (code == app2 && begins_with(data, icc_mark) && data.size() > icc_mark.size() + 2)
+            take_profile_piece(at + icc_mark.size(), data.subspan(icc_mark.size() + 2));
         else if (code == app14 && begins_with(data, "Adobe"))
             has_adobe_ = true;
+    }
+
+    /// A profile larger than a segment comes in numbered pieces, in any order (ICC.1:2010, B.4).
+    void join_profile()
+    {
+        for (std::size_t i = 0; i < profile_pieces_.size(); ++i)
+        {
+            const auto& piece = profile_pieces_[i];
+            if (piece.empty())
+                bytes_.fail(profile_at_,
+                            fmt::format("piece {} of {} of the color profile is missing: the file is damaged; copy it "
+                                        "again",
+                                        i + 1, profile_pieces_.size()));
+            info_.profile.insert(info_.profile.end(), piece.begin(), piece.end());
+        }
+    }
+
+    void take_profile_piece(std::size_t at, std::span<const std::byte> data)
+    {
+        const std::size_t number = bytes_.u8(at);
+        const std::size_t count = bytes_.u8(at + 1);
+        if (profile_pieces_.empty())
+            profile_pieces_.resize(count);
+        if (number < 1 || number > count || count != profile_pieces_.size())
+            bytes_.fail(at, fmt::format("piece {} of {} of a color profile of {}: the file is damaged", number, count,
+                                        profile_pieces_.size()));
+        profile_pieces_[number - 1] = data;
+        profile_at_ = at;
     }
 
     void frame(unsigned code, std::size_t at, std::size_t size)
@@ -375,6 +408,8 @@ class JpegWalk
     PictureInfo info_;
     std::size_t next_ = 0;
     std::size_t frame_at_ = 0;
+    std::vector<std::span<const std::byte>> profile_pieces_;
+    std::size_t profile_at_ = 0;
     unsigned components_ = 0;
     bool has_adobe_ = false;
     bool has_frame_ = false;
@@ -392,7 +427,7 @@ PictureInfo check_jpeg(std::span<const std::byte> bytes, std::string_view source
 namespace
 {
 
-// Holds the size of any PNG and of all JPEGs but those with large thumbnails before it.
+// Holds the size of any PNG and WebP, and of all JPEGs but those with large thumbnails before it.
 constexpr std::size_t prefix_bytes = std::size_t{1} << 16U;
 
 std::vector<std::byte> read_prefix(const std::filesystem::path& file)
@@ -415,7 +450,11 @@ PictureInfo check_picture(std::span<const std::byte> bytes, std::string_view sou
         return check_png(bytes, source, walk);
     if (picture.u8(0) == 0xFF)
         return check_jpeg(bytes, source, walk);
-    picture.fail(0, "neither a PNG nor a JPEG file; convert the picture to one of them");
+    if (picture.has(0, "RIFF") && picture.has(8, "WEBP"))
+        return check_webp(bytes, source, walk);
+    if (picture.has(4, "ftyp"))
+        return check_heif(bytes, source, walk);
+    picture.fail(0, "not a PNG, JPEG, WebP, HEIC or AVIF file; convert the picture to one of them");
 }
 
 PictureInfo picture_size(const std::filesystem::path& file)

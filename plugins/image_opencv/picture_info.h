@@ -8,9 +8,10 @@
 #include <optional>
 #include <span>
 #include <string_view>
+#include <vector>
 
-/// \file Checks PNG and JPEG files without decoding them, and tells their size and kind. The component checks every file before
-/// OpenCV decodes it, because OpenCV completes truncated JPEGs and trusts any size in a header; the fuzzer calls it, too.
+/// \file Checks pictures without decoding them, and tells their size, kind and color profile. The component checks every file
+/// before it is decoded, because OpenCV completes truncated JPEGs and trusts any size in a header; the fuzzer calls it, too.
 
 namespace image_opencv
 {
@@ -20,7 +21,9 @@ inline constexpr std::int64_t max_pixels = 300'000'000;
 enum class PictureFormat
 {
     png,
-    jpeg
+    jpeg,
+    webp,
+    heif  ///< HEIC and AVIF.
 };
 
 /// How much of a file to check.
@@ -35,10 +38,11 @@ struct PictureInfo
     PictureFormat format = PictureFormat::png;
     int width = 0;   ///< Before orientation, like all sizes here.
     int height = 0;  ///< width * height <= max_pixels.
-    int bits = 8;    ///< Per sample as stored: 1, 2, 4, 8 or 16.
+    int bits = 8;    ///< Per sample as stored: 1, 2, 4, 8, 10, 12 or 16.
     bool is_gray = false;
     int orientation = 1;                            ///< EXIF, 1..8; known after Walk::whole.
     std::optional<std::uint16_t> transparent_gray;  ///< PNG color key of a gray picture, as stored.
+    std::vector<std::byte> profile;                 ///< ICC, not looked into; empty: none. Known after Walk::whole.
 };
 
 /// The bytes end inside the picture.
@@ -51,7 +55,10 @@ class CutPicture final : public fresco::Error
 /// Throw Error naming `source` and the byte offset; CutPicture if the bytes end too early.
 PictureInfo check_png(std::span<const std::byte> bytes, std::string_view source, Walk walk);
 PictureInfo check_jpeg(std::span<const std::byte> bytes, std::string_view source, Walk walk);
-/// Either of them by the first bytes; throws Error if it is neither.
+PictureInfo check_webp(std::span<const std::byte> bytes, std::string_view source, Walk walk);
+/// Through libheif, whose errors know no offset; where it is missing, the Error says so. Turned as the file says: orientation 1.
+PictureInfo check_heif(std::span<const std::byte> bytes, std::string_view source, Walk walk);
+/// One of them by the first bytes; throws Error if it is none.
 PictureInfo check_picture(std::span<const std::byte> bytes, std::string_view source, Walk walk);
 
 /// Size of a file's picture; reads no more of the file than it needs. Throws MissingInput if it cannot be read.

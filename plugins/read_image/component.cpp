@@ -11,8 +11,7 @@ namespace
 
 class ReadImage final : public fresco::FileReader
 {
-    fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", fresco::optional,
-                                         "Decodes PNG and JPEG files; none: only NPY"};
+    fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", fresco::optional, "Decodes all but NPY; none: only NPY"};
 
     std::string artifact() const override { return std::string(fresco::Image::artifact_name); }
     std::vector<fresco::FileFormat> formats() const override
@@ -36,4 +35,4 @@ class ReadImage final : public fresco::FileReader
 
 }  // namespace
 
-FRESCO_COMPONENT("read.image", ReadImage, fresco::FileReader, "Pictures from PNG, JPEG and NPY files")
+FRESCO_COMPONENT("read.image", ReadImage, fresco::FileReader, "Pictures from PNG, JPEG, WebP, HEIC, AVIF and NPY files")

@@ -23,7 +23,8 @@ class RegionsPlanes final : public Stage
     Option<double> thickness_cm{this, "thickness_cm", 6, range(1, 30),
                                 "What is as close to the floor, a wall or the ceiling belongs to it: rugs, pictures, doors"};
     Option<std::string> up{this, "up", "auto", one_of({"auto", "x", "y", "z", "-x", "-y", "-z"}),
-                           "World axis that points up; auto: found from the frames' cameras and the mesh's level surfaces"};
+                           "World axis that points up; auto: found from the frames' cameras and the mesh's walls and level "
+                           "surfaces"};
 
     Cost cost() const override
     {
@@ -57,7 +58,7 @@ class RegionsPlanes final : public Stage
     void run(RunContext& run) override
     {
         check_mesh(*mesh, "the mesh on port 'mesh'");
-        const Vec3d upward = *up == "auto" ? found_upward(run) : geometry::named_axis(*up);
+        const Vec3d upward = *up == "auto" ? found_upward(run) : geometry::named_up(*up, *mesh, run);
         run.report("up", Value::List{upward.x, upward.y, upward.z});
         const auto turn = geometry::upright_turn(upward, {0, 0, 1});
         Mesh upright;

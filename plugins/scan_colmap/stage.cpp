@@ -57,7 +57,10 @@ class ScanColmap final : public RecordingStage
             if (fs::is_directory(path() / name))
                 return path() / name;
         }
-        return path() / "images";
+        throw fresco::MissingInput(path().string() +
+                                   ": there is no folder images (or rgb, resized_images); expected the "
+                                   "reconstruction's pictures in it: put them there, or set option \"pictures\" "
+                                   "to their folder");
     }
 
     fresco::Cost cost() const override

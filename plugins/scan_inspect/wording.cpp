@@ -90,7 +90,8 @@ void tell_units(const Assumption& a, double extent, Findings& findings)
     const double poses = a.pose_scale;
     const double depths = a.depth_scale;
     const bool large = extent > largest_room;
-    const auto unit = [](double scale) { return "multiply unit_m of scan.mesh by " + number(1 / scale); };
+    const auto unit = [](double scale)
+    { return "read it with scan.mesh and multiply unit_m of scan.mesh by " + number(1 / scale); };
     if (poses != 1 && (std::abs(std::log(depths / poses)) < 0.03 || (poses > 1 && large)))
     {
         if (poses == 1000)
@@ -113,7 +114,7 @@ void tell_units(const Assumption& a, double extent, Findings& findings)
     else if (poses != 1)
         tell(findings, "pose_unit",
              "the poses' positions are not in the mesh's unit: multiply them by " + number(poses) +
-                 " (multiply unit_m of scan.colmap or scan.nerfstudio by it)");
+                 " (multiply unit_m of scan.colmap, scan.nerfstudio or scan.folder by it)");
     if (depths == 0.001)
         tell(findings, "millimeter_depth",
              "depths come out 1000 times too large: the depth pictures hold millimeters, set depth_unit_m: 0.001");

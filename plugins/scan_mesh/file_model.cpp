@@ -247,6 +247,19 @@ class MaterialReader
 
 }  // namespace
 
+std::string_view suffix_of(std::span<const std::byte> picture)
+{
+    const std::string_view text(reinterpret_cast<const char*>(picture.data()), picture.size());
+    const auto has = [&](std::size_t at, std::string_view mark) { return text.size() > at && text.substr(at).starts_with(mark); };
+    if (has(0, "\x89PNG"))
+        return ".png";
+    if (has(0, "\xFF\xD8\xFF"))
+        return ".jpg";
+    if (has(0, "RIFF") && has(8, "WEBP"))
+        return ".webp";
+    return has(4, "ftyp") ? ".heic" : "";
+}
+
 FileModel read_file_model(const fs::path& file, bool with_materials)
 {
     const std::string extension = fresco::lower_extension(file);

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -26,6 +27,9 @@ struct FilePicture
     std::filesystem::path file;
     std::vector<std::byte> bytes;  ///< If `file` is empty.
 };
+
+/// What the file of a picture with these bytes ends in: ".png", ".jpg", ".webp" or ".heic" (AVIF too); empty for anything else.
+std::string_view suffix_of(std::span<const std::byte> picture);
 
 /// A model as read, in the file's axes and unit.
 struct FileModel

@@ -134,6 +134,12 @@ struct TextureUse
     const tinygltf::Value* transform = nullptr;
 };
 
+const tinygltf::Value* find(const tinygltf::ExtensionMap& extensions, const char* name)
+{
+    const auto found = extensions.find(name);
+    return found == extensions.end() || !found->second.IsObject() ? nullptr : &found->second;
+}
+
 void take_texture(const GltfFile& gltf, const TextureUse& use, const std::string& place, GltfLook& look)
 {
     const auto& model = gltf.model;
@@ -141,10 +147,14 @@ void take_texture(const GltfFile& gltf, const TextureUse& use, const std::string
         throw Error(fmt::format("{}texture {} of {}", place, use.texture, model.textures.size()));
     const auto& texture = model.textures[static_cast<std::size_t>(use.texture)];
     const std::string texture_place = entry("textures", static_cast<std::size_t>(use.texture));
-    if (texture.source < 0 || static_cast<std::size_t>(texture.source) >= gltf.images.size())
-        throw Error(fmt::format("{}image {} of {}; export the model with PNG or JPEG pictures", texture_place, texture.source,
+    int source = texture.source;
+    for (const char* const extension : {"EXT_texture_webp", "EXT_texture_avif"})
+        if (const auto* const newer = find(texture.extensions, extension); source < 0 && newer != nullptr)
+            source = integer_or(*newer, "source", -1);
+    if (source < 0 || static_cast<std::size_t>(source) >= gltf.images.size())
+        throw Error(fmt::format("{}image {} of {}; export the model with PNG or JPEG pictures", texture_place, source,
                                 gltf.images.size()));
-    look.image = texture.source;
+    look.image = source;
     look.texcoord_set = use.texcoord_set;
     if (texture.sampler >= 0)
     {
@@ -161,12 +171,6 @@ void take_texture(const GltfFile& gltf, const TextureUse& use, const std::string
     }
 }
 
-const tinygltf::Value* find(const tinygltf::ExtensionMap& extensions, const char* name)
-{
-    const auto found = extensions.find(name);
-    return found == extensions.end() || !found->second.IsObject() ? nullptr : &found->second;
-}
-
 /// The older form of a material, which Sketchfab and others export.
 void take_specular_glossiness(const GltfFile& gltf, const tinygltf::Value& extension, const std::string& place,
                               bool with_pictures, GltfLook& look)
@@ -179,11 +183,6 @@ void take_specular_glossiness(const GltfFile& gltf, const tinygltf::Value& exten
     if (info.Has("extensions") && info.Get("extensions").Has("KHR_texture_transform"))
         use.transform = &info.Get("extensions").Get("KHR_texture_transform");
     take_texture(gltf, use, place, look);
-}
-
-bool begins_with(std::span<const std::byte> bytes, std::string_view signature)
-{
-    return bytes.size() > signature.size() && std::memcmp(bytes.data(), signature.data(), signature.size()) == 0;
 }
 
 /// The color and, if wanted, picture of a material; white for -1. Throws Error naming the material or texture for invalid numbers
@@ -259,8 +258,8 @@ int GltfPictures::added_view(std::size_t view, const std::string& name, const st
 
 int GltfPictures::added(FilePicture picture, const std::string& place)
 {
-    if (!begins_with(picture.bytes, "\x89PNG") && !begins_with(picture.bytes, "\xFF\xD8\xFF"))
-        throw Error(place + "neither PNG nor JPEG; export the model with PNG or JPEG pictures");
+    if (suffix_of(picture.bytes).empty())
+        throw Error(place + "not PNG, JPEG, WebP or AVIF; export the model with PNG or JPEG pictures");
     model_.pictures.push_back(std::move(picture));
     return next() - 1;
 }
@@ -548,6 +547,10 @@ class SceneReader
 
     void warn()
     {
+        const auto& used = gltf_.model.extensionsUsed;
+        if (std::ranges::find(used, "KHR_materials_variants") != used.end())
+            model_.warnings.emplace_back(
+                "it has variants of its materials (KHR_materials_variants): the one shown at first is read");
         if (is_posed_)
             model_.warnings.emplace_back("skins and morph targets are not applied: the shape is the one without them");
         if (skipped_ > 0)

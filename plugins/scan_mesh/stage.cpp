@@ -17,6 +17,9 @@ namespace
 // A room's longest side; larger meshes are likely in another unit.
 constexpr double smallest_room_m = 0.3;
 constexpr double largest_room_m = 300;
+// What a unit is guessed by.
+constexpr double smallest_guess_m = 1;
+constexpr double largest_guess_m = 50;
 
 class ScanMesh final : public fresco::Stage
 {
@@ -66,8 +69,7 @@ class ScanMesh final : public fresco::Stage
     std::string store(const scan_mesh::FilePicture& picture, std::size_t number) const
     {
         const auto bytes = picture.file.empty() ? picture.bytes : fresco::read_file(picture.file);
-        const bool is_png = !bytes.empty() && bytes.front() == std::byte{0x89};
-        std::string name = fmt::format("picture_{}{}", number, is_png ? ".png" : ".jpg");
+        std::string name = fmt::format("picture_{}{}", number, scan_mesh::suffix_of(bytes));
         const auto file = model.folder().path / name;
         fresco::write_file(file, bytes);
         try
@@ -82,7 +84,7 @@ class ScanMesh final : public fresco::Stage
         return name;
     }
 
-    static void tell(const scan_mesh::FileModel& read, const fresco::Model& made, fresco::RunContext& run)
+    void tell(const scan_mesh::FileModel& read, const fresco::Model& made, fresco::RunContext& run) const
     {
         const auto extent = scan_mesh::extent_of(made.mesh);
         warn_of_unit(std::max({extent.x, extent.y, extent.z}), run);
@@ -104,13 +106,19 @@ class ScanMesh final : public fresco::Stage
 
     static std::string meters(double length) { return fresco::to_json(std::round(length * 100) / 100); }
 
-    static void warn_of_unit(double longest, fresco::RunContext& run)
+    /// Names the units in which the mesh would have the size of a room or building.
+    void warn_of_unit(double longest, fresco::RunContext& run) const
     {
-        if (longest > largest_room_m)
-            run.warning("the mesh is " + meters(longest) + " m long; if the file is in millimeters, set unit_m: 0.001");
-        else if (longest < smallest_room_m)
-            run.warning("the mesh is only " + fresco::to_json(std::round(longest * 1e4) / 1e4) +
-                        " m long; set unit_m, the meters per unit of the file");
+        if (longest >= smallest_room_m && longest <= largest_room_m)
+            return;
+        std::string units;
+        for (const auto& [name, meter] :
+             {std::pair{"meters", 1.0}, {"feet", 0.3048}, {"inches", 0.0254}, {"centimeters", 0.01}, {"millimeters", 0.001}})
+            if (const double size = longest / *unit_m * meter; size >= smallest_guess_m && size <= largest_guess_m)
+                units += fmt::format("{}{:g} if it is in {} ({:.3g} m long)", units.empty() ? "" : ", ", meter, name, size);
+        const std::string shown = longest < 1 ? fresco::to_json(std::round(longest * 1e4) / 1e4) : meters(longest);
+        run.warning("the mesh is " + shown + " m long; set unit_m, the meters per unit of the file" +
+                    (units.empty() ? "" : ": " + units));
     }
 
     fresco::Cost cost() const override

@@ -94,8 +94,8 @@ fresco::Intrinsics calibrated(const CameraMatrix& matrix, fresco::recordings::Pi
     return fresco::recordings::intrinsics_for(matrix, is_assumed ? fresco::recordings::PixelCenter::half : center, size, picture);
 }
 
-/// The folders `path`/seq-XX by number; only those in `wanted`, unless it is empty. Throws MissingInput if there are none,
-/// or not the wanted ones; Error for two of one number.
+/// The folders `path`/seq-XX by number; only those in `wanted`, unless it is empty. Where there are none but frames in `path`
+/// itself, that is the only sequence. Throws MissingInput if there are none, or not the wanted ones; Error for two of one number.
 std::vector<fs::path> list_sequences(const fs::path& path, const std::vector<int>& wanted, fresco::RunContext& run)
 {
     run.reads_folder(path, "seq-*");
@@ -104,6 +104,13 @@ std::vector<fs::path> list_sequences(const fs::path& path, const std::vector<int
         if (const auto number = fresco::recordings::number_after(entry.path().filename().string(), "seq-");
             number && entry.is_directory() && !found.emplace(*number, entry.path()).second)
             throw fresco::Error(fmt::format("{}: two folders for sequence {}; remove one", path.string(), *number));
+    const auto is_pose = [](const fs::directory_entry& entry)
+    {
+        const std::string name = entry.path().filename().string();
+        return name.starts_with("frame-") && name.ends_with(".pose.txt");
+    };
+    if (found.empty() && std::ranges::any_of(fs::directory_iterator(path), is_pose))
+        return {path};
     if (found.empty())
         throw fresco::MissingInput(path.string() +
                                    ": no sequences; expected folders seq-01, seq-02, … with frame-000000.color.png (or .jpg), "
@@ -136,7 +143,7 @@ class ScanSevenScenes final : public RecordingStage
         : RecordingStage({.path = "Folder of the scan",
                           .frames = "The recorded views, each with a color and a depth camera",
                           .every = "Use every n-th frame of each sequence",
-                          .folder = fresco::folder_with({"seq-*"})})
+                          .folder = fresco::folder_with({"seq-*|frame-*.pose.txt"})})
     {
     }
 
@@ -166,7 +173,7 @@ class ScanSevenScenes final : public RecordingStage
             for (auto& view : numbered_views({folder, "frame-", {".color.png", ".color.jpg", ".color.jpeg"}},
                                              {folder, "frame-", {".depth.png"}}, {folder, "frame-", {".pose.txt"}}, run))
             {
-                view.sequence = folder.filename().string();
+                view.sequence = folder == path() ? "seq-01" : folder.filename().string();
                 view.depth_unit_m = *depth_unit_m;
                 recording.views.push_back(std::move(view));
             }

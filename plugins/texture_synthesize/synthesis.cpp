@@ -326,7 +326,7 @@ namespace
 {
 
 constexpr double least_texels = 2;
-constexpr const char* check_unit = "; if the mesh is not in meters, say so where it is read (scan.mesh: unit_m)";
+constexpr const char* check_unit = "; if the mesh is not in meters, read it with scan.mesh, which has the option unit_m";
 
 double longest_side_m(const Mesh& mesh)
 {

@@ -117,9 +117,17 @@ FileFormat obj_format()
 std::vector<FileFormat> picture_formats()
 {
     // Programs save pictures of one kind by names of the other.
-    const std::vector<std::string> extensions{".png", ".jpg", ".jpeg"};
+    const std::vector<std::string> extensions{".png", ".jpg", ".jpeg", ".webp", ".heic", ".heif", ".avif"};
     return {{.name = "a PNG picture", .extensions = extensions, .begins = {"\x89PNG\r\n\x1a\n"}, .ends = {"IEND"}},
-            {.name = "a JPEG picture", .extensions = extensions, .begins = {"\xff\xd8\xff"}, .ends = {"\xff\xd9"}}};
+            {.name = "a JPEG picture", .extensions = extensions, .begins = {"\xff\xd8\xff"}, .ends = {"\xff\xd9"}},
+            {.name = "a WebP picture",
+             .extensions = extensions,
+             .begins = {"WEBP"},
+             .begins_at = 8,
+             .length_at = 4,
+             .length_bytes = 4,
+             .length_from = 8},
+            {.name = "a HEIC or AVIF picture", .extensions = extensions, .begins = {"ftyp"}, .begins_at = 4}};
 }
 
 }  // namespace fresco

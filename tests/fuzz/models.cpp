@@ -8,8 +8,6 @@
 
 namespace fresco::fuzz
 {
-namespace
-{
 
 void read_gltf(Bytes bytes)
 {
@@ -27,6 +25,9 @@ void read_gltf(Bytes bytes)
             require(material < model.materials.size(), "materials that are there");
     }
 }
+
+namespace
+{
 
 void read_mtl(Bytes bytes)
 {

@@ -60,6 +60,9 @@ bool refused(const Use& use)
     return false;
 }
 
+/// A GLB or glTF file; what is read can be used.
+void read_gltf(Bytes bytes);
+
 /// A file with these bytes, for parsers that open one; the same file each time. `name` is one per parser.
 std::filesystem::path file_with(Bytes bytes, const std::string& name);
 

@@ -133,11 +133,15 @@ void OptionChecker::check_folder(const OptionDeclaration& option, const fs::path
     for (const TypeDescription* type : types_.of_kind("stage"))
         if (const KnownType known = types_.find(type->type, "stage"); known && reads_folder(*known.declaration, folder))
             instead.push_back(type->type);
+    // What `contains_unless` takes the place of comes last.
+    const bool has_option = !option.contains_unless.empty() && missing == missing_entries(folder, {option.contains.back()});
     std::string meant;
     if (!instead.empty())
         meant = "; " + join(instead, " or ") + (instead.size() == 1 ? " reads" : " read") + " such a folder";
     else if (const fs::path other = neighbor_with(folder, option.contains); !other.empty())
         meant = "; set it to '" + other.string() + "'";
+    else if (has_option)
+        meant = "; put it there, or set option '" + option.contains_unless + "'";
     problems_.add(node.position(),
                   user + ": option '" + option.name + "': '" + folder.string() + "' does not contain " + join(missing, " or ") +
                       meant,

@@ -37,6 +37,14 @@ std::vector<fresco::FileFormat> known_formats()
     return all;
 }
 
+const std::string pictures = "a PNG picture, a JPEG picture, a WebP picture or a HEIC or AVIF picture";
+// 16 bytes each behind the first 12.
+const std::string webp = std::string("RIFF\x14\0\0\0WEBP", 12) + std::string(16, 'x');
+const std::string heic = std::string("\0\0\0\x10"
+                                     "ftypheic",
+                                     12) +
+                         std::string(16, 'x');
+
 struct Example
 {
     std::string name;
@@ -61,10 +69,15 @@ TEST_CASE("A file that does not match its name is recognized by its beginning an
         {"a.jpg", jpeg_head.substr(0, 5), "is cut short: copy or export it again"},
         // The end lies across two pieces that are searched.
         {"a.jpg", jpeg_head + "\xff\xd9" + std::string(65535, 'x'), ""},
-        {"a.jpg", "<!DOCTYPE html>\n<html>", "is not a PNG picture or a JPEG picture: it begins with \"<!DOCTYPE html>\""},
-        {"a.jpg", "\x01\x02", "is not a PNG picture or a JPEG picture"},
-        {"a.jpeg", ply_text, "is not a PNG picture or a JPEG picture: it is a PLY mesh"},
+        {"a.jpg", "<!DOCTYPE html>\n<html>", "is not " + pictures + ": it begins with \"<!DOCTYPE html>\""},
+        {"a.jpg", "\x01\x02", "is not " + pictures},
+        {"a.jpeg", ply_text, "is not " + pictures + ": it is a PLY mesh"},
         {"a.jpeg", "", "is empty"},
+        {"a.jpg", webp, ""},
+        {"a.webp", webp.substr(0, 27), "is cut short: copy or export it again"},
+        {"a.heic", heic, ""},
+        {"a.avif", heic, ""},
+        {"a.webp", ply_text, "is not " + pictures + ": it is a PLY mesh"},
         {"a.npy", "\x93NUMPY\1", ""},
         {"a.npy", jpeg_head, "is not an NPY file: it is a JPEG picture"},
         {"a.ply", ply_text, ""},
@@ -163,7 +176,7 @@ TEST_CASE("Folders of options are looked into when the pipeline is checked", "[p
              // One level off; but not where it may be either of two.
              {"scan.listed, path: unpacked", "list.txt; set it to '" + root + "/unpacked/scan'"},
              {"scan.posed, path: good/seq-01", "poses.*; set it to '" + root + "/good/'"},
-             {"scan.listed, path: twice", "twice' does not contain list.txt"},
+             {"scan.listed, path: twice", "twice' does not contain list.txt; put it there, or set option 'list'"},
              // Where the option says otherwise, and without a folder.
              {"scan.listed, path: unpacked, list: good/poses.txt", ""},
              {"scan.listed, path: ''", ""},

@@ -81,7 +81,7 @@ TEST_CASE("pictures that are JPEG or 8-bit RGB already are copied byte for byte,
     const testing::TemporaryFolder folder;
     Frame frame;
     frame.color_picture.path = folder.path() / "a.JPEG";
-    write_file(frame.color_picture.path, "the recorder's own bytes");
+    write_file(frame.color_picture.path, "\xFFthe recorder's own bytes");
     const testing::RawImages codec;
     const EncodedPicture copied = encoded_color(frame, Raster8(2, 2, 3), codec);
     CHECK(copied.extension == ".jpg");
@@ -102,6 +102,8 @@ TEST_CASE("pictures that are JPEG or 8-bit RGB already are copied byte for byte,
         CHECK(encoded_color(frame, Raster8(2, 2, 3, 7), codec).bytes == dataset::to_npy(Raster8(2, 2, 3, 7)));
     }
     frame.color_picture.path = jpeg;
+    write_file(jpeg, "RIFF....WEBP");
+    CHECK(encoded_color(frame, Raster8(2, 2, 3, 7), codec).extension == ".png");
     frame.color_picture.hash = content_hash("others");
     CHECK_THROWS_WITH(encoded_color(frame, Raster8(2, 2, 3), codec), Contains("a.JPEG: the file changed while it was read"));
     RasterF depth(4, 1);

@@ -222,6 +222,41 @@ inline Bytes file_of(const Jpeg& jpeg)
     return out;
 }
 
+// ---- WebP
+
+inline Bytes riff_chunk(std::string_view type, std::span<const std::byte> data)
+{
+    Bytes out;
+    put(out, type);
+    for (int i = 0; i < 4; ++i)
+        put(out, data.size() >> (8 * i), 1);
+    put(out, data);
+    out.resize(out.size() + data.size() % 2);
+    return out;
+}
+
+/// `chunks`: whole chunks one after another.
+inline Bytes riff(std::span<const std::byte> chunks)
+{
+    Bytes data;
+    put(data, "WEBP");
+    put(data, chunks);
+    return riff_chunk("RIFF", data);
+}
+
+/// VP8X, then `before`, the image of a plain `webp`, and `behind`. `flags`: RFC 9649, figure 7.
+inline Bytes extended_webp(int flags, int width, int height, std::span<const std::byte> before, const Bytes& webp,
+                           std::span<const std::byte> behind = {})
+{
+    const auto low = [](int v) { return (v - 1) & 255; };
+    const auto high = [](int v) { return (v - 1) >> 8; };
+    Bytes chunks = riff_chunk("VP8X", bytes_of({flags, 0, 0, 0, low(width), high(width), 0, low(height), high(height), 0}));
+    put(chunks, before);
+    put(chunks, std::span(webp).subspan(12));
+    put(chunks, behind);
+    return riff(chunks);
+}
+
 /// The bytes from the first occurrence of `pattern` on; npos if there is none.
 inline std::size_t find(const Bytes& bytes, std::initializer_list<int> pattern)
 {

@@ -53,15 +53,16 @@ TEST_CASE("read.image: says what it makes of which files")
 {
     const Reader reader;
     CHECK(reader.reader->artifact() == "image");
-    CHECK(reader.reader->extensions() == std::vector<std::string>{".png", ".jpg", ".jpeg", ".npy"});
+    CHECK(reader.reader->extensions() ==
+          std::vector<std::string>{".png", ".jpg", ".jpeg", ".webp", ".heic", ".heif", ".avif", ".npy"});
     const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "read.image");
     CHECK_THAT(to_json(made->describe()), Contains("image.opencv"));
 }
 
-TEST_CASE("read.image: PNG and JPEG go to the codec")
+TEST_CASE("read.image: all but NPY go to the codec")
 {
     Reader reader;
-    for (const char* name : {"a.png", "a.JPG", "b.jpeg"})
+    for (const char* name : {"a.png", "a.JPG", "b.jpeg", "c.webp", "d.heic"})
     {
         CHECK(reader.read(reader.folder.path() / name) == Raster8(1, 1, 3, 9));
         CHECK(reader.codec->asked.filename() == name);

@@ -125,6 +125,15 @@ TEST_CASE("the reconstruction is found where tools put it", "[scan.colmap]")
     }
 }
 
+TEST_CASE("a reconstruction without its pictures says where to put them, or what to set", "[scan.colmap]")
+{
+    const WrittenRecording project(text_reader);
+    fs::rename(project.path / "images", project.path / "photos");
+    CHECK_THAT(project.error(Value::Map{}),
+               Contains("there is no folder images (or rgb, resized_images)") && Contains("set option \"pictures\""));
+    CHECK(project.read(Value::Map{{"pictures", (project.path / "photos").string()}}).frames->frames.size() == 3);
+}
+
 TEST_CASE("masks have COLMAP's names, or those of the pictures", "[scan.colmap]")
 {
     const WrittenRecording project(text_reader);

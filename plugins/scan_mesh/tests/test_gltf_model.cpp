@@ -261,8 +261,8 @@ TEST_CASE("buffers and pictures lie in the file, beside it, or in its text", "[s
     CHECK(folder.read_text(to_json(data.document())).mesh.positions == std::vector<Vec3f>(3));
     sample.rest.set("images", Value::List{});
     CHECK_THROWS_WITH(folder.read_text(text("data%20files/a%20b.bin", "data:image/png;base64,AAAA")),
-                      Contains("images[0]: neither PNG nor JPEG"));
-    CHECK_THROWS_WITH(folder.read_text(text("data%20files/a%20b.bin", "data:image/webp;base64,AAAA")),
+                      Contains("images[0]: not PNG, JPEG, WebP or AVIF"));
+    CHECK_THROWS_WITH(folder.read_text(text("data%20files/a%20b.bin", "data:image/tiff;base64,AAAA")),
                       Contains("images[0]: expected \"data:image/png;base64"));
 }
 

@@ -53,9 +53,11 @@ TEST_CASE("a mesh is brought into the world: unit, axes, transform", "[scan.mesh
     CHECK(run.reported.at("extent_m").as_list().at(0).as_double() == Approx(3));
     CHECK(run.messages == std::vector<std::string>{"1 faces, 3.0 x 1.0 x 2.0 m"});
     CHECK(read(file, run, Value::Map{}).positions[1] == fresco::Vec3f{1000, 2000, 3000});
-    CHECK_THAT(run.messages.at(1), Contains("warning: the mesh is 3000.0 m long; if the file is in millimeters"));
+    CHECK_THAT(run.messages.at(1),
+               Contains("warning: the mesh is 3000.0 m long; set unit_m, the meters per unit of the file: ") &&
+                   Contains("0.01 if it is in centimeters (30 m long), 0.001 if it is in millimeters (3 m long)"));
     read(file, run, Value::Map{{"unit_m", 1e-5}});
-    CHECK_THAT(run.messages.at(3), Contains("warning: the mesh is only 0.03"));
+    CHECK_THAT(run.messages.at(3), Contains("warning: the mesh is 0.03 m long; set unit_m"));
 }
 
 TEST_CASE("the size in meters counts, not that in the file", "[scan.mesh]")

@@ -122,6 +122,21 @@ TEST_CASE("sequences and every choose frames", "[scan.seven_scenes]")
     CHECK_THAT(scan.error(Value::Map{{"sequences", Value::List{3}}}), Contains("no sequence 3; found 2, 10"));
 }
 
+TEST_CASE("frames in the folder itself are its only sequence", "[scan.seven_scenes]")
+{
+    const WrittenRecording scan(reader);
+    const auto whole = scan.read().frames->frames;
+    for (const auto& entry : fs::directory_iterator(scan.path / whole[0].sequence))
+        fs::copy(entry.path(), scan.path / entry.path().filename());
+    for (const auto& frame : whole)
+        fs::remove_all(scan.path / frame.sequence);
+    const auto flat = scan.read().frames->frames;
+    REQUIRE(!flat.empty());
+    CHECK(flat[0].sequence == "seq-01");
+    CHECK(flat[0].name == whole[0].name);
+    CHECK(flat[0].color.world_from_camera.translation == whole[0].color.world_from_camera.translation);
+}
+
 TEST_CASE("options go before calibration files", "[scan.seven_scenes]")
 {
     const WrittenRecording scan(reader);

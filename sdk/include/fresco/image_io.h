@@ -11,7 +11,7 @@
 namespace fresco
 {
 
-/// PNG and JPEG.
+/// PNG, JPEG, WebP, HEIC and AVIF.
 std::vector<FileFormat> picture_formats();
 
 /// Size of a picture as its header states it (before EXIF orientation).
@@ -32,12 +32,12 @@ class ImageIo : public Component
     static constexpr std::string_view component_kind = "image_io";
     ~ImageIo() override;
 
-    /// Size without decoding; PNG and JPEG.
+    /// Size without decoding.
     virtual ImageHeader header(const std::filesystem::path& file) const = 0;
     /// The same, with the kind of its samples, once the whole file was walked without decoding it: a picture that is cut is
     /// refused. The default calls header().
     virtual ImageHeader check(const std::filesystem::path& file) const;
-    /// 8-bit sRGB, 3 channels: EXIF orientation applied, alpha composited on white, gray, 16-bit and CMYK converted.
+    /// 8-bit sRGB, 3 channels: EXIF orientation applied, alpha composited on white; gray, 16-bit, CMYK, other profiles converted.
     virtual Raster8 read_rgb(const std::filesystem::path& file) const = 0;
     /// 16-bit, 1 channel, values as stored. Throws Error for a picture that is not 16-bit gray.
     virtual Raster16 read_depth(const std::filesystem::path& file) const = 0;

@@ -1,13 +1,16 @@
 #include <fresco/camera.h>
+#include <fresco/error.h>
 #include <fresco/geometry/topology.h>
 #include <fresco/geometry/upright.h>
 #include <fresco/numerics/numerics.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <fmt/format.h>
 #include <numbers>
+#include <vector>
 
 namespace fresco::geometry
 {
@@ -22,10 +25,31 @@ constexpr double cameras_deg = 30;
 constexpr double plane_thickness_m = 0.08;
 /// Less of the area is no evidence of a floor.
 constexpr double least_level_share = 0.02;
-/// How much more than the next best is sure.
+/// How much more lies level at the one end than at the other to be the ground.
 constexpr double clearly_more = 1.25;
+/// Without cameras: what must stand or lie along a direction, of the area. It is 0.15 for a sphere.
+constexpr double least_shape_share = 0.4;
+/// What the next best direction may have of the evidence, and still the best is clear.
+constexpr double most_next_share = 0.9;
+/// How much more must face up than down to tell which is which: scans lack ceilings and what buildings stand on.
+constexpr double least_facing_share = 0.04;
 
 using numerics::cosine_deg;
+
+/// Directions all over half a sphere, 3 degrees apart.
+std::vector<Vec3d> half_sphere()
+{
+    constexpr int count = 2000;
+    constexpr double golden_angle = 2.399963;
+    std::vector<Vec3d> directions;
+    for (int i = 0; i < count; ++i)
+    {
+        const double z = 1 - (i + 0.5) / count;
+        const double radius = std::sqrt(1 - z * z);
+        directions.push_back({radius * std::cos(golden_angle * i), radius * std::sin(golden_angle * i), z});
+    }
+    return directions;
+}
 
 /// The area that faces along nearly the same direction, and the sum of its area vectors.
 struct Facing
@@ -92,19 +116,82 @@ struct FacingAreas
         return axis;
     }
 
+    /// What speaks for an axis as the upright one.
+    struct Evidence
+    {
+        double shape = 0;   ///< Walls around it, less what faces to one side only, and level surfaces; of the area.
+        double facing = 0;  ///< How much more faces its positive side than the other, of the area.
+        double all = 0;     ///< To compare axes by: the shape, the larger side of what is level, and how unlike both sides are.
+    };
+
+    /// A box stands along three axes, a roof's ridge is one of them; but only along the upright one both sides are unlike.
+    Evidence evidence(Vec3d axis) const
+    {
+        constexpr std::size_t steps = 64;
+        std::array<double, steps> unlike{};
+        double front = 0, back = 0, walls = 0;
+        Vec3d walls_sum;
+        Evidence found;
+        for (const Facing& bin : bins)
+        {
+            const double cosine = dot(bin.normal, axis);
+            found.facing += bin.area * cosine / area;
+            if (std::abs(cosine) > cosine_deg(level_deg))
+                (cosine > 0 ? front : back) += bin.area;
+            else if (std::abs(cosine) < cosine_deg(90 - level_deg))
+            {
+                walls += bin.area;
+                walls_sum += bin.sum;
+            }
+            const auto step = std::min(static_cast<std::size_t>(std::abs(cosine) * steps), steps - 1);
+            unlike[step] += cosine > 0 ? bin.area : -bin.area;
+        }
+        // The area times the cosine that would have to move to make both sides alike.
+        double moved = 0;
+        double beyond = 0;
+        for (std::size_t step = steps; step-- > 0;)
+        {
+            beyond += unlike[step];
+            moved += std::abs(beyond) / steps;
+        }
+        found.shape = (std::max(walls - length(walls_sum), 0.0) + front + back) / area;
+        found.all = found.shape + (std::max(front, back) + 5 * moved) / area;
+        return found;
+    }
+
+    /// The axis nearby that walls are square to and that level surfaces face along, by least squares.
+    Vec3d squared(Vec3d axis) const
+    {
+        for (const double degrees : {8.0, 6.0, 4.0, 4.0})
+        {
+            const Vec3d near = axis;
+            for (int round = 0; round < 100; ++round)
+            {
+                // One step to the eigenvector of the least eigenvalue.
+                Vec3d next;
+                for (const Facing& bin : bins)
+                {
+                    const double cosine = std::abs(dot(bin.normal, near));
+                    const bool is_level = cosine > cosine_deg(degrees);
+                    if (is_level || cosine < cosine_deg(90 - degrees))
+                        next += (axis - bin.normal * (is_level ? -1.0 : 1.0) * dot(bin.normal, axis)) * bin.area;
+                }
+                if (!(length(next) > 0))
+                    return axis;
+                axis = normalized(next);
+            }
+        }
+        return axis;
+    }
+
     /// Of directions all over half a sphere, and of `direction`, the one that most area faces along among those that `allowed`
     /// accepts; refined. Nothing where it accepts none.
     template <class Allowed>
     std::optional<Vec3d> best(std::optional<Vec3d> direction, const Allowed& allowed) const
     {
-        constexpr int count = 2000;
-        constexpr double golden_angle = 2.399963;
         double most = direction ? along(*direction) : -1;
-        for (int i = 0; i < count; ++i)
+        for (const Vec3d axis : half_sphere())
         {
-            const double z = 1 - (i + 0.5) / count;
-            const double radius = std::sqrt(1 - z * z);
-            const Vec3d axis{radius * std::cos(golden_angle * i), radius * std::sin(golden_angle * i), z};
             if (!allowed(axis))
                 continue;
             if (const double area_along = along(axis); area_along > most)
@@ -167,18 +254,55 @@ Vec3d nearest_axis(Vec3d direction)
     return {axis[0], axis[1], axis[2]};
 }
 
-Upward by_planes(const FacingAreas& areas)
+/// 1 where clearly more lies level at the bottom than at the top, -1 where it is the other way round, else 0.
+double flatter_end(const Mesh& mesh, Vec3d up)
 {
-    const auto any = [](Vec3d) { return true; };
-    const Vec3d axis = *areas.best(std::nullopt, any);
-    const auto elsewhere = [&](Vec3d other) { return std::abs(dot(axis, other)) < cosine_deg(cameras_deg); };
-    const std::optional<Vec3d> next = areas.best(std::nullopt, elsewhere);
-    const bool is_level = areas.along(axis) > clearly_more * (next ? areas.along(*next) : 0);
-    const double front = areas.along(axis, false);
-    const double back = areas.along(axis * -1.0, false);
-    if (is_level && std::max(front, back) > clearly_more * std::min(front, back))
-        return {axis * (front > back ? 1.0 : -1.0), UpEvidence::planes};
-    return {dot(nearest_axis(axis), Vec3d{1, 1, 1}) < 0 ? axis * -1.0 : axis, UpEvidence::nothing};
+    constexpr double end_share = 0.05;
+    std::vector<double> heights;
+    for (const Vec3f p : mesh.positions)
+        heights.push_back(dot(vec_cast<double>(p), up));
+    const auto [low, high] = std::ranges::minmax(heights);
+    const double end = end_share * (high - low);
+    double bottom = 0, top = 0;
+    for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
+    {
+        const Vec3d vector = area_vector(mesh, f) * 0.5;
+        if (!(std::abs(dot(vector, up)) > length(vector) * cosine_deg(level_deg)))
+            continue;
+        const auto& [a, b, c] = mesh.triangles[f];
+        const double height = (heights[a] + heights[b] + heights[c]) / 3;
+        bottom += height < low + end ? length(vector) : 0;
+        top += height > high - end ? length(vector) : 0;
+    }
+    if (bottom > clearly_more * top)
+        return 1;
+    return top > clearly_more * bottom ? -1 : 0;
+}
+
+Upward by_shape(const Mesh& mesh, const FacingAreas& areas)
+{
+    const std::vector<Vec3d> directions = half_sphere();
+    std::vector<double> of;
+    for (const Vec3d direction : directions)
+        of.push_back(areas.evidence(direction).all);
+    const Vec3d axis = areas.squared(directions[static_cast<std::size_t>(std::ranges::max_element(of) - of.begin())]);
+    const FacingAreas::Evidence best = areas.evidence(axis);
+    std::size_t next = directions.size();
+    for (std::size_t i = 0; i < directions.size(); ++i)
+        if (std::abs(dot(axis, directions[i])) < cosine_deg(cameras_deg) && (next == directions.size() || of[i] > of[next]))
+            next = i;
+    Upward result{dot(nearest_axis(axis), Vec3d{1, 1, 1}) < 0 ? axis * -1.0 : axis, UpEvidence::nothing};
+    result.shape_share = best.shape;
+    result.next_share = std::min(1.0, areas.evidence(areas.squared(directions[next])).all / best.all);
+    if (best.shape < least_shape_share || result.next_share > most_next_share)
+        return result;
+    const double side = std::abs(best.facing) > least_facing_share ? best.facing : flatter_end(mesh, axis);
+    if (side != 0)
+    {
+        result.direction = axis * (side > 0 ? 1.0 : -1.0);
+        result.from = UpEvidence::shape;
+    }
+    return result;
 }
 
 }  // namespace
@@ -190,7 +314,7 @@ Upward find_up(const Mesh& mesh, const std::optional<Vec3d>& by_cameras)
     if (!(areas.area > 0))
         return result;
     if (!by_cameras)
-        result = by_planes(areas);
+        result = by_shape(mesh, areas);
     else
     {
         const auto near_cameras = [&](Vec3d axis) { return std::abs(dot(axis, *by_cameras)) > cosine_deg(cameras_deg); };
@@ -256,17 +380,33 @@ const char* text_of(UpEvidence evidence)
         return "cameras and plane";
     case UpEvidence::cameras:
         return "cameras";
-    case UpEvidence::planes:
-        return "planes";
+    case UpEvidence::shape:
+        return "shape";
     case UpEvidence::nothing:
         return "nothing";
     }
     return "";
 }
 
+std::string percent(double share)
+{
+    return fmt::format("{:.1f}%", 100 * share);
+}
+
+std::string not_shown(const Upward& up)
+{
+    const std::string what = "the mesh does not show which way is up ";
+    if (up.shape_share < least_shape_share)
+        return what + "(walls and level surfaces along its best direction are " + percent(up.shape_share) + " of it; " +
+               percent(least_shape_share) + " would do)";
+    if (up.next_share > most_next_share)
+        return what + "(two directions are as good: the next best has " + percent(up.next_share) + " of the evidence)";
+    return what + "(its two ends are alike)";
+}
+
 std::string sentence(const Upward& up)
 {
-    const std::string floor = fmt::format("the largest level plane is {:.1f}% of the surface", 100 * up.plane_share);
+    const std::string floor = "the largest level plane is " + percent(up.plane_share) + " of the surface";
     switch (up.from)
     {
     case UpEvidence::cameras_and_plane:
@@ -274,16 +414,21 @@ std::string sentence(const Upward& up)
                            floor);
     case UpEvidence::cameras:
         return "upright by the cameras; the mesh has no level plane near their direction";
-    case UpEvidence::planes:
-        return "upright by the mesh's level surfaces, without cameras; " + floor;
+    case UpEvidence::shape:
+        return "upright by the mesh's walls and level surfaces, without cameras, " + percent(up.shape_share) +
+               " of the surface; the next best direction has " + percent(up.next_share) + " of the evidence; " + floor;
     case UpEvidence::nothing:
         break;
     }
-    return "the mesh does not show which way is up: its axes are kept; wire 'frames', whose cameras show it, or set up: z";
+    return not_shown(up) + ": its axes are kept; wire 'frames', whose cameras show it, or set up: z";
 }
 
 }  // namespace
 
+namespace
+{
+
+/// The axis that x, y, z, -x, -y or -z names.
 Vec3d named_axis(std::string_view name)
 {
     const double sign = name.starts_with('-') ? -1 : 1;
@@ -298,6 +443,35 @@ Vec3d named_axis(std::string_view name)
     }
 }
 
+std::string name_of(Vec3d axis)
+{
+    for (const char* name : {"x", "y", "z", "-x", "-y"})
+        if (dot(named_axis(name), axis) > 0.5)
+            return name;
+    return "-z";
+}
+
+}  // namespace
+
+Vec3d named_up(std::string_view name, const Mesh& mesh, RunContext& run)
+{
+    const Vec3d up = named_axis(name);
+    const Upward found = find_up(mesh, std::nullopt);
+    if (found.from == UpEvidence::shape && dot(found.direction, up) < cosine_deg(45))
+        run.warning("up: " + std::string(name) + ", but by its walls and level surfaces the mesh stands along " +
+                    name_of(nearest_axis(found.direction)) + " (the next best direction has " + percent(found.next_share) +
+                    " of the evidence); if it comes out lying, set up: " + name_of(nearest_axis(found.direction)));
+    return up;
+}
+
+Vec3d shown_up(const Mesh& mesh, const Input<Frames>& frames, RunContext& run)
+{
+    const Upward up = found_up(mesh, frames, run);
+    if (up.from == UpEvidence::nothing)
+        throw Error("up: auto: " + not_shown(up) + "; set up: x, y, z, -x, -y or -z, or wire 'frames', whose cameras show it");
+    return up.direction;
+}
+
 Upward found_up(const Mesh& mesh, const Input<Frames>& frames, RunContext& run)
 {
     std::vector<RigidTransform> poses;
@@ -307,6 +481,11 @@ Upward found_up(const Mesh& mesh, const Input<Frames>& frames, RunContext& run)
     const Upward up = find_up(mesh, poses.empty() ? std::nullopt : cameras_up(poses));
     run.report("up_from", text_of(up.from));
     run.report("up_plane_share", up.plane_share);
+    if (up.shape_share > 0)
+    {
+        run.report("up_shape_share", up.shape_share);
+        run.report("up_next_share", up.next_share);
+    }
     if (up.from == UpEvidence::cameras_and_plane)
         run.report("up_plane_deg", up.plane_deg);
     return up;
@@ -316,7 +495,7 @@ UprightOption::UprightOption(Configurable* owner)
     : frames_(owner, "frames", optional, "Frames whose cameras show which way is up"),
       up_(owner, "up", "auto", one_of({"auto", "keep", "x", "y", "z", "-x", "-y", "-z"}),
           "World axis that points up and is turned to the file format's; auto: found from the frames' cameras and the mesh's "
-          "level surfaces; keep: no rotation")
+          "walls and level surfaces; keep: no rotation")
 {
 }
 
@@ -334,8 +513,8 @@ std::array<double, 4> UprightOption::turn(const Mesh& mesh, Vec3d target, RunCon
         up = found.direction;
     }
     else
-        up = named_axis(*up_);
-    run.report("up", Value::List{up.x, up.y, up.z});
+        up = named_up(*up_, mesh, run);
+    report_up(up, run);
     return upright_turn(up, target);
 }
 

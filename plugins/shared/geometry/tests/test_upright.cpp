@@ -2,6 +2,7 @@
 
 #include <fresco/camera.h>
 #include <fresco/geometry/upright.h>
+#include <fresco/testing.h>
 #include <fresco/testing_scenes.h>
 
 #include <cmath>
@@ -36,6 +37,13 @@ void add_rectangle(Mesh& mesh, Vec3f corner, Vec3f x, Vec3f y)
     testing::append(mesh, testing::rectangle(corner, x, y));
 }
 
+void add_triangle(Mesh& mesh, Vec3f a, Vec3f b, Vec3f c)
+{
+    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+    mesh.positions.insert(mesh.positions.end(), {a, b, c});
+    mesh.triangles.push_back({first, first + 1, first + 2});
+}
+
 /// A room of 5 x 4 x 2.4 m seen from inside, z up, with a table; its ceiling is half scanned unless `whole`.
 Mesh room(bool whole = false)
 {
@@ -48,6 +56,40 @@ Mesh room(bool whole = false)
     add_rectangle(mesh, {0, 0, 0}, z, x);
     add_rectangle(mesh, {0, 4, 0}, x, z);
     add_rectangle(mesh, {1, 1, 0.7F}, {1.5F, 0, 0}, {0, 1, 0});
+    return mesh;
+}
+
+/// Seen from outside, 10 x 6 m with walls of 3 m and a pitched roof of 45 degrees; its ground is a plate that faces down.
+Mesh house(bool with_ground)
+{
+    Mesh mesh;
+    const Vec3f x{10, 0, 0}, y{0, 6, 0}, z{0, 0, 3};
+    add_rectangle(mesh, {0, 0, 0}, x, z);
+    add_rectangle(mesh, {0, 6, 0}, z, x);
+    add_rectangle(mesh, {0, 0, 0}, z, y);
+    add_rectangle(mesh, {10, 0, 0}, y, z);
+    add_rectangle(mesh, {0, 0, 3}, x, {0, 3, 3});
+    add_rectangle(mesh, {0, 6, 3}, {0, -3, 3}, x);
+    add_triangle(mesh, {0, 0, 3}, {0, 3, 6}, {0, 6, 3});
+    add_triangle(mesh, {10, 0, 3}, {10, 6, 3}, {10, 3, 6});
+    if (with_ground)
+        add_rectangle(mesh, {0, 0, 0}, y, x);
+    return mesh;
+}
+
+/// With a round tower of 16 sides and a pointed roof at its corner.
+Mesh tower(Mesh mesh)
+{
+    const auto around = [](int i, float height)
+    {
+        const double angle = std::numbers::pi * i / 8;
+        return Vec3f{static_cast<float>(10 + 2 * std::cos(angle)), static_cast<float>(2 * std::sin(angle)), height};
+    };
+    for (int i = 0; i < 16; ++i)
+    {
+        add_rectangle(mesh, around(i, 0), around(i + 1, 0) - around(i, 0), {0, 0, 9});
+        add_triangle(mesh, around(i, 9), around(i + 1, 9), {10, 0, 14});
+    }
     return mesh;
 }
 
@@ -74,6 +116,13 @@ RigidTransform camera(double turn_deg, double down_deg, double roll_deg, const Q
 }
 
 const Quaternion unturned{0, 0, 0, 1};
+
+/// z up becomes each of the six axes.
+std::vector<Quaternion> six_orientations()
+{
+    const Vec3d x{1, 0, 0}, y{0, 1, 0};
+    return {unturned, about(x, 90), about(x, -90), about(x, 180), about(y, 90), about(y, -90)};
+}
 
 }  // namespace
 
@@ -132,12 +181,12 @@ TEST_CASE("phones held upright, upside down recorders and those turned every way
     CHECK_FALSE(cameras_up({}).has_value());
 }
 
-TEST_CASE("a mesh by itself stands on its largest plane, if it is clearly that")
+TEST_CASE("a mesh by itself stands by its walls and its floor, if they are clearly that")
 {
     for (const Quaternion& world : {unturned, about({1, 0, 0}, 90), about({1, 2, 3}, 70), about({1, 0, 0}, 180)})
     {
         const auto found = find_up(turned_mesh(room(), world), std::nullopt);
-        CHECK(found.from == UpEvidence::planes);
+        CHECK(found.from == UpEvidence::shape);
         CHECK(degrees_between(found.direction, turned(world, {0, 0, 1})) < 0.01);
     }
     // Nearly as much faces down as up: which of both is the floor is a guess, along a positive axis.
@@ -151,6 +200,60 @@ TEST_CASE("a mesh by itself stands on its largest plane, if it is clearly that")
     add_rectangle(cube, {}, y, z);
     add_rectangle(cube, {}, z, x);
     CHECK(find_up(cube, std::nullopt).from == UpEvidence::nothing);
+}
+
+TEST_CASE("rooms and buildings stand in all six orientations; the ground may be larger than any wall, or missing")
+{
+    for (const Quaternion& world : six_orientations())
+        for (const auto& [name, mesh] : {std::pair{"room", room()},
+                                         {"house on a plate", house(true)},
+                                         {"house without ground", house(false)},
+                                         {"tower house", tower(house(false))}})
+        {
+            CAPTURE(name, world);
+            const auto found = find_up(turned_mesh(mesh, world), std::nullopt);
+            CHECK(found.from == UpEvidence::shape);
+            CHECK(degrees_between(found.direction, turned(world, {0, 0, 1})) < 0.1);
+            CHECK(found.next_share < 0.9);
+            CHECK(found.shape_share > 0.4);
+        }
+}
+
+TEST_CASE("a sphere and a blob show no way up, and a named axis that a house contradicts warns")
+{
+    for (const bool is_blob : {false, true})
+    {
+        Mesh mesh;
+        const auto point = [&](int i, int k)
+        {
+            const double a = std::numbers::pi * i / 32, b = std::numbers::pi * k / 32;
+            const double radius = is_blob ? 1 + 0.2 * std::sin(3 * b) * std::sin(a) + 0.15 * std::cos(2 * a) : 1;
+            return vec_cast<float>(Vec3d{std::sin(a) * std::cos(b), std::sin(a) * std::sin(b), std::cos(a)} * radius);
+        };
+        for (int i = 0; i < 32; ++i)
+            for (int k = 0; k < 64; ++k)
+                for (const auto& [b, c] : {std::pair{std::pair{1, 0}, std::pair{1, 1}}, {std::pair{1, 1}, std::pair{0, 1}}})
+                    add_triangle(mesh, point(i, k), point(i + b.first, k + b.second), point(i + c.first, k + c.second));
+        CHECK(find_up(mesh, std::nullopt).from == UpEvidence::nothing);
+        struct Asking final : Stage
+        {
+            Input<Frames> frames{this, "frames", optional, ""};
+            void run(RunContext& /*run*/) override {}
+        } const stage;
+        testing::TestRun asked;
+        CHECK_THROWS_WITH(geometry::shown_up(mesh, stage.frames, asked),
+                          Catch::Contains("up: auto: the mesh does not show which way is up") &&
+                              Catch::Contains("set up: x, y, z"));
+        testing::TestRun run;
+        geometry::named_up("y", mesh, run);
+        CHECK(run.messages.empty());
+    }
+    testing::TestRun run;
+    CHECK(geometry::named_up("z", house(false), run) == Vec3d{0, 0, 1});
+    CHECK(run.messages.empty());
+    CHECK(geometry::named_up("y", house(false), run) == Vec3d{0, 1, 0});
+    REQUIRE(run.messages.size() == 1);
+    CHECK_THAT(run.messages[0], Catch::Contains("up: y, but") && Catch::Contains("set up: z"));
 }
 
 TEST_CASE("the turn is that of the nearest axis, and changes little where up does")

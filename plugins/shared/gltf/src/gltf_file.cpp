@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <fstream>  // which tinygltf uses but does not include then
 
+#include <fresco/gltf/compression.h>
 #include <fresco/gltf/gltf_file.h>
 
 #include <fresco/error.h>
@@ -18,9 +19,12 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <map>
 #include <numeric>
+#include <set>
 #include <sstream>
 #include <string_view>
+#include <tuple>
 #include <utility>
 
 namespace fresco::gltf
@@ -47,10 +51,17 @@ constexpr std::array<std::string_view, 4> size_keys{"byteLength", "byteOffset", 
 /// Lists and maps of indices.
 constexpr std::array<std::string_view, 4> index_lists{"attributes", "children", "nodes", "targets"};
 /// Of others' entries nothing is known.
-constexpr std::array<std::string_view, 2> read_extensions{"KHR_materials_pbrSpecularGlossiness", "KHR_texture_transform"};
+constexpr std::array<std::string_view, 6> read_extensions{
+    "KHR_materials_pbrSpecularGlossiness", "KHR_texture_transform", "EXT_meshopt_compression",
+    "KHR_draco_mesh_compression",          "EXT_texture_webp",      "EXT_texture_avif"};
 
 /// Extensions that change nothing here, or that are read.
-constexpr std::array<std::string_view, 16> known_extensions{"KHR_materials_unlit",
+constexpr std::array<std::string_view, 21> known_extensions{"EXT_meshopt_compression",
+                                                            "EXT_texture_avif",
+                                                            "EXT_texture_webp",
+                                                            "KHR_draco_mesh_compression",
+                                                            "KHR_materials_unlit",
+                                                            "KHR_materials_variants",
                                                             "KHR_materials_pbrSpecularGlossiness",
                                                             "KHR_materials_specular",
                                                             "KHR_materials_ior",
@@ -108,9 +119,7 @@ void check_version(const Value& document)
 [[noreturn]] void refuse_extension(const std::string& name)
 {
     std::string way_out = "export the model without it";
-    if (name == "KHR_draco_mesh_compression" || name == "EXT_meshopt_compression")
-        way_out = "export the model without compression";
-    else if (name == "KHR_texture_basisu" || name == "EXT_texture_webp" || name == "EXT_texture_avif")
+    if (name == "KHR_texture_basisu")
         way_out = "export the model with PNG or JPEG pictures";
     throw Error("extensionsRequired: the file needs " + name + ", which is not supported; " + way_out);
 }
@@ -132,6 +141,16 @@ const Value::List& list_of(const Value& document, std::string_view key)
     return list == nullptr ? empty : list->as_list();
 }
 
+constexpr std::string_view meshopt = "EXT_meshopt_compression";
+constexpr std::string_view draco = "KHR_draco_mesh_compression";
+
+/// Null where it has none.
+const Value* extension_of(const Value& map, std::string_view name)
+{
+    const Value* const extensions = map.find("extensions");
+    return extensions == nullptr ? nullptr : extensions->find(name);
+}
+
 /// tinygltf takes an index beyond 32 bits for its lower half, and a number of another kind for one that is not there.
 void check_numbers(const Value& value, std::string_view key, const std::string& place)
 {
@@ -149,7 +168,8 @@ void check_numbers(const Value& value, std::string_view key, const std::string& 
             check_numbers(value.as_list()[i], key, fmt::format("{}[{}]", place, i));
     else if (value.is_map())
         for (const auto& [name, inner] : value.as_map())
-            if (name != "extras" && name != "sparse" && (key != "extensions" || contains(read_extensions, name)))
+            if (name != "extras" && name != "sparse" && !(key == meshopt && name == "mode") &&
+                (key != "extensions" || contains(read_extensions, name)))
                 check_numbers(inner, key == "attributes" || key == "targets" ? key : std::string_view(name), place + "." + name);
 }
 
@@ -179,6 +199,14 @@ std::vector<tinygltf::Buffer> buffers_of(const Value& document, std::span<const 
         const std::string place = entry("buffers", buffers.size());
         const std::string uri = text_or_none(value, "uri");
         const auto length = static_cast<std::size_t>(value.at("byteLength").as_int());
+        // Stands for what is compressed in other buffers.
+        const Value* const compression = extension_of(value, meshopt);
+        if (uri.empty() && compression != nullptr && compression->find("fallback") != nullptr &&
+            (!buffers.empty() || binary.empty()))
+        {
+            buffers.emplace_back();
+            continue;
+        }
         if (uri.empty() && (!buffers.empty() || binary.empty()))
             throw Error(place + "expected a uri or a BIN chunk");
         std::vector<std::byte> outside;
@@ -200,6 +228,13 @@ tinygltf::Model parsed(const Value& document)
     for (const auto& [key, value] : document.as_map())
         if (contains(parsed_entries, key))
             used.emplace_back(key, value);
+    // tinygltf wants a view for indices at once.
+    if (const auto meshes = std::ranges::find(used, "meshes", &Value::Map::value_type::first); meshes != used.end())
+        for (Value& mesh : meshes->second.as_list())
+            if (Value* const primitives = mesh.find("primitives"))
+                for (Value& primitive : primitives->as_list())
+                    if (extension_of(primitive, draco) != nullptr)
+                        std::erase_if(primitive.as_map(), [](const auto& each) { return each.first == "indices"; });
     const std::string text = to_json(Value(std::move(used)));
     if (text.size() > std::numeric_limits<unsigned int>::max())
         throw Error("the JSON part has more than 4 GiB");
@@ -241,17 +276,130 @@ void check_counts(const Value& document, const tinygltf::Model& model)
         expect(model.meshes[i].primitives.size(), list_of(meshes[i], "primitives").size(), entry("meshes", i) + "primitives");
 }
 
+/// The bytes of a buffer that an entry names, which begins messages as `place`.
+std::span<const unsigned char> bytes_of(const tinygltf::Model& model, int buffer, std::size_t offset, std::size_t length,
+                                        const std::string& place)
+{
+    if (buffer < 0 || static_cast<std::size_t>(buffer) >= model.buffers.size())
+        throw Error(fmt::format("{}buffer {} of {}", place, buffer, model.buffers.size()));
+    const std::span<const unsigned char> all(model.buffers[static_cast<std::size_t>(buffer)].data);
+    if (offset > all.size() || length > all.size() - offset)
+        throw Error(fmt::format("{}{} bytes at {} do not fit into the buffer of {}", place, length, offset, all.size()));
+    return all.subspan(offset, length);
+}
+
+std::size_t size_or_zero(const Value& map, std::string_view key)
+{
+    const Value* const found = map.find(key);
+    return found == nullptr ? 0 : static_cast<std::size_t>(found->as_int());
+}
+
+/// Unpacks what is compressed; a few bytes that many entries name could take any amount of memory, so they are counted.
+class Unpacking
+{
+  public:
+    Unpacking(const Value& document, tinygltf::Model& model) : document_(document), model_(model)
+    {
+        for (const auto& buffer : model.buffers)
+            left_ += buffer.data.size();
+    }
+
+    void views()
+    {
+        const auto& all = list_of(document_, "bufferViews");
+        for (std::size_t i = 0; i < all.size(); ++i)
+            if (const Value* const form = extension_of(all[i], meshopt))
+            {
+                const std::size_t offset = size_or_zero(*form, "byteOffset");
+                const std::size_t length = size_or_zero(*form, "byteLength");
+                const auto buffer = static_cast<int>(form->at("buffer").as_int());
+                const std::string place = fmt::format("{}{}: ", entry("bufferViews", i), meshopt);
+                const auto stream = bytes_of(model_, buffer, offset, length, place);
+                take(length, place);
+                const auto rows =
+                    meshopt_decoded(std::as_bytes(stream), *form, fmt::format("{}byte {} of buffer {}: ", place, offset, buffer));
+                tinygltf::BufferView& view = model_.bufferViews.at(i);
+                check_plain_form(view, rows.size(), i);
+                view.buffer = static_cast<int>(model_.buffers.size());
+                view.byteOffset = 0;
+                view.byteLength = rows.size();
+                const auto* const begin = reinterpret_cast<const unsigned char*>(rows.data());
+                model_.buffers.emplace_back().data.assign(begin, begin + rows.size());
+            }
+    }
+
+    void primitives()
+    {
+        const auto& meshes = list_of(document_, "meshes");
+        for (std::size_t i = 0; i < meshes.size(); ++i)
+        {
+            const auto& all = list_of(meshes[i], "primitives");
+            for (std::size_t k = 0; k < all.size(); ++k)
+                if (const Value* const form = extension_of(all[k], draco))
+                {
+                    tinygltf::Primitive& primitive = model_.meshes[i].primitives[k];
+                    if (const Value* const indices = all[k].find("indices"))
+                        primitive.indices = static_cast<int>(indices->as_int());
+                    unpack(primitive, *form, entry("meshes", i) + entry("primitives", k));
+                }
+        }
+    }
+
+  private:
+    void check_plain_form(const tinygltf::BufferView& view, std::size_t bytes, std::size_t number) const
+    {
+        if (view.byteLength != bytes)
+            throw Error(fmt::format("{}byteLength: expected count x byteStride, {}", entry("bufferViews", number), bytes));
+        const auto& required = model_.extensionsRequired;
+        if (bytes_of(model_, view.buffer, 0, 0, entry("bufferViews", number)).data() == nullptr &&
+            std::ranges::find(required, meshopt) == required.end())
+            throw Error(fmt::format("extensionsRequired: expected {}, which bufferViews use", meshopt));
+    }
+
+    void unpack(tinygltf::Primitive& primitive, const Value& form, const std::string& place)
+    {
+        const auto view = static_cast<std::size_t>(form.at("bufferView").as_int());
+        if (view >= model_.bufferViews.size())
+            throw Error(fmt::format("{}bufferView {} of {}", place, view, model_.bufferViews.size()));
+        // Primitives of several materials or meshes may share all that they have.
+        if (!unpacked_.insert({view, primitive.indices, primitive.attributes}).second)
+        {
+            primitive.mode = TINYGLTF_MODE_TRIANGLES;
+            return;
+        }
+        const auto stream = view_bytes(model_, view);
+        take(stream.size(), place);
+        try
+        {
+            // The model's buffers move while some are added.
+            const std::vector<unsigned char> copy(stream.begin(), stream.end());
+            unpack_draco(model_, primitive, std::as_bytes(std::span(copy)), form);
+        }
+        catch (const Error& error)
+        {
+            throw Error(place + error.what());
+        }
+    }
+
+    void take(std::size_t bytes, const std::string& place)
+    {
+        if (bytes > left_)
+            throw Error(place + "compressed parts overlap; export the model again");
+        left_ -= bytes;
+    }
+
+    const Value& document_;
+    tinygltf::Model& model_;
+    std::size_t left_ = 0;
+    std::set<std::tuple<std::size_t, int, std::map<std::string, int>>> unpacked_;
+};
+
 void check_views(const tinygltf::Model& model)
 {
     for (std::size_t i = 0; i < model.bufferViews.size(); ++i)
     {
         const auto& view = model.bufferViews[i];
-        if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= model.buffers.size())
-            throw Error(fmt::format("{}buffer {} of {}", entry("bufferViews", i), view.buffer, model.buffers.size()));
-        const std::size_t size = model.buffers[static_cast<std::size_t>(view.buffer)].data.size();
-        if (view.byteOffset > size || view.byteLength > size - view.byteOffset)
-            throw Error(fmt::format("{}{} bytes at {} do not fit into the buffer of {}", entry("bufferViews", i), view.byteLength,
-                                    view.byteOffset, size));
+        bytes_of(model, view.buffer, view.byteOffset, view.byteLength, entry("bufferViews", i));
     }
 }
 
@@ -340,8 +488,13 @@ std::vector<std::byte> data_uri_bytes(const std::string& uri, const std::string&
 {
     std::vector<unsigned char> bytes;
     std::string type;
-    if (!tinygltf::IsDataURI(uri) || !tinygltf::DecodeDataURI(&bytes, type, uri, 0, false))
-        throw Error(place + "expected \"data:image/png;base64,…\", \"data:image/jpeg;base64,…\" or, for buffers, "
+    // tinygltf knows two kinds of pictures; all are the same base64.
+    std::string known = uri;
+    for (const std::string_view kind : {"data:image/webp;", "data:image/avif;"})
+        if (uri.starts_with(kind))
+            known.replace(0, kind.size(), "data:image/png;");
+    if (!tinygltf::IsDataURI(known) || !tinygltf::DecodeDataURI(&bytes, type, known, 0, false))
+        throw Error(place + "expected \"data:image/png;base64,…\" (or jpeg, webp, avif) or, for buffers, "
                             "\"data:application/octet-stream;base64,…\"");
     const auto* const begin = reinterpret_cast<const std::byte*>(bytes.data());
     return {begin, begin + bytes.size()};
@@ -374,7 +527,10 @@ GltfFile load_gltf(std::span<const std::byte> file, const ReadBuffer& read_besid
     GltfFile result{parsed(document), images_of(document)};
     check_counts(document, result.model);
     result.model.buffers = buffers_of(document, chunks.binary, read_beside);
+    Unpacking unpacking(document, result.model);
+    unpacking.views();
     check_views(result.model);
+    unpacking.primitives();
     return result;
 }
 
@@ -437,7 +593,7 @@ AccessorRows accessor_rows(const tinygltf::Model& model, int accessor, std::size
     };
     expect(!source.sparse.isSparse, "sparse accessors are not supported; export the model without them");
     expect(source.bufferView >= 0 && static_cast<std::size_t>(source.bufferView) < model.bufferViews.size(),
-           "it has no valid bufferView, so no data (the model may be compressed: export it without compression)");
+           "it has no valid bufferView, so no data");
     const int components = tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(source.type));
     AccessorRows rows;
     rows.components = static_cast<std::size_t>(std::max(components, 0));

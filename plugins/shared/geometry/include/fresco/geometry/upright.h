@@ -19,8 +19,8 @@ enum class UpEvidence
 {
     cameras_and_plane,  ///< The largest level planes, near the cameras' upward direction.
     cameras,            ///< The cameras: no plane near their direction is large enough.
-    planes,             ///< The mesh: more of it lies level than along any other direction, and more of that faces up than down.
-    nothing             ///< The mesh does not say; `direction` is the best guess.
+    shape,              ///< The mesh: its walls stand and its floors lie along one direction, and its two sides are unlike.
+    nothing             ///< The mesh does not say; `direction` is a guess.
 };
 
 struct Upward
@@ -29,11 +29,15 @@ struct Upward
     UpEvidence from;         ///< What decided.
     double plane_deg = 0;    ///< Between the cameras' direction and the planes'; 0 unless cameras_and_plane.
     double plane_share = 0;  ///< Of the mesh's area: its largest level plane that faces up, 8 cm thick.
+    double shape_share = 0;  ///< Without cameras: of the mesh's area, walls on all sides and level surfaces; 0 with.
+    double next_share = 0;   ///< Without cameras: what the next best direction has of the evidence, 0 (sure) to 1.
 };
 
 /// Which way is up. `by_cameras`: unit length, as cameras_up finds it; level is then whatever most of the area within 30 degrees
-/// of it faces along, up or down. Without it: whatever most of all the area faces along; as a guess it points along the
-/// coordinate axis that it is nearest to. The mesh must have passed check_mesh. The same for any number of threads.
+/// of it faces along, up or down. Without it: the direction that most area is square to or faces along and whose two
+/// sides are most unlike. `shape` takes 40 % of the area and a next best direction of at most 90 % of the evidence; up is where
+/// more area faces (scans lack ceilings and what buildings stand on), or else away from the end that is flatter. The mesh must
+/// have passed check_mesh. The same for any number of threads.
 Upward find_up(const Mesh& mesh, const std::optional<Vec3d>& by_cameras);
 
 /// The rotation (x, y, z, w) that turns `up` to `target`, which is +Y or +Z; both of unit length. First the coordinate axis that
@@ -44,12 +48,15 @@ std::array<double, 4> upright_turn(Vec3d up, Vec3d target);
 /// `v` turned by a unit quaternion (x, y, z, w).
 Vec3d turned(const std::array<double, 4>& turn, Vec3d v);
 
-/// The axis that x, y, z, -x, -y or -z names.
-Vec3d named_axis(std::string_view name);
+/// The axis that x, y, z, -x, -y or -z names. Warns where the mesh plainly stands another way.
+Vec3d named_up(std::string_view name, const Mesh& mesh, RunContext& run);
 
 /// find_up for a stage: the frames' cameras are evidence where `frames` is wired. Reports `up` [x, y, z], which the run's page
-/// goes by, `up_from`, `up_plane_deg` and `up_plane_share`.
+/// goes by, `up_from`, `up_plane_deg` and `up_plane_share`; without cameras `up_shape_share` and `up_next_share`.
 Upward found_up(const Mesh& mesh, const Input<Frames>& frames, RunContext& run);
+
+/// The same for a stage that cannot go on with a guess: throws Error that says what to set.
+Vec3d shown_up(const Mesh& mesh, const Input<Frames>& frames, RunContext& run);
 
 /// The option `up` of a stage that writes a mesh for viewers, and the input `frames` that it looks at. Declared in the stage as
 /// `UprightOption up{this};`.

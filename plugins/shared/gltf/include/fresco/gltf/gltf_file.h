@@ -47,9 +47,9 @@ struct GltfFile
 using ReadBuffer = std::function<std::vector<std::byte>(const std::string& uri, const std::string& place)>;
 
 /// Reads a file with tinygltf, once its JSON has been parsed strictly (at most 64 levels, no key twice), its numbers have been
-/// checked, and all that is not used has been dropped. tinygltf opens no file and sees neither buffers nor pictures. Throws Error
-/// naming the offset or the entry: anything but glTF 2, an extension that is required and unknown, counts, types and ranges that
-/// are wrong. Does not name the file.
+/// checked, and all that is not used has been dropped. tinygltf opens no file and sees neither buffers nor pictures. What is
+/// compressed (compression.h) is unpacked into buffers of its own. Throws Error naming the offset or the entry: anything but glTF
+/// 2, an extension that is required and unknown, counts, types and ranges that are wrong. Does not name the file.
 GltfFile load_gltf(std::span<const std::byte> file, const ReadBuffer& read_beside);
 
 /// The JSON of a GLB; the bytes behind it are not read. Throws Error naming the file, MissingInput if it does not exist.
@@ -61,7 +61,8 @@ std::string written_glb(const tinygltf::Model& model);
 /// The bytes of a view.
 std::span<const unsigned char> view_bytes(const tinygltf::Model& model, std::size_t view);
 
-/// The bytes of a "data:" URI. Throws Error beginning with `place` for any other kind than base64 of PNG, JPEG or a buffer.
+/// The bytes of a "data:" URI. Throws Error beginning with `place` for any other kind than base64 of PNG, JPEG, WebP, AVIF or a
+/// buffer.
 std::vector<std::byte> data_uri_bytes(const std::string& uri, const std::string& place);
 bool is_data_uri(const std::string& uri);
 

@@ -1,0 +1,42 @@
+#pragma once
+
+#include "picture_samples.h"
+
+#include <fresco/error.h>
+#include <fresco/image_io.h>
+#include <fresco/testing.h>
+
+#include <fstream>
+
+namespace samples
+{
+
+/// The built plugin, a folder, and short ways to read what was just written.
+class Codec
+{
+  public:
+    Codec() : made_(fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "image.opencv"))
+    {
+        images = dynamic_cast<fresco::ImageIo*>(made_.get());
+    }
+
+    std::filesystem::path write(const Bytes& bytes, const std::string& name = "picture")
+    {
+        // Not write_file: thousands of files that are flushed to the disk would take most of the test's time. A file that is cut
+        // to nothing and written again may be flushed too, so it goes first.
+        std::filesystem::remove(folder_.path() / name);
+        std::ofstream(folder_.path() / name, std::ios::binary)
+            .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+        return folder_.path() / name;
+    }
+    std::vector<std::uint8_t> rgb(const Bytes& bytes) { return images->read_rgb(write(bytes)).values; }
+    std::filesystem::path folder() const { return folder_.path(); }
+
+    fresco::ImageIo* images = nullptr;
+
+  private:
+    fresco::testing::TemporaryFolder folder_;
+    std::unique_ptr<fresco::Configurable> made_;
+};
+
+}  // namespace samples

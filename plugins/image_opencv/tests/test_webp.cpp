@@ -1,0 +1,87 @@
+#include "catch.h"
+#include "codec.h"
+
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+using namespace fresco;
+using namespace samples;
+using Catch::Contains;
+
+namespace
+{
+
+Raster8 webp_pattern(int width, int height, int channels)
+{
+    Raster8 image(width, height, channels);
+    for (std::size_t i = 0; i < image.values.size(); ++i)
+        image.values[i] = static_cast<std::uint8_t>(i * 37 + i / 7);
+    return image;
+}
+
+/// By OpenCV; a quality above 100 loses nothing.
+Bytes webp_of(const Raster8& image, int quality = 101)
+{
+    cv::Mat mat(image.height, image.width, CV_8UC(image.channels));
+    for (int y = 0; y < image.height; ++y)
+        for (int x = 0; x < image.width; ++x)
+            for (int c = 0; c < image.channels; ++c)
+                mat.ptr<std::uint8_t>(y)[x * image.channels + (c < 3 ? 2 - c : c)] = image.at(x, y, c);
+    std::vector<std::uint8_t> encoded;
+    cv::imencode(".webp", mat, encoded, {cv::IMWRITE_WEBP_QUALITY, quality});
+    return to_bytes(encoded);
+}
+
+}  // namespace
+
+TEST_CASE("image.opencv: WebP has the pixels of the PNG, with and without alpha, turned as EXIF says")
+{
+    Codec codec;
+    const Raster8 colors = webp_pattern(7, 5, 3);
+    CHECK(codec.rgb(webp_of(colors)) == colors.values);
+    const Raster8 clear = webp_pattern(7, 5, 4);
+    CHECK(codec.images->read_with_alpha(codec.write(webp_of(clear))).values == clear.values);
+    CHECK(codec.rgb(webp_of(clear)) == codec.rgb(codec.images->encode_png(clear)));
+    for (const bool with_mark : {false, true})
+    {
+        Bytes exif = with_mark ? bytes_of({'E', 'x', 'i', 'f', 0, 0}) : Bytes{};
+        put(exif, tiff_orientation(6, true));
+        const auto file = codec.write(extended_webp(0x08, 7, 5, {}, webp_of(colors), riff_chunk("EXIF", exif)));
+        const Raster8 turned = codec.images->read_rgb(file);
+        CHECK(turned.width == 5);
+        // The stored left end is shown at the top.
+        CHECK(turned.at(4, 0, 1) == colors.at(0, 0, 1));
+        CHECK(turned.at(0, 6, 2) == colors.at(6, 4, 2));
+        CHECK(codec.images->check(file).orientation == 6);
+    }
+}
+
+TEST_CASE("image.opencv: WebP that is cut, damaged, moving or too large is refused")
+{
+    Codec codec;
+    const Raster8 image = webp_pattern(7, 5, 3);
+    for (const Bytes& good : {webp_of(image), webp_of(image, 80), extended_webp(0, 7, 5, {}, webp_of(image))})
+    {
+        const auto header = codec.images->header(codec.write(good));
+        CHECK(header.width == 7);
+        CHECK(header.height == 5);
+        for (std::size_t size = 0; size < good.size(); ++size)
+        {
+            INFO("the first " << size << " of " << good.size());
+            const auto file = codec.write(Bytes(good.begin(), good.begin() + static_cast<std::ptrdiff_t>(size)));
+            CHECK_THROWS_AS(codec.images->read_rgb(file), Error);
+            CHECK_THROWS_AS(codec.images->check(file), Error);
+        }
+    }
+    CHECK_THROWS_WITH(codec.rgb(extended_webp(0x02, 7, 5, {}, webp_of(image))), Contains("byte 20: a moving WebP"));
+    CHECK_THROWS_WITH(codec.rgb(extended_webp(0, 8, 5, {}, webp_of(image))), Contains("cannot be decoded"));
+    CHECK_THROWS_WITH(codec.rgb(extended_webp(0, 60'000, 60'000, {}, webp_of(image))), Contains("at most 300 megapixels"));
+    CHECK_THROWS_WITH(codec.rgb(riff(riff_chunk("ALPH", Bytes(10)))), Contains("byte 12: expected a VP8"));
+    CHECK_THROWS_WITH(codec.rgb(riff(riff_chunk("VP8L", Bytes(10)))), Contains("byte 20: expected the signature of VP8L"));
+    CHECK_THROWS_WITH(codec.rgb(riff(riff_chunk("VP8 ", Bytes(10)))), Contains("byte 23: expected the start of a VP8 key frame"));
+    Bytes empty = riff_chunk("VP8X", bytes_of({0, 0, 0, 0, 6, 0, 0, 4, 0, 0}));
+    CHECK_THROWS_WITH(codec.rgb(riff(empty)), Contains("no data (VP8 or VP8L chunk)"));
+    Bytes overlong = webp_of(image);
+    overlong[16] = std::byte{0xFF};
+    CHECK_THROWS_WITH(codec.rgb(overlong), Contains("byte 12: a chunk of"));
+}

@@ -22,9 +22,7 @@ std::uint64_t for_each_chunk(const std::filesystem::path& file, const std::funct
     const FileDescriptor fd = open_file(file, O_RDONLY | O_NOFOLLOW);
     if (!fd.valid())
         throw Error(file.string() + ": cannot be opened: " + std::strerror(errno));
-    struct stat status
-    {
-    };
+    struct stat status = {};
     if (fstat(fd.get(), &status) != 0 || !S_ISREG(status.st_mode))
         throw Error(file.string() + ": is not a regular file");
     std::vector<std::byte> buffer(std::min<std::uint64_t>(chunk_bytes, static_cast<std::uint64_t>(status.st_size) + 1));
@@ -51,16 +49,6 @@ std::uint64_t for_each_chunk(const std::filesystem::path& file, const std::funct
 }
 
 }  // namespace
-
-std::string StoredFile::digest() const
-{
-    if (chunks.size() == 1)
-        return chunks.front();
-    std::string joined;
-    for (const auto& chunk : chunks)
-        joined += chunk;
-    return content_hash(joined);
-}
 
 StoredFile hash_chunks(const std::filesystem::path& root, const std::string& relative_path)
 {

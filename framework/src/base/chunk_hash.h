@@ -24,9 +24,6 @@ struct StoredFile
     std::string path;  ///< Relative to the result's folder, '/'-separated.
     std::uint64_t size = 0;
     std::vector<std::string> chunks;  ///< content_hash of each piece.
-
-    /// One hash for the whole file.
-    std::string digest() const;
 };
 
 /// Streams a file. Throws Error naming it if it cannot be read.

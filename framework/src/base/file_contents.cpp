@@ -1,10 +1,10 @@
 #include "base/file_contents.h"
+#include "base/common.h"
 #include <fresco/file_access.h>
 #include <fresco/process.h>
 #include <fresco/wording.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cstdint>
 #include <fcntl.h>
 #include <iterator>
@@ -16,8 +16,6 @@ namespace fresco::host
 {
 namespace
 {
-namespace fs = std::filesystem;
-
 constexpr std::size_t beginning_bytes = 4096;
 /// How far a text is searched for what it must hold.
 constexpr std::size_t searched_bytes = std::size_t{1} << 20U;
@@ -30,9 +28,7 @@ class OpenFile
     explicit OpenFile(const fs::path& file)
         : fd_(uninterrupted([&] { return ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK); }))
     {
-        struct stat status
-        {
-        };
+        struct stat status = {};
         readable_ = fd_.valid() && ::fstat(fd_.get(), &status) == 0 && S_ISREG(status.st_mode);
         size_ = readable_ ? static_cast<std::size_t>(status.st_size) : 0;
         beginning_ = part(0, beginning_bytes);

@@ -1,18 +1,16 @@
 #include "base/file_lock.h"
-#include "base/process.h"
 #include <fresco/error.h>
 #include <fresco/file_access.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstring>
 #include <fcntl.h>
 #include <new>
 #include <poll.h>
-#include <string>
 #include <sys/stat.h>
 #include <sys/wait.h>
+#include <thread>
 #include <unistd.h>
 
 namespace fresco::host
@@ -80,6 +78,28 @@ bool FileLock::try_lock(int kind)
         if (fstat(fd_.get(), &locked) == 0 && named && locked.st_ino == named->st_ino && locked.st_dev == named->st_dev)
             return true;
         open();
+    }
+}
+
+bool FileLock::try_exclusive_for(std::chrono::milliseconds patience)
+{
+    const auto end = std::chrono::steady_clock::now() + patience;
+    while (!try_exclusive())
+    {
+        if (std::chrono::steady_clock::now() >= end)
+            return false;
+        std::this_thread::sleep_for(
+            std::clamp<std::chrono::milliseconds>(patience / 100, std::chrono::milliseconds(20), std::chrono::seconds(1)));
+    }
+    return true;
+}
+
+void Backoff::wait(const std::function<void()>& meanwhile)
+{
+    for (const auto end = std::chrono::steady_clock::now() + next(); std::chrono::steady_clock::now() < end;)
+    {
+        meanwhile();
+        std::this_thread::sleep_for(std::chrono::milliseconds(50));
     }
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <sys/file.h>
 #include <utility>
@@ -25,6 +26,8 @@ class FileLock
     /// Tries without waiting. What somebody removed meanwhile is made again.
     bool try_exclusive() { return try_lock(LOCK_EX); }
     bool try_shared() { return try_lock(LOCK_SH); }
+    /// Tries as long as that, once a second at least.
+    bool try_exclusive_for(std::chrono::milliseconds patience);
     /// Waits.
     void wait_shared();
     /// For a program that is to hold the lock too.
@@ -49,6 +52,8 @@ class Backoff
 {
   public:
     std::chrono::milliseconds next() { return std::exchange(time_, std::min(2 * time_, std::chrono::milliseconds(2000))); }
+    /// Waits that long, and calls `meanwhile` every 50 ms, which may throw.
+    void wait(const std::function<void()>& meanwhile);
 
   private:
     std::chrono::milliseconds time_{50};

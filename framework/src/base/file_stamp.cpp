@@ -1,4 +1,5 @@
 #include "base/file_stamp.h"
+#include "base/common.h"
 #include "base/glob.h"
 #include "base/records.h"
 #include <fresco/error.h>
@@ -109,9 +110,7 @@ FileSystem file_system_of(const std::filesystem::path& file, dev_t device)
     const auto now = std::chrono::steady_clock::now();
     if (now < answer.end)
         return answer.file_system;
-    struct statfs status
-    {
-    };
+    struct statfs status = {};
     if (statfs(file.c_str(), &status) != 0)
         return {};
     const bool read_only = (status.f_flags & ST_RDONLY) != 0 && !is_mounted_for_writing(device);
@@ -129,9 +128,7 @@ struct Seen
 /// one. Their numbers of files and times to the nanosecond tell files apart.
 std::optional<Seen> look_at(const std::filesystem::path& file)
 {
-    struct stat status
-    {
-    };
+    struct stat status = {};
     if (stat(file.c_str(), &status) != 0)
         return std::nullopt;
     const FileSystem file_system = file_system_of(file, status.st_dev);
@@ -246,24 +243,6 @@ Dependency dependency_from(const Value& value)
     return dependency;
 }
 
-namespace
-{
-
-/// Nothing for what another version of fresco wrote, or a pipeline with other inputs: such a file is read again.
-std::optional<Dependency> usable_dependency(const Value& entry)
-{
-    try
-    {
-        return dependency_from(entry);
-    }
-    catch (const Error&)
-    {
-        return std::nullopt;
-    }
-}
-
-}  // namespace
-
 FileHashes::FileHashes(std::filesystem::path index) : index_(std::move(index))
 {
     if (index_.empty())
@@ -271,7 +250,8 @@ FileHashes::FileHashes(std::filesystem::path index) : index_(std::move(index))
     for (const Value& line : Journal(index_).read())
         if (const Value* files = line.find("files"); files != nullptr && files->is_list())
             for (const auto& entry : files->as_list())
-                if (auto dependency = usable_dependency(entry))
+                // What another version of fresco wrote, or a pipeline with other inputs: such a file is read again.
+                if (auto dependency = attempt([&] { return dependency_from(entry); }))
                 {
                     std::string path = dependency->path.string();
                     known_.insert_or_assign(std::move(path), std::move(*dependency));
@@ -315,16 +295,9 @@ void FileHashes::save()
 {
     if (index_.empty())
         return;
-    try
-    {
-        if (auto added = entries(&added_); !added.empty())
-            Journal(index_).add(Value::Map{{"files", std::move(added)}});
+    auto added = entries(&added_);
+    if (added.empty() || attempt([&] { Journal(index_).add(Value::Map{{"files", std::move(added)}}); }))
         added_.clear();
-    }
-    catch (const Error&)
-    {
-        return;
-    }
 }
 
 void FileHashes::tidy() const

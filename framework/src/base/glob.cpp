@@ -1,4 +1,6 @@
 #include "base/glob.h"
+#include "base/common.h"
+#include "base/text.h"
 
 #include <string>
 #include <vector>
@@ -7,22 +9,15 @@ namespace fresco::host
 {
 namespace
 {
-namespace fs = std::filesystem;
-
 constexpr int deepest_folder = 16;
 
 std::vector<std::string> split_pattern(std::string_view pattern)
 {
     std::vector<std::string> parts;
-    for (std::size_t start = 0; start <= pattern.size();)
-    {
-        const std::size_t end = std::min(pattern.find('/', start), pattern.size());
-        // Several "**" in a row match what one does, and would be tried in every combination.
-        const std::string part(pattern.substr(start, end - start));
+    // Several "**" in a row match what one does, and would be tried in every combination.
+    for (std::string& part : split(pattern, '/'))
         if (!part.empty() && !(part == "**" && !parts.empty() && parts.back() == "**"))
-            parts.push_back(part);
-        start = end + 1;
-    }
+            parts.push_back(std::move(part));
     return parts;
 }
 

@@ -1,4 +1,5 @@
 #include "base/machine.h"
+#include "base/common.h"
 #include <fresco/process.h>
 
 #include <algorithm>
@@ -18,7 +19,6 @@
 namespace fresco::host
 {
 
-namespace fs = std::filesystem;
 namespace
 {
 
@@ -128,6 +128,27 @@ void narrow_cores(ControlGroupLimits& limits, std::optional<double> quota, std::
         limits.cores = std::min(limits.cores, *quota / *period);
 }
 
+/// What follows "name ... : " in the first line that begins with `name`.
+std::string line_of(const char* file, const std::string& name)
+{
+    std::ifstream stream(file);
+    std::string line;
+    while (std::getline(stream, line))
+        if (line.starts_with(name))
+        {
+            const auto colon = line.find(':');
+            const auto begin = line.find_first_not_of(" \t", colon == std::string::npos ? name.size() : colon + 1);
+            return begin == std::string::npos ? "" : line.substr(begin);
+        }
+    return "";
+}
+
+/// The number there; 0 where the file does not have it.
+double number_of(const char* file, const std::string& name)
+{
+    return std::strtod(line_of(file, name).c_str(), nullptr);
+}
+
 }  // namespace
 
 ControlGroupLimits control_group_limits(const fs::path& proc, const fs::path& root)
@@ -146,27 +167,6 @@ ControlGroupLimits control_group_limits(const fs::path& proc, const fs::path& ro
         narrow_cores(limits, number_in(group / "cpu.cfs_quota_us"), number_in(group / "cpu.cfs_period_us"));
     return limits;
 }
-
-namespace fs = std::filesystem;
-namespace
-{
-
-/// What follows "name ... : " in the first line that begins with `name`.
-std::string line_of(const char* file, const std::string& name)
-{
-    std::ifstream stream(file);
-    std::string line;
-    while (std::getline(stream, line))
-        if (line.starts_with(name))
-        {
-            const auto colon = line.find(':');
-            const auto begin = line.find_first_not_of(" \t", colon == std::string::npos ? name.size() : colon + 1);
-            return begin == std::string::npos ? "" : line.substr(begin);
-        }
-    return "";
-}
-
-}  // namespace
 
 Value processor_capability()
 {
@@ -207,15 +207,12 @@ int available_cores()
 
 double available_memory_mb()
 {
-    const std::string text = line_of("/proc/meminfo", "MemAvailable");
-    const double megabytes = static_cast<double>(std::strtoll(text.c_str(), nullptr, 10)) / 1024.0;
-    return std::min(megabytes, std::max(1.0, control_group_limits().free_memory_mb));
+    return std::min(number_of("/proc/meminfo", "MemAvailable") / 1024.0, std::max(1.0, control_group_limits().free_memory_mb));
 }
 
 double peak_memory_mb()
 {
-    const std::string text = line_of("/proc/self/status", "VmHWM");
-    return static_cast<double>(std::strtoll(text.c_str(), nullptr, 10)) / 1024.0;
+    return number_of("/proc/self/status", "VmHWM") / 1024.0;
 }
 
 double peak_memory_of_programs_mb()
@@ -239,8 +236,7 @@ double memory_of_tree_mb(pid_t pid)
 
 double machine_memory_mb()
 {
-    const double memory = std::strtod(line_of("/proc/meminfo", "MemTotal").c_str(), nullptr) / 1024.0;
-    return std::min(memory, control_group_limits().memory_mb);
+    return std::min(number_of("/proc/meminfo", "MemTotal") / 1024.0, control_group_limits().memory_mb);
 }
 
 bool machine_has_gpu()
@@ -261,7 +257,7 @@ bool machine_has_gpu()
 
 std::int64_t oom_kills()
 {
-    return std::strtoll(line_of("/proc/vmstat", "oom_kill").c_str(), nullptr, 10);
+    return static_cast<std::int64_t>(number_of("/proc/vmstat", "oom_kill"));
 }
 
 int free_descriptors()

@@ -1,8 +1,8 @@
 #include "base/process.h"
+#include "base/common.h"
 #include <fresco/error.h>
 #include <fresco/file_access.h>
 #include <fresco/files_io.h>
-#include <fresco/process.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -11,13 +11,13 @@
 #include <cstring>
 #include <ctime>
 #include <fcntl.h>
-#include <filesystem>
 #include <fmt/format.h>
 #include <fstream>
 #include <poll.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
+#include <utility>
 
 namespace fresco::host
 {
@@ -49,11 +49,61 @@ Child start_child(const std::vector<std::string>& arguments, const EnvironmentCh
     return {started.pid, std::move(channel), std::move(started.output)};
 }
 
+fs::path own_program()
+{
+    std::error_code error;
+    return fs::read_symlink("/proc/self/exe", error);
+}
+
+HeardEnd hear_out(const Child& child, std::chrono::milliseconds limit, const std::function<void(const std::string&)>& said,
+                  const std::function<void(const std::string&)>& printed)
+{
+    using Clock = std::chrono::steady_clock;
+    auto begin = Clock::now();
+    LineBuffer buffers[2];
+    pollfd streams[2]{{child.channel.get(), POLLIN, 0}, {child.output.get(), POLLIN, 0}};
+    const auto read = [&]
+    {
+        for (const int which : {0, 1})
+        {
+            if (streams[which].fd >= 0 && !buffers[which].read_from(streams[which].fd))
+                streams[which].fd = -1;  // It ended: poll passes it over.
+            for (std::string line; buffers[which].next(line);)
+            {
+                (which == 0 ? said : printed)(line);
+                begin = which == 0 ? Clock::now() : begin;
+            }
+        }
+    };
+    HeardEnd end;
+    while (!take_group_end(child.pid, end))
+    {
+        read();
+        if (Clock::now() - begin > limit && !std::exchange(end.timed_out, true))
+            kill(child.pid, SIGKILL);
+        poll(streams, 2, 20);
+    }
+    read();
+    return end;
+}
+
 mode_t current_mask()
 {
     const mode_t mask = umask(0);
     umask(mask);
     return mask;
+}
+
+bool write_all(int file, std::string_view text)
+{
+    while (!text.empty())
+    {
+        const ssize_t count = uninterrupted([&] { return write(file, text.data(), text.size()); });
+        if (count <= 0)
+            return false;
+        text.remove_prefix(static_cast<std::size_t>(count));
+    }
+    return true;
 }
 
 bool send_all(int socket, std::string_view text)

@@ -2,7 +2,10 @@
 
 #include <fresco/process.h>
 
+#include <chrono>
 #include <cstdint>
+#include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -40,8 +43,25 @@ struct Child
 Child start_child(const std::vector<std::string>& arguments, const EnvironmentChanges& environment = {},
                   double data_limit_mb = 0);
 
+/// The file of this program, which another may have been put in the place of; empty where the system does not tell.
+std::filesystem::path own_program();
+
+/// How a process ended, and whether it had to be killed for the time that it took.
+struct HeardEnd : ProcessEnd
+{
+    bool timed_out = false;
+};
+
+/// Passes on the lines that the leader of a process group sends over its channel and that it prints, until it ends. Kills it,
+/// with all that it started, `limit` after its start or the last line over the channel.
+HeardEnd hear_out(const Child& child, std::chrono::milliseconds limit, const std::function<void(const std::string&)>& said,
+                  const std::function<void(const std::string&)>& printed);
+
 /// The permissions that new files of this process lack (umask).
 mode_t current_mask();
+
+/// Writes everything to a file. False if that fails; errno says why.
+bool write_all(int file, std::string_view text);
 
 /// Writes everything to a socket; never raises SIGPIPE. False if that fails; errno says why: EPIPE if the other side is gone.
 bool send_all(int socket, std::string_view text);

@@ -1,5 +1,7 @@
 #include "base/records.h"
+#include "base/common.h"
 #include "base/file_lock.h"
+#include "base/process.h"
 #include <fresco/error.h>
 #include <fresco/file_access.h>
 #include <fresco/files_io.h>
@@ -9,12 +11,10 @@
 #include <cstring>
 #include <fcntl.h>
 #include <sys/stat.h>
-#include <thread>
 #include <unistd.h>
 
 namespace fresco::host
 {
-namespace fs = std::filesystem;
 namespace
 {
 
@@ -26,16 +26,13 @@ constexpr std::size_t size_limit = std::size_t{1} << 30U;
 /// Whether the next line would go on with one that was cut.
 bool ends_within_line(int fd)
 {
-    struct stat status
-    {
-    };
+    struct stat status = {};
     char last = '\n';
     return fstat(fd, &status) == 0 && status.st_size > 0 &&
            uninterrupted([&] { return pread(fd, &last, 1, status.st_size - 1); }) == 1 && last != '\n';
 }
 
-}  // namespace
-
+/// A map as one line of JSON, with the checksum of its text as the last entry, "checksum".
 std::string checked_line(const Value& map)
 {
     std::string text = to_json(map);
@@ -44,6 +41,7 @@ std::string checked_line(const Value& map)
     return text.append(checksum_begin).append(checksum).append(checksum_end);
 }
 
+/// The map of such a line, with its checksum; nothing if it is damaged.
 std::optional<Value> map_of(std::string_view checked_line)
 {
     constexpr std::size_t added = checksum_begin.size() + checksum_digits + checksum_end.size();
@@ -53,6 +51,8 @@ std::optional<Value> map_of(std::string_view checked_line)
         return std::nullopt;
     return parse_json(checked_line, "record");
 }
+
+}  // namespace
 
 void write_record(const fs::path& file, const Value& map)
 {
@@ -71,15 +71,7 @@ Value read_record(const fs::path& file)
 std::vector<Value> Journal::read() const
 {
     std::vector<Value> maps;
-    std::string text;
-    try
-    {
-        text = read_text_file(file_, size_limit);
-    }
-    catch (const Error&)
-    {
-        return maps;
-    }
+    const std::string text = attempt([&] { return read_text_file(file_, size_limit); }).value_or("");
     for (std::size_t begin = 0; begin < text.size();)
     {
         const std::size_t end = std::min(text.find('\n', begin), text.size() - 1) + 1;
@@ -92,26 +84,16 @@ std::vector<Value> Journal::read() const
 
 void Journal::add(const Value& map) const
 {
-    constexpr int patience = 100;  // times 20 ms
     FileLock lock(file_);
-    for (int tries = 0; !lock.try_exclusive(); ++tries)
-    {
-        if (tries == patience)
-            throw Error(file_.string() + ": others have held its lock for two seconds");
-        std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    }
+    if (!lock.try_exclusive_for(std::chrono::seconds(2)))
+        throw Error(file_.string() + ": others have held its lock for two seconds");
     // Opened once it is locked: only then does a network file system know where it ends.
     const FileDescriptor fd = open_file(file_, O_RDWR | O_APPEND);
     std::string text = checked_line(map);
     if (fd.valid() && ends_within_line(fd.get()))
         text.insert(0, 1, '\n');
-    for (std::string_view rest = text; !rest.empty();)
-    {
-        const ssize_t count = fd.valid() ? uninterrupted([&] { return write(fd.get(), rest.data(), rest.size()); }) : -1;
-        if (count < 0)
-            throw Error(file_.string() + ": cannot be written: " + std::strerror(errno));
-        rest.remove_prefix(static_cast<std::size_t>(count));
-    }
+    if (!fd.valid() || !write_all(fd.get(), text))
+        throw Error(file_.string() + ": cannot be written: " + std::strerror(errno));
 }
 
 void Journal::replace(const std::vector<Value>& maps) const

@@ -3,9 +3,6 @@
 #include <fresco/value.h>
 
 #include <filesystem>
-#include <optional>
-#include <string>
-#include <string_view>
 #include <vector>
 
 /// Small facts that the host writes down: maps as lines of JSON that carry their checksum, so that damage is found, never
@@ -18,12 +15,8 @@
 namespace fresco::host
 {
 
-/// A map as one line of JSON, with the checksum of its text as the last entry, "checksum".
-std::string checked_line(const Value& map);
-/// The map of such a line, with its checksum; nothing if it is damaged.
-std::optional<Value> map_of(std::string_view checked_line);
-
-/// Writes a map as its checked_line, as write_durable_file does. Throws Error.
+/// Writes a map as a line of JSON with the checksum of its text as the last entry, "checksum", as write_durable_file does. Throws
+/// Error.
 void write_record(const std::filesystem::path& file, const Value& map);
 /// The map, with its checksum. Throws MissingInput if there is no such file, Error naming it if it is damaged.
 Value read_record(const std::filesystem::path& file);

@@ -1,4 +1,5 @@
 #include "base/text.h"
+#include "base/common.h"
 
 #include <algorithm>
 #include <cctype>
@@ -14,235 +15,61 @@
 namespace fresco::host
 {
 
-std::size_t utf8_length(std::string_view text, std::size_t at)
-{
-    const auto byte = static_cast<unsigned char>(text[at]);
-    if (byte < 0x80)
-        return 1;
-    const std::size_t length = byte >= 0xF0 ? 4 : byte >= 0xE0 ? 3 : 2;
-    if (byte < 0xC2 || byte > 0xF4 || at + length > text.size())
-        return 0;
-    unsigned code = byte & (0x7FU >> length);
-    for (std::size_t k = 1; k < length; ++k)
-    {
-        const auto follow = static_cast<unsigned char>(text[at + k]);
-        if ((follow & 0xC0U) != 0x80U)
-            return 0;
-        code = (code << 6U) | (follow & 0x3FU);
-    }
-    const bool too_long = (length == 3 && code < 0x800) || (length == 4 && code < 0x10000);
-    return too_long || code > 0x10FFFF || (code >= 0xD800 && code <= 0xDFFF) ? 0 : length;
-}
-
-bool is_utf8(std::string_view text)
-{
-    for (std::size_t at = 0; at < text.size();)
-    {
-        const std::size_t length = utf8_length(text, at);
-        if (length == 0)
-            return false;
-        at += length;
-    }
-    return true;
-}
-
-std::string duration_text(double seconds)
-{
-    if (seconds < 10)
-        return fmt::format("{:.1f} s", seconds);
-    const auto whole = static_cast<long>(std::lround(seconds));
-    if (whole < 60)
-        return fmt::format("{} s", whole);
-    if (whole < 3600)
-        return fmt::format("{}:{:02} min", whole / 60, whole % 60);
-    return fmt::format("{}:{:02}:{:02} h", whole / 3600, whole / 60 % 60, whole % 60);
-}
-
-std::string size_text(double megabytes)
-{
-    if (megabytes >= 10'240)
-        return fmt::format("{:.1f} GB", megabytes / 1024);
-    return megabytes >= 10 ? fmt::format("{:.0f} MB", megabytes) : fmt::format("{:.1f} MB", megabytes);
-}
-
-std::string path_text(const std::filesystem::path& path)
-{
-    std::error_code error;
-    const std::filesystem::path here = path.lexically_relative(std::filesystem::current_path(error));
-    return here.empty() || *here.begin() == ".." ? path.string() : here.string();
-}
-
-std::string shell_word(const std::string& text)
-{
-    const auto is_plain = [](char c)
-    { return std::isalnum(static_cast<unsigned char>(c)) != 0 || std::strchr("_./+-,@=", c) != nullptr; };
-    if (!text.empty() && std::ranges::all_of(text, is_plain))
-        return text;
-    std::string result = "'";
-    for (const char c : text)
-        result += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    return result + "'";
-}
-
-std::string script_problem(const std::string& name, const std::string& text)
-{
-    const std::string shown = harmless(text, LineEnds::none);
-    return shown == text ? "" : name + ": '" + shown + "' goes into a script, and must be UTF-8 text without control characters";
-}
-
 namespace
 {
 
-/// Bytes of the character that begins here; 1 for invalid UTF-8.
-std::size_t character_bytes(std::string_view text)
+/// The first character of a text that is not empty; of bytes that are not UTF-8 the first, with its number.
+struct Character
 {
-    const auto lead = static_cast<unsigned char>(text.front());
-    const std::size_t bytes = lead >= 0xF0 ? 4 : lead >= 0xE0 ? 3 : lead >= 0xC0 ? 2 : 1;
-    return std::min(bytes, text.size());
-}
-
-/// Its number, if the character has at most three bytes; otherwise 0x1F300.
-unsigned code_of(std::string_view character)
-{
-    const auto byte = [&](std::size_t i) { return static_cast<unsigned>(static_cast<unsigned char>(character[i])); };
-    switch (character.size())
+    explicit Character(std::string_view text) : bytes(text.substr(0, 1)), code(static_cast<unsigned char>(text.front()))
     {
-    case 1:
-        return byte(0);
-    case 2:
-        return (byte(0) & 0x1FU) << 6U | (byte(1) & 0x3FU);
-    case 3:
-        return (byte(0) & 0x0FU) << 12U | (byte(1) & 0x3FU) << 6U | (byte(2) & 0x3FU);
-    default:
-        return 0x1F300U;
+        const unsigned lead = code;
+        const std::size_t length = lead < 0x80 ? 1 : lead >= 0xF0 ? 4 : lead >= 0xE0 ? 3 : 2;
+        if (length > text.size() || (length > 1 && (lead < 0xC2 || lead > 0xF4)))
+            return;
+        unsigned number = length == 1 ? lead : lead & (0x7FU >> length);
+        for (const char c : text.substr(1, length - 1))
+        {
+            const auto follow = static_cast<unsigned char>(c);
+            if ((follow & 0xC0U) != 0x80U)
+                return;
+            number = (number << 6U) | (follow & 0x3FU);
+        }
+        const bool too_long = (length == 3 && number < 0x800) || (length == 4 && number < 0x10000);
+        is_valid = !too_long && number <= 0x10FFFF && (number < 0xD800 || number > 0xDFFF);
+        if (is_valid)
+        {
+            bytes = text.substr(0, length);
+            code = number;
+        }
     }
-}
 
-/// Those of the East take two columns.
-std::size_t character_columns(std::string_view character)
-{
-    if (character.size() < 3)
-        return 1;
-    const unsigned code = code_of(character);
-    const bool wide = (code >= 0x1100 && code <= 0x115F) || (code >= 0x2E80 && code <= 0xA4CF) ||
-                      (code >= 0xAC00 && code <= 0xD7A3) || (code >= 0xF900 && code <= 0xFAFF) ||
-                      (code >= 0xFE30 && code <= 0xFE6F) || (code >= 0xFF00 && code <= 0xFF60) || code >= 0x1F300;
-    return wide ? 2 : 1;
-}
+    /// Those of the East take two columns.
+    std::size_t columns() const
+    {
+        const bool wide = (code >= 0x1100 && code <= 0x115F) || (code >= 0x2E80 && code <= 0xA4CF) ||
+                          (code >= 0xAC00 && code <= 0xD7A3) || (code >= 0xF900 && code <= 0xFAFF) ||
+                          (code >= 0xFE30 && code <= 0xFE6F) || (code >= 0xFF00 && code <= 0xFF60) || code >= 0x10000;
+        return wide ? 2 : 1;
+    }
 
-/// Those from U+0080 to U+009F begin escape sequences on some terminals; the later ones end a line or turn the direction of
-/// writing.
-bool is_control(std::string_view character)
-{
-    const unsigned code = code_of(character);
-    return code < 0x20 || (code >= 0x7F && code < 0xA0) || code == 0x061C || code == 0x200E || code == 0x200F ||
-           (code >= 0x2028 && code <= 0x202E) || (code >= 0x2066 && code <= 0x2069);
-}
+    /// Those from U+0080 to U+009F begin escape sequences on some terminals; the later ones end a line or turn the direction of
+    /// writing.
+    bool is_control() const
+    {
+        return code < 0x20 || (code >= 0x7F && code < 0xA0) || code == 0x061C || code == 0x200E || code == 0x200F ||
+               (code >= 0x2028 && code <= 0x202E) || (code >= 0x2066 && code <= 0x2069);
+    }
+
+    std::string_view bytes;
+    unsigned code;
+    bool is_valid = false;
+};
 
 const char* escape(Tone tone)
 {
-    switch (tone)
-    {
-    case Tone::good:
-        return "\x1b[32m";
-    case Tone::busy:
-        return "\x1b[36m";
-    case Tone::bad:
-        return "\x1b[31m";
-    default:
-        return "\x1b[2m";
-    }
+    return tone == Tone::good ? "\x1b[32m" : tone == Tone::busy ? "\x1b[36m" : tone == Tone::bad ? "\x1b[31m" : "\x1b[2m";
 }
-
-}  // namespace
-
-std::string harmless(std::string_view text, LineEnds kept)
-{
-    std::string result;
-    for (std::size_t at = 0; at < text.size();)
-    {
-        const std::size_t length = utf8_length(text, at);
-        const std::string_view character = text.substr(at, std::max<std::size_t>(length, 1));
-        at += character.size();
-        const bool continues = at < text.size() && text[at] == ' ';
-        if (length == 0)
-            result += fmt::format("\\x{:02x}", static_cast<unsigned char>(character.front()));
-        else if (character == "\t")
-            result += ' ';
-        else if (character == "\n")
-            result += kept == LineEnds::all || (kept == LineEnds::continued && continues) ? "\n" : "\\n";
-        else if (is_control(character))
-            result += code_of(character) < 0x100 ? fmt::format("\\x{:02x}", code_of(character))
-                                                 : fmt::format("\\u{:04x}", code_of(character));
-        else
-            result += character;
-    }
-    return result;
-}
-
-std::size_t columns(std::string_view text)
-{
-    std::size_t count = 0;
-    while (!text.empty())
-    {
-        if (text.starts_with("\x1b["))
-        {
-            const std::size_t end = text.find('m');
-            text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
-            continue;
-        }
-        const std::string_view character = text.substr(0, character_bytes(text));
-        count += character_columns(character);
-        text.remove_prefix(character.size());
-    }
-    return count;
-}
-
-Line& Line::add(std::string_view text, Tone tone)
-{
-    if (cut_)
-        return *this;
-    const bool colored = room_.color && tone != Tone::plain;
-    if (colored)
-        text_ += escape(tone);
-    while (!text.empty() && !cut_)
-    {
-        const std::string_view character = text.substr(0, character_bytes(text));
-        const std::size_t wide = character_columns(character);
-        const bool last = text.size() == character.size();
-        if (used_ + wide > room_.columns || (!last && used_ + wide == room_.columns))
-        {
-            cut_ = true;
-            if (used_ < room_.columns)
-                text_ += room_.utf8 ? "…" : "~";
-            used_ = room_.columns;
-            break;
-        }
-        text_ += is_control(character) ? " " : std::string(character);
-        used_ += wide;
-        text.remove_prefix(character.size());
-    }
-    if (colored)
-        text_ += "\x1b[0m";
-    return *this;
-}
-
-Line& Line::pad_to(std::size_t column)
-{
-    if (used_ < column)
-        add(std::string(column - used_, ' '));
-    return *this;
-}
-
-std::string Line::take()
-{
-    while (!text_.empty() && text_.back() == ' ')
-        text_.pop_back();
-    return std::move(text_);
-}
-
-namespace
-{
 
 constexpr std::size_t gap = 2;
 /// A folded text has at least this room beside the other columns.
@@ -322,6 +149,163 @@ std::size_t widest_word(std::string_view text)
 
 }  // namespace
 
+std::size_t utf8_length(std::string_view text, std::size_t at)
+{
+    const Character character(text.substr(at));
+    return character.is_valid ? character.bytes.size() : 0;
+}
+
+bool is_utf8(std::string_view text)
+{
+    for (std::size_t at = 0; at < text.size();)
+    {
+        const std::size_t length = utf8_length(text, at);
+        if (length == 0)
+            return false;
+        at += length;
+    }
+    return true;
+}
+
+std::vector<std::string> split(std::string_view text, char separator)
+{
+    std::vector<std::string> pieces{""};
+    for (const char c : text)
+        if (c == separator)
+            pieces.emplace_back();
+        else
+            pieces.back() += c;
+    return pieces;
+}
+
+std::string duration_text(double seconds)
+{
+    if (seconds < 10)
+        return fmt::format("{:.1f} s", seconds);
+    const auto whole = static_cast<long>(std::lround(seconds));
+    if (whole < 60)
+        return fmt::format("{} s", whole);
+    if (whole < 3600)
+        return fmt::format("{}:{:02} min", whole / 60, whole % 60);
+    return fmt::format("{}:{:02}:{:02} h", whole / 3600, whole / 60 % 60, whole % 60);
+}
+
+std::string size_text(double megabytes)
+{
+    if (megabytes >= 10'240)
+        return fmt::format("{:.1f} GB", megabytes / 1024);
+    return megabytes >= 10 ? fmt::format("{:.0f} MB", megabytes) : fmt::format("{:.1f} MB", megabytes);
+}
+
+std::string path_text(const std::filesystem::path& path)
+{
+    std::error_code error;
+    const std::filesystem::path here = path.lexically_relative(std::filesystem::current_path(error));
+    return here.empty() || *here.begin() == ".." ? path.string() : here.string();
+}
+
+std::string shell_word(const std::string& text)
+{
+    const auto is_plain = [](char c)
+    { return std::isalnum(static_cast<unsigned char>(c)) != 0 || std::strchr("_./+-,@=", c) != nullptr; };
+    if (!text.empty() && std::ranges::all_of(text, is_plain))
+        return text;
+    std::string result = "'";
+    for (const char c : text)
+        result += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return result + "'";
+}
+
+std::string script_problem(const std::string& name, const std::string& text)
+{
+    const std::string shown = harmless(text, LineEnds::none);
+    return shown == text ? "" : name + ": '" + shown + "' goes into a script, and must be UTF-8 text without control characters";
+}
+
+std::string harmless(std::string_view text, LineEnds kept)
+{
+    std::string result;
+    while (!text.empty())
+    {
+        const Character character(text);
+        text.remove_prefix(character.bytes.size());
+        const bool continues = text.starts_with(' ');
+        if (!character.is_valid)
+            result += fmt::format("\\x{:02x}", character.code);
+        else if (character.bytes == "\t")
+            result += ' ';
+        else if (character.bytes == "\n")
+            result += kept == LineEnds::all || (kept == LineEnds::continued && continues) ? "\n" : "\\n";
+        else if (character.is_control())
+            result +=
+                character.code < 0x100 ? fmt::format("\\x{:02x}", character.code) : fmt::format("\\u{:04x}", character.code);
+        else
+            result += character.bytes;
+    }
+    return result;
+}
+
+std::size_t columns(std::string_view text)
+{
+    std::size_t count = 0;
+    while (!text.empty())
+    {
+        if (text.starts_with("\x1b["))
+        {
+            const std::size_t end = text.find('m');
+            text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+            continue;
+        }
+        const Character character(text);
+        count += character.columns();
+        text.remove_prefix(character.bytes.size());
+    }
+    return count;
+}
+
+Line& Line::add(std::string_view text, Tone tone)
+{
+    if (cut_)
+        return *this;
+    const bool colored = room_.color && tone != Tone::plain;
+    if (colored)
+        text_ += escape(tone);
+    while (!text.empty() && !cut_)
+    {
+        const Character character(text);
+        const std::size_t wide = character.columns();
+        const bool last = text.size() == character.bytes.size();
+        if (used_ + wide > room_.columns || (!last && used_ + wide == room_.columns))
+        {
+            cut_ = true;
+            if (used_ < room_.columns)
+                text_ += room_.utf8 ? "…" : "~";
+            used_ = room_.columns;
+            break;
+        }
+        text_ += character.is_control() ? " " : character.bytes;
+        used_ += wide;
+        text.remove_prefix(character.bytes.size());
+    }
+    if (colored)
+        text_ += "\x1b[0m";
+    return *this;
+}
+
+Line& Line::pad_to(std::size_t column)
+{
+    if (used_ < column)
+        add(std::string(column - used_, ' '));
+    return *this;
+}
+
+std::string Line::take()
+{
+    while (!text_.empty() && text_.back() == ' ')
+        text_.pop_back();
+    return std::move(text_);
+}
+
 std::size_t terminal_width(int descriptor)
 {
     if (const char* variable = std::getenv("COLUMNS"))
@@ -366,27 +350,23 @@ std::string shortened(std::string_view name, std::size_t width)
 {
     if (columns(name) <= width)
         return std::string(name);
-    // Bytes at which characters begin, and the end.
-    std::vector<std::size_t> begins;
-    for (std::size_t i = 0; i < name.size(); ++i)
-        if ((static_cast<unsigned char>(name[i]) & 0xC0U) != 0x80U)
-            begins.push_back(i);
+    std::vector<std::string_view> characters;
+    for (std::string_view rest = name; !rest.empty(); rest.remove_prefix(characters.back().size()))
+        characters.push_back(Character(rest).bytes);
     std::string head;
     std::string tail;
     std::size_t left = 0;
-    std::size_t right = begins.size();
-    const auto character = [&](std::size_t i)
-    { return name.substr(begins[i], (i + 1 < begins.size() ? begins[i + 1] : name.size()) - begins[i]); };
+    std::size_t right = characters.size();
     while (left < right)
     {
         const bool from_head = columns(head) <= columns(tail);
-        const std::string_view next = character(from_head ? left : right - 1);
+        const std::string_view next = characters[from_head ? left : right - 1];
         if (columns(head) + columns(tail) + columns(next) + 1 > width)
             break;
         if (from_head)
-            head += character(left++);
+            head += characters[left++];
         else
-            tail.insert(0, character(--right));
+            tail.insert(0, characters[--right]);
     }
     return head + "…" + tail;
 }
@@ -482,9 +462,7 @@ std::string TextTable::in_columns(const std::vector<std::size_t>& widths, std::s
     };
     if (has_titles())
     {
-        std::vector<std::string> titles;
-        for (const Column& column : columns_)
-            titles.push_back(column.title);
+        const std::vector<std::string> titles = each(columns_, &Column::title);
         add(titles, true);
     }
     for (const auto& row : rows_)

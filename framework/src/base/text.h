@@ -16,6 +16,9 @@ namespace fresco::host
 std::size_t utf8_length(std::string_view text, std::size_t at);
 bool is_utf8(std::string_view text);
 
+/// The pieces between separators, empty ones too.
+std::vector<std::string> split(std::string_view text, char separator);
+
 /// "1:02:03", "2:03", "41 s".
 std::string duration_text(double seconds);
 /// "12.3 s", "350 MB": for tables.

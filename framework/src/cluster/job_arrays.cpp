@@ -1,4 +1,5 @@
 #include "cluster/job_arrays.h"
+#include "base/common.h"
 
 #include <algorithm>
 #include <optional>
@@ -52,9 +53,7 @@ class Arranger
 
     void add_group(const std::vector<const QueuedTask*>& tasks)
     {
-        std::vector<Waiting> waiting;
-        for (const QueuedTask* task : tasks)
-            waiting.push_back(waiting_of(*task));
+        const std::vector<Waiting> waiting = each<Waiting>(tasks, [&](const QueuedTask* task) { return waiting_of(*task); });
         std::map<Common, std::vector<Cell>> best = cells(waiting, "");
         for (const std::string& group : groups_that_may_correspond(waiting))
             if (auto other = cells(waiting, group); count(other) < count(best))
@@ -64,9 +63,8 @@ class Arranger
         for (const auto& [common, its_cells] : best)
             for (const Cell& cell : its_cells)
                 ordered.emplace_back(&common, &cell);
-        std::sort(ordered.begin(), ordered.end(),
-                  [](const auto& a, const auto& b)
-                  { return a.second->elements.front().second->number < b.second->elements.front().second->number; });
+        std::ranges::sort(ordered, [](const auto& a, const auto& b)
+                          { return a.second->elements.front().second->number < b.second->elements.front().second->number; });
         for (const auto& [common, cell] : ordered)
             append(*common, *cell);
     }
@@ -118,9 +116,8 @@ class Arranger
                     else
                         common.fixed[array_of(place)].insert(place.index);
             auto& its_cells = result[common];
-            auto cell = std::find_if(its_cells.begin(), its_cells.end(),
-                                     [&](const Cell& each)
-                                     { return index ? !each.taken.contains(*index) : each.elements.size() < largest_; });
+            auto cell = std::ranges::find_if(its_cells, [&](const Cell& each)
+                                             { return index ? !each.taken.contains(*index) : each.elements.size() < largest_; });
             if (cell == its_cells.end())
                 cell = its_cells.insert(its_cells.end(), Cell{});
             const std::size_t at = index.value_or(cell->elements.size());
@@ -155,8 +152,7 @@ class Arranger
             places_[task->number] = {array.name, index, false};
             groups_[task->number] = group;
         }
-        std::sort(array.elements.begin(), array.elements.end(),
-                  [](const ArrayElement& a, const ArrayElement& b) { return a.index < b.index; });
+        std::ranges::sort(array.elements, [](const ArrayElement& a, const ArrayElement& b) { return a.index < b.index; });
         sizes_[array.name] = array.elements.size();
         for (const auto& [other, elements] : common.fixed)
         {

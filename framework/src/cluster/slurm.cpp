@@ -1,12 +1,13 @@
 #include "cluster/slurm.h"
+#include "base/common.h"
 #include "base/text.h"
 #include <fresco/error.h>
 
 #include <charconv>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <poll.h>
 #include <sstream>
-#include <sys/wait.h>
 #include <unistd.h>
 
 namespace fresco::host
@@ -89,6 +90,21 @@ std::string continuing_dependency(const Wave& wave)
             break;
     }
     return text;
+}
+
+std::string answer(const std::vector<std::string>& words)
+{
+    const ProgramEnd end = run_program({.file = {}, .arguments = words});
+    if (end.exit_code != 0)
+        throw Error(words.front() + " failed:" + end.quoted_output());
+    return end.output;
+}
+
+std::optional<std::size_t> number_in(const std::string& text)
+{
+    std::size_t number = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    return error == std::errc() && end == text.data() + text.size() ? std::optional(number) : std::nullopt;
 }
 
 }  // namespace
@@ -217,35 +233,14 @@ submit() {{
                                    names_of(settings, wave.number));
     for (const JobArray& array : wave.arrays)
     {
-        std::string dependencies;
-        for (const ArrayDependency& dependency : array.dependencies)
-            dependencies += (dependencies.empty() ? "" : ",") + dependency_text(dependency);
+        const std::string dependencies = fmt::format("{}", fmt::join(each(array.dependencies, dependency_text), ","));
         text += "submit " + array.name + (dependencies.empty() ? "" : " \"" + dependencies + "\"") + "\n";
     }
+
     if (wave.continued)
         text += fmt::format("submit {} \"{}\"\n", continuing_name, continuing_dependency(wave));
     return text;
 }
-
-namespace
-{
-
-std::string answer(const std::vector<std::string>& words)
-{
-    const ProgramEnd end = run_program({words});
-    if (end.exit_code != 0)
-        throw Error(words.front() + " failed:" + end.quoted_output());
-    return end.output;
-}
-
-std::optional<std::size_t> number_in(const std::string& text)
-{
-    std::size_t number = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-    return error == std::errc() && end == text.data() + text.size() ? std::optional(number) : std::nullopt;
-}
-
-}  // namespace
 
 std::string ProgramEnd::quoted_output() const
 {
@@ -258,13 +253,13 @@ std::string ProgramEnd::quoted_output() const
     return text;
 }
 
-ProgramEnd run_program(const ProgramStart& start)
+ProgramEnd run_program(ProcessStart start)
 {
-    const std::string file = find_program(start.words.front());
-    if (file.empty())
-        throw MissingInput(start.words.front() +
+    start.file = find_program(start.arguments.front());
+    if (start.file.empty())
+        throw MissingInput(start.arguments.front() +
                            ": no such program; install Slurm's client commands, or use a machine that has them");
-    Process process = start_process({file, start.words, start.environment, start.folder, start.channel});
+    Process process = start_process(start);
     ProgramEnd result;
     LineBuffer lines;
     std::string line;

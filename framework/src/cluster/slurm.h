@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <filesystem>
 #include <map>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -63,16 +62,9 @@ struct ProgramEnd
     std::string quoted_output() const;
 };
 
-struct ProgramStart
-{
-    std::vector<std::string> words;  ///< The first is looked for in PATH.
-    std::string folder{};
-    EnvironmentChanges environment{};
-    int channel = -1;  ///< See ProcessStart.
-};
-
-/// Runs a program to its end. Throws MissingInput if it does not exist.
-ProgramEnd run_program(const ProgramStart& start);
+/// Runs the program that is the first of the arguments, which is looked for in PATH, to its end. Throws MissingInput if it does
+/// not exist.
+ProgramEnd run_program(ProcessStart start);
 
 /// What the scheduler accepts.
 struct SlurmLimits

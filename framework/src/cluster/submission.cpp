@@ -1,4 +1,5 @@
 #include "cluster/submission.h"
+#include "base/common.h"
 #include "base/records.h"
 #include "base/text.h"
 #include "cluster/submit.h"
@@ -14,7 +15,6 @@
 namespace fresco::host
 {
 
-namespace fs = std::filesystem;
 namespace
 {
 
@@ -58,6 +58,37 @@ std::map<std::string, std::string> jobs_in(const fs::path& file)
 bool contains_any(const std::string& text, std::initializer_list<const char*> parts)
 {
     return std::any_of(parts.begin(), parts.end(), [&](const char* part) { return text.find(part) != std::string::npos; });
+}
+
+/// As Python and Snakemake read it, who take braces for names of their own.
+std::string python_text(const std::string& text)
+{
+    std::string result = to_json(text);
+    for (std::size_t at = 0; (at = result.find_first_of("{}", at)) != std::string::npos; at += 2)
+        result.insert(at, 1, result[at]);
+    return result;
+}
+
+std::string rule(const TaskGroup& group, std::size_t number)
+{
+    QueuedTask limits;
+    set_limits(limits, group, nullptr, {});
+    return fmt::format(R"~(
+rule group_{number}: # {name}: {stages}
+    input: needs
+    output: touch("done/{name}/{{task}}")
+    log: "logs/{{task}}.log"
+    threads: {threads}
+    resources:
+        mem_mb=lambda wildcards, attempt: {memory} * 2 ** (attempt - 1),
+        runtime={minutes},
+        gpu={gpu}
+    retries: 2
+    shell: RUN
+)~",
+                       fmt::arg("number", number), fmt::arg("name", group.name), fmt::arg("stages", join(group.stages, ", ")),
+                       fmt::arg("threads", group.threads), fmt::arg("memory", limits.memory_mb),
+                       fmt::arg("minutes", limits.minutes), fmt::arg("gpu", group.gpu ? 1 : 0));
 }
 
 }  // namespace
@@ -132,8 +163,7 @@ std::map<std::size_t, std::vector<Attempt>> Submission::attempts(const SlurmQueu
                 job = found->second;
             if (!job.empty())
                 for (const ArrayElement& element : array.elements)
-                    result[element.task].push_back(
-                        {{job, element.index}, wave.number, wave.round, array.minutes, array.memory_mb});
+                    result[element.task].push_back({{job, element.index}, wave.round, array.minutes, array.memory_mb});
         }
     return result;
 }
@@ -202,42 +232,6 @@ bool TaskLog::time_ran_out() const
 {
     return contains_any(text, {"DUE TO TIME LIMIT"});
 }
-
-namespace
-{
-
-/// As Python and Snakemake read it, who take braces for names of their own.
-std::string python_text(const std::string& text)
-{
-    std::string result = to_json(text);
-    for (std::size_t at = 0; (at = result.find_first_of("{}", at)) != std::string::npos; at += 2)
-        result.insert(at, 1, result[at]);
-    return result;
-}
-
-std::string rule(const TaskGroup& group, std::size_t number)
-{
-    QueuedTask limits;
-    set_limits(limits, group, nullptr, {});
-    return fmt::format(R"~(
-rule group_{number}: # {name}: {stages}
-    input: needs
-    output: touch("done/{name}/{{task}}")
-    log: "logs/{{task}}.log"
-    threads: {threads}
-    resources:
-        mem_mb=lambda wildcards, attempt: {memory} * 2 ** (attempt - 1),
-        runtime={minutes},
-        gpu={gpu}
-    retries: 2
-    shell: RUN
-)~",
-                       fmt::arg("number", number), fmt::arg("name", group.name), fmt::arg("stages", join(group.stages, ", ")),
-                       fmt::arg("threads", group.threads), fmt::arg("memory", limits.memory_mb),
-                       fmt::arg("minutes", limits.minutes), fmt::arg("gpu", group.gpu ? 1 : 0));
-}
-
-}  // namespace
 
 std::string snakefile(const TaskTable& head, const std::filesystem::path& folder, const std::filesystem::path& program)
 {

@@ -5,7 +5,6 @@
 
 #include <filesystem>
 #include <map>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,7 +25,6 @@ namespace fresco::host
 struct Attempt
 {
     ElementId element;
-    std::size_t wave = 0;
     std::size_t round = 0;
     int minutes = 0;
     int memory_mb = 0;

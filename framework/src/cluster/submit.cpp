@@ -1,4 +1,5 @@
 #include "cluster/submit.h"
+#include "base/common.h"
 #include "base/file_lock.h"
 #include "base/records.h"
 #include "base/text.h"
@@ -7,10 +8,10 @@
 #include <fresco/file_access.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <fmt/format.h>
-#include <thread>
 
 namespace fresco::host
 {
@@ -30,6 +31,120 @@ std::string array_group(const std::string& group)
     std::string text = group;
     std::replace(text.begin(), text.end(), ',', '+');
     return text;
+}
+
+fs::path end_file(const fs::path& folder, std::size_t task)
+{
+    return folder / "ended" / fmt::format("{:06}.json", task);
+}
+
+/// Of a task that is neither done nor in the queue.
+void explain(TaskStatus& status, const fs::path& folder, std::size_t task)
+{
+    // Nothing where the task never ended by itself, or is at work again.
+    const Value end = is_file(end_file(folder, task)) ? read_record(end_file(folder, task)) : Value();
+    if (!end.is_null())
+        for (const Value& stage : end.at("failed").as_list())
+            status.failed.push_back({stage.at("stage").as_string(), stage.at("error").as_string()});
+    if (!status.failed.empty())
+    {
+        status.state = TaskState::failed;
+        return;
+    }
+    const TaskLog log = last_log(folder, status.name);
+    if (status.job.empty() || log.job != status.job)
+        return;
+    status.state = TaskState::failed;
+    status.error = log.memory_ran_out() ? "its job ran out of memory"
+                   : log.time_ran_out() ? "its job reached its time limit"
+                                        : "its job ended before the task; the end of its log may tell why";
+}
+
+/// Everybody who submits from a folder holds it: the programs that do so inherit its descriptor.
+FileLock submission_lock(const fs::path& folder, bool wait)
+{
+    FileLock lock(folder / "slurm" / "lock");
+    if (!lock.try_exclusive_for(std::chrono::minutes(wait ? 5 : 0)))
+        throw Error(folder.string() + ": another submission of this folder is running");
+    return lock;
+}
+
+/// What Slurm says when a submission is prepared.
+struct Scheduler
+{
+    SlurmLimits limits;
+    SlurmQueue queue;
+    std::string silence;  ///< Why it did not answer; then the limits are its defaults and the queue is empty.
+};
+
+/// A dry run needs no answer: its files are often written on a machine without Slurm.
+Scheduler ask_scheduler(const std::string& run, bool dry_run)
+{
+    try
+    {
+        return {slurm_limits(), slurm_queue(run), ""};
+    }
+    catch (const Error& error)
+    {
+        if (!dry_run)
+            throw;
+        return {{}, {}, error.what()};
+    }
+}
+
+/// One for each task of the table.
+std::vector<TaskStatus> task_status(const TaskTable& table, const TaskKnowledge& known, const fs::path& folder)
+{
+    std::vector<TaskStatus> result;
+    for (const Task& task : table.tasks)
+    {
+        TaskStatus status;
+        status.name = task_name(table, task);
+        status.log = folder / "logs" / (status.name + ".log");
+        const auto attempts = known.attempts.find(task.id);
+        const Attempt* attempt = known.in_queue(task.id);
+        if (attempt == nullptr && attempts != known.attempts.end())
+            attempt = &attempts->second.back();
+        if (attempt != nullptr)
+            status.job = attempt->element.first + "_" + std::to_string(attempt->element.second);
+        if (known.done[task.id])
+            status.state = TaskState::done;
+        else if (const Attempt* queued = known.in_queue(task.id))
+            status.state = known.queue.elements.at(queued->element) == "PENDING" ? TaskState::queued : TaskState::running;
+        else
+            explain(status, folder, task.id);
+        result.push_back(std::move(status));
+    }
+    return result;
+}
+
+/// Which tasks have all their results in the store, by the states of the pipeline's stages there.
+std::vector<bool> done_tasks(const TaskTable& table, const std::vector<StageNode>& stages)
+{
+    std::map<std::string, StageState> states;
+    for (const StageNode& node : stages)
+        states[node.stage->name] = node.state;
+    std::vector<bool> done;
+    for (const Task& task : table.tasks)
+        done.push_back(std::all_of(task.stages.begin(), task.stages.end(),
+                                   [&](const std::string& stage)
+                                   {
+                                       const StageState state = states.at(stage);
+                                       return state == StageState::stored || state == StageState::not_needed;
+                                   }));
+    return done;
+}
+
+/// The stages of a table's pipeline as they stand in the store. Remembers file stamps.
+std::vector<StageNode> stages_in_store(const TaskTable& head, const Pipeline& pipeline)
+{
+    const Store store(head.store);
+    set_input_roots(pipeline.inputs);
+    FileHashes hashes(store.file_index());
+    RunState state(pipeline, store, hashes, head.pipeline.until);
+    state.update();
+    hashes.save();
+    return state.nodes();
 }
 
 }  // namespace
@@ -99,35 +214,6 @@ MissingTasks missing_tasks(const TaskTable& table, const TaskKnowledge& known, c
     return result;
 }
 
-namespace fs = std::filesystem;
-namespace
-{
-
-fs::path end_file(const fs::path& folder, std::size_t task)
-{
-    return folder / "ended" / fmt::format("{:06}.json", task);
-}
-
-/// Of a task that is neither done nor in the queue.
-void explain(TaskStatus& status, const fs::path& folder, std::size_t task)
-{
-    if (auto end = read_task_end(folder, task); end && !end->failed.empty())
-    {
-        status.state = TaskState::failed;
-        status.failed = std::move(end->failed);
-        return;
-    }
-    const TaskLog log = last_log(folder, status.name);
-    if (status.job.empty() || log.job != status.job)
-        return;
-    status.state = TaskState::failed;
-    status.error = log.memory_ran_out() ? "its job ran out of memory"
-                   : log.time_ran_out() ? "its job reached its time limit"
-                                        : "its job ended before the task; the end of its log may tell why";
-}
-
-}  // namespace
-
 void write_task_end(const fs::path& folder, std::size_t task, const RunSummary& summary)
 {
     Value::List failed;
@@ -138,17 +224,6 @@ void write_task_end(const fs::path& folder, std::size_t task, const RunSummary& 
     write_record(end_file(folder, task), Value::Map{{"exit_code", summary.exit_code}, {"failed", std::move(failed)}});
 }
 
-std::optional<TaskEnd> read_task_end(const fs::path& folder, std::size_t task)
-{
-    if (!is_file(end_file(folder, task)))
-        return std::nullopt;
-    const Value record = read_record(end_file(folder, task));
-    TaskEnd end{static_cast<int>(record.at("exit_code").as_int()), {}};
-    for (const Value& stage : record.at("failed").as_list())
-        end.failed.push_back({stage.at("stage").as_string(), stage.at("error").as_string()});
-    return end;
-}
-
 void remove_task_end(const fs::path& folder, std::size_t task)
 {
     remove_quietly(end_file(folder, task));
@@ -156,61 +231,8 @@ void remove_task_end(const fs::path& folder, std::size_t task)
 
 std::string_view to_string(TaskState state)
 {
-    switch (state)
-    {
-    case TaskState::done:
-        return "done";
-    case TaskState::running:
-        return "running";
-    case TaskState::queued:
-        return "queued";
-    case TaskState::failed:
-        return "failed";
-    case TaskState::not_run:
-        return "not run";
-    }
-    return "";
-}
-
-std::vector<TaskStatus> task_status(const TaskTable& table, const TaskKnowledge& known, const fs::path& folder)
-{
-    std::vector<TaskStatus> result;
-    for (const Task& task : table.tasks)
-    {
-        TaskStatus status;
-        status.name = task_name(table, task);
-        status.log = folder / "logs" / (status.name + ".log");
-        const auto attempts = known.attempts.find(task.id);
-        const Attempt* attempt = known.in_queue(task.id);
-        if (attempt == nullptr && attempts != known.attempts.end())
-            attempt = &attempts->second.back();
-        if (attempt != nullptr)
-            status.job = attempt->element.first + "_" + std::to_string(attempt->element.second);
-        if (known.done[task.id])
-            status.state = TaskState::done;
-        else if (const Attempt* queued = known.in_queue(task.id))
-            status.state = known.queue.elements.at(queued->element) == "PENDING" ? TaskState::queued : TaskState::running;
-        else
-            explain(status, folder, task.id);
-        result.push_back(std::move(status));
-    }
-    return result;
-}
-
-std::vector<bool> done_tasks(const TaskTable& table, const std::vector<StageNode>& stages)
-{
-    std::map<std::string, StageState> states;
-    for (const StageNode& node : stages)
-        states[node.stage->name] = node.state;
-    std::vector<bool> done;
-    for (const Task& task : table.tasks)
-        done.push_back(std::all_of(task.stages.begin(), task.stages.end(),
-                                   [&](const std::string& stage)
-                                   {
-                                       const StageState state = states.at(stage);
-                                       return state == StageState::stored || state == StageState::not_needed;
-                                   }));
-    return done;
+    constexpr std::array<std::string_view, 5> names{"done", "running", "queued", "failed", "not run"};
+    return names.at(static_cast<std::size_t>(state));
 }
 
 RunSummary summary_of(const std::vector<StageNode>& stages, const std::vector<TaskStatus>& tasks)
@@ -220,12 +242,9 @@ RunSummary summary_of(const std::vector<StageNode>& stages, const std::vector<Ta
     {
         if (node.state == StageState::not_selected)
             continue;
-        StageOutcome outcome{node.stage->name, node.stage->type->type, node.state, node.key, "", 0, 0, 0, 0, node.error};
-        if (node.state == StageState::waiting)
-            outcome.state = StageState::blocked;
-        if (node.present && node.result)
-            outcome.object = node.result->object;
-        summary.stages.push_back(std::move(outcome));
+        StageOutcome& outcome = summary.stages.emplace_back();
+        identify(outcome, node);
+        outcome.error = node.error;
     }
     mark_failed(summary, tasks);
     return summary;
@@ -245,84 +264,17 @@ void mark_failed(RunSummary& summary, const std::vector<TaskStatus>& tasks)
         }
 }
 
-namespace fs = std::filesystem;
-namespace
-{
-
-/// Everybody who submits from a folder holds it: the programs that do so inherit its descriptor.
-FileLock submission_lock(const fs::path& folder, bool wait)
-{
-    using namespace std::chrono_literals;
-    FileLock lock(folder / "slurm" / "lock");
-    const auto end = std::chrono::steady_clock::now() + (wait ? 5min : 0s);
-    while (!lock.try_exclusive())
-    {
-        if (std::chrono::steady_clock::now() >= end)
-            throw Error(folder.string() + ": another submission of this folder is running");
-        std::this_thread::sleep_for(1s);
-    }
-    return lock;
-}
-
-/// What Slurm says when a submission is prepared.
-struct Scheduler
-{
-    SlurmLimits limits;
-    SlurmQueue queue;
-    std::string silence;  ///< Why it did not answer; then the limits are its defaults and the queue is empty.
-};
-
-/// A dry run needs no answer: its files are often written on a machine without Slurm.
-Scheduler ask_scheduler(const std::string& run, bool dry_run)
-{
-    try
-    {
-        return {slurm_limits(), slurm_queue(run), ""};
-    }
-    catch (const Error& error)
-    {
-        if (!dry_run)
-            throw;
-        return {{}, {}, error.what()};
-    }
-}
-
-TaskKnowledge knowledge_of(const Submission& submission, const TaskTable& table, const std::vector<StageNode>& stages,
-                           SlurmQueue queue)
-{
-    auto attempts = submission.attempts(queue);
-    return {done_tasks(table, stages), std::move(attempts), std::move(queue)};
-}
-
-}  // namespace
-
-std::vector<StageNode> stages_in_store(const TaskTable& head, const Pipeline& pipeline)
-{
-    const Store store(head.store);
-    set_input_roots(pipeline.inputs);
-    FileHashes hashes(store.file_index());
-    RunState state(pipeline, store, hashes, head.pipeline.until);
-    state.update();
-    hashes.save();
-    return state.nodes();
-}
-
 TaskFolder look_at_tasks(const fs::path& folder, const Pipeline& pipeline)
 {
     TaskFolder result;
     result.table = read_task_table(folder);
-    if (Submission::is_at(folder))
-    {
-        const Submission submission(folder);
-        SlurmQueue queue = find_program("squeue").empty() ? SlurmQueue{} : slurm_queue(submission.settings().run);
-        result.stages = stages_in_store(result.table, pipeline);
-        result.known = knowledge_of(submission, result.table, result.stages, std::move(queue));
-    }
-    else
-    {
-        result.stages = stages_in_store(result.table, pipeline);
-        result.known.done = done_tasks(result.table, result.stages);
-    }
+    const auto submission = Submission::is_at(folder) ? std::optional<Submission>(folder) : std::nullopt;
+    if (submission && !find_program("squeue").empty())
+        result.known.queue = slurm_queue(submission->settings().run);
+    result.stages = stages_in_store(result.table, pipeline);
+    result.known.done = done_tasks(result.table, result.stages);
+    if (submission)
+        result.known.attempts = submission->attempts(result.known.queue);
     result.status = task_status(result.table, result.known, folder);
     return result;
 }
@@ -332,23 +284,20 @@ SubmitOutcome submit_missing(const SubmitRequest& request, const Pipeline& pipel
     const FileLock lock = submission_lock(request.folder, request.continued);
     Submission submission(request.folder);
     const TaskTable table = read_task_table(request.folder);
-    Scheduler scheduler = ask_scheduler(submission.settings().run, request.dry_run);
+    const Scheduler scheduler = ask_scheduler(submission.settings().run, request.dry_run);
     const SlurmLimits& limits = scheduler.limits;
-    const TaskKnowledge known = knowledge_of(submission, table, stages_in_store(table, pipeline), std::move(scheduler.queue));
+    const TaskKnowledge known{done_tasks(table, stages_in_store(table, pipeline)), submission.attempts(scheduler.queue),
+                              scheduler.queue};
 
     // The job that will continue is one too, and so is this one where it does.
     const std::size_t most = submission.settings().max_queued > 0 ? submission.settings().max_queued : limits.job_count / 2;
     const std::size_t in_queue = known.queue.elements.size() + (request.continued ? 2 : 1);
     const std::size_t round = request.continued ? submission.round() : submission.round() + 1;
-    const MissingTasks missing = missing_tasks(table, known, request.folder, round, most > in_queue ? most - in_queue : 0);
-
     SubmitOutcome outcome;
+    outcome.missing = missing_tasks(table, known, request.folder, round, most > in_queue ? most - in_queue : 0);
+    const MissingTasks& missing = outcome.missing;
     outcome.silence = scheduler.silence;
-    outcome.tasks = missing.tasks.size();
-    outcome.done = static_cast<std::size_t>(std::count(known.done.begin(), known.done.end(), true));
-    outcome.queued = missing.queued.size();
-    outcome.left = missing.left;
-    outcome.blocked = missing.blocked;
+    outcome.done = static_cast<std::size_t>(std::ranges::count(known.done, true));
     outcome.wave = {request.folder, submission.next_wave(), job_arrays(missing.tasks, missing.queued, limits.array_size),
                     missing.left > 0, missing.queued.empty() ? "" : missing.queued.begin()->second.array};
     if (missing.tasks.empty() && (missing.left == 0 || missing.queued.empty()))
@@ -357,7 +306,10 @@ SubmitOutcome submit_missing(const SubmitRequest& request, const Pipeline& pipel
     if (request.dry_run)
         return outcome;
     const fs::path script = request.folder / wave_folder(outcome.wave.number) / "submit.sh";
-    outcome.script = run_program({{"bash", script.string()}, "", {{"FRESCO_SUBMITS", "yes"}}, lock.descriptor()});
+    outcome.script = run_program({.file = {},
+                                  .arguments = {"bash", script.string()},
+                                  .environment = {{"FRESCO_SUBMITS", "yes"}},
+                                  .channel = lock.descriptor()});
     return outcome;
 }
 
@@ -370,7 +322,7 @@ std::size_t cancel_jobs(const fs::path& folder)
         words.push_back(id);
     if (words.size() == 1)
         return 0;
-    if (const ProgramEnd end = run_program({words}); end.exit_code != 0)
+    if (const ProgramEnd end = run_program({.file = {}, .arguments = words}); end.exit_code != 0)
         throw Error("scancel failed:" + end.quoted_output());
     return words.size() - 1;
 }

@@ -7,7 +7,6 @@
 #include <cstddef>
 #include <filesystem>
 #include <map>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -52,19 +51,13 @@ struct FailedStage
     std::string error;
 };
 
-/// What the process of a task came to, as it says itself; in ended/000017.json below the folder of tasks.
-struct TaskEnd
-{
-    int exit_code = 0;
-    std::vector<FailedStage> failed;
-};
-/// Throws Error if the file cannot be written.
+/// Writes what the process of a task came to, as it says itself, into ended/000017.json below the folder of tasks: {exit_code,
+/// failed: [{stage, error}]}. Throws Error if the file cannot be written.
 void write_task_end(const std::filesystem::path& folder, std::size_t task, const RunSummary& summary);
-/// Nothing where the task never ended by itself, or is at work again.
-std::optional<TaskEnd> read_task_end(const std::filesystem::path& folder, std::size_t task);
 /// Called when a task begins.
 void remove_task_end(const std::filesystem::path& folder, std::size_t task);
 
+/// In the order of what to_string calls them.
 enum class TaskState
 {
     done,
@@ -85,19 +78,10 @@ struct TaskStatus
     std::string error;  ///< Of a failed task that could not say why itself.
 };
 
-/// One for each task of the table.
-std::vector<TaskStatus> task_status(const TaskTable& table, const TaskKnowledge& known, const std::filesystem::path& folder);
-
-/// Which tasks have all their results in the store, by the states of the pipeline's stages there.
-std::vector<bool> done_tasks(const TaskTable& table, const std::vector<StageNode>& stages);
-
 /// The stages of a pipeline as a run would tell them that found them so.
 RunSummary summary_of(const std::vector<StageNode>& stages, const std::vector<TaskStatus>& tasks);
 /// Stages that were not run and of which a task says that they failed count as failed.
 void mark_failed(RunSummary& summary, const std::vector<TaskStatus>& tasks);
-
-/// The stages of a table's pipeline as they stand in the store. Remembers file stamps.
-std::vector<StageNode> stages_in_store(const TaskTable& head, const Pipeline& pipeline);
 
 /// A folder of tasks as it stands: the scheduler is asked first, so that what it lists as ended is looked for in the store.
 struct TaskFolder
@@ -120,14 +104,11 @@ struct SubmitRequest
 
 struct SubmitOutcome
 {
-    Wave wave;              ///< Without arrays where nothing had to be submitted.
-    std::size_t tasks = 0;  ///< In it.
+    Wave wave;             ///< Without arrays where nothing had to be submitted.
+    MissingTasks missing;  ///< `tasks` are those in the wave.
     std::size_t done = 0;
-    std::size_t queued = 0;   ///< In the queue before.
-    std::size_t left = 0;     ///< For a later wave.
-    std::size_t blocked = 0;  ///< Failed in this round, or need what failed.
-    std::string silence;      ///< Why Slurm did not answer a dry run, which then takes its queue to be empty; or empty.
-    ProgramEnd script;        ///< Of submit.sh.
+    std::string silence;  ///< Why Slurm did not answer a dry run, which then takes its queue to be empty; or empty.
+    ProgramEnd script;    ///< Of submit.sh.
 };
 
 /// Queues the tasks of a folder that are neither done nor in the queue. Throws Error if another submission of it is running, or

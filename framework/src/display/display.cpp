@@ -1,4 +1,6 @@
 #include "display/display.h"
+#include "base/common.h"
+#include "base/process.h"
 #include "base/text.h"
 #include "display/run_view.h"
 #include <fresco/file_access.h>
@@ -6,9 +8,7 @@
 #include <fresco/wording.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <chrono>
-#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -21,22 +21,60 @@
 namespace fresco::host
 {
 
+namespace
+{
+using Clock = std::chrono::steady_clock;
+
 /// How fast a stage counts, and how long it will take.
 class ProgressRate
 {
   public:
     /// A new unit or total begins a new count; a resumed stage's head start does not count as speed.
-    void update(double done, double total, const std::string& unit);
+    void update(double done, double total, const std::string& unit)
+    {
+        const auto now = Clock::now();
+        if (!any_ || unit != unit_ || total < total_ || total > total_ || done < done_)
+        {
+            first_ = done;
+            first_time_ = now;
+        }
+        any_ = true;
+        done_ = done;
+        total_ = total;
+        unit_ = unit;
+        last_time_ = now;
+    }
+
     /// "120 of 400 steps, 1.9 steps/s, 2:27 left".
-    std::string text() const;
+    std::string text() const
+    {
+        const double running = std::chrono::duration<double>(Clock::now() - begin_).count();
+        if (!any_)
+            return duration_text(running);
+        std::string text = fmt::format("{:.0f}", done_);
+        if (total_ > 0)
+            text += fmt::format(" of {:.0f}", total_);
+        text += " " + unit_;
+        const double rate = this->rate();
+        if (rate <= 0)
+            return text;
+        text += rate >= 10 ? fmt::format(", {:.0f} {}/s", rate, unit_) : fmt::format(", {:.2g} {}/s", rate, unit_);
+        if (total_ > done_)
+            text += ", " + duration_text((total_ - done_) / rate) + " left";
+        return text;
+    }
+
     double done() const { return done_; }
     double total() const { return total_; }
     const std::string& unit() const { return unit_; }
     /// Units per second; 0 where it is too early to tell.
-    double rate() const;
+    double rate() const
+    {
+        const double seconds = std::chrono::duration<double>(last_time_ - first_time_).count();
+        return seconds < 0.5 || done_ <= first_ ? 0 : (done_ - first_) / seconds;
+    }
 
   private:
-    using Clock = std::chrono::steady_clock;
     Clock::time_point begin_ = Clock::now();
     Clock::time_point first_time_;
     Clock::time_point last_time_;
@@ -46,51 +84,6 @@ class ProgressRate
     std::string unit_;
     bool any_ = false;
 };
-
-void ProgressRate::update(double done, double total, const std::string& unit)
-{
-    const auto now = Clock::now();
-    if (!any_ || unit != unit_ || total < total_ || total > total_ || done < done_)
-    {
-        first_ = done;
-        first_time_ = now;
-    }
-    any_ = true;
-    done_ = done;
-    total_ = total;
-    unit_ = unit;
-    last_time_ = now;
-}
-
-double ProgressRate::rate() const
-{
-    const double seconds = std::chrono::duration<double>(last_time_ - first_time_).count();
-    return seconds < 0.5 || done_ <= first_ ? 0 : (done_ - first_) / seconds;
-}
-
-std::string ProgressRate::text() const
-{
-    const double running = std::chrono::duration<double>(Clock::now() - begin_).count();
-    if (!any_)
-        return duration_text(running);
-    std::string text = fmt::format("{:.0f}", done_);
-    if (total_ > 0)
-        text += fmt::format(" of {:.0f}", total_);
-    text += " " + unit_;
-    const double rate = this->rate();
-    if (rate <= 0)
-        return text;
-    text += rate >= 10 ? fmt::format(", {:.0f} {}/s", rate, unit_) : fmt::format(", {:.2g} {}/s", rate, unit_);
-    if (total_ > done_)
-        text += ", " + duration_text((total_ - done_) / rate) + " left";
-    return text;
-}
-
-namespace
-{
-
-namespace fs = std::filesystem;
-using Clock = std::chrono::steady_clock;
 
 volatile std::sig_atomic_t continued = 0;
 
@@ -102,17 +95,6 @@ void note_continue(int)
 double since(Clock::time_point begin)
 {
     return std::chrono::duration<double>(Clock::now() - begin).count();
-}
-
-void write_all(const std::string& text)
-{
-    for (std::size_t done = 0; done < text.size();)
-    {
-        const ssize_t count = uninterrupted([&] { return ::write(STDERR_FILENO, text.data() + done, text.size() - done); });
-        if (count < 0)
-            return;
-        done += static_cast<std::size_t>(count);
-    }
 }
 
 bool speaks_utf8()
@@ -141,6 +123,7 @@ ViewFrame terminal()
         frame.width = size.ws_col;
         frame.height = size.ws_row;
     }
+
     return frame;
 }
 
@@ -166,27 +149,30 @@ std::string newest_file(const fs::path& folder, fs::file_time_type begin)
         begin = time;
         newest = entry.path();
     }
+
     return newest.empty() ? "" : path_text(newest);
 }
 
+/// For a terminal at standard error: all stages below everything else, redrawn in place. What is drawn is written at once and
+/// stays where it is: no mode of the terminal is changed and its cursor stays visible, so that there is nothing to put back,
+/// however the program ends. Goes away with the object.
 class LiveDisplay final : public ProgressDisplay
 {
   public:
     LiveDisplay() : utf8_(speaks_utf8()), color_(wants_color())
     {
-        struct sigaction action
-        {
-        };
+        struct sigaction action = {};
         action.sa_handler = note_continue;
         action.sa_flags = SA_RESTART;
         sigaction(SIGCONT, &action, &before_);
     }
+
     LiveDisplay(const LiveDisplay&) = delete;
     LiveDisplay& operator=(const LiveDisplay&) = delete;
     ~LiveDisplay() override
     {
         if (!in_background())
-            write_all(back(terminal()) + "\x1b[J");
+            write_all(STDERR_FILENO, back(terminal()) + "\x1b[J");
         sigaction(SIGCONT, &before_, nullptr);
     }
 
@@ -202,6 +188,7 @@ class LiveDisplay final : public ProgressDisplay
         }
         draw();
     }
+
     void stage_begins(const std::string& stage, int threads) override
     {
         Entry& entry = entry_of(stage);
@@ -212,11 +199,13 @@ class LiveDisplay final : public ProgressDisplay
         entry.begin_time = fs::file_time_type::clock::now();
         entry.rate = ProgressRate();
     }
+
     void stage_waits(const std::string& stage, const std::string& holder) override
     {
         entry_of(stage).view.waits = true;
         entry_of(stage).view.holder = holder;
     }
+
     void stage_progress(const std::string& stage, double done, double total, const std::string& unit,
                         const Value& metrics) override
     {
@@ -233,11 +222,12 @@ class LiveDisplay final : public ProgressDisplay
         if (history.size() > kept)
             history.erase(history.begin());
     }
+
     void stage_says(const std::string& stage, const std::string& text, bool warning) override
     {
         above(stage + ": " + (warning ? "warning: " : "") + text);
     }
-    void stage_prints(const std::string&, const std::string&) override {}
+
     void stage_ends(const StageOutcome& outcome) override
     {
         Entry& entry = entry_of(outcome.stage);
@@ -246,8 +236,7 @@ class LiveDisplay final : public ProgressDisplay
         if (!outcome.error.empty())
             above(outcome.error);
     }
-    void exported(const std::string&, const fs::path&, bool) override {}
-    void problem(const std::string& text) override { above(text); }
+
     void note(const std::string& text) override { above(text); }
     void tick() override
     {
@@ -310,7 +299,8 @@ class LiveDisplay final : public ProgressDisplay
         {
             // What is said stands among what others write; the view begins again below it.
             lines_.clear();
-            return write_all(above);
+            write_all(STDERR_FILENO, above);
+            return;
         }
         ViewFrame frame = terminal();
         frame.utf8 = utf8_;
@@ -325,7 +315,7 @@ class LiveDisplay final : public ProgressDisplay
         lines_ = draw_view(stages, frame);
         for (const std::string& line : lines_)
             text += line + "\x1b[K\n";
-        write_all(text + "\x1b[J");
+        write_all(STDERR_FILENO, text + "\x1b[J");
         drawn_ = Clock::now();
     }
 
@@ -355,44 +345,18 @@ class LiveDisplay final : public ProgressDisplay
     std::vector<std::string> lines_;  ///< On the terminal.
     Clock::time_point begin_ = Clock::now();
     Clock::time_point drawn_;
-    struct sigaction before_
-    {
-    };
+    struct sigaction before_ = {};
 };
-
-}  // namespace
-
-/// For a terminal at standard error: all stages below everything else, redrawn in place. What is drawn is written at once and
-/// stays where it is: no mode of the terminal is changed and its cursor stays visible, so that there is nothing to put back,
-/// however the program ends. Goes away with the object.
-std::unique_ptr<ProgressDisplay> make_live_display()
-{
-    return std::make_unique<LiveDisplay>();
-}
-
-namespace
-{
-
-using Clock = std::chrono::steady_clock;
 
 /// Prints only errors; the base of the other text displays.
 class QuietDisplay : public ProgressDisplay
 {
   public:
-    void stage_begins(const std::string&, int) override {}
-    void stage_waits(const std::string&, const std::string&) override {}
-    void stage_progress(const std::string&, double, double, const std::string&, const Value&) override {}
-    void stage_says(const std::string&, const std::string&, bool) override {}
-    void stage_prints(const std::string&, const std::string&) override {}
     void stage_ends(const StageOutcome& outcome) override
     {
         if (!outcome.error.empty())
-            problem(outcome.error);
+            print_message(outcome.error);
     }
-    void exported(const std::string&, const std::filesystem::path&, bool) override {}
-    void problem(const std::string& text) override { print_message(text); }
-    void note(const std::string&) override {}
-    void tick() override {}
 };
 
 std::string end_text(const StageOutcome& outcome)
@@ -412,13 +376,15 @@ class PlainDisplay final : public QuietDisplay
   public:
     void stage_begins(const std::string& stage, int threads) override
     {
-        line(fmt::format("{}: running on {} {}", stage, threads, threads == 1 ? "core" : "cores"));
+        print_message(fmt::format("{}: running on {} {}", stage, threads, threads == 1 ? "core" : "cores"));
         running_.insert_or_assign(stage, Entry{});
     }
+
     void stage_waits(const std::string& stage, const std::string& holder) override
     {
-        line(stage + ": waiting for another run that makes the same result" + (holder.empty() ? "" : ": " + holder));
+        print_message(stage + ": waiting for another run that makes the same result" + (holder.empty() ? "" : ": " + holder));
     }
+
     void stage_progress(const std::string& stage, double done, double total, const std::string& unit,
                         const Value& metrics) override
     {
@@ -426,25 +392,27 @@ class PlainDisplay final : public QuietDisplay
         entry.rate.update(done, total, unit);
         entry.metrics = metrics;
     }
+
     void stage_says(const std::string& stage, const std::string& text, bool warning) override
     {
-        line(stage + ": " + (warning ? "warning: " : "") + text);
+        print_message(stage + ": " + (warning ? "warning: " : "") + text);
     }
+
     void stage_ends(const StageOutcome& outcome) override
     {
         running_.erase(outcome.stage);
-        line(end_text(outcome));
+        print_message(end_text(outcome));
         QuietDisplay::stage_ends(outcome);
     }
-    void problem(const std::string& text) override { line(text); }
-    void note(const std::string& text) override { line(text); }
+
+    void note(const std::string& text) override { print_message(text); }
     void tick() override
     {
         for (auto& [stage, entry] : running_)
             if (Clock::now() - entry.shown >= std::chrono::seconds(30))
             {
                 entry.shown = Clock::now();
-                line(stage + ": " + entry.rate.text() + metrics_text(entry.metrics));
+                print_message(stage + ": " + entry.rate.text() + metrics_text(entry.metrics));
             }
     }
 
@@ -456,7 +424,6 @@ class PlainDisplay final : public QuietDisplay
         Clock::time_point shown = Clock::now();
     };
 
-    static void line(const std::string& text) { print_message(text); }
     static std::string metrics_text(const Value& metrics)
     {
         std::string text;
@@ -479,10 +446,12 @@ class JsonDisplay final : public ProgressDisplay
     {
         event("progress", stage, {{"done", done}, {"total", total}, {"unit", unit}, {"metrics", metrics}});
     }
+
     void stage_says(const std::string& stage, const std::string& text, bool warning) override
     {
         event(warning ? "warning" : "message", stage, {{"text", text}});
     }
+
     void stage_prints(const std::string& stage, const std::string& line) override { event("output", stage, {{"text", line}}); }
     void stage_ends(const StageOutcome& outcome) override
     {
@@ -494,13 +463,13 @@ class JsonDisplay final : public ProgressDisplay
                {"object", outcome.object},
                {"error", outcome.error}});
     }
+
     void exported(const std::string& stage, const std::filesystem::path& file, bool written) override
     {
         event("file", stage, {{"path", file.string()}, {"written", written}});
     }
-    void problem(const std::string& text) override { event("error", "", {{"text", text}}); }
+
     void note(const std::string& text) override { event("note", "", {{"text", text}}); }
-    void tick() override {}
 
   private:
     static void event(const char* name, const std::string& stage, Value::Map entries)
@@ -521,7 +490,7 @@ std::unique_ptr<ProgressDisplay> make_display(DisplayKind kind)
     switch (kind)
     {
     case DisplayKind::live:
-        return make_live_display();
+        return std::make_unique<LiveDisplay>();
     case DisplayKind::plain:
         return std::make_unique<PlainDisplay>();
     case DisplayKind::quiet:
@@ -529,6 +498,7 @@ std::unique_ptr<ProgressDisplay> make_display(DisplayKind kind)
     case DisplayKind::json:
         break;
     }
+
     return std::make_unique<JsonDisplay>();
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <map>
 
 namespace fresco::host
 {
@@ -24,23 +25,12 @@ struct Mark
 
 Mark mark_of(StageState state)
 {
-    switch (state)
-    {
-    case StageState::done:
-        return {"✓", "+", Tone::good};
-    case StageState::stored:
-        return {"=", "=", Tone::good};
-    case StageState::running:
-        return {"●", ">", Tone::busy};
-    case StageState::failed:
-        return {"✗", "x", Tone::bad};
-    case StageState::interrupted:
-        return {"!", "!", Tone::bad};
-    case StageState::waiting:
-        return {"·", ".", Tone::faint};
-    default:
-        return {"-", "-", Tone::faint};
-    }
+    static const std::map<StageState, Mark> marks{
+        {StageState::done, {"✓", "+", Tone::good}},       {StageState::stored, {"=", "=", Tone::good}},
+        {StageState::running, {"●", ">", Tone::busy}},    {StageState::failed, {"✗", "x", Tone::bad}},
+        {StageState::interrupted, {"!", "!", Tone::bad}}, {StageState::waiting, {"·", ".", Tone::faint}}};
+    const auto mark = marks.find(state);
+    return mark == marks.end() ? Mark{"-", "-", Tone::faint} : mark->second;
 }
 
 std::string bar(const ViewStage& stage, std::size_t width, bool utf8)

@@ -1,3 +1,4 @@
+#include "base/common.h"
 #include "base/text.h"
 #include "main/commands.h"
 #include "pipeline/problems.h"
@@ -40,7 +41,6 @@ std::string name_problem(const std::string& option, const std::filesystem::path&
 /// Of a folder that is there, or of the one that it would be made in.
 std::string writing_problem(const std::string& option, const std::filesystem::path& folder)
 {
-    namespace fs = std::filesystem;
     std::error_code error;
     fs::path there = folder;
     while (!fs::exists(fs::symlink_status(there, error)) && there.has_relative_path())
@@ -143,13 +143,12 @@ Store PlaceArguments::existing_store() const
     return Store(folder);
 }
 
-std::string PlaceArguments::problem() const
+void PlaceArguments::check() const
 {
     for (const auto& found : {name_problem("--store", store_folder()), name_problem("--out", out_folder()),
                               writing_problem("--store", store_folder()), writing_problem("--out", out_folder())})
         if (!found.empty())
-            return found;
-    return "";
+            throw UsageError("error: " + found);
 }
 
 void warn_of_plugin_folders()

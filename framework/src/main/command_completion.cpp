@@ -1,3 +1,4 @@
+#include "base/common.h"
 #include "base/text.h"
 #include "main/commands.h"
 #include "pipeline/pipeline_document.h"
@@ -20,8 +21,6 @@ namespace fresco::host
 
 namespace
 {
-
-namespace fs = std::filesystem;
 
 using Words = std::vector<std::string>;
 
@@ -75,16 +74,6 @@ Place place_of(const CLI::App& app, const Words& words, std::size_t current)
             place.given.push_back(words[i]);
     }
     return place;
-}
-
-Words types(const std::string& kind)
-{
-    Words result;
-    const Catalog catalog = load_catalog();
-    for (const TypeDescription* type : catalog.types())
-        if (kind.empty() || type->kind == kind)
-            result.push_back(type->type);
-    return result;
 }
 
 /// What `--set` can name: vars, and every option of every stage. The shell inserts words as they are: a name that it would take
@@ -142,7 +131,7 @@ Words positional(const Place& place)
         if (name == "shell")
             return {"bash", "fish", "zsh"};
         if (name == "type" && place.command->get_name() == "describe")
-            return types("");
+            return each(load_catalog().types(), &TypeDescription::type);
     }
     return {};
 }
@@ -218,6 +207,13 @@ Words offered(const CLI::App& app, const Words& words, std::size_t current)
     return result;
 }
 
+struct CompletionArguments
+{
+    std::string shell;
+    std::size_t current = 0;
+    std::vector<std::string> words;
+};
+
 }  // namespace
 
 /// Words that can stand at `words[current]` of a command line (`words[0]` is the program), or, as the only one, ":files" or
@@ -259,6 +255,7 @@ _fresco()
     esac
     return 0
 }
+
 complete -F _fresco fresco
 )";
     if (shell == "fish")
@@ -298,6 +295,7 @@ _fresco()
     (*) compset -P '*='; compadd -a offered ;;
     esac
 }
+
 if [[ $zsh_eval_context[-1] == loadautofunc ]]; then
     _fresco "$@"
 else
@@ -305,18 +303,6 @@ else
 fi
 )";
 }
-
-namespace
-{
-
-struct CompletionArguments
-{
-    std::string shell;
-    std::size_t current = 0;
-    std::vector<std::string> words;
-};
-
-}  // namespace
 
 void add_completion_commands(CLI::App& app)
 {

@@ -1,14 +1,17 @@
+#include "base/common.h"
 #include "main/commands.h"
 
 #include "base/machine.h"
 #include "base/text.h"
 #include "plugins/plugin_library.h"
 #include "plugins/plugin_search.h"
+#include "run/commands_inspect.h"
 #include <fresco/wording.h>
 
 #include <algorithm>
 #include <boost/version.hpp>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <fstream>
 #include <map>
 #include <set>
@@ -45,22 +48,6 @@ std::map<std::string, int> types_per_library(const Catalog& catalog)
     return counts;
 }
 
-std::string joined(const std::set<std::string>& texts)
-{
-    std::string text;
-    for (const auto& entry : texts)
-        text += (text.empty() ? "" : ", ") + entry;
-    return text;
-}
-
-std::vector<std::string> texts_of(const std::vector<std::filesystem::path>& paths)
-{
-    std::vector<std::string> texts;
-    for (const auto& path : paths)
-        texts.push_back(path.string());
-    return texts;
-}
-
 void print_json(const Catalog& catalog)
 {
     Value::Map libraries;
@@ -72,35 +59,17 @@ void print_json(const Catalog& catalog)
     Value::List plugins;
     for (const auto& [library, count] : types_per_library(catalog))
         plugins.push_back(Value::Map{{"library", library}, {"types", count}});
-    Value::List unbuilt;
-    for (const auto& plugin : catalog.unbuilt())
-        unbuilt.push_back(Value::Map{{"type", plugin.type}, {"reason", plugin.reason}});
-    Value::List shadowed;
-    for (const auto& type : catalog.shadowed())
-        shadowed.push_back(Value::Map{{"type", type.type}, {"library", type.library.string()}, {"by", type.by.string()}});
-    Value::List ambiguous;
-    for (const auto& type : catalog.ambiguous())
-    {
-        const auto holders = texts_of(catalog.libraries_of(type));
-        ambiguous.push_back(Value::Map{{"type", type}, {"libraries", Value::List(holders.begin(), holders.end())}});
-    }
-    Value::List refusals;
-    for (const auto& refusal : catalog.refusals())
-        refusals.push_back(Value::Map{{"library", refusal.library.string()}, {"reason", refusal.reason}});
-    fmt::print("{}\n", to_json(Value::Map{{"version", program_version()},
-                                          {"compiler", host_stamp().compiler},
-                                          {"standard_library", host_stamp().standard_library},
-                                          {"processor", processor_capability()},
-                                          {"cores", available_cores()},
-                                          {"cuda", cuda_text()},
-                                          {"libraries", std::move(libraries)},
-                                          {"folders", std::move(folders)},
-                                          {"plugins", std::move(plugins)},
-                                          {"shadowed", std::move(shadowed)},
-                                          {"ambiguous", std::move(ambiguous)},
-                                          {"refusals", std::move(refusals)},
-                                          {"unbuilt", std::move(unbuilt)}},
-                               2));
+    Value::Map all{{"version", program_version()},
+                   {"compiler", host_stamp().compiler},
+                   {"standard_library", host_stamp().standard_library},
+                   {"processor", processor_capability()},
+                   {"cores", available_cores()},
+                   {"cuda", cuda_text()},
+                   {"libraries", std::move(libraries)},
+                   {"folders", std::move(folders)},
+                   {"plugins", std::move(plugins)}};
+    std::ranges::move(unusable_types(catalog, "refusals"), std::back_inserter(all));
+    fmt::print("{}\n", to_json(all, 2));
 }
 
 void print_text(const Catalog& catalog)
@@ -117,13 +86,13 @@ void print_text(const Catalog& catalog)
     facts.add({"Boost", BOOST_LIB_VERSION});
     facts.add({"processor", processor.at("model").as_string() + ", " + std::to_string(available_cores()) + " cores"});
     facts.add({"instruction sets", processor.at("features").as_string()});
-    facts.add({"libtorch", torch == versions.end() ? "no plugin uses it" : joined(torch->second)});
+    facts.add({"libtorch", torch == versions.end() ? "no plugin uses it" : fmt::format("{}", fmt::join(torch->second, ", "))});
     facts.add({"CUDA", cuda_text()});
     facts.add({"descriptions", descriptor_cache_folder().string()});
     fmt::print("{}\nlibraries behind the plugins\n", facts.text(width));
     TextTable libraries({{"", Kind::figure}, {"", Kind::text}}, 2);
     for (const auto& [name, found] : versions)
-        libraries.add({name, joined(found)});
+        libraries.add({name, fmt::format("{}", fmt::join(found, ", "))});
     fmt::print("{}\nplugin folders\n", libraries.text(width));
     for (const auto& folder : plugin_folders())
         print(fmt::format("  {}  ({}{})", folder.path.string(), folder.origin,
@@ -135,7 +104,7 @@ void print_text(const Catalog& catalog)
         print(fmt::format("  shadowed: {} of {}, by {}", type.type, type.library.string(), type.by.string()));
     for (const auto& type : catalog.ambiguous())
         print(fmt::format("  not used, because several plugins have it: {}: {}", type,
-                          join(texts_of(catalog.libraries_of(type)), " and ")));
+                          join(each(catalog.libraries_of(type), [](const auto& library) { return library.string(); }), " and ")));
     for (const auto& refusal : catalog.refusals())
         print(fmt::format("  refused: {}: {}", refusal.library.string(), refusal.reason));
     for (const auto& plugin : catalog.unbuilt())

@@ -1,4 +1,6 @@
+#include "base/process.h"
 #include "main/commands.h"
+#include "pipeline/schema.h"
 
 #include "base/text.h"
 #include "plugins/plugin_search.h"
@@ -107,13 +109,11 @@ void add_inspect_commands(CLI::App& app, int& exit_code)
     CLI::App* schema = add("schema", "Print where the JSON Schema of pipeline files is installed, for editors", false,
                            [](const InspectArguments& given, const Catalog& catalog, Printed& to)
                            {
-                               if (given.json)
-                                   return write_schema(catalog, to.out);
                                const auto file = installed_schema();
-                               if (!std::filesystem::exists(file))
+                               if (!given.json && !std::filesystem::exists(file))
                                    throw MissingInput(file.string() +
                                                       " is missing: ./bootstrap build makes it; fresco schema --json prints one");
-                               to.out << file.string() << '\n';
+                               to.out << (given.json ? to_json(pipeline_schema(catalog), 2) : file.string()) << '\n';
                                return 0;
                            });
     schema->add_flag("--json", arguments->json, "Print a schema instead, with the types of your own plugins");
@@ -121,7 +121,7 @@ void add_inspect_commands(CLI::App& app, int& exit_code)
 
 std::filesystem::path installed_schema()
 {
-    return std::filesystem::read_symlink("/proc/self/exe").parent_path().parent_path() / "share/fresco/pipeline.schema.json";
+    return own_program().parent_path().parent_path() / "share/fresco/pipeline.schema.json";
 }
 
 }  // namespace fresco::host

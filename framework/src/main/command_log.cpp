@@ -7,7 +7,6 @@
 #include <fresco/wording.h>
 
 #include <cstdio>
-#include <map>
 #include <unistd.h>
 
 namespace fresco::host

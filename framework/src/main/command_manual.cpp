@@ -40,20 +40,6 @@ int run(const ReferenceArguments& given)
     return differences.empty() ? 0 : exit_differs;
 }
 
-}  // namespace
-
-void add_reference_command(CLI::App& app, int& exit_code)
-{
-    const auto arguments = std::make_shared<ReferenceArguments>();
-    CLI::App* command = app.add_subcommand("reference", "Write a Markdown page for every stage and component");
-    command->add_option("folder", arguments->folder, "Folder for the pages")->required();
-    command->add_flag("--check", arguments->check, "Write nothing; name the pages that differ and end with 1 if there are any");
-    command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
-}
-
-namespace
-{
-
 /// Text for troff: no character of it is a request or an escape.
 std::string troff(const std::string& text)
 {
@@ -121,6 +107,15 @@ std::string manual(const CLI::App& app)
 }
 
 }  // namespace
+
+void add_reference_command(CLI::App& app, int& exit_code)
+{
+    const auto arguments = std::make_shared<ReferenceArguments>();
+    CLI::App* command = app.add_subcommand("reference", "Write a Markdown page for every stage and component");
+    command->add_option("folder", arguments->folder, "Folder for the pages")->required();
+    command->add_flag("--check", arguments->check, "Write nothing; name the pages that differ and end with 1 if there are any");
+    command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+}
 
 void add_manual_command(CLI::App& app)
 {

@@ -1,3 +1,5 @@
+#include "base/common.h"
+#include "base/process.h"
 #include "base/text.h"
 #include "main/commands.h"
 
@@ -7,7 +9,6 @@
 #include <fresco/files_io.h>
 #include <fresco/wording.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <cstdlib>
 #include <filesystem>
@@ -18,7 +19,6 @@
 
 namespace fresco::host
 {
-namespace fs = std::filesystem;
 namespace
 {
 
@@ -47,18 +47,12 @@ fs::path temporary_folder_in(const fs::path& parent)
     return name;
 }
 
-/// The command line names something that exists.
-struct NameTaken : Error
-{
-    using Error::Error;
-};
-
 /// Makes `folder`, or fills it where it is there and empty: with all files, or none.
 void write_folder(const fs::path& folder, const std::vector<TextFile>& files)
 {
     const bool there = fs::exists(fs::symlink_status(folder));
     if (there && !(fs::is_directory(folder) && fs::is_empty(folder)))
-        throw NameTaken(folder.string() + ": already exists; nothing was written: choose another name");
+        throw UsageError("error: " + folder.string() + ": already exists; nothing was written: choose another name");
     const fs::path path = (fs::absolute(folder) / "").lexically_normal().parent_path();
     if (!there)
         fs::create_directories(path.parent_path());
@@ -68,9 +62,7 @@ void write_folder(const fs::path& folder, const std::vector<TextFile>& files)
     {
         write_files(temporary, files);
         // As mkdir would have given them; mkdtemp's are only for the owner.
-        const mode_t mask = ::umask(0);
-        ::umask(mask);
-        fs::permissions(temporary, static_cast<fs::perms>(0777U & ~mask));
+        fs::permissions(temporary, static_cast<fs::perms>(0777U & ~current_mask()));
         if (!there)
             fs::rename(temporary, path);
         else
@@ -91,9 +83,8 @@ void write_folder(const fs::path& folder, const std::vector<TextFile>& files)
 /// Where this program is installed, if it is.
 fs::path own_prefix()
 {
-    std::error_code error;
-    const fs::path prefix = fs::read_symlink("/proc/self/exe", error).parent_path().parent_path();
-    return !error && fs::exists(prefix / "lib/cmake/fresco/frescoConfig.cmake") ? prefix : fs::path();
+    const fs::path prefix = own_program().parent_path().parent_path();
+    return fs::exists(prefix / "lib/cmake/fresco/frescoConfig.cmake") ? prefix : fs::path();
 }
 
 int begin_plugin(const NewArguments& arguments)
@@ -101,8 +92,8 @@ int begin_plugin(const NewArguments& arguments)
     const auto files = new_plugin(arguments.kind, arguments.type);
     const Catalog catalog = load_catalog();
     if (const auto libraries = catalog.libraries_of(arguments.type); !libraries.empty())
-        throw NameTaken(fmt::format("'{}' already exists, in {}; two plugins of one name cannot be used together", arguments.type,
-                                    libraries.front().string()));
+        throw UsageError(fmt::format("error: '{}' already exists, in {}; two plugins of one name cannot be used together",
+                                     arguments.type, libraries.front().string()));
     const fs::path folder = fs::path(arguments.in) / plugin_folder_name(arguments.type);
     write_folder(folder, files);
     for (const auto& file : files)
@@ -145,11 +136,6 @@ int told(int (*action)(const NewArguments&), const NewArguments& arguments)
     try
     {
         return action(arguments);
-    }
-    catch (const NameTaken& error)
-    {
-        print_message(fmt::format("error: {}", error.what()));
-        return 2;
     }
     catch (const fs::filesystem_error& error)
     {

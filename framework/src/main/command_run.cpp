@@ -1,9 +1,9 @@
+#include "base/common.h"
 #include "base/process.h"
 #include "base/text.h"
 #include "cluster/submit.h"
 #include "display/display.h"
 #include "main/commands.h"
-#include "main/task_commands.h"
 
 #include "base/machine.h"
 #include "pipeline/pipeline_wiring.h"
@@ -12,7 +12,7 @@
 #include "run/commands_inspect.h"
 #include "run/plan.h"
 #include "run/scheduler.h"
-#include "run/task_run.h"
+#include "run/task_table.h"
 #include <fresco/error.h>
 #include <fresco/wording.h>
 
@@ -102,16 +102,14 @@ void print_json(const RunSummary& summary, const std::vector<ReportOutcome>& rep
     for (const ReportOutcome& report : reports)
         if (report.there)
             pages.push_back(Value::Map{{"path", report.file.string()}, {"written", report.written}});
-    Value::List stages;
-    for (const auto& stage : summary.stages)
-        stages.push_back(Value::Map{{"stage", stage.stage},
-                                    {"type", stage.type},
-                                    {"state", to_string(stage.state)},
-                                    {"seconds", stage.seconds},
-                                    {"memory_mb", stage.memory_mb},
-                                    {"disk_mb", stage.disk_mb},
-                                    {"object", stage.object},
-                                    {"error", stage.error}});
+    Value::List stages = each<Value>(
+        summary.stages,
+        [&](const auto& stage)
+        {
+            return Value::Map{{"stage", stage.stage},     {"type", stage.type},           {"state", to_string(stage.state)},
+                              {"seconds", stage.seconds}, {"memory_mb", stage.memory_mb}, {"disk_mb", stage.disk_mb},
+                              {"object", stage.object},   {"error", stage.error}};
+        });
     Value::List files;
     for (const auto& file : summary.files)
         files.push_back(Value::Map{{"stage", file.stage}, {"path", file.path.string()}, {"written", file.written}});
@@ -122,26 +120,20 @@ void print_json(const RunSummary& summary, const std::vector<ReportOutcome>& rep
                                           {"reports", std::move(pages)}}));
 }
 
-/// What only a matrix has a meaning for; false where there is none.
-bool fits_matrix(const RunArguments& arguments, const Pipeline& pipeline)
+/// Throws UsageError for what only a matrix has a meaning for, where there is none.
+void check_matrix_options(const RunArguments& arguments, const Pipeline& pipeline)
 {
     const char* option = arguments.keep_going            ? "--keep-going"
                          : arguments.jobs > 0            ? "--jobs"
                          : !arguments.thumbnails.empty() ? "--thumbnails"
                                                          : nullptr;
     if (option != nullptr && pipeline.sweep.axes.empty())
-    {
-        print_message(fmt::format("{}: error: only for pipelines with a 'matrix'; {} has none", option, arguments.pipeline.file));
-        return false;
-    }
-    std::vector<std::string> names;
-    for (const PipelineStage& stage : pipeline.stages)
-        names.push_back(stage.own_name);
-    if (arguments.thumbnails.empty() || std::find(names.begin(), names.end(), arguments.thumbnails) != names.end())
-        return true;
-    print_message(fmt::format("--thumbnails {}: error: unknown stage '{}'{}", arguments.thumbnails, arguments.thumbnails,
-                              suggestion(arguments.thumbnails, names)));
-    return false;
+        throw UsageError(
+            fmt::format("{}: error: only for pipelines with a 'matrix'; {} has none", option, arguments.pipeline.file));
+    const std::vector<std::string> names = each(pipeline.stages, &PipelineStage::own_name);
+    if (!arguments.thumbnails.empty() && std::ranges::find(names, arguments.thumbnails) == names.end())
+        throw UsageError(fmt::format("--thumbnails {}: error: unknown stage '{}'{}", arguments.thumbnails, arguments.thumbnails,
+                                     suggestion(arguments.thumbnails, names)));
 }
 
 /// What earlier runs in this store took, else what the stages say of themselves.
@@ -197,19 +189,17 @@ RunRequest request_for(const RunArguments& arguments, const Pipeline& pipeline)
     return request;
 }
 
-/// Sets the limits of isolated stages; false where they make no sense, which is said.
-bool set_limits(const RunArguments& arguments, RunRequest& request)
+/// Sets the limits of isolated stages. Throws UsageError where they make no sense.
+void set_limits(const RunArguments& arguments, RunRequest& request)
 {
     const auto expected = arguments.isolation.stages.empty() ? std::map<std::string, double>{} : expected_seconds(request);
     try
     {
         request.limits = stage_limits(arguments.isolation, *request.pipeline, expected);
-        return true;
     }
     catch (const Error& error)
     {
-        print_message(fmt::format("error: {}", error.what()));
-        return false;
+        throw UsageError(fmt::format("error: {}", error.what()));
     }
 }
 
@@ -234,8 +224,7 @@ int run_task(const RunArguments& arguments)
     // The task's combinations have nothing to do with each other.
     request.keep_going = true;
     request.part = task_part(folder, head, task);
-    if (!set_limits(arguments, request))
-        return 2;
+    set_limits(arguments, request);
     remove_task_end(folder, task.id);
     auto display = make_display(display_kind(arguments));
     const RunSummary summary = run_pipeline(request, *display);
@@ -253,13 +242,8 @@ int run(const RunArguments& arguments)
     const auto loaded = load_and_report(arguments.pipeline.request());
     if (!loaded->result.problems.empty())
         return refuse(arguments, loaded->result);
-    if (!fits_matrix(arguments, loaded->result.pipeline))
-        return 2;
-    if (const std::string problem = arguments.places.problem(); !problem.empty())
-    {
-        print_message("error: " + problem);
-        return 2;
-    }
+    check_matrix_options(arguments, loaded->result.pipeline);
+    arguments.places.check();
     RunRequest request = request_for(arguments, loaded->result.pipeline);
     request.store = arguments.places.store_folder();
     request.upstream = arguments.places.upstream_folder();
@@ -267,8 +251,7 @@ int run(const RunArguments& arguments)
     request.jobs = std::max(1, arguments.jobs);
     request.keep_going = arguments.keep_going;
     request.until = arguments.pipeline.until;
-    if (!set_limits(arguments, request))
-        return 2;
+    set_limits(arguments, request);
     auto display = make_display(display_kind(arguments));
     const auto begin = std::chrono::steady_clock::now();
     const RunSummary summary = run_pipeline(request, *display);
@@ -294,7 +277,7 @@ int run(const RunArguments& arguments)
 void tell_combinations(const ReportRequest& run, const std::string& thumbnails, bool print)
 {
     const auto outcomes = combination_outcomes(*run.run->pipeline, *run.summary, Store(run.run->store));
-    const SweepSummaryFiles files = write_sweep_summary({&run, thumbnails, &outcomes});
+    const SweepSummaryFiles files = write_sweep_summary(run, outcomes, thumbnails);
     if (!files.note.empty())
         print_message(files.note);
     if (!print)

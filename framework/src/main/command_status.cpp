@@ -1,9 +1,9 @@
+#include "base/common.h"
 #include "base/machine.h"
 #include "base/text.h"
 #include "cluster/submit.h"
 #include "display/display.h"
 #include "main/commands.h"
-#include "main/task_commands.h"
 #include "report/report.h"
 #include "run/sweep.h"
 #include <fresco/error.h>
@@ -15,7 +15,6 @@
 
 namespace fresco::host
 {
-namespace fs = std::filesystem;
 namespace
 {
 
@@ -178,9 +177,8 @@ int collect(const FolderArguments& arguments)
     }
     mark_failed(summary, tasks.status);
     // As `fresco run` ends where stages failed, and where it was interrupted.
-    const auto in_state = [&](StageState state) {
-        return std::any_of(summary.stages.begin(), summary.stages.end(), [&](const auto& stage) { return stage.state == state; });
-    };
+    const auto in_state = [&](StageState state)
+    { return std::ranges::any_of(summary.stages, [&](const auto& stage) { return stage.state == state; }); };
     summary.exit_code = in_state(StageState::failed) ? 1 : in_state(StageState::blocked) ? 75 : summary.exit_code;
     const ReportRequest ended{&request, &summary, &loaded->catalog, arguments.words, 0, false};
     for (const ReportOutcome& report : write_reports(ended))

@@ -1,3 +1,4 @@
+#include "base/common.h"
 #include "base/text.h"
 #include "main/commands.h"
 
@@ -95,9 +96,7 @@ int tidy(const StoreArguments& arguments)
     const TidyResult result = tidy_store(store, arguments.keep_days, arguments.dry_run);
     if (arguments.json)
     {
-        Value::List removed;
-        for (const auto& object : result.removed)
-            removed.push_back(to_value(object));
+        Value::List removed = each<Value>(result.removed, [&](const auto& object) { return to_value(object); });
         fmt::print("{}\n", to_json(Value::Map{{"removed", std::move(removed)},
                                               {"freed_mb", result.freed_mb},
                                               {"checkpoints", result.checkpoints},

@@ -1,10 +1,11 @@
+#include "base/common.h"
 #include "base/machine.h"
+#include "base/process.h"
 #include "base/text.h"
 #include "cluster/submission.h"
 #include "cluster/submit.h"
 #include "main/commands.h"
-#include "main/task_commands.h"
-#include "run/task_run.h"
+#include "run/task_table.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 
@@ -13,7 +14,6 @@
 
 namespace fresco::host
 {
-namespace fs = std::filesystem;
 namespace
 {
 
@@ -24,11 +24,6 @@ struct SubmitArguments
     bool dry_run = false;
     bool continued = false;
 };
-
-fs::path own_program()
-{
-    return fs::read_symlink("/proc/self/exe");
-}
 
 /// Unlike those of all other folders: jobs are found by it.
 std::string new_run_name()
@@ -44,13 +39,13 @@ void tell(const SubmitOutcome& outcome, const SubmitRequest& request, const Task
     if (outcome.wave.arrays.empty())
         fmt::print("nothing to submit: ");
     else
-        fmt::print("{} {} in {} array{}: ", request.dry_run ? "would submit" : "submitted", tasks(outcome.tasks),
+        fmt::print("{} {} in {} array{}: ", request.dry_run ? "would submit" : "submitted", tasks(outcome.missing.tasks.size()),
                    outcome.wave.arrays.size(), outcome.wave.arrays.size() == 1 ? "" : "s");
-    fmt::print("{} of {} done, {} in the queue before, {} left for later\n", outcome.done, table.task_count, outcome.queued,
-               outcome.left);
-    if (outcome.blocked > 0)
-        fmt::print("{} failed or need{} what failed: fresco status {}\n", tasks(outcome.blocked), outcome.blocked == 1 ? "s" : "",
-                   shell_word(path_text(request.folder)));
+    fmt::print("{} of {} done, {} in the queue before, {} left for later\n", outcome.done, table.task_count,
+               outcome.missing.queued.size(), outcome.missing.left);
+    if (outcome.missing.blocked > 0)
+        fmt::print("{} failed or need{} what failed: fresco status {}\n", tasks(outcome.missing.blocked),
+                   outcome.missing.blocked == 1 ? "s" : "", shell_word(path_text(request.folder)));
     using Kind = TextTable::Kind;
     TextTable arrays({{"array", Kind::name},
                       {"tasks", Kind::number},
@@ -98,18 +93,12 @@ int submit(const SubmitArguments& arguments)
     if (begins)
         request.folder = arguments.table.folder_path();
     if (const std::string problem = script_problem(arguments.settings, request.folder); !problem.empty())
-    {
-        print_message("error: " + problem);
-        return 2;
-    }
+        throw UsageError("error: " + problem);
     if (!begins)
     {
         if (const std::string option = arguments.table.set_option(); !option.empty())
-        {
-            print_message(fmt::format("{}: error: only for a pipeline file; the tasks in {} are made already", option,
-                                      path_text(request.folder)));
-            return 2;
-        }
+            throw UsageError(fmt::format("{}: error: only for a pipeline file; the tasks in {} are made already", option,
+                                         path_text(request.folder)));
     }
     else if (const int code = write_tasks(arguments.table); code != 0)
         return code;
@@ -140,10 +129,7 @@ int submit(const SubmitArguments& arguments)
 int export_snakemake(const TableArguments& arguments)
 {
     if (const std::string problem = script_problem("--folder", arguments.folder_path().string()); !problem.empty())
-    {
-        print_message("error: " + problem);
-        return 2;
-    }
+        throw UsageError("error: " + problem);
     if (const int code = write_tasks(arguments); code != 0)
         return code;
     const fs::path file = arguments.folder_path() / "Snakefile";

@@ -2,6 +2,8 @@
 
 #include "pipeline/pipeline.h"
 #include "plugins/catalog.h"
+#include "report/report.h"
+#include "run/task_table.h"
 #include "store/store.h"
 
 #include <CLI/CLI.hpp>
@@ -9,6 +11,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -49,6 +52,12 @@ std::vector<std::pair<std::string, std::vector<std::string>>> program_helps();
 /// The schema of pipeline files that is installed with this program; it may be missing.
 std::filesystem::path installed_schema();
 
+/// What is asked for makes no sense. The text is printed as it is, and the exit code is 2.
+struct UsageError : std::runtime_error
+{
+    using std::runtime_error::runtime_error;
+};
+
 /// What every command takes that works on a pipeline file.
 struct PipelineArguments
 {
@@ -81,8 +90,8 @@ struct PlaceArguments
     std::filesystem::path upstream_folder() const;
     /// Never creates a store: throws MissingInput if there is none.
     Store existing_store() const;
-    /// Why a run could not keep or write its results there; empty where it could. Said before anything runs.
-    std::string problem() const;
+    /// Throws UsageError where a run could not keep or write its results there. Called before anything runs.
+    void check() const;
 
   private:
     const CLI::App* command_ = nullptr;  ///< With --out.
@@ -98,5 +107,37 @@ struct LoadedPipeline
 void warn_of_plugin_folders();
 /// The same, and prints every problem to standard error.
 std::unique_ptr<LoadedPipeline> load_and_report(const PipelineRequest& request);
+
+/// What the commands about tasks and combinations share: run, status and submit.
+///
+/// Of a matrix that has run: writes sweep.json and its page beside the results; prints a line per combination if `print`.
+/// `thumbnails`: the stage whose pictures the page shows, see write_sweep_summary.
+void tell_combinations(const ReportRequest& run, const std::string& thumbnails, bool print);
+
+/// What the commands take that cut a pipeline into tasks.
+struct TableArguments
+{
+    PipelineArguments pipeline;
+    PlaceArguments places;
+    std::string folder = "cluster";
+    double pack_minutes = 45;
+    int cores = 1;
+
+    /// `file_help`: of the pipeline file.
+    void add_to(CLI::App& command, const std::string& file_help);
+    std::filesystem::path folder_path() const;
+    /// The first of these options that was set, but the file: with a folder that has its tasks already they mean nothing.
+    std::string set_option() const;
+
+  private:
+    std::vector<CLI::Option*> options_;
+};
+
+/// The absolute path of a task folder as the user names it, below which no link is followed any more.
+std::filesystem::path guarded_task_folder(const std::filesystem::path& folder);
+/// Writes the folder of tasks; the exit code. Prints what is wrong with the pipeline or the places.
+int write_tasks(const TableArguments& arguments);
+/// The pipeline as it was when the folder's tasks were made. Prints every problem to standard error.
+std::unique_ptr<LoadedPipeline> load_tasks(const std::filesystem::path& folder);
 
 }  // namespace fresco::host

@@ -127,9 +127,7 @@ bool output_is_lost()
 {
     std::cout.flush();
     const bool failed = std::fflush(stdout) != 0 || std::ferror(stdout) != 0 || !std::cout;
-    struct stat target
-    {
-    };
+    struct stat target = {};
     if (!failed || fstat(STDOUT_FILENO, &target) != 0 || S_ISFIFO(target.st_mode) || S_ISSOCK(target.st_mode))
         return false;
     print_message("error: standard output could not be written; is the disk full?");
@@ -207,6 +205,11 @@ int main(int argc, char** argv)
     {
         const int exit_code = run_command_line(argc, argv);
         return output_is_lost() && exit_code == 0 ? exit_failed : exit_code;
+    }
+    catch (const fresco::host::UsageError& error)
+    {
+        print_message(error.what());
+        return exit_usage;
     }
     catch (const fresco::MissingInput& error)
     {

@@ -1,3 +1,6 @@
+#include "base/common.h"
+#include "base/process.h"
+#include "base/text.h"
 #include "main/commands.h"
 
 #include <fresco/error.h>
@@ -10,8 +13,6 @@
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
-#include <poll.h>
-#include <sstream>
 #include <unistd.h>
 
 /// \file Commands that are programs of their own, as git and cargo have them: `fresco NAME` runs fresco-NAME, which lies beside
@@ -21,23 +22,14 @@ namespace fresco::host
 {
 namespace
 {
-namespace fs = std::filesystem;
-
 constexpr std::string_view prefix = "fresco-";
-
-fs::path own_folder()
-{
-    std::error_code error;
-    return fs::read_symlink("/proc/self/exe", error).parent_path();
-}
 
 /// In the order in which they are searched.
 std::vector<fs::path> searched_folders()
 {
-    std::vector<fs::path> all{own_folder()};
+    std::vector<fs::path> all{own_program().parent_path()};
     const char* path = std::getenv("PATH");
-    std::istringstream list(path != nullptr ? path : "");
-    for (std::string folder; std::getline(list, folder, ':');)
+    for (const std::string& folder : split(path != nullptr ? path : "", ':'))
         if (folder.starts_with('/'))
             all.emplace_back(folder);
     return all;
@@ -73,31 +65,18 @@ std::vector<std::string> commands_in(const fs::path& folder)
 /// What one beside fresco prints; one from elsewhere may not know what it is asked.
 std::vector<std::string> answer_of(const std::string& command, const std::vector<std::string>& words)
 {
-    const fs::path file = own_folder() / (std::string(prefix) + command);
+    const fs::path file = own_program().parent_path() / (std::string(prefix) + command);
     std::vector<std::string> lines;
     if (!is_program(file))
         return lines;
     ProcessStart start{.file = file, .arguments = {file.filename()}, .own_session = true};
     start.arguments.insert(start.arguments.end(), words.begin(), words.end());
-    const Process process = start_process(start);
-    constexpr std::chrono::seconds patience(5);
-    const auto begin = std::chrono::steady_clock::now();
-    LineBuffer printed;
-    ProcessEnd end;
-    while (!take_group_end(process.pid, end))
-    {
-        if (std::chrono::steady_clock::now() - begin > patience)
-            kill(process.pid, SIGKILL);
-        pollfd output{process.output.get(), POLLIN, 0};
-        poll(&output, 1, 20);
-        printed.read_from(process.output.get());
-    }
-    printed.read_from(process.output.get());
-    for (std::string line; printed.next(line);)
-        lines.push_back(line);
+    Process process = start_process(start);
+    const HeardEnd end = hear_out(
+        {process.pid, {}, std::move(process.output)}, std::chrono::seconds(5), [](const auto&) {},
+        [&](const std::string& line) { lines.push_back(line); });
     return end.exit_code == 0 ? lines : std::vector<std::string>{};
 }
-
 }  // namespace
 
 std::vector<std::string> program_commands()
@@ -138,7 +117,7 @@ std::vector<std::string> program_completions(const std::vector<std::string>& wor
 std::vector<std::pair<std::string, std::vector<std::string>>> program_helps()
 {
     std::vector<std::pair<std::string, std::vector<std::string>>> helps;
-    for (const std::string& name : commands_in(own_folder()))
+    for (const std::string& name : commands_in(own_program().parent_path()))
         helps.emplace_back(name, answer_of(name, {"--help-all"}));
     return helps;
 }

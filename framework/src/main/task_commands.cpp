@@ -1,11 +1,10 @@
-#include "main/task_commands.h"
+#include "base/common.h"
 #include "base/text.h"
+#include "main/commands.h"
 #include <fresco/file_access.h>
 
 namespace fresco::host
 {
-
-namespace fs = std::filesystem;
 
 void TableArguments::add_to(CLI::App& command, const std::string& file_help)
 {
@@ -49,11 +48,7 @@ int write_tasks(const TableArguments& arguments)
     const auto loaded = load_and_report(request);
     if (!loaded->result.problems.empty())
         return loaded->result.exit_code();
-    if (const std::string problem = arguments.places.problem(); !problem.empty())
-    {
-        print_message("error: " + problem);
-        return 2;
-    }
+    arguments.places.check();
     constexpr double seconds_per_minute = 60;
     write_task_table(plan_tasks(request, loaded->result.pipeline, arguments.places.store_folder(), arguments.places.out_folder(),
                                 {arguments.pack_minutes * seconds_per_minute, arguments.cores}),
@@ -63,15 +58,7 @@ int write_tasks(const TableArguments& arguments)
 
 std::unique_ptr<LoadedPipeline> load_tasks(const fs::path& folder)
 {
-    const TaskTable head = read_task_head(folder);
-    PipelineRequest request;
-    request.file = head.pipeline.file;
-    request.sets = head.pipeline.sets;
-    request.working_directory = head.pipeline.working_directory;
-    request.until = head.pipeline.until;
-    request.preview = head.pipeline.preview;
-    request.texts = head.pipeline.texts;
-    return load_and_report(request);
+    return load_and_report(read_task_head(folder).pipeline);
 }
 
 }  // namespace fresco::host

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <cstddef>
-#include <memory>
+#include <set>
 #include <vector>
 
 /// \file The order of stages, cycles, and who needs whom. The check of a pipeline builds it; runs follow it.
@@ -14,20 +14,17 @@ namespace fresco::host
 class StageGraph
 {
   public:
-    explicit StageGraph(std::size_t nodes);
-    ~StageGraph();
-    StageGraph(StageGraph&&) noexcept;
-    StageGraph& operator=(StageGraph&&) noexcept;
+    explicit StageGraph(std::size_t nodes) : needs_(nodes), needed_by_(nodes) {}
 
-    std::size_t size() const;
+    std::size_t size() const { return needs_.size(); }
     /// Several equal edges count once. Throws std::out_of_range for an unknown node.
     void add_edge(std::size_t from, std::size_t to);
+
     /// What `node` needs directly, and what needs it directly; ascending.
-    std::vector<std::size_t> needs(std::size_t node) const;
-    std::vector<std::size_t> needed_by(std::size_t node) const;
+    std::vector<std::size_t> needs(std::size_t node) const { return {needs_[node].begin(), needs_[node].end()}; }
+    std::vector<std::size_t> needed_by(std::size_t node) const { return {needed_by_[node].begin(), needed_by_[node].end()}; }
     /// `node` and all that it needs, directly or not; ascending.
     std::vector<std::size_t> ancestors(std::size_t node) const;
-
     /// One shortest cycle through the lowest node of every group of nodes that reach one another: each begins with that node and
     /// goes along the edges. Empty: the graph has no cycle.
     std::vector<std::vector<std::size_t>> cycles() const;
@@ -36,8 +33,8 @@ class StageGraph
     std::vector<std::size_t> order(const std::vector<std::size_t>& early = {}) const;
 
   private:
-    struct Graph;
-    std::unique_ptr<Graph> graph_;
+    std::vector<std::set<std::size_t>> needs_;
+    std::vector<std::set<std::size_t>> needed_by_;
 };
 
 }  // namespace fresco::host

@@ -1,4 +1,5 @@
 #include "pipeline/pipeline.h"
+#include "base/common.h"
 #include "pipeline/graph.h"
 #include "pipeline/pipeline_document.h"
 #include "pipeline/pipeline_sets.h"
@@ -12,82 +13,13 @@
 namespace fresco::host
 {
 
-namespace fs = std::filesystem;
-
 namespace
 {
 void check_until(const std::string& until, const YamlNode& stages, ProblemList& problems)
 {
     if (until.empty() || !stages.is_map() || stages.find(until))
         return;
-    std::vector<std::string> names;
-    for (const YamlNode::Entry& entry : stages.entries)
-        names.push_back(entry.key);
-    problems.add({"--until " + until, 0, 0}, "unknown stage '" + until + "'" + suggestion(until, names));
-}
-
-/// The combinations of a part. Throws Error where an axis has no value of that name.
-std::vector<Choices> chosen_combinations(const SweepPart& part, const std::vector<MatrixAxis>& matrix)
-{
-    std::vector<std::map<std::string, std::size_t>> places(matrix.size());
-    for (std::size_t axis = 0; axis < matrix.size(); ++axis)
-        for (std::size_t i = 0; i < matrix[axis].choices.size(); ++i)
-            places[axis].emplace(matrix[axis].choices[i].label, i);
-    std::vector<Choices> result;
-    for (const auto& labels : part.combinations)
-    {
-        Choices& choices = result.emplace_back(matrix.size());
-        for (std::size_t axis = 0; axis < matrix.size(); ++axis)
-        {
-            const auto label = labels.find(matrix[axis].var);
-            if (label == labels.end())
-                continue;
-            const auto place = places[axis].find(label->second);
-            if (place == places[axis].end())
-                throw Error("the axis '" + matrix[axis].var + "' of the matrix has no value '" + label->second + "'");
-            choices[axis] = place->second;
-        }
-    }
-    return result;
-}
-
-std::map<std::string, AxisSet> axis_sets(const SweepPart& part, const std::vector<MatrixAxis>& matrix)
-{
-    std::map<std::string, AxisSet> result;
-    for (const auto& [stage, names] : part.stage_axes)
-        for (std::size_t axis = 0; axis < matrix.size(); ++axis)
-            if (std::find(names.begin(), names.end(), matrix[axis].var) != names.end())
-                result[stage].set(axis);
-    return result;
-}
-
-void load_stages(const PipelineRequest& request, const PipelineDocument& document, const std::vector<MatrixAxis>& matrix,
-                 const Settings& settings, TypeTable& types, Pipeline& pipeline, ProblemList& problems)
-{
-    std::vector<Choices> cells;
-    try
-    {
-        cells = request.part ? chosen_combinations(*request.part, matrix) : combinations(matrix);
-    }
-    catch (const Error& error)
-    {
-        problems.add(document.matrix.entries.front().position(), error.what());
-        return;
-    }
-    StageDrafts drafts(document, matrix, settings, types);
-    SweepBuilder builder(document, matrix, drafts);
-    for (const Choices& choices : cells)
-        builder.add(choices);
-    builder.report(problems);
-    if (!problems.empty())
-        return;
-    builder.build(pipeline, request.part ? axis_sets(*request.part, matrix) : std::map<std::string, AxisSet>{});
-    for (const MatrixAxis& axis : matrix)
-        pipeline.sweep.axes.push_back(axis.var);
-    pipeline.sweep.narrowed =
-        request.part ||
-        std::any_of(matrix.begin(), matrix.end(),
-                    [](const MatrixAxis& axis) { return !std::ranges::all_of(axis.choices, &MatrixAxis::Choice::chosen); });
+    problems.add({"--until " + until, 0, 0}, "unknown stage '" + until + "'" + suggestion(until, stages.keys()));
 }
 
 StageGraph graph_of(const std::vector<PipelineStage>& stages)
@@ -139,7 +71,7 @@ void load(const PipelineRequest& request, const Catalog& catalog, PipelineResult
     check_until(request.until, document.stages, problems);
     result.pipeline.inputs = read_inputs(document, problems);
     TypeTable types(catalog);
-    load_stages(request, document, matrix, settings, types, result.pipeline, problems);
+    load_stages(document, matrix, request.part, settings, types, result.pipeline, problems);
 }
 }  // namespace
 

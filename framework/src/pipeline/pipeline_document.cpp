@@ -1,4 +1,5 @@
 #include "pipeline/pipeline_document.h"
+#include "base/common.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/wording.h>
@@ -11,8 +12,6 @@ namespace fresco::host
 {
 namespace
 {
-namespace fs = std::filesystem;
-
 constexpr std::size_t base_limit = 16;
 
 /// One file, before it is merged with its base.
@@ -28,16 +27,6 @@ struct Layer
     bool has_stages = false;
     bool complete = true;
 };
-
-YamlNode empty_map(const YamlNode& place)
-{
-    YamlNode map;
-    map.kind = YamlNode::Kind::map;
-    map.line = place.line;
-    map.column = place.column;
-    map.source = place.source;
-    return map;
-}
 
 void check_version(const YamlNode& root, bool complete, ProblemList& problems)
 {
@@ -56,12 +45,12 @@ YamlNode section(const YamlNode& root, std::string_view key, ProblemList& proble
 {
     const YamlNode::Entry* entry = root.find(key);
     if (!entry || entry->value.is_null() || !entry->value.is_valid())
-        return empty_map(root);
+        return YamlNode(YamlNode::Kind::map, root);
     if (!entry->value.is_map())
     {
         problems.add(entry->value.position(),
                      "'" + std::string(key) + "' must be a map {name: …}, got " + entry->value.summary());
-        return empty_map(root);
+        return YamlNode(YamlNode::Kind::map, root);
     }
     YamlNode map = entry->value;
     for (const YamlNode::Entry& named : map.entries)
@@ -184,9 +173,7 @@ void merge_entry(YamlNode& below, YamlNode::Entry above, Level level, ProblemLis
         below.entries.push_back(std::move(above));
     else if (level != Level::axes && old->value.is_map() && above.value.is_map())
     {
-        old->line = above.line;
-        old->column = above.column;
-        old->source = above.source;
+        static_cast<YamlPlace&>(*old) = above;
         const Level inner = level == Level::stages                          ? Level::stage
                             : level == Level::stage && above.key == "input" ? Level::input
                             : level == Level::input                         ? Level::input
@@ -208,9 +195,7 @@ void merge(YamlNode& below, YamlNode above, Level level, ProblemList& problems)
         below = std::move(above);
         return;
     }
-    below.line = above.line;
-    below.column = above.column;
-    below.source = above.source;
+    below.stand_at(above);
     for (YamlNode::Entry& entry : above.entries)
         merge_entry(below, std::move(entry), level, problems);
 }
@@ -262,18 +247,15 @@ bool same_file(const fs::path& a, const fs::path& b)
 void check_preview(const YamlNode& preview, const YamlNode& stages, const std::shared_ptr<const YamlSource>& own,
                    ProblemList& problems)
 {
-    std::vector<std::string> names;
-    for (const YamlNode::Entry& stage : stages.entries)
-        names.push_back(stage.key);
     for (const YamlNode::Entry& entry : preview.entries)
         if (!entry.value.is_map() && entry.value.is_valid())
             problems.add(entry.position(),
                          "the preview of '" + entry.key + "' must be a map {option: …}, got " + entry.value.summary());
         else if (entry.value.find("type"))
             problems.add(entry.value.find("type")->position(), "a preview cannot change the type of a stage");
-        else if (entry.source == own && !names.empty() && !stages.find(entry.key))
-            problems.add(entry.position(),
-                         "unknown stage '" + entry.key + "'" + (problems.takes_hints() ? suggestion(entry.key, names) : ""));
+        else if (entry.source == own && !stages.entries.empty() && !stages.find(entry.key))
+            problems.add(entry.position(), "unknown stage '" + entry.key + "'" +
+                                               (problems.takes_hints() ? suggestion(entry.key, stages.keys()) : ""));
 }
 
 void check_stages(const YamlNode& stages, const YamlNode& vars, ProblemList& problems)

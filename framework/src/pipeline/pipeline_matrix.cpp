@@ -1,4 +1,5 @@
 #include "pipeline/pipeline_matrix.h"
+#include "base/common.h"
 #include <fresco/error.h>
 #include <fresco/wording.h>
 
@@ -12,8 +13,6 @@ namespace fresco::host
 {
 namespace
 {
-namespace fs = std::filesystem;
-
 constexpr std::size_t longest_label = 36;  // bytes; six of them and a stage's name are a file name
 
 bool is_label_byte(char c)
@@ -92,8 +91,7 @@ std::vector<std::string> labels_by(const std::string& var, const std::vector<Mat
 bool are_unique(const std::vector<std::string>& labels)
 {
     std::set<std::string> seen;
-    return std::all_of(labels.begin(), labels.end(),
-                       [&](const std::string& label) { return seen.insert(lower_case(label)).second; });
+    return std::ranges::all_of(labels, [&](const std::string& label) { return seen.insert(lower_case(label)).second; });
 }
 
 void label(MatrixAxis& axis)
@@ -192,9 +190,7 @@ bool read_axis(MatrixAxis& axis, const YamlNode& values, ProblemList& problems)
 
 std::vector<MatrixAxis> read_matrix(PipelineDocument& document, ProblemList& problems)
 {
-    std::vector<std::string> vars;
-    for (const YamlNode::Entry& var : document.vars.entries)
-        vars.push_back(var.key);
+    const std::vector<std::string> vars = document.vars.keys();
     std::vector<MatrixAxis> axes;
     for (const YamlNode::Entry& entry : document.matrix.entries)
     {

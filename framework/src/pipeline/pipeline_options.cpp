@@ -1,4 +1,5 @@
 #include "pipeline/pipeline_options.h"
+#include "base/common.h"
 #include "base/file_contents.h"
 #include "base/glob.h"
 #include "base/text.h"
@@ -13,7 +14,6 @@ namespace fresco::host
 
 namespace
 {
-namespace fs = std::filesystem;
 
 /// Defaults may name components whose defaults name components; without an end only by a plugin's mistake.
 constexpr std::size_t nesting_limit = 16;
@@ -44,12 +44,7 @@ std::vector<std::string> missing_entries(const fs::path& folder, const std::vect
     std::vector<std::string> missing;
     for (const std::string& entry : entries)
     {
-        std::vector<std::string> names;
-        for (std::size_t begin = 0, end = 0; begin <= entry.size(); begin = end + 1)
-        {
-            end = std::min(entry.find('|', begin), entry.size());
-            names.push_back(entry.substr(begin, end - begin));
-        }
+        const std::vector<std::string> names = split(entry, '|');
         if (std::ranges::none_of(names, [&](const std::string& name) { return has_entry(folder, name); }))
             missing.insert(missing.end(), names.begin(), names.end());
     }
@@ -74,6 +69,112 @@ fs::path neighbor_with(const fs::path& folder, const std::vector<std::string>& e
             candidates.push_back(entry->path());
     std::erase_if(candidates, [&](const fs::path& candidate) { return !missing_entries(candidate, entries).empty(); });
     return candidates.size() == 1 ? candidates.front() : fs::path();
+}
+
+/// What a user who wrote `node` where `kind` is wanted probably meant.
+std::string hint(OptionKind kind, const YamlNode& node, const Value& value)
+{
+    if (kind == OptionKind::boolean && value.is_string())
+    {
+        const std::string word = lower_case(value.as_string());
+        if (word == "yes" || word == "on" || word == "y" || word == "true")
+            return " (write true)";
+        if (word == "no" || word == "off" || word == "n" || word == "false")
+            return " (write false)";
+    }
+    if (kind == OptionKind::boolean && value.is_int() && (value.as_int() == 0 || value.as_int() == 1))
+        return value.as_int() == 1 ? " (write true)" : " (write false)";
+    if (kind == OptionKind::integer && value.is_number() && !value.is_int() && std::abs(value.as_double()) < 1e15 &&
+        value.as_double() == std::floor(value.as_double()))
+        return " (write " + number_text(value.as_double()) + ")";
+    if ((kind == OptionKind::integer || kind == OptionKind::number) && value.is_string())
+    {
+        YamlNode retry = node;
+        retry.plain = true;
+        std::replace(retry.text.begin(), retry.text.end(), ',', '.');
+        std::erase(retry.text, '_');
+        std::erase(retry.text, ' ');
+        const ResolvedScalar resolved = resolve_scalar(retry);
+        if (resolved.refusal.empty() && resolved.value.is_number())
+            return retry.text == node.text ? " (without the quotes)" : " (write " + retry.text + ")";
+    }
+    if ((kind == OptionKind::integers || kind == OptionKind::numbers) && value.is_number())
+        return " (write [" + node.text + "])";
+    if (kind == OptionKind::text && !value.is_string() && !value.is_null())
+        return " (write '" + node.text + "' in quotes)";
+    return {};
+}
+
+/// How an option reads scalars.
+enum class Reading
+{
+    resolved,    ///< By the rules of YAML.
+    text,        ///< The same, but on the command line quotes are the shell's: a number there is text.
+    as_written,  ///< Every scalar is text.
+};
+
+Reading reading_of(OptionKind kind)
+{
+    switch (kind)
+    {
+    case OptionKind::text:
+    case OptionKind::input_file:
+    case OptionKind::input_folder:
+    case OptionKind::output_name:
+        return Reading::text;
+    case OptionKind::command_line:
+    case OptionKind::input_files:
+        return Reading::as_written;
+    default:
+        return Reading::resolved;
+    }
+}
+
+/// The tree that a node stands for; null for scalars that cannot be read.
+Value plain_value(const YamlNode& node, Reading reading)
+{
+    if (node.is_list())
+    {
+        return each<Value>(node.items, [&](const YamlNode& item) { return plain_value(item, reading); });
+    }
+    if (node.is_map())
+    {
+        Value::Map map;
+        for (const YamlNode::Entry& entry : node.entries)
+            map.emplace_back(entry.key, plain_value(entry.value, reading));
+        return map;
+    }
+    if (!node.is_scalar())
+        return {};
+    const bool is_text = reading == Reading::as_written || (reading == Reading::text && node.from_command_line());
+    return is_text ? Value(node.text) : resolve_scalar(node).value;
+}
+
+const YamlNode& part_of(const YamlNode& node, const std::vector<std::string>& place)
+{
+    const YamlNode* part = &node;
+    for (const std::string& step : place)
+        part = part->is_list() ? &part->items[std::stoul(step)] : &part->find(step)->value;
+    return *part;
+}
+
+std::string problem_text(const OptionDeclaration& option, const ValueProblem& problem, const YamlNode& part)
+{
+    const std::string expected = problem.expected.empty() ? "" : "; expected " + problem.expected;
+    if (!problem.wrong.empty())
+        return problem.wrong + expected;
+    const ResolvedScalar resolved = part.is_scalar() ? resolve_scalar(part) : ResolvedScalar{};
+    if (!resolved.refusal.empty())
+        return resolved.refusal + expected;
+    OptionKind kind = option.kind;
+    if (!problem.place.empty() && kind == OptionKind::integers)
+        kind = OptionKind::integer;
+    if (!problem.place.empty() && kind == OptionKind::numbers)
+        kind = OptionKind::number;
+    std::string meant = part.is_scalar() ? hint(kind, part, resolved.value) : "";
+    if (part.is_map() && reading_of(kind) == Reading::as_written)
+        meant = " (a word with braces is written in quotes)";
+    return "expected " + problem.expected + ", got " + part.summary() + meant;
 }
 
 }  // namespace
@@ -130,7 +231,7 @@ void OptionChecker::check_folder(const OptionDeclaration& option, const fs::path
     if (missing.empty() || ::access((folder / ".").c_str(), R_OK | X_OK) != 0)
         return;
     std::vector<std::string> instead;
-    for (const TypeDescription* type : types_.of_kind("stage"))
+    for (const TypeDescription* type : types_.catalog().types("stage"))
         if (const KnownType known = types_.find(type->type, "stage"); known && reads_folder(*known.declaration, folder))
             instead.push_back(type->type);
     // What `contains_unless` takes the place of comes last.
@@ -229,120 +330,6 @@ Value OptionChecker::complete_component(std::string_view kind, const YamlNode& c
         result.push_back(std::move(entry));
     return result;
 }
-
-namespace
-{
-namespace fs = std::filesystem;
-
-/// What a user who wrote `node` where `kind` is wanted probably meant.
-std::string hint(OptionKind kind, const YamlNode& node, const Value& value)
-{
-    if (kind == OptionKind::boolean && value.is_string())
-    {
-        const std::string word = lower_case(value.as_string());
-        if (word == "yes" || word == "on" || word == "y" || word == "true")
-            return " (write true)";
-        if (word == "no" || word == "off" || word == "n" || word == "false")
-            return " (write false)";
-    }
-    if (kind == OptionKind::boolean && value.is_int() && (value.as_int() == 0 || value.as_int() == 1))
-        return value.as_int() == 1 ? " (write true)" : " (write false)";
-    if (kind == OptionKind::integer && value.is_number() && !value.is_int() && std::abs(value.as_double()) < 1e15 &&
-        value.as_double() == std::floor(value.as_double()))
-        return " (write " + number_text(value.as_double()) + ")";
-    if ((kind == OptionKind::integer || kind == OptionKind::number) && value.is_string())
-    {
-        YamlNode retry = node;
-        retry.plain = true;
-        std::replace(retry.text.begin(), retry.text.end(), ',', '.');
-        std::erase(retry.text, '_');
-        std::erase(retry.text, ' ');
-        const ResolvedScalar resolved = resolve_scalar(retry);
-        if (resolved.refusal.empty() && resolved.value.is_number())
-            return retry.text == node.text ? " (without the quotes)" : " (write " + retry.text + ")";
-    }
-    if ((kind == OptionKind::integers || kind == OptionKind::numbers) && value.is_number())
-        return " (write [" + node.text + "])";
-    if (kind == OptionKind::text && !value.is_string() && !value.is_null())
-        return " (write '" + node.text + "' in quotes)";
-    return {};
-}
-
-/// How an option reads scalars.
-enum class Reading
-{
-    resolved,    ///< By the rules of YAML.
-    text,        ///< The same, but on the command line quotes are the shell's: a number there is text.
-    as_written,  ///< Every scalar is text.
-};
-
-Reading reading_of(OptionKind kind)
-{
-    switch (kind)
-    {
-    case OptionKind::text:
-    case OptionKind::input_file:
-    case OptionKind::input_folder:
-    case OptionKind::output_name:
-        return Reading::text;
-    case OptionKind::command_line:
-    case OptionKind::input_files:
-        return Reading::as_written;
-    default:
-        return Reading::resolved;
-    }
-}
-
-/// The tree that a node stands for; null for scalars that cannot be read.
-Value plain_value(const YamlNode& node, Reading reading)
-{
-    if (node.is_list())
-    {
-        Value::List list;
-        for (const YamlNode& item : node.items)
-            list.push_back(plain_value(item, reading));
-        return list;
-    }
-    if (node.is_map())
-    {
-        Value::Map map;
-        for (const YamlNode::Entry& entry : node.entries)
-            map.emplace_back(entry.key, plain_value(entry.value, reading));
-        return map;
-    }
-    if (!node.is_scalar())
-        return {};
-    const bool is_text = reading == Reading::as_written || (reading == Reading::text && node.from_command_line());
-    return is_text ? Value(node.text) : resolve_scalar(node).value;
-}
-
-const YamlNode& part_of(const YamlNode& node, const std::vector<std::string>& place)
-{
-    const YamlNode* part = &node;
-    for (const std::string& step : place)
-        part = part->is_list() ? &part->items[std::stoul(step)] : &part->find(step)->value;
-    return *part;
-}
-
-std::string problem_text(const OptionDeclaration& option, const ValueProblem& problem, const YamlNode& part)
-{
-    const std::string expected = problem.expected.empty() ? "" : "; expected " + problem.expected;
-    if (!problem.wrong.empty())
-        return problem.wrong + expected;
-    const ResolvedScalar resolved = part.is_scalar() ? resolve_scalar(part) : ResolvedScalar{};
-    if (!resolved.refusal.empty())
-        return resolved.refusal + expected;
-    OptionKind kind = option.kind;
-    if (!problem.place.empty() && kind == OptionKind::integers)
-        kind = OptionKind::integer;
-    if (!problem.place.empty() && kind == OptionKind::numbers)
-        kind = OptionKind::number;
-    std::string meant = part.is_scalar() ? hint(kind, part, resolved.value) : "";
-    if (part.is_map() && reading_of(kind) == Reading::as_written)
-        meant = " (a word with braces is written in quotes)";
-    return "expected " + problem.expected + ", got " + part.summary() + meant;
-}
-}  // namespace
 
 Value value_of(const OptionDeclaration& option, const YamlNode& node, const std::string& user, ProblemList& problems)
 {

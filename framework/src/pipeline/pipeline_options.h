@@ -5,7 +5,6 @@
 
 #include <set>
 #include <string>
-#include <utility>
 #include <vector>
 
 /// \file The options of one stage: checked against its declaration, completed, and with what the machine decides (files,

@@ -1,4 +1,5 @@
 #include "pipeline/pipeline_sets.h"
+#include "base/text.h"
 #include <fresco/wording.h>
 
 #include <algorithm>
@@ -9,31 +10,12 @@ namespace
 {
 using Path = std::vector<std::string>;
 
-std::vector<std::string> split_path(const std::string& name)
-{
-    std::vector<std::string> parts{""};
-    for (const char c : name)
-        if (c == '.')
-            parts.emplace_back();
-        else
-            parts.back() += c;
-    return parts;
-}
-
 std::string joined(const Path& path, std::size_t count)
 {
     std::string text;
     for (std::size_t i = 0; i < count; ++i)
         text += (i == 0 ? "" : ".") + path[i];
     return text;
-}
-
-std::vector<std::string> keys_of(const YamlNode& map)
-{
-    std::vector<std::string> keys;
-    for (const YamlNode::Entry& entry : map.entries)
-        keys.push_back(entry.key);
-    return keys;
 }
 
 YamlNode parse_value(const std::string& text, const std::shared_ptr<const YamlSource>& source, ProblemList& problems)
@@ -47,12 +29,10 @@ YamlNode parse_value(const std::string& text, const std::shared_ptr<const YamlSo
             node.kind = YamlNode::Kind::invalid;
         return node;
     }
-    YamlNode node;
-    node.kind = YamlNode::Kind::scalar;
+    YamlNode node(YamlNode::Kind::scalar, {0, 0, source});
     node.text = text;
     // An empty value is an empty text, not a missing one.
     node.plain = !text.empty();
-    node.source = source;
     return node;
 }
 
@@ -84,10 +64,7 @@ class Setter
             YamlNode::Entry* entry = node->find(path_[i]);
             if (!entry)
             {
-                YamlNode map;
-                map.kind = YamlNode::Kind::map;
-                map.source = value_.source;
-                node->set(path_[i], std::move(map));
+                node->set(path_[i], YamlNode(YamlNode::Kind::map, {0, 0, value_.source}));
                 entry = node->find(path_[i]);
             }
             if (!entry->value.is_map())
@@ -173,11 +150,8 @@ class Setter
         if (!named.find(path_[at]))
         {
             if (path_.back() != "type" || at + 2 != path_.size())
-                return report("there is no '" + joined(path_, at + 1) + "'" + suggestion(path_[at], keys_of(named)));
-            YamlNode fresh;
-            fresh.kind = YamlNode::Kind::map;
-            fresh.source = value_.source;
-            named.set(path_[at], std::move(fresh));
+                return report("there is no '" + joined(path_, at + 1) + "'" + suggestion(path_[at], named.keys()));
+            named.set(path_[at], YamlNode(YamlNode::Kind::map, {0, 0, value_.source}));
         }
         set_in_component(named.find(path_[at])->value, kind, at + 1);
     }
@@ -220,7 +194,7 @@ Settings::Settings(const std::vector<std::pair<std::string, std::string>>& sets,
         const std::string shown = "--set " + name + "=" + shown_value(value);
         problems.announce_file(shown);
         const auto source = std::make_shared<const YamlSource>(YamlSource{shown, working_directory, true});
-        Path path = split_path(name);
+        Path path = split(name, '.');
         if (std::find(path.begin(), path.end(), "") != path.end())
         {
             problems.add({shown, 0, 0}, "expected NAME=VALUE or STAGE.OPTION=VALUE");
@@ -237,8 +211,7 @@ void Settings::set_vars(PipelineDocument& document, std::vector<MatrixAxis>& axe
         const std::string& name = setting.path.front();
         if (setting.path.size() > 1)
             continue;
-        const auto axis =
-            std::find_if(axes.begin(), axes.end(), [&](const MatrixAxis& candidate) { return candidate.var == name; });
+        const auto axis = std::ranges::find_if(axes, [&](const MatrixAxis& candidate) { return candidate.var == name; });
         if (axis != axes.end())
             set_axis(*axis, setting.value, problems_);
         else if (YamlNode::Entry* var = document.vars.find(name))
@@ -247,7 +220,7 @@ void Settings::set_vars(PipelineDocument& document, std::vector<MatrixAxis>& axe
             problems_.add(setting.value.position(), stage_in_place_of_var(name));
         else if (document.complete)
             problems_.add(setting.value.position(),
-                          "unknown var '" + name + "' in the pipeline" + suggestion(name, keys_of(document.vars)));
+                          "unknown var '" + name + "' in the pipeline" + suggestion(name, document.vars.keys()));
     }
 }
 
@@ -256,7 +229,7 @@ void Settings::check_stages(const YamlNode& stages) const
     for (const Setting& setting : settings_)
         if (setting.path.size() > 1 && !stages.find(setting.path.front()))
             problems_.add(setting.value.position(),
-                          "unknown stage '" + setting.path.front() + "'" + suggestion(setting.path.front(), keys_of(stages)));
+                          "unknown stage '" + setting.path.front() + "'" + suggestion(setting.path.front(), stages.keys()));
 }
 
 void Settings::set_options(const std::string& name, YamlNode& stage, Variables& variables, TypeTable& types,

@@ -3,15 +3,23 @@
 #include "pipeline/pipeline_options.h"
 #include "pipeline/pipeline_variables.h"
 #include "pipeline/pipeline_wiring.h"
+#include <fresco/error.h>
 
 #include <algorithm>
+#include <bitset>
 #include <fmt/format.h>
 
 namespace fresco::host
 {
+namespace
+{
+/// Axes by their numbers.
+using AxisSet = std::bitset<axis_limit>;
 
-namespace fs = std::filesystem;
+/// For each axis the number of its value.
+using Choices = std::vector<std::size_t>;
 
+/// The choices of some axes, as a key: equal where those agree.
 Choices chosen_of(const AxisSet& axes, const Choices& choices)
 {
     Choices result;
@@ -21,6 +29,7 @@ Choices chosen_of(const AxisSet& axes, const Choices& choices)
     return result;
 }
 
+/// What they are called: "kitchen,waves".
 std::string label_of(const AxisSet& axes, const Choices& choices, const std::vector<MatrixAxis>& matrix)
 {
     std::string text;
@@ -30,78 +39,119 @@ std::string label_of(const AxisSet& axes, const Choices& choices, const std::vec
     return text;
 }
 
-VarUse::VarUse(const YamlNode& vars, const std::vector<MatrixAxis>& axes)
+/// Which vars of a document depend on which axes, directly or through other vars and the axes' values, and which nobody uses.
+class VarUse
 {
-    for (const YamlNode::Entry& entry : vars.entries)
+  public:
+    VarUse(const YamlNode& vars, const std::vector<MatrixAxis>& axes)
     {
-        index_[entry.key] = names_.size();
-        names_.push_back(entry.key);
-    }
-    vars_.resize(names_.size());
-    std::vector<std::vector<std::size_t>> users(names_.size());
-    const auto add = [&](std::size_t var, const YamlNode& value)
-    {
-        for (const std::string& name : vars_named_in(value))
-            if (const auto used = index_.find(name); used != index_.end())
+        for (const YamlNode::Entry& entry : vars.entries)
+        {
+            index_[entry.key] = names_.size();
+            names_.push_back(entry.key);
+        }
+        vars_.resize(names_.size());
+        std::vector<std::vector<std::size_t>> users(names_.size());
+        const auto add = [&](std::size_t var, const YamlNode& value)
+        {
+            for (const std::string& name : vars_named_in(value))
+                if (const auto used = index_.find(name); used != index_.end())
+                {
+                    vars_[var].made_of.push_back(used->second);
+                    users[used->second].push_back(var);
+                }
+        };
+        std::set<std::string> is_axis;
+        for (const MatrixAxis& axis : axes)
+        {
+            is_axis.insert(axis.var);
+            for (const MatrixAxis::Choice& choice : axis.choices)
+                add(index_.at(axis.var), choice.value);
+        }
+        for (const YamlNode::Entry& entry : vars.entries)
+            if (!is_axis.contains(entry.key))
+                add(index_.at(entry.key), entry.value);
+        // Not by recursion: a file may hold a chain of vars that is longer than the machine's stack.
+        for (std::size_t axis = 0; axis < axes.size(); ++axis)
+            for (std::vector<std::size_t> open{index_.at(axes[axis].var)}; !open.empty();)
             {
-                vars_[var].made_of.push_back(used->second);
-                users[used->second].push_back(var);
+                const std::size_t var = open.back();
+                open.pop_back();
+                if (vars_[var].axes[axis])
+                    continue;
+                vars_[var].axes.set(axis);
+                open.insert(open.end(), users[var].begin(), users[var].end());
             }
-    };
-    std::set<std::string> is_axis;
-    for (const MatrixAxis& axis : axes)
-    {
-        is_axis.insert(axis.var);
-        for (const MatrixAxis::Choice& choice : axis.choices)
-            add(index_.at(axis.var), choice.value);
     }
-    for (const YamlNode::Entry& entry : vars.entries)
-        if (!is_axis.contains(entry.key))
-            add(index_.at(entry.key), entry.value);
-    // Not by recursion: a file may hold a chain of vars that is longer than the machine's stack.
-    for (std::size_t axis = 0; axis < axes.size(); ++axis)
-        for (std::vector<std::size_t> open{index_.at(axes[axis].var)}; !open.empty();)
+
+    /// The axes that text with these vars in it depends on; from now on they, and what they are made of, are in use.
+    AxisSet use(const std::set<std::string>& names)
+    {
+        AxisSet axes;
+        std::vector<std::size_t> open;
+        for (const std::string& name : names)
+            if (const auto var = index_.find(name); var != index_.end())
+            {
+                axes |= vars_[var->second].axes;
+                open.push_back(var->second);
+            }
+        while (!open.empty())
         {
-            const std::size_t var = open.back();
+            Var& var = vars_[open.back()];
             open.pop_back();
-            if (vars_[var].axes[axis])
-                continue;
-            vars_[var].axes.set(axis);
-            open.insert(open.end(), users[var].begin(), users[var].end());
+            if (!std::exchange(var.in_use, true))
+                open.insert(open.end(), var.made_of.begin(), var.made_of.end());
         }
-}
-
-AxisSet VarUse::use(const std::set<std::string>& names)
-{
-    AxisSet axes;
-    std::vector<std::size_t> open;
-    for (const std::string& name : names)
-        if (const auto var = index_.find(name); var != index_.end())
-        {
-            axes |= vars_[var->second].axes;
-            open.push_back(var->second);
-        }
-    while (!open.empty())
-    {
-        Var& var = vars_[open.back()];
-        open.pop_back();
-        if (!std::exchange(var.in_use, true))
-            open.insert(open.end(), var.made_of.begin(), var.made_of.end());
+        return axes;
     }
-    return axes;
-}
 
-std::map<unsigned long, std::set<std::string>> VarUse::unused() const
-{
-    std::map<unsigned long, std::set<std::string>> result;
-    for (std::size_t i = 0; i < vars_.size(); ++i)
-        if (!vars_[i].in_use)
-            result[vars_[i].axes.to_ulong()].insert(names_[i]);
-    return result;
-}
+    /// The vars that are not in use, by the axes that they depend on.
+    std::map<unsigned long, std::set<std::string>> unused() const
+    {
+        std::map<unsigned long, std::set<std::string>> result;
+        for (std::size_t i = 0; i < vars_.size(); ++i)
+            if (!vars_[i].in_use)
+                result[vars_[i].axes.to_ulong()].insert(names_[i]);
+        return result;
+    }
 
-namespace
+  private:
+    struct Var
+    {
+        std::vector<std::size_t> made_of;
+        AxisSet axes;
+        bool in_use = false;
+    };
+
+    std::vector<std::string> names_;
+    std::map<std::string, std::size_t> index_;
+    std::vector<Var> vars_;
+};
+
+/// A stage as all combinations have it that agree in the axes whose vars it names.
+struct CheckedStage
 {
+    std::size_t shape = 0;
+    PipelineStage stage;  ///< Without name and place; its wires are those from files.
+    std::vector<OptionUses::OutputUse> output_names;
+};
+
+/// How stages of these shapes are wired.
+struct Structure
+{
+    std::vector<std::size_t> order;
+    std::vector<std::vector<Wire>> wires;  ///< Per stage; only from stages, by their names in the file.
+    std::vector<Problem> problems;
+};
+
+/// What one combination is made of.
+struct CombinationDraft
+{
+    Choices choices;
+    std::vector<std::size_t> stages;   ///< Per stage of the file, the number of its CheckedStage.
+    std::vector<std::size_t> batches;  ///< Whose problems it has.
+    const Structure* structure = nullptr;
+};
 
 /// `input` without what is said of files.
 std::string wired_text(const StageDraft& draft)
@@ -116,129 +166,165 @@ std::string wired_text(const StageDraft& draft)
     return node.identity();
 }
 
-}  // namespace
-
-StageDrafts::StageDrafts(const PipelineDocument& document, const std::vector<MatrixAxis>& matrix, const Settings& settings,
-                         TypeTable& types)
-    : document_(document), matrix_(matrix), settings_(settings), types_(types)
+/// The stages of a pipeline file, substituted and checked: each once for all combinations that it is the same in. Stages that
+/// differ between combinations only in options and files have one shape, and are wired alike.
+class StageDrafts
 {
-    VarUse use(document.vars, matrix);
-    std::map<unsigned long, Group> groups;
-    for (std::size_t i = 0; i < document.stages.entries.size(); ++i)
+  public:
+    /// All of them must outlive it.
+    StageDrafts(const PipelineDocument& document, const std::vector<MatrixAxis>& matrix, const Settings& settings,
+                TypeTable& types)
+        : document_(document), matrix_(matrix), settings_(settings), types_(types)
     {
-        const YamlNode::Entry& entry = document.stages.entries[i];
-        std::set<std::string> vars = vars_named_in(entry.value);
-        vars.merge(settings.vars_in(entry.key));
-        axes_.push_back(use.use(vars));
-        groups[axes_[i].to_ulong()].stages.push_back(i);
+        VarUse use(document.vars, matrix);
+        std::map<unsigned long, Group> groups;
+        for (std::size_t i = 0; i < document.stages.entries.size(); ++i)
+        {
+            const YamlNode::Entry& entry = document.stages.entries[i];
+            std::set<std::string> vars = vars_named_in(entry.value);
+            vars.merge(settings.vars_in(entry.key));
+            axes_.push_back(use.use(vars));
+            groups[axes_[i].to_ulong()].stages.push_back(i);
+        }
+        for (auto& [axes, vars] : use.unused())
+            groups[axes].unused_vars = std::move(vars);
+        for (auto& [axes, group] : groups)
+        {
+            group.axes = AxisSet(axes);
+            groups_.push_back(std::move(group));
+        }
     }
-    for (auto& [axes, vars] : use.unused())
-        groups[axes].unused_vars = std::move(vars);
-    for (auto& [axes, group] : groups)
-    {
-        group.axes = AxisSet(axes);
-        groups_.push_back(std::move(group));
-    }
-}
 
-CombinationDraft StageDrafts::cell(const Choices& choices)
-{
-    CombinationDraft cell{choices, std::vector<std::size_t>(axes_.size()), {}};
-    for (Group& group : groups_)
-    {
-        const auto [batch, fresh] = group.batches.try_emplace(chosen_of(group.axes, choices));
-        if (fresh)
-            batch->second = make_batch(group, choices);
-        cell.batches.push_back(batch->second);
-        for (std::size_t i = 0; i < group.stages.size(); ++i)
-            cell.stages[group.stages[i]] = first_stages_[batch->second] + i;
-    }
-    return cell;
-}
+    /// The axes whose vars a stage names, directly or through other vars.
+    const AxisSet& axes_of(std::size_t stage) const { return axes_[stage]; }
 
-std::size_t StageDrafts::make_batch(const Group& group, const Choices& choices)
-{
-    ProblemList problems;
-    Variables variables(document_.vars, problems);
-    for (std::size_t axis = 0; axis < matrix_.size(); ++axis)
-        variables.choose(matrix_[axis].var, matrix_[axis].choices[choices[axis]].value);
-    YamlNode written = document_.stages;
-    written.entries.clear();
-    for (const std::size_t stage : group.stages)
-        written.entries.push_back(document_.stages.entries[stage]);
-    YamlNode settled = variables.substitute(written);
-    if (settled.is_map())
-        for (YamlNode::Entry& entry : settled.entries)
-            settings_.set_options(entry.key, entry.value, variables, types_, problems);
-    variables.check_unused(group.unused_vars);
-    first_stages_.push_back(stages_.size());
-    OptionChecker checker(types_, problems);
-    for (std::size_t i = 0; i < group.stages.size(); ++i)
-        add_stage(group.stages[i], settled.is_map() ? std::move(settled.entries[i].value) : YamlNode(), checker, problems);
-    problems_.push_back(problems.sorted());
-    return first_stages_.size() - 1;
-}
-
-void StageDrafts::add_stage(std::size_t stage, YamlNode config, OptionChecker& checker, ProblemList& problems)
-{
-    const YamlNode::Entry& entry = document_.stages.entries[stage];
-    StageDraft draft;
-    draft.name = entry.key;
-    draft.position = entry.position();
-    draft.config = std::move(config);
-    CheckedStage& checked = stages_.emplace_back();
-    if (draft.config.is_map())
+    CombinationDraft cell(const Choices& choices)
     {
-        // What the stage lacks is reported at its name.
-        draft.config.line = entry.line;
-        draft.config.column = entry.column;
-        draft.config.source = entry.source;
-        const std::optional<std::string> type = type_named_by(draft.config, draft.title(), &problems);
-        if (type)
-            draft.type = types_.require(*type, "stage", draft.title(), draft.config.find("type")->value.position(), problems);
-        if (draft.type)
-            draft.options = checker.complete(draft.type, draft.config, {"type", "input"}, draft.title(), draft.uses);
-        if (draft.type)
-            settle_device(*draft.type.description, draft.options, machine_has_gpu);
-        if (draft.type)
-            settle_declared_ports(draft, types_, problems);
-        FileInputs(types_, checker, problems).wire(draft);
+        CombinationDraft cell{choices, std::vector<std::size_t>(axes_.size()), {}};
+        for (Group& group : groups_)
+        {
+            const auto [batch, fresh] = group.batches.try_emplace(chosen_of(group.axes, choices));
+            if (fresh)
+                batch->second = make_batch(group, choices);
+            cell.batches.push_back(batch->second);
+            for (std::size_t i = 0; i < group.stages.size(); ++i)
+                cell.stages[group.stages[i]] = first_stages_[batch->second] + i;
+        }
+        return cell;
     }
-    const auto make_unique = [](auto& list, auto less)
+
+    const CheckedStage& stage(std::size_t number) const { return stages_[number]; }
+    /// With name, type, `input` and position, and with the files of one of the stages among its wires.
+    const StageDraft& shape(std::size_t number) const { return shapes_[number]; }
+    const std::vector<Problem>& problems(std::size_t batch) const { return problems_[batch]; }
+
+  private:
+    /// Stages and unused vars that depend on the same axes: checked together, with one budget for what vars grow to.
+    struct Group
     {
-        std::sort(list.begin(), list.end(), less);
-        list.erase(std::unique(list.begin(), list.end()), list.end());
+        AxisSet axes;
+        std::vector<std::size_t> stages;
+        std::set<std::string> unused_vars;
+        std::map<Choices, std::size_t> batches;
     };
-    checked.options = std::make_shared<const Value>(std::move(draft.options));
-    checked.input_files = std::move(draft.uses.input_files);
-    make_unique(checked.input_files, std::less<>());
-    checked.components.assign(draft.uses.components.begin(), draft.uses.components.end());
-    make_unique(checked.components, [](const TypeDescription* a, const TypeDescription* b) { return a->type < b->type; });
-    checked.output_names = std::move(draft.uses.output_names);
-    checked.files = draft.wires;
-    checked.shape = shape_of(stage, std::move(draft));
-}
 
-std::size_t StageDrafts::shape_of(std::size_t stage, StageDraft draft)
-{
-    std::string identity = fmt::format("{} {} {} ", stage, fmt::ptr(draft.type.description), draft.files_failed);
-    for (const Wire& wire : draft.wires)
-        identity += wire.port + " ";
-    for (const StageDraft::PartUse& use : draft.part_uses)
-        identity += to_json(use.part) + " ";
-    const auto [known, fresh] = known_shapes_.try_emplace(identity + wired_text(draft), shapes_.size());
-    if (fresh)
+    std::size_t make_batch(const Group& group, const Choices& choices)
     {
-        draft.options = Value();
-        draft.uses = {};
-        std::erase_if(draft.config.entries, [](const YamlNode::Entry& entry) { return entry.key != "input"; });
-        shapes_.push_back(std::move(draft));
+        ProblemList problems;
+        Variables variables(document_.vars, problems);
+        for (std::size_t axis = 0; axis < matrix_.size(); ++axis)
+            variables.choose(matrix_[axis].var, matrix_[axis].choices[choices[axis]].value);
+        YamlNode written = document_.stages;
+        written.entries.clear();
+        for (const std::size_t stage : group.stages)
+            written.entries.push_back(document_.stages.entries[stage]);
+        YamlNode settled = variables.substitute(written);
+        if (settled.is_map())
+            for (YamlNode::Entry& entry : settled.entries)
+                settings_.set_options(entry.key, entry.value, variables, types_, problems);
+        variables.check_unused(group.unused_vars);
+        first_stages_.push_back(stages_.size());
+        OptionChecker checker(types_, problems);
+        for (std::size_t i = 0; i < group.stages.size(); ++i)
+            add_stage(group.stages[i], settled.is_map() ? std::move(settled.entries[i].value) : YamlNode(), checker, problems);
+        problems_.push_back(problems.sorted());
+        return first_stages_.size() - 1;
     }
-    return known->second;
-}
 
-namespace
-{
+    void add_stage(std::size_t stage, YamlNode config, OptionChecker& checker, ProblemList& problems)
+    {
+        const YamlNode::Entry& entry = document_.stages.entries[stage];
+        StageDraft draft;
+        draft.name = entry.key;
+        draft.position = entry.position();
+        draft.config = std::move(config);
+        CheckedStage& checked = stages_.emplace_back();
+        if (draft.config.is_map())
+        {
+            // What the stage lacks is reported at its name.
+            draft.config.stand_at(entry);
+            const std::optional<std::string> type = type_named_by(draft.config, draft.title(), &problems);
+            if (type)
+                draft.type = types_.require(*type, "stage", draft.title(), draft.config.find("type")->value.position(), problems);
+            if (draft.type)
+                draft.options = checker.complete(draft.type, draft.config, {"type", "input"}, draft.title(), draft.uses);
+            if (draft.type)
+                settle_device(*draft.type.description, draft.options, machine_has_gpu);
+            if (draft.type)
+                settle_declared_ports(draft, types_, problems);
+            FileInputs(types_, checker, problems).wire(draft);
+        }
+        const auto make_unique = [](auto& list, auto less)
+        {
+            std::sort(list.begin(), list.end(), less);
+            list.erase(std::unique(list.begin(), list.end()), list.end());
+        };
+        PipelineStage& beginning = checked.stage;
+        beginning.own_name = draft.name;
+        beginning.type = draft.type.description;
+        beginning.own_type = draft.own_type;
+        beginning.position = draft.position;
+        beginning.options = std::make_shared<const Value>(std::move(draft.options));
+        beginning.input_files = std::move(draft.uses.input_files);
+        make_unique(beginning.input_files, std::less<>());
+        beginning.components.assign(draft.uses.components.begin(), draft.uses.components.end());
+        make_unique(beginning.components, [](const TypeDescription* a, const TypeDescription* b) { return a->type < b->type; });
+        beginning.wires = draft.wires;
+        checked.output_names = std::move(draft.uses.output_names);
+        checked.shape = shape_of(stage, std::move(draft));
+    }
+
+    std::size_t shape_of(std::size_t stage, StageDraft draft)
+    {
+        std::string identity = fmt::format("{} {} {} ", stage, fmt::ptr(draft.type.description), draft.files_failed);
+        for (const Wire& wire : draft.wires)
+            identity += wire.port + " ";
+        for (const StageDraft::PartUse& use : draft.part_uses)
+            identity += to_json(use.part) + " ";
+        const auto [known, fresh] = known_shapes_.try_emplace(identity + wired_text(draft), shapes_.size());
+        if (fresh)
+        {
+            draft.options = Value();
+            draft.uses = {};
+            std::erase_if(draft.config.entries, [](const YamlNode::Entry& entry) { return entry.key != "input"; });
+            shapes_.push_back(std::move(draft));
+        }
+        return known->second;
+    }
+
+    const PipelineDocument& document_;
+    const std::vector<MatrixAxis>& matrix_;
+    const Settings& settings_;
+    TypeTable& types_;
+    std::vector<AxisSet> axes_;
+    std::vector<Group> groups_;
+    std::vector<std::size_t> first_stages_;       ///< Per batch.
+    std::vector<std::vector<Problem>> problems_;  ///< Per batch.
+    std::vector<CheckedStage> stages_;
+    std::vector<StageDraft> shapes_;
+    std::map<std::string, std::size_t> known_shapes_;
+};
+
 /// Stages that make parts for which others have rules: they run early, since only then is it known whether the rules fit.
 std::vector<std::size_t> makers_of_ruled_parts(const std::vector<StageDraft>& stages)
 {
@@ -250,171 +336,254 @@ std::vector<std::size_t> makers_of_ruled_parts(const std::vector<StageDraft>& st
                     makers.push_back(static_cast<std::size_t>(maker - stages.begin()));
     return makers;
 }
+
+/// Makes one pipeline of a matrix's combinations; without a matrix there is one, which has no values. A stage depends on the axes
+/// whose vars it names and on those of the stages it reads; it is there once for each combination of their values, and is named
+/// and placed by these. Stages of one shape are wired once.
+class SweepBuilder
+{
+  public:
+    /// All of them must outlive it.
+    SweepBuilder(const PipelineDocument& document, const std::vector<MatrixAxis>& matrix, StageDrafts& drafts)
+        : document_(document), matrix_(matrix), drafts_(drafts)
+    {
+    }
+
+    void add(const Choices& choices)
+    {
+        CombinationDraft cell = drafts_.cell(choices);
+        cell.structure = &structure_of(cell);
+        members_.push_back(std::move(cell));
+        for (const std::size_t batch : members_.back().batches)
+            note(drafts_.problems(batch));
+        note(members_.back().structure->problems);
+        note(colliding_outputs(members_.back()));
+    }
+
+    /// Every problem once; one that not all combinations have says which values they have in common.
+    void report(ProblemList& problems) const
+    {
+        for (const auto& [problem, members] : problems_)
+        {
+            std::string common;
+            for (std::size_t axis = 0; axis < matrix_.size() && members.size() < members_.size(); ++axis)
+            {
+                const std::size_t choice = members_[members.front()].choices[axis];
+                const bool same = std::all_of(members.begin(), members.end(),
+                                              [&](std::size_t member) { return members_[member].choices[axis] == choice; });
+                if (same)
+                    common += (common.empty() ? " (with " : ", ") + matrix_[axis].var + " '" +
+                              matrix_[axis].choices[choice].label + "'";
+            }
+            problems.add(problem.position, problem.text + (common.empty() ? "" : common + ")"), problem.kind);
+        }
+    }
+
+    /// Call once, and only where no combination has a problem. `axes`: by a stage's name, those that it depends on beyond what
+    /// the added combinations show.
+    void build(Pipeline& pipeline, const std::map<std::string, AxisSet>& more_axes)
+    {
+        for (std::size_t i = 0; i < document_.stages.entries.size(); ++i)
+            numbers_[document_.stages.entries[i].key] = i;
+        const std::vector<AxisSet> axes = spread_axes(more_axes);
+        const AxisSet all = AxisSet().set();
+        for (std::size_t i = 0; i < document_.stages.entries.size() && !matrix_.empty(); ++i)
+            for (std::size_t axis = 0; axis < matrix_.size(); ++axis)
+                if (axes[i][axis])
+                    pipeline.sweep.stage_axes[document_.stages.entries[i].key].push_back(matrix_[axis].var);
+        std::vector<std::map<Choices, std::size_t>> places(axes.size());
+        for (const CombinationDraft& member : members_)
+        {
+            Combination combination{label_of(all, member.choices, matrix_), {}, {}};
+            for (std::size_t axis = 0; axis < matrix_.size(); ++axis)
+                combination.values.push_back(matrix_[axis].choices[member.choices[axis]].label);
+            for (const std::size_t stage : member.structure->order)
+            {
+                const auto [place, fresh] =
+                    places[stage].try_emplace(chosen_of(axes[stage], member.choices), pipeline.stages.size());
+                combination.stages.push_back(place->second);
+                if (fresh)
+                    pipeline.stages.push_back(stage_of(member, stage, axes));
+            }
+            if (!matrix_.empty())
+                pipeline.sweep.combinations.push_back(std::move(combination));
+        }
+    }
+
+  private:
+    const Structure& structure_of(const CombinationDraft& cell)
+    {
+        std::vector<std::size_t> shapes;
+        for (const std::size_t stage : cell.stages)
+            shapes.push_back(drafts_.stage(stage).shape);
+        const auto [known, fresh] = structures_.try_emplace(shapes);
+        Structure& structure = known->second;
+        if (!fresh)
+            return structure;
+        std::vector<StageDraft> stages;
+        for (const std::size_t shape : shapes)
+            stages.push_back(drafts_.shape(shape));
+        ProblemList problems;
+        Wiring(stages, problems).wire_all();
+        structure.order = check_graph(stages, problems).order(makers_of_ruled_parts(stages));
+        structure.problems = problems.sorted();
+        for (StageDraft& stage : stages)
+        {
+            std::erase_if(stage.wires, [](const Wire& wire) { return wire.from_stage.empty(); });
+            structure.wires.push_back(std::move(stage.wires));
+        }
+        return structure;
+    }
+
+    std::vector<Problem> colliding_outputs(const CombinationDraft& cell) const
+    {
+        ProblemList problems;
+        OutputOwners owners;
+        for (std::size_t i = 0; i < cell.stages.size(); ++i)
+            for (const OptionUses::OutputUse& use : drafts_.stage(cell.stages[i]).output_names)
+                if (const auto collision = owners.claim(use.path, document_.stages.entries[i].key, use.is_file, use.option))
+                    problems.add(use.position, *collision);
+        return problems.sorted();
+    }
+
+    /// Of the combination that was added last.
+    void note(const std::vector<Problem>& problems)
+    {
+        const std::size_t member = members_.size() - 1;
+        for (const Problem& problem : problems)
+        {
+            const auto [known, fresh] = known_problems_.emplace(to_string(problem), problems_.size());
+            if (fresh)
+                problems_.push_back({problem, {}});
+            std::vector<std::size_t>& members = problems_[known->second].second;
+            if (members.empty() || members.back() != member)
+                members.push_back(member);
+        }
+    }
+
+    /// What a stage reads depends on more axes than the stage itself: so does the stage then.
+    std::vector<AxisSet> spread_axes(const std::map<std::string, AxisSet>& more) const
+    {
+        std::vector<AxisSet> axes;
+        for (std::size_t i = 0; i < document_.stages.entries.size(); ++i)
+        {
+            const auto found = more.find(document_.stages.entries[i].key);
+            axes.push_back(drafts_.axes_of(i) | (found == more.end() ? AxisSet() : found->second));
+        }
+        for (bool again = true; again;)
+        {
+            again = false;
+            for (const auto& [shapes, structure] : structures_)
+                for (const std::size_t stage : structure.order)
+                    for (const Wire& wire : structure.wires[stage])
+                    {
+                        const AxisSet before = axes[stage];
+                        axes[stage] |= axes[numbers_.at(wire.from_stage)];
+                        again = again || axes[stage] != before;
+                    }
+        }
+        return axes;
+    }
+
+    PipelineStage stage_of(const CombinationDraft& member, std::size_t number, const std::vector<AxisSet>& axes) const
+    {
+        const CheckedStage& checked = drafts_.stage(member.stages[number]);
+        PipelineStage stage = checked.stage;
+        stage.name = name_of(number, member.choices, axes);
+        stage.place = label_of(axes[number], member.choices, matrix_);
+        for (Wire wire : member.structure->wires[number])
+        {
+            wire.from_stage = name_of(numbers_.at(wire.from_stage), member.choices, axes);
+            stage.wires.push_back(std::move(wire));
+        }
+        const TypeDeclaration& type = *drafts_.shape(checked.shape).type.declaration;
+        const auto place = [&](const Wire& wire) { return type.input(wire.port) - type.inputs.data(); };
+        std::sort(stage.wires.begin(), stage.wires.end(), [&](const Wire& a, const Wire& b) { return place(a) < place(b); });
+        return stage;
+    }
+
+    std::string name_of(std::size_t stage, const Choices& choices, const std::vector<AxisSet>& axes) const
+    {
+        std::string name = document_.stages.entries[stage].key;
+        if (axes[stage].any())
+            name.append("@").append(label_of(axes[stage], choices, matrix_));
+        return name;
+    }
+
+    const PipelineDocument& document_;
+    const std::vector<MatrixAxis>& matrix_;
+    StageDrafts& drafts_;
+    std::map<std::vector<std::size_t>, Structure> structures_;  ///< By the shapes.
+    std::map<std::string, std::size_t> numbers_;                ///< Of stages, by name.
+    std::vector<CombinationDraft> members_;
+    std::vector<std::pair<Problem, std::vector<std::size_t>>> problems_;  ///< With the members that have it.
+    std::map<std::string, std::size_t> known_problems_;
+};
+
+/// The combinations of a part. Throws Error where an axis has no value of that name.
+std::vector<Choices> chosen_combinations(const SweepPart& part, const std::vector<MatrixAxis>& matrix)
+{
+    std::vector<std::map<std::string, std::size_t>> places(matrix.size());
+    for (std::size_t axis = 0; axis < matrix.size(); ++axis)
+        for (std::size_t i = 0; i < matrix[axis].choices.size(); ++i)
+            places[axis].emplace(matrix[axis].choices[i].label, i);
+    std::vector<Choices> result;
+    for (const auto& labels : part.combinations)
+    {
+        Choices& choices = result.emplace_back(matrix.size());
+        for (std::size_t axis = 0; axis < matrix.size(); ++axis)
+        {
+            const auto label = labels.find(matrix[axis].var);
+            if (label == labels.end())
+                continue;
+            const auto place = places[axis].find(label->second);
+            if (place == places[axis].end())
+                throw Error("the axis '" + matrix[axis].var + "' of the matrix has no value '" + label->second + "'");
+            choices[axis] = place->second;
+        }
+    }
+    return result;
+}
+
+std::map<std::string, AxisSet> axis_sets(const SweepPart& part, const std::vector<MatrixAxis>& matrix)
+{
+    std::map<std::string, AxisSet> result;
+    for (const auto& [stage, names] : part.stage_axes)
+        for (std::size_t axis = 0; axis < matrix.size(); ++axis)
+            if (std::find(names.begin(), names.end(), matrix[axis].var) != names.end())
+                result[stage].set(axis);
+    return result;
+}
 }  // namespace
 
-void SweepBuilder::add(const Choices& choices)
+void load_stages(const PipelineDocument& document, const std::vector<MatrixAxis>& matrix, const std::optional<SweepPart>& part,
+                 const Settings& settings, TypeTable& types, Pipeline& pipeline, ProblemList& problems)
 {
-    CombinationDraft cell = drafts_.cell(choices);
-    const Structure& structure = structure_of(cell);
-    const std::vector<Problem> collisions = colliding_outputs(cell);
-    members_.push_back({std::move(cell), &structure});
-    for (const std::size_t batch : members_.back().cell.batches)
-        note(drafts_.problems(batch));
-    note(structure.problems);
-    note(collisions);
-}
-
-/// Of the combination that was added last.
-void SweepBuilder::note(const std::vector<Problem>& problems)
-{
-    const std::size_t member = members_.size() - 1;
-    for (const Problem& problem : problems)
+    std::vector<Choices> cells;
+    try
     {
-        const auto [known, fresh] = known_problems_.emplace(to_string(problem), problems_.size());
-        if (fresh)
-            problems_.push_back({problem, {}});
-        std::vector<std::size_t>& members = problems_[known->second].second;
-        if (members.empty() || members.back() != member)
-            members.push_back(member);
+        cells = part ? chosen_combinations(*part, matrix) : combinations(matrix);
     }
-}
 
-const SweepBuilder::Structure& SweepBuilder::structure_of(const CombinationDraft& cell)
-{
-    std::vector<std::size_t> shapes;
-    for (const std::size_t stage : cell.stages)
-        shapes.push_back(drafts_.stage(stage).shape);
-    const auto [known, fresh] = structures_.try_emplace(shapes);
-    Structure& structure = known->second;
-    if (!fresh)
-        return structure;
-    std::vector<StageDraft> stages;
-    for (const std::size_t shape : shapes)
-        stages.push_back(drafts_.shape(shape));
-    ProblemList problems;
-    Wiring(stages, problems).wire_all();
-    structure.order = check_graph(stages, problems).order(makers_of_ruled_parts(stages));
-    structure.problems = problems.sorted();
-    for (StageDraft& stage : stages)
+    catch (const Error& error)
     {
-        std::erase_if(stage.wires, [](const Wire& wire) { return wire.from_stage.empty(); });
-        structure.wires.push_back(std::move(stage.wires));
+        problems.add(document.matrix.entries.front().position(), error.what());
+        return;
     }
-    return structure;
-}
 
-std::vector<Problem> SweepBuilder::colliding_outputs(const CombinationDraft& cell) const
-{
-    ProblemList problems;
-    OutputOwners owners;
-    for (std::size_t i = 0; i < cell.stages.size(); ++i)
-        for (const OptionUses::OutputUse& use : drafts_.stage(cell.stages[i]).output_names)
-            if (const auto collision = owners.claim(use.path, document_.stages.entries[i].key, use.is_file, use.option))
-                problems.add(use.position, *collision);
-    return problems.sorted();
-}
-
-void SweepBuilder::report(ProblemList& problems) const
-{
-    for (const auto& [problem, members] : problems_)
-    {
-        std::string common;
-        for (std::size_t axis = 0; axis < matrix_.size() && members.size() < members_.size(); ++axis)
-        {
-            const std::size_t choice = members_[members.front()].cell.choices[axis];
-            const bool same = std::all_of(members.begin(), members.end(),
-                                          [&](std::size_t member) { return members_[member].cell.choices[axis] == choice; });
-            if (same)
-                common +=
-                    (common.empty() ? " (with " : ", ") + matrix_[axis].var + " '" + matrix_[axis].choices[choice].label + "'";
-        }
-        problems.add(problem.position, problem.text + (common.empty() ? "" : common + ")"), problem.kind);
-    }
-}
-
-/// What a stage reads depends on more axes than the stage itself: so does the stage then.
-std::vector<AxisSet> SweepBuilder::spread_axes(const std::map<std::string, AxisSet>& more) const
-{
-    std::vector<AxisSet> axes;
-    for (std::size_t i = 0; i < document_.stages.entries.size(); ++i)
-    {
-        const auto found = more.find(document_.stages.entries[i].key);
-        axes.push_back(drafts_.axes_of(i) | (found == more.end() ? AxisSet() : found->second));
-    }
-    for (bool again = true; again;)
-    {
-        again = false;
-        for (const auto& [shapes, structure] : structures_)
-            for (const std::size_t stage : structure.order)
-                for (const Wire& wire : structure.wires[stage])
-                {
-                    const AxisSet before = axes[stage];
-                    axes[stage] |= axes[numbers_.at(wire.from_stage)];
-                    again = again || axes[stage] != before;
-                }
-    }
-    return axes;
-}
-
-std::string SweepBuilder::name_of(std::size_t stage, const Choices& choices, const std::vector<AxisSet>& axes) const
-{
-    std::string name = document_.stages.entries[stage].key;
-    if (axes[stage].any())
-        name.append("@").append(label_of(axes[stage], choices, matrix_));
-    return name;
-}
-
-PipelineStage SweepBuilder::stage_of(const Member& member, std::size_t number, const std::vector<AxisSet>& axes) const
-{
-    const CheckedStage& checked = drafts_.stage(member.cell.stages[number]);
-    const StageDraft& shape = drafts_.shape(checked.shape);
-    PipelineStage stage;
-    stage.name = name_of(number, member.cell.choices, axes);
-    stage.own_name = shape.name;
-    stage.place = label_of(axes[number], member.cell.choices, matrix_);
-    stage.type = shape.type.description;
-    stage.own_type = shape.own_type;
-    stage.options = checked.options;
-    stage.wires = member.structure->wires[number];
-    for (Wire& wire : stage.wires)
-        wire.from_stage = name_of(numbers_.at(wire.from_stage), member.cell.choices, axes);
-    stage.wires.insert(stage.wires.end(), checked.files.begin(), checked.files.end());
-    const TypeDeclaration& type = *shape.type.declaration;
-    const auto place = [&](const Wire& wire) { return type.input(wire.port) - type.inputs.data(); };
-    std::sort(stage.wires.begin(), stage.wires.end(), [&](const Wire& a, const Wire& b) { return place(a) < place(b); });
-    stage.input_files = checked.input_files;
-    stage.components = checked.components;
-    stage.position = shape.position;
-    return stage;
-}
-
-void SweepBuilder::build(Pipeline& pipeline, const std::map<std::string, AxisSet>& more_axes)
-{
-    for (std::size_t i = 0; i < document_.stages.entries.size(); ++i)
-        numbers_[document_.stages.entries[i].key] = i;
-    const std::vector<AxisSet> axes = spread_axes(more_axes);
-    const AxisSet all = AxisSet().set();
-    for (std::size_t i = 0; i < document_.stages.entries.size() && !matrix_.empty(); ++i)
-        for (std::size_t axis = 0; axis < matrix_.size(); ++axis)
-            if (axes[i][axis])
-                pipeline.sweep.stage_axes[document_.stages.entries[i].key].push_back(matrix_[axis].var);
-    std::vector<std::map<Choices, std::size_t>> places(axes.size());
-    for (const Member& member : members_)
-    {
-        Combination combination{label_of(all, member.cell.choices, matrix_), {}, {}};
-        for (std::size_t axis = 0; axis < matrix_.size(); ++axis)
-            combination.values.push_back(matrix_[axis].choices[member.cell.choices[axis]].label);
-        for (const std::size_t stage : member.structure->order)
-        {
-            const auto [place, fresh] =
-                places[stage].try_emplace(chosen_of(axes[stage], member.cell.choices), pipeline.stages.size());
-            combination.stages.push_back(place->second);
-            if (fresh)
-                pipeline.stages.push_back(stage_of(member, stage, axes));
-        }
-        if (!matrix_.empty())
-            pipeline.sweep.combinations.push_back(std::move(combination));
-    }
+    StageDrafts drafts(document, matrix, settings, types);
+    SweepBuilder builder(document, matrix, drafts);
+    for (const Choices& choices : cells)
+        builder.add(choices);
+    builder.report(problems);
+    if (!problems.empty())
+        return;
+    builder.build(pipeline, part ? axis_sets(*part, matrix) : std::map<std::string, AxisSet>{});
+    for (const MatrixAxis& axis : matrix)
+        pipeline.sweep.axes.push_back(axis.var);
+    pipeline.sweep.narrowed = part || std::any_of(matrix.begin(), matrix.end(),
+                                                  [](const MatrixAxis& axis)
+                                                  { return !std::ranges::all_of(axis.choices, &MatrixAxis::Choice::chosen); });
 }
 
 }  // namespace fresco::host

@@ -1,4 +1,5 @@
 #include "pipeline/pipeline_types.h"
+#include "base/common.h"
 #include <fresco/artifact.h>
 #include <fresco/error.h>
 #include <fresco/wording.h>
@@ -9,6 +10,7 @@ namespace fresco::host
 {
 namespace
 {
+
 /// Plugins are called after what they hold: mesh_decimate.so has mesh.decimate. One that failed when it made a type says so.
 const Refusal* probable_refusal(const Catalog& catalog, const std::string& type)
 {
@@ -32,6 +34,43 @@ std::string instead_of(const std::string& type, const std::vector<std::string>& 
         return suggestion(type, names) + folders;
     return folders.empty() ? "; 'fresco stages' lists all types" : folders;
 }
+
+/// The option that decides an `auto` rule, as it is written or by default.
+YamlNode deciding_value(const TypeDeclaration& declaration, const YamlNode& config, const std::string& option)
+{
+    if (const YamlNode::Entry* written = config.find(option))
+        return written->value;
+    const OptionDeclaration* declared = declaration.option(option);
+    return yaml_from_value(declared ? declared->default_value : Value(), config);
+}
+
+bool is_empty(const YamlNode& node)
+{
+    return node.is_null() || (node.is_scalar() && node.text.empty()) || (node.is_list() && node.items.empty()) ||
+           (node.is_map() && node.entries.empty());
+}
+
+void put_in(YamlNode& node, const std::string& reference, const YamlNode& value)
+{
+    if (node.is_scalar() && node.text == reference)
+    {
+        // The value keeps where it was written: its path counts from there.
+        YamlNode placed = value;
+        placed.origin = value.written_in();
+        placed.stand_at(node);
+        node = std::move(placed);
+        return;
+    }
+    if (node.is_scalar() && value.is_scalar())
+        for (std::size_t at = node.text.find(reference); at != std::string::npos;
+             at = node.text.find(reference, at + value.text.size()))
+            node.text.replace(at, reference.size(), value.text);
+    for (YamlNode& item : node.items)
+        put_in(item, reference, value);
+    for (YamlNode::Entry& entry : node.entries)
+        put_in(entry.value, reference, value);
+}
+
 }  // namespace
 
 const TypeDeclaration& TypeTable::declaration(const TypeDescription& type)
@@ -53,7 +92,7 @@ const std::map<std::string, TypeTable::KnownArtifact, std::less<>>& TypeTable::a
         return artifacts_;
     for (const ArtifactType* type : artifact_types())
         artifacts_[type->name] = {{type->version, type->form_names()}, nullptr};
-    for (const TypeDescription* type : of_kind("stage"))
+    for (const TypeDescription* type : catalog_.types("stage"))
         for (const char* side : {"outputs", "inputs"})
             for (const Value& port : type->declaration.at(side).as_list())
             {
@@ -77,14 +116,7 @@ KnownType TypeTable::find(std::string_view type, std::string_view kind)
     const TypeDescription* description = catalog_.find(type);
     if (!description || description->kind != kind)
         return {};
-    try
-    {
-        return {description, &declaration(*description)};
-    }
-    catch (const Error&)
-    {
-        return {};
-    }
+    return attempt([&] { return KnownType{description, &declaration(*description)}; }).value_or(KnownType{});
 }
 
 KnownType TypeTable::require(const std::string& type, std::string_view kind, const std::string& user, const Position& at,
@@ -111,9 +143,7 @@ KnownType TypeTable::require(const std::string& type, std::string_view kind, con
     }
     if (const auto libraries = catalog_.libraries_of(type); !libraries.empty())
     {
-        std::vector<std::string> names;
-        for (const auto& library : libraries)
-            names.push_back(library.string());
+        const std::vector<std::string> names = each(libraries, [&](const auto& library) { return library.string(); });
         problems.add(
             at, wanted + "several plugins have the type '" + type + "', so none is used: " + join(names) + "; remove all but one",
             ProblemKind::plugin);
@@ -133,19 +163,9 @@ KnownType TypeTable::require(const std::string& type, std::string_view kind, con
     return {};
 }
 
-std::vector<const TypeDescription*> TypeTable::of_kind(std::string_view kind) const
-{
-    std::vector<const TypeDescription*> result = catalog_.types();
-    std::erase_if(result, [&](const TypeDescription* type) { return !kind.empty() && type->kind != kind; });
-    return result;
-}
-
 std::vector<std::string> TypeTable::names_of_kind(std::string_view kind) const
 {
-    std::vector<std::string> names;
-    for (const TypeDescription* type : of_kind(kind))
-        names.push_back(type->type);
-    return names;
+    return each(catalog_.types(kind), &TypeDescription::type);
 }
 
 std::vector<FileFormat> TypeTable::formats()
@@ -198,47 +218,6 @@ std::optional<std::string> type_named_by(const YamlNode& config, const std::stri
     }
     return resolved.value.as_string();
 }
-
-namespace
-{
-/// The option that decides an `auto` rule, as it is written or by default.
-YamlNode deciding_value(const TypeDeclaration& declaration, const YamlNode& config, const std::string& option)
-{
-    if (const YamlNode::Entry* written = config.find(option))
-        return written->value;
-    const OptionDeclaration* declared = declaration.option(option);
-    return yaml_from_value(declared ? declared->default_value : Value(), config);
-}
-
-bool is_empty(const YamlNode& node)
-{
-    return node.is_null() || (node.is_scalar() && node.text.empty()) || (node.is_list() && node.items.empty()) ||
-           (node.is_map() && node.entries.empty());
-}
-
-void put_in(YamlNode& node, const std::string& reference, const YamlNode& value)
-{
-    if (node.is_scalar() && node.text == reference)
-    {
-        // The value keeps where it was written: its path counts from there.
-        YamlNode placed = value;
-        placed.origin = value.origin ? value.origin : value.source;
-        placed.line = node.line;
-        placed.column = node.column;
-        placed.source = node.source;
-        node = std::move(placed);
-        return;
-    }
-    if (node.is_scalar() && value.is_scalar())
-        for (std::size_t at = node.text.find(reference); at != std::string::npos;
-             at = node.text.find(reference, at + value.text.size()))
-            node.text.replace(at, reference.size(), value.text);
-    for (YamlNode& item : node.items)
-        put_in(item, reference, value);
-    for (YamlNode::Entry& entry : node.entries)
-        put_in(entry.value, reference, value);
-}
-}  // namespace
 
 void expand_auto(const TypeDeclaration& declaration, YamlNode& config)
 {

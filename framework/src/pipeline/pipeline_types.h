@@ -39,7 +39,6 @@ class TypeTable
     KnownType require(const std::string& type, std::string_view kind, const std::string& user, const Position& at,
                       ProblemList& problems);
     /// All types where `kind` is empty.
-    std::vector<const TypeDescription*> of_kind(std::string_view kind) const;
     std::vector<std::string> names_of_kind(std::string_view kind) const;
     /// A stage type whose library an artifact comes with; nullptr for those of the SDK.
     const TypeDescription* owner_of(std::string_view artifact);

@@ -55,22 +55,18 @@ std::optional<std::vector<Piece>> split_references(const std::string& text)
 }
 
 /// The value of a var as it stands where the var is used: placed there, its paths counted from where it was written.
-YamlNode placed(const YamlNode& value, const YamlNode& use)
+YamlNode placed(const YamlNode& value, const YamlPlace& use)
 {
-    YamlNode node;
-    node.kind = value.kind;
+    YamlNode node(value.kind, use);
     node.text = value.text;
     node.plain = value.plain;
-    node.origin = value.origin ? value.origin : value.source;
-    node.line = use.line;
-    node.column = use.column;
-    node.source = use.source;
+    node.origin = value.written_in();
     node.items.reserve(value.items.size());
     for (const YamlNode& item : value.items)
         node.items.push_back(placed(item, use));
     node.entries.reserve(value.entries.size());
     for (const YamlNode::Entry& entry : value.entries)
-        node.entries.push_back({entry.key, use.line, use.column, use.source, placed(entry.value, use)});
+        node.entries.push_back({use, entry.key, placed(entry.value, use)});
     return node;
 }
 
@@ -92,16 +88,6 @@ std::size_t depth(const YamlNode& node)
     for (const YamlNode::Entry& entry : node.entries)
         deepest = std::max(deepest, depth(entry.value));
     return deepest + 1;
-}
-
-YamlNode invalid(const YamlNode& node)
-{
-    YamlNode result;
-    result.kind = YamlNode::Kind::invalid;
-    result.line = node.line;
-    result.column = node.column;
-    result.source = node.source;
-    return result;
 }
 }  // namespace
 
@@ -185,13 +171,13 @@ YamlNode Variables::substitute_scalar(const YamlNode& node)
     if (!pieces)
     {
         problems_.add(node.position(), "a '${' is not closed by '}' (write '$${' for the characters themselves)");
-        return invalid(node);
+        return YamlNode(YamlNode::Kind::invalid, node);
     }
     if (pieces->size() == 1 && pieces->front().is_var)
     {
         const YamlNode* value = value_of(pieces->front().text, node);
         if (!value || !spend(weight(*value), node))
-            return invalid(node);
+            return YamlNode(YamlNode::Kind::invalid, node);
         return placed(*value, node);
     }
     YamlNode result = node;
@@ -220,10 +206,10 @@ YamlNode Variables::substitute_scalar(const YamlNode& node)
             continue;
         }
         if (i == 0)
-            result.origin = value->origin ? value->origin : value->source;
+            result.origin = value->written_in();
         result.text += value->text;
     }
-    return good ? result : invalid(node);
+    return good ? result : YamlNode(YamlNode::Kind::invalid, node);
 }
 
 YamlNode Variables::substitute(const YamlNode& node)
@@ -239,7 +225,7 @@ YamlNode Variables::substitute(const YamlNode& node)
     if (depth(result) > yaml_depth_limit)
     {
         problems_.add(node.position(), fmt::format("the vars nest deeper than {} levels", yaml_depth_limit));
-        return invalid(node);
+        return YamlNode(YamlNode::Kind::invalid, node);
     }
     return result;
 }

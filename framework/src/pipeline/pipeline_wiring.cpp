@@ -1,4 +1,5 @@
 #include "pipeline/pipeline_wiring.h"
+#include "base/common.h"
 #include <fresco/command.h>
 #include <fresco/wording.h>
 
@@ -11,6 +12,7 @@ namespace fresco::host
 
 namespace
 {
+
 std::string listed(const std::vector<const PortDeclaration*>& ports)
 {
     std::vector<std::string> texts;
@@ -26,10 +28,7 @@ bool fits(const PortDeclaration& output, const PortDeclaration& input)
 
 std::vector<std::string> names_of(const std::vector<PortDeclaration>& ports)
 {
-    std::vector<std::string> names;
-    for (const PortDeclaration& port : ports)
-        names.push_back(port.name);
-    return names;
+    return each(ports, &PortDeclaration::name);
 }
 
 /// Where the stage's inputs would be declared, if the pipeline does that.
@@ -43,14 +42,71 @@ bool looks_like_path(const std::string& text)
 {
     return text.find('/') != std::string::npos || std::filesystem::path(text).has_extension();
 }
+
+bool declares_ports(const OptionDeclaration& option)
+{
+    return option.is_ports() || option.kind == OptionKind::command_line || option.kind == OptionKind::input_files ||
+           option.kind == OptionKind::rules;
+}
+
+void append_ports(TypeDescription& type, const char* list, const Value& ports)
+{
+    Value::List all = type.declaration.at(list).as_list();
+    for (const auto& [name, port] : ports.as_map())
+        all.push_back(
+            Value::Map{{"name", name}, {"artifact", port.at("artifact")}, {"version", port.at("version")}, {"help", ""}});
+    type.declaration.set(list, std::move(all));
+}
+
+void check_commands(const StageDraft& stage, ProblemList& problems)
+{
+    const auto folder_of = [&](const std::string& option, std::size_t word)
+    {
+        const YamlNode::Entry* written = stage.config.find(option);
+        return written ? written->value.items[word].path_base() : std::filesystem::path();
+    };
+    for (const CommandLineProblem& problem : check_command_line(stage.type.declaration->options, stage.options, folder_of))
+    {
+        const YamlNode::Entry* option = stage.config.find(problem.option);
+        Position at = option ? option->position() : stage.position;
+        if (option && problem.word >= 0)
+            at = option->value.items[static_cast<std::size_t>(problem.word)].position();
+        problems.add(std::move(at), stage.title() + ": " + problem.text,
+                     problem.is_missing ? ProblemKind::missing_input : ProblemKind::invalid);
+    }
+}
+
+/// An input for each that the rules name, and what is to be checked once it is known whose parts they are for.
+void append_named_inputs(StageDraft& stage, TypeDescription& type, const OptionDeclaration& option, ProblemList& problems)
+{
+    const Value& rules = stage.options.at(option.name);
+    const auto at = [&](const std::string& part)
+    {
+        const YamlNode::Entry* written = stage.config.find(option.name);
+        const YamlNode::Entry* rule = written ? written->value.find(part) : nullptr;
+        return rule ? rule->position() : stage.position;
+    };
+    for (const auto& [part, rule] : rules.as_map())
+    {
+        if (part != other_parts)
+            stage.part_uses.push_back({part, option.name, option.rule->parts_of, at(part)});
+        if (const std::string& name = rule.at(option.rule->input).as_string(); stage.type.declaration->input(name))
+            problems.add(at(part), stage.title() + ": option '" + option.name + "': '" + name +
+                                       "' is another input of the stage; expected " + option.rule->word + ", or a " +
+                                       option.rule->input + " of another name");
+    }
+    Value ports = Value::Map{};
+    for (const std::string& name : option.inputs_named(rules))
+        if (!stage.type.declaration->input(name))
+            ports.set(name, Value::Map{{"artifact", option.rule->artifact}, {"version", option.rule->version}});
+    append_ports(type, "inputs", ports);
+}
+
 }  // namespace
 
 std::vector<const PortDeclaration*> pointers(const std::vector<PortDeclaration>& ports)
 {
-    std::vector<const PortDeclaration*> result;
-    for (const PortDeclaration& port : ports)
-        result.push_back(&port);
-    return result;
+    return each<const PortDeclaration*>(ports, [&](const PortDeclaration& port) { return &port; });
 }
 
 bool is_file_input(const YamlNode& input, const TypeDeclaration& type)
@@ -101,8 +157,6 @@ void Wiring::wire(StageDraft& stage)
         wire_one(stage, input->value);
     if (!gave_up_ && !(input && input->value.is_null()))
         unwired_.emplace_back(&stage, input ? input->position() : stage.position);
-    const auto place = [&](const Wire& wire) { return type.input(wire.port) - type.inputs.data(); };
-    std::sort(stage.wires.begin(), stage.wires.end(), [&](const Wire& a, const Wire& b) { return place(a) < place(b); });
 }
 
 void Wiring::wire_one(StageDraft& stage, const YamlNode& node)
@@ -288,8 +342,7 @@ void Wiring::report_unwired(const StageDraft& stage, const Position& at)
 {
     for (const PortDeclaration& port : stage.type.declaration->inputs)
     {
-        const bool wired =
-            std::any_of(stage.wires.begin(), stage.wires.end(), [&](const Wire& wire) { return wire.port == port.name; });
+        const bool wired = std::ranges::any_of(stage.wires, [&](const Wire& wire) { return wire.port == port.name; });
         if (!wired && !port.is_optional)
             problems_.add(at, stage.title() + " needs the input '" + port.name + "' (" + port.artifact_text() + ")" +
                                   makers_of(port, stage));
@@ -325,76 +378,11 @@ StageGraph check_graph(const std::vector<StageDraft>& stages, ProblemList& probl
             text += stages[cycle[i]].name + " → ";
         if (cycle.size() > shown)
             text += fmt::format("… ({} stages) → ", cycle.size());
-        const auto closing =
-            std::find_if(first.sources.begin(), first.sources.end(), [&](const auto& s) { return s.first == cycle.back(); });
+        const auto closing = std::ranges::find_if(first.sources, [&](const auto& s) { return s.first == cycle.back(); });
         problems.add(closing == first.sources.end() ? first.position : closing->second, text + first.name);
     }
     return graph;
 }
-
-namespace
-{
-
-bool declares_ports(const OptionDeclaration& option)
-{
-    return option.is_ports() || option.kind == OptionKind::command_line || option.kind == OptionKind::input_files ||
-           option.kind == OptionKind::rules;
-}
-
-void append_ports(TypeDescription& type, const char* list, const Value& ports)
-{
-    Value::List all = type.declaration.at(list).as_list();
-    for (const auto& [name, port] : ports.as_map())
-        all.push_back(
-            Value::Map{{"name", name}, {"artifact", port.at("artifact")}, {"version", port.at("version")}, {"help", ""}});
-    type.declaration.set(list, std::move(all));
-}
-
-void check_commands(const StageDraft& stage, ProblemList& problems)
-{
-    const auto folder_of = [&](const std::string& option, std::size_t word)
-    {
-        const YamlNode::Entry* written = stage.config.find(option);
-        return written ? written->value.items[word].path_base() : std::filesystem::path();
-    };
-    for (const CommandLineProblem& problem : check_command_line(stage.type.declaration->options, stage.options, folder_of))
-    {
-        const YamlNode::Entry* option = stage.config.find(problem.option);
-        Position at = option ? option->position() : stage.position;
-        if (option && problem.word >= 0)
-            at = option->value.items[static_cast<std::size_t>(problem.word)].position();
-        problems.add(std::move(at), stage.title() + ": " + problem.text,
-                     problem.is_missing ? ProblemKind::missing_input : ProblemKind::invalid);
-    }
-}
-
-/// An input for each that the rules name, and what is to be checked once it is known whose parts they are for.
-void append_named_inputs(StageDraft& stage, TypeDescription& type, const OptionDeclaration& option, ProblemList& problems)
-{
-    const Value& rules = stage.options.at(option.name);
-    const auto at = [&](const std::string& part)
-    {
-        const YamlNode::Entry* written = stage.config.find(option.name);
-        const YamlNode::Entry* rule = written ? written->value.find(part) : nullptr;
-        return rule ? rule->position() : stage.position;
-    };
-    for (const auto& [part, rule] : rules.as_map())
-    {
-        if (part != other_parts)
-            stage.part_uses.push_back({part, option.name, option.rule->parts_of, at(part)});
-        if (const std::string& name = rule.at(option.rule->input).as_string(); stage.type.declaration->input(name))
-            problems.add(at(part), stage.title() + ": option '" + option.name + "': '" + name +
-                                       "' is another input of the stage; expected " + option.rule->word + ", or a " +
-                                       option.rule->input + " of another name");
-    }
-    Value ports = Value::Map{};
-    for (const std::string& name : option.inputs_named(rules))
-        if (!stage.type.declaration->input(name))
-            ports.set(name, Value::Map{{"artifact", option.rule->artifact}, {"version", option.rule->version}});
-    append_ports(type, "inputs", ports);
-}
-
-}  // namespace
 
 void settle_declared_ports(StageDraft& stage, TypeTable& types, ProblemList& problems)
 {
@@ -467,7 +455,7 @@ FileInputs::readers_for(const Ports& inputs, const std::string& extension, const
     std::vector<std::pair<KnownType, const PortDeclaration*>> fitting;
     std::vector<std::string> extensions;
     const YamlNode::Entry* wanted = node.find("type");
-    for (const TypeDescription* description : types_.of_kind("reader"))
+    for (const TypeDescription* description : types_.catalog().types("reader"))
     {
         const KnownType reader = types_.find(description->type, "reader");
         if (!reader || (wanted && wanted->value.text != description->type))
@@ -486,9 +474,7 @@ FileInputs::readers_for(const Ports& inputs, const std::string& extension, const
         return fitting;
     std::sort(extensions.begin(), extensions.end());
     extensions.erase(std::unique(extensions.begin(), extensions.end()), extensions.end());
-    std::vector<std::string> artifacts;
-    for (const PortDeclaration* input : inputs)
-        artifacts.push_back(input->artifact);
+    const std::vector<std::string> artifacts = each(inputs, &PortDeclaration::artifact);
     const std::string what = wanted ? "'" + wanted->value.text + "' makes no " : "no reader makes ";
     problems_.add(node.find("file")->value.position(),
                   stage.title() + ": " + what + join(artifacts) + " from " +

@@ -3,7 +3,6 @@
 #include "pipeline/pipeline.h"
 
 #include <string>
-#include <string_view>
 #include <vector>
 
 /// \file What is wrong with a pipeline file, each with its place, in the order of the file; hints only for the first ones.

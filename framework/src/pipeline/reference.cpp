@@ -1,10 +1,11 @@
 #include "pipeline/reference.h"
+#include "base/common.h"
 
 #include "pipeline/pipeline_types.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
+#include <fresco/wording.h>
 
-#include <algorithm>
 #include <map>
 #include <set>
 #include <system_error>
@@ -13,8 +14,6 @@ namespace fresco::host
 {
 namespace
 {
-
-namespace fs = std::filesystem;
 
 /// The first line of every page: how a page is told from other files.
 constexpr std::string_view written_by = "<!-- Written by 'fresco reference' -->\n";
@@ -79,9 +78,7 @@ std::string components(const OptionDeclaration& option, const TypeTable& types)
 {
     std::string text = "\nFor " + code(option.name) + ": ";
     const auto names = types.names_of_kind(option.component_kind);
-    for (std::size_t i = 0; i < names.size(); ++i)
-        text += (i == 0 ? "" : ", ") + link(names[i]);
-    text += names.empty() ? "no plugin is there.\n" : ".\n";
+    text += names.empty() ? "no plugin is there.\n" : join(each(names, link), ", ") + ".\n";
     if (option.auto_rule)
         text += "`auto` stands for, if " + code(option.auto_rule->option) + " is empty,\n\n```yaml\n" +
                 to_json(option.auto_rule->if_empty) + "\n```\n\nand otherwise\n\n```yaml\n" + to_json(option.auto_rule->if_set) +
@@ -117,10 +114,8 @@ std::string page_text(const TypeDescription& type, const TypeDeclaration& declar
                        code(type.library.stem().string()) + ".\n";
     if (!declaration.artifact.empty())
     {
-        text += "It reads " + code(declaration.artifact) + " from files that end in ";
-        for (std::size_t i = 0; i < declaration.extensions.size(); ++i)
-            text += (i == 0 ? "" : ", ") + code(declaration.extensions[i]);
-        text += ".\n";
+        text += "It reads " + code(declaration.artifact) + " from files that end in " +
+                join(each(declaration.extensions, code), ", ") + ".\n";
     }
     return text + ports("Inputs", declaration.inputs) + ports("Outputs", declaration.outputs) + options(declaration, types);
 }
@@ -130,14 +125,6 @@ struct Users
     std::set<std::string> makers;
     std::set<std::string> takers;
 };
-
-std::string links(const std::set<std::string>& types)
-{
-    std::string text;
-    for (const std::string& type : types)
-        text += (text.empty() ? "" : ", ") + link(type);
-    return text;
-}
 
 std::string contents_text(const Catalog& catalog, const std::map<std::string, Users>& artifacts)
 {
@@ -160,7 +147,7 @@ std::string contents_text(const Catalog& catalog, const std::map<std::string, Us
     }
     std::vector<std::vector<std::string>> rows;
     for (const auto& [artifact, users] : artifacts)
-        rows.push_back({code(artifact), links(users.makers), links(users.takers)});
+        rows.push_back({code(artifact), join(each(users.makers, link), ", "), join(each(users.takers, link), ", ")});
     return rows.empty() ? text : text + "\n## Artifacts\n\n" + table({"artifact", "made or read by", "taken by"}, rows);
 }
 

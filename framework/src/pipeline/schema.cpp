@@ -1,5 +1,4 @@
 #include "pipeline/schema.h"
-#include "plugins/catalog.h"
 
 #include <algorithm>
 #include <cmath>
@@ -25,10 +24,31 @@ Value texts(const std::vector<std::string>& words)
     return List(words.begin(), words.end());
 }
 
+Value any_of(List ways)
+{
+    return Map{{"anyOf", std::move(ways)}};
+}
+
+Value of_type(const char* type)
+{
+    return Map{{"type", type}};
+}
+
+/// A map that has no other entries.
+Value closed_map(Value properties, List required = {})
+{
+    Value schema = of_type("object");
+    schema.set("properties", std::move(properties));
+    if (!required.empty())
+        schema.set("required", std::move(required));
+    schema.set("additionalProperties", false);
+    return schema;
+}
+
 /// The value itself, or a var in its place.
 Value or_var(Value schema)
 {
-    return Map{{"anyOf", List{std::move(schema), reference("var")}}};
+    return any_of({std::move(schema), reference("var")});
 }
 
 Value number_schema(const OptionDeclaration& option, const char* type)
@@ -54,7 +74,7 @@ Value accepted_schema(const OptionDeclaration& option)
     switch (option.kind)
     {
     case OptionKind::boolean:
-        return or_var(Map{{"type", "boolean"}});
+        return or_var(of_type("boolean"));
     case OptionKind::integer:
         return or_var(number_schema(option, "integer"));
     case OptionKind::number:
@@ -64,33 +84,27 @@ Value accepted_schema(const OptionDeclaration& option)
     case OptionKind::numbers:
         return or_var(Map{{"type", "array"}, {"items", or_var(number_schema(option, "number"))}});
     case OptionKind::text:
-        return option.choices.empty() ? Value(Map{{"type", "string"}}) : or_var(Map{{"enum", texts(option.choices)}});
+        return option.choices.empty() ? of_type("string") : or_var(Map{{"enum", texts(option.choices)}});
     case OptionKind::input_file:
     case OptionKind::input_folder:
     case OptionKind::output_name:
-        return Map{{"type", "string"}};
+        return of_type("string");
     case OptionKind::command_line:
         return or_var(Map{{"type", "array"}, {"items", Map{{"type", List{"string", "number", "boolean"}}}}, {"minItems", 1}});
     case OptionKind::input_files:
-        return or_var(Map{{"type", "array"}, {"items", Map{{"type", "string"}}}});
+        return or_var(Map{{"type", "array"}, {"items", of_type("string")}});
     case OptionKind::input_ports:
     case OptionKind::output_ports:
         return Map{{"type", "object"},
                    {"additionalProperties",
-                    Map{{"anyOf", List{Map{{"type", "string"}}, Map{{"type", "object"},
-                                                                    {"properties", Map{{"artifact", Map{{"type", "string"}}},
-                                                                                       {"as", Map{{"type", "string"}}}}},
-                                                                    {"required", List{"artifact"}},
-                                                                    {"additionalProperties", false}}}}}}};
+                    any_of({of_type("string"),
+                            closed_map(Map{{"artifact", of_type("string")}, {"as", of_type("string")}}, {"artifact"})})}};
     case OptionKind::rules:
     {
         const Value number = or_var(Map{{"type", "number"}, {"minimum", 0}, {"maximum", 1}});
-        const Value rule = Map{
-            {"anyOf", List{Map{{"type", "string"}},
-                           Map{{"type", "object"},
-                               {"properties", Map{{option.rule->input, Map{{"type", "string"}}}, {option.rule->number, number}}},
-                               {"required", List{option.rule->input}},
-                               {"additionalProperties", false}}}}};
+        const Value rule =
+            any_of({of_type("string"), closed_map(Map{{option.rule->input, of_type("string")}, {option.rule->number, number}},
+                                                  {option.rule->input})});
         return or_var(Map{{"type", "object"}, {"additionalProperties", rule}, {"minProperties", 1}});
     }
     case OptionKind::component:
@@ -98,7 +112,7 @@ Value accepted_schema(const OptionDeclaration& option)
         List ways{reference("kind." + option.component_kind), reference("var")};
         if (option.optional)
             ways.push_back(Map{{"const", "none"}});
-        return Map{{"anyOf", std::move(ways)}};
+        return any_of(std::move(ways));
     }
     case OptionKind::components:
     {
@@ -106,7 +120,7 @@ Value accepted_schema(const OptionDeclaration& option)
                   reference("var")};
         if (option.auto_rule)
             ways.push_back(Map{{"const", "auto"}});
-        return Map{{"anyOf", std::move(ways)}};
+        return any_of(std::move(ways));
     }
     }
     return Map{};
@@ -146,40 +160,40 @@ class SchemaWriter
                 definitions.set("type." + type->type, type_schema(*type, declaration));
             definitions.set(kind == "stage" ? "stage" : "kind." + kind, kind_schema(kind, true));
         }
-        definitions.set("stage_over_base", Map{{"anyOf", List{Map{{"type", "null"}}, kind_schema("stage", false)}}});
-        return Map{{"$schema", "https://json-schema.org/draft/2020-12/schema"},
-                   {"title", "fresco pipeline"},
-                   {"type", "object"},
-                   {"required", List{"version"}},
-                   {"properties",
-                    Map{{"version", Map{{"const", 1}}},
-                        {"base", Map{{"type", "string"}, {"description", "A pipeline file that this one builds on"}}},
-                        {"vars", Map{{"type", "object"},
-                                     {"description", "Values for ${name}, changed by --set NAME=VALUE"},
-                                     {"propertyNames", Map{{"pattern", name_pattern}}}}},
-                        {"inputs", Map{{"type", "object"},
-                                       {"description", "Folders by name, as vars: wherever they are, results of what lies "
-                                                       "below are the same"},
-                                       {"propertyNames", Map{{"pattern", name_pattern}}},
-                                       {"additionalProperties", Map{{"type", List{"string", "null"}}}}}},
-                        {"matrix", Map{{"type", "object"},
-                                       {"description", "Runs every combination: var -> the values that it takes, a list "
-                                                       "or a map of named ones"},
-                                       {"propertyNames", Map{{"pattern", name_pattern}}},
-                                       {"additionalProperties", axis_schema()}}},
-                        {"stages", Map{{"type", "object"}, {"propertyNames", Map{{"pattern", name_pattern}}}}},
-                        {"preview",
-                         Map{{"type", "object"},
-                             {"description", "Options of stages for --preview: stage -> {option: value}"},
-                             {"propertyNames", Map{{"pattern", name_pattern}}},
-                             {"additionalProperties", Map{{"anyOf", List{Map{{"type", "object"}}, Map{{"type", "null"}}}}}}}}}},
-                   {"additionalProperties", false},
-                   {"if", Map{{"required", List{"base"}}}},
-                   {"then", stages_of("stage_over_base")},
-                   // A file that only others build on may set no more than previews.
-                   {"else", Map{{"anyOf", List{Map{{"required", List{"stages"}}}, Map{{"required", List{"preview"}}}}},
-                                {"properties", stages_of("stage").at("properties")}}},
-                   {"$defs", std::move(definitions)}};
+        definitions.set("stage_over_base", any_of({of_type("null"), kind_schema("stage", false)}));
+        return Map{
+            {"$schema", "https://json-schema.org/draft/2020-12/schema"},
+            {"title", "fresco pipeline"},
+            {"type", "object"},
+            {"required", List{"version"}},
+            {"properties",
+             Map{{"version", Map{{"const", 1}}},
+                 {"base", Map{{"type", "string"}, {"description", "A pipeline file that this one builds on"}}},
+                 {"vars", Map{{"type", "object"},
+                              {"description", "Values for ${name}, changed by --set NAME=VALUE"},
+                              {"propertyNames", Map{{"pattern", name_pattern}}}}},
+                 {"inputs", Map{{"type", "object"},
+                                {"description", "Folders by name, as vars: wherever they are, results of what lies "
+                                                "below are the same"},
+                                {"propertyNames", Map{{"pattern", name_pattern}}},
+                                {"additionalProperties", Map{{"type", List{"string", "null"}}}}}},
+                 {"matrix", Map{{"type", "object"},
+                                {"description", "Runs every combination: var -> the values that it takes, a list "
+                                                "or a map of named ones"},
+                                {"propertyNames", Map{{"pattern", name_pattern}}},
+                                {"additionalProperties", axis_schema()}}},
+                 {"stages", Map{{"type", "object"}, {"propertyNames", Map{{"pattern", name_pattern}}}}},
+                 {"preview", Map{{"type", "object"},
+                                 {"description", "Options of stages for --preview: stage -> {option: value}"},
+                                 {"propertyNames", Map{{"pattern", name_pattern}}},
+                                 {"additionalProperties", Map{{"anyOf", List{Map{{"type", "object"}}, of_type("null")}}}}}}}},
+            {"additionalProperties", false},
+            {"if", Map{{"required", List{"base"}}}},
+            {"then", stages_of("stage_over_base")},
+            // A file that only others build on may set no more than previews.
+            {"else", Map{{"anyOf", List{Map{{"required", List{"stages"}}}, Map{{"required", List{"preview"}}}}},
+                         {"properties", stages_of("stage").at("properties")}}},
+            {"$defs", std::move(definitions)}};
     }
 
   private:
@@ -187,7 +201,7 @@ class SchemaWriter
     static Value axis_schema()
     {
         return Map{{"anyOf", List{Map{{"type", "array"}, {"minItems", 1}, {"uniqueItems", true}},
-                                  Map{{"type", "object"}, {"minProperties", 1}}, Map{{"type", "null"}}}}};
+                                  Map{{"type", "object"}, {"minProperties", 1}}, of_type("null")}}};
     }
 
     static Value stages_of(const char* definition)
@@ -245,11 +259,9 @@ class SchemaWriter
         // A file that builds on another need not repeat what is required.
         List needed;
         add_options(properties, type.kind == "stage" ? needed : required, declaration);
-        return Map{{"type", "object"},
-                   {"description", type.help},
-                   {"properties", std::move(properties)},
-                   {"required", std::move(required)},
-                   {"additionalProperties", false}};
+        Value schema = closed_map(std::move(properties), std::move(required));
+        schema.set("description", type.help);
+        return schema;
     }
 
     Value input_schema(const std::vector<PortDeclaration>& ports) const
@@ -258,7 +270,7 @@ class SchemaWriter
         List ways{Map{{"type", "string"}, {"description", "A stage's name, or stage.output"}}};
         for (const PortDeclaration& port : ports)
         {
-            List sources{Map{{"type", "string"}}};
+            List sources{of_type("string")};
             for (Value& reader : file_schemas(port))
             {
                 sources.push_back(reader);
@@ -268,12 +280,12 @@ class SchemaWriter
                       Map{{"anyOf", std::move(sources)},
                           {"description", port.help + " (" + port.artifact_text() + (port.is_optional ? ", optional)" : ")")}});
         }
-        ways.push_back(Map{{"type", "object"}, {"properties", std::move(named)}, {"additionalProperties", false}});
+        ways.push_back(closed_map(std::move(named)));
         List distinct;
         for (Value& way : ways)
             if (std::find(distinct.begin(), distinct.end(), way) == distinct.end())
                 distinct.push_back(std::move(way));
-        return Map{{"anyOf", std::move(distinct)}};
+        return any_of(std::move(distinct));
     }
 
     /// {file: PATH} by each reader that makes the port's artifact.
@@ -287,13 +299,10 @@ class SchemaWriter
         {
             if (declaration.artifact != port.artifact)
                 continue;
-            Value properties = Map{{"file", Map{{"type", "string"}}}, {"type", Map{{"const", type->type}}}};
+            Value properties = Map{{"file", of_type("string")}, {"type", Map{{"const", type->type}}}};
             List required{"file"};
             add_options(properties, required, declaration);
-            result.push_back(Map{{"type", "object"},
-                                 {"properties", std::move(properties)},
-                                 {"required", std::move(required)},
-                                 {"additionalProperties", false}});
+            result.push_back(closed_map(std::move(properties), std::move(required)));
         }
         return result;
     }

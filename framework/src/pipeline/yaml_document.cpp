@@ -46,10 +46,6 @@ bool quote_is_closed(std::string_view quoted)
 
 namespace
 {
-Position position_of(const std::shared_ptr<const YamlSource>& source, int line, int column)
-{
-    return {source ? source->name : std::string(), line, column};
-}
 
 std::string shortened(const std::string& text)
 {
@@ -61,39 +57,297 @@ std::string shortened(const std::string& text)
         --end;
     return text.substr(0, end) + "…";
 }
+
+bool is_decimal(char c)
+{
+    return c >= '0' && c <= '9';
+}
+
+bool all_digits(std::string_view text)
+{
+    return !text.empty() && std::all_of(text.begin(), text.end(), is_decimal);
+}
+
+/// ( . [0-9]+ | [0-9]+ ( . [0-9]* )? ) ( [eE] [-+]? [0-9]+ )?
+bool looks_like_float(std::string_view text)
+{
+    double number = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    return !text.empty() && (is_decimal(text.front()) || text.front() == '.') && error != std::errc::invalid_argument &&
+           end == text.data() + text.size();
+}
+
+ResolvedScalar resolve_number(const std::string& text, std::string_view digits, bool negative)
+{
+    if (all_digits(digits))
+    {
+        if (digits.size() > 1 && digits.front() == '0')
+            return {{},
+                    "'" + text + "' begins with 0, which some readers take for octal: write it without the 0, or '" + text +
+                        "' in quotes for text"};
+        const std::string signed_digits = (negative ? "-" : "") + std::string(digits);
+        std::int64_t number = 0;
+        const auto [end, error] = std::from_chars(signed_digits.data(), signed_digits.data() + signed_digits.size(), number);
+        if (error != std::errc())
+            return {{}, "'" + shortened(text) + "' is too large for an integer"};
+        return {Value(number), {}};
+    }
+    double number = 0;
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
+    if (error != std::errc() || end != digits.data() + digits.size())
+        return {{}, "'" + shortened(text) + "' is out of the range of numbers"};
+    return {Value(negative ? -number : number), {}};
+}
+
+bool is_one_of(std::string_view text, std::initializer_list<std::string_view> words)
+{
+    return std::find(words.begin(), words.end(), text) != words.end();
+}
+
+struct Stop
+{
+};
+
+/// What yaml-cpp's words mean to somebody who edits a file.
+std::string explained(const std::string& message)
+{
+    if (message.find("illegal map value") != std::string::npos)
+        return "a second ':' in one value, or a line indented deeper than its neighbors: put text with ': ' into quotes";
+    if (message.find("end of map not found") != std::string::npos)
+        return "this line does not continue the map above: check its indentation and its ':'";
+    if (message.find("end of sequence not found") != std::string::npos)
+        return "this line does not continue the list above: check its indentation and its '-'";
+    if (message.find("end of map flow") != std::string::npos)
+        return "a '{' is not closed by '}', or a ',' is missing";
+    if (message.find("end of sequence flow") != std::string::npos)
+        return "a '[' is not closed by ']', or a ',' is missing";
+    return "not valid YAML: " + message;
+}
+
+/// Builds the tree and reports what a pipeline file must not hold.
+class TreeBuilder final : public YAML::EventHandler
+{
+  public:
+    TreeBuilder(const Text& text, std::shared_ptr<const YamlSource> source, ProblemList& problems)
+        : text_(text), source_(std::move(source)), problems_(problems)
+    {
+    }
+
+    YamlNode take_root() { return std::move(root_); }
+    void expect_no_more() { expect_no_more_ = true; }
+    /// Only of a document that could be read: an open '[' makes yaml-cpp see keys that do not exist.
+    void report_odd_keys()
+    {
+        for (auto& [position, text] : odd_keys_)
+            problems_.add(position, text);
+    }
+
+    Position position(std::size_t offset) const
+    {
+        if (source_->command_line)
+            return {source_->name, 0, 0};
+        const auto [line, column] = text_.place(offset);
+        return {source_->name, line, column};
+    }
+
+    Position position(const YAML::Mark& mark) const { return position(text_.offset(mark)); }
+
+    /// What is open when reading stops early still counts.
+    void close_all()
+    {
+        while (!open_.empty())
+            close();
+    }
+
+    void OnDocumentStart(const YAML::Mark& mark) override
+    {
+        if (!expect_no_more_)
+            return;
+        const bool second = text_.from(mark).substr(0, 3) == "---";
+        problems_.add(position(mark), second ? "a second document begins here: a pipeline file holds one"
+                                             : "there is text after the end of the document");
+        throw Stop{};
+    }
+
+    void OnDocumentEnd() override {}
+
+    void OnNull(const YAML::Mark& mark, YAML::anchor_t) override
+    {
+        // The mark of a null is the next token's; inside a map the key's place is used instead.
+        deliver(make(YamlNode::Kind::null, mark));
+    }
+
+    void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override
+    {
+        problems_.add(position(mark), "aliases (*name) are not allowed in a pipeline file: repeat the text, or use a var");
+        deliver(make(YamlNode::Kind::invalid, mark));
+    }
+
+    void OnAnchor(const YAML::Mark& mark, const std::string& name) override
+    {
+        problems_.add(position(mark), "anchors (&" + name + ") are not allowed in a pipeline file: use a var");
+    }
+
+    void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t, const std::string& text) override
+    {
+        YamlNode node = make(YamlNode::Kind::scalar, mark);
+        check_tag(mark, tag);
+        const std::string_view written = text_.from(mark);
+        if (!written.empty() && (written.front() == '"' || written.front() == '\'') && !quote_is_closed(written))
+        {
+            problems_.add(position(mark), "this quote is never closed");
+            throw Stop{};
+        }
+        node.text = text;
+        node.plain = tag == "?";
+        deliver(std::move(node));
+    }
+
+    void OnSequenceStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t, YAML::EmitterStyle::value) override
+    {
+        open(YamlNode::Kind::list, mark, tag);
+    }
+
+    void OnSequenceEnd() override { close(); }
+    void OnMapStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t, YAML::EmitterStyle::value) override
+    {
+        open(YamlNode::Kind::map, mark, tag);
+    }
+
+    void OnMapEnd() override { close(); }
+
+  private:
+    struct Open
+    {
+        YamlNode node;
+        std::unordered_map<std::string, int> keys;  ///< With the line of each.
+        YamlNode::Entry entry;                      ///< Its key is read, its value is next, when has_key.
+        bool has_key = false;
+        bool drop_entry = false;
+    };
+
+    YamlNode make(YamlNode::Kind kind, const YAML::Mark& mark)
+    {
+        if (++count_ > yaml_node_limit)
+        {
+            problems_.add(position(mark), fmt::format("more than {} values: not a pipeline file", yaml_node_limit));
+            throw Stop{};
+        }
+        const Position at = position(mark);
+        return YamlNode(kind, {at.line, at.column, source_});
+    }
+
+    void check_tag(const YAML::Mark& mark, const std::string& tag)
+    {
+        const bool implicit = (tag.empty() || tag == "?" || tag == "!") && text_.from(mark).substr(0, 1) != "!";
+        if (!implicit)
+            problems_.add(position(mark), "tags (" + (tag.empty() || tag == "?" ? std::string("!") : tag) +
+                                              ") are not allowed in a pipeline file");
+    }
+
+    void open(YamlNode::Kind kind, const YAML::Mark& mark, const std::string& tag)
+    {
+        check_tag(mark, tag);
+        if (open_.size() >= yaml_depth_limit)
+        {
+            problems_.add(position(mark), fmt::format("nested deeper than {} levels", yaml_depth_limit));
+            throw Stop{};
+        }
+        open_.emplace_back().node = make(kind, mark);
+    }
+
+    void close()
+    {
+        YamlNode node = std::move(open_.back().node);
+        open_.pop_back();
+        deliver(std::move(node));
+    }
+
+    void deliver(YamlNode node)
+    {
+        if (open_.empty())
+            root_ = std::move(node);
+        else if (open_.back().node.is_list())
+            open_.back().node.items.push_back(std::move(node));
+        else if (open_.back().has_key)
+            deliver_value(open_.back(), std::move(node));
+        else
+            deliver_key(open_.back(), std::move(node));
+    }
+
+    void deliver_key(Open& map, YamlNode key)
+    {
+        map.has_key = true;
+        map.drop_entry = true;
+        map.entry = {key, key.text, {}};
+        if (key.is_scalar() && key.plain && key.text == "<<")
+            problems_.add(key.position(),
+                          "merge keys (<<) are not allowed in a pipeline file: use 'base: FILE', or repeat the text");
+        else if (!key.is_scalar())
+        {
+            if (key.is_valid())
+                odd_keys_.emplace_back(key.position(), "a key must be a word, not " + key.summary());
+        }
+        else if (const auto [first, fresh] = map.keys.emplace(key.text, key.line); !fresh)
+            problems_.add(key.position(),
+                          fmt::format("the key '{}' appears twice; the first is on line {}", key.text, first->second));
+        else
+            map.drop_entry = false;
+    }
+
+    void deliver_value(Open& map, YamlNode value)
+    {
+        map.has_key = false;
+        if (map.drop_entry)
+            return;
+        if (value.is_null())
+            value.stand_at(map.entry);
+        map.entry.value = std::move(value);
+        map.node.entries.push_back(std::move(map.entry));
+    }
+
+    const Text& text_;
+    std::shared_ptr<const YamlSource> source_;
+    ProblemList& problems_;
+    std::vector<Open> open_;
+    YamlNode root_;
+    std::vector<std::pair<Position, std::string>> odd_keys_;
+    std::size_t count_ = 0;
+    bool expect_no_more_ = false;
+};
+
+/// What was read, also where reading stopped early. An empty document stands at its beginning.
+YamlNode finished_tree(TreeBuilder& tree, std::shared_ptr<const YamlSource> source)
+{
+    tree.close_all();
+    YamlNode root = tree.take_root();
+    if (!root.source)
+    {
+        root.source = std::move(source);
+        root.line = root.source->command_line ? 0 : 1;
+        root.column = root.line;
+    }
+    return root;
+}
+
+std::string_view without_byte_order_mark(std::string_view text)
+{
+    return text.substr(0, 3) == "\xEF\xBB\xBF" ? text.substr(3) : text;
+}
+
 }  // namespace
 
-Position YamlNode::position() const
+std::vector<std::string> YamlNode::keys() const
 {
-    return position_of(source, line, column);
-}
-
-Position YamlNode::Entry::position() const
-{
-    return position_of(source, line, column);
-}
-
-std::filesystem::path YamlNode::path_base() const
-{
-    const auto& written = origin ? origin : source;
-    return written ? written->folder : std::filesystem::path();
-}
-
-bool YamlNode::from_command_line() const
-{
-    const auto& written = origin ? origin : source;
-    return written && written->command_line;
+    std::vector<std::string> keys;
+    std::ranges::transform(entries, std::back_inserter(keys), &Entry::key);
+    return keys;
 }
 
 YamlNode::Entry* YamlNode::find(std::string_view key)
 {
-    const auto entry = std::find_if(entries.begin(), entries.end(), [&](const Entry& e) { return e.key == key; });
+    const auto entry = std::ranges::find(entries, key, &Entry::key);
     return entry == entries.end() ? nullptr : &*entry;
-}
-
-const YamlNode::Entry* YamlNode::find(std::string_view key) const
-{
-    return const_cast<YamlNode*>(this)->find(key);
 }
 
 void YamlNode::set(std::string_view key, YamlNode value)
@@ -101,11 +355,7 @@ void YamlNode::set(std::string_view key, YamlNode value)
     Entry* entry = find(key);
     if (!entry)
         entry = &entries.emplace_back();
-    entry->key = std::string(key);
-    entry->line = value.line;
-    entry->column = value.column;
-    entry->source = value.source;
-    entry->value = std::move(value);
+    *entry = {value, std::string(key), std::move(value)};
 }
 
 std::string YamlNode::identity() const
@@ -146,10 +396,7 @@ std::string YamlNode::summary() const
 
 YamlNode yaml_from_value(const Value& value, const YamlNode& place)
 {
-    YamlNode node;
-    node.line = place.line;
-    node.column = place.column;
-    node.source = place.source;
+    YamlNode node(YamlNode::Kind::null, place);
     node.origin = place.origin;
     if (value.is_list())
     {
@@ -177,77 +424,6 @@ YamlNode yaml_from_value(const Value& value, const YamlNode& place)
     return node;
 }
 
-namespace
-{
-bool is_decimal(char c)
-{
-    return c >= '0' && c <= '9';
-}
-
-bool all_digits(std::string_view text)
-{
-    return !text.empty() && std::all_of(text.begin(), text.end(), is_decimal);
-}
-
-/// [-+]? ( . [0-9]+ | [0-9]+ ( . [0-9]* )? ) ( [eE] [-+]? [0-9]+ )?
-bool looks_like_float(std::string_view text)
-{
-    std::size_t i = 0;
-    const auto digits = [&]
-    {
-        const std::size_t start = i;
-        while (i < text.size() && is_decimal(text[i]))
-            ++i;
-        return i - start;
-    };
-    const std::size_t whole = digits();
-    std::size_t fraction = 0;
-    if (i < text.size() && text[i] == '.')
-    {
-        ++i;
-        fraction = digits();
-    }
-    if (whole + fraction == 0)
-        return false;
-    if (i < text.size() && (text[i] == 'e' || text[i] == 'E'))
-    {
-        ++i;
-        if (i < text.size() && (text[i] == '-' || text[i] == '+'))
-            ++i;
-        if (digits() == 0)
-            return false;
-    }
-    return i == text.size();
-}
-
-ResolvedScalar resolve_number(const std::string& text, std::string_view digits, bool negative)
-{
-    if (all_digits(digits))
-    {
-        if (digits.size() > 1 && digits.front() == '0')
-            return {{},
-                    "'" + text + "' begins with 0, which some readers take for octal: write it without the 0, or '" + text +
-                        "' in quotes for text"};
-        const std::string signed_digits = (negative ? "-" : "") + std::string(digits);
-        std::int64_t number = 0;
-        const auto [end, error] = std::from_chars(signed_digits.data(), signed_digits.data() + signed_digits.size(), number);
-        if (error != std::errc())
-            return {{}, "'" + shortened(text) + "' is too large for an integer"};
-        return {Value(number), {}};
-    }
-    double number = 0;
-    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
-    if (error != std::errc() || end != digits.data() + digits.size())
-        return {{}, "'" + shortened(text) + "' is out of the range of numbers"};
-    return {Value(negative ? -number : number), {}};
-}
-
-bool is_one_of(std::string_view text, std::initializer_list<std::string_view> words)
-{
-    return std::find(words.begin(), words.end(), text) != words.end();
-}
-}  // namespace
-
 ResolvedScalar resolve_scalar(const YamlNode& scalar)
 {
     const std::string& text = scalar.text;
@@ -274,245 +450,6 @@ ResolvedScalar resolve_scalar(const YamlNode& scalar)
         return {{}, "'" + text + "' is a number to some readers and text to others: write it in decimal, or in quotes for text"};
     return {Value(text), {}};
 }
-
-namespace
-{
-struct Stop
-{
-};
-
-/// What yaml-cpp's words mean to somebody who edits a file.
-std::string explained(const std::string& message)
-{
-    if (message.find("illegal map value") != std::string::npos)
-        return "a second ':' in one value, or a line indented deeper than its neighbors: put text with ': ' into quotes";
-    if (message.find("end of map not found") != std::string::npos)
-        return "this line does not continue the map above: check its indentation and its ':'";
-    if (message.find("end of sequence not found") != std::string::npos)
-        return "this line does not continue the list above: check its indentation and its '-'";
-    if (message.find("end of map flow") != std::string::npos)
-        return "a '{' is not closed by '}', or a ',' is missing";
-    if (message.find("end of sequence flow") != std::string::npos)
-        return "a '[' is not closed by ']', or a ',' is missing";
-    return "not valid YAML: " + message;
-}
-
-/// Builds the tree and reports what a pipeline file must not hold.
-class TreeBuilder final : public YAML::EventHandler
-{
-  public:
-    TreeBuilder(const Text& text, std::shared_ptr<const YamlSource> source, ProblemList& problems)
-        : text_(text), source_(std::move(source)), problems_(problems)
-    {
-    }
-
-    YamlNode take_root() { return std::move(root_); }
-    void expect_no_more() { expect_no_more_ = true; }
-    /// Only of a document that could be read: an open '[' makes yaml-cpp see keys that do not exist.
-    void report_odd_keys()
-    {
-        for (auto& [position, text] : odd_keys_)
-            problems_.add(position, text);
-    }
-    Position position(std::size_t offset) const
-    {
-        if (source_->command_line)
-            return {source_->name, 0, 0};
-        const auto [line, column] = text_.place(offset);
-        return {source_->name, line, column};
-    }
-    Position position(const YAML::Mark& mark) const { return position(text_.offset(mark)); }
-
-    /// What is open when reading stops early still counts.
-    void close_all()
-    {
-        while (!open_.empty())
-            close();
-    }
-
-    void OnDocumentStart(const YAML::Mark& mark) override
-    {
-        if (!expect_no_more_)
-            return;
-        const bool second = text_.from(mark).substr(0, 3) == "---";
-        problems_.add(position(mark), second ? "a second document begins here: a pipeline file holds one"
-                                             : "there is text after the end of the document");
-        throw Stop{};
-    }
-    void OnDocumentEnd() override {}
-
-    void OnNull(const YAML::Mark& mark, YAML::anchor_t) override
-    {
-        // The mark of a null is the next token's; inside a map the key's place is used instead.
-        deliver(make(YamlNode::Kind::null, mark));
-    }
-
-    void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override
-    {
-        problems_.add(position(mark), "aliases (*name) are not allowed in a pipeline file: repeat the text, or use a var");
-        deliver(make(YamlNode::Kind::invalid, mark));
-    }
-
-    void OnAnchor(const YAML::Mark& mark, const std::string& name) override
-    {
-        problems_.add(position(mark), "anchors (&" + name + ") are not allowed in a pipeline file: use a var");
-    }
-
-    void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t, const std::string& text) override
-    {
-        YamlNode node = make(YamlNode::Kind::scalar, mark);
-        check_tag(mark, tag);
-        const std::string_view written = text_.from(mark);
-        if (!written.empty() && (written.front() == '"' || written.front() == '\'') && !quote_is_closed(written))
-        {
-            problems_.add(position(mark), "this quote is never closed");
-            throw Stop{};
-        }
-        node.text = text;
-        node.plain = tag == "?";
-        deliver(std::move(node));
-    }
-
-    void OnSequenceStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t, YAML::EmitterStyle::value) override
-    {
-        open(YamlNode::Kind::list, mark, tag);
-    }
-    void OnSequenceEnd() override { close(); }
-    void OnMapStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t, YAML::EmitterStyle::value) override
-    {
-        open(YamlNode::Kind::map, mark, tag);
-    }
-    void OnMapEnd() override { close(); }
-
-  private:
-    struct Open
-    {
-        YamlNode node;
-        std::unordered_map<std::string, int> keys;  ///< With the line of each.
-        YamlNode::Entry entry;                      ///< Its key is read, its value is next, when has_key.
-        bool has_key = false;
-        bool drop_entry = false;
-    };
-
-    YamlNode make(YamlNode::Kind kind, const YAML::Mark& mark)
-    {
-        if (++count_ > yaml_node_limit)
-        {
-            problems_.add(position(mark), fmt::format("more than {} values: not a pipeline file", yaml_node_limit));
-            throw Stop{};
-        }
-        YamlNode node;
-        node.kind = kind;
-        const Position at = position(mark);
-        node.line = at.line;
-        node.column = at.column;
-        node.source = source_;
-        return node;
-    }
-
-    void check_tag(const YAML::Mark& mark, const std::string& tag)
-    {
-        const bool implicit = (tag.empty() || tag == "?" || tag == "!") && text_.from(mark).substr(0, 1) != "!";
-        if (!implicit)
-            problems_.add(position(mark), "tags (" + (tag.empty() || tag == "?" ? std::string("!") : tag) +
-                                              ") are not allowed in a pipeline file");
-    }
-
-    void open(YamlNode::Kind kind, const YAML::Mark& mark, const std::string& tag)
-    {
-        check_tag(mark, tag);
-        if (open_.size() >= yaml_depth_limit)
-        {
-            problems_.add(position(mark), fmt::format("nested deeper than {} levels", yaml_depth_limit));
-            throw Stop{};
-        }
-        Open level;
-        level.node = make(kind, mark);
-        open_.push_back(std::move(level));
-    }
-
-    void close()
-    {
-        YamlNode node = std::move(open_.back().node);
-        open_.pop_back();
-        deliver(std::move(node));
-    }
-
-    void deliver(YamlNode node)
-    {
-        if (open_.empty())
-            root_ = std::move(node);
-        else if (open_.back().node.is_list())
-            open_.back().node.items.push_back(std::move(node));
-        else if (open_.back().has_key)
-            deliver_value(open_.back(), std::move(node));
-        else
-            deliver_key(open_.back(), std::move(node));
-    }
-
-    void deliver_key(Open& map, YamlNode key)
-    {
-        map.has_key = true;
-        map.drop_entry = true;
-        map.entry = {key.text, key.line, key.column, key.source, {}};
-        if (key.is_scalar() && key.plain && key.text == "<<")
-            problems_.add(key.position(),
-                          "merge keys (<<) are not allowed in a pipeline file: use 'base: FILE', or repeat the text");
-        else if (!key.is_scalar())
-        {
-            if (key.is_valid())
-                odd_keys_.emplace_back(key.position(), "a key must be a word, not " + key.summary());
-        }
-        else if (const auto [first, fresh] = map.keys.emplace(key.text, key.line); !fresh)
-            problems_.add(key.position(),
-                          fmt::format("the key '{}' appears twice; the first is on line {}", key.text, first->second));
-        else
-            map.drop_entry = false;
-    }
-
-    void deliver_value(Open& map, YamlNode value)
-    {
-        map.has_key = false;
-        if (map.drop_entry)
-            return;
-        if (value.is_null())
-        {
-            value.line = map.entry.line;
-            value.column = map.entry.column;
-        }
-        map.entry.value = std::move(value);
-        map.node.entries.push_back(std::move(map.entry));
-    }
-
-    const Text& text_;
-    std::shared_ptr<const YamlSource> source_;
-    ProblemList& problems_;
-    std::vector<Open> open_;
-    YamlNode root_;
-    std::vector<std::pair<Position, std::string>> odd_keys_;
-    std::size_t count_ = 0;
-    bool expect_no_more_ = false;
-};
-
-/// What was read, also where reading stopped early. An empty document stands at its beginning.
-YamlNode finished_tree(TreeBuilder& tree, std::shared_ptr<const YamlSource> source)
-{
-    tree.close_all();
-    YamlNode root = tree.take_root();
-    if (!root.source)
-    {
-        root.source = std::move(source);
-        root.line = root.source->command_line ? 0 : 1;
-        root.column = root.line;
-    }
-    return root;
-}
-
-std::string_view without_byte_order_mark(std::string_view text)
-{
-    return text.substr(0, 3) == "\xEF\xBB\xBF" ? text.substr(3) : text;
-}
-}  // namespace
 
 YamlNode parse_yaml(std::string_view text, std::shared_ptr<const YamlSource> source, ProblemList& problems, bool& complete)
 {

@@ -89,8 +89,18 @@ struct YamlSource
     bool command_line = false;     ///< No lines, and a number or word is taken as text where text is wanted.
 };
 
+/// Where a piece of YAML stands.
+struct YamlPlace
+{
+    int line = 0;  ///< From 1; of a null value that of its key; 0 on the command line.
+    int column = 0;
+    std::shared_ptr<const YamlSource> source;
+
+    Position position() const { return {source ? source->name : std::string(), line, column}; }
+};
+
 /// One node of a YAML document, not yet resolved to a type: what a plain word means depends on the option that it is given to.
-struct YamlNode
+struct YamlNode : YamlPlace
 {
     enum class Kind
     {
@@ -102,14 +112,15 @@ struct YamlNode
     };
     struct Entry;
 
+    YamlNode() = default;
+    explicit YamlNode(Kind node_kind, const YamlPlace& place = {}) : YamlPlace(place), kind(node_kind) {}
+    void stand_at(const YamlPlace& place) { static_cast<YamlPlace&>(*this) = place; }
+
     Kind kind = Kind::null;
     std::string text;    ///< Of a scalar.
     bool plain = false;  ///< A scalar without quotes.
     std::vector<YamlNode> items;
-    std::vector<Entry> entries;  ///< In the order of the file; keys are unique.
-    int line = 0;                ///< From 1; of a null value that of its key; 0 on the command line.
-    int column = 0;
-    std::shared_ptr<const YamlSource> source;  ///< Where it stands.
+    std::vector<Entry> entries;                ///< In the order of the file; keys are unique.
     std::shared_ptr<const YamlSource> origin;  ///< Where its value was written (a var's value elsewhere); null: in `source`.
 
     bool is_null() const { return kind == Kind::null; }
@@ -119,12 +130,13 @@ struct YamlNode
     bool is_valid() const { return kind != Kind::invalid; }
     bool is_word(std::string_view word) const { return is_scalar() && plain && text == word; }
 
-    Position position() const;
+    const std::shared_ptr<const YamlSource>& written_in() const { return origin ? origin : source; }
     /// Base of a relative path in this scalar.
-    std::filesystem::path path_base() const;
-    bool from_command_line() const;
+    std::filesystem::path path_base() const { return written_in() ? written_in()->folder : std::filesystem::path(); }
+    bool from_command_line() const { return written_in() && written_in()->command_line; }
+    std::vector<std::string> keys() const;
     Entry* find(std::string_view key);
-    const Entry* find(std::string_view key) const;
+    const Entry* find(std::string_view key) const { return const_cast<YamlNode*>(this)->find(key); }
     /// Replaces the value of a key, or appends the entry with its key placed where the value is.
     void set(std::string_view key, YamlNode value);
     void erase(std::string_view key);
@@ -134,15 +146,10 @@ struct YamlNode
     std::string summary() const;
 };
 
-struct YamlNode::Entry
+struct YamlNode::Entry : YamlPlace
 {
     std::string key;
-    int line = 0;
-    int column = 0;
-    std::shared_ptr<const YamlSource> source;
     YamlNode value;
-
-    Position position() const;
 };
 
 inline constexpr std::size_t yaml_size_limit = std::size_t{1} << 20U;  ///< bytes

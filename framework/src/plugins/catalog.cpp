@@ -1,4 +1,5 @@
 #include "plugins/catalog.h"
+#include "base/common.h"
 #include <fresco/error.h>
 
 #include <algorithm>
@@ -25,16 +26,6 @@ void Catalog::add(TypeDescription description)
     same.push_back(std::move(description));
 }
 
-void Catalog::add(Refusal refusal)
-{
-    refusals_.push_back(std::move(refusal));
-}
-
-void Catalog::add(UnbuiltPlugin plugin)
-{
-    unbuilt_.push_back(std::move(plugin));
-}
-
 const UnbuiltPlugin* Catalog::find_unbuilt(std::string_view type) const
 {
     const auto found = std::find_if(unbuilt_.begin(), unbuilt_.end(), [&](const auto& plugin) { return plugin.type == type; });
@@ -47,11 +38,11 @@ const TypeDescription* Catalog::find(std::string_view type) const
     return found != types_.end() && found->second.size() == 1 ? &found->second.front() : nullptr;
 }
 
-std::vector<const TypeDescription*> Catalog::types() const
+std::vector<const TypeDescription*> Catalog::types(std::string_view kind) const
 {
     std::vector<const TypeDescription*> result;
     for (const auto& [name, descriptions] : types_)
-        if (descriptions.size() == 1)
+        if (descriptions.size() == 1 && (kind.empty() || descriptions.front().kind == kind))
             result.push_back(&descriptions.front());
     return result;
 }
@@ -84,6 +75,7 @@ std::vector<std::filesystem::path> Catalog::libraries_of(std::string_view type) 
 
 namespace
 {
+
 std::string text_at(const Value& map, std::string_view key)
 {
     const Value* entry = map.find(key);
@@ -125,61 +117,6 @@ const T* by_name(const std::vector<T>& list, std::string_view name)
     const auto found = std::find_if(list.begin(), list.end(), [&](const T& entry) { return entry.name == name; });
     return found == list.end() ? nullptr : &*found;
 }
-}  // namespace
-
-std::string PortDeclaration::artifact_text() const
-{
-    return version == 1 ? artifact : artifact + " (version " + std::to_string(version) + ")";
-}
-
-const OptionDeclaration* TypeDeclaration::option(std::string_view name) const
-{
-    return by_name(options, name);
-}
-
-const PortDeclaration* TypeDeclaration::input(std::string_view name) const
-{
-    return by_name(inputs, name);
-}
-
-const PortDeclaration* TypeDeclaration::output(std::string_view name) const
-{
-    return by_name(outputs, name);
-}
-
-std::vector<std::string> TypeDeclaration::option_names() const
-{
-    std::vector<std::string> names;
-    for (const OptionDeclaration& option : options)
-        names.push_back(option.name);
-    return names;
-}
-
-TypeDeclaration read_declaration(const TypeDescription& type)
-{
-    try
-    {
-        TypeDeclaration result;
-        if (const Value* options = type.declaration.find("options"))
-            for (const Value& description : options->as_list())
-                result.options.push_back(OptionDeclaration::from(description));
-        result.inputs = read_ports(type.declaration, "inputs");
-        result.outputs = read_ports(type.declaration, "outputs");
-        result.artifact = text_at(type.declaration, "artifact");
-        result.extensions = texts_at(type.declaration, "extensions");
-        if (const Value* formats = type.declaration.find("formats"))
-            for (const Value& format : formats->as_list())
-                result.formats.push_back(FileFormat::from(format));
-        return result;
-    }
-    catch (const Error& error)
-    {
-        throw Error(type.library.string() + ": the description of '" + type.type + "' is not as expected: " + error.what());
-    }
-}
-
-namespace
-{
 
 /// Holds a cost to the options that its stage has, and gathers what it counts by.
 class CostDescriber
@@ -294,6 +231,54 @@ class CostDescriber
 };
 
 }  // namespace
+
+std::string PortDeclaration::artifact_text() const
+{
+    return version == 1 ? artifact : artifact + " (version " + std::to_string(version) + ")";
+}
+
+const OptionDeclaration* TypeDeclaration::option(std::string_view name) const
+{
+    return by_name(options, name);
+}
+
+const PortDeclaration* TypeDeclaration::input(std::string_view name) const
+{
+    return by_name(inputs, name);
+}
+
+const PortDeclaration* TypeDeclaration::output(std::string_view name) const
+{
+    return by_name(outputs, name);
+}
+
+std::vector<std::string> TypeDeclaration::option_names() const
+{
+    return each(options, &OptionDeclaration::name);
+}
+
+TypeDeclaration read_declaration(const TypeDescription& type)
+{
+    try
+    {
+        TypeDeclaration result;
+        if (const Value* options = type.declaration.find("options"))
+            for (const Value& description : options->as_list())
+                result.options.push_back(OptionDeclaration::from(description));
+        result.inputs = read_ports(type.declaration, "inputs");
+        result.outputs = read_ports(type.declaration, "outputs");
+        result.artifact = text_at(type.declaration, "artifact");
+        result.extensions = texts_at(type.declaration, "extensions");
+        if (const Value* formats = type.declaration.find("formats"))
+            for (const Value& format : formats->as_list())
+                result.formats.push_back(FileFormat::from(format));
+        return result;
+    }
+    catch (const Error& error)
+    {
+        throw Error(type.library.string() + ": the description of '" + type.type + "' is not as expected: " + error.what());
+    }
+}
 
 Value describe_cost(const std::string& type, const Cost& cost, const Value& options)
 {

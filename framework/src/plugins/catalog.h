@@ -60,13 +60,13 @@ class Catalog
 {
   public:
     void add(TypeDescription description);
-    void add(Refusal refusal);
-    void add(UnbuiltPlugin plugin);
+    void add(Refusal refusal) { refusals_.push_back(std::move(refusal)); }
+    void add(UnbuiltPlugin plugin) { unbuilt_.push_back(std::move(plugin)); }
 
     /// nullptr where no library has the type, or more than one of the first place that has it.
     const TypeDescription* find(std::string_view type) const;
-    /// Sorted by type, ambiguous ones left out.
-    std::vector<const TypeDescription*> types() const;
+    /// Sorted by type, ambiguous ones left out. Of any kind where `kind` is empty.
+    std::vector<const TypeDescription*> types(std::string_view kind = {}) const;
     /// Names of types that more than one library of a place has, sorted.
     std::vector<std::string> ambiguous() const;
     /// Sorted by type.

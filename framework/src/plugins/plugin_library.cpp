@@ -1,4 +1,5 @@
 #include "plugins/plugin_library.h"
+#include "base/common.h"
 #include "base/process.h"
 #include "base/text.h"
 #include <fresco/error.h>
@@ -26,7 +27,6 @@
 namespace fresco::host
 {
 
-namespace fs = std::filesystem;
 namespace
 {
 
@@ -47,60 +47,6 @@ std::vector<std::string> needed_by(const link_map& library)
                 names.emplace_back(strings + entry->d_un.d_val);
     return names;
 }
-
-}  // namespace
-
-std::set<fs::path> own_folders(const fs::path& library)
-{
-    std::error_code error;
-    return {fs::weakly_canonical(library.parent_path(), error), fs::weakly_canonical(library.parent_path() / "..", error),
-            fs::weakly_canonical(program_folder() / ".." / "lib", error)};
-}
-
-fs::path program_folder()
-{
-    char target[4096];
-    const ssize_t length = readlink("/proc/self/exe", target, sizeof target);
-    return length > 0 ? fs::path(std::string(target, static_cast<std::size_t>(length))).parent_path() : fs::path();
-}
-
-std::vector<fs::path> own_libraries_of(void* handle, const fs::path& library)
-{
-    link_map* own = nullptr;
-    if (dlinfo(handle, RTLD_DI_LINKMAP, &own) != 0 || own == nullptr)
-        return {};
-    const link_map* first = own;
-    while (first->l_prev != nullptr)
-        first = first->l_prev;
-
-    std::set<const link_map*> seen{own};
-    std::vector<const link_map*> open{own};
-    while (!open.empty())
-    {
-        const link_map* current = open.back();
-        open.pop_back();
-        for (const auto& name : needed_by(*current))
-            for (const link_map* other = first; other != nullptr; other = other->l_next)
-                if (fs::path(other->l_name).filename() == fs::path(name).filename() && seen.insert(other).second)
-                    open.push_back(other);
-    }
-    seen.erase(own);
-
-    std::error_code error;
-    const std::set<fs::path> folders = own_folders(library);
-    std::vector<fs::path> result;
-    for (const link_map* entry : seen)
-    {
-        const fs::path file = fs::weakly_canonical(entry->l_name, error);
-        if (file.filename().string().starts_with("libfresco_") || folders.count(file.parent_path()) != 0)
-            result.push_back(file);
-    }
-    std::sort(result.begin(), result.end());
-    return result;
-}
-
-namespace
-{
 
 const char* kind_of(mode_t mode)
 {
@@ -125,60 +71,6 @@ std::string cut_short(std::uint64_t needed, std::uint64_t size)
 {
     return "is cut short: its headers speak of " + std::to_string(needed) + " bytes, it has " + std::to_string(size);
 }
-
-}  // namespace
-
-std::optional<std::string> library_file_problem(const std::filesystem::path& file)
-{
-    struct stat status
-    {
-    };
-    if (stat(file.c_str(), &status) != 0)
-        return std::string("cannot be looked at: ") + std::strerror(errno);
-    if (!S_ISREG(status.st_mode))
-        return std::string("is ") + kind_of(status.st_mode) + ", not a shared library";
-    const FileDescriptor fd(uninterrupted([&] { return open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK); }));
-    if (!fd.valid())
-        return std::string("cannot be opened: ") + std::strerror(errno);
-
-    const auto size = static_cast<std::uint64_t>(status.st_size);
-    Elf64_Ehdr header{};
-    Elf64_Ehdr own{};
-    if (size < SELFMAG)
-        return "is not a shared library: it has " + std::to_string(size) + " bytes";
-    if (!read_at(fd.get(), 0, header))
-    {
-        char magic[SELFMAG] = {};
-        const bool elf = read_at(fd.get(), 0, magic) && std::memcmp(magic, ELFMAG, SELFMAG) == 0;
-        return elf ? cut_short(sizeof header, size) : "is not a shared library: it does not begin as an ELF file";
-    }
-    if (std::memcmp(header.e_ident, ELFMAG, SELFMAG) != 0)
-        return "is not a shared library: it does not begin as an ELF file";
-    const FileDescriptor program(uninterrupted([&] { return open("/proc/self/exe", O_RDONLY | O_CLOEXEC); }));
-    if (read_at(program.get(), 0, own) && (header.e_ident[EI_CLASS] != own.e_ident[EI_CLASS] ||
-                                           header.e_ident[EI_DATA] != own.e_ident[EI_DATA] || header.e_machine != own.e_machine))
-        return "is made for another kind of machine (ELF machine " + std::to_string(header.e_machine) + ", this one is " +
-               std::to_string(own.e_machine) + ")";
-    if (header.e_type != ET_DYN)
-        return "is not a shared library (ELF type " + std::to_string(header.e_type) + ")";
-    const std::uint64_t sections_end = header.e_shoff + std::uint64_t{header.e_shentsize} * header.e_shnum;
-    if (header.e_shoff != 0 && (sections_end < header.e_shoff || sections_end > size))
-        return cut_short(sections_end, size);
-    for (std::uint64_t i = 0; i < header.e_phnum; ++i)
-    {
-        Elf64_Phdr segment{};
-        const std::uint64_t offset = header.e_phoff + i * sizeof segment;
-        if (!read_at(fd.get(), offset, segment))
-            return cut_short(offset + sizeof segment, size);
-        if (segment.p_type == PT_LOAD && (segment.p_offset > size || segment.p_filesz > size - segment.p_offset))
-            return cut_short(segment.p_offset + segment.p_filesz, size);
-    }
-    return std::nullopt;
-}
-
-namespace fs = std::filesystem;
-namespace
-{
 
 std::string hexadecimal(std::uint32_t value)
 {
@@ -227,6 +119,91 @@ Function required_symbol(const boost::dll::shared_library& library, const char* 
 }
 
 }  // namespace
+
+std::set<fs::path> own_folders(const fs::path& library)
+{
+    std::error_code error;
+    return {fs::weakly_canonical(library.parent_path(), error), fs::weakly_canonical(library.parent_path() / "..", error),
+            fs::weakly_canonical(own_program().parent_path() / ".." / "lib", error)};
+}
+
+std::vector<fs::path> own_libraries_of(void* handle, const fs::path& library)
+{
+    link_map* own = nullptr;
+    if (dlinfo(handle, RTLD_DI_LINKMAP, &own) != 0 || own == nullptr)
+        return {};
+    const link_map* first = own;
+    while (first->l_prev != nullptr)
+        first = first->l_prev;
+    std::set<const link_map*> seen{own};
+    std::vector<const link_map*> open{own};
+    while (!open.empty())
+    {
+        const link_map* current = open.back();
+        open.pop_back();
+        for (const auto& name : needed_by(*current))
+            for (const link_map* other = first; other != nullptr; other = other->l_next)
+                if (fs::path(other->l_name).filename() == fs::path(name).filename() && seen.insert(other).second)
+                    open.push_back(other);
+    }
+    seen.erase(own);
+    std::error_code error;
+    const std::set<fs::path> folders = own_folders(library);
+    std::vector<fs::path> result;
+    for (const link_map* entry : seen)
+    {
+        const fs::path file = fs::weakly_canonical(entry->l_name, error);
+        if (file.filename().string().starts_with("libfresco_") || folders.count(file.parent_path()) != 0)
+            result.push_back(file);
+    }
+    std::sort(result.begin(), result.end());
+    return result;
+}
+
+std::optional<std::string> library_file_problem(const std::filesystem::path& file)
+{
+    struct stat status = {};
+    if (stat(file.c_str(), &status) != 0)
+        return std::string("cannot be looked at: ") + std::strerror(errno);
+    if (!S_ISREG(status.st_mode))
+        return std::string("is ") + kind_of(status.st_mode) + ", not a shared library";
+    const FileDescriptor fd(uninterrupted([&] { return open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK); }));
+    if (!fd.valid())
+        return std::string("cannot be opened: ") + std::strerror(errno);
+    const auto size = static_cast<std::uint64_t>(status.st_size);
+    Elf64_Ehdr header{};
+    Elf64_Ehdr own{};
+    if (size < SELFMAG)
+        return "is not a shared library: it has " + std::to_string(size) + " bytes";
+    if (!read_at(fd.get(), 0, header))
+    {
+        char magic[SELFMAG] = {};
+        const bool elf = read_at(fd.get(), 0, magic) && std::memcmp(magic, ELFMAG, SELFMAG) == 0;
+        return elf ? cut_short(sizeof header, size) : "is not a shared library: it does not begin as an ELF file";
+    }
+    if (std::memcmp(header.e_ident, ELFMAG, SELFMAG) != 0)
+        return "is not a shared library: it does not begin as an ELF file";
+    const FileDescriptor program(uninterrupted([&] { return open("/proc/self/exe", O_RDONLY | O_CLOEXEC); }));
+    if (read_at(program.get(), 0, own) && (header.e_ident[EI_CLASS] != own.e_ident[EI_CLASS] ||
+                                           header.e_ident[EI_DATA] != own.e_ident[EI_DATA] || header.e_machine != own.e_machine))
+        return "is made for another kind of machine (ELF machine " + std::to_string(header.e_machine) + ", this one is " +
+               std::to_string(own.e_machine) + ")";
+    if (header.e_type != ET_DYN)
+        return "is not a shared library (ELF type " + std::to_string(header.e_type) + ")";
+    const std::uint64_t sections_end = header.e_shoff + std::uint64_t{header.e_shentsize} * header.e_shnum;
+    if (header.e_shoff != 0 && (sections_end < header.e_shoff || sections_end > size))
+        return cut_short(sections_end, size);
+    for (std::uint64_t i = 0; i < header.e_phnum; ++i)
+    {
+        Elf64_Phdr segment{};
+        const std::uint64_t offset = header.e_phoff + i * sizeof segment;
+        if (!read_at(fd.get(), offset, segment))
+            return cut_short(offset + sizeof segment, size);
+        if (segment.p_type == PT_LOAD && (segment.p_offset > size || segment.p_filesz > size - segment.p_offset))
+            return cut_short(segment.p_offset + segment.p_filesz, size);
+    }
+    return std::nullopt;
+}
 
 bool is_type_name(const std::string& type)
 {
@@ -320,8 +297,7 @@ PluginLibrary::PluginLibrary(const fs::path& file) : file_(file)
                         "\"; a type reads like mesh.decimate (lower case, digits, '_', dots between words)");
         if (!seen.insert(type).second)
             throw Error("registers the type \"" + type + "\" twice");
-        entries_.push_back({type, text_of(list[i].kind), text_of(list[i].help)});
-        makers_.push_back(list[i].create);
+        entries_.push_back({type, text_of(list[i].kind), text_of(list[i].help), list[i].create});
     }
     if (entries_.empty())
         throw Error("registers no stage and no component");
@@ -345,13 +321,13 @@ const PluginLibrary& PluginLibrary::open(const fs::path& file)
 
 std::unique_ptr<Configurable> PluginLibrary::make(std::string_view type) const
 {
-    for (std::size_t i = 0; i < entries_.size(); ++i)
+    for (const Entry& entry : entries_)
     {
-        if (entries_[i].type != type)
+        if (entry.type != type)
             continue;
         try
         {
-            return std::unique_ptr<Configurable>(static_cast<Configurable*>(makers_[i]()));
+            return std::unique_ptr<Configurable>(static_cast<Configurable*>(entry.create()));
         }
         catch (const std::bad_alloc&)
         {

@@ -25,9 +25,6 @@ std::vector<std::filesystem::path> own_libraries_of(void* handle, const std::fil
 /// Those folders, canonical.
 std::set<std::filesystem::path> own_folders(const std::filesystem::path& library);
 
-/// The folder of the running program.
-std::filesystem::path program_folder();
-
 /// What this program was built as; a plugin must say the same.
 const fresco_plugin_info& host_stamp();
 
@@ -56,6 +53,7 @@ class PluginLibrary
         std::string type;
         std::string kind;
         std::string help;
+        void* (*create)();
     };
     const std::filesystem::path& file() const { return file_; }
     const std::vector<Entry>& entries() const { return entries_; }
@@ -73,7 +71,6 @@ class PluginLibrary
 
     std::filesystem::path file_;
     std::vector<Entry> entries_;
-    std::vector<void* (*)()> makers_;
     Value versions_{Value::Map{}};
     std::string torch_;
     std::vector<std::filesystem::path> own_libraries_;

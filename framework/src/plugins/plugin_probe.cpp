@@ -1,4 +1,5 @@
 #include "plugins/plugin_probe.h"
+#include "base/common.h"
 #include "base/machine.h"
 #include "base/process.h"
 #include "plugins/catalog.h"
@@ -42,31 +43,29 @@ void tell(const Value& line)
 Value describe_type(const PluginLibrary::Entry& entry, const Configurable& object)
 {
     Value declaration = object.describe();
-    if (const auto* stage = dynamic_cast<const Stage*>(&object))
-        declaration.set("cost", describe_cost(entry.type, stage->cost(), declaration.at("options")));
-    else if (entry.kind == "stage")
-        throw Error("the type " + entry.type + " is registered as a stage but does not derive from fresco::Stage");
     const auto texts = [](const std::vector<std::string>& all) { return Value::List(all.begin(), all.end()); };
+    const auto check = [&](const void* as, std::string_view kind, const char* word, const char* base)
+    {
+        if (as == nullptr && entry.kind == kind)
+            throw Error("the type " + entry.type + " is registered as a " + word + " but does not derive from fresco::" + base);
+        return as != nullptr;
+    };
+    if (const auto* stage = dynamic_cast<const Stage*>(&object); check(stage, "stage", "stage", "Stage"))
+        declaration.set("cost", describe_cost(entry.type, stage->cost(), declaration.at("options")));
     if (const auto* origin = dynamic_cast<const FileOrigin*>(&object))
         declaration.set("extensions", texts(origin->extensions()));
-    if (const auto* reader = dynamic_cast<const FileReader*>(&object))
+    if (const auto* reader = dynamic_cast<const FileReader*>(&object);
+        check(reader, FileReader::component_kind, "reader", "FileReader"))
     {
         declaration.set("artifact", reader->artifact());
         declaration.set("extensions", texts(reader->extensions()));
-        Value::List formats;
-        for (const FileFormat& format : reader->formats())
-            formats.push_back(format.describe());
-        declaration.set("formats", std::move(formats));
+        declaration.set("formats", each<Value>(reader->formats(), &FileFormat::describe));
     }
-    else if (entry.kind == FileReader::component_kind)
-        throw Error("the type " + entry.type + " is registered as a reader but does not derive from fresco::FileReader");
-    if (const auto* viewer = dynamic_cast<const Viewer*>(&object))
+    if (const auto* viewer = dynamic_cast<const Viewer*>(&object); check(viewer, Viewer::component_kind, "viewer", "Viewer"))
     {
         declaration.set("artifact", viewer->type().name);
         declaration.set("extensions", texts(viewer->extensions()));
     }
-    else if (entry.kind == Viewer::component_kind)
-        throw Error("the type " + entry.type + " is registered as a viewer but does not derive from fresco::Viewer");
     return Value::Map{{"type", entry.type}, {"kind", entry.kind}, {"help", entry.help}, {"declaration", std::move(declaration)}};
 }
 
@@ -245,13 +244,11 @@ int internal_probe(const std::filesystem::path& library)
             const std::unique_ptr<Configurable> object = plugin.make(entry.type);
             types.push_back(describe_type(entry, *object));
         }
-        Value::List own;
-        for (const auto& file : plugin.own_libraries())
-            own.emplace_back(file.string());
-        Value description = Value::Map{{"types", std::move(types)},
-                                       {"versions", plugin.versions()},
-                                       {"own_libraries", std::move(own)},
-                                       {"torch", plugin.torch()}};
+        Value description =
+            Value::Map{{"types", std::move(types)},
+                       {"versions", plugin.versions()},
+                       {"own_libraries", each<Value>(plugin.own_libraries(), [&](const auto& file) { return file.string(); })},
+                       {"torch", plugin.torch()}};
         tell(Value::Map{{"description", std::move(description)}});
         // Static destructors of libraries have nothing to do here that is worth a crash.
         std::_Exit(0);

@@ -1,3 +1,5 @@
+#include "base/common.h"
+#include "base/process.h"
 #include "plugins/plugin_library.h"
 
 #include "base/file_stamp.h"
@@ -18,7 +20,6 @@
 
 namespace fresco::host
 {
-namespace fs = std::filesystem;
 namespace
 {
 
@@ -51,7 +52,7 @@ class DescriptorCache
     {
         try
         {
-            forbid_links_below(user_cache_folder(), "set another cache folder with XDG_CACHE_HOME");
+            forbid_links_below(folder_.parent_path(), "set another cache folder with XDG_CACHE_HOME");
             make_folder(folder_);
         }
         catch (const Error&)
@@ -246,20 +247,13 @@ std::vector<PluginFolder> plugin_folders()
 {
     std::vector<PluginFolder> folders;
     if (const char* path = std::getenv(named_by_user))
-    {
-        const std::string text = path;
-        for (std::size_t begin = 0; begin <= text.size();)
-        {
-            const std::size_t end = std::min(text.find(':', begin), text.size());
-            if (end > begin)
-                folders.push_back({fs::absolute(text.substr(begin, end - begin)), named_by_user});
-            begin = end + 1;
-        }
-    }
+        for (const std::string& folder : split(path, ':'))
+            if (!folder.empty())
+                folders.push_back({fs::absolute(folder), named_by_user});
     if (const fs::path data = home_based("XDG_DATA_HOME", ".local/share"); !data.empty())
         folders.push_back({data / "fresco" / "plugins", "user"});
-    if (const fs::path program = program_folder(); !program.empty())
-        folders.push_back({program.parent_path() / "lib" / "fresco", "installation"});
+    if (const fs::path program = own_program(); !program.empty())
+        folders.push_back({program.parent_path().parent_path() / "lib" / "fresco", "installation"});
     return folders;
 }
 
@@ -280,16 +274,10 @@ std::vector<std::string> plugin_folder_warnings()
     return warnings;
 }
 
-fs::path user_cache_folder()
-{
-    const fs::path cache = home_based("XDG_CACHE_HOME", ".cache");
-    return cache.empty() ? fs::path() : cache / "fresco";
-}
-
 fs::path descriptor_cache_folder()
 {
-    const fs::path cache = user_cache_folder();
-    return cache.empty() ? fs::path() : cache / "descriptors";
+    const fs::path cache = home_based("XDG_CACHE_HOME", ".cache");
+    return cache.empty() ? fs::path() : cache / "fresco" / "descriptors";
 }
 
 std::string combined_library_hash(const std::string& plugin_hash, const std::vector<std::string>& own_hashes)

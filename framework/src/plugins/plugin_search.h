@@ -23,10 +23,8 @@ std::vector<PluginFolder> plugin_folders();
 /// What a run should say of them: everybody may put plugins into one, or one of FRESCO_PLUGIN_PATH cannot be listed.
 std::vector<std::string> plugin_folder_warnings();
 
-/// $XDG_CACHE_HOME/fresco or ~/.cache/fresco; empty where neither variable nor home is set.
-std::filesystem::path user_cache_folder();
-
-/// The folder of remembered plugin descriptions: `descriptors` in the user's cache folder; empty where there is none.
+/// The folder of remembered plugin descriptions: `fresco/descriptors` in $XDG_CACHE_HOME or ~/.cache; empty where neither
+/// variable nor home is set.
 std::filesystem::path descriptor_cache_folder();
 
 /// Everything in the plugin folders: descriptions from the cache where the file is known (by stamp, then by contents), from a

@@ -1,18 +1,15 @@
 #include "report/page.h"
-
-#include "report/page_process.h"
-#include "report/report_parts.h"
+#include "base/common.h"
+#include "base/text.h"
 
 #include "base/machine.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 
-#include <algorithm>
 #include <fstream>
 
 namespace fresco::host
 {
-namespace fs = std::filesystem;
 namespace
 {
 
@@ -86,12 +83,28 @@ std::string run_child(const Value& request, const Store& store)
 
 }  // namespace
 
+std::string wait_for_page(const Child& child, std::chrono::milliseconds limit)
+{
+    std::string last;
+    std::string when;
+    const HeardEnd end = hear_out(
+        child, limit, [&](const std::string& line) { when = " when it showed " + line; },
+        [&](const std::string& line) { last = line; });
+    const std::string process = "the process that makes them ";
+    if (end.timed_out)
+        return process + "did not return within " + duration_text(std::chrono::duration<double>(limit).count()) + when;
+    if (end.signal != 0)
+        return process + "ended by " + signal_text(end.signal) + when;
+    if (end.exit_code != 0 && last.empty())
+        return process + "ended with code " + std::to_string(end.exit_code) + when;
+    return end.exit_code == 0 ? "" : last;
+}
+
 Value viewers_of(const Catalog& catalog)
 {
     Value viewers{Value::Map{}};
-    for (const TypeDescription* type : catalog.types())
-        if (type->kind == Viewer::component_kind)
-            viewers.set(type->type, Value::Map{{"library", type->library.string()}, {"hash", type->library_hash}});
+    for (const TypeDescription* type : catalog.types(Viewer::component_kind))
+        viewers.set(type->type, Value::Map{{"library", type->library.string()}, {"hash", type->library_hash}});
     return viewers;
 }
 
@@ -114,14 +127,7 @@ bool is_current(const Page& page)
 
 void write_data(const Page& page)
 {
-    try
-    {
-        make_folder(page.json.parent_path());
-    }
-    catch (const Error& error)
-    {
-        throw Error(std::string(error.what()) + "; choose another with --out");
-    }
+    make_folder_or(page.json.parent_path(), "choose another with --out");
     write_durable_file(page.json, json_lines(page.data));
 }
 

@@ -1,15 +1,20 @@
 #pragma once
 
+#include "base/process.h"
+#include "pipeline/pipeline.h"
 #include "plugins/catalog.h"
 #include "store/store.h"
 #include <fresco/value.h>
 #include <fresco/viewer.h>
 
+#include <chrono>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
-/// \file Pages of results: data for other programs, and one HTML file that draws them and fetches nothing.
+/// \file Pages of results: data for other programs, and one HTML file that draws them, with pictures of artifacts, and fetches
+/// nothing.
 
 namespace fresco::host
 {
@@ -44,6 +49,10 @@ Value viewers_of(const Catalog& catalog);
 /// Of the program and of all that its pages are made of.
 std::string page_version();
 
+// Of framework/report/, built in by CMake.
+extern const std::string_view report_css;
+extern const std::string_view report_js;
+
 /// What the previews came to.
 struct PageMedia
 {
@@ -51,6 +60,34 @@ struct PageMedia
     std::vector<const PageScripts*> scripts;  ///< What draws them.
 };
 
+/// Waits for the end of a process that makes a page. It says what it shows next over the channel, and is killed, with all that it
+/// started, where that takes longer than `limit`. What went wrong, with what was being shown; empty: nothing.
+std::string wait_for_page(const Child& child, std::chrono::milliseconds limit);
+
 std::string page_html(const Value& data, const PageMedia& media, const std::string& signature);
+
+/// A stage whose artifacts a page may show.
+struct ShownStage
+{
+    const PipelineStage* stage = nullptr;
+    std::string object;              ///< Its result; empty: none.
+    std::vector<std::string> names;  ///< Of its exported files, those to show, and nothing else; empty: all that it has.
+};
+
+/// The page that artifacts are shown on.
+struct ShowingPage
+{
+    std::filesystem::path out;     ///< Where the run exports to.
+    std::filesystem::path folder;  ///< Where the page lies.
+    int longest_px = 720;          ///< Of its pictures.
+};
+
+/// Requests for make_previews: the artifacts of the stages, and those read from users' files, that a viewer shows. The stages are
+/// in a topological order.
+Value preview_requests(const std::vector<ShownStage>& stages, const Catalog& catalog, const Store& store,
+                       const ShowingPage& page);
+
+/// In a process of its own: opens plugins, loads the artifacts and lets their viewers show them. What cannot be shown has a note.
+PageMedia make_previews(const Value& requests, const Store& store);
 
 }  // namespace fresco::host

@@ -1,6 +1,4 @@
 #include "report/page.h"
-#include "report/page_process.h"
-#include "report/previews.h"
 #include "worker/worker_factory.h"
 
 #include "report/report.h"
@@ -75,7 +73,7 @@ PageMedia make_previews(const Value& requests, const Store& store)
         page.most_pictures = std::max(page.most_pictures, page.names.size());
         for (const Value& reader : request.at("readers").as_list())
             std::ranges::copy(shown[reader.as_string()], std::back_inserter(page.names));
-        tell_shown(title_of(request));
+        send_all(child_channel, title_of(request) + "\n");
         try
         {
             const auto viewer = component<Viewer>(factory, request.at("viewer"));

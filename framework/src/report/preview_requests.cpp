@@ -1,4 +1,5 @@
-#include "report/previews.h"
+#include "base/common.h"
+#include "report/page.h"
 
 #include "pipeline/pipeline_options.h"
 #include "run/exports.h"
@@ -10,7 +11,6 @@
 
 namespace fresco::host
 {
-namespace fs = std::filesystem;
 namespace
 {
 
@@ -23,9 +23,8 @@ class Requests
     Requests(const std::vector<ShownStage>& stages, const Catalog& catalog, const Store& store, const ShowingPage& page)
         : stages_(stages), types_(catalog), store_(store), page_(page)
     {
-        for (const TypeDescription* type : catalog.types())
-            if (type->kind == Viewer::component_kind)
-                viewers_.emplace(type->declaration.at("artifact").as_string(), type);
+        for (const TypeDescription* type : catalog.types(Viewer::component_kind))
+            viewers_.emplace(type->declaration.at("artifact").as_string(), type);
     }
 
     Value take()

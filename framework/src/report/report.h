@@ -39,6 +39,13 @@ struct ReportOutcome
 /// The host must be single-threaded.
 std::vector<ReportOutcome> write_reports(const ReportRequest& request);
 
+/// What run.json and sweep.json say in the same way (pipelines/results.md).
+/// Format, versions, time, command and pipeline; `format` is "fresco-run" or "fresco-sweep".
+Value::Map origin_data(const ReportRequest& request, const char* format);
+
+/// A stage's entry of "stages": what it came to, and how it was made. A manifest that cannot be read leaves its figures empty.
+Value stage_data(const PipelineStage& stage, const StageOutcome* outcome, const Store& store);
+
 /// The child: `fresco internal-page REQUEST.json`. Makes the pictures of a page and writes it; its exit code.
 int internal_page(const std::filesystem::path& request_file);
 

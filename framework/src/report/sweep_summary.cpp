@@ -1,6 +1,5 @@
+#include "base/common.h"
 #include "report/page.h"
-#include "report/previews.h"
-#include "report/run_data.h"
 
 #include "report/sweep_summary.h"
 #include <fresco/error.h>
@@ -11,7 +10,6 @@
 
 namespace fresco::host
 {
-namespace fs = std::filesystem;
 namespace
 {
 
@@ -26,17 +24,16 @@ std::size_t pictures_per_combination(std::size_t combinations)
 class Summary
 {
   public:
-    explicit Summary(const SweepSummaryRequest& request)
-        : request_(request), run_(*request.run->run), pipeline_(*run_.pipeline), summary_(*request.run->summary),
-          store_(run_.store)
+    Summary(const ReportRequest& request, const std::vector<CombinationOutcome>& outcomes, const std::string& pictures)
+        : request_(request), outcomes_(outcomes), pictures_(pictures), run_(*request.run), pipeline_(*run_.pipeline),
+          summary_(*request.summary), store_(run_.store)
     {
-        for (const TypeDescription* type : request.run->catalog->types())
-            if (type->kind == Viewer::component_kind)
-                for (const Value& extension : type->declaration.at("extensions").as_list())
-                    extensions_.push_back(extension.as_string());
+        for (const TypeDescription* type : request.catalog->types(Viewer::component_kind))
+            for (const Value& extension : type->declaration.at("extensions").as_list())
+                extensions_.push_back(extension.as_string());
         for (const PipelineStage& stage : pipeline_.stages)
             stages_.push_back(stage_data(stage, summary_.outcome_of(stage.name), store_));
-        for (const CombinationOutcome& outcome : *request.outcomes)
+        for (const CombinationOutcome& outcome : outcomes)
             combinations_.emplace_back(combination(outcome));
     }
 
@@ -44,7 +41,7 @@ class Summary
     {
         Page page{run_.out / "sweep.json", run_.out / "sweep.html", {}, {}, signature(), ""};
         check_replaceable(page);
-        page.data = origin_data(*request_.run, "fresco-sweep");
+        page.data = origin_data(request_, "fresco-sweep");
         page.data.set("axes", Value::List(pipeline_.sweep.axes.begin(), pipeline_.sweep.axes.end()));
         page.data.set("combinations", combinations_);
         page.data.set("stages", stages_);
@@ -52,7 +49,7 @@ class Summary
         if (is_current(page))
             return {page.json, page.html, ""};
         page.previews = previews();
-        return {page.json, page.html, write_html(page, *request_.run->catalog, store_)};
+        return {page.json, page.html, write_html(page, *request_.catalog, store_)};
     }
 
   private:
@@ -72,15 +69,13 @@ class Summary
             if (summary_.outcome_of(pipeline_.stages[number].name) != nullptr)
                 stages.emplace_back(pipeline_.stages[number].name);
         Value::List pictures;
-        for (const std::size_t file : pictures_of(pipeline_, summary_, outcome, extensions_, request_.pictures,
-                                                  pictures_per_combination(request_.outcomes->size())))
+        for (const std::size_t file :
+             pictures_of(pipeline_, summary_, outcome, extensions_, pictures_, pictures_per_combination(outcomes_.size())))
         {
             pictures.emplace_back(below_out(file));
             shown_[summary_.files[file].stage].push_back(file);
         }
-        Value::List files;
-        for (const std::size_t file : outcome.files)
-            files.emplace_back(below_out(file));
+        Value::List files = each<Value>(outcome.files, [&](const std::size_t file) { return below_out(file); });
         const StageOutcome* failed = outcome.stage.empty() ? nullptr : summary_.outcome_of(outcome.stage);
         const std::string report = own.name + "/report.html";
         return {{"name", own.name},
@@ -107,14 +102,12 @@ class Summary
                 combination.set(name, {});
             combinations.push_back(std::move(combination));
         }
-        Value::List objects;
-        for (const StageOutcome& stage : summary_.stages)
-            objects.emplace_back(stage.object);
+        Value::List objects = each<Value>(summary_.stages, &StageOutcome::object);
         return content_hash(to_json(Value::Map{{"version", page_version()},
                                                {"file", pipeline_.file.string()},
                                                {"combinations", std::move(combinations)},
                                                {"objects", std::move(objects)},
-                                               {"viewers", viewers_of(*request_.run->catalog)}}));
+                                               {"viewers", viewers_of(*request_.catalog)}}));
     }
 
     Value previews() const
@@ -130,10 +123,12 @@ class Summary
                                               .generic_string());
                 shown.push_back(std::move(entry));
             }
-        return preview_requests(shown, *request_.run->catalog, store_, {run_.out, run_.out, thumbnail_px});
+        return preview_requests(shown, *request_.catalog, store_, {run_.out, run_.out, thumbnail_px});
     }
 
-    const SweepSummaryRequest& request_;
+    const ReportRequest& request_;
+    const std::vector<CombinationOutcome>& outcomes_;
+    const std::string& pictures_;
     const RunRequest& run_;
     const Pipeline& pipeline_;
     const RunSummary& summary_;
@@ -180,15 +175,16 @@ std::vector<std::size_t> pictures_of(const Pipeline& pipeline, const RunSummary&
     return chosen;
 }
 
-SweepSummaryFiles write_sweep_summary(const SweepSummaryRequest& request)
+SweepSummaryFiles write_sweep_summary(const ReportRequest& run, const std::vector<CombinationOutcome>& outcomes,
+                                      const std::string& pictures)
 {
-    const fs::path& out = request.run->run->out;
+    const fs::path& out = run.run->out;
     try
     {
-        for (const Exporter::File& file : request.run->summary->files)
+        for (const Exporter::File& file : run.summary->files)
             if (file.path == out / "sweep.json" || file.path == out / "sweep.html")
                 throw Error("the stage " + file.stage + " writes " + file.path.filename().string() + " itself");
-        return Summary(request).write();
+        return Summary(run, outcomes, pictures).write();
     }
     catch (const Error& error)
     {

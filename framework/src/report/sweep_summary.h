@@ -12,13 +12,6 @@
 namespace fresco::host
 {
 
-struct SweepSummaryRequest
-{
-    const ReportRequest* run = nullptr;
-    std::string pictures;  ///< The stage whose pictures are shown, by its name in the file; empty: see pictures_of.
-    const std::vector<CombinationOutcome>* outcomes = nullptr;
-};
-
 struct SweepSummaryFiles
 {
     std::filesystem::path json;  ///< Empty if not written; the note says why.
@@ -29,8 +22,9 @@ struct SweepSummaryFiles
 /// Writes `sweep.json` (pipelines/results.md) and `sweep.html`, a page that draws it, into the run's folder of results, whole or
 /// not at all; neither in the place of a file that fresco did not write. The page is left as it is where it shows the same
 /// results. Where small copies of pictures cannot be made the page shows the files themselves, and says so. The host must be
-/// single-threaded.
-SweepSummaryFiles write_sweep_summary(const SweepSummaryRequest& request);
+/// single-threaded. `pictures`: the stage whose pictures are shown, by its name in the file; empty: see pictures_of.
+SweepSummaryFiles write_sweep_summary(const ReportRequest& run, const std::vector<CombinationOutcome>& outcomes,
+                                      const std::string& pictures);
 
 /// The pictures, by their `extensions`, that represent a combination, as indices into the summary's files: at most `most` of
 /// them, evenly spaced, all from one stage. That is `stage` if given, else the last stage with pictures of only this combination,

@@ -1,19 +1,18 @@
 #include "run/commands_inspect.h"
+#include "base/common.h"
 #include "base/process.h"
 #include "base/text.h"
-#include "pipeline/pipeline.h"
 #include "pipeline/pipeline_types.h"
 #include "pipeline/schema.h"
-#include "plugins/catalog.h"
 #include "plugins/plugin_library.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/reader.h>
 
 #include <algorithm>
-#include <array>
 #include <ostream>
-#include <poll.h>
+
+#include <fmt/ranges.h>
 
 namespace fresco::host
 {
@@ -24,20 +23,12 @@ namespace
 /// What the process that opens the library says of the file.
 Value answer_of(const Child& child)
 {
-    LineBuffer lines;
-    LineBuffer printed;
-    ProcessEnd end;
-    while (!take_group_end(child.pid, end))
-    {
-        std::array<pollfd, 2> descriptors{pollfd{child.channel.get(), POLLIN, 0}, pollfd{child.output.get(), POLLIN, 0}};
-        poll(descriptors.data(), descriptors.size(), 20);
-        lines.read_from(child.channel.get());
-        printed.read_from(child.output.get());
-    }
-    lines.read_from(child.channel.get());
-    std::string line;
-    if (lines.next(line))
-        return parse_json(line, "the answer of the process that reads the file");
+    constexpr std::chrono::hours without_limit(10'000);
+    std::string answer;
+    const HeardEnd end = hear_out(
+        child, without_limit, [&](const std::string& line) { answer = answer.empty() ? line : answer; }, [](const auto&) {});
+    if (!answer.empty())
+        return parse_json(answer, "the answer of the process that reads the file");
     throw Error("the process that reads the file " +
                 (end.signal != 0 ? "ended by " + signal_text(end.signal) : "ended with code " + std::to_string(end.exit_code)));
 }
@@ -53,14 +44,6 @@ std::string input_text(const Value& input)
     if (const Value* name = input.find("file"))
         return name->as_string() + " (xxh128 " + input.at("xxh128").as_string() + ")";
     return value_text(input);
-}
-
-std::string join_words(const Value& words)
-{
-    std::string text;
-    for (const Value& word : words.as_list())
-        text += (text.empty() ? "" : " ") + word.as_string();
-    return text;
 }
 
 void write_stage(const Value& stage, std::size_t width, std::ostream& out)
@@ -79,15 +62,132 @@ void write_stage(const Value& stage, std::size_t width, std::ostream& out)
     out << table.text(width);
 }
 
+using Map = Value::Map;
+using List = Value::List;
+
+const char* kind_name(ProblemKind kind)
+{
+    return kind == ProblemKind::invalid ? "invalid" : kind == ProblemKind::plugin ? "plugin" : "missing_input";
+}
+
+constexpr std::size_t table_indent = 2;
+
+Value stages_as_value(const Catalog& catalog, bool all)
+{
+    List types;
+    for (const TypeDescription* type : catalog.types())
+    {
+        Value entry = Map{{"type", type->type}, {"kind", type->kind}, {"help", type->help}};
+        if (all)
+            entry.set("library", type->library.string());
+        types.push_back(std::move(entry));
+    }
+    Value result = Map{{"types", std::move(types)}};
+    if (!all)
+        return result;
+    for (auto& [name, list] : unusable_types(catalog, "refused"))
+        result.set(name, std::move(list));
+    return result;
+}
+
+void write_refused(const Catalog& catalog, std::ostream& out)
+{
+    for (const std::string& type : catalog.ambiguous())
+    {
+        out << "\nnot used, because several plugins have it: " << type << '\n';
+        for (const auto& library : catalog.libraries_of(type))
+            out << "  " << harmless(library.string(), LineEnds::none) << '\n';
+    }
+    if (const auto shadowed = catalog.shadowed(); !shadowed.empty())
+    {
+        out << "\nshadowed by another of the type:\n";
+        for (const ShadowedType& type : shadowed)
+            out << "  " << harmless(type.type + " of " + type.library.string() + ", by " + type.by.string(), LineEnds::none)
+                << '\n';
+    }
+    if (!catalog.refusals().empty())
+        out << "\ncannot be loaded:\n";
+    for (const Refusal& refusal : catalog.refusals())
+        out << "  " << harmless(refusal.library.string() + ": " + refusal.reason, LineEnds::none) << '\n';
+    if (!catalog.unbuilt().empty())
+        out << "\nnot built; ./bootstrap build builds them:\n";
+    for (const UnbuiltPlugin& plugin : catalog.unbuilt())
+        out << "  " << plugin.type << (plugin.reason.empty() ? "" : ": " + plugin.reason) << '\n';
+}
+
+void write_ports(const char* title, const std::vector<PortDeclaration>& ports, std::size_t width, std::ostream& out)
+{
+    if (ports.empty())
+        return;
+    out << '\n' << title << ":\n";
+    TextTable table({{"", TextTable::Kind::figure}, {"", TextTable::Kind::figure}, {"", TextTable::Kind::text}}, table_indent);
+    for (const PortDeclaration& port : ports)
+        table.add({port.name, port.artifact_text() + (port.is_optional ? ", optional" : ""), port.help});
+    out << table.text(width);
+}
+
+void write_options(const TypeDeclaration& declaration, const TypeTable& types, std::size_t width, std::ostream& out)
+{
+    if (declaration.options.empty())
+        return;
+    out << "\noptions (name, default, accepted, what it is):\n";
+    TextTable table(
+        {{"", TextTable::Kind::figure}, {"", TextTable::Kind::figure}, {"", TextTable::Kind::text}, {"", TextTable::Kind::text}},
+        table_indent);
+    constexpr std::size_t most_columns = 24;
+    for (const OptionDeclaration& option : declaration.options)
+    {
+        const std::string value = option.default_text();
+        const bool is_long = columns(value) > most_columns;
+        table.add({option.name, is_long ? "…" : value, option.accepted() + (is_long ? "; by default " + value : ""),
+                   option.help + (option.in_key ? "" : " (cannot change the result)")});
+    }
+    out << table.text(width);
+    for (const OptionDeclaration& option : declaration.options)
+    {
+        if (!option.is_slot())
+            continue;
+        const std::vector<std::string> fitting = types.names_of_kind(option.component_kind);
+        out << "\nfor '" << option.name << "' there " << (fitting.size() == 1 ? "is" : "are") << ": ";
+        out << (fitting.empty() ? "no plugins" : join(fitting, ", ")) << '\n';
+        if (option.auto_rule)
+            out << "  auto, if '" << option.auto_rule->option << "' is empty: " << to_json(option.auto_rule->if_empty)
+                << "\n  auto, otherwise: " << to_json(option.auto_rule->if_set) << '\n';
+    }
+}
+
+void write_text(const TypeDescription& type, const TypeDeclaration& declaration, const TypeTable& types, std::size_t width,
+                std::ostream& out)
+{
+    out << type.type << " (" << type.kind << "): " << type.help << '\n';
+    out << "in " << type.library.string() << '\n';
+    if (!declaration.artifact.empty())
+    {
+        out << "reads " << declaration.artifact << " from";
+        for (const std::string& extension : declaration.extensions)
+            out << ' ' << extension;
+        out << '\n';
+    }
+    write_ports("inputs", declaration.inputs, width, out);
+    write_ports("outputs", declaration.outputs, width, out);
+    write_options(declaration, types, width, out);
+}
+
+/// A line per problem; of many that are alike the first few, and how many more there are.
+void write_problems(const std::vector<Problem>& problems, std::ostream& out)
+{
+    for (const std::string& line : told(problems))
+        out << harmless(line, LineEnds::continued) << '\n';
+}
+
 }  // namespace
 
 const TypeDescription* origin_reader(const Catalog& catalog, const std::string& file)
 {
-    for (const TypeDescription* type : catalog.types())
-        if (type->kind == FileOrigin::component_kind)
-            for (const std::string& extension : read_declaration(*type).extensions)
-                if (file.ends_with(extension))
-                    return type;
+    for (const TypeDescription* type : catalog.types(FileOrigin::component_kind))
+        for (const std::string& extension : read_declaration(*type).extensions)
+            if (file.ends_with(extension))
+                return type;
     return nullptr;
 }
 
@@ -156,56 +256,19 @@ void write_run_origin(const std::filesystem::path& file, bool json, std::ostream
                              ": pipelines/results.md says what is in it"});
     table.add({"fresco", run.at("fresco").as_string()});
     table.add({"time", run.at("time").as_string()});
-    table.add({"command", join_words(run.at("command"))});
+    table.add({"command", fmt::format("{}", fmt::join(each(run.at("command").as_list(), &Value::as_string), " "))});
     table.add({"exit code", std::to_string(run.at("exit_code").as_int())});
     out << table.text(without_end);
 }
 
-namespace
+Value::Map unusable_types(const Catalog& catalog, const char* refused_name)
 {
-using Map = Value::Map;
-using List = Value::List;
-
-const char* kind_name(ProblemKind kind)
-{
-    switch (kind)
-    {
-    case ProblemKind::invalid:
-        return "invalid";
-    case ProblemKind::missing_input:
-        return "missing_input";
-    case ProblemKind::plugin:
-        return "plugin";
-    }
-    return "";
-}
-
-constexpr std::size_t table_indent = 2;
-
-Value libraries_of(const Catalog& catalog, const std::string& type)
-{
-    List libraries;
-    for (const auto& library : catalog.libraries_of(type))
-        libraries.push_back(library.string());
-    return libraries;
-}
-
-Value stages_as_value(const Catalog& catalog, bool all)
-{
-    List types;
-    for (const TypeDescription* type : catalog.types())
-    {
-        Value entry = Map{{"type", type->type}, {"kind", type->kind}, {"help", type->help}};
-        if (all)
-            entry.set("library", type->library.string());
-        types.push_back(std::move(entry));
-    }
-    Value result = Map{{"types", std::move(types)}};
-    if (!all)
-        return result;
     List ambiguous;
     for (const std::string& type : catalog.ambiguous())
-        ambiguous.push_back(Map{{"type", type}, {"libraries", libraries_of(catalog, type)}});
+    {
+        List libraries = each<Value>(catalog.libraries_of(type), [](const auto& library) { return library.string(); });
+        ambiguous.push_back(Map{{"type", type}, {"libraries", std::move(libraries)}});
+    }
     List shadowed;
     for (const ShadowedType& type : catalog.shadowed())
         shadowed.push_back(Map{{"type", type.type}, {"library", type.library.string()}, {"by", type.by.string()}});
@@ -215,103 +278,10 @@ Value stages_as_value(const Catalog& catalog, bool all)
     List unbuilt;
     for (const UnbuiltPlugin& plugin : catalog.unbuilt())
         unbuilt.push_back(Map{{"type", plugin.type}, {"reason", plugin.reason}});
-    result.set("ambiguous", std::move(ambiguous));
-    result.set("shadowed", std::move(shadowed));
-    result.set("refused", std::move(refused));
-    result.set("unbuilt", std::move(unbuilt));
-    return result;
-}
-
-void write_refused(const Catalog& catalog, std::ostream& out)
-{
-    for (const std::string& type : catalog.ambiguous())
-    {
-        out << "\nnot used, because several plugins have it: " << type << '\n';
-        for (const auto& library : catalog.libraries_of(type))
-            out << "  " << harmless(library.string(), LineEnds::none) << '\n';
-    }
-    if (const auto shadowed = catalog.shadowed(); !shadowed.empty())
-    {
-        out << "\nshadowed by another of the type:\n";
-        for (const ShadowedType& type : shadowed)
-            out << "  " << harmless(type.type + " of " + type.library.string() + ", by " + type.by.string(), LineEnds::none)
-                << '\n';
-    }
-    if (!catalog.refusals().empty())
-        out << "\ncannot be loaded:\n";
-    for (const Refusal& refusal : catalog.refusals())
-        out << "  " << harmless(refusal.library.string() + ": " + refusal.reason, LineEnds::none) << '\n';
-    if (!catalog.unbuilt().empty())
-        out << "\nnot built; ./bootstrap build builds them:\n";
-    for (const UnbuiltPlugin& plugin : catalog.unbuilt())
-        out << "  " << plugin.type << (plugin.reason.empty() ? "" : ": " + plugin.reason) << '\n';
-}
-
-void write_ports(const char* title, const std::vector<PortDeclaration>& ports, std::size_t width, std::ostream& out)
-{
-    if (ports.empty())
-        return;
-    out << '\n' << title << ":\n";
-    TextTable table({{"", TextTable::Kind::figure}, {"", TextTable::Kind::figure}, {"", TextTable::Kind::text}}, table_indent);
-    for (const PortDeclaration& port : ports)
-        table.add({port.name, port.artifact_text() + (port.is_optional ? ", optional" : ""), port.help});
-    out << table.text(width);
-}
-
-void write_options(const TypeDeclaration& declaration, const TypeTable& types, std::size_t width, std::ostream& out)
-{
-    if (declaration.options.empty())
-        return;
-    out << "\noptions (name, default, accepted, what it is):\n";
-    TextTable table(
-        {{"", TextTable::Kind::figure}, {"", TextTable::Kind::figure}, {"", TextTable::Kind::text}, {"", TextTable::Kind::text}},
-        table_indent);
-    constexpr std::size_t most_columns = 24;
-    for (const OptionDeclaration& option : declaration.options)
-    {
-        const std::string value = option.default_text();
-        const bool is_long = columns(value) > most_columns;
-        table.add({option.name, is_long ? "…" : value, option.accepted() + (is_long ? "; by default " + value : ""),
-                   option.help + (option.in_key ? "" : " (cannot change the result)")});
-    }
-    out << table.text(width);
-    for (const OptionDeclaration& option : declaration.options)
-    {
-        if (!option.is_slot())
-            continue;
-        const std::vector<std::string> fitting = types.names_of_kind(option.component_kind);
-        out << "\nfor '" << option.name << "' there " << (fitting.size() == 1 ? "is" : "are") << ": ";
-        for (std::size_t i = 0; i < fitting.size(); ++i)
-            out << (i == 0 ? "" : ", ") << fitting[i];
-        out << (fitting.empty() ? "no plugins" : "") << '\n';
-        if (option.auto_rule)
-            out << "  auto, if '" << option.auto_rule->option << "' is empty: " << to_json(option.auto_rule->if_empty)
-                << "\n  auto, otherwise: " << to_json(option.auto_rule->if_set) << '\n';
-    }
-}
-
-void write_text(const TypeDescription& type, const TypeDeclaration& declaration, const TypeTable& types, std::size_t width,
-                std::ostream& out)
-{
-    out << type.type << " (" << type.kind << "): " << type.help << '\n';
-    out << "in " << type.library.string() << '\n';
-    if (!declaration.artifact.empty())
-    {
-        out << "reads " << declaration.artifact << " from";
-        for (const std::string& extension : declaration.extensions)
-            out << ' ' << extension;
-        out << '\n';
-    }
-    write_ports("inputs", declaration.inputs, width, out);
-    write_ports("outputs", declaration.outputs, width, out);
-    write_options(declaration, types, width, out);
-}
-}  // namespace
-
-void write_problems(const std::vector<Problem>& problems, std::ostream& out)
-{
-    for (const std::string& line : told(problems))
-        out << harmless(line, LineEnds::continued) << '\n';
+    return {{"ambiguous", std::move(ambiguous)},
+            {"shadowed", std::move(shadowed)},
+            {refused_name, std::move(refused)},
+            {"unbuilt", std::move(unbuilt)}};
 }
 
 Value problems_as_value(const std::vector<Problem>& problems)
@@ -333,9 +303,7 @@ int write_check(const PipelineResult& result, bool json, std::ostream& out)
         List stages;
         for (const PipelineStage& stage : result.pipeline.stages)
             stages.push_back(Map{{"name", stage.name}, {"type", stage.type->type}, {"options", *stage.options}});
-        List combinations;
-        for (const Combination& combination : result.pipeline.sweep.combinations)
-            combinations.push_back(combination.name);
+        List combinations = each<Value>(result.pipeline.sweep.combinations, &Combination::name);
         out << to_json(Map{{"file", result.pipeline.file.string()},
                            {"ok", result.problems.empty()},
                            {"stages", std::move(stages)},
@@ -417,12 +385,6 @@ int write_graph(const PipelineResult& result, std::ostream& out, std::ostream& e
     else
         write_problems(result.problems, errors);
     return result.exit_code();
-}
-
-int write_schema(const Catalog& catalog, std::ostream& out)
-{
-    out << to_json(pipeline_schema(catalog), 2) << '\n';
-    return 0;
 }
 
 }  // namespace fresco::host

@@ -28,9 +28,7 @@ int internal_origin(const std::filesystem::path& library, const std::string& typ
 /// Of a run.json or sweep.json: which run it reports. Throws Error where it is another file.
 void write_run_origin(const std::filesystem::path& file, bool json, std::ostream& out);
 
-/// A line per problem; of many that are alike the first few, and how many more there are.
-void write_problems(const std::vector<Problem>& problems, std::ostream& out);
-/// The same as a list of maps: file, line, column, kind (invalid, missing_input, plugin), text.
+/// As a list of maps: file, line, column, kind (invalid, missing_input, plugin), text.
 Value problems_as_value(const std::vector<Problem>& problems);
 
 /// The problems, or one line that there are none; as JSON {file, ok, stages, problems}.
@@ -48,7 +46,7 @@ int write_description(const Catalog& catalog, const std::string& type, bool json
 /// The pipeline in the DOT language; its problems, if it has any, go to `errors`.
 int write_graph(const PipelineResult& result, std::ostream& out, std::ostream& errors);
 
-/// The JSON Schema of pipeline files.
-int write_schema(const Catalog& catalog, std::ostream& out);
+/// What cannot be used, and why, as lists of maps: ambiguous, shadowed, `refused_name`, unbuilt.
+Value::Map unusable_types(const Catalog& catalog, const char* refused_name);
 
 }  // namespace fresco::host

@@ -1,4 +1,5 @@
 #include "run/exports.h"
+#include "base/common.h"
 #include "base/fault.h"
 #include "base/machine.h"
 #include "base/records.h"
@@ -9,24 +10,11 @@
 
 namespace fresco::host
 {
-namespace fs = std::filesystem;
 namespace
 {
 
 /// Flushed to the disk together. As many descriptors are open at a time.
 constexpr std::size_t most_copies_at_once = 128;
-
-void make_out_folder(const fs::path& folder)
-{
-    try
-    {
-        make_folder(folder);
-    }
-    catch (const Error& error)
-    {
-        throw Error(std::string(error.what()) + "; choose another with --out");
-    }
-}
 
 }  // namespace
 
@@ -47,7 +35,7 @@ void Exporter::copy(const PipelineStage& stage, const std::string& object, const
     {
         const fs::path folder = store_.object(object) / output;
         if (auto damage = store_.verify(object, 1, output + "/files.json"); damage)
-            throw DamagedObject{std::move(*damage)};
+            throw std::move(*damage);
         std::shared_ptr<const Files> listed;
         try
         {
@@ -55,7 +43,7 @@ void Exporter::copy(const PipelineStage& stage, const std::string& object, const
         }
         catch (const Error& error)
         {
-            throw DamagedObject{{object, error.what()}};
+            throw Damage{object, error.what()};
         }
         bool verified = false;
         std::vector<File> found;
@@ -77,11 +65,11 @@ void Exporter::copy(const PipelineStage& stage, const std::string& object, const
             {
                 // All files at once: there may be thousands, and each look reads the manifest.
                 if (auto damage = verified ? std::nullopt : store_.verify(object, 1, output))
-                    throw DamagedObject{std::move(*damage)};
+                    throw std::move(*damage);
                 verified = true;
                 if (is_folder(to))
                     throw Error(to.string() + ": is a folder where the stage's file goes; move it away");
-                make_out_folder(to.parent_path());
+                make_folder_or(to.parent_path(), "choose another with --out");
                 copies.push_back({from, to});
             }
             found.push_back({stage.name, to, !same});

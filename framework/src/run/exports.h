@@ -7,8 +7,6 @@
 
 #include <filesystem>
 #include <functional>
-#include <map>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,7 +35,7 @@ class Exporter
     };
 
     /// Copies each file of the stage's result that is missing or different, whole or not at all. Throws Error if a file cannot
-    /// be written or another stage wrote the same path; throws DamagedObject if the store's copy is not what was written. Asks
+    /// be written or another stage wrote the same path; throws Damage if the store's copy is not what was written. Asks
     /// `stop` before each file, of which there may be thousands: where it says so, the rest is left to the next run.
     void copy(const PipelineStage& stage, const std::string& object, const std::function<bool()>& stop);
     const std::vector<File>& files() const { return files_; }
@@ -55,11 +53,6 @@ class Exporter
     FileHashes& hashes_;
     std::vector<File> files_;
     OutputOwners owners_;
-};
-
-struct DamagedObject
-{
-    Damage damage;
 };
 
 }  // namespace fresco::host

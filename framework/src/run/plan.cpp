@@ -1,4 +1,5 @@
 #include "run/plan.h"
+#include "base/common.h"
 #include "base/glob.h"
 #include "pipeline/pipeline_options.h"
 #include "pipeline/pipeline_wiring.h"
@@ -212,24 +213,6 @@ Sizes carried(const PipelineStage& stage, const Counts& counts, const std::map<s
     return own;
 }
 
-}  // namespace
-
-PipelineEstimate estimate_pipeline(const Pipeline& pipeline, int cores)
-{
-    PipelineEstimate result;
-    Notes notes;
-    const Counts counts = counts_of(pipeline);
-    std::map<std::string, Sizes> made;
-    for (const PipelineStage& stage : pipeline.stages)
-        result.stages[stage.name] =
-            StageEstimator(stage, counts, carried(stage, counts, made), std::max(cores, 1), notes).run(made[stage.name]);
-    result.notes = std::move(notes.list);
-    return result;
-}
-
-namespace
-{
-
 std::string running_producers(const StageNode& node, const RunState& state)
 {
     std::string names;
@@ -279,17 +262,44 @@ std::size_t files_to_copy(const StageNode& node, const Exporter& exporter)
 {
     if (!node.exports_files || node.state != StageState::stored)
         return 0;
-    try
+    return attempt([&] { return exporter.missing(*node.stage, node.result->object); }).value_or(0);
+}
+
+/// What `auto` devices stand for here, as `--set`: the machines that run the tasks may have others. Only where all stages of one
+/// name have the same, so that a device that depends on an axis is not touched.
+std::vector<std::pair<std::string, std::string>> settled_devices(const Pipeline& pipeline)
+{
+    std::map<std::string, std::optional<std::string>> devices;
+    for (const PipelineStage& stage : pipeline.stages)
     {
-        return exporter.missing(*node.stage, node.result->object);
+        const std::string option = device_option(*stage.type);
+        const Value* device = option.empty() ? nullptr : stage.options->find(option);
+        const std::string set = device && device->is_string() ? option + "=" + device->as_string() : "";
+        const auto [known, fresh] = devices.try_emplace(stage.own_name, set);
+        if (!fresh && known->second != set)
+            known->second.reset();
     }
-    catch (const Error&)
-    {
-        return 0;
-    }
+    std::vector<std::pair<std::string, std::string>> sets;
+    for (const auto& [stage, set] : devices)
+        if (set && !set->empty())
+            sets.emplace_back(stage + "." + set->substr(0, set->find('=')), set->substr(set->find('=') + 1));
+    return sets;
 }
 
 }  // namespace
+
+PipelineEstimate estimate_pipeline(const Pipeline& pipeline, int cores)
+{
+    PipelineEstimate result;
+    Notes notes;
+    const Counts counts = counts_of(pipeline);
+    std::map<std::string, Sizes> made;
+    for (const PipelineStage& stage : pipeline.stages)
+        result.stages[stage.name] =
+            StageEstimator(stage, counts, carried(stage, counts, made), std::max(cores, 1), notes).run(made[stage.name]);
+    result.notes = std::move(notes.list);
+    return result;
+}
 
 Plan make_plan(const Pipeline& pipeline, const std::filesystem::path& store_folder, const std::filesystem::path& out,
                const std::string& until, const std::map<std::string, CostFigures>& estimates,
@@ -331,32 +341,6 @@ Plan make_plan(const Pipeline& pipeline, const std::filesystem::path& store_fold
     return plan;
 }
 
-namespace
-{
-
-/// What `auto` devices stand for here, as `--set`: the machines that run the tasks may have others. Only where all stages of one
-/// name have the same, so that a device that depends on an axis is not touched.
-std::vector<std::pair<std::string, std::string>> settled_devices(const Pipeline& pipeline)
-{
-    std::map<std::string, std::optional<std::string>> devices;
-    for (const PipelineStage& stage : pipeline.stages)
-    {
-        const std::string option = device_option(*stage.type);
-        const Value* device = option.empty() ? nullptr : stage.options->find(option);
-        const std::string set = device && device->is_string() ? option + "=" + device->as_string() : "";
-        const auto [known, fresh] = devices.try_emplace(stage.own_name, set);
-        if (!fresh && known->second != set)
-            known->second.reset();
-    }
-    std::vector<std::pair<std::string, std::string>> sets;
-    for (const auto& [stage, set] : devices)
-        if (set && !set->empty())
-            sets.emplace_back(stage + "." + set->substr(0, set->find('=')), set->substr(set->find('=') + 1));
-    return sets;
-}
-
-}  // namespace
-
 TaskTable plan_tasks(const PipelineRequest& request, const Pipeline& pipeline, const std::filesystem::path& store_folder,
                      const std::filesystem::path& out, const TaskSettings& settings)
 {
@@ -378,7 +362,9 @@ TaskTable plan_tasks(const PipelineRequest& request, const Pipeline& pipeline, c
             estimates[node.stage->name] = statistics.corrected(cost_name(*node.stage), remaining_cost(node, estimates));
     }
     TaskTable table = make_task_table(pipeline, runs, estimates, settings);
-    table.pipeline = {pipeline.file, pipeline.texts, request.sets, request.working_directory, request.until, request.preview};
+    table.pipeline = request;
+    table.pipeline.file = pipeline.file;
+    table.pipeline.texts = pipeline.texts;
     const auto devices = settled_devices(pipeline);
     table.pipeline.sets.insert(table.pipeline.sets.end(), devices.begin(), devices.end());
     for (const PipelineStage& stage : pipeline.stages)

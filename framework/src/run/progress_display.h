@@ -4,9 +4,7 @@
 #include <fresco/value.h>
 
 #include <filesystem>
-#include <memory>
 #include <string>
-#include <string_view>
 #include <vector>
 
 /// \file What shows a run: display/ on the terminal, or nothing.
@@ -38,28 +36,29 @@ struct StageStanding
     std::filesystem::path preview_folder;  ///< Where it puts pictures of its work, if it does.
 };
 
-/// Shows a run to a person or a machine while it goes on.
+/// Shows a run to a person or a machine while it goes on. What it does not override it does not show.
 class ProgressDisplay
 {
   public:
     virtual ~ProgressDisplay() = default;
     /// All stages in their order before the first begins; later those whose state changed.
     virtual void stages(const std::vector<StageStanding>& /*stages*/, int /*cores*/) {}
-    virtual void stage_begins(const std::string& stage, int threads) = 0;
+    virtual void stage_begins(const std::string& /*stage*/, int /*threads*/) {}
     /// The same result is being made by another run; this one waits for it. `holder`: "process 4711 on kitchen, since …", empty
     /// if unknown. Called again where another gets in between.
-    virtual void stage_waits(const std::string& stage, const std::string& holder) = 0;
-    virtual void stage_progress(const std::string& stage, double done, double total, const std::string& unit,
-                                const Value& metrics) = 0;
-    virtual void stage_says(const std::string& stage, const std::string& text, bool warning) = 0;
+    virtual void stage_waits(const std::string& /*stage*/, const std::string& /*holder*/) {}
+    virtual void stage_progress(const std::string& /*stage*/, double /*done*/, double /*total*/, const std::string& /*unit*/,
+                                const Value& /*metrics*/)
+    {
+    }
+    virtual void stage_says(const std::string& /*stage*/, const std::string& /*text*/, bool /*warning*/) {}
     /// A line that a library printed.
-    virtual void stage_prints(const std::string& stage, const std::string& line) = 0;
+    virtual void stage_prints(const std::string& /*stage*/, const std::string& /*line*/) {}
     virtual void stage_ends(const StageOutcome& outcome) = 0;
-    virtual void exported(const std::string& stage, const std::filesystem::path& file, bool written) = 0;
-    virtual void problem(const std::string& text) = 0;
-    virtual void note(const std::string& text) = 0;
+    virtual void exported(const std::string& /*stage*/, const std::filesystem::path& /*file*/, bool /*written*/) {}
+    virtual void note(const std::string& /*text*/) {}
     /// Called several times a second.
-    virtual void tick() = 0;
+    virtual void tick() {}
 };
 
 }  // namespace fresco::host

@@ -1,10 +1,10 @@
 #include "run/result_key.h"
+#include "base/common.h"
 #include <fresco/error.h>
 #include <fresco/file_access.h>
 #include <fresco/files_io.h>
 
 #include <algorithm>
-#include <set>
 #include <vector>
 
 namespace fresco::host
@@ -72,10 +72,7 @@ class KeyMaker
             return value.as_double();
         if (kind == "numbers")
         {
-            Value::List numbers;
-            for (const auto& number : value.as_list())
-                numbers.emplace_back(number.as_double());
-            return numbers;
+            return each<Value>(value.as_list(), [&](const auto& number) { return number.as_double(); });
         }
         if (kind == "component")
             return component(value);

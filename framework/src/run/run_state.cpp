@@ -1,4 +1,5 @@
 #include "run/run_state.h"
+#include "base/common.h"
 #include "base/machine.h"
 #include "base/process.h"
 #include "pipeline/graph.h"
@@ -10,36 +11,17 @@
 #include <fresco/wording.h>
 
 #include <algorithm>
+#include <array>
 #include <iterator>
-#include <utility>
 
 namespace fresco::host
 {
 
 std::string_view to_string(StageState state)
 {
-    switch (state)
-    {
-    case StageState::not_selected:
-        return "not selected";
-    case StageState::not_needed:
-        return "not needed";
-    case StageState::stored:
-        return "stored";
-    case StageState::waiting:
-        return "waiting";
-    case StageState::running:
-        return "running";
-    case StageState::done:
-        return "ran";
-    case StageState::failed:
-        return "failed";
-    case StageState::blocked:
-        return "not run";
-    case StageState::interrupted:
-        return "interrupted";
-    }
-    return "";
+    constexpr std::array<std::string_view, 9> names{"not selected", "not needed", "stored",  "waiting",    "running",
+                                                    "ran",          "failed",     "not run", "interrupted"};
+    return names.at(static_cast<std::size_t>(state));
 }
 
 CostFigures remaining_cost(const StageNode& node, const std::map<std::string, CostFigures>& estimates)
@@ -74,18 +56,9 @@ void look_at_checkpoint(StageNode& node, const Store& store)
 /// Of a file that cannot be read none: whoever reads it all says so.
 std::vector<std::string> names_of_parts(const std::filesystem::path& file)
 {
-    std::vector<std::string> names;
-    try
-    {
-        const Value root = parse_json(read_text_file(file), file.string());
-        for (const Value& name : root.at("names").as_list())
-            names.push_back(name.as_string());
-    }
-    catch (const Error&)
-    {
-        names.clear();
-    }
-    return names;
+    const auto read = [&]
+    { return each(parse_json(read_text_file(file), file.string()).at("names").as_list(), &Value::as_string); };
+    return attempt(read).value_or(std::vector<std::string>{});
 }
 
 }  // namespace
@@ -153,8 +126,7 @@ void RunState::select_with_ancestors(const std::vector<std::size_t>& ends)
 
 bool RunState::inputs_are_present(const StageNode& node) const
 {
-    return std::all_of(node.producers.begin(), node.producers.end(),
-                       [&](std::size_t producer) { return nodes_[producer].present; });
+    return std::ranges::all_of(node.producers, [&](std::size_t producer) { return nodes_[producer].present; });
 }
 
 /// Goes on where the last look found one missing: a stage may read thousands, which come one by one.
@@ -262,8 +234,7 @@ void RunState::set_state(StageNode& node)
         node.state = StageState::failed;
         return;
     }
-    const bool broken =
-        std::any_of(node.producers.begin(), node.producers.end(), [&](std::size_t producer) { return views_[producer].broken; });
+    const bool broken = std::ranges::any_of(node.producers, [&](std::size_t producer) { return views_[producer].broken; });
     if (node.present)
         node.state = node.state == StageState::done ? StageState::done : StageState::stored;
     else if (broken && !node.elsewhere)

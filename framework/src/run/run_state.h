@@ -20,6 +20,7 @@
 namespace fresco::host
 {
 
+/// In the order of what to_string calls them.
 enum class StageState
 {
     not_selected,  ///< Behind `--until`.

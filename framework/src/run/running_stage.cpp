@@ -1,7 +1,7 @@
 #include "run/running_stage.h"
+#include "base/common.h"
 #include "base/text.h"
 #include "run/stage_choice.h"
-#include "worker/worker.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/process.h>
@@ -14,7 +14,6 @@
 namespace fresco::host
 {
 
-namespace fs = std::filesystem;
 namespace
 {
 
@@ -36,6 +35,35 @@ std::vector<std::pair<std::string, std::string>> library_environment(int threads
     // Threads of OpenMP that wait keep a core busy; others may need it.
     propose("GOMP_SPINCOUNT", "1000");
     return changes;
+}
+
+/// What it did not say itself.
+std::string end_text(const RunningStage& running)
+{
+    const ProcessEnd& end = running.end();
+    const std::string report = "; please report it to the author of the plugin " + running.node().stage->type->library.string();
+    std::string text;
+    if (end.exit_code == worker_lost_channel)
+        text = "it closed descriptor " + std::to_string(child_channel) + ", by which it speaks to the host" + report;
+    else if (end.signal == SIGKILL && running.memory_ran_out())
+        text = "its process was killed, most likely because the machine ran out of memory (it had used " +
+               size_text(end.peak_memory_mb) + "): close other programs or ask for less";
+    else if (end.signal == SIGKILL)
+        text = "its process was killed from outside: by a user, a debugger, or the system (it had used " +
+               size_text(end.peak_memory_mb) + " of memory); run again to resume";
+    else if (end.signal == SIGABRT && memory_limit_mb() > 0)
+        text = "its process ended itself, most likely because it may use no more than " + size_text(memory_limit_mb()) +
+               " of memory: raise the limit (ulimit -d, ulimit -v)";
+    else if (end.signal != 0)
+        text = "its process crashed: " + signal_text(end.signal) + report;
+    else
+        text = "its process ended with exit code " + std::to_string(end.exit_code) + " before the stage was done" + report;
+    if (running.limits().memory_mb > 0 && end.signal != 0)
+        text += "; it had used " + size_text(end.peak_memory_mb) + " of its limit of " + size_text(running.limits().memory_mb) +
+                " (--isolate-memory)";
+    if (const std::string tail = running.printed_tail(); !tail.empty())
+        text += "; the last it printed:" + tail;
+    return text;
 }
 
 }  // namespace
@@ -296,44 +324,6 @@ std::string repeated_damage_text(const Damage& damage, const RunState& state)
                     ") leaves threads that write into its outputs";
     return text;
 }
-
-namespace
-{
-
-/// What it did not say itself.
-std::string end_text(const RunningStage& running)
-{
-    const ProcessEnd& end = running.end();
-    std::string text;
-    if (end.exit_code == worker_lost_channel)
-        text = "it closed descriptor " + std::to_string(child_channel) +
-               ", by which it speaks to the host; please report it to the author of the plugin " +
-               running.node().stage->type->library.string();
-    else if (end.signal == SIGKILL && running.memory_ran_out())
-        text = "its process was killed, most likely because the machine ran out of memory (it had used " +
-               size_text(end.peak_memory_mb) + "): close other programs or ask for less";
-    else if (end.signal == SIGKILL)
-        text = "its process was killed from outside: by a user, a debugger, or the system (it had used " +
-               size_text(end.peak_memory_mb) + " of memory); run again to resume";
-    else if (end.signal == SIGABRT && memory_limit_mb() > 0)
-        text = "its process ended itself, most likely because it may use no more than " + size_text(memory_limit_mb()) +
-               " of memory: raise the limit (ulimit -d, ulimit -v)";
-    else if (end.signal != 0)
-        text = "its process crashed: " + signal_text(end.signal) + "; please report it to the author of the plugin " +
-               running.node().stage->type->library.string();
-    else
-        text = "its process ended with exit code " + std::to_string(end.exit_code) +
-               " before the stage was done; please report it to the author of the plugin " +
-               running.node().stage->type->library.string();
-    if (running.limits().memory_mb > 0 && end.signal != 0)
-        text += "; it had used " + size_text(end.peak_memory_mb) + " of its limit of " + size_text(running.limits().memory_mb) +
-                " (--isolate-memory)";
-    if (const std::string tail = running.printed_tail(); !tail.empty())
-        text += "; the last it printed:" + tail;
-    return text;
-}
-
-}  // namespace
 
 std::string failure_text(const RunningStage& running, const std::filesystem::path& pipeline, const std::filesystem::path& store)
 {

@@ -1,4 +1,5 @@
 #include "run/scheduler.h"
+#include "base/common.h"
 #include "base/machine.h"
 #include "base/process.h"
 #include "run/running_stage.h"
@@ -22,66 +23,62 @@
 namespace fresco::host
 {
 
+namespace
+{
 /// While it lives, SIGINT, SIGTERM, SIGHUP and SIGCHLD arrive as a readable descriptor instead of interrupting anything.
 class StopSignals
 {
   public:
-    StopSignals();
-    ~StopSignals();
+    StopSignals()
+    {
+        sigset_t taken;
+        sigemptyset(&taken);
+        for (const int number : {SIGINT, SIGTERM, SIGCHLD})
+            sigaddset(&taken, number);
+        // Under nohup it stays ignored.
+        struct sigaction hangup = {};
+        if (sigaction(SIGHUP, nullptr, &hangup) == 0 && hangup.sa_handler != SIG_IGN)
+            sigaddset(&taken, SIGHUP);
+        sigprocmask(SIG_BLOCK, &taken, &before_);
+        fd_ = FileDescriptor(signalfd(-1, &taken, SFD_CLOEXEC | SFD_NONBLOCK));
+        if (!fd_.valid())
+            throw Error("cannot handle signals: no file descriptor left");
+    }
+
+    ~StopSignals()
+    {
+        take();
+        // A scheduler may repeat it while the process writes its last files.
+        if (told_to_end_)
+            for (const int number : {SIGTERM, SIGHUP})
+                std::signal(number, SIG_IGN);
+        sigprocmask(SIG_SETMASK, &before_, nullptr);
+    }
+
     StopSignals(const StopSignals&) = delete;
     StopSignals& operator=(const StopSignals&) = delete;
 
     int descriptor() const { return fd_.get(); }
     /// How many requests to stop (SIGINT, SIGTERM, SIGHUP) came since the last call. All but the first SIGTERM or SIGHUP do not
     /// count: schedulers send one to each process of a job, and job scripts pass theirs on.
-    int take();
+    int take()
+    {
+        int stops = 0;
+        signalfd_siginfo info{};
+        while (read(fd_.get(), &info, sizeof info) == static_cast<ssize_t>(sizeof info))
+        {
+            const bool asked = info.ssi_signo == SIGINT;
+            const bool told = info.ssi_signo == SIGTERM || info.ssi_signo == SIGHUP;
+            stops += asked || (told && !std::exchange(told_to_end_, true)) ? 1 : 0;
+        }
+        return stops;
+    }
 
   private:
     sigset_t before_{};
     FileDescriptor fd_;
     bool told_to_end_ = false;
 };
-
-StopSignals::StopSignals()
-{
-    sigset_t taken;
-    sigemptyset(&taken);
-    for (const int number : {SIGINT, SIGTERM, SIGCHLD})
-        sigaddset(&taken, number);
-    // Under nohup it stays ignored.
-    struct sigaction hangup
-    {
-    };
-    if (sigaction(SIGHUP, nullptr, &hangup) == 0 && hangup.sa_handler != SIG_IGN)
-        sigaddset(&taken, SIGHUP);
-    sigprocmask(SIG_BLOCK, &taken, &before_);
-    fd_ = FileDescriptor(signalfd(-1, &taken, SFD_CLOEXEC | SFD_NONBLOCK));
-    if (!fd_.valid())
-        throw Error("cannot handle signals: no file descriptor left");
-}
-
-StopSignals::~StopSignals()
-{
-    take();
-    // A scheduler may repeat it while the process writes its last files.
-    if (told_to_end_)
-        for (const int number : {SIGTERM, SIGHUP})
-            std::signal(number, SIG_IGN);
-    sigprocmask(SIG_SETMASK, &before_, nullptr);
-}
-
-int StopSignals::take()
-{
-    int stops = 0;
-    signalfd_siginfo info{};
-    while (read(fd_.get(), &info, sizeof info) == static_cast<ssize_t>(sizeof info))
-    {
-        const bool asked = info.ssi_signo == SIGINT;
-        const bool told = info.ssi_signo == SIGTERM || info.ssi_signo == SIGHUP;
-        stops += asked || (told && !std::exchange(told_to_end_, true)) ? 1 : 0;
-    }
-    return stops;
-}
 
 /// What the stages of one run came to, shown as each ends. One thread.
 class RunOutcomes
@@ -91,65 +88,49 @@ class RunOutcomes
     explicit RunOutcomes(ProgressDisplay& display) : display_(display) {}
 
     /// What it took, of a stage whose process ended well.
-    void take_figures(const RunningStage& running);
+    void take_figures(const RunningStage& running)
+    {
+        StageOutcome& outcome = of(running.node());
+        outcome.seconds = running.seconds();
+        outcome.memory_mb = running.memory_mb();
+        outcome.disk_mb = running.disk_mb();
+        outcome.threads = running.threads();
+    }
+
     /// Where the figures of any other are put before it ends.
-    StageOutcome& of(const StageNode& node);
+    StageOutcome& of(const StageNode& node) { return outcomes_[node.stage->name]; }
+
     /// The stage has come to its state: shows it.
-    void end(const StageNode& node);
+    void end(const StageNode& node)
+    {
+        StageOutcome& outcome = of(node);
+        identify(outcome, node);
+        if (node.state == StageState::failed)
+            outcome.error = stage_error_text(*node.stage, node.error);
+        display_.stage_ends(outcome);
+    }
+
     /// Of all stages that were selected, in their order; what failed before it could begin is shown now.
-    std::vector<StageOutcome> all(const std::vector<StageNode>& nodes);
+    std::vector<StageOutcome> all(const std::vector<StageNode>& nodes)
+    {
+        std::vector<StageOutcome> result;
+        for (const StageNode& node : nodes)
+        {
+            if (node.state == StageState::not_selected)
+                continue;
+            if (node.state == StageState::failed && !outcomes_.contains(node.stage->name))
+                end(node);
+            StageOutcome outcome = of(node);
+            identify(outcome, node);
+            result.push_back(std::move(outcome));
+        }
+        return result;
+    }
 
   private:
     ProgressDisplay& display_;
     std::map<std::string, StageOutcome> outcomes_;
 };
-
-StageOutcome& RunOutcomes::of(const StageNode& node)
-{
-    return outcomes_[node.stage->name];
-}
-
-void RunOutcomes::take_figures(const RunningStage& running)
-{
-    StageOutcome& outcome = of(running.node());
-    outcome.seconds = running.seconds();
-    outcome.memory_mb = running.memory_mb();
-    outcome.disk_mb = running.disk_mb();
-    outcome.threads = running.threads();
-}
-
-void RunOutcomes::end(const StageNode& node)
-{
-    StageOutcome& outcome = of(node);
-    outcome.stage = node.stage->name;
-    outcome.type = node.stage->type->type;
-    outcome.state = node.state;
-    outcome.object = node.present && node.result ? node.result->object : "";
-    if (node.state == StageState::failed)
-        outcome.error = stage_error_text(*node.stage, node.error);
-    display_.stage_ends(outcome);
-}
-
-std::vector<StageOutcome> RunOutcomes::all(const std::vector<StageNode>& nodes)
-{
-    std::vector<StageOutcome> result;
-    for (const StageNode& node : nodes)
-    {
-        if (node.state == StageState::not_selected)
-            continue;
-        if (node.state == StageState::failed && !outcomes_.contains(node.stage->name))
-            end(node);
-        StageOutcome outcome = of(node);
-        outcome.stage = node.stage->name;
-        outcome.type = node.stage->type->type;
-        outcome.key = node.key;
-        outcome.state = node.state == StageState::waiting ? StageState::blocked : node.state;
-        if (node.present && node.result)
-            outcome.object = node.result->object;
-        result.push_back(std::move(outcome));
-    }
-    return result;
-}
 
 /// The exit code for what failed, 0 if nothing did. That a stage itself failed counts for more than that an input was missing.
 int exit_code_of(const std::vector<StageNode>& nodes)
@@ -160,9 +141,6 @@ int exit_code_of(const std::vector<StageNode>& nodes)
             code = code == 0 || node.error_code == worker_failed ? node.error_code : code;
     return code;
 }
-
-namespace
-{
 
 using Clock = std::chrono::steady_clock;
 constexpr auto stop_patience = std::chrono::seconds(8);
@@ -209,6 +187,7 @@ class Scheduler
         return request_.part ? RunState(*request_.pipeline, store_, hashes_, *request_.part, upstream)
                              : RunState(*request_.pipeline, store_, hashes_, request_.until, upstream);
     }
+
     bool stopping() const { return stops_ > 0; }
 
     /// Waits until nobody tidies up the store; false if told to stop before.
@@ -390,9 +369,7 @@ class Scheduler
 
     void end_orphans() const
     {
-        std::vector<pid_t> own;
-        for (const auto& running : running_)
-            own.push_back(running.process());
+        const std::vector<pid_t> own = each<pid_t>(running_, [&](const auto& running) { return running.process(); });
         orphans_.end(own);
     }
 
@@ -480,10 +457,10 @@ class Scheduler
             for (std::size_t i = before; i < exporter_.files().size(); ++i)
                 display_.exported(node.stage->name, exporter_.files()[i].path, exporter_.files()[i].written);
         }
-        catch (const DamagedObject& object)
+        catch (const Damage& damage)
         {
             taken_.erase(node.stage->name);
-            repair(object.damage, node);
+            repair(damage, node);
         }
         catch (const Error& error)
         {
@@ -535,6 +512,15 @@ class Scheduler
 };
 
 }  // namespace
+
+void identify(StageOutcome& outcome, const StageNode& node)
+{
+    outcome.stage = node.stage->name;
+    outcome.type = node.stage->type->type;
+    outcome.state = node.state == StageState::waiting ? StageState::blocked : node.state;
+    outcome.key = node.key;
+    outcome.object = node.present && node.result ? node.result->object : "";
+}
 
 const StageOutcome* RunSummary::outcome_of(const std::string& stage) const
 {

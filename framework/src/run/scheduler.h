@@ -35,6 +35,9 @@ struct RunRequest
     std::optional<RunPart> part;                   ///< Stages to run in place of all or `until`; others only give their results.
 };
 
+/// Says which stage it is, and how it and its result stand at the end of a run.
+void identify(StageOutcome& outcome, const StageNode& node);
+
 struct RunSummary
 {
     std::vector<StageOutcome> stages;

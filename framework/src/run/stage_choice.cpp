@@ -51,10 +51,9 @@ std::vector<bool> SweepTurns::take(const std::vector<StageNode>& stages)
 {
     if (sweep_.combinations.empty())
         return std::vector<bool>(stages.size(), true);
-    const auto any = [&](const Combination& combination, auto... states)
-    {
-        return std::any_of(combination.stages.begin(), combination.stages.end(),
-                           [&](std::size_t stage) { return ((stages[stage].state == states) || ...); });
+    const auto any = [&](const Combination& combination, auto... states) {
+        return std::ranges::any_of(combination.stages,
+                                   [&](std::size_t stage) { return ((stages[stage].state == states) || ...); });
     };
     std::vector<bool> open(stages.size());
     int active = 0;

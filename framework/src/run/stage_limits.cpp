@@ -1,4 +1,5 @@
 #include "run/stage_limits.h"
+#include "base/common.h"
 #include "base/machine.h"
 #include <fresco/error.h>
 #include <fresco/wording.h>
@@ -43,33 +44,10 @@ std::string take_unit(std::string_view& text)
     return unit;
 }
 
-std::vector<std::string> names_of(const Pipeline& pipeline)
-{
-    std::vector<std::string> names;
-    for (const auto& stage : pipeline.stages)
-        names.push_back(stage.own_name);
-    return names;
-}
-
 /// In the file, or of one combination of a matrix.
 bool is_called(const PipelineStage& stage, const std::string& name)
 {
     return stage.name == name || stage.own_name == name;
-}
-
-[[noreturn]] void not_isolated(const std::string& name)
-{
-    throw Error("the stage '" + name + "' is not isolated: add --isolate " + name);
-}
-
-[[noreturn]] void no_such_stage(const std::string& name, const Pipeline& pipeline)
-{
-    throw Error("--isolate " + name + ": unknown stage '" + name + "'" + suggestion(name, names_of(pipeline)));
-}
-
-[[noreturn]] void wrong_limit(const std::string& option, const std::string& value, const Error& error)
-{
-    throw Error(option + " " + value + ": " + error.what());
 }
 
 /// Puts each "STAGE=VALUE", and the value for all others, into `field` of the limits.
@@ -95,11 +73,11 @@ void put_in(std::map<std::string, StageLimits>& limits, const Pipeline& pipeline
                         found = true;
                     }
                 if (!found)
-                    not_isolated(name);
+                    throw Error("the stage '" + name + "' is not isolated: add --isolate " + name);
             }
             catch (const Error& error)
             {
-                wrong_limit(option, value, error);
+                throw Error(option + " " + value + ": " + error.what());
             }
         }
 }
@@ -165,7 +143,8 @@ std::map<std::string, StageLimits> stage_limits(const IsolationRequest& request,
                 limits[stage.name] = {share_of_machine * machine_memory_mb(), std::max(shortest_s, times_expected * seconds)};
             }
         if (!found)
-            no_such_stage(wanted, pipeline);
+            throw Error("--isolate " + wanted + ": unknown stage '" + wanted + "'" +
+                        suggestion(wanted, each(pipeline.stages, &PipelineStage::own_name)));
     }
     put_in(limits, pipeline, &StageLimits::memory_mb, request.memory, parse_memory_mb, "--isolate-memory");
     put_in(limits, pipeline, &StageLimits::seconds, request.seconds, parse_seconds, "--isolate-time");

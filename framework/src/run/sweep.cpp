@@ -1,4 +1,5 @@
 #include "run/sweep.h"
+#include "base/common.h"
 #include "base/text.h"
 #include <fresco/error.h>
 
@@ -10,41 +11,18 @@ namespace fresco::host
 namespace
 {
 
-/// The outcome of each of the pipeline's stages; null where it was not selected.
-std::vector<const StageOutcome*> by_stage(const Pipeline& pipeline, const RunSummary& summary)
-{
-    std::map<std::string, const StageOutcome*> named;
-    for (const StageOutcome& outcome : summary.stages)
-        named[outcome.stage] = &outcome;
-    std::vector<const StageOutcome*> result;
-    for (const PipelineStage& stage : pipeline.stages)
-    {
-        const auto found = named.find(stage.name);
-        result.push_back(found == named.end() ? nullptr : found->second);
-    }
-    return result;
-}
-
 /// Of a stored result, what it took when it was made.
 double seconds_of(const StageOutcome& stage, const Store& store)
 {
     if (stage.state == StageState::done || stage.state == StageState::failed || stage.state == StageState::interrupted)
         return stage.seconds;
-    try
-    {
-        return store.manifest(stage.object).at("seconds").as_double();
-    }
-    catch (const Error&)
-    {
-        return 0;
-    }
+    return attempt([&] { return store.manifest(stage.object).at("seconds").as_double(); }).value_or(0);
 }
 
 }  // namespace
 
 std::vector<CombinationOutcome> combination_outcomes(const Pipeline& pipeline, const RunSummary& summary, const Store& store)
 {
-    const std::vector<const StageOutcome*> stages = by_stage(pipeline, summary);
     std::map<std::string, std::vector<std::size_t>> files;
     for (std::size_t i = 0; i < summary.files.size(); ++i)
         files[summary.files[i].stage].push_back(i);
@@ -56,7 +34,7 @@ std::vector<CombinationOutcome> combination_outcomes(const Pipeline& pipeline, c
         bool left = false;
         for (const std::size_t number : combination.stages)
         {
-            const StageOutcome* stage = stages[number];
+            const StageOutcome* stage = summary.outcome_of(pipeline.stages[number].name);
             if (stage == nullptr)
                 continue;
             if (pipeline.stages[number].place == combination.name)

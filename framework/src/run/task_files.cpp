@@ -1,3 +1,4 @@
+#include "base/common.h"
 #include "base/machine.h"
 #include "base/records.h"
 #include "run/task_table.h"
@@ -5,12 +6,10 @@
 #include <fresco/files_io.h>
 
 #include <algorithm>
-#include <cmath>
 #include <fmt/format.h>
 
 namespace fresco::host
 {
-namespace fs = std::filesystem;
 namespace
 {
 
@@ -74,7 +73,7 @@ Value group_value(const TaskGroup& group)
                {"threads", group.threads}};
 }
 
-Value pipeline_value(const FrozenPipeline& pipeline)
+Value pipeline_value(const PipelineRequest& pipeline)
 {
     List files;
     for (std::size_t i = 0; i < pipeline.texts.size(); ++i)
@@ -100,9 +99,7 @@ Value head_value(const TaskTable& table)
     Map stage_axes;
     for (const auto& [stage, names] : table.stage_axes)
         stage_axes.emplace_back(stage, texts_value(names));
-    List groups;
-    for (const TaskGroup& group : table.groups)
-        groups.push_back(group_value(group));
+    List groups = each<Value>(table.groups, group_value);
     return Map{
         {"version", table_version},       {"fresco", program_version()},         {"pipeline", pipeline_value(table.pipeline)},
         {"plugins", std::move(plugins)},  {"store", table.store.string()},       {"out", table.out.string()},
@@ -130,10 +127,10 @@ std::vector<std::size_t> ascending(const JsonPlace& list, std::size_t end)
     return result;
 }
 
-FrozenPipeline read_pipeline(const JsonPlace& place, const fs::path& folder)
+PipelineRequest read_pipeline(const JsonPlace& place, const fs::path& folder)
 {
     place.has_only({"file", "working_directory", "until", "preview", "files", "sets"});
-    FrozenPipeline pipeline;
+    PipelineRequest pipeline;
     pipeline.file = place["file"].text();
     pipeline.working_directory = place["working_directory"].text();
     pipeline.until = place["until"].text();
@@ -183,8 +180,7 @@ Task read_task_entry(const JsonPlace& place, const TaskTable& head, std::size_t 
     place.has_only({"id", "group", "axes", "stages", "needs", "seconds", "memory_mb"});
     Task task;
     task.id = size_in(place["id"], id, id);
-    const auto owner = std::find_if(head.groups.begin(), head.groups.end(),
-                                    [&](const TaskGroup& group) { return id - group.first < group.count; });
+    const auto owner = std::ranges::find_if(head.groups, [&](const TaskGroup& group) { return id - group.first < group.count; });
     const auto number = static_cast<std::size_t>(owner - head.groups.begin());
     task.group = size_in(place["group"], number, number);
     for (const auto& [axis, label] : place["axes"].map())
@@ -220,9 +216,7 @@ std::vector<Task> read_chunk(const fs::path& folder, const TaskTable& head, std:
 Value to_value(const TaskTable& table)
 {
     Value value = head_value(table);
-    List tasks;
-    for (const Task& task : table.tasks)
-        tasks.push_back(task_value(task));
+    List tasks = each<Value>(table.tasks, task_value);
     value.set("tasks", std::move(tasks));
     return value;
 }

@@ -1,4 +1,5 @@
-#include "run/task_run.h"
+#include "base/text.h"
+#include "run/task_table.h"
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -21,13 +22,9 @@ std::string place_of(const std::string& stage)
 std::map<std::string, std::string> combination(const std::vector<std::string>& axes, const std::string& place)
 {
     std::map<std::string, std::string> labels;
-    std::size_t begin = 0;
-    for (const std::string& axis : axes)
-    {
-        const std::size_t end = std::min(place.find(',', begin), place.size());
-        labels[axis] = place.substr(std::min(begin, end), end - std::min(begin, end));
-        begin = end + 1;
-    }
+    const std::vector<std::string> values = split(place, ',');
+    for (std::size_t axis = 0; axis < axes.size(); ++axis)
+        labels[axes[axis]] = axis < values.size() ? values[axis] : "";
     return labels;
 }
 
@@ -52,12 +49,8 @@ std::string shown(const PipelineStage& stage, const TaskTable& head)
 
 PipelineRequest task_request(const TaskTable& head, const Task& task)
 {
-    PipelineRequest request;
-    request.file = head.pipeline.file;
-    request.sets = head.pipeline.sets;
-    request.working_directory = head.pipeline.working_directory;
-    request.preview = head.pipeline.preview;
-    request.texts = head.pipeline.texts;
+    PipelineRequest request = head.pipeline;
+    request.until.clear();
     SweepPart& part = request.part.emplace();
     part.stage_axes = head.stage_axes;
     std::set<std::string> seen;

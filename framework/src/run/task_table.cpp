@@ -1,9 +1,9 @@
 #include "run/task_table.h"
+#include "base/text.h"
 #include "pipeline/graph.h"
 #include "pipeline/pipeline_options.h"
 
 #include <algorithm>
-#include <map>
 #include <optional>
 #include <set>
 #include <tuple>
@@ -30,18 +30,6 @@ struct Unit
 /// The number of axes, the axes (by their numbers), and how often the stages before changed between processor and GPU: odd
 /// numbers work on a GPU. In this order no group needs a later one.
 using GroupKey = std::tuple<std::size_t, std::vector<std::size_t>, int>;
-
-std::vector<std::string> split_labels(const std::string& place)
-{
-    std::vector<std::string> labels;
-    for (std::size_t begin = 0; begin < place.size();)
-    {
-        const std::size_t end = std::min(place.find(',', begin), place.size());
-        labels.push_back(place.substr(begin, end - begin));
-        begin = end + 1;
-    }
-    return labels;
-}
 
 class TaskMaker
 {
@@ -119,7 +107,7 @@ class TaskMaker
             if (fresh)
             {
                 groups_[{axes.size(), axes, changes_[i]}].push_back(unit->second);
-                units_.push_back({split_labels(stage.place), {}, 0, 0, {}, 0});
+                units_.push_back({split(stage.place, ','), {}, 0, 0, {}, 0});
             }
             unit_of_[i] = unit->second;
             Unit& own = units_[unit->second];

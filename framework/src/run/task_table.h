@@ -1,6 +1,7 @@
 #pragma once
 
 #include "pipeline/pipeline.h"
+#include "run/run_state.h"
 #include "store/statistics.h"
 #include <fresco/value.h>
 
@@ -62,17 +63,6 @@ struct TaskGroup
     int threads = 1;       ///< Cores that the estimates assume for each of its tasks.
 };
 
-/// A pipeline as it was when the table was made.
-struct FrozenPipeline
-{
-    std::filesystem::path file;
-    std::vector<PipelineText> texts;                        ///< `file`, then its bases.
-    std::vector<std::pair<std::string, std::string>> sets;  ///< `--set`, and what `auto` devices stand for.
-    std::filesystem::path working_directory;
-    std::string until;
-    bool preview = false;
-};
-
 struct FrozenPlugin
 {
     std::filesystem::path library;
@@ -87,7 +77,7 @@ struct TaskAxis
 
 struct TaskTable
 {
-    FrozenPipeline pipeline;
+    PipelineRequest pipeline;                     ///< As the files were; `sets` say, too, what `auto` devices stand for.
     std::map<std::string, FrozenPlugin> plugins;  ///< By type: of all stages and components.
     std::filesystem::path store;                  ///< Absolute, as is `out`.
     std::filesystem::path out;
@@ -131,5 +121,16 @@ TaskTable read_task_head(const std::filesystem::path& folder);
 Task read_task(const std::filesystem::path& folder, const TaskTable& head, std::size_t id);
 /// Head and all tasks.
 TaskTable read_task_table(const std::filesystem::path& folder);
+
+/// Loads no more of the pipeline than the combinations that the task is of.
+PipelineRequest task_request(const TaskTable& head, const Task& task);
+
+/// What is wrong with the plugins that `pipeline` uses: one whose bytes are not those that the table was made with. Empty:
+/// nothing.
+std::string changed_plugin(const TaskTable& head, const Pipeline& pipeline);
+
+/// The task's stages. Where another's result is missing, the text names the task that makes it. `folder` has the table; `head`
+/// must outlive the result.
+RunPart task_part(const std::filesystem::path& folder, const TaskTable& head, const Task& task);
 
 }  // namespace fresco::host

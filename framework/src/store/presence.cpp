@@ -1,11 +1,9 @@
 #include "store/presence.h"
+#include "base/common.h"
 #include "base/process.h"
 #include <fresco/error.h>
 #include <fresco/file_access.h>
 
-#include <algorithm>
-#include <cerrno>
-#include <cstring>
 #include <fcntl.h>
 #include <map>
 #include <optional>
@@ -15,7 +13,6 @@
 namespace fresco::host
 {
 
-namespace fs = std::filesystem;
 namespace
 {
 
@@ -33,9 +30,7 @@ std::optional<std::int64_t> last_beat(const fs::path& file)
 {
     // Opened, not only looked at: network file systems are up to date then.
     const FileDescriptor fd = is_file(file) ? open_file(file, O_RDONLY) : FileDescriptor();
-    struct stat status
-    {
-    };
+    struct stat status = {};
     if (!fd.valid() || fstat(fd.get(), &status) != 0)
         return std::nullopt;
     return std::int64_t{status.st_mtim.tv_sec} * 1'000'000'000 + status.st_mtim.tv_nsec;
@@ -119,12 +114,8 @@ Presence::Presence(const Store& store) : file_(store.root() / "runs" / this_proc
     {
         lock_ = FileLock(file_);
         // Others may be trying.
-        for (int tries = 0; !lock_.try_exclusive(); ++tries)
-        {
-            if (tries == 100)
-                throw Error(file_.string() + ": cannot be locked: another process holds it; remove the file");
-            std::this_thread::sleep_for(std::chrono::milliseconds(20));
-        }
+        if (!lock_.try_exclusive_for(std::chrono::seconds(2)))
+            throw Error(file_.string() + ": cannot be locked: another process holds it; remove the file");
         lock_.sign();
         next_beat_ = Clock::now() + beat_period;
         check_locks_between_machines(store, file_);
@@ -175,17 +166,9 @@ std::vector<fs::path> abandoned_temporaries(const Store& store)
 
 StoreUse::StoreUse(const Store& store, const Store* lender) : store_(store), presence_(store), lock_(store_lock(store))
 {
-    if (lender == nullptr)
-        return;
-    try
-    {
-        lender_lock_ = store_lock(*lender);
-        lender_lock_.try_shared();
-    }
-    catch (const Error&)
-    {
-        return;  // What is copied from there is verified.
-    }
+    // Without the lock, what is copied from there is still verified.
+    if (lender != nullptr && attempt([&] { lender_lock_ = store_lock(*lender); }))
+        attempt([&] { lender_lock_.try_shared(); });
 }
 
 bool StoreUse::try_enter()

@@ -1,4 +1,5 @@
 #include "store/publish.h"
+#include "base/common.h"
 #include "base/fault.h"
 #include "base/process.h"
 #include "base/records.h"
@@ -12,13 +13,11 @@
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
-#include <thread>
 #include <unistd.h>
 
 namespace fresco::host
 {
 
-namespace fs = std::filesystem;
 namespace
 {
 
@@ -94,25 +93,12 @@ std::vector<std::string> closure(const Store& store, const std::set<std::string>
     return {all.begin(), all.end()};
 }
 
-bool has_whole_manifest(const Store& store, const std::string& object)
-{
-    try
-    {
-        store.manifest(object);
-        return true;
-    }
-    catch (const Error&)
-    {
-        return false;
-    }
-}
-
 void put_in_place(const Store& store, const fs::path& folder, const Tree& tree, const StoredResult& result, const Value& manifest)
 {
     const std::string& key = manifest.at("key").as_string();
     sync_tree(folder, tree);
     fault_point("publish.synced");
-    if (has_whole_manifest(store, result.object))
+    if (store.whole_manifest(result.object))
     {
         store.remember(key, result);
         remove_quietly(folder);
@@ -130,6 +116,36 @@ void put_in_place(const Store& store, const fs::path& folder, const Tree& tree, 
     fault_point("publish.key");
     write_record(store.manifest_file(result.object), manifest);
     fault_point("publish.manifest");
+}
+
+/// Throws Error where a file cannot be read or written.
+void copy_files_of(const fs::path& from, const fs::path& to, const std::function<void()>& wait)
+{
+    constexpr std::size_t at_once = 8;  // A descriptor each.
+    std::vector<FileCopy> copies;
+    for (const auto& entry : fs::recursive_directory_iterator(from))
+    {
+        wait();
+        const fs::path place = to / entry.path().lexically_relative(from);
+        if (entry.is_directory())
+            make_folder(place);
+        else if (entry.path().parent_path() != from)
+            copies.push_back({entry.path(), place});
+        if (copies.size() == at_once)
+        {
+            copy_files(copies);
+            copies.clear();
+        }
+    }
+    copy_files(copies);
+}
+
+void take_lock(FileLock& lock, const fs::path& file, const std::function<void()>& wait)
+{
+    lock = FileLock(file);
+    for (Backoff backoff; !lock.try_exclusive();)
+        backoff.wait(wait);
+    lock.sign();
 }
 
 }  // namespace
@@ -173,63 +189,6 @@ void put_in_place(const Store& store, const fs::path& folder, const StoredResult
     put_in_place(store, folder, list_tree(folder, outputs), result, manifest);
 }
 
-namespace fs = std::filesystem;
-namespace
-{
-
-/// Throws Error where a file cannot be read or written.
-void copy_files_of(const fs::path& from, const fs::path& to, const std::function<void()>& wait)
-{
-    constexpr std::size_t at_once = 8;  // A descriptor each.
-    std::vector<FileCopy> copies;
-    for (const auto& entry : fs::recursive_directory_iterator(from))
-    {
-        wait();
-        const fs::path place = to / entry.path().lexically_relative(from);
-        if (entry.is_directory())
-            make_folder(place);
-        else if (entry.path().parent_path() != from)
-            copies.push_back({entry.path(), place});
-        if (copies.size() == at_once)
-        {
-            copy_files(copies);
-            copies.clear();
-        }
-    }
-    copy_files(copies);
-}
-
-void take_lock(FileLock& lock, const fs::path& file, const std::function<void()>& wait)
-{
-    lock = FileLock(file);
-    Backoff backoff;
-    while (!lock.try_exclusive())
-    {
-        const auto end = std::chrono::steady_clock::now() + backoff.next();
-        while (std::chrono::steady_clock::now() < end)
-        {
-            wait();
-            std::this_thread::sleep_for(std::chrono::milliseconds(50));
-        }
-    }
-    lock.sign();
-}
-
-/// The result as its manifest in `store` describes it; nothing without a whole manifest.
-std::optional<Value> whole_manifest(const Store& store, const std::string& object)
-{
-    try
-    {
-        return store.manifest(object);
-    }
-    catch (const Error&)
-    {
-        return std::nullopt;
-    }
-}
-
-}  // namespace
-
 bool copy_result(const Store& from, const Store& to, const std::string& object, const std::function<void()>& wait,
                  CopiedResults& done)
 {
@@ -248,7 +207,7 @@ bool copy_result(const Store& from, const Store& to, const std::string& object, 
         const std::string& below = reference.as_string();
         if (to.present(below))
             continue;
-        const std::optional<Value> its = whole_manifest(from, below);
+        const std::optional<Value> its = from.whole_manifest(below);
         if (!its)
         {
             done.damages.push_back(
@@ -262,7 +221,7 @@ bool copy_result(const Store& from, const Store& to, const std::string& object, 
     }
     to.look_again();
     const StoredResult result = result_of(object, manifest);
-    if (whole_manifest(to, object))
+    if (to.whole_manifest(object))
     {
         to.remember(manifest.at("key").as_string(), result);
         ++done.there;
@@ -311,7 +270,7 @@ CopiedResults copy_results(const Store& from, const Store& to, const std::vector
     CopiedResults done;
     for (const auto& object : chosen)
     {
-        const std::optional<Value> manifest = whole_manifest(from, object);
+        const std::optional<Value> manifest = from.whole_manifest(object);
         FileLock its_lock;
         if (manifest)
             take_lock(its_lock, to.lock_file(manifest->at("key").as_string()), wait);

@@ -3,7 +3,6 @@
 #include "store/store.h"
 
 #include <functional>
-#include <optional>
 #include <set>
 #include <string>
 #include <vector>

@@ -1,17 +1,17 @@
 #include "store/stage_log.h"
+#include "base/common.h"
+#include "base/process.h"
 #include "store/stage_record.h"
 #include <fresco/error.h>
 #include <fresco/file_access.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 namespace fresco::host
 {
-namespace fs = std::filesystem;
 namespace
 {
 
@@ -44,9 +44,7 @@ std::string whole_text(int fd, std::size_t size)
 void StageLog::begin(bool resumes)
 {
     fd_ = open_file(file_, O_RDWR | O_CREAT | O_APPEND | (resumes ? 0 : O_TRUNC));
-    struct stat status
-    {
-    };
+    struct stat status = {};
     if (fd_.valid() && fstat(fd_.get(), &status) == 0)
         size_ = static_cast<std::size_t>(status.st_size);
     if (size_ > 0)
@@ -98,31 +96,18 @@ void StageLog::cut(std::string text)
 
 void StageLog::write(std::string_view text)
 {
-    while (!text.empty())
-    {
-        const ssize_t count = uninterrupted([&] { return ::write(fd_.get(), text.data(), text.size()); });
-        if (count <= 0)
-            return;
-        size_ += static_cast<std::size_t>(count);
-        text.remove_prefix(static_cast<std::size_t>(count));
-    }
+    if (write_all(fd_.get(), text))
+        size_ += text.size();
 }
 
 void link_stage_log(const Store& store, const fs::path& pipeline, const std::string& stage, const std::string& key)
 {
-    try
-    {
-        const fs::path folder = pipeline_folder(store, pipeline);
-        make_folder(folder);
-        const fs::path link = folder / (stage + ".log");
-        const fs::path target = fs::path("../..") / store.log_file(key).lexically_relative(store.root());
-        if (std::error_code error; fs::read_symlink(link, error) != target)
-            make_link(target, link);
-    }
-    catch (const Error&)
-    {
-        return;  // Whatever is wrong there, the stage's record meets it too, and says so.
-    }
+    // Whatever is wrong there, the stage's record meets it too, and says so.
+    const fs::path folder = pipeline_folder(store, pipeline);
+    const fs::path link = folder / (stage + ".log");
+    const fs::path target = fs::path("../..") / store.log_file(key).lexically_relative(store.root());
+    if (std::error_code error; attempt([&] { make_folder(folder); }) && fs::read_symlink(link, error) != target)
+        attempt([&] { make_link(target, link); });
 }
 
 std::map<std::string, fs::path> stage_logs(const Store& store, const fs::path& pipeline)

@@ -1,11 +1,11 @@
 #include "store/stage_record.h"
+#include "base/common.h"
 #include "base/records.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 
 namespace fresco::host
 {
-namespace fs = std::filesystem;
 namespace
 {
 
@@ -22,13 +22,12 @@ fs::path folder_of(const Store& store, const std::string& pipeline)
 }
 
 /// Throws Error if the record is missing, damaged, or that of another stage.
-StageRecord read_record_of(const fs::path& file, std::string& pipeline)
+StageRecord read_record_of(const fs::path& file)
 {
     const Value value = read_record(file);
-    pipeline = value.at("pipeline").as_string();
     StageRecord record{value.at("stage").as_string(), value.at("key").as_string(), value.at("object").as_string(),
-                       value.at("key_document")};
-    if (record.stage != file.stem() || content_hash(pipeline) != file.parent_path().filename())
+                       value.at("key_document"), value.at("pipeline").as_string()};
+    if (record.stage != file.stem() || content_hash(record.pipeline) != file.parent_path().filename())
         throw Error(file.string() + ": is the record of another stage");
     return record;
 }
@@ -44,15 +43,7 @@ bool is_gone(const fs::path& file)
 
 std::optional<StageRecord> read_stage_record(const Store& store, const fs::path& pipeline, const std::string& stage)
 {
-    try
-    {
-        std::string found;
-        return read_record_of(folder_of(store, text_of(pipeline)) / (stage + ".json"), found);
-    }
-    catch (const Error&)
-    {
-        return std::nullopt;
-    }
+    return attempt([&] { return read_record_of(pipeline_folder(store, pipeline) / (stage + ".json")); });
 }
 
 fs::path pipeline_folder(const Store& store, const fs::path& pipeline)
@@ -99,9 +90,9 @@ UsedResults used_results(const Store& store)
                 continue;
             try
             {
-                std::string pipeline;
-                objects.insert(read_record_of(file, pipeline).object);
-                abandoned = abandoned || is_gone(pipeline);
+                const StageRecord record = read_record_of(file);
+                objects.insert(record.object);
+                abandoned = abandoned || is_gone(record.pipeline);
             }
             catch (const MissingInput&)
             {

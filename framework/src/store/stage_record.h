@@ -20,6 +20,7 @@ struct StageRecord
     std::string key;
     std::string object;
     Value key_document;
+    std::string pipeline{};  ///< As written: the path of its file.
 };
 
 /// Where the records of a pipeline file's stages are.

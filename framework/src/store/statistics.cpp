@@ -3,7 +3,6 @@
 #include <fresco/error.h>
 
 #include <algorithm>
-#include <vector>
 
 namespace fresco::host
 {

@@ -1,4 +1,5 @@
 #include "store/store.h"
+#include "base/common.h"
 #include "base/process.h"
 #include "base/records.h"
 #include <fresco/error.h>
@@ -10,7 +11,6 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <functional>
 #include <random>
@@ -21,7 +21,6 @@
 namespace fresco::host
 {
 
-namespace fs = std::filesystem;
 namespace
 {
 
@@ -32,9 +31,7 @@ constexpr std::string_view first_format = "fresco store 1\n";
 
 std::string gpu_text(const Value& gpus)
 {
-    std::vector<std::string> models;
-    for (const auto& model : gpus.as_list())
-        models.push_back(model.as_string());
+    const std::vector<std::string> models = each(gpus.as_list(), &Value::as_string);
     return models.empty() ? "none" : join(models);
 }
 
@@ -69,6 +66,69 @@ void check_format(const fs::path& root)
         refuse_format(file, found);
 }
 
+constexpr std::size_t results_per_key = 8;
+
+Value entry_of(const StoredResult& result)
+{
+    Value::List dependencies = each<Value>(result.dependencies, [&](const auto& dependency) { return to_value(dependency); });
+    Value value = Value::Map{{"object", result.object},
+                             {"references", Value::List(result.references.begin(), result.references.end())},
+                             {"dependencies", std::move(dependencies)}};
+    if (!result.roots.is_null())
+        value.set("roots", result.roots);
+    return value;
+}
+
+/// The results in the record of a key. Throws Error if the record is missing or damaged.
+std::vector<StoredResult> read_results(const Store& store, const std::string& key)
+{
+    const fs::path file = store.key_file(key);
+    const Value record = read_record(file);
+    if (record.at("key").as_string() != key)
+        throw Error(file.string() + ": is the record of another key");
+    std::vector<StoredResult> results;
+    for (const auto& entry : record.at("results").as_list())
+    {
+        results.push_back(result_of(entry.at("object").as_string(), entry));
+        if (!results.back().object.starts_with(object_prefix(key)))
+            throw Error(file.string() + ": leads to the result of another key");
+    }
+    return results;
+}
+
+Value roots_of_process()
+{
+    return input_roots().empty() ? Value() : to_value(input_roots());
+}
+
+void write_results(const Store& store, const std::string& key, const std::vector<StoredResult>& results)
+{
+    write_record(store.key_file(key), Value::Map{{"key", key}, {"results", each<Value>(results, entry_of)}});
+}
+
+/// Writes what `changed` makes of the record of a key. False where another process is at work on the key, or the disk is full.
+bool change_results(const Store& store, const std::string& key, const std::function<std::vector<StoredResult>()>& changed)
+{
+    bool locked = false;
+    const bool done = attempt(
+        [&]
+        {
+            FileLock lock(store.lock_file(key));
+            locked = lock.try_exclusive();
+            if (locked)
+                write_results(store, key, changed());
+        });
+    return locked && done;
+}
+
+bool contains_all(const std::vector<Dependency>& dependencies, const std::vector<fs::path>& files)
+{
+    return std::all_of(
+        files.begin(), files.end(),
+        [&](const fs::path& file)
+        { return std::ranges::any_of(dependencies, [&](const Dependency& dependency) { return dependency.path == file; }); });
+}
+
 }  // namespace
 
 bool Store::is_at(const fs::path& folder)
@@ -78,14 +138,7 @@ bool Store::is_at(const fs::path& folder)
 
 Store::Store(fs::path root) : root_(std::move(root))
 {
-    try
-    {
-        make_folder(root_);
-    }
-    catch (const Error& error)
-    {
-        throw Error(std::string(error.what()) + "; " + another_store);
-    }
+    make_folder_or(root_, another_store);
     forbid_links_below(fs::absolute(root_), another_store);
     check_format(root_);
     for (const char* folder : {"objects", "keys", "stages", "checkpoints", "logs", "locks", "runs", "tmp"})
@@ -110,16 +163,10 @@ fs::path Store::make_temporary(std::string prefix) const
 
 void Store::remove_temporaries(const std::string& prefix) const
 {
-    try
-    {
-        for (const fs::path& path : entries_of(root_ / "tmp"))
-            if (path.filename().string().starts_with(prefix))
-                remove_quietly(path);
-    }
-    catch (const Error&)
-    {
-        return;  // The next run removes them.
-    }
+    // Otherwise the next run removes them.
+    for (const fs::path& path : attempt([&] { return entries_of(root_ / "tmp"); }).value_or(std::vector<fs::path>{}))
+        if (path.filename().string().starts_with(prefix))
+            remove_quietly(path);
 }
 
 bool Store::present(std::string_view object) const
@@ -129,8 +176,7 @@ bool Store::present(std::string_view object) const
 
 bool Store::present(const StoredResult& result) const
 {
-    return present(result.object) &&
-           std::all_of(result.references.begin(), result.references.end(), [&](const auto& id) { return present(id); });
+    return present(result.object) && std::ranges::all_of(result.references, [&](const auto& id) { return present(id); });
 }
 
 fs::path Store::checkpoint_file(std::string_view key, std::string_view extension) const
@@ -155,15 +201,9 @@ std::string Store::checkpoint_refusal(std::string_view key, const Value& place) 
 
 double Store::checkpoint_share(std::string_view key) const
 {
-    try
-    {
-        // An estimate of no time at all would count as unknown.
-        return std::clamp(std::strtod(read_text_file(checkpoint_file(key, ".share"), 100).c_str(), nullptr), 0.0, 0.99);
-    }
-    catch (const Error&)
-    {
-        return 0;
-    }
+    const auto share = attempt([&] { return read_text_file(checkpoint_file(key, ".share"), 100); });
+    // An estimate of no time at all would count as unknown.
+    return share ? std::clamp(std::strtod(share->c_str(), nullptr), 0.0, 0.99) : 0;
 }
 
 void Store::remove_checkpoint(std::string_view key) const
@@ -203,12 +243,15 @@ Value Store::manifest(std::string_view object) const
 {
     const fs::path file = manifest_file(object);
     Value manifest = read_record(file);
-    std::vector<Dependency> dependencies;
-    for (const auto& dependency : manifest.at("dependencies").as_list())
-        dependencies.push_back(dependency_from(dependency));
+    const std::vector<Dependency> dependencies = each<Dependency>(manifest.at("dependencies").as_list(), dependency_from);
     if (object_id(manifest.at("key").as_string(), dependencies) != object)
         throw Error(file.string() + ": is the manifest of another result");
     return manifest;
+}
+
+std::optional<Value> Store::whole_manifest(std::string_view object) const
+{
+    return attempt([&] { return manifest(object); });
 }
 
 std::optional<Damage> Store::verify(const std::string& object, int threads, const std::string& below) const
@@ -256,16 +299,21 @@ void Store::discard(std::string_view object) const
     remove_quietly(aside);
 }
 
-void remove_quietly(const fs::path& path)
+void make_folder_or(const fs::path& folder, const std::string& advice)
 {
     try
     {
-        remove_path(path);
+        make_folder(folder);
     }
-    catch (const Error&)
+    catch (const Error& error)
     {
-        return;
+        throw Error(std::string(error.what()) + "; " + advice);
     }
+}
+
+void remove_quietly(const fs::path& path)
+{
+    attempt([&] { remove_path(path); });
 }
 
 bool is_stored_name(std::string_view name)
@@ -284,97 +332,6 @@ FileLock store_lock(const Store& store)
 {
     return FileLock(store.lock_file("store"));
 }
-
-namespace fs = std::filesystem;
-namespace
-{
-
-constexpr std::size_t results_per_key = 8;
-
-Value entry_of(const StoredResult& result)
-{
-    Value::List dependencies;
-    for (const auto& dependency : result.dependencies)
-        dependencies.push_back(to_value(dependency));
-    Value value = Value::Map{{"object", result.object},
-                             {"references", Value::List(result.references.begin(), result.references.end())},
-                             {"dependencies", std::move(dependencies)}};
-    if (!result.roots.is_null())
-        value.set("roots", result.roots);
-    return value;
-}
-
-/// The results in the record of a key. Throws Error if the record is missing or damaged.
-std::vector<StoredResult> read_results(const Store& store, const std::string& key)
-{
-    const fs::path file = store.key_file(key);
-    const Value record = read_record(file);
-    if (record.at("key").as_string() != key)
-        throw Error(file.string() + ": is the record of another key");
-    std::vector<StoredResult> results;
-    for (const auto& entry : record.at("results").as_list())
-    {
-        results.push_back(result_of(entry.at("object").as_string(), entry));
-        if (!results.back().object.starts_with(object_prefix(key)))
-            throw Error(file.string() + ": leads to the result of another key");
-    }
-    return results;
-}
-
-/// The same; a record that cannot be used counts as empty: the stage runs again.
-std::vector<StoredResult> results_of(const Store& store, const std::string& key)
-{
-    try
-    {
-        return read_results(store, key);
-    }
-    catch (const Error&)
-    {
-        return {};
-    }
-}
-
-Value roots_of_process()
-{
-    return input_roots().empty() ? Value() : to_value(input_roots());
-}
-
-void write_results(const Store& store, const std::string& key, const std::vector<StoredResult>& results)
-{
-    Value::List entries;
-    for (const auto& result : results)
-        entries.push_back(entry_of(result));
-    write_record(store.key_file(key), Value::Map{{"key", key}, {"results", std::move(entries)}});
-}
-
-/// Writes what `changed` makes of the record of a key. False where another process is at work on the key, or the disk is full.
-bool change_results(const Store& store, const std::string& key, const std::function<std::vector<StoredResult>()>& changed)
-{
-    try
-    {
-        FileLock lock(store.lock_file(key));
-        if (!lock.try_exclusive())
-            return false;
-        write_results(store, key, changed());
-        return true;
-    }
-    catch (const Error&)
-    {
-        return false;
-    }
-}
-
-bool contains_all(const std::vector<Dependency>& dependencies, const std::vector<fs::path>& files)
-{
-    return std::all_of(files.begin(), files.end(),
-                       [&](const fs::path& file)
-                       {
-                           return std::any_of(dependencies.begin(), dependencies.end(),
-                                              [&](const Dependency& dependency) { return dependency.path == file; });
-                       });
-}
-
-}  // namespace
 
 Value to_value(const InputRoots& roots)
 {
@@ -413,7 +370,8 @@ StoredResult result_of(const std::string& object, const Value& value)
 
 std::optional<StoredResult> Store::lookup(const std::string& key, std::string* why_not, const std::vector<fs::path>& files) const
 {
-    std::vector<StoredResult> results = results_of(*this, key);
+    // A record that cannot be used counts as empty: the stage runs again.
+    std::vector<StoredResult> results = attempt([&] { return read_results(*this, key); }).value_or(std::vector<StoredResult>{});
     for (std::size_t i = 0; i < results.size(); ++i)
     {
         bool renewed = false;
@@ -456,34 +414,23 @@ std::optional<StoredResult> Store::lookup(const std::string& key, std::string* w
 
 bool Store::restore(const std::string& key) const
 {
-    try
-    {
-        read_results(*this, key);
+    if (attempt([&] { read_results(*this, key); }))
         return false;
-    }
-    catch (const Error&)
+    if (!objects_)
     {
-        if (!objects_)
-        {
-            objects_.emplace();
-            for (const fs::path& path : entries_of(root_ / "objects"))
-                objects_->insert(path.filename().string());
-        }
+        objects_.emplace();
+        for (const fs::path& path : entries_of(root_ / "objects"))
+            objects_->insert(path.filename().string());
     }
     std::vector<StoredResult> results;
     const std::string prefix = object_prefix(key);
     for (auto object = objects_->lower_bound(prefix); object != objects_->end() && object->starts_with(prefix); ++object)
     {
-        try
-        {
-            const Value found = manifest(*object);
-            if (results.size() < results_per_key && found.at("key").as_string() == key)
-                results.push_back(result_of(*object, found));
-        }
-        catch (const Error&)
-        {
-            continue;  // Nothing was published there, or it is damaged.
-        }
+        // Without a manifest nothing was published there, or it is damaged.
+        const std::optional<Value> found = whole_manifest(*object);
+        if (found && results.size() < results_per_key && found->at("key").as_string() == key)
+            if (auto result = attempt([&] { return result_of(*object, *found); }))
+                results.push_back(std::move(*result));
     }
     return !results.empty() && change_results(*this, key, [&] { return results; });
 }
@@ -499,7 +446,7 @@ void Store::look_again() const
 
 void Store::remember(const std::string& key, const StoredResult& result) const
 {
-    std::vector<StoredResult> results = results_of(*this, key);
+    std::vector<StoredResult> results = attempt([&] { return read_results(*this, key); }).value_or(std::vector<StoredResult>{});
     std::erase_if(results, [&](const StoredResult& other) { return other.object == result.object; });
     results.insert(results.begin(), result);
     if (results.size() > results_per_key)

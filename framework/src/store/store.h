@@ -114,6 +114,8 @@ class Store
 
     /// The manifest, checked against its own checksum and the object's name. Throws Error naming the file.
     Value manifest(std::string_view object) const;
+    /// The same; nothing where it is missing or damaged.
+    std::optional<Value> whole_manifest(std::string_view object) const;
     /// Reads every file of an object (of output `below` alone, if given, which may have none) and compares. Uses up to `threads`
     /// threads.
     std::optional<Damage> verify(const std::string& object, int threads, const std::string& below = {}) const;
@@ -131,6 +133,8 @@ std::string object_id(const std::string& key, const std::vector<Dependency>& dep
 /// How the names of all objects of this key begin.
 std::string object_prefix(std::string_view key);
 
+/// As make_folder; an error ends with what else to do: "choose another store with --store".
+void make_folder_or(const std::filesystem::path& folder, const std::string& advice);
 /// As remove_path; what cannot be removed stays.
 void remove_quietly(const std::filesystem::path& path);
 /// Whether a name can be a key or an object: 32 hexadecimal digits. Everything else in their folders is somebody else's, and

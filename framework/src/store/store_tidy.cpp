@@ -1,4 +1,5 @@
 #include "store/store_tidy.h"
+#include "base/common.h"
 #include "store/presence.h"
 #include "store/stage_record.h"
 #include "store/statistics.h"
@@ -14,7 +15,6 @@
 
 namespace fresco::host
 {
-namespace fs = std::filesystem;
 namespace
 {
 
@@ -173,16 +173,8 @@ std::string other_run(const fs::path& lock)
 
 std::vector<StoredObject> list_objects(const Store& store)
 {
-    UsedResults used;
-    try
-    {
-        used = all_used(store);
-    }
-    catch (const Error&)
-    {
-        // Records of another user that may not be read here. Nothing is removed by this list.
-    }
-    return objects_of(store, used);
+    // There may be records of another user that may not be read here. Nothing is removed by this list.
+    return objects_of(store, attempt([&] { return all_used(store); }).value_or(UsedResults{}));
 }
 
 std::vector<Damage> verify_store(const Store& store, int threads)

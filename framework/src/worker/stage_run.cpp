@@ -1,4 +1,5 @@
 #include "worker/stage_run.h"
+#include "base/common.h"
 #include "base/fault.h"
 #include "base/machine.h"
 #include "base/process.h"
@@ -14,11 +15,11 @@
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>
+#include <fmt/ranges.h>
 #include <map>
 #include <memory>
 #include <set>
 #include <sys/stat.h>
-#include <thread>
 #include <unistd.h>
 
 namespace fresco::host
@@ -54,10 +55,7 @@ Value told_option(const Value& key, const Value* given)
         return "more than " + std::to_string(most_entries) + " entries";
     if (key.is_list())
     {
-        Value::List list;
-        for (const Value& entry : key.as_list())
-            list.push_back(told_option(entry, nullptr));
-        return list;
+        return each<Value>(key.as_list(), [&](const Value& entry) { return told_option(entry, nullptr); });
     }
     if (!key.is_map())
         return key;
@@ -110,122 +108,9 @@ Value::List earlier_stages(const Store& store, const std::string& object)
     return stages;
 }
 
-}  // namespace
-
-std::string without_folders(std::string_view text)
-{
-    constexpr std::string_view before = " \t\n=:,;'\"([{<>|";
-    for (std::size_t at = 0; at < text.size(); ++at)
-    {
-        const bool begins = at == 0 || before.find(text[at - 1]) != std::string_view::npos;
-        const bool is_home = text.substr(at).starts_with("~");
-        const bool is_address =
-            at > 0 && text[at - 1] == ':' && text.substr(at).starts_with("//") && !text.substr(0, at).ends_with("file:");
-        if (!begins || is_address || !(is_home || text[at] == '/'))
-            continue;
-        // A path may contain spaces: nobody knows where one ends before the last slash.
-        std::size_t last = text.rfind('/');
-        if (last == text.size() - 1 && last > at)
-            last = text.rfind('/', last - 1);
-        if (last == std::string_view::npos || last < at)
-            continue;
-        return std::string(text.substr(0, at)) + std::string(text.substr(last + 1));
-    }
-    return std::string(text);
-}
-
-Value origin_of(const WorkerRequest& request, const Store& store, Value versions)
-{
-    std::vector<const WorkerInput*> inputs;
-    for (const WorkerInput& input : request.inputs)
-        inputs.push_back(&input);
-    std::ranges::sort(inputs, {}, &WorkerInput::port);
-
-    Value::List stages;
-    std::set<std::string> known;
-    Value::Map from;
-    for (const WorkerInput* input : inputs)
-    {
-        if (input->object.empty())
-        {
-            from.emplace_back(input->port, named_file(request.key_document.at("inputs").at(input->port), input->file.string()));
-            continue;
-        }
-        from.emplace_back(input->port, Value::Map{{"result", input->object}, {"output", input->output}});
-        for (Value& stage : earlier_stages(store, input->object))
-            if (known.insert(stage.at("result").as_string()).second)
-                stages.push_back(std::move(stage));
-    }
-    stages.push_back(Value::Map{{"type", request.type},
-                                {"options", told_option(request.key_document.at("options"), &request.options)},
-                                {"inputs", std::move(from)},
-                                {"versions", std::move(versions)}});
-    if (stages.size() > most_stages)
-        stages.erase(stages.begin(), stages.end() - most_stages);
-    return stages;
-}
-
-Value with_figures(Value origin, const Value& report)
-{
-    Value figures = Value::Map{};
-    for (const auto& [name, value] : report.as_map())
-        if (Value figure = is_time(name) ? Value() : lasting(value); !figure.is_null())
-            figures.set(name, std::move(figure));
-    if (!figures.as_map().empty())
-        origin.as_list().back().set("figures", std::move(figures));
-    return origin;
-}
-
-Value told_origin(const Value& origin)
-{
-    std::map<std::string, std::set<std::string>> versions;
-    std::map<std::string, int> counts;
-    std::map<std::string, std::string> names;  // By the result.
-    Value::List stages;
-    for (const Value& entry : origin.as_list())
-    {
-        for (const auto& [library, version] : entry.at("versions").as_map())
-            versions[library].insert(version.as_string());
-        const std::string& type = entry.at("type").as_string();
-        const int count = ++counts[type];
-        const std::string name = count == 1 ? type : type + " " + std::to_string(count);
-        if (const Value* result = entry.find("result"))
-            names[result->as_string()] = name;
-        Value::Map inputs;
-        for (const auto& [port, input] : entry.at("inputs").as_map())
-        {
-            const Value* result = input.find("result");
-            if (result == nullptr)
-                inputs.emplace_back(port, input);
-            else if (const auto from = names.find(result->as_string()); from != names.end())
-                inputs.emplace_back(port, from->second);
-        }
-        Value stage = Value::Map{{"stage", name}, {"options", entry.at("options")}, {"inputs", std::move(inputs)}};
-        if (const Value* figures = entry.find("figures"))
-            stage.set("figures", *figures);
-        stages.push_back(std::move(stage));
-    }
-    Value::Map all;
-    for (const auto& [library, several] : versions)
-    {
-        std::string text;
-        for (const std::string& version : several)
-            text += (text.empty() ? "" : ", ") + version;
-        all.emplace_back(library, std::move(text));
-    }
-    return Value::Map{{"versions", std::move(all)}, {"stages", std::move(stages)}};
-}
-
-namespace fs = std::filesystem;
-namespace
-{
-
 std::vector<fs::path> paths_of(const std::vector<Dependency>& files)
 {
-    std::vector<fs::path> paths;
-    for (const Dependency& file : files)
-        paths.push_back(file.path);
-    return paths;
+    return each(files, &Dependency::path);
 }
 
 /// The stage of one request, from the lock to the published result.
@@ -302,12 +187,7 @@ class StageRun
                 channel_.send("waiting", {{"holder", holder}});
                 told = std::move(holder);
             }
-            const auto end = std::chrono::steady_clock::now() + backoff.next();
-            while (std::chrono::steady_clock::now() < end)
-            {
-                context_.check_canceled();
-                std::this_thread::sleep_for(std::chrono::milliseconds(50));
-            }
+            backoff.wait([this] { context_.check_canceled(); });
         }
         key_lock_.sign();
         store_.look_again();
@@ -349,7 +229,7 @@ class StageRun
     {
         context_.check_canceled();
         if (auto damage = store_.verify(object, request_.threads, output))
-            throw DamagedInput{std::move(*damage)};
+            throw std::move(*damage);
     }
 
     void load_inputs(Stage& stage)
@@ -515,6 +395,104 @@ class StageRun
 };
 
 }  // namespace
+
+std::string without_folders(std::string_view text)
+{
+    constexpr std::string_view before = " \t\n=:,;'\"([{<>|";
+    for (std::size_t at = 0; at < text.size(); ++at)
+    {
+        const bool begins = at == 0 || before.find(text[at - 1]) != std::string_view::npos;
+        const bool is_home = text.substr(at).starts_with("~");
+        const bool is_address =
+            at > 0 && text[at - 1] == ':' && text.substr(at).starts_with("//") && !text.substr(0, at).ends_with("file:");
+        if (!begins || is_address || !(is_home || text[at] == '/'))
+            continue;
+        // A path may contain spaces: nobody knows where one ends before the last slash.
+        std::size_t last = text.rfind('/');
+        if (last == text.size() - 1 && last > at)
+            last = text.rfind('/', last - 1);
+        if (last == std::string_view::npos || last < at)
+            continue;
+        return std::string(text.substr(0, at)) + std::string(text.substr(last + 1));
+    }
+    return std::string(text);
+}
+
+Value origin_of(const WorkerRequest& request, const Store& store, Value versions)
+{
+    std::vector<const WorkerInput*> inputs;
+    for (const WorkerInput& input : request.inputs)
+        inputs.push_back(&input);
+    std::ranges::sort(inputs, {}, &WorkerInput::port);
+    Value::List stages;
+    std::set<std::string> known;
+    Value::Map from;
+    for (const WorkerInput* input : inputs)
+    {
+        if (input->object.empty())
+        {
+            from.emplace_back(input->port, named_file(request.key_document.at("inputs").at(input->port), input->file.string()));
+            continue;
+        }
+        from.emplace_back(input->port, Value::Map{{"result", input->object}, {"output", input->output}});
+        for (Value& stage : earlier_stages(store, input->object))
+            if (known.insert(stage.at("result").as_string()).second)
+                stages.push_back(std::move(stage));
+    }
+    stages.push_back(Value::Map{{"type", request.type},
+                                {"options", told_option(request.key_document.at("options"), &request.options)},
+                                {"inputs", std::move(from)},
+                                {"versions", std::move(versions)}});
+    if (stages.size() > most_stages)
+        stages.erase(stages.begin(), stages.end() - most_stages);
+    return stages;
+}
+
+Value with_figures(Value origin, const Value& report)
+{
+    Value figures = Value::Map{};
+    for (const auto& [name, value] : report.as_map())
+        if (Value figure = is_time(name) ? Value() : lasting(value); !figure.is_null())
+            figures.set(name, std::move(figure));
+    if (!figures.as_map().empty())
+        origin.as_list().back().set("figures", std::move(figures));
+    return origin;
+}
+
+Value told_origin(const Value& origin)
+{
+    std::map<std::string, std::set<std::string>> versions;
+    std::map<std::string, int> counts;
+    std::map<std::string, std::string> names;  // By the result.
+    Value::List stages;
+    for (const Value& entry : origin.as_list())
+    {
+        for (const auto& [library, version] : entry.at("versions").as_map())
+            versions[library].insert(version.as_string());
+        const std::string& type = entry.at("type").as_string();
+        const int count = ++counts[type];
+        const std::string name = count == 1 ? type : type + " " + std::to_string(count);
+        if (const Value* result = entry.find("result"))
+            names[result->as_string()] = name;
+        Value::Map inputs;
+        for (const auto& [port, input] : entry.at("inputs").as_map())
+        {
+            const Value* result = input.find("result");
+            if (result == nullptr)
+                inputs.emplace_back(port, input);
+            else if (const auto from = names.find(result->as_string()); from != names.end())
+                inputs.emplace_back(port, from->second);
+        }
+        Value stage = Value::Map{{"stage", name}, {"options", entry.at("options")}, {"inputs", std::move(inputs)}};
+        if (const Value* figures = entry.find("figures"))
+            stage.set("figures", *figures);
+        stages.push_back(std::move(stage));
+    }
+    Value::Map all;
+    for (const auto& [library, several] : versions)
+        all.emplace_back(library, fmt::format("{}", fmt::join(several, ", ")));
+    return Value::Map{{"versions", std::move(all)}, {"stages", std::move(stages)}};
+}
 
 void run_stage(WorkerRequest request, std::string temporary, WorkerChannel& channel)
 {

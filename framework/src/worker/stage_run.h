@@ -29,15 +29,9 @@ Value told_origin(const Value& origin);
 /// The text with the folders of an absolute path dropped: "--in=/home/ann/scan" becomes "--in=scan".
 std::string without_folders(std::string_view text);
 
-/// An input that the store no longer has as it was: its maker must run again.
-struct DamagedInput
-{
-    Damage damage;
-};
-
 /// The stage of one request, from the lock to the published result, told to the channel. `temporary`: how the names of its
 /// temporary folders begin, by which the host finds what a killed worker left. Once in a process: a plugin may leave anything
-/// behind. Throws DamagedInput, PluginFailure, MissingInput, Canceled, Error, and whatever the stage throws.
+/// behind. Throws Damage, PluginFailure, MissingInput, Canceled, Error, and whatever the stage throws.
 void run_stage(WorkerRequest request, std::string temporary, WorkerChannel& channel);
 
 }  // namespace fresco::host

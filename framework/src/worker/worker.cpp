@@ -1,7 +1,7 @@
 #include "worker/worker.h"
+#include "base/common.h"
 #include "base/fault.h"
 #include "base/machine.h"
-#include "base/process.h"
 #include "base/text.h"
 #include "worker/stage_run.h"
 #include "worker/worker_factory.h"
@@ -22,7 +22,6 @@
 namespace fresco::host
 {
 
-namespace fs = std::filesystem;
 namespace
 {
 
@@ -34,39 +33,6 @@ fs::path temporary_folder()
     const char* folder = std::getenv("TMPDIR");
     return folder == nullptr ? fs::path() : fs::path(folder);
 }
-
-}  // namespace
-
-fs::path make_scratch_folder(const Store& store, const std::string& prefix)
-{
-    if (const fs::path folder = temporary_folder(); folder.is_absolute())
-    {
-        std::string name = (folder / (name_begins + prefix + ".XXXXXX")).string();
-        if (::mkdtemp(name.data()) != nullptr)
-            return name;
-    }
-    return store.make_temporary(prefix);
-}
-
-std::string temporary_folder_in(const std::string& text)
-{
-    const fs::path folder = temporary_folder();
-    return folder.is_absolute() && text.find((folder / name_begins).string()) != std::string::npos ? folder.string() : "";
-}
-
-void remove_scratch_folders(const std::string& prefix)
-{
-    std::error_code error;
-    const fs::path folder = temporary_folder();
-    if (!folder.is_absolute())
-        return;
-    for (const fs::directory_entry& entry : fs::directory_iterator(folder, error))
-        if (entry.path().filename().string().starts_with(name_begins + prefix + "."))
-            remove_quietly(entry.path());
-}
-
-namespace
-{
 
 /// Addresses that only an overflow reaches: from far below the stack's end to a little above it.
 std::uintptr_t lowest = 0;
@@ -89,43 +55,6 @@ void take_fault(int number, siginfo_t* info, void*)
     if (info->si_code <= 0)
         raise(number);
 }
-
-}  // namespace
-
-/// From now on an overflow of this thread's stack is reported to the host, as a failure in words, before the process dies of it.
-/// Call it on the thread that will run the stage.
-void report_stack_overflow()
-{
-    pthread_attr_t attributes;
-    if (pthread_getattr_np(pthread_self(), &attributes) != 0)
-        return;
-    void* end = nullptr;
-    std::size_t size = 0;
-    const bool known = pthread_attr_getstack(&attributes, &end, &size) == 0;
-    pthread_attr_destroy(&attributes);
-    if (!known)
-        return;
-    constexpr std::uintptr_t below = std::uintptr_t{16} << 20U;
-    constexpr std::uintptr_t above = std::uintptr_t{1} << 16U;
-    const auto stack = reinterpret_cast<std::uintptr_t>(end);
-    lowest = stack > below ? stack - below : 1;
-    highest = stack + above;
-
-    static std::vector<char> room(std::size_t{1} << 16U);
-    stack_t alternative{};
-    alternative.ss_sp = room.data();
-    alternative.ss_size = room.size();
-    struct sigaction action
-    {
-    };
-    action.sa_sigaction = take_fault;
-    action.sa_flags = SA_SIGINFO | SA_ONSTACK;
-    if (sigaltstack(&alternative, nullptr) == 0)
-        sigaction(SIGSEGV, &action, nullptr);
-}
-
-namespace
-{
 
 Value to_value(const WorkerInput& input)
 {
@@ -150,64 +79,6 @@ WorkerInput input_from(const Value& value)
     input.reader = value.at("reader");
     return input;
 }
-
-}  // namespace
-
-Value to_value(const WorkerRequest& request)
-{
-    Value::List inputs;
-    for (const auto& input : request.inputs)
-        inputs.push_back(to_value(input));
-    Value::Map libraries;
-    for (const auto& [type, file] : request.libraries)
-        libraries.emplace_back(type, file.string());
-    Value::List files;
-    for (const auto& file : request.files)
-        files.push_back(to_value(file));
-    return Value::Map{{"store", request.store.string()},
-                      {"out", request.out.string()},
-                      {"preview_folder", request.preview_folder.string()},
-                      {"stage", request.stage},
-                      {"type", request.type},
-                      {"options", request.options},
-                      {"key", request.key},
-                      {"key_document", request.key_document},
-                      {"inputs", std::move(inputs)},
-                      {"libraries", std::move(libraries)},
-                      {"roots", to_value(request.roots)},
-                      {"upstream", request.upstream.string()},
-                      {"fetch", request.fetch},
-                      {"files", std::move(files)},
-                      {"threads", request.threads}};
-}
-
-WorkerRequest worker_request_from(const Value& value)
-{
-    WorkerRequest request;
-    request.store = value.at("store").as_string();
-    request.out = value.at("out").as_string();
-    request.preview_folder = value.at("preview_folder").as_string();
-    request.stage = value.at("stage").as_string();
-    request.type = value.at("type").as_string();
-    request.options = value.at("options");
-    request.key = value.at("key").as_string();
-    request.key_document = value.at("key_document");
-    for (const auto& input : value.at("inputs").as_list())
-        request.inputs.push_back(input_from(input));
-    for (const auto& [type, file] : value.at("libraries").as_map())
-        request.libraries[type] = file.as_string();
-    request.roots = input_roots_from(value.at("roots"));
-    request.upstream = value.at("upstream").as_string();
-    request.fetch = value.at("fetch").as_string();
-    for (const auto& file : value.at("files").as_list())
-        request.files.push_back(dependency_from(file));
-    request.threads = static_cast<int>(value.at("threads").as_int());
-    return request;
-}
-
-namespace fs = std::filesystem;
-namespace
-{
 
 std::string with_advice(std::string text)
 {
@@ -243,9 +114,9 @@ int guarded_run(const fs::path& request_file, WorkerChannel& channel)
             run_stage(std::move(request), request_file.parent_path().filename().string(), channel);
             return channel.lost() ? worker_lost_channel : 0;
         }
-        catch (const DamagedInput& input)
+        catch (const Damage& damage)
         {
-            channel.send("damaged", {{"object", input.damage.object}, {"text", input.damage.text}});
+            channel.send("damaged", {{"object", damage.object}, {"text", damage.text}});
             return worker_damaged_input;
         }
         catch (const Canceled&)
@@ -291,6 +162,111 @@ int guarded_run(const fs::path& request_file, WorkerChannel& channel)
 }
 
 }  // namespace
+
+fs::path make_scratch_folder(const Store& store, const std::string& prefix)
+{
+    if (const fs::path folder = temporary_folder(); folder.is_absolute())
+    {
+        std::string name = (folder / (name_begins + prefix + ".XXXXXX")).string();
+        if (::mkdtemp(name.data()) != nullptr)
+            return name;
+    }
+    return store.make_temporary(prefix);
+}
+
+std::string temporary_folder_in(const std::string& text)
+{
+    const fs::path folder = temporary_folder();
+    return folder.is_absolute() && text.find((folder / name_begins).string()) != std::string::npos ? folder.string() : "";
+}
+
+void remove_scratch_folders(const std::string& prefix)
+{
+    std::error_code error;
+    const fs::path folder = temporary_folder();
+    if (!folder.is_absolute())
+        return;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder, error))
+        if (entry.path().filename().string().starts_with(name_begins + prefix + "."))
+            remove_quietly(entry.path());
+}
+
+/// From now on an overflow of this thread's stack is reported to the host, as a failure in words, before the process dies of it.
+/// Call it on the thread that will run the stage.
+void report_stack_overflow()
+{
+    pthread_attr_t attributes;
+    if (pthread_getattr_np(pthread_self(), &attributes) != 0)
+        return;
+    void* end = nullptr;
+    std::size_t size = 0;
+    const bool known = pthread_attr_getstack(&attributes, &end, &size) == 0;
+    pthread_attr_destroy(&attributes);
+    if (!known)
+        return;
+    constexpr std::uintptr_t below = std::uintptr_t{16} << 20U;
+    constexpr std::uintptr_t above = std::uintptr_t{1} << 16U;
+    const auto stack = reinterpret_cast<std::uintptr_t>(end);
+    lowest = stack > below ? stack - below : 1;
+    highest = stack + above;
+    static std::vector<char> room(std::size_t{1} << 16U);
+    stack_t alternative{};
+    alternative.ss_sp = room.data();
+    alternative.ss_size = room.size();
+    struct sigaction action = {};
+    action.sa_sigaction = take_fault;
+    action.sa_flags = SA_SIGINFO | SA_ONSTACK;
+    if (sigaltstack(&alternative, nullptr) == 0)
+        sigaction(SIGSEGV, &action, nullptr);
+}
+
+Value to_value(const WorkerRequest& request)
+{
+    Value::List inputs = each<Value>(request.inputs, [&](const auto& input) { return to_value(input); });
+    Value::Map libraries;
+    for (const auto& [type, file] : request.libraries)
+        libraries.emplace_back(type, file.string());
+    Value::List files = each<Value>(request.files, [&](const auto& file) { return to_value(file); });
+    return Value::Map{{"store", request.store.string()},
+                      {"out", request.out.string()},
+                      {"preview_folder", request.preview_folder.string()},
+                      {"stage", request.stage},
+                      {"type", request.type},
+                      {"options", request.options},
+                      {"key", request.key},
+                      {"key_document", request.key_document},
+                      {"inputs", std::move(inputs)},
+                      {"libraries", std::move(libraries)},
+                      {"roots", to_value(request.roots)},
+                      {"upstream", request.upstream.string()},
+                      {"fetch", request.fetch},
+                      {"files", std::move(files)},
+                      {"threads", request.threads}};
+}
+
+WorkerRequest worker_request_from(const Value& value)
+{
+    WorkerRequest request;
+    request.store = value.at("store").as_string();
+    request.out = value.at("out").as_string();
+    request.preview_folder = value.at("preview_folder").as_string();
+    request.stage = value.at("stage").as_string();
+    request.type = value.at("type").as_string();
+    request.options = value.at("options");
+    request.key = value.at("key").as_string();
+    request.key_document = value.at("key_document");
+    for (const auto& input : value.at("inputs").as_list())
+        request.inputs.push_back(input_from(input));
+    for (const auto& [type, file] : value.at("libraries").as_map())
+        request.libraries[type] = file.as_string();
+    request.roots = input_roots_from(value.at("roots"));
+    request.upstream = value.at("upstream").as_string();
+    request.fetch = value.at("fetch").as_string();
+    for (const auto& file : value.at("files").as_list())
+        request.files.push_back(dependency_from(file));
+    request.threads = static_cast<int>(value.at("threads").as_int());
+    return request;
+}
 
 void internal_run(const fs::path& request_file)
 {

@@ -1,4 +1,5 @@
 #include "worker/worker_context.h"
+#include "base/common.h"
 #include "base/process.h"
 #include "base/records.h"
 #include "base/text.h"
@@ -13,7 +14,6 @@
 #include <csignal>
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <iostream>
 #include <sstream>
 #include <stdexcept>
 #include <unistd.h>
@@ -23,6 +23,7 @@ namespace fresco::host
 
 namespace
 {
+
 std::atomic<bool> stop{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 
@@ -30,39 +31,9 @@ void ask_to_stop(int)
 {
     stop = true;
 }
-}  // namespace
 
-void WorkerChannel::send(std::string_view event, Value::Map entries)
-{
-    entries.insert(entries.begin(), Value::Entry{"event", event});
-    const std::string line = to_json(Value(std::move(entries))) + "\n";
-    const std::lock_guard lock(mutex_);
-    if (send_all(child_channel, line))
-        return;
-    lost_ = lost_ || (errno != EPIPE && errno != ECONNRESET);
-    stop = true;
-}
-
-void take_stop_signals()
-{
-    struct sigaction action
-    {
-    };
-    action.sa_handler = ask_to_stop;
-    action.sa_flags = SA_RESTART;
-    for (const int number : {SIGTERM, SIGINT, SIGHUP})
-        sigaction(number, &action, nullptr);
-}
-
-bool stop_requested()
-{
-    return stop;
-}
-
-namespace
-{
 constexpr std::size_t checksum_digits = 32;
-}
+}  // namespace
 
 bool MetricCurves::add(double done, const Value& metrics)
 {
@@ -98,9 +69,7 @@ Value MetricCurves::to_value(std::string_view unit) const
         for (const auto& [name, value] : point.metrics.as_map())
             if (std::ranges::find(names, name) == names.end())
                 names.push_back(name);
-    Value::List done;
-    for (const Point& point : points_)
-        done.emplace_back(point.done);
+    Value::List done = each<Value>(points_, &Point::done);
     Value::Map metrics;
     for (const std::string& name : names)
     {
@@ -136,7 +105,6 @@ void MetricCurves::load(const std::filesystem::path& file)
     }
 }
 
-namespace fs = std::filesystem;
 namespace
 {
 
@@ -169,10 +137,35 @@ void add_line(const fs::path& file, const std::string& line)
 {
     const FileDescriptor fd = open_file(file, O_WRONLY | O_CREAT | O_APPEND);
     if (fd.valid())
-        (void)!uninterrupted([&] { return write(fd.get(), line.data(), line.size()); });
+        write_all(fd.get(), line);
 }
 
 }  // namespace
+
+void WorkerChannel::send(std::string_view event, Value::Map entries)
+{
+    entries.insert(entries.begin(), Value::Entry{"event", event});
+    const std::string line = to_json(Value(std::move(entries))) + "\n";
+    const std::lock_guard lock(mutex_);
+    if (send_all(child_channel, line))
+        return;
+    lost_ = lost_ || (errno != EPIPE && errno != ECONNRESET);
+    stop = true;
+}
+
+void take_stop_signals()
+{
+    struct sigaction action = {};
+    action.sa_handler = ask_to_stop;
+    action.sa_flags = SA_RESTART;
+    for (const int number : {SIGTERM, SIGINT, SIGHUP})
+        sigaction(number, &action, nullptr);
+}
+
+bool stop_requested()
+{
+    return stop;
+}
 
 WorkerContext::WorkerContext(WorkerChannel& channel, const Store& store, std::string key, std::string temporary,
                              fs::path preview_folder, int threads, std::vector<fs::path> input_files, Value place)
@@ -390,14 +383,8 @@ void WorkerContext::keep_checkpoint_share()
     if (!checkpointing_ || time == 0 || time == checkpoint_time_)
         return;
     checkpoint_time_ = time;
-    try
-    {
-        write_file(store_.checkpoint_file(key_, ".share"), fmt::format("{}\n", done_share_));
-    }
-    catch (const Error&)
-    {
-        return;  // Only an estimate.
-    }
+    // Only an estimate.
+    attempt([&] { write_file(store_.checkpoint_file(key_, ".share"), fmt::format("{}\n", done_share_)); });
 }
 
 }  // namespace fresco::host

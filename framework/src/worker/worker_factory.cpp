@@ -1,4 +1,5 @@
 #include "worker/worker_factory.h"
+#include "base/common.h"
 
 #include "plugins/plugin_search.h"
 #include <fresco/error.h>
@@ -16,10 +17,7 @@ Value sorted(const Value& value)
 {
     if (value.is_list())
     {
-        Value::List list;
-        for (const auto& entry : value.as_list())
-            list.push_back(sorted(entry));
-        return list;
+        return each<Value>(value.as_list(), sorted);
     }
     if (!value.is_map())
         return value;
@@ -82,9 +80,7 @@ void WorkerFactory::check_unchanged(const std::string& type, const PluginLibrary
     std::string& hash = hashes_[plugin.file().string()];
     if (hash.empty())
     {
-        std::vector<std::string> own;
-        for (const auto& file : plugin.own_libraries())
-            own.push_back(file_hash(file));
+        const std::vector<std::string> own = each<std::string>(plugin.own_libraries(), file_hash);
         hash = combined_library_hash(file_hash(plugin.file()), own);
     }
     if (hash != expected->at("hash").as_string())

@@ -83,9 +83,10 @@ struct FakeSlurm
 
     ProgramEnd submit(const fs::path& wave) const
     {
-        return run_program({{"bash", (wave / "submit.sh").string()},
-                            "",
-                            {{"PATH", folder.path().string() + ":" + std::getenv("PATH")}, {"QUEUE", folder.path().string()}}});
+        return run_program(
+            {.file = {},
+             .arguments = {"bash", (wave / "submit.sh").string()},
+             .environment = {{"PATH", folder.path().string() + ":" + std::getenv("PATH")}, {"QUEUE", folder.path().string()}}});
     }
     std::string jobs() const { return fresco::read_text_file(folder.path() / "jobs"); }
 
@@ -226,8 +227,8 @@ TEST_CASE("what is missing is queued in the order of its needs, as much as there
 
     // a is done, b failed in this round: what needs it is not queued.
     known.done[0] = true;
-    known.attempts[0] = {{{"7", 0}, 0, 1, 5, 1300}};
-    known.attempts[1] = {{{"7", 1}, 0, 1, 5, 1300}};
+    known.attempts[0] = {{{"7", 0}, 1, 5, 1300}};
+    known.attempts[1] = {{{"7", 1}, 1, 5, 1300}};
     const auto rest = missing_tasks(table, known, folder.path(), 1, 100);
     CHECK(numbers(rest) == Numbers{2, 3});
     CHECK(rest.blocked == 3);

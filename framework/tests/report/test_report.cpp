@@ -1,6 +1,6 @@
 #include "program.h"
 
-#include "report/page_process.h"
+#include "report/page.h"
 #include "report/sweep_summary.h"
 
 #include <sys/socket.h>

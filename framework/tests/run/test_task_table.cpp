@@ -74,8 +74,8 @@ struct Loaded
 TaskTable small_table(const Loaded& loaded)
 {
     TaskTable table = make_task_table(loaded.pipeline(), loaded.all(), loaded.each(1), {0, 2});
-    table.pipeline = {
-        loaded.pipeline().file, loaded.pipeline().texts, {{"paint.device", "cuda"}}, loaded.folder.path(), "", true};
+    table.pipeline = {loaded.pipeline().file, {{"paint.device", "cuda"}}, loaded.folder.path(), "", true,
+                      loaded.pipeline().texts};
     table.plugins["paint"] = {"/plugins/paint.so", "00"};
     return table;
 }

@@ -514,7 +514,7 @@ std::array<double, 4> UprightOption::turn(const Mesh& mesh, Vec3d target, RunCon
     }
     else
         up = named_up(*up_, mesh, run);
-    report_up(up, run);
+    run.report("up", Value::List{up.x, up.y, up.z});
     return upright_turn(up, target);
 }
 

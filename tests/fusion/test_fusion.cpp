@@ -1,8 +1,7 @@
 #include "catch.h"
 #include "recording_layouts.h"
 #include "shared_data.h"
-#include "surface_figures.h"
-#include <fresco/geometry/surface_search.h>
+#include "surface_samples.h"
 
 #include <fresco/component.h>
 #include <fresco/mesh.h>
@@ -33,26 +32,19 @@ Mesh mesh_in(const fs::path& out)
     return *Mesh::load({out / "mesh", out});
 }
 
-/// Mean distance of points on `mesh` to `reference`; where `range_m` is not 0, of those that lie within it.
+/// Mean distance of the points on `mesh` that lie within a range of `reference`.
 struct Distance
 {
     double mean_m = 0;
-    double covered = 0;  ///< The share of the points.
+    double covered = 0;  ///< Their share of all points.
 };
 
 Distance distance(const Mesh& mesh, const Mesh& reference, double range_m)
 {
-    const fresco::geometry::SurfaceSearch search(reference);
-    constexpr std::size_t samples = 50'000;
-    double sum = 0;
-    std::size_t count = 0;
-    for (const fresco::Vec3d& point : bench::surface_samples(mesh, samples, 1))
-        if (const double d = std::sqrt(search.nearest(point).squared_distance); d < range_m)
-        {
-            sum += d;
-            ++count;
-        }
-    return {sum / static_cast<double>(count), static_cast<double>(count) / samples};
+    auto distances = sampled_distances(mesh, reference);
+    const auto all = static_cast<double>(distances.size());
+    distances.erase(std::ranges::lower_bound(distances, range_m), distances.end());
+    return {mean(distances), static_cast<double>(distances.size()) / all};
 }
 
 }  // namespace

@@ -1,6 +1,5 @@
 // A whole step of the optimization: as texture.optimize runs it, and as the released code does (whole frames, the camera picture
 // encoded in every step, every texel updated), with the same loss.
-#include "bench.h"
 #include "evaluation.h"
 
 #include <fresco/testing.h>
@@ -13,13 +12,21 @@
 #include <ATen/ATen.h>
 #include <ATen/Parallel.h>
 
+#include <CLI/CLI.hpp>
+
 #include <algorithm>
 #include <array>
 #include <climits>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
+#include <ctime>
+#include <functional>
+#include <limits>
 #include <malloc.h>
 #include <set>
+#include <sys/resource.h>
+#include <sys/wait.h>
 #include <thread>
 #include <unistd.h>
 
@@ -32,11 +39,30 @@ using namespace fresco::optimize;
 
 // What a step is made of: the built plugins, VGG-19 with random weights, and a generated view.
 
+/// One of VGG-19's convolutions of 3 x 3.
+struct ConvolutionShape
+{
+    const char* name;
+    std::int64_t outputs;
+    std::int64_t inputs;
+};
+
 /// Components from the plugins of this build: type a.b is in a_b.so.
 class Components
 {
   public:
-    Components();
+    Components()
+    {
+        for (const std::string type : {"loss.gram", "loss.content", "features.vgg19", "texture.laplacian", "optimizer.adam"})
+            factory_.add(type,
+                         [type]
+                         {
+                             std::string file = type;
+                             file[file.find('.')] = '_';
+                             return fresco::testing::make_from_plugin<fresco::Component>(
+                                 std::filesystem::path(FRESCO_PLUGIN_FOLDER) / (file + ".so"), type);
+                         });
+    }
 
     /// `config` holds "type" and options. Throws fresco::Error for an unknown type or option, or another contract.
     template <class T>
@@ -51,22 +77,6 @@ class Components
   private:
     fresco::testing::TestFactory factory_;
 };
-
-/// One of VGG-19's convolutions of 3 x 3.
-struct ConvolutionShape
-{
-    const char* name;
-    std::int64_t outputs;
-    std::int64_t inputs;
-};
-
-std::shared_ptr<fresco::Component> from_plugin(const std::string& type)
-{
-    std::string file = type;
-    file[file.find('.')] = '_';
-    return fresco::testing::make_from_plugin<fresco::Component>(std::filesystem::path(FRESCO_PLUGIN_FOLDER) / (file + ".so"),
-                                                                type);
-}
 
 /// Deterministic, roughly normal.
 torch::Tensor noise(const std::vector<std::int64_t>& shape, double deviation, std::uint64_t seed)
@@ -105,12 +115,6 @@ fresco::RasterF painted(int width, int height, Color color)
             picture.at(x, y, 2) = clamped(rgb.z);
         }
     return picture;
-}
-
-Components::Components()
-{
-    for (const char* type : {"loss.gram", "loss.content", "features.vgg19", "texture.laplacian", "optimizer.adam"})
-        factory_.add(type, [type] { return from_plugin(type); });
 }
 
 constexpr std::array vgg19_shapes{
@@ -319,8 +323,37 @@ void keep_freed_memory()
 #endif
 }
 
-fresco::Value measured(const Room& room, bool reference, const Settings& settings, const std::filesystem::path& weights,
-                       Measure& measure)
+/// Of a step; the processor's time is that of all threads together.
+struct Figures
+{
+    double seconds = std::numeric_limits<double>::infinity();
+    double processor_seconds = std::numeric_limits<double>::infinity();
+    double process_mb = 0;  ///< How large the process was at most.
+    double loss = 0;        ///< Of the first step.
+};
+
+/// The smallest times of some calls.
+Figures fastest(int calls, const std::function<void()>& work)
+{
+    const auto now = [](clockid_t clock)
+    {
+        timespec time{};
+        clock_gettime(clock, &time);
+        return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+    };
+    Figures best;
+    for (int i = 0; i < calls; ++i)
+    {
+        const double begin = now(CLOCK_MONOTONIC);
+        const double processor = now(CLOCK_PROCESS_CPUTIME_ID);
+        work();
+        best.seconds = std::min(best.seconds, now(CLOCK_MONOTONIC) - begin);
+        best.processor_seconds = std::min(best.processor_seconds, now(CLOCK_PROCESS_CPUTIME_ID) - processor);
+    }
+    return best;
+}
+
+Figures measured(const Room& room, bool reference, const Settings& settings, const std::filesystem::path& weights)
 {
     if (!reference)
     {
@@ -331,59 +364,78 @@ fresco::Value measured(const Room& room, bool reference, const Settings& setting
     Evaluator evaluator(studio.losses, ValueSpace(Values::network), torch::kCPU, 0, !reference);
     // The first step of a run sorts the filters and touches memory for the first time, either way.
     const double loss = studio.step(evaluator);
-    const auto first = measure.times(1,
-                                     [&]
-                                     {
-                                         forget_camera(studio.view);
-                                         studio.step(evaluator);
-                                     });
-    const auto again = measure.times(2,
-                                     [&]
-                                     {
-                                         if (reference)
-                                             forget_camera(studio.view);
-                                         studio.step(evaluator);
-                                     });
+    const Figures first = fastest(1,
+                                  [&]
+                                  {
+                                      forget_camera(studio.view);
+                                      studio.step(evaluator);
+                                  });
+    const Figures again = fastest(2,
+                                  [&]
+                                  {
+                                      if (reference)
+                                          forget_camera(studio.view);
+                                      studio.step(evaluator);
+                                  });
     const auto mean = [&](double one, double other) { return reference ? other : (one + (repeats - 1) * other) / repeats; };
-    return fresco::Value::Map{{"seconds_per_step", mean(first.wall, again.wall)},
-                              {"processor_seconds_per_step", mean(first.processor, again.processor)},
-                              {"loss", loss}};
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return {.seconds = mean(first.seconds, again.seconds),
+            .processor_seconds = mean(first.processor_seconds, again.processor_seconds),
+            .process_mb = static_cast<double>(usage.ru_maxrss) * 1024 / 1e6,
+            .loss = loss};
 }
 
-Table step_table(const Settings& settings, const std::filesystem::path& folder)
+/// In a process of its own, so that the memory of one case does not count for the next. This one must have no other threads.
+Figures measured_alone(const Room& room, bool reference, const Settings& settings, const std::filesystem::path& weights)
 {
-    Table table("steps",
-                "a step of the paper's method at " + std::to_string(settings.size_px) +
-                    "², heights 256 to 784 px: as texture.optimize runs it (10 steps a view), and as the released code does",
-                {{"levels", "levels"},
-                 {"way", "way"},
-                 {"seconds_per_step", "s/step"},
-                 {"processor_seconds_per_step", "cpu s/step"},
-                 {"times_faster", "x faster (cpu)", 1},
-                 {"process_mb", "peak MB", 0},
-                 {"times_smaller", "x smaller", 1},
-                 {"loss_difference", "loss apart", 7}});
-    const auto weights = folder / "vgg19.safetensors";
+    std::array<int, 2> ends{};
+    if (::pipe(ends.data()) != 0)
+        throw fresco::Error("no pipe for a case");
+    const auto child = ::fork();
+    if (child == 0)
+        try
+        {
+            const Figures figures = measured(room, reference, settings, weights);
+            ::_exit(::write(ends[1], &figures, sizeof figures) == sizeof figures ? 0 : 1);
+        }
+        catch (const std::exception& error)
+        {
+            std::fprintf(stderr, "error: %s\n", error.what());
+            ::_exit(1);
+        }
+    ::close(ends[1]);
+    Figures figures;
+    const bool whole = ::read(ends[0], &figures, sizeof figures) == sizeof figures;
+    ::close(ends[0]);
+    ::waitpid(child, nullptr, 0);
+    if (!whole)
+        throw fresco::Error("a case ended without figures");
+    return figures;
+}
+
+void print_steps(const Settings& settings)
+{
+    const fresco::testing::TemporaryFolder folder;
+    const auto weights = folder.path() / "vgg19.safetensors";
     write_random_vgg19(weights);
+    std::printf(
+        "steps: a step of the paper's method at %d², heights 256 to 784 px, %d threads: as texture.optimize runs it (10 steps a "
+        "view), and as the released code does\n"
+        "  levels  way                s/step  cpu s/step  x faster (cpu)  peak MB  x smaller  loss apart\n",
+        settings.size_px, settings.threads);
     for (const auto& room : rooms)
     {
-        fresco::Value reference;
-        for (const bool is_reference : {true, false})
+        const Figures reference = measured_alone(room, true, settings, weights);
+        const Figures own = measured_alone(room, false, settings, weights);
+        for (const auto& [way, of] : {std::pair{"reference", &reference}, {"texture.optimize", &own}})
         {
-            auto row = run_case([&](Measure& measure) { return measured(room, is_reference, settings, weights, measure); });
-            row.set("levels", room.levels);
-            row.set("way", is_reference ? "reference" : "texture.optimize");
-            if (is_reference)
-                reference = row;
-            row.set("times_faster",
-                    ratio(entry(reference, "processor_seconds_per_step"), entry(row, "processor_seconds_per_step")));
-            row.set("times_smaller", ratio(entry(reference, "process_mb"), entry(row, "process_mb")));
-            if (const auto own = entry(row, "loss"), other = entry(reference, "loss"); !own.is_null() && !other.is_null())
-                row.set("loss_difference", std::abs(own.as_double() / other.as_double() - 1));
-            table.add(std::move(row));
+            std::printf("  %-6s  %-16s %8.2f %11.2f %15.1f %8.0f %10.1f %11.7f\n", room.levels, way, of->seconds,
+                        of->processor_seconds, reference.processor_seconds / of->processor_seconds, of->process_mb,
+                        reference.process_mb / of->process_mb, std::abs(of->loss / reference.loss - 1));
+            std::fflush(stdout);
         }
     }
-    return table;
 }
 
 /// libgomp reads its settings when it is loaded. Left alone its threads spin while they wait, which would count as work: a third
@@ -403,20 +455,24 @@ int main(int argc, char** argv)
 {
     bench::begin_again_without_spinning(argv);
     CLI::App app{"Times a step of the optimization on a generated view"};
-    std::string json;
     bench::Settings settings;
-    app.add_option("--json", json, "File for the same figures as JSON");
     app.add_option("--size-px", settings.size_px, "Texture size, a multiple of 8")
         ->check(CLI::Range(64, 16384))
         ->capture_default_str();
     app.add_option("--threads", settings.threads, "Threads")->check(CLI::Range(1, 1024))->capture_default_str();
-    return bench::run_program(app, argc, argv,
-                              [&]
-                              {
-                                  bench::Report report("method", fresco::Value::Map{{"threads", settings.threads}});
-                                  const fresco::testing::TemporaryFolder folder;
-                                  report.add(bench::step_table(settings, folder.path()));
-                                  if (!json.empty())
-                                      report.write(json);
-                              });
+    try
+    {
+        app.parse(argc, argv);
+        bench::print_steps(settings);
+    }
+    catch (const CLI::ParseError& error)
+    {
+        return app.exit(error) == 0 ? 0 : 2;
+    }
+    catch (const std::exception& error)
+    {
+        std::fprintf(stderr, "error: %s\n", error.what());
+        return 1;
+    }
+    return 0;
 }

@@ -16,8 +16,6 @@ import pathlib
 import subprocess
 import sys
 
-from evaluation_table import over_seeds, table
-
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 
 PIPELINE = """version: 1
@@ -121,8 +119,10 @@ def say(results):
         print(f"{mode:22}{report['seconds_per_step']:8.3f}{result['memory_mb']:9.0f}"
               + "".join(cell(reached(report, wanted), bases[name]) for name, wanted in columns.items())
               + f"   {last['style_loss']:.4g}, {last['content_loss']:.4g} after {last['step']} steps")
-    runs = {mode: [result] for mode, result in results.items()}
-    table("reprojection: " + " | ".join(runs), {mode: over_seeds(several) for mode, several in runs.items()}, runs)
+    print("\nreprojection, with the 95 % intervals that the stage gives")
+    for mode, result in results.items():
+        figures = [result["reprojection"][gap]["value"] for gap in ("short", "long")]
+        print(f"{mode:22}" + "".join(f"{figure['value']:10.4g} [{figure['low']:.4g}, {figure['high']:.4g}]" for figure in figures))
 
 
 def main():

@@ -246,14 +246,6 @@ TEST_CASE("a terminal that cannot move its cursor, and none at all, get whole li
     CHECK(contains(piped.err, "one: done in "));
 }
 
-TEST_CASE("A figure that is not a number is drawn without one")
-{
-    const auto live = make_display(DisplayKind::live);
-    live->stage_begins("mean", 1);
-    live->stage_progress("mean", 1, 2, "steps", fresco::Value::Map{{"loss", fresco::Value()}});
-    CHECK_NOTHROW(live->note("drawn"));
-}
-
 TEST_CASE("Lines are broken at blanks and go on with an indent, words stay whole")
 {
     CHECK(folded("one two three four", 9) == "one two\nthree\nfour");
@@ -265,15 +257,6 @@ TEST_CASE("Lines are broken at blanks and go on with an indent, words stay whole
     CHECK(folded("one two", without_end) == "one two");
     CHECK(folded("größer größer", 6) == "größer\ngrößer");
     CHECK(folded("", 5).empty());
-}
-
-TEST_CASE("Long names lose their middle")
-{
-    CHECK(shortened("texture", 7) == "texture");
-    CHECK(shortened("texture@waves", 7) == "tex…ves");
-    CHECK(shortened("texture@waves", 8) == "text…ves");
-    CHECK(shortened("gräßlich", 5) == "gr…ch");
-    CHECK(shortened("部屋の絵画", 7) == "部屋…画");
 }
 
 TEST_CASE("A table gives way to a narrow terminal step by step")

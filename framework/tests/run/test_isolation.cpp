@@ -11,69 +11,6 @@
 
 using namespace fresco::host;
 
-namespace
-{
-
-/// A stage that misbehaves beside one that does not, and one that needs the first.
-const char* const pipeline = R"(version: 1
-vars: {how: nothing}
-stages:
-  bad:    {type: test.misbehave, how: "${how}"}
-  after:  {type: test.add, input: {left: bad}, log: log}
-  good:   {type: test.slow, steps: 3, step_ms: 20, log: log}
-  text:   {type: test.sink, input: good, path: good.txt, log: log}
-)";
-
-}  // namespace
-
-TEST_CASE("What a stage does to its process ends that stage, by name, and nothing else", "[isolation]")
-{
-    struct Way
-    {
-        const char* how;
-        const char* told;  ///< Nothing: it does no harm.
-        const char* time = "10m";
-        const char* memory = "8G";
-    };
-    Workplace place({"good", "misbehaving"});
-    place.write("room.yaml", pipeline);
-    for (const Way& way : {Way{"segfault", "crashed: Segmentation fault (signal 11)"},
-                           {"overflow", "its stack overflowed"},
-                           {"exit_canceled", "ended with exit code 75 before the stage was done"},
-                           {"loop", "it exceeded the time limit of 0.3 s", "0.3s"},
-                           {"allocate_elsewhere", "the limit is 300 MB: raise --isolate-memory", "10m", "300M"},
-                           {"throw_int", "something other than an exception was thrown"},
-                           {"garbage", ""}})
-    {
-        INFO(way.how);
-        fs::remove_all(place.file("out"));
-        const Finished finished = place.run({"run", "room.yaml", "--json-log", "--set", std::string("how=") + way.how,
-                                             "--isolate", "bad", "--isolate-time", way.time, "--isolate-memory", way.memory});
-        auto state = outcomes(finished);
-        const bool fails = *way.told != '\0';
-        CHECK(finished.code == (fails ? 1 : 0));
-        CHECK(state["bad"] == (fails ? "failed" : "ran"));
-        CHECK(state["after"] == (fails ? "not run" : "ran"));
-        CHECK(place.read("out/good.txt") == "3.000000\n");
-        const std::string error = outcomes(finished, "error")["bad"];
-        CHECK(contains(error, way.told));
-        if (fails)
-            CHECK(contains(error, "room.yaml:4:3: error: stage bad (test.misbehave): "));
-        CHECK(fs::is_empty(place.file(".fresco/tmp")));
-    }
-    CHECK(place.run({"store", "verify"}).code == 0);
-}
-
-TEST_CASE("A stage that prints without end does not keep the host from holding it to its time", "[isolation]")
-{
-    Workplace place({"good", "misbehaving"});
-    place.write("room.yaml", pipeline);
-    const Finished finished = place.run({"run", "room.yaml", "--set", "how=print", "--isolate", "bad", "--isolate-time", "0.3s"});
-    CHECK(finished.code == 1);
-    CHECK(contains(finished.err, "raise --isolate-time, or find out where it hangs"));
-    CHECK(place.read("out/good.txt") == "3.000000\n");
-}
-
 TEST_CASE("Limits that are not reached change nothing", "[isolation]")
 {
     Workplace place;
@@ -154,24 +91,4 @@ TEST_CASE("Without words an isolated stage gets most of the machine and ten time
     made.stages[0].own_name = made.stages[1].own_name = "painted";
     CHECK(stage_limits({{"painted"}, {"quick=2G"}, {"painted=1m"}}, made, {}).at("quick").memory_mb == 2048);
     CHECK(stage_limits({{"painted"}, {}, {"painted=1m"}}, made, {}).at("long").seconds == 60);
-}
-
-TEST_CASE("Lines without end and writers without end are taken in pieces", "[isolation]")
-{
-    int pipes[2];
-    REQUIRE(pipe(pipes) == 0);
-    const fresco::FileDescriptor reading(pipes[0]);
-    fresco::FileDescriptor writing(pipes[1]);
-    fcntl(reading.get(), F_SETFL, O_NONBLOCK);
-    const std::string text = "ab\n" + std::string(10, 'x') + "yz\nlast";
-    REQUIRE(write(writing.get(), text.data(), text.size()) == static_cast<ssize_t>(text.size()));
-    fresco::LineBuffer lines(6);
-    CHECK(lines.read_from(reading.get()));
-    Words got;
-    for (std::string line; lines.next(line);)
-        got.push_back(line);
-    CHECK(got == Words{"ab", "xxxxxx", "xxxxyz"});
-    CHECK(lines.rest() == "last");
-    writing.reset();
-    CHECK_FALSE(lines.read_from(reading.get()));
 }

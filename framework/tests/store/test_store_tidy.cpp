@@ -166,26 +166,6 @@ TEST_CASE("A lock that was tidied away is made again")
     CHECK(!second.try_exclusive());
 }
 
-TEST_CASE("A process is identified by the name of its file")
-{
-    const ProcessIdentity own = this_process();
-    CHECK(own.is_on_this_machine());
-    CHECK(own.is_running());
-    for (const std::string end : {"", ".0123", "-x"})
-    {
-        const auto read = process_named_by(own.text() + end);
-        REQUIRE(read);
-        CHECK(read->text() == own.text());
-    }
-    CHECK_FALSE(process_named_by(stranger)->is_on_this_machine());
-    for (const char* name : {"", "run.0123", "0123456789ab", "0123456789ab-", "0123456789ab-1", "0123456789ab-1-",
-                             "0123456789ab-0-1", "0123456789ab-1-1x", "0123456789abc-1-1"})
-        CHECK_FALSE(process_named_by(name));
-    ProcessIdentity earlier = own;
-    ++earlier.start;
-    CHECK_FALSE(earlier.is_running());
-}
-
 TEST_CASE("A process of another machine that goes on although its lock is free here is named, and the store refused")
 {
     const TemporaryFolder folder;

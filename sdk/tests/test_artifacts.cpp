@@ -232,23 +232,6 @@ TEST_CASE("A textured mesh refers to its mesh in the store, or holds it")
                       Contains("textured_mesh.json: refers to") && Contains("expected a mesh.ply"));
 }
 
-TEST_CASE("A texture's lookup has texel centers at +0.5 and v upwards")
-{
-    fresco::RasterF texture(4, 4, 1);
-    for (int y = 0; y < 4; ++y)
-        for (int x = 0; x < 4; ++x)
-            texture.at(x, y) = static_cast<float>(x + 10 * y);
-    float value = 0;
-    fresco::sample_bilinear(texture, 0.125F, 0.875F, &value);
-    CHECK(value == 0);
-    fresco::sample_bilinear(texture, 0.25F, 0.875F, &value);
-    CHECK(value == 0.5F);
-    fresco::sample_bilinear(texture, 0.875F, 0.125F, &value);
-    CHECK(value == 33);
-    fresco::sample_bilinear(texture, 2.0F, -1.0F, &value);
-    CHECK(value == 33);
-}
-
 TEST_CASE("Textures, tables and files read back; what is missing is named")
 {
     const fresco::testing::TemporaryFolder folder;

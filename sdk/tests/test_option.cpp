@@ -53,25 +53,6 @@ TEST_CASE("An option's declaration is all that a reader of the pipeline needs")
     CHECK(options[7].at("kind").as_string() == "components");
 }
 
-TEST_CASE("The expected entries of a folder are described in words")
-{
-    struct Reader : fresco::Configurable
-    {
-        fresco::Option<fresco::InputFolder> path{this, "path", fresco::required,
-                                                 fresco::folder_with({"color", "a.txt|b.bin"}, "list"), "The scan"};
-        fresco::Option<fresco::InputFolder> results{this, "results", fresco::InputFolder{}, fresco::folder_with({"*.json"}),
-                                                    "The results"};
-    };
-    const Value description = Reader().describe();
-    const auto& options = description.at("options").as_list();
-    const auto path = fresco::OptionDeclaration::from(options.at(0));
-    CHECK(path.accepted() == "the path of an existing folder that contains color and a.txt or b.bin, unless 'list' is set");
-    CHECK(path.describe() == options[0]);
-    const auto results = fresco::OptionDeclaration::from(options.at(1));
-    CHECK(results.accepted() == "the path of an existing folder that contains *.json");
-    CHECK(results.describe() == options[1]);
-}
-
 TEST_CASE("Whole numbers are declared with the range of their type, so that it is refused before a run what a run would refuse")
 {
     struct Counter : fresco::Configurable
@@ -138,16 +119,4 @@ TEST_CASE("A slot that may be empty says so, and one that must not be names what
     palette.configure(Value::Map{}, factory);
     CHECK_FALSE(palette.spare.has_value());
     CHECK_THROWS_WITH(*palette.needed, Contains("\"needed\": no component of kind brush"));
-}
-
-TEST_CASE("Equal configurations share one component")
-{
-    Painter painter;
-    fresco::testing::TestFactory factory;
-    factory.add("brush.round", [] { return std::make_shared<Brush>(); });
-    const Value config = Value::Map{{"type", "brush.round"}, {"width_px", 5}};
-    painter.configure(Value::Map{{"more", Value::Map{{"a", config}, {"b", config}, {"c", Value::Map{{"type", "brush.round"}}}}}},
-                      factory);
-    CHECK(painter.more->at("a") == painter.more->at("b"));
-    CHECK(painter.more->at("a") != painter.more->at("c"));
 }

@@ -32,16 +32,6 @@ std::string random_word(Random& random, std::size_t longest)
 
 }  // namespace
 
-TEST_CASE("Edit distance counts single edits and swaps", "[suggest]")
-{
-    CHECK(edit_distance("", "") == 0);
-    CHECK(edit_distance("abc", "") == 3);
-    CHECK(edit_distance("abc", "abc") == 0);
-    CHECK(edit_distance("abc", "acb") == 1);
-    CHECK(edit_distance("ca", "abc") == 3);  // Optimal string alignment: a swapped pair is not edited again.
-    CHECK(edit_distance("kitten", "sitting") == 3);
-}
-
 TEST_CASE("The nearest spelling is found, and nothing far-fetched", "[suggest]")
 {
     const std::vector<std::string> names{"max_faces", "keep_borders", "method"};

@@ -24,7 +24,7 @@ void write_all(const std::filesystem::path& folder)
 {
     std::size_t count = 0;
     for (const auto& [name, map] : all_uv_maps())
-        for (const int uv_bits : {16, 18, 22})
+        for (const int uv_bits : {16, 17, 18, 22})
         {
             const std::string stem = std::to_string(count++);
             const auto bytes = fresco::pack_uv_map(map, uv_bits, name);

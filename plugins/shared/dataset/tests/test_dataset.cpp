@@ -8,7 +8,6 @@
 #include <fresco/testing.h>
 #include <fresco/value.h>
 
-#include <cmath>
 #include <functional>
 #include <limits>
 
@@ -66,38 +65,6 @@ Value& first_file(Value& root)
 }
 
 }  // namespace
-
-TEST_CASE("a manifest reads back as it was written")
-{
-    const auto manifest = small_manifest();
-    const std::string text = dataset::to_text(manifest);
-    const auto read = dataset::parse_manifest(text, "dataset.json");
-    CHECK(read.writer.empty());
-    auto named = manifest;
-    named.writer = "fresco 9.8";
-    CHECK(dataset::parse_manifest(dataset::to_text(named), "dataset.json").writer == "fresco 9.8");
-    CHECK(read.uv == dataset::UvType::uint16);
-    CHECK(read.heights_px == manifest.heights_px);
-    CHECK(read.has_style);
-    CHECK_FALSE(read.agreement);
-    named.agreement = dataset::Agreement{0.25, 0.125, 7, 11.5};
-    CHECK(dataset::parse_manifest(dataset::to_text(named), "dataset.json").agreement == named.agreement);
-    REQUIRE(read.views.size() == 1);
-    CHECK(read.views[0].color == manifest.views[0].color);
-    CHECK(read.views[0].depth == manifest.views[0].depth);
-    CHECK(read.views[0].depth_unit_m == 0.001);
-    CHECK(read.views[0].number == 8);
-    CHECK(read.views[0].valid_pixels == manifest.views[0].valid_pixels);
-    CHECK(read.files == manifest.files);
-    CHECK(dataset::to_text(read) == text);
-}
-
-TEST_CASE("names follow the view and the height")
-{
-    CHECK(dataset::map_name(12, "uv", 256) == "views/000012/uv_256.npy");
-    CHECK(dataset::picture_name(0) == "views/000000/color.npy");
-    CHECK(dataset::sensor_depth_name(1234567) == "views/1234567/sensor_depth.npy");
-}
 
 TEST_CASE("a manifest that is not as described is refused by file and entry")
 {
@@ -158,35 +125,4 @@ TEST_CASE("names that lead out of the folder, or are missing, are refused")
     CHECK_THAT(error_of([](Value& root) { first_file(root).set("bytes", -1); }), Contains("files[0].bytes"));
     CHECK_THAT(error_of([](Value& root) { root.find("files")->as_list().push_back(first_file(root)); }),
                Contains("mesh.ply appears twice"));
-}
-
-TEST_CASE("texcoords as uint16 are off by half a step of 1/65535 at most, and exact at both ends")
-{
-    RasterF uv(1000, 1, 2);
-    for (std::size_t i = 0; i < uv.values.size(); ++i)
-        uv.values[i] = static_cast<float>(i) / static_cast<float>(uv.values.size() - 1);
-    const RasterF back = dataset::restored(dataset::quantized(uv));
-    for (std::size_t i = 0; i < uv.values.size(); ++i)
-        CHECK(std::abs(back.values[i] - uv.values[i]) <= 0.5 / 65535 + 1e-7);
-    CHECK(back.values.front() == 0);
-    CHECK(back.values.back() == 1);
-    uv.values = {-1e-6F, 1 + 1e-6F};
-    CHECK(dataset::quantized(uv).values[0] == 0);
-    CHECK(dataset::quantized(uv).values[1] == 65535);
-}
-
-TEST_CASE("rasters read back from NPY, and only as what they are")
-{
-    Raster8 picture(3, 2, 3);
-    picture.at(2, 1, 2) = 9;
-    const auto npy = dataset::to_npy(picture);
-    CHECK(dataset::raster8_from(npy, 3, 2, 3, "a.npy") == picture);
-    CHECK(dataset::picture_from(npy, "a.npy") == picture);
-    CHECK_THROWS_WITH(dataset::raster8_from(npy, 2, 3, 3, "a.npy"), "a.npy: an array of 2 x 3 x 3; expected 3 x 2 x 3");
-    CHECK_THROWS_WITH(dataset::raster8_from(npy, 3, 2, 1, "a.npy"), Contains("expected 2 x 3"));
-    CHECK_THROWS_WITH(dataset::raster_f_from(npy, 3, 2, 3, "a.npy"), "a.npy: wrong array type; expected float32");
-    const RasterF depth(4, 2, 1, 1.5F);
-    CHECK(dataset::raster_f_from(dataset::to_npy(depth), 4, 2, 1, "d.npy") == depth);
-    CHECK_THROWS_WITH(dataset::picture_from(dataset::to_npy(depth), "d.npy"), Contains("d.npy: expected a picture, uint8"));
-    CHECK_THROWS_WITH(dataset::picture_from(dataset::to_npy(Raster8(0, 0)), "d.npy"), Contains("1 to 200 million pixels"));
 }

@@ -75,25 +75,3 @@ TEST_CASE("pictures of nothing are refused")
     write_file(folder.path() / "seq_01_b.png", "x");
     CHECK_THROWS_WITH(posed_pictures(twice, nullptr, folder.path(), run), Catch::Contains("two frames are named seq_01_b"));
 }
-
-TEST_CASE("a picture's camera is the color camera at its size")
-{
-    const Frames frames = three_frames();
-    CHECK(camera_of_picture(frames.frames[0], 80, 60, "p.png").intrinsics.fx == 40);
-    CHECK_THROWS_WITH(camera_of_picture(frames.frames[0], 80, 80, "p.png"), Catch::Contains("p.png: is 80x80"));
-}
-
-TEST_CASE("one mesh is shown, and it is checked")
-{
-    Mesh mesh;
-    mesh.positions = {{0, 0, 1}, {1, 0, 1}, {0, 1, 1}};
-    mesh.triangles = {{0, 2, 1}};
-    TexturedMesh textured;
-    textured.mesh = mesh;
-    CHECK(&shown_mesh(&textured, nullptr) == &textured.mesh);
-    CHECK(&shown_mesh(nullptr, &mesh) == &mesh);
-    CHECK_THROWS_WITH(shown_mesh(&textured, &mesh), Catch::Contains("wire one of the ports"));
-    CHECK_THROWS_WITH(shown_mesh(nullptr, nullptr), Catch::Contains("wire one of the ports"));
-    mesh.triangles[0][1] = 9;
-    CHECK_THROWS_WITH(shown_mesh(nullptr, &mesh), Catch::Contains("port 'mesh'"));
-}

@@ -56,12 +56,6 @@ TEST_CASE("the bootstrap is the same for the same seed and leaves out what is un
     CHECK(bootstrap_interval(5, often, usual).low == 2.0);
 }
 
-TEST_CASE("figures as values and as text")
-{
-    CHECK(to_json(figure(0.5, {0.25, std::nan("")})) == R"({"value":0.5,"low":0.25,"high":null})");
-    CHECK(figure_text(0.0123456, {0.01, std::nan("")}) == "0.01235 [0.01, undefined]");
-}
-
 TEST_CASE("Wilson's interval has its published values and contains the share")
 {
     // Newcombe, "Two-sided confidence intervals for the single proportion" (1998), table I, method 3.

@@ -199,47 +199,6 @@ TEST_CASE("a fin inside a chart goes into it with all its edges, and what is far
     CHECK(flat.projected[0] == 1);
 }
 
-TEST_CASE("a crumb does not go where another part of the chart lies already")
-{
-    // A strip that stands on the border of a square; the rest of the chart leaves no room beside that border.
-    auto mesh = shapes::grid(4, [](float, float) { return 0.0F; });
-    auto beside = shapes::grid(4, [](float, float) { return 0.0F; });
-    for (auto& p : beside.positions)
-        p = {p.x, p.y - 1.001F, 0};
-    const auto second = static_cast<std::uint32_t>(mesh.positions.size());
-    shapes::append(mesh, beside);
-    const auto wall = static_cast<std::uint32_t>(mesh.positions.size());
-    for (std::uint32_t x = 0; x <= 4; ++x)
-        mesh.positions.push_back({0.25F * static_cast<float>(x), 0, -0.2F});
-    const auto first_of_wall = static_cast<std::uint32_t>(mesh.triangles.size());
-    for (std::uint32_t x = 0; x < 4; ++x)
-    {
-        mesh.triangles.push_back({x, wall + x, x + 1});
-        mesh.triangles.push_back({x + 1, wall + x, wall + x + 1});
-    }
-    const Surface surface(mesh);
-    const auto laid = [&](bool room)
-    {
-        auto flat = seen_from_above(mesh, [&](auto f) { return f >= first_of_wall ? 1u : 0u; });
-        if (room)
-            for (std::uint32_t f = 0; f < first_of_wall; ++f)
-                for (std::size_t k = 0; k < 3; ++k)
-                    if (mesh.triangles[f][k] >= second)
-                        flat.corners[3 * std::size_t{f} + k].y -= 1;
-        return flat;
-    };
-    auto free = laid(true);
-    CHECK(join_crumbs(surface, free, 0.05, {}) == 1);
-    CHECK(open_edges(surface, free) == 0);
-    CHECK(overlap_free(free));
-    CHECK(least_share(surface, free) == Approx(1).epsilon(1e-3));  // unrolled as it is
-
-    auto crowded = laid(false);
-    join_crumbs(surface, crowded, 0.05, {});
-    CHECK(overlap_free(crowded));
-    CHECK(least_share(surface, crowded) >= 0.0);
-}
-
 TEST_CASE("a cut that a chart has stays open where a crumb joins beside it")
 {
     const auto mesh = finned_plane();

@@ -55,25 +55,6 @@ TEST_CASE("the grid finds exactly the pairs that trying all pairs finds")
     CHECK(find_overlaps(corners, kept, 1e-6).empty());
 }
 
-TEST_CASE("charts of a clean sphere: few, connected, within their cone, and injective")
-{
-    const auto mesh = shapes::sphere(40, 80);
-    const Surface surface(mesh);
-    fresco::Progress progress;
-    const auto partition = cut_into_charts(surface, usual.charts, progress);
-    const auto flat = project_charts(surface, partition, usual, progress);
-    // A cone of 70 degrees sees (1 - cos 70°)/2 = 33 % of the sphere, so four is the least there can be.
-    CHECK(flat.count >= 4);
-    CHECK(flat.count <= 12);
-    for (const auto& faces : Partition{flat.chart_of_face, std::vector<fresco::Vec3d>(flat.count)}.faces())
-        CHECK(find_overlaps(flat.corners, faces, 1e-6).empty());
-    for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
-    {
-        const auto* c = &flat.corners[3 * f];
-        CHECK(0.5 * cross(c[1] - c[0], c[2] - c[0]) > 0.17 * surface.areas[f]);  // cos 80°
-    }
-}
-
 TEST_CASE("a helix that passes over itself is cut")
 {
     // A ramp of two and a half turns: every face looks up, so one cone holds all, but the turns lie above each other.

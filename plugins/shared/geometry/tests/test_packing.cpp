@@ -13,17 +13,6 @@ using fresco::Vec2d;
 namespace
 {
 
-/// Bits from text, top row first.
-Bitmap drawn(const std::vector<std::string>& rows)
-{
-    Bitmap map(static_cast<int>(rows[0].size()), static_cast<int>(rows.size()));
-    for (int y = 0; y < map.height(); ++y)
-        for (int x = 0; x < map.width(); ++x)
-            if (rows[static_cast<std::size_t>(map.height() - 1 - y)][static_cast<std::size_t>(x)] == '#')
-                map.set(y, x, x + 1);
-    return map;
-}
-
 /// The slow obvious search.
 std::optional<Cell> find_slowly(const std::vector<std::pair<Bitmap, Cell>>& placed, int size, int gap, int margin,
                                 const Bitmap& shape)
@@ -51,21 +40,6 @@ std::optional<Cell> find_slowly(const std::vector<std::pair<Bitmap, Cell>>& plac
 }
 
 }  // namespace
-
-TEST_CASE("turning a bitmap")
-{
-    const auto l = drawn({"#..", "###"});
-    CHECK(l.get(0, 1));
-    const auto turned = l.turned(1);  // counter-clockwise: the arm that pointed up points left
-    REQUIRE(turned.width() == 2);
-    REQUIRE(turned.height() == 3);
-    CHECK(turned.get(0, 0));
-    CHECK(turned.get(1, 0));
-    CHECK(turned.get(1, 2));
-    CHECK_FALSE(turned.get(0, 2));
-    CHECK(l.turned(2).get(2, 0));
-    CHECK(l.turned(3).get(1, 2));
-}
 
 TEST_CASE("a triangle covers every cell it touches and no other")
 {

@@ -50,24 +50,6 @@ struct Recording
 
 }  // namespace
 
-TEST_CASE("views without a lens refer to their pictures", "[recordings]")
-{
-    Recording recording;
-    const auto read = recording.read();
-    fresco::testing::check_same_recording(read, recording.frames, recording.images);
-    CHECK(read.frames[1].color_picture.path == recording.views[1].color);
-    CHECK_FALSE(read.frames[1].color_picture.hash.empty());
-    CHECK(read.frames[1].sequence == "run");
-    CHECK_FALSE(fs::exists(recording.folder.path() / "out"));
-    recording.views[0].depth.clear();
-    const auto without = recording.read();
-    CHECK(without.frames[0].depth_picture.empty());
-    CHECK(without.frames[0].depth == without.frames[0].color);
-    CHECK_THROWS_WITH(fresco::load_depth(without.frames[0], &recording.images), Contains("has no depth picture"));
-    recording.views.clear();
-    CHECK(recording.read().frames.empty());
-}
-
 TEST_CASE("views with a lens get pictures of their own, the same for any thread count", "[recordings]")
 {
     Recording recording;

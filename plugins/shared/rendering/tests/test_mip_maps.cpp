@@ -9,20 +9,6 @@
 using namespace fresco;
 using namespace fresco::rendering;
 
-TEST_CASE("mip-maps keep the mean and their place")
-{
-    Raster8 picture(6, 6, 3);  // sides that halve unevenly: 6, 3, 1
-    for (int y = 0; y < 6; ++y)
-        for (int x = 0; x < 6; ++x)
-            picture.at(x, y, 0) = static_cast<std::uint8_t>(40 * x);
-    const MipMaps maps(picture, TextureFilter::trilinear);
-    CHECK(maps.sample({0.5, 0.5}, 0).x == Approx(100));
-    CHECK(maps.sample({0.5, 0.5}, 1).x == Approx(100));
-    CHECK(maps.sample({0.5, 0.5}, 0.5).x == Approx(100));
-    CHECK(maps.sample({0.1, 0.9}, 7).x == Approx(100).epsilon(1e-3));
-    CHECK(maps.sample({1.0 / 6, 0.5}, 1).x == Approx(20).epsilon(1e-3));
-}
-
 TEST_CASE("each level is the area average of the one before, whether its sides are even or not")
 {
     Random random(5);

@@ -21,51 +21,7 @@ std::unique_ptr<fresco::FaceFinder> make_finder(const fresco::Mesh& mesh)
 
 namespace
 {
-const Intrinsics square{100, 100, 50, 50, 50, 50};  // the picture spans [-1, 1], its guard [-3, 3]
-
-std::vector<std::pair<double, double>> places(const Clipped& part)
-{
-    std::vector<std::pair<double, double>> result;
-    for (std::size_t i = 0; i < part.count; ++i)
-        result.emplace_back(part.corners[i].x, part.corners[i].y);
-    return result;
-}
-}  // namespace
-
-TEST_CASE("two triangles get equal corners on their shared edge")
-{
-    const Frustum frustum(square);
-    const Vec3d a{-0.3, 0.7, -1.1};
-    const Vec3d b{0.9, 0.2, 1.7};
-    const auto one = places(clipped({a, b, {2, 3, 1}}, frustum));
-    const auto other = places(clipped({b, a, {-2, 1, 4}}, frustum));
-    int shared = 0;
-    for (const auto& place : one)
-        shared += static_cast<int>(std::count(other.begin(), other.end(), place));
-    CHECK(shared == 2);
-}
-
-TEST_CASE("sides tell what is out of sight and what must be cut")
-{
-    const Frustum frustum(square);
-    const auto sides = [&](double x, double y, double z) { return frustum.project({x, y, z}).sides; };
-    CHECK(sides(0, 0, 1) == 0);
-    CHECK(sides(-2, 0, 1) == Frustum::left);
-    CHECK(sides(2, 2, 1) == (Frustum::right | Frustum::below));
-    CHECK(sides(0, -4, 1) == (Frustum::above | Frustum::far_aside));
-    CHECK((sides(0.1, 0.1, -1) & Frustum::behind) != 0);
-    CHECK(out_of_sight(sides(-2, 0, 1), sides(-4, 1, 1), sides(-2, -9, 1)));
-    CHECK_FALSE(out_of_sight(sides(-2, 0, 1), sides(2, 0, 1), sides(0, 2, 1)));
-    CHECK_FALSE(out_of_sight(sides(-4, 0, 1), sides(4, 0, 1), sides(0, 4, 1)));
-    CHECK(needs_clipping(sides(0, 0, 1), sides(0, 0, 1), sides(0, 0, -1)));
-    CHECK_FALSE(needs_clipping(sides(0, 0, 1), sides(2, 0, 1), sides(0, -2, 1)));
-}
-
-namespace
-{
 constexpr int bits = 4;
-constexpr std::uint32_t none = 0xFFFFFFFF;
-
 struct Point
 {
     int x;
@@ -105,57 +61,7 @@ std::vector<std::uint32_t> drawn(const std::vector<Piece>& pieces, int x = 0, in
         tile.row(row, Tile::width, &faces[index(0, row)]);
     return faces;
 }
-
-/// How many of the pieces cover each pixel.
-std::vector<int> covers(const std::vector<Piece>& pieces)
-{
-    std::vector<int> count(std::size_t{Tile::width} * Tile::height);
-    for (const Piece& piece : pieces)
-    {
-        const auto faces = drawn({piece});
-        for (std::size_t i = 0; i < faces.size(); ++i)
-            count[i] += faces[i] == none ? 0 : 1;
-    }
-    return count;
-}
 }  // namespace
-
-TEST_CASE("every pixel of a triangulated sheet belongs to one piece, also those on edges and corners")
-{
-    // Corners on pixel centers, halfway and anywhere; corners move too little to fold it.
-    std::mt19937 random(3);
-    for (const int jitter : {1, 8, 16, 24})
-    {
-        std::vector<Piece> pieces;
-        constexpr int cell = 7 * 16;
-        std::vector<Point> corners;
-        for (int y = 0; y <= 4; ++y)
-            for (int x = 0; x <= 8; ++x)
-            {
-                const auto shift = [&](int at, int last)
-                { return at == 0 || at == last ? 0 : static_cast<int>(random() % 7) % 3 * jitter - jitter; };
-                const int dx = shift(x, 8);
-                corners.push_back({x * cell + dx, y * cell + shift(y, 4)});
-            }
-        const auto at = [&](int x, int y) { return corners[static_cast<std::size_t>(y * 9 + x)]; };
-        for (int y = 0; y < 4; ++y)
-            for (int x = 0; x < 8; ++x)
-                if ((x + y) % 2 == 0)
-                {
-                    pieces.push_back(piece_of(0, at(x, y), at(x + 1, y), at(x + 1, y + 1)));
-                    pieces.push_back(piece_of(0, at(x, y), at(x + 1, y + 1), at(x, y + 1)));
-                }
-                else
-                {
-                    pieces.push_back(piece_of(0, at(x + 1, y), at(x, y), at(x, y + 1)));
-                    pieces.push_back(piece_of(0, at(x, y + 1), at(x + 1, y), at(x + 1, y + 1)));
-                }
-        const auto count = covers(pieces);
-        for (int y = 1; y < 28; ++y)
-            for (int x = 1; x < 56; ++x)
-                REQUIRE(count[index(x, y)] == 1);
-    }
-}
 
 TEST_CASE("the nearest piece is seen, of equally near ones the first face, in any order of drawing")
 {
@@ -241,17 +147,6 @@ Intrinsics picture(int width, int height)
     return {width, height, 100, 100, width / 2.0, height / 2.0};
 }
 
-TileBins filled(const Mesh& mesh, const std::vector<Grid>& grids, const Intrinsics& intrinsics)
-{
-    const Frustum frustum(intrinsics);
-    const IntoCamera into_camera(RigidTransform{});
-    std::vector<Projected> projected;
-    project_all(mesh.positions, into_camera, frustum, Progress{}, projected);
-    TileBins bins;
-    bins.fill(mesh, 0, mesh.triangles.size(), projected, frustum, into_camera, grids);
-    return bins;
-}
-
 }  // namespace
 
 TEST_CASE("coordinates stay below the limit in pictures of any size")
@@ -272,20 +167,5 @@ TEST_CASE("coordinates stay below the limit in pictures of any size")
                 CHECK(std::abs(grid.y(corner)) < coordinate_limit);
             }
         CHECK(grid.x(Projected{-grid.shift_x / grid.scale_x, 0, 1, 0}) == 0);
-    }
-}
-
-TEST_CASE("corners are in one order, whatever a face begins with")
-{
-    Mesh mesh;
-    mesh.positions = {{-0.6F, -0.6F, 1}, {0.6F, -0.6F, 2}, {-0.6F, 0.6F, 3}};
-    mesh.triangles = {{0, 1, 2}, {2, 0, 1}, {1, 0, 2}};
-    const Intrinsics intrinsics = picture(64, 64);
-    const TileBins bins = filled(mesh, {Grid(intrinsics, 0)}, intrinsics);
-    REQUIRE(bins.pieces().size() == 3);
-    for (const Piece& piece : bins.pieces())
-    {
-        CHECK(std::equal(piece.x, piece.x + 3, bins.pieces()[0].x));
-        CHECK(std::equal(piece.nearness, piece.nearness + 3, bins.pieces()[0].nearness));
     }
 }

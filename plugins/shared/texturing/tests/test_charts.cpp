@@ -128,18 +128,6 @@ TEST_CASE("faces of any shape own the texels that testing every texel gives them
     CHECK(different == 0);
 }
 
-TEST_CASE("a chart smaller than a texel owns the texels it touches")
-{
-    Mesh mesh;
-    mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
-    mesh.triangles = {{0, 1, 2}};
-    mesh.texcoords = {{0.31F, 0.31F}, {0.33F, 0.31F}, {0.31F, 0.33F}};
-    testing::TestRun run;
-    const TexelFaces faces = find_texel_faces(mesh, find_charts(mesh), 10, run);
-    CHECK(std::count(faces.inside.begin(), faces.inside.end(), 1) == 1);
-    CHECK(faces.inside[63] == 1);  // texel (3, 6)
-}
-
 TEST_CASE("links cross a seam at the same surface points, in both directions")
 {
     const Mesh mesh = testing::two_chart_wall();

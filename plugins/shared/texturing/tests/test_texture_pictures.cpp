@@ -233,30 +233,6 @@ TEST_CASE("no color crosses the gutter of a smaller picture, whatever the factor
     }
 }
 
-TEST_CASE("sizes and counts as people read them")
-{
-    CHECK(grouped(7) == "7");
-    CHECK(grouped(499999) == "499 999");
-    CHECK(grouped(1234567) == "1 234 567");
-    CHECK(file_size(999) == "999 bytes");
-    CHECK(file_size(1000) == "1.0 kB");
-    CHECK(file_size(999'949) == "999.9 kB");
-    CHECK(file_size(999'950) == "1.0 MB");
-    CHECK(file_size(12'345'678) == "12.3 MB");
-    CHECK(valid_line("a.ply", 12, "3 triangles") == "a.ply: 12 bytes, 3 triangles, valid");
-    CHECK(valid_line("a.png", 12, "") == "a.png: 12 bytes, valid");
-}
-
-TEST_CASE("what cannot be exported is named")
-{
-    TexturedMesh textured = two_halves();
-    CHECK_NOTHROW(check_textured_mesh(textured, "the mesh"));
-    textured.image = Image(Raster8(32, 16, 3));
-    CHECK_THROWS_WITH(check_textured_mesh(textured, "the mesh"), Catch::Contains("the mesh has a picture of 32 x 16"));
-    textured.mesh.texcoords.clear();
-    CHECK_THROWS_WITH(check_textured_mesh(textured, "the mesh"), Catch::Contains("no texcoords"));
-}
-
 TEST_CASE("a mesh that was read again is compared to the last bit, but for faces that readers drop")
 {
     Mesh meant = two_halves().mesh;

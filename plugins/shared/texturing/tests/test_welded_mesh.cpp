@@ -18,24 +18,6 @@ Mesh wall(bool cut)
 }
 }  // namespace
 
-TEST_CASE("corners that agree in position and texcoord become one vertex")
-{
-    CHECK(weld(wall(false)).positions.size() == 6);
-    CHECK(weld(wall(true)).positions.size() == 8);
-}
-
-TEST_CASE("welding keeps every corner's position and texcoord, in order")
-{
-    const Mesh mesh = wall(true);
-    const WeldedMesh welded = weld(mesh);
-    REQUIRE(welded.indices.size() == 12);
-    for (std::size_t corner = 0; corner < 12; ++corner)
-    {
-        CHECK(welded.positions[welded.indices[corner]] == mesh.positions[mesh.triangles[corner / 3][corner % 3]]);
-        CHECK(welded.texcoords[welded.indices[corner]] == mesh.texcoords[corner]);
-    }
-}
-
 TEST_CASE("a mesh that was split along a seam is welded by position")
 {
     Mesh mesh = wall(false);

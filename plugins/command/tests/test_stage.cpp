@@ -404,17 +404,3 @@ TEST_CASE("a program that opens the terminal gets an error, and the run goes on"
     REQUIRE(terminal.shows("ended with exit code"));
     CHECK(terminal.finish() == 1);
 }
-
-TEST_CASE("what errors name cannot move the cursor")
-{
-    Workplace place(plugins);
-    place.write("room.yaml", "version: 1\nstages:\n  bad: {type: command, run: [sh, -c, 'exit 3', \"\\e[2Jname\\r\", \"{o}\"], "
-                             "outputs: {o: table}}\n");
-    const Finished piped = place.run({"run", "room.yaml"});
-    CHECK(piped.code == 1);
-    CHECK(contains(piped.err, "\\x1b[2Jname\\x0d"));
-    CHECK(piped.err.find('\x1b') == std::string::npos);
-    Terminal terminal(place, {"run", "room.yaml"}, 600, 12);
-    CHECK(terminal.finish() == 1);
-    CHECK(contains(terminal.text(), "\\x1b[2Jname\\x0d"));
-}

@@ -133,18 +133,6 @@ TEST_CASE("pixels beside a hole are left out in both pictures, as released only 
     CHECK(covisible(holed, whole, Protocol::released).size() == 19 * 19 - 1);
 }
 
-TEST_CASE("the released lookup is displaced by x / W pixels")
-{
-    const ViewSurface view = surface(camera(40, 30, 0, 0));
-    const auto matches = covisible(view, view, Protocol::released);
-    REQUIRE(matches.size() == 39 * 29);
-    for (const Match& match : matches)
-    {
-        CHECK(target_x(match) == Approx(match.x - match.x / 40.0));
-        CHECK(target_y(match) == Approx(match.y - match.y / 30.0));
-    }
-}
-
 TEST_CASE("surface behind the target's camera is not seen")
 {
     const ViewSurface source = surface(camera(20, 20, 0, 0));
@@ -173,13 +161,6 @@ TEST_CASE("the released pairs are list positions apart, backwards first")
           std::vector<FramePair>{{0, 1}, {1, 0}, {2, 1}, {3, 2}, {4, 3}, {5, 6}, {6, 5}});
     CHECK(frame_pairs(recorded, 3, Protocol::released) == std::vector<FramePair>{{0, 3}, {1, 4}, {3, 0}, {4, 1}});
     CHECK(frame_pairs(recorded, 10, Protocol::released).empty());
-}
-
-TEST_CASE("the smallest gap within a sequence")
-{
-    CHECK(smallest_gap(recorded) == 8);
-    CHECK(smallest_gap({{"a", 24}, {"b", 25}, {"a", 4}}) == 20);
-    CHECK(smallest_gap({{"a", 24}, {"b", 25}}) == 0);
 }
 
 namespace
@@ -222,24 +203,6 @@ Raster8 half_contrast(const Raster8& source)
 }
 }  // namespace
 
-TEST_CASE("identical pictures from one camera differ by nothing")
-{
-    const TexturedMesh textured = wall(noise_picture(300, 300, 1));
-    const Camera c = camera(width, height, 0, 0);
-    const Raster8 seen = render(textured, c);
-    for (const bool texture_floor : {false, true})
-    {
-        const PairFigures figures = judge(c, seen, c, seen, textured, texture_floor);
-        CHECK(figures.covisible == 1);
-        CHECK(figures.value == 0);
-        CHECK(figures.floor == 0);
-        CHECK(figures.headline == 0);
-        CHECK(figures.sharpness > 1000);
-        CHECK_FALSE(figures.flat);
-        CHECK_FALSE(figures.dropped);
-    }
-}
-
 TEST_CASE("a ramp moved by one pixel against its camera differs by its slope")
 {
     const TexturedMesh textured = wall(Raster8(8, 8, 3));
@@ -272,21 +235,6 @@ TEST_CASE("detail and sharpness of a checkerboard")
     CHECK(sharpness(board, matches) == Approx(1020.0 * 1020));
     CHECK(std::isnan(reprojection_difference(board, board, {}, Protocol::paper)));
     CHECK(std::isnan(sharpness(board, {})));
-}
-
-TEST_CASE("a flat texture scores 0 and is flagged")
-{
-    const TexturedMesh textured = wall(Raster8(8, 8, 3, 90));
-    const Camera a = camera(width, height, 0, 0);
-    const Camera b = camera(width, height, 3.3, 0);
-    for (const Protocol protocol : {Protocol::paper, Protocol::released})
-    {
-        const PairFigures flat = judge(a, render(textured, a), b, render(textured, b), textured, true, protocol);
-        CHECK(flat.value == 0);
-        CHECK(flat.flat);
-        CHECK(std::isnan(flat.headline));
-        CHECK(summary({flat, flat}, {.resamples = 2000, .seed = 1}).invalid);
-    }
 }
 
 TEST_CASE("consistent pictures stay at the floor")

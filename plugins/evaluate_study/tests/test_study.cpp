@@ -263,21 +263,6 @@ Value& first_answer(Value& value)
 
 }  // namespace
 
-TEST_CASE("a sheet is read as the page wrote it")
-{
-    const AnswerSheet read = sheet_from(fresco::to_json(sheet("Ann-1")), "ann.json", small_study());
-    CHECK(read.participant == "Ann-1");
-    CHECK_FALSE(read.complete);
-    REQUIRE(read.answers.size() == 3);
-    CHECK(read.answers[0].choice == study::Choice::left);
-    CHECK(read.answers[1].question == 1);
-    CHECK(read.answers[1].left == 2);
-    CHECK(read.answers[1].choice == study::Choice::neither);
-    CHECK(read.answers[2].right == 5);
-    CHECK(read.answers[2].choice == study::Choice::right);
-    CHECK(read.answers[2].seconds == 1.5);
-}
-
 TEST_CASE("answers that cannot be are refused by file and entry")
 {
     CHECK(error_of([](Value&) {}).empty());

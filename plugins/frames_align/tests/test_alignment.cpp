@@ -191,18 +191,3 @@ TEST_CASE("a view sees the points that face it in the open")
     CHECK(first.in_camera == points[0].position);
     CHECK(first.weight == Approx(2 / length(vec_cast<double>(points[0].position))));
 }
-
-TEST_CASE("brightness is the logarithm of the gray picture, at up to three sizes")
-{
-    Raster8 picture(480, 360, 3);
-    for (std::size_t i = 0; i < picture.values.size(); i += 3)
-        picture.values[i + 1] = 255;
-    const auto levels = brightness_levels(picture);
-    REQUIRE(levels.size() == 3);
-    CHECK(levels[0].height == 60);
-    CHECK(levels[0].width == 80);
-    CHECK(levels[2].height == 240);
-    CHECK(levels[1].at(17, 5) == Approx(std::log(0.587 + 0.03)));
-    CHECK(brightness_levels(Raster8(100, 119, 3)).size() == 1);
-    CHECK(brightness_levels(Raster8(20, 30, 3)).front().height == 30);
-}

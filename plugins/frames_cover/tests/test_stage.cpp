@@ -13,7 +13,6 @@
 
 #include <array>
 #include <cmath>
-#include <map>
 
 using namespace fresco;
 using namespace fresco::cover;
@@ -222,45 +221,4 @@ TEST_CASE("what cannot be covered is refused", "[frames.cover]")
         frame.color.world_from_camera.translation.z = 3;
     CHECK_THROWS_WITH(covering_views(wall(), away, plain(), run),
                       Catch::Contains("none of the 7 frames sees the front of the mesh on min_seen_share"));
-}
-
-TEST_CASE("a third of the kitchen's frames see 93 % of what all see, two thirds 99 %", "[frames.cover]")
-{
-    const auto kitchen = shared_data("kitchen", "frames.cover on the kitchen");
-    if (kitchen.empty())
-        return;
-    const auto plugins = fs::path(FRESCO_PLUGIN_FILE).parent_path();
-    if (!fs::exists(plugins / "image_opencv.so") || !fs::exists(plugins / "scan_seven_scenes.so"))
-    {
-        skipped("frames.cover on the kitchen: image_opencv or scan_seven_scenes is not built");
-        return;
-    }
-    const std::shared_ptr<Component> images = testing::make_from_plugin<ImageIo>(plugins / "image_opencv.so", "image.opencv");
-    const testing::TemporaryFolder out;
-    testing::TestRun run;
-    testing::run_stage(plugins / "scan_seven_scenes.so", "scan.seven_scenes", Value::Map{{"path", kitchen.string()}}, {},
-                       out.path(), run, {{"images", images}});
-    const auto frames = Frames::load({out.path() / "frames", {}});
-    // The surface in every cube of 12.5 mm is a cell: coverage of the room itself, whatever the atlas.
-    const auto mesh = Mesh::load({out.path() / "mesh", {}});
-    std::map<std::array<int, 3>, std::size_t> cubes;
-    for (const auto& triangle : mesh->triangles)
-    {
-        const Vec3f at = mesh->positions[triangle[0]] * 80.0F;
-        const auto cell = cubes
-                              .emplace(std::array{static_cast<int>(std::floor(at.x)), static_cast<int>(std::floor(at.y)),
-                                                  static_cast<int>(std::floor(at.z))},
-                                       cubes.size())
-                              .first->second;
-        const auto share = [](std::size_t place) { return (static_cast<float>(place) + 0.5F) / 1024; };
-        mesh->texcoords.insert(mesh->texcoords.end(), 3, {share(cell % 1024), share(cell / 1024)});
-    }
-    testing::run_stage(FRESCO_PLUGIN_FILE, "frames.cover", Value::Map{{"max_share", 1 / 3.0}},
-                       {{"mesh", mesh}, {"frames", frames}}, out.path(), run, {{"images", images}});
-    CHECK(run.reported.at("kept").as_int() == 41);
-    CHECK(run.reported.at("coverage").as_double() >= 0.93);
-    CHECK(run.reported.at("coverage_evenly_spread").as_double() < 0.95);
-    const auto& rows = run.reported.at("coverage_by_frames").as_list();
-    CHECK(rows.back().at("frames").as_int() == 83);
-    CHECK(rows.back().at("coverage").as_double() >= 0.99);
 }

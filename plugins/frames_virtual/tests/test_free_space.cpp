@@ -111,33 +111,3 @@ TEST_CASE("sizes that do not fit the room are refused by name", "[frames.virtual
     CHECK_THROWS_WITH(divide(1, 2.6), Catch::Contains("option \"clearance_m\" (2.6 m) is larger than the room"));
     CHECK_THROWS_WITH(divide(0.001, 0.1), Catch::Contains("option \"voxel_m\" (0.001 m) divides") && Catch::Contains("raise it"));
 }
-
-TEST_CASE("voxels know their place", "[frames.virtual]")
-{
-    const Mesh mesh = room_with_cupboard();
-    const VoxelGrid grid(mesh, {}, {.voxel_m = 1, .clearance_m = 0.1});
-    CHECK(grid.center(0) == Vec3d{0.5, 0.5, 0.25});
-    CHECK(grid.center(44) == Vec3d{4.5, 2.5, 2.25});
-    CHECK(grid.beside(0) == std::vector<std::size_t>{1, 5, 15});
-    CHECK(grid.beside(16 + 5) == std::vector<std::size_t>{20, 22, 16, 26, 6, 36});
-    CHECK(grid.around({0.2, 0.2, 0}) == std::vector<std::size_t>{0, 1, 5, 6, 15, 16, 20, 21});
-    CHECK(grid.around({2.5, 1.5, 1.2}).size() == 27);
-}
-
-TEST_CASE("directions are spread evenly", "[frames.virtual]")
-{
-    const auto all = directions(75);
-    Vec3d sum;
-    for (const Vec3d a : all)
-    {
-        CHECK(length(a) == Approx(1));
-        sum += a;
-        double nearest = 2;
-        for (const Vec3d b : all)
-            if (!(a == b))
-                nearest = std::min(nearest, length(a - b));
-        CHECK(nearest > 0.25);
-        CHECK(nearest < 0.5);
-    }
-    CHECK(length(sum) < 0.5);
-}

@@ -96,14 +96,6 @@ TEST_CASE("Moments of all and of the fine features are those of each, and so are
     CHECK(none.all.second.allclose(gram::moments(features).second));
 }
 
-TEST_CASE("Differences are relative to the target")
-{
-    const auto target = at::tensor({3.0, 4.0}, at::kDouble);
-    CHECK(gram::relative_square_difference(at::tensor({3.0, 9.0}, at::kDouble), target).item<double>() == Approx(1));
-    CHECK(gram::mean_square_difference(at::tensor({3.0, 9.0}, at::kDouble), target).item<double>() == Approx(12.5));
-    CHECK(gram::relative_square_difference(target, at::zeros({2}, at::kDouble)).item<double>() == Approx(25));
-}
-
 namespace
 {
 

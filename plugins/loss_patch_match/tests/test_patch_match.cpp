@@ -18,7 +18,6 @@
 
 using fresco::testing::random_tensor;
 namespace pm = patch_match;
-using fresco::Vec3d;
 
 TEST_CASE("Patches are rows in the order channel, y, x")
 {
@@ -29,17 +28,6 @@ TEST_CASE("Patches are rows in the order channel, y, x")
     CHECK(at::equal(rows[6], picture.narrow(1, 2, 7).narrow(2, 4, 7).flatten()));
     // Not 6, where it would not fit, but the picture's end is covered.
     CHECK(at::equal(rows[7], picture.narrow(1, 2, 7).narrow(2, 5, 7).flatten()));
-}
-
-TEST_CASE("Halving takes means, and masks only whole cells")
-{
-    const auto picture = at::arange(15, at::kFloat).reshape({1, 3, 5});
-    CHECK(at::equal(pm::halved(picture), at::tensor({3.0F, 5.0F}).reshape({1, 1, 2})));
-    auto mask = at::ones({3, 5}, at::kBool);
-    mask[1][3] = false;
-    CHECK(at::equal(pm::halved_mask(mask), at::tensor({1, 0}).to(at::kBool).reshape({1, 2})));
-    CHECK(pm::halved(at::zeros({3, 1, 8})).numel() == 0);
-    CHECK(pm::halved_mask(at::ones({1, 8}, at::kBool)).numel() == 0);
 }
 
 TEST_CASE("Style patches: every pixel's, or a coarser grid's, with principal directions")
@@ -100,24 +88,6 @@ TEST_CASE("A patch that equals its style patch has a finite gradient; none takin
     CHECK(value.item<double>() == Approx(std::pow(1e-4, 0.4)));
     CHECK(at::equal(variable.grad(), at::zeros_like(picture)));
     CHECK_FALSE(pm::robust_distance(picture, grid, at::full({1}, -1, at::kInt), picture.reshape({1, 147}), 1, 0.8, 1).defined());
-}
-
-TEST_CASE("recolored applies the map pixel by pixel and clamps")
-{
-    const auto picture = at::arange(60, at::kDouble).reshape({3, 4, 5}) / 60;
-    const fresco::ColorMap map{fresco::Mat3{{2, 0, 0, 0, 1, 0.5, 0, 0.25, 1}}, {-0.5, 0.1, 0}};
-    const auto result = patch_match::recolored(picture, map);
-    REQUIRE(result.sizes() == picture.sizes());
-    const auto in = picture.accessor<double, 3>();
-    const auto out = result.accessor<double, 3>();
-    for (int y = 0; y < 4; ++y)
-        for (int x = 0; x < 5; ++x)
-        {
-            const auto expected = map(Vec3d{in[0][y][x], in[1][y][x], in[2][y][x]});
-            CHECK(out[0][y][x] == Approx(std::clamp(expected.x, 0.0, 1.0)).margin(1e-12));
-            CHECK(out[1][y][x] == Approx(std::clamp(expected.y, 0.0, 1.0)).margin(1e-12));
-            CHECK(out[2][y][x] == Approx(std::clamp(expected.z, 0.0, 1.0)).margin(1e-12));
-        }
 }
 
 namespace

@@ -26,16 +26,6 @@ Camera camera()
     return camera;
 }
 
-/// The depth picture of normal · p = offset.
-RasterF plane_depth(Vec3d normal, double offset)
-{
-    RasterF depth(width, height);
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x)
-            depth.at(x, y) = static_cast<float>(offset / dot(normal, camera().ray(x + 0.5, y + 0.5)));
-    return depth;
-}
-
 std::size_t believed(const fuse::DepthView& view)
 {
     std::size_t count = 0;
@@ -45,26 +35,6 @@ std::size_t believed(const fuse::DepthView& view)
 }
 
 }  // namespace
-
-TEST_CASE("each pixel of a plane finds that plane, and counts by angle and distance")
-{
-    const Vec3d normal = normalized(Vec3d{0.4, -0.3, -1});
-    const RasterF depth = plane_depth(normal, -1.7);
-    const fuse::DepthView view = fuse::depth_view(depth, camera(), 5);
-    CHECK(believed(view) == static_cast<std::size_t>((width - 2) * (height - 2)));
-    for (int y = 1; y + 1 < height; ++y)
-        for (int x = 1; x + 1 < width; ++x)
-        {
-            const fuse::PixelPlane& plane = view.planes.at(x, y);
-            CHECK(length(vec_cast<double>(plane.normal) - normal) < 1e-3);
-            const Vec3d ray = camera().ray(x + 0.5, y + 0.5);
-            const double z = double{depth.at(x, y)};
-            CHECK(std::abs(plane.distance(vec_cast<float>(ray * z))) < 1e-5F);
-            // A decimeter before it, along the normal.
-            CHECK(plane.distance(vec_cast<float>(ray * z + normal * 0.1)) == Approx(0.1).margin(1e-5));
-            CHECK(double{plane.weight} == Approx(-dot(normal, normalized(ray)) / (z * z)).epsilon(0.01));
-        }
-}
 
 TEST_CASE("invalid depth, or depth too far or at the border, is ignored")
 {
@@ -112,16 +82,6 @@ TEST_CASE("pixels beside a depth edge or a wide hole are not believed, those bes
     // An edge changes no plane beside it.
     for (const int x : {27, 28, 31, 32})
         CHECK(view.planes.at(x, 20).normal.z < -0.9999F);
-}
-
-TEST_CASE("perforated depth makes a whole surface")
-{
-    RasterF depth(width, height, 1, 2);
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x)
-            if (x % 4 == 1 || y % 5 == 2)
-                depth.at(x, y) = 0;
-    CHECK(believed(fuse::depth_view(depth, camera(), 5)) > static_cast<std::size_t>(4 * (width - 2) * (height - 2) / 5));
 }
 
 namespace

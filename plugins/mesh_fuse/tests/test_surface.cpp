@@ -111,23 +111,6 @@ TEST_CASE("nothing is made where something was not measured")
     CHECK(surface_of(filled(1, [](Vec3d) { return 1.0; })).triangles.empty());
 }
 
-TEST_CASE("no triangle of a cube's case lies in one of its faces")
-{
-    for (const fuse::CubeCase& cube : fuse::cube_cases())
-        for (int i = 0; i < cube.count; ++i)
-            for (int axis = 0; axis < 3; ++axis)
-                for (int side = 0; side < 2; ++side)
-                {
-                    int in_face = 0;
-                    for (const std::uint8_t edge : cube.triangles[static_cast<std::size_t>(i)])
-                    {
-                        const fuse::CubeEdge& e = fuse::cube_edges()[edge];
-                        in_face += e.axis != axis && (e.corner >> axis & 1) == side ? 1 : 0;
-                    }
-                    CHECK(in_face < 3);
-                }
-}
-
 TEST_CASE("small components are removed, whatever their number of faces")
 {
     const auto two = [](Vec3d p) { return std::min(length(p - Vec3d{-0.2, 0, 0}) - 0.3, length(p - Vec3d{0.5, 0.1, 0}) - 0.12); };

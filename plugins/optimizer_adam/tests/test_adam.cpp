@@ -15,68 +15,6 @@
 using namespace fresco;
 using namespace fresco::adam;
 
-namespace
-{
-
-constexpr Constants usual{.beta1 = 0.9, .beta2 = 0.999, .epsilon = 1e-8};
-
-struct Memory
-{
-    explicit Memory(std::size_t n) : texels(n), values(3 * n, 0.25F), first(3 * n), second(3 * n), steps(n) {}
-    std::size_t texels;
-    std::vector<float> values, first, second;
-    std::vector<std::int32_t> steps;
-    Block block() { return {values.data(), first.data(), second.data(), steps.data(), texels}; }
-    bool operator==(const Memory&) const = default;
-};
-
-struct Step
-{
-    std::vector<std::int64_t> texels;
-    std::vector<float> values;
-    Gradient gradient() const { return {texels, values.data()}; }
-};
-
-}  // namespace
-
-TEST_CASE("runs of texels that nothing has moved are left out, with the same bytes")
-{
-    const std::size_t texels = 40 * texels_per_run + 17;
-    for (const double pull : {0.0, 0.3})
-    {
-        Memory all(texels);
-        std::fill(all.values.begin(), all.values.end(), 0.0F);
-        // The regularizer moves what does not begin with zero; a moment moves on.
-        all.values[3 * 5 * texels_per_run] = 0.5F;
-        all.first[3 * 9 * texels_per_run + 2] = 0.1F;
-        all.second[3 * 12 * texels_per_run + 1] = 0.1F;
-        Memory some = all;
-        std::vector<std::uint8_t> moved(run_count(texels), 7);
-        auto block = some.block();
-        block.moved = moved.data();
-        mark_moved(block, 2);
-        CHECK(std::count(moved.begin(), moved.end(), std::uint8_t{1}) == 3);
-        CHECK(std::count(moved.begin(), moved.end(), std::uint8_t{0}) == std::ssize(moved) - 3);
-        // The second step's runs are others than the first one's; the last run is a short one.
-        for (std::int64_t t = 1; t <= 12; ++t)
-        {
-            Step step;
-            const auto run = static_cast<std::int64_t>(texels_per_run);
-            for (const std::int64_t texel : {t % 2 * run + 3, 20 * run - 1, 20 * run, static_cast<std::int64_t>(texels) - 1})
-                for (int c = -1; c < 3; ++c)
-                    if (c < 0)
-                        step.texels.push_back(texel);
-                    else
-                        step.values.push_back(static_cast<float>(t + c) - 4.5F);
-            step_dense(all.block(), step.gradient(), t, 0.02, pull, usual, 1);
-            step_dense(block, step.gradient(), t, 0.02, pull, usual, 3);
-        }
-        CHECK(some == all);
-        CHECK(std::count(moved.begin(), moved.end(), std::uint8_t{1}) == 8);
-        CHECK((moved[0] == 1 && moved[1] == 1 && moved[19] == 1 && moved[20] == 1 && moved.back() == 1));
-    }
-}
-
 TEST_CASE("Adam on another device steps as on the processor")
 {
     constexpr std::int64_t texels = 40;

@@ -121,16 +121,6 @@ TEST_CASE("labels of a model: its materials' names")
     CHECK_THROWS_WITH(surface_from_materials(model), Catch::Contains("no material of the model on port 'model' has a name"));
 }
 
-TEST_CASE("NYU40 has forty names")
-{
-    CHECK(nyu40_name(1) == "wall");
-    CHECK(nyu40_name(2) == "floor");
-    CHECK(nyu40_name(22) == "ceiling");
-    CHECK(nyu40_name(40) == "otherprop");
-    CHECK(!nyu40_name(0));
-    CHECK(!nyu40_name(41));
-}
-
 namespace
 {
 

@@ -73,14 +73,6 @@ TEST_CASE("mask folder: pictures that are not of one frame are refused")
     CHECK_THAT(problem_of({"frame-000001.png"}), Catch::Contains("no masks; expected pictures in a folder for each region"));
 }
 
-TEST_CASE("votes: a pixel is in the mask where it is bright in the mean")
-{
-    Raster8 mask(2, 1, 3);
-    mask.values = {255, 255, 0, 255, 0, 0};
-    CHECK(is_in_mask(mask, 0, 0));
-    CHECK(!is_in_mask(mask, 1, 0));
-}
-
 TEST_CASE("votes: the winner is what counting pixel by pixel says")
 {
     Random random(2);

@@ -140,30 +140,6 @@ TEST_CASE("room parts: equal for a mesh cut along seams")
     CHECK(find_room_parts(cut, thickness_m, run).of_face == find_room_parts(room.mesh, thickness_m, run).of_face);
 }
 
-TEST_CASE("room parts: the share of a piece that rises lower than what is behind it")
-{
-    KnownRoom room;
-    // A wall of 4 m that faces -y, and three pieces before it: 1 m wide and lower, 1 m wide and as high, 1 m wide and far away.
-    room.sheet(RoomPart::walls, {0, 3, 0}, {4, 0, 0}, {0, 0, 2.5F});
-    room.sheet(RoomPart::furniture, {0, 2.5F, 0}, {1, 0, 0}, {0, 0, 1.9F});
-    room.sheet(RoomPart::furniture, {1.5F, 2.5F, 0}, {1, 0, 0}, {0, 0, 2.5F});
-    room.sheet(RoomPart::furniture, {3, 1.5F, 0}, {1, 0, 0}, {0, 0, 1.9F});
-    const geometry::Surface surface(room.mesh);
-    const auto segments = plane_segments(surface, surface.normals, {}, Progress{});
-    REQUIRE(segments.size() == 4);
-    std::vector<WallColumns> all;
-    for (const PlaneSegment& segment : segments)
-        all.push_back(wall_columns(surface, segment));
-    std::map<double, double> share_at;
-    for (const WallColumns& columns : all)
-        share_at[std::round(10 * (columns.segment->middle.x + columns.segment->middle.y)) / 10] = overtopped_share(columns, all);
-    CHECK(share_at.at(5.0) == 0);
-    CHECK(share_at.at(3.0) == 1);
-    CHECK(share_at.at(4.5) == 0);
-    for (const WallColumns& columns : all)
-        CHECK(columns.width() == Approx(columns.segment->area / (columns.high - columns.low + 0.05)).margin(0.2));
-}
-
 TEST_CASE("height grid: the nearest cell, and of equally near ones the nearest height")
 {
     Random random(5);
@@ -204,22 +180,4 @@ TEST_CASE("height grid: the nearest cell, and of equally near ones the nearest h
         if (near)
             CHECK(*near == Approx(height));
     }
-}
-
-TEST_CASE("small islands take the part around them, large ones stay")
-{
-    KnownRoom room;
-    room.sheet(RoomPart::walls, {}, {3, 0, 0}, {0, 0, 3});
-    const geometry::Surface surface(room.mesh);
-    const auto with_island = [&](double radius)
-    {
-        std::vector<RoomPart> parts(room.parts.size(), RoomPart::walls);
-        for (std::size_t f = 0; f < parts.size(); ++f)
-            if (length(face_middle(room.mesh, f) - Vec3d{1.5, 0, 1.5}) < radius)
-                parts[f] = RoomPart::furniture;
-        absorb_small_islands(surface, parts);
-        return std::ranges::count(parts, RoomPart::furniture);
-    };
-    CHECK(with_island(0.07) == 0);
-    CHECK(with_island(0.3) > 100);
 }

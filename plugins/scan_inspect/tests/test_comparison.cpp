@@ -30,47 +30,6 @@ Camera camera(int width, int height)
 
 }  // namespace
 
-TEST_CASE("poses are corrected as their assumption has it", "[scan.inspect]")
-{
-    // True: at (1, 2, 3), looking along the world's x; the columns are right, down, forward.
-    RigidTransform world_from_camera;
-    world_from_camera.rotation.m = {0, 0, 1, -1, 0, 0, 0, -1, 0};
-    world_from_camera.translation = {1, 2, 3};
-    RigidTransform recorded = world_from_camera;
-    for (const int row : {0, 1, 2})
-        for (const int column : {1, 2})
-            recorded.rotation(row, column) = -recorded.rotation(row, column);
-    recorded.translation = {1000, 2000, 3000};
-    const auto alone = [](const RigidTransform& pose) { return PoseTrack{{pose}, 0}; };
-    const Mat3 opengl = axis_rotations()[1];
-    CHECK(axis_names(opengl) == "+x -y -z");
-    Assumption a;
-    CHECK(a.pose(alone(recorded)) == recorded);
-    a.pose_scale = 0.001;
-    a.camera_turn = opengl;
-    CHECK(a.pose(alone(recorded)) == world_from_camera);
-    a = {};
-    a.reading = Reading::inverted;
-    CHECK(length(a.pose(alone(world_from_camera)).point({1, 2, 3})) == 0);
-    // The world's y is the mesh's z; then the mesh is moved up.
-    a = {};
-    a.world_turn.m = {1, 0, 0, 0, 0, -1, 0, 1, 0};
-    a.move.translation = {0, 0, 0.5};
-    CHECK(axis_names(a.world_turn) == "+x +z -y");
-    CHECK(a.pose(alone(world_from_camera)).translation == Vec3d{1, -3, 2.5});
-
-    const auto& all = axis_rotations();
-    REQUIRE(all.size() == 24);
-    CHECK(all.front() == Mat3{});
-    for (std::size_t i = 0; i < all.size(); ++i)
-    {
-        CHECK(determinant(all[i]) == 1);
-        CHECK(std::count(all.begin(), all.end(), all[i]) == 1);
-    }
-    CHECK(usual_scale(0.26) == 0.25);
-    CHECK(usual_scale(0.6) == 0.6);
-}
-
 TEST_CASE("quaternions are put into the other order", "[scan.inspect]")
 {
     // w x y z = 0.8 0.6 0 0, read as x y z w: w = 0, x = 0.8, y = 0.6, half a turn about (0.8, 0.6, 0).
@@ -198,27 +157,6 @@ TEST_CASE("without a mesh, points of one view are looked up in the others of its
     REQUIRE(a.size() == b.size());
     for (std::size_t i = 0; i < a.size(); ++i)
         CHECK(b[i] / 10 == Approx(a[i]).margin(1e-4));
-}
-
-TEST_CASE("depth pictures are read as their assumption has it", "[scan.inspect]")
-{
-    const DepthView view{{{RigidTransform{}}, 0}, {8, 4, 4, 4, 4, 2}, {16, 8, 16, 16, 8, 4}, {{}, {0.5, 0, 0}}, {}};
-    const DepthSample sample{7, 2, 2};
-    CHECK(measured_ray(view, sample, {}).direction == Vec3d{0.75, 0, 1});
-    Assumption a;
-    a.along_ray = true;
-    CHECK(measured_ray(view, sample, a).depth == Approx(2 / 1.25));
-    a = {};
-    a.upside_down = true;
-    CHECK(measured_ray(view, sample, a).direction == Vec3d{-0.75, 0, 1});
-    a = {};
-    a.size_scale = 0.5;
-    CHECK(measured_ray(view, sample, a).direction == Vec3d{2.5, 0.5, 1});
-    a = {};
-    a.by_color_camera = true;
-    CHECK(measured_ray(view, sample, a).direction == Vec3d{0.375, 0, 1});
-    CHECK(depth_pose(view, a).translation.x == 0.5);
-    CHECK_FALSE(one_camera(view));
 }
 
 TEST_CASE("a mistake is found only if it explains most, clearly better, in enough frames", "[scan.inspect]")

@@ -37,30 +37,6 @@ struct Files
 
 }  // namespace
 
-TEST_CASE("an OBJ and a PLY of six pictures give six materials", "[scan.mesh]")
-{
-    const Files files;
-    for (const auto& file : {write_obj_box(files.folder.path()), write_ply_box(files.folder.path())})
-    {
-        const FileModel box = read_file_model(file, true);
-        CHECK(box.mesh.triangles.size() == 12);
-        REQUIRE(box.materials.size() == 6);
-        REQUIRE(box.pictures.size() == 6);
-        CHECK(box.warnings.empty());
-        for (std::size_t side = 0; side < 6; ++side)
-        {
-            const auto& material = box.materials[box.material_of_face[2 * side]];
-            CHECK(material.color == Vec3f{1, 1, 1});
-            CHECK(material.wrap_u == Wrap::repeat);
-            CHECK(box.pictures[static_cast<std::size_t>(material.picture)].file ==
-                  files.folder.path() / ("side " + std::to_string(side) + ".png"));
-        }
-        const FileModel shape = read_file_model(file, false);
-        CHECK(shape.pictures.empty());
-        CHECK(shape.mesh.triangles == box.mesh.triangles);
-    }
-}
-
 TEST_CASE("MTL: colors, pictures and the options of map_Kd", "[scan.mesh]")
 {
     const auto materials = scan_mesh::parse_mtl("# made\r\nnewmtl the wall\r\nKa 0 0 0\r\nKd 0.5 0.25 1\r\n\nnewmtl b\n\tKd 0.5\n"

@@ -11,7 +11,6 @@
 #include <array>
 #include <cmath>
 
-using room::pi;
 using room::Ray;
 using room::Shape;
 using room::Solid;
@@ -48,66 +47,6 @@ Vec3f random_direction(std::uint32_t seed)
 }
 
 }  // namespace
-
-TEST_CASE("rays meet bodies where they must", "[room]")
-{
-    const auto box = solid(Shape::box, {1, 2, 3}, {0.5f, 1, 1});
-    CHECK(intersect(box, {{-1, 2, 3}, {1, 0, 0}}, 100).t == Approx(1.5));
-    CHECK(intersect(box, {{-1, 2, 3}, {1, 0, 0}}, 100).face == 0);
-    CHECK(intersect(box, {{-1, 2, 3}, {1, 0, 0}}, 1.4f).face == -1);
-    CHECK(intersect(box, {{-1, 4, 3}, {1, 0, 0}}, 100).face == -1);
-    CHECK(intersect(box, {{1, 2, 9}, {0, 0, -2}}, 100).t == Approx(2.5));
-
-    // A cone from radius 1 at z = 0 to radius 0.5 at z = 2: at z = 1 its radius is 0.75.
-    const auto cone = solid(Shape::frustum, {0, 0, 1}, {1, 0.5f, 1});
-    CHECK(intersect(cone, {{3, 0, 1}, {-1, 0, 0}}, 100).t == Approx(2.25));
-    CHECK(intersect(cone, {{0.2f, 0, 5}, {0, 0, -1}}, 100).t == Approx(3));
-    CHECK(intersect(cone, {{0.2f, 0, 5}, {0, 0, -1}}, 100).face == 2);
-    CHECK(intersect(cone, {{0.75f, 0, 5}, {0, 0, -1}}, 100).t == Approx(4));
-
-    const auto ball = solid(Shape::ellipsoid, {0, 0, 0}, {1, 2, 3});
-    CHECK(intersect(ball, {{0, 5, 0}, {0, -1, 0}}, 100).t == Approx(3));
-    CHECK(intersect(ball, {{0, 0, 0}, {0, 0, 1}}, 100).t == Approx(3));
-}
-
-TEST_CASE("signed distances of bodies", "[room]")
-{
-    const auto box = solid(Shape::box, {0, 0, 0}, {1, 1, 1});
-    CHECK(signed_distance(box, {3, 0, 0}) == Approx(2));
-    CHECK(signed_distance(box, {4, 5, 0}) == Approx(5));
-    CHECK(signed_distance(box, {0.9f, 0, 0}) == Approx(-0.1));
-    auto hollow = box;
-    hollow.hollow = true;
-    CHECK(signed_distance(hollow, {0.9f, 0, 0}) == Approx(0.1));
-    const auto cylinder = solid(Shape::frustum, {0, 0, 0}, {1, 1, 2});
-    CHECK(signed_distance(cylinder, {3, 0, 0}) == Approx(2));
-    CHECK(signed_distance(cylinder, {4, 0, 6}) == Approx(5));
-    CHECK(signed_distance(cylinder, {0, 0.5f, 0}) == Approx(-0.5));
-}
-
-TEST_CASE("a face's coordinates lead back to the point", "[room]")
-{
-    std::vector<Solid> solids{solid(Shape::box, {1, 2, 3}, {0.5f, 0.7f, 0.9f}),
-                              solid(Shape::frustum, {1, 2, 3}, {0.5f, 0.3f, 0.9f}),
-                              solid(Shape::ellipsoid, {1, 2, 3}, {0.5f, 0.5f, 0.2f})};
-    for (auto& s : solids)
-        s.axes = {Vec3f{0.8f, 0.6f, 0}, Vec3f{-0.6f, 0.8f, 0}, Vec3f{0, 0, 1}};
-    for (const auto& s : solids)
-        for (int face = 0; face < s.face_count(); ++face)
-        {
-            const auto extent = face_extent(s, face);
-            const room::Vec2f at{0.4f * extent.x, 0.6f * extent.y};
-            const auto point = face_point(s, face, at);
-            CHECK(std::abs(signed_distance(s, point.position)) < 1e-5f);
-            CHECK(length(point.normal) == Approx(1).epsilon(1e-4));
-            CHECK(signed_distance(s, point.position + point.normal * 0.01f) > 0.005f);
-            const auto back = face_coordinates(s, face, point.position);
-            CHECK(back.x == Approx(at.x).epsilon(1e-3));
-            CHECK(back.y == Approx(at.y).epsilon(1e-3));
-            CHECK(nearest_face(s, point.position + point.normal * 0.001f) == face);
-        }
-    CHECK(face_extent(solids[1], 0).x == Approx(2 * pi * 0.5));
-}
 
 TEST_CASE("the tree of boxes finds what asking every solid finds", "[room]")
 {
@@ -201,21 +140,6 @@ TEST_CASE("the two cameras differ and the path keeps clear of the furniture", "[
                 CHECK(pose.rotation(2, 1) < -0.3);  // The camera's y axis looks down.
             }
         }
-}
-
-TEST_CASE("a view of six meters exists in a long room", "[room]")
-{
-    const auto scene = room::furnish({7.5f, 3.6f, 2.6f}, 1);
-    const room::Caster caster(scene);
-    const auto recorder = room::make_recorder(64, 48, 64, 48);
-    float farthest = 0;
-    for (const auto& pose : room::camera_path(scene, 24, 1))
-    {
-        const auto depth = render_depth(caster, {recorder.depth, pose});
-        farthest = std::max(farthest, *std::max_element(depth.values.begin(), depth.values.end()));
-    }
-    CHECK(farthest > 6);
-    CHECK(farthest < 8.6f);
 }
 
 TEST_CASE("the sensor loses the near, the far and shadows of edges, and is exact without noise", "[room]")

@@ -188,19 +188,6 @@ constexpr BlendRules reject{true};
 
 }  // namespace
 
-TEST_CASE("samples are kept in eight bytes")
-{
-    static_assert(sizeof(KeptSample) == 8);
-    CHECK(KeptSample().empty());
-    const KeptSample kept(0.3F, {0.25F, 1.5F, 3.0F});
-    CHECK(kept.weight() <= 0.3F);
-    CHECK(kept.weight() == Approx(0.3).epsilon(1 / 128.0));
-    CHECK(kept.rgb()[0] == Approx(0.25).margin(2e-5));
-    CHECK(kept.rgb()[1] == Approx(1.5).margin(2e-5));
-    CHECK(kept.rgb()[2] == Approx(2).margin(1e-4));
-    CHECK(KeptSample(1e-4F, {}).heavier_than(KeptSample(0.9e-4F, {})));
-}
-
 TEST_CASE("colors are weighted means, from which the last of all places is taken off")
 {
     const std::vector<KeptSample> two{sample(0.75F, 0.2F), sample(0.25F, 0.6F), {}};
@@ -214,19 +201,6 @@ TEST_CASE("colors are weighted means, from which the last of all places is taken
     CHECK(blended(equal, keep_all).rgb[0] == Approx(0.5).margin(1e-4));
     const std::vector<KeptSample> bright{sample(1, 1.6F), {}};
     CHECK(blended(bright, keep_all).rgb[2] == 1);
-}
-
-TEST_CASE("a color fades in as its view becomes one of the best")
-{
-    float before = 0.2F;
-    for (float weight = 0.26F; weight < 1; weight += 0.02F)
-    {
-        const std::vector<KeptSample> samples{sample(1, 0.2F), sample(weight, 0.3F), sample(0.25F, 0.9F)};
-        const float value = blended(samples, keep_all).rgb[0];
-        CHECK(value > before);
-        CHECK(value < before + 0.02F);
-        before = value;
-    }
 }
 
 TEST_CASE("what disagrees with most of the weight does not count")

@@ -243,26 +243,6 @@ TEST_CASE("gathering agrees with asking every triangle for every texel")
     }
 }
 
-TEST_CASE("blocks hold their rows, and without splats only the texels between pixels")
-{
-    const UvMap map = flat_map(10, 10, 1, 0.05F);  // 0.1 to 0.55 along u: texels 2 to 10.5 of 20
-    const PixelLinks links(map, flat_camera(10, 10));
-    const RasterF weight(10, 10, 1, 1.0F);
-    const PicturePyramid picture(testing::noise_picture(10, 10, 1));
-    const auto blocks = gather(map, links, weight, picture, {20, 4, true});
-    REQUIRE(blocks.size() == 5);
-    std::size_t count = 0;
-    for (std::size_t block = 0; block < blocks.size(); ++block)
-        for (const auto& sample : blocks[block])
-        {
-            ++count;
-            CHECK(sample.texel / 20 / 4 == block);
-            CHECK(sample.weight == Approx(1));
-        }
-    CHECK(count == 9 * 9);
-    CHECK(by_texel(gather(map, links, weight, picture, {20, 4, false})).size() == 11 * 11);
-}
-
 namespace
 {
 

@@ -177,15 +177,3 @@ TEST_CASE("pictures of a folder take the place of the cameras'")
     write_file(styled / "walk_frame-3.jpg", testing::RawImages().encode_jpeg(Raster8(160, 120, 3, 9), 90));
     CHECK(made(recording, options, run)->layers[0].at(16, 16, 0) > 0.1F);
 }
-
-TEST_CASE("pictures fit a camera if a side is what the other calls for")
-{
-    const Intrinsics camera{1296, 968, 1, 1, 1, 1};
-    CHECK(fits_camera(1296, 968, camera));
-    CHECK(fits_camera(343, 256, camera));
-    CHECK(fits_camera(342, 256, camera));
-    CHECK(fits_camera(341, 256, camera) == false);
-    CHECK(fits_camera(648, 484, camera));
-    CHECK_FALSE(fits_camera(640, 360, camera));
-    CHECK_FALSE(fits_camera(968, 1296, camera));
-}

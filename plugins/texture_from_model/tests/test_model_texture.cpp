@@ -67,18 +67,6 @@ TEST_CASE("pictures are wrapped as their material says", "[texture.from_model]")
     CHECK(gray(picture, 1, 0.25, Wrap::clamp) == Approx(40));
 }
 
-TEST_CASE("halving averages light, and keeps the last row and column of an odd picture", "[texture.from_model]")
-{
-    const Raster8 checker = testing::checkerboard(4, 4, 1, 255, 0);
-    CHECK(halved(checker) == Raster8(2, 2, 3, 188));
-    Raster8 row(5, 1, 3, 0);
-    for (int c = 0; c < 3; ++c)
-        row.at(4, 0, c) = 255;
-    const Raster8 small = halved(row);
-    CHECK((small.width == 2 && small.height == 1));
-    CHECK(small.at(1, 0) == texturing::from_linear(1.0 / 3));
-}
-
 TEST_CASE("a model's color is the product of its material, picture and vertices", "[texture.from_model]")
 {
     Mesh mesh = testing::box();

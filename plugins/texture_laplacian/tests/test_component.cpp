@@ -52,22 +52,6 @@ TEST_CASE("set_picture and render give the picture back")
     }
 }
 
-TEST_CASE("coarse layers carry a smooth picture and the finest the residual")
-{
-    RasterF flat(16, 16, 3, 0.25F);
-    const auto layers = laplacian::laplacian_layers(flat, 3, 2);
-    REQUIRE(layers.size() == 3);
-    CHECK(layers[2].width == 4);
-    CHECK(layers[2].values == std::vector<float>(48, 0.25F));
-    CHECK(layers[0].values == std::vector<float>(768, 0.0F));
-    const auto picture = random_picture(64, 64, 3, 2);
-    CHECK((laplacian::laplacian_layers(picture, 4, 1) == laplacian::laplacian_layers(picture, 4, 3)));
-    // The mean of 2 x 2 texels is all that the coarser of two layers knows.
-    const auto two = laplacian::laplacian_layers(picture, 2, 1);
-    CHECK(two[1].at(3, 5, 1) ==
-          Approx((picture.at(6, 10, 1) + picture.at(7, 10, 1) + picture.at(6, 11, 1) + picture.at(7, 11, 1)) / 4));
-}
-
 TEST_CASE("a render is the sum of the layers' lookups, zero where invalid, and to_texture holds the layers")
 {
     const auto texture = made(Value::Map{});
@@ -128,17 +112,6 @@ TEST_CASE("the gradient agrees with finite differences")
             CHECK(dense.data_ptr<float>()[i] == Approx((above - below) / 2).margin(2e-6));
         }
     }
-}
-
-TEST_CASE("an empty uv map renders black and has no gradient")
-{
-    const auto texture = made(Value::Map{});
-    texture->allocate(16);
-    const UvMap map{RasterF(4, 3, 2), RasterF(4, 3), RasterF(4, 3), Raster8(4, 3)};
-    const auto view = texture->make_view(map);
-    CHECK(at::equal(view->render(), at::zeros({3, 3, 4})));
-    CHECK(view->gradient(at::zeros({3, 3, 4})).front().texels.numel() == 0);
-    CHECK_THROWS_AS(view->gradient(at::zeros({3, 4, 3})), std::invalid_argument);
 }
 
 TEST_CASE("sizes and lists that do not fit are refused")

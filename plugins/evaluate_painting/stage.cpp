@@ -44,8 +44,9 @@ constexpr double least_independent_places = 100;
 class EvaluatePainting final : public Stage
 {
     Input<Files> views{this, "views", optional, "Pictures to judge, as render.views makes them: RGBA, <sequence>_<frame>.png"};
-    Input<Frames> frames{this, "frames", optional,
-                         "The frames whose color cameras took the pictures; their own pictures are the reference of 'edges'"};
+    Input<Frames> frames{
+        this, "frames", optional,
+        "The frames whose color cameras took the pictures; their own pictures are the reference of 'edges' and 'legible'"};
     Input<Image> style{this, "style", optional, "The style picture of the room"};
     Input<TexturedMesh> textured_mesh{this, "textured_mesh", optional, "The painted mesh, for its seams"};
     Input<Texture> start{this, "start", optional, "The texture that the painting started from, in the same atlas, of any size"};

@@ -90,6 +90,10 @@ namespace
 
 constexpr int height_px = 256;
 constexpr double sigma_px = 3;
+constexpr int cell_px = 4;
+constexpr double around_cells = 3;
+constexpr std::size_t classes = 8;
+constexpr std::size_t least_cells = 500;
 constexpr int edge_erosion_px = 7;
 constexpr std::size_t least_pixels = 1000;
 
@@ -101,7 +105,7 @@ struct Lightness
 };
 
 /// A picture at another size: RGB is averaged over covered pixels only.
-Lightness lightness(const Raster8& picture, const Raster8& covered, int width)
+Lightness lightness(const Raster8& picture, const Raster8& covered, int width, int height)
 {
     RasterF weighted(picture.width, picture.height, 4);
     const auto channels = static_cast<std::size_t>(picture.channels);
@@ -112,8 +116,8 @@ Lightness lightness(const Raster8& picture, const Raster8& covered, int width)
                 weighted.values[4 * i + c] = static_cast<float>(picture.values[i * channels + c]) / 255;
             weighted.values[4 * i + 3] = 1;
         }
-    weighted = resized(weighted, width, height_px);
-    Lightness result{RasterF(width, height_px), channel(weighted, 3)};
+    weighted = resized(weighted, width, height);
+    Lightness result{RasterF(width, height), channel(weighted, 3)};
     for (std::size_t i = 0; i < result.value.values.size(); ++i)
         if (const float weight = result.weight.values[i]; weight > 0)
             result.value.values[i] =
@@ -122,27 +126,47 @@ Lightness lightness(const Raster8& picture, const Raster8& covered, int width)
     return result;
 }
 
-/// Gradients after a blur in which pixels count by `weight`.
-Gradient gradient(RasterF value, const RasterF& weight, const RasterF& blurred_weight)
+/// A blur in which pixels count by `weight`. `blurred_weight`: blurred by the same sigma.
+RasterF blurred(RasterF value, const RasterF& weight, const RasterF& blurred_weight, double sigma)
 {
     for (std::size_t i = 0; i < value.values.size(); ++i)
         value.values[i] *= weight.values[i];
-    value = blurred(value, sigma_px);
+    value = fresco::blurred(value, sigma);
     for (std::size_t i = 0; i < value.values.size(); ++i)
         value.values[i] = blurred_weight.values[i] > 0 ? value.values[i] / blurred_weight.values[i] : 0;
-    return sobel(value);
+    return value;
+}
+
+int width_at(int height, const Raster8& view)
+{
+    return std::max(1, static_cast<int>(std::lround(static_cast<double>(view.width) * height / view.height)));
+}
+
+/// Which of the classes each value is in: equal values are in one.
+std::vector<std::size_t> classes_of(const std::vector<float>& values)
+{
+    std::vector<float> sorted = values;
+    std::ranges::sort(sorted);
+    std::vector<std::size_t> result(values.size());
+    std::ranges::transform(values, result.begin(),
+                           [&](float v)
+                           {
+                               const auto below = static_cast<std::size_t>(std::ranges::lower_bound(sorted, v) - sorted.begin());
+                               return below * classes / sorted.size();
+                           });
+    return result;
 }
 
 }  // namespace
 
 double edge_correlation(const Raster8& view, const Raster8& covered, const Raster8& camera)
 {
-    const int width = std::max(1, static_cast<int>(std::lround(static_cast<double>(view.width) * height_px / view.height)));
-    const Lightness seen = lightness(view, covered, width);
-    const Lightness recorded = lightness(camera, Raster8(camera.width, camera.height, 1, 1), width);
+    const int width = width_at(height_px, view);
+    const Lightness seen = lightness(view, covered, width, height_px);
+    const Lightness recorded = lightness(camera, Raster8(camera.width, camera.height, 1, 1), width, height_px);
     const RasterF blurred_weight = blurred(seen.weight, sigma_px);
-    const Gradient a = gradient(seen.value, seen.weight, blurred_weight);
-    const Gradient b = gradient(recorded.value, seen.weight, blurred_weight);
+    const Gradient a = sobel(blurred(seen.value, seen.weight, blurred_weight, sigma_px));
+    const Gradient b = sobel(blurred(recorded.value, seen.weight, blurred_weight, sigma_px));
 
     Raster8 mask(width, height_px);
     std::ranges::transform(seen.weight.values, mask.values.begin(),
@@ -157,6 +181,45 @@ double edge_correlation(const Raster8& view, const Raster8& covered, const Raste
             of_camera.insert(of_camera.end(), {double{b.x.values[i]}, double{b.y.values[i]}});
         }
     return of_view.size() < 2 * least_pixels ? std::numeric_limits<double>::quiet_NaN() : evaluation::pearson(of_view, of_camera);
+}
+
+double legibility(const Raster8& view, const Raster8& covered, const Raster8& camera)
+{
+    constexpr int height = height_px / cell_px;
+    const int width = width_at(height, view);
+    const Lightness seen = lightness(view, covered, width, height);
+    const Lightness recorded = lightness(camera, Raster8(camera.width, camera.height, 1, 1), width, height);
+    const RasterF blurred_weight = blurred(seen.weight, around_cells);
+    const RasterF around_seen = blurred(seen.value, seen.weight, blurred_weight, around_cells);
+    const RasterF around_recorded = blurred(recorded.value, seen.weight, blurred_weight, around_cells);
+    std::vector<float> of_view;
+    std::vector<float> of_camera;
+    for (std::size_t i = 0; i < seen.value.values.size(); ++i)
+        if (seen.weight.values[i] > 0.99F)
+        {
+            of_view.push_back(seen.value.values[i] - around_seen.values[i]);
+            of_camera.push_back(recorded.value.values[i] - around_recorded.values[i]);
+        }
+    if (of_view.size() < least_cells)
+        return std::numeric_limits<double>::quiet_NaN();
+    const std::vector<std::size_t> a = classes_of(of_view);
+    const std::vector<std::size_t> b = classes_of(of_camera);
+    std::array<std::array<double, classes>, classes> both{};
+    std::array<double, classes> first{};
+    std::array<double, classes> second{};
+    const double share = 1 / static_cast<double>(a.size());
+    for (std::size_t i = 0; i < a.size(); ++i)
+    {
+        both[a[i]][b[i]] += share;
+        first[a[i]] += share;
+        second[b[i]] += share;
+    }
+    double information = -0.5 * share * (classes - 1) * (classes - 1);
+    for (std::size_t i = 0; i < classes; ++i)
+        for (std::size_t j = 0; j < classes; ++j)
+            if (both[i][j] > 0)
+                information += both[i][j] * std::log(both[i][j] / (first[i] * second[j]));
+    return information / std::log(double{classes});
 }
 
 namespace
@@ -344,7 +407,8 @@ constexpr std::array view_figures_wanted{
     ViewFigure{"coherence", [](const JudgedView& view) { return view.figures.coherence; }, {0.8, 1.2}},
     ViewFigure{"chroma_noise", [](const JudgedView& view) { return view.figures.chroma_noise; }, {0.6, 1.6}},
     ViewFigure{"strokes", [](const JudgedView& view) { return view.figures.strokes; }, {0.65, infinity}},
-    ViewFigure{"edges", [](const JudgedView& view) { return view.edges; }, {0.5, infinity}}};
+    ViewFigure{"edges", [](const JudgedView& view) { return view.edges; }, {0.5, infinity}},
+    ViewFigure{"legible", [](const JudgedView& view) { return view.legible; }, {0.1, infinity}}};
 
 }  // namespace
 
@@ -359,7 +423,11 @@ JudgedView judged_view(const std::string& name, const Raster8& view, const Style
     if (!judged.skipped && style != nullptr)
         judged.figures = view_figures(view, pixels, *style);
     if (!judged.skipped && camera)
-        judged.edges = edge_correlation(view, covered, camera());
+    {
+        const Raster8 recorded = camera();
+        judged.edges = edge_correlation(view, covered, recorded);
+        judged.legible = legibility(view, covered, recorded);
+    }
     return judged;
 }
 

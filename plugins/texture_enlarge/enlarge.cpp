@@ -27,6 +27,7 @@ struct Copy
     Vec2f center;  ///< Pixel (0, 0) has its center at (0, 0).
     Vec2f right;   ///< Per texel of the map.
     Vec2f down;
+    std::uint8_t size = 0;  ///< Which of the sizes of the picture.
 
     Vec2f at(Vec2f texels) const { return center + right * texels.x + down * texels.y; }
 };
@@ -37,6 +38,7 @@ struct Meeting
     std::array<Copy, window> copies;              ///< About the middle texel's center.
     std::array<std::uint8_t, window> group{};     ///< Of each copy.
     std::array<std::uint8_t, window> neighbor{};  ///< Of each copy: its place in the window, row by row.
+    std::array<std::uint8_t, window> size{};      ///< Of each group: which of the sizes of the picture.
     std::size_t count = 0;
     std::size_t groups = 0;
 };
@@ -128,19 +130,21 @@ class Copies
         : source_(source), mesh_(mesh), charts_(texturing::find_charts(mesh)),
           faces_(texturing::find_texel_faces(mesh, charts_, source.size_px(), progress)), picture_(rgb)
     {
-        const double along_texel = pixels_per_texel(source, rgb.width, size_px);
-        if (along_texel > 1)
+        for (std::size_t size = 0; size < smaller_.size(); ++size)
         {
+            const double along_texel = pixels_per_texel(source, rgb.width, size_px) * std::exp2(size);
             const auto side = [along_texel](int pixels)
             { return std::max(1, static_cast<int>(std::lround(pixels / along_texel))); };
-            smaller_ = resized(rgb, side(rgb.width), side(rgb.height));
+            if (along_texel > 1)
+                smaller_[size] = resized(rgb, side(rgb.width), side(rgb.height));
+            const Raster8& picture = this->picture(size);
+            to_picture_[size] = {static_cast<float>(picture.width) / static_cast<float>(source.picture_width),
+                                 static_cast<float>(picture.height) / static_cast<float>(source.picture_height)};
         }
-        const Raster8& picture = this->picture();
-        to_picture_ = {static_cast<float>(picture.width) / static_cast<float>(source.picture_width),
-                       static_cast<float>(picture.height) / static_cast<float>(source.picture_height)};
     }
 
-    const Raster8& picture() const { return smaller_.empty() ? picture_ : smaller_; }
+    /// As large as copies at a scale of 2^size need it.
+    const Raster8& picture(std::size_t size) const { return smaller_[size].empty() ? picture_ : smaller_[size]; }
 
     bool has(int x, int y) const { return faces_.covered(texel(x, y)) && source_.place(x, y).has_value(); }
 
@@ -177,19 +181,26 @@ class Copies
     void add(int x, int y, int dx, int dy, Meeting& meeting) const
     {
         const SourceMap::Place place = *source_.place(x, y);
-        const float right_x = source_.pixels_per_texel * std::cos(place.angle);
-        const float right_y = source_.pixels_per_texel * std::sin(place.angle);
+        const float step = source_.pixels_per_texel * place.scale;
+        const float right_x = step * std::cos(place.angle);
+        const float right_y = step * std::sin(place.angle);
         const float turn = is_mirrored(x, y) ? -1.0F : 1.0F;
-        Copy copy{{place.at.x * to_picture_.x - 0.5F, place.at.y * to_picture_.y - 0.5F},
-                  {right_x * to_picture_.x, right_y * to_picture_.y},
-                  {-turn * right_y * to_picture_.x, turn * right_x * to_picture_.y}};
+        const auto size = static_cast<std::uint8_t>(
+            std::clamp(std::lround(std::log2(place.scale)), 0L, static_cast<long>(smaller_.size()) - 1));
+        const Vec2f to_picture = to_picture_[size];
+        Copy copy{{place.at.x * to_picture.x - 0.5F, place.at.y * to_picture.y - 0.5F},
+                  {right_x * to_picture.x, right_y * to_picture.y},
+                  {-turn * right_y * to_picture.x, turn * right_x * to_picture.y},
+                  size};
         copy.center = copy.at({static_cast<float>(-dx), static_cast<float>(-dy)});
-        const float limit = same_copy * source_.pixels_per_texel * to_picture_.x;
+        const float limit = same_copy * step * to_picture.x;
         std::size_t group = meeting.groups;
         for (std::size_t i = 0; i < meeting.count && group == meeting.groups; ++i)
-            if (const Vec2f apart = meeting.copies[i].center - copy.center; dot(apart, apart) <= limit * limit)
+            if (const Vec2f apart = meeting.copies[i].center - copy.center;
+                meeting.copies[i].size == size && dot(apart, apart) <= limit * limit)
                 group = meeting.group[i];
         meeting.groups = std::max(meeting.groups, group + 1);
+        meeting.size[group] = size;
         meeting.copies[meeting.count] = copy;
         meeting.group[meeting.count] = static_cast<std::uint8_t>(group);
         meeting.neighbor[meeting.count++] = static_cast<std::uint8_t>(3 * (dy + 1) + dx + 1);
@@ -200,12 +211,12 @@ class Copies
     texturing::Charts charts_;
     texturing::TexelFaces faces_;
     const Raster8& picture_;
-    Raster8 smaller_;  ///< Empty: the picture is as large as it is needed.
-    Vec2f to_picture_;
+    std::array<Raster8, 3> smaller_;  ///< Empty: the picture is as large as it is needed.
+    std::array<Vec2f, 3> to_picture_;
 };
 
 /// `at`: from the middle texel's center, -0.5 to 0.5 texels of the map.
-Vec3f color_at(const Meeting& meeting, const Raster8& picture, Vec2f at, const Lanczos& lanczos)
+Vec3f color_at(const Meeting& meeting, const Copies& copies, Vec2f at, const Lanczos& lanczos)
 {
     const std::array<float, 3> across = spline_weights(at.x);
     const std::array<float, 3> along = spline_weights(at.y);
@@ -226,7 +237,7 @@ Vec3f color_at(const Meeting& meeting, const Raster8& picture, Vec2f at, const L
         const float w = share * share * share * share;
         if (w < negligible)
             continue;
-        sum += color_at(picture, place[g] * (1 / weight[g]), lanczos) * w;
+        sum += color_at(copies.picture(meeting.size[g]), place[g] * (1 / weight[g]), lanczos) * w;
         total += w;
     }
     return sum * (1 / total);
@@ -254,7 +265,7 @@ Enlarged enlarged(const SourceMap& source, const Raster8& rgb, const Mesh& mesh,
             for (int column = first_texel(x, size_px, map_px); column < first_texel(x + 1, size_px, map_px); ++column)
             {
                 const Vec3f color = color_at(
-                    meeting, copies.picture(),
+                    meeting, copies,
                     {static_cast<float>((column + 0.5) * step - x - 0.5), static_cast<float>((row + 0.5) * step - y - 0.5)},
                     lanczos);
                 const auto rounded = [](float v) { return static_cast<std::uint8_t>(std::clamp(v, 0.0F, 255.0F) + 0.5F); };

@@ -48,7 +48,9 @@ Vec3f point_in(const Mesh& mesh, std::uint32_t face, const std::array<double, 3>
 
 }  // namespace
 
-SurfaceGrid::SurfaceGrid(const PaintedSurface& surface, double spacing_m, const Progress& progress) : spacing_m_(spacing_m)
+SurfaceGrid::SurfaceGrid(const PaintedSurface& surface, double spacing_m, const Progress& progress,
+                         std::span<const std::uint8_t> wanted)
+    : spacing_m_(spacing_m)
 {
     lay_out(surface);
     const auto faces = static_cast<std::uint32_t>(surface.mesh.triangles.size());
@@ -56,7 +58,8 @@ SurfaceGrid::SurfaceGrid(const PaintedSurface& surface, double spacing_m, const 
     {
         if (face % 4096 == 0)
             progress.check_canceled();
-        draw_face(surface, face);
+        if (wanted.empty() || wanted[face] != 0)
+            draw_face(surface, face);
     }
 
     std::vector<std::uint32_t> largest(sheets_.size(), none);
@@ -452,7 +455,7 @@ class Patches::Walker
 };
 
 Patches::Patches(const PaintedSurface& surface, const SurfaceGrid& grid, const Upright& upright, int side, int stride,
-                 const Progress& progress, std::span<const Vec3f> lines)
+                 const Progress& progress, std::span<const Vec3f> lines, std::span<const float> share)
     : side_(side)
 {
     const auto& texels = grid.texels();
@@ -463,8 +466,11 @@ Patches::Patches(const PaintedSurface& surface, const SurfaceGrid& grid, const U
         return Patch{texels[texel].position, lines.empty() ? frame : turned_along(frame, lines[face]), texel};
     };
 
+    const auto is_wanted = [share](std::uint32_t texel) { return share.empty() || share[texel] > 0; };
     for (std::uint32_t texel = 0; texel < texels.size(); ++texel)
     {
+        if (!is_wanted(texel))
+            continue;
         const std::uint32_t chart = surface.charts.of_face[texels[texel].face];
         const SurfaceGrid::Sheet& sheet = grid.sheet(chart);
         const auto place = static_cast<int>(texels[texel].cell - sheet.first_cell);
@@ -498,7 +504,7 @@ Patches::Patches(const PaintedSurface& surface, const SurfaceGrid& grid, const U
     Walker walker(surface, grid, side);
     for (std::uint32_t texel = 0; texel < texels.size(); ++texel)
     {
-        if (near_center[texel].load(std::memory_order_relaxed) != 0)
+        if (!is_wanted(texel) || near_center[texel].load(std::memory_order_relaxed) != 0)
             continue;
         if (patches_.size() % patches_per_piece == 0)
             progress.check_canceled();

@@ -37,8 +37,10 @@ class SurfaceGrid
         double cells_per_uv = 0;
     };
 
-    /// `spacing_m`: a texel's side. Charts without area have no texels. Throws Error for more than 2^32 cells, Canceled.
-    SurfaceGrid(const PaintedSurface& surface, double spacing_m, const Progress& progress);
+    /// `spacing_m`: a texel's side. Charts without area have no texels. With `wanted` (1 or 0 per face), only wanted faces have
+    /// texels, but for one in each chart. Throws Error for more than 2^32 cells, Canceled.
+    SurfaceGrid(const PaintedSurface& surface, double spacing_m, const Progress& progress,
+                std::span<const std::uint8_t> wanted = {});
 
     double spacing_m() const { return spacing_m_; }
     const std::vector<Texel>& texels() const { return texels_; }
@@ -96,16 +98,16 @@ class Patches
   public:
     /// Lays patches of `side` x `side` points (odd, at most 31) on every `stride`-th texel of each chart's grid in both
     /// directions, and wherever a texel would have no center of a patch within `stride` texels. Their tops are up (see frame_at).
-    /// With `lines` (one per face, unit length), their x axes run along the lines, turned by at most a right angle. The same for
-    /// any number of threads. Throws Canceled.
+    /// With `lines` (one per face, unit length), their x axes run along the lines, turned by at most a right angle. With `share`
+    /// (one per texel), only on texels where it is above 0. The same for any number of threads. Throws Canceled.
     Patches(const PaintedSurface& surface, const SurfaceGrid& grid, const Upright& upright, int side, int stride,
-            const Progress& progress, std::span<const Vec3f> lines = {});
+            const Progress& progress, std::span<const Vec3f> lines = {}, std::span<const float> share = {});
 
     int side() const { return side_; }
     std::size_t count() const { return patches_.size(); }
     const Patch& operator[](std::size_t patch) const { return patches_[patch]; }
 
-    /// The patches over a texel, in ascending order; at least one.
+    /// The patches over a texel, in ascending order; at least one where there is a share.
     std::span<const Cover> covers(std::size_t texel) const
     {
         return std::span(covers_).subspan(first_cover_[texel], first_cover_[texel + 1] - first_cover_[texel]);
@@ -114,6 +116,8 @@ class Patches
     /// Samples `values` (one per texel) at a patch's points, row by row from the top left: side² results, bilinear between
     /// texels. A point off the surface takes the value of the patch's nearest point on it.
     void sample(const SurfaceGrid& grid, std::span<const Vec3f> values, std::size_t patch, Vec3f* out) const;
+    /// Frees what sample() needs, half of the memory.
+    void forget_points() { points_ = {}; }
 
   private:
     /// A patch's point between four cells of a chart's grid.

@@ -36,8 +36,11 @@ class TextureSynthesize final : public Stage
         "of soft stripes; at least two texels, at most the length of the room. 0: 3.5 for a room of 3 m and more, in proportion "
         "for "
         "something smaller"};
-    Option<double> painterly{this, "painterly", 0.5, range(0, 1),
+    Option<double> painterly{this, "painterly", 0.15, range(0, 1),
                              "0: keep what the start shows; 1: let the picture's own motifs take over"};
+    Option<double> detail{
+        this, "detail", 0.5, range(0, 1),
+        "How much of the start's detail is painted over with finer strokes; 0: none, all strokes have one width"};
     Option<std::string> direction{
         this, "direction", "none", one_of({"none", "gravity", "curvature", "drawn"}),
         "Turns strokes to run down walls and slopes (gravity), along edges and pipes (curvature) or along "
@@ -125,6 +128,7 @@ class TextureSynthesize final : public Stage
         const synthesize::SynthesisOptions options{.size_px = texels,
                                                    .stroke_m = stroke_m,
                                                    .painterly = *painterly,
+                                                   .detail = *detail,
                                                    .completeness = *completeness,
                                                    .patch_px = *patch_px,
                                                    .levels_count = *levels_count,

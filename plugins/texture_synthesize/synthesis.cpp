@@ -5,9 +5,7 @@
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/geometry/topology.h>
-#include <fresco/images/lab.h>
 #include <fresco/images/stroke_width.h>
-#include <fresco/numerics/noise.h>
 #include <fresco/parallel.h>
 #include <fresco/texturing/texel_faces.h>
 
@@ -17,185 +15,11 @@
 #include <chrono>
 #include <cmath>
 #include <memory>
-#include <numbers>
+#include <numeric>
 #include <string>
 
 namespace fresco::synthesize
 {
-namespace
-{
-
-constexpr float vote_sigma = 0.35F;  // Of a side.
-constexpr float epsilon = 1;         // L*a*b*²: patches that fit better than this count alike.
-constexpr float power = -0.6F;
-
-/// 1 in the middle of a patch, 0 from its border on, smooth between.
-float to_border(float at, float side)
-{
-    const float t = std::clamp(4 * (0.5F - std::abs(at) / side), 0.0F, 1.0F);
-    return t * t * (3 - 2 * t);
-}
-
-}  // namespace
-
-float vote_weight(Vec2f offset, float side, float distance)
-{
-    const float gauss = std::exp(-dot(offset, offset) / (2 * vote_sigma * vote_sigma * side * side));
-    return gauss * to_border(offset.x, side) * to_border(offset.y, side) * std::pow(distance + epsilon, power);
-}
-
-namespace
-{
-
-constexpr std::size_t texels_per_piece = 1U << 14U;
-constexpr double texels_per_wave = 4;  // Of the noise that the start gets.
-
-/// The texcoord of a texel's center.
-Vec2f texcoord_of(const SurfaceGrid& grid, std::uint32_t chart, const SurfaceGrid::Texel& texel)
-{
-    const SurfaceGrid::Sheet& sheet = grid.sheet(chart);
-    const std::size_t place = texel.cell - sheet.first_cell;
-    const std::size_t column = place % static_cast<std::size_t>(sheet.width);
-    const std::size_t row = place / static_cast<std::size_t>(sheet.width);
-    return {static_cast<float>((static_cast<double>(column) - 0.5) / sheet.cells_per_uv + sheet.uv_low.x),
-            static_cast<float>((static_cast<double>(row) - 0.5) / sheet.cells_per_uv + sheet.uv_low.y)};
-}
-
-template <class Work>
-void for_each_texel(const SurfaceGrid& grid, const Progress& progress, const Work& work)
-{
-    parallel_for(grid.texels().size(), texels_per_piece, progress.threads(),
-                 [&](std::size_t begin, std::size_t end)
-                 {
-                     progress.check_canceled();
-                     for (std::size_t t = begin; t < end; ++t)
-                         work(t);
-                 });
-}
-
-}  // namespace
-
-Level::Level(const Task& task, double spacing_m, double scale, const LevelOptions& options, const Progress& progress)
-    : task_(task), options_(options), grid_(task.surface, spacing_m, progress),
-      patches_(task.surface, grid_, task.upright, options.side, options.stride, progress, task.lines),
-      picture_(task.picture, scale, options.side, progress, task.lines.empty() ? 0 : options.search.stroke_px),
-      start_(grid_.texels().size()), crowding_(picture_.key_count(), 1.0F)
-{
-    for_each_texel(grid_, progress,
-                   [&](std::size_t t)
-                   {
-                       const SurfaceGrid::Texel& texel = grid_.texels()[t];
-                       const std::uint32_t chart = task_.surface.charts.of_face[texel.face];
-                       start_[t] = lab_from_rgb(
-                           task_.start(chart, texcoord_of(grid_, chart, texel), 1 / grid_.sheet(chart).cells_per_uv));
-                   });
-}
-
-std::uint32_t Level::texel_near(std::uint32_t chart, Vec2f uv) const
-{
-    const SurfaceGrid::Sheet& sheet = grid_.sheet(chart);
-    const Vec2d at = grid_.place(chart, uv);
-    const auto cell = [](double along, int count)
-    { return static_cast<std::size_t>(std::clamp(static_cast<int>(std::floor(along)), 0, count - 1)); };
-    return grid_.texel_at(sheet.first_cell + cell(at.y, sheet.height) * static_cast<std::size_t>(sheet.width) +
-                          cell(at.x, sheet.width));
-}
-
-void Level::begin(const Level* coarser, const Progress& progress)
-{
-    colors_ = start_;
-    if (coarser == nullptr)
-    {
-        const auto waves = static_cast<float>(1 / (texels_per_wave * grid_.spacing_m()));
-        const auto amount = 2 * static_cast<float>(options_.unrest);
-        for_each_texel(grid_, progress,
-                       [&](std::size_t t)
-                       {
-                           const Vec3f at = grid_.texels()[t].position * waves;
-                           const auto noise = [&](std::uint32_t field)
-                           { return amount * smooth_noise(at, noise::hash(options_.search.seed, field)); };
-                           colors_[t] += Vec3f{noise(1), noise(2) / 2, noise(3) / 2};
-                       });
-        return;
-    }
-    const auto ratio = static_cast<float>(picture_.scale() / coarser->picture().scale());
-    for_each_texel(grid_, progress,
-                   [&](std::size_t t)
-                   {
-                       const SurfaceGrid::Texel& texel = grid_.texels()[t];
-                       const std::uint32_t chart = task_.surface.charts.of_face[texel.face];
-                       const auto color = [&](Vec2f at) {
-                           return picture_.color({(at.x + 0.5F) * ratio - 0.5F, (at.y + 0.5F) * ratio - 0.5F});
-                       };
-                       colors_[t] = coarser->vote_at(chart, texcoord_of(grid_, chart, texel), texel.position, color).mean;
-                   });
-}
-
-void Level::resume(std::vector<Vec3f> colors, std::vector<Match> matches, std::vector<float> crowding)
-{
-    if (colors.size() != start_.size() || matches.size() != patches_.count() || crowding.size() != picture_.key_count())
-        throw Error("it belongs to another surface or picture");
-    const auto is_finite = [](Vec3f v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); };
-    const auto is_match = [&](const Match& match)
-    {
-        return is_finite({match.at.x, match.at.y, match.distance}) && match.distance >= 0 &&
-               std::abs(length(match.turn) - 1) < 1e-3F;
-    };
-    if (!std::all_of(colors.begin(), colors.end(), is_finite) || !std::all_of(matches.begin(), matches.end(), is_match) ||
-        !std::all_of(crowding.begin(), crowding.end(), [](float v) { return std::isfinite(v) && v >= 1; }))
-        throw Error("it has values that are not finite");
-    colors_ = std::move(colors);
-    matches_ = std::move(matches);
-    crowding_ = std::move(crowding);
-}
-
-double Level::direction_error_deg(const Progress& progress) const
-{
-    const int side = patches_.side();
-    std::vector<float> errors(patches_.count());
-    parallel_for(
-        errors.size(), 4096, progress.threads(),
-        [&](std::size_t begin, std::size_t end)
-        {
-            progress.check_canceled();
-            std::vector<Vec3f> samples(static_cast<std::size_t>(side) * static_cast<std::size_t>(side));
-            const auto light = [&](int x, int y)
-            { return samples[static_cast<std::size_t>(y) * static_cast<std::size_t>(side) + static_cast<std::size_t>(x)].x; };
-            for (std::size_t i = begin; i < end; ++i)
-            {
-                patches_.sample(grid_, colors_, i, samples.data());
-                Vec2f twice;
-                for (int y = 1; y + 1 < side; ++y)
-                    for (int x = 1; x + 1 < side; ++x)
-                    {
-                        const float across = light(x + 1, y) - light(x - 1, y);
-                        const float along = light(x, y + 1) - light(x, y - 1);
-                        twice = twice + Vec2f{along * along - across * across, -2 * across * along};
-                    }
-                errors[i] = std::abs(std::atan2(twice.y, twice.x)) / 2;
-            }
-        });
-    const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
-    std::nth_element(errors.begin(), middle, errors.end());
-    return double{*middle} * 180 / std::numbers::pi;
-}
-
-void Level::paint_round(const Progress& progress)
-{
-    const auto g = static_cast<float>(options_.faithfulness);
-    std::vector<Vec3f> wanted(colors_.size());
-    for_each_texel(grid_, progress, [&](std::size_t t) { wanted[t] = colors_[t] * (1 - g) + start_[t] * g; });
-    matches_ = search(patches_, grid_, wanted, picture_, options_.search, crowding_, progress);
-    update_crowding(picture_, matches_, crowding_);
-    for_each_texel(grid_, progress,
-                   [&](std::size_t t)
-                   {
-                       colors_[t] = vote(
-                                        patches_.covers(t), matches_, options_.side, [](std::uint32_t) { return Vec2f{}; },
-                                        [&](Vec2f at) { return picture_.color(at); })
-                                        .mean;
-                   });
-}
 
 namespace
 {
@@ -232,6 +56,32 @@ Vec3f color_at(const Raster8& rgb, Vec2f at)
     return (top * (1 - fy) + bottom * fy) * (1 / 255.0F);
 }
 
+/// The style picture as a level is painted with it on a texture: smaller where a texel is more than a pixel.
+struct LookedUp
+{
+    LookedUp(const Raster8& style, const Level& of, double texel_m)
+        : level(&of), pixels_per_texel(texel_m / of.grid().spacing_m() / of.picture().scale())
+    {
+        const double scale = std::min(1.0, 1 / pixels_per_texel);
+        picture = resized(style, std::max(1, static_cast<int>(std::lround(style.width * scale))),
+                          std::max(1, static_cast<int>(std::lround(style.height * scale))));
+        const RasterF& searched = of.picture().lab();
+        from_searched = {static_cast<float>(picture.width) / static_cast<float>(searched.width),
+                         static_cast<float>(picture.height) / static_cast<float>(searched.height)};
+    }
+
+    /// RGB in [0,1] at a place in the level's picture.
+    Vec3f color(Vec2f at) const
+    {
+        return color_at(picture, {(at.x + 0.5F) * from_searched.x - 0.5F, (at.y + 0.5F) * from_searched.y - 0.5F});
+    }
+
+    const Level* level;
+    double pixels_per_texel;  ///< Of the style picture.
+    Raster8 picture;
+    Vec2f from_searched;
+};
+
 }  // namespace
 
 Painting paint(const Task& task, const Level& level, int size_px, Progress& progress)
@@ -251,14 +101,11 @@ Painting paint(const Task& task, const Level& level, int size_px, Progress& prog
     uv_per_m /= weight;
     const double texel_m = 1 / (uv_per_m * size_px);
 
-    // Of the style picture: its pixels along a texel, and how much it is made smaller for that.
-    const double pixels_per_texel = texel_m / level.grid().spacing_m() / level.picture().scale();
-    const double scale = std::min(1.0, 1 / pixels_per_texel);
-    const Raster8 picture = resized(task.picture, std::max(1, static_cast<int>(std::lround(task.picture.width * scale))),
-                                    std::max(1, static_cast<int>(std::lround(task.picture.height * scale))));
-    const RasterF& searched = level.picture().lab();
-    const Vec2f to_picture{static_cast<float>(picture.width) / static_cast<float>(searched.width),
-                           static_cast<float>(picture.height) / static_cast<float>(searched.height)};
+    std::vector<LookedUp> pictures;
+    for (const Level* l = &level; l != nullptr; l = l->under())
+        pictures.emplace_back(task.picture, *l, texel_m);
+    const auto of = [&](const Level& l) -> const LookedUp& { return *std::ranges::find(pictures, &l, &LookedUp::level); };
+    const double pixels_per_texel = pictures.back().pixels_per_texel;
 
     Painting result;
     const std::string atlas = atlas_id(mesh);
@@ -269,7 +116,7 @@ Painting paint(const Task& task, const Level& level, int size_px, Progress& prog
     result.source.picture_width = task.picture.width;
     result.source.picture_height = task.picture.height;
     result.source.pixels_per_texel = static_cast<float>(pixels_per_texel);
-    result.source.places = Raster16(size_px, size_px, 3, SourceMap::none);
+    result.source.places = Raster16(size_px, size_px, SourceMap::values_count, SourceMap::none);
 
     const auto paint_texel = [&](int x, int y)
     {
@@ -282,26 +129,25 @@ Painting paint(const Task& task, const Level& level, int size_px, Progress& prog
             return;
         const Vec2f uv{(static_cast<float>(x) + 0.5F) / static_cast<float>(size_px),
                        1 - (static_cast<float>(y) + 0.5F) / static_cast<float>(size_px)};
-        const Vote vote = level.vote_at(
-            chart, uv, texturing::texel_position(mesh, faces, texel),
-            [&](Vec2f at) {
-                return color_at(picture, {(at.x + 0.5F) * to_picture.x - 0.5F, (at.y + 0.5F) * to_picture.y - 0.5F});
-            });
+        const Level::LevelVote vote = level.vote_at(chart, uv, texturing::texel_position(mesh, faces, texel),
+                                                    [&](const Level& l, Vec2f at) { return of(l).color(at); });
         float* out = &result.texture.layers[0].at(x, y);
         const Vec3f color = mixed(vote);
         out[0] = color.x;
         out[1] = color.y;
         out[2] = color.z;
         result.texture.seen.at(x, y) = 1;
-        const TangentFrame& frame = level.patches()[vote.patch].frame;
+        const TangentFrame& frame = vote.level->patches()[vote.patch].frame;
+        const RasterF& searched = vote.level->picture().lab();
         const Vec3f right = texcoord_axes(mesh, face).first;
-        const Match& match = level.matches()[vote.patch];
+        const Match& match = vote.level->matches()[vote.patch];
         const Vec2f at = match.place(vote.offset);
         const Vec2f in_picture = turned({dot(right, frame.right), dot(right, frame.down)}, match.turn);
         result.source.set_place(x, y,
                                 {{(at.x + 0.5F) * static_cast<float>(task.picture.width) / static_cast<float>(searched.width),
                                   (at.y + 0.5F) * static_cast<float>(task.picture.height) / static_cast<float>(searched.height)},
-                                 std::atan2(in_picture.y, in_picture.x)});
+                                 std::atan2(in_picture.y, in_picture.x),
+                                 static_cast<float>(of(*vote.level).pixels_per_texel / pixels_per_texel)});
     };
     std::size_t rows_done = 0;
     constexpr int rows_per_step = 256;
@@ -387,49 +233,120 @@ constexpr double finest_texel = 0.6;  // Levels with texels smaller than this sh
 constexpr int coarse_stride = 3;
 constexpr int fine_stride = 4;
 constexpr int preview_px = 512;
+constexpr int least_patch_px = 5;
+constexpr int most_halvings = 2;  // Of strokes, where there is detail.
+constexpr int detail_rounds = 2;
+constexpr double detail_faithfulness = 0.5;
+constexpr double least_missing = 0.6;  // L*a*b*: for half a stroke's width, with full detail …
+constexpr double missing_ratio = 2;    // … and for each further halving: small strokes are few.
 
 class Synthesis
 {
   public:
     Synthesis(const Task& task, const SynthesisOptions& options, const ImageIo* images, RunContext& run)
         : task_(task), options_(options), images_(images), run_(run), stroke_px_(stroke_width_px(task.picture, run)),
-          texel_m_(mean_texel_m(task.surface.mesh, options.size_px)), file_(run.checkpoint_folder() / "round.bin")
+          texel_m_(mean_texel_m(task.surface.mesh, options.size_px)), finest_(finest_level()), halvings_(halvings_count())
     {
     }
 
     Painting make()
     {
-        const int finest = finest_level();
         std::unique_ptr<Level> level;
         int number = options_.levels_count - 1;
-        if (std::optional<Checkpoint> found = earlier(finest))
+        if (std::optional<Checkpoint> found = earlier(finest_, number, options_.rounds_count))
         {
             auto next = new_level(found->level);
             if (resume(*next, *found))
             {
                 level = std::move(next);
-                paint_rounds(*level, found->level, found->rounds, finest);
+                paint_rounds(*level, found->level, found->rounds, options_.rounds_count);
                 number = found->level - 1;
             }
         }
-        for (; number >= finest; --number)
+        for (; number >= finest_; --number)
         {
             auto next = new_level(number);
             next->begin(level.get(), run_);
             level = std::move(next);
-            paint_rounds(*level, number, 0, finest);
+            paint_rounds(*level, number, 0, options_.rounds_count);
         }
-        report(*level, finest);
+        report(*level);
         if (!task_.lines.empty())
             run_.report("direction_error_deg", level->direction_error_deg(run_));
-        return paint(task_, *level, options_.size_px, run_);
+        return with_detail(std::move(level));
     }
 
   private:
     using Clock = std::chrono::steady_clock;
 
+    Painting with_detail(std::unique_ptr<Level> broad)
+    {
+        std::vector<std::unique_ptr<Level>> levels;
+        levels.push_back(std::move(broad));
+        Value::List shares;
+        for (int halvings = 1; halvings <= halvings_; ++halvings)
+        {
+            auto next = detail_level(halvings, *levels.back());
+            levels.back()->settle();
+            shares.emplace_back(share_of_surface(*next, *levels.front()));
+            if (next->patches().count() == 0)
+                break;
+            std::optional<Checkpoint> found = earlier(-halvings, -halvings, detail_rounds);
+            const bool goes_on = found && resume(*next, *found);
+            if (!goes_on)
+                next->begin(nullptr, run_);
+            paint_rounds(*next, -halvings, goes_on ? found->rounds : 0, detail_rounds);
+            levels.push_back(std::move(next));
+        }
+        run_.report("detail_shares", std::move(shares));
+        return paint(task_, *levels.back(), options_.size_px, run_);
+    }
+
+    static double share_of_surface(const Level& level, const Level& whole)
+    {
+        const double texels = std::accumulate(level.share().begin(), level.share().end(), 0.0);
+        const double size = level.grid().spacing_m() / whole.grid().spacing_m();
+        return texels * size * size / static_cast<double>(whole.grid().texels().size());
+    }
+
     double spacing_m(int level) const { return options_.stroke_m / stroke_texels * std::exp2(level); }
     double scale(int level) const { return stroke_texels / stroke_px_ / std::exp2(level); }
+
+    /// Texels along a stroke of the halved width: as in the finest level if the texture shows them, else half as many; 0: it
+    /// does not show those either.
+    double detail_texels(int halvings) const
+    {
+        for (const double texels : {stroke_texels, stroke_texels / 2})
+            if (options_.stroke_m / std::exp2(halvings) / texels >= finest_texel * texel_m_)
+                return texels;
+        return 0;
+    }
+
+    int halvings_count() const
+    {
+        int count = 0;
+        while (options_.detail > 0 && count < most_halvings && detail_texels(count + 1) > 0)
+            ++count;
+        return count;
+    }
+
+    std::unique_ptr<Level> detail_level(int halvings, const Level& under) const
+    {
+        const double texels = detail_texels(halvings);
+        const bool is_full = texels == stroke_texels;
+        // Of fewer texels, patches are smaller: else they would show no more detail than those under them.
+        const int small_patch = std::max(least_patch_px, options_.patch_px * 2 / 3 / 2 * 2 + 1);
+        const LevelOptions options{
+            .side = is_full ? options_.patch_px : small_patch,
+            .stride = is_full ? fine_stride : coarse_stride,
+            .faithfulness = detail_faithfulness,
+            .unrest = 0,
+            .least_missing = least_missing / options_.detail * std::pow(missing_ratio, halvings - 1),
+            .search = {
+                .completeness = options_.completeness, .stroke_px = texels, .variety = 0, .lift = 0, .seed = options_.seed}};
+        return std::make_unique<Level>(task_, options_.stroke_m / std::exp2(halvings) / texels, texels / stroke_px_, options,
+                                       run_, &under);
+    }
 
     int finest_level() const
     {
@@ -446,6 +363,7 @@ class Synthesis
                 .stride = level > 0 ? coarse_stride : fine_stride,
                 .faithfulness = 0.5 * std::pow(0.3, options_.painterly),
                 .unrest = 10 * freedom,
+                .least_missing = 0,
                 .search = {.completeness = options_.completeness,
                            .stroke_px = stroke_texels / std::exp2(level),
                            .variety = 5 * freedom,
@@ -458,14 +376,20 @@ class Synthesis
         return std::make_unique<Level>(task_, spacing_m(number), scale(number), level_options(number), run_);
     }
 
-    std::optional<Checkpoint> earlier(int finest) const
+    /// Levels over others have negative numbers and a file each, so that the levels under them are kept.
+    std::filesystem::path file_of(int level) const
+    {
+        return run_.checkpoint_folder() / (level < 0 ? fmt::format("detail_{}.bin", -level) : "round.bin");
+    }
+
+    std::optional<Checkpoint> earlier(int lowest, int highest, int rounds_count) const
     {
         try
         {
-            auto found = read_checkpoint(file_);
-            if (found && (found->level < finest || found->level >= options_.levels_count || found->rounds < 1 ||
-                          found->rounds > options_.rounds_count))
-                throw Error(file_.string() + ": belongs to another run");
+            const auto file = file_of(lowest);
+            auto found = read_checkpoint(file);
+            if (found && (found->level < lowest || found->level > highest || found->rounds < 1 || found->rounds > rounds_count))
+                throw Error(file.string() + ": belongs to another run");
             return found;
         }
         catch (const Error& error)
@@ -483,19 +407,21 @@ class Synthesis
         }
         catch (const Error& error)
         {
-            run_.warning("the checkpoint cannot be used: " + file_.string() + ": " + error.what());
+            run_.warning("the checkpoint cannot be used: " + file_of(found.level).string() + ": " + error.what());
             return false;
         }
         run_.message(fmt::format("going on after round {} of an interrupted run", found.rounds));
         return true;
     }
 
-    void paint_rounds(Level& level, int number, int done, int finest)
+    void paint_rounds(Level& level, int number, int done, int count)
     {
-        const int rounds_in_all = (options_.levels_count - finest) * options_.rounds_count;
-        for (int round = done; round < options_.rounds_count; ++round)
+        const int broad_rounds = (options_.levels_count - finest_) * options_.rounds_count;
+        const int before = number < 0 ? broad_rounds + (-number - 1) * detail_rounds
+                                      : (options_.levels_count - 1 - number) * options_.rounds_count;
+        for (int round = done; round < count; ++round)
         {
-            run_.progress((options_.levels_count - 1 - number) * options_.rounds_count + round, rounds_in_all, "rounds");
+            run_.progress(before + round, broad_rounds + halvings_ * detail_rounds, "rounds");
             level.paint_round(run_);
             double sum = 0;
             for (const Match& match : level.matches())
@@ -503,9 +429,11 @@ class Synthesis
             run_.metric("distance", sum / static_cast<double>(level.matches().size()));
             const auto now = Clock::now();
             const auto since = [now](Clock::time_point then) { return std::chrono::duration<double>(now - then).count(); };
-            if (options_.checkpoint_seconds > 0 && since(saved_) >= options_.checkpoint_seconds)
+            // A level that others go over is kept as it ends.
+            const bool is_end = number == finest_ && round + 1 == count && halvings_ > 0;
+            if (options_.checkpoint_seconds > 0 && since(is_end ? started_ : saved_) >= options_.checkpoint_seconds)
             {
-                write_checkpoint(file_, {number, round + 1, level.colors(), level.matches(), level.crowding()});
+                write_checkpoint(file_of(number), {number, round + 1, level.colors(), level.matches(), level.crowding()});
                 saved_ = Clock::now();
             }
             if (images_ != nullptr && since(shown_) >= options_.preview_seconds)
@@ -526,7 +454,7 @@ class Synthesis
         write_file(run_.preview_folder() / "texture.png", images_->encode_png(picture));
     }
 
-    void report(const Level& level, int finest) const
+    void report(const Level& level) const
     {
         const double pixel_cm = 100 * options_.stroke_m / stroke_px_;
         const double longest_cm = 100 * longest_side_m(task_.surface.mesh);
@@ -540,7 +468,7 @@ class Synthesis
         run_.report("picture_width_cm", pixel_cm * task_.picture.width);
         run_.report("picture_height_cm", pixel_cm * task_.picture.height);
         run_.report("texel_mm", 1000 * texel_m_);
-        run_.report("searched_texel_mm", 1000 * spacing_m(finest));
+        run_.report("searched_texel_mm", 1000 * spacing_m(finest_));
         run_.report("searched_texels", level.grid().texels().size());
         run_.report("patches", level.patches().count());
         run_.report("keys", level.picture().key_count());
@@ -552,8 +480,10 @@ class Synthesis
     RunContext& run_;
     double stroke_px_;
     double texel_m_;
-    std::filesystem::path file_;
-    Clock::time_point saved_ = Clock::now();
+    int finest_;
+    int halvings_;  ///< Of strokes, for detail.
+    Clock::time_point started_ = Clock::now();
+    Clock::time_point saved_ = started_;
     Clock::time_point shown_ = Clock::now();
 };
 

@@ -149,6 +149,7 @@ namespace
 {
 
 constexpr float steps = 65534;
+constexpr float scale_steps = 256;
 constexpr float turn = 2 * std::numbers::pi_v<float>;
 
 std::uint16_t rounded(float share)
@@ -166,7 +167,9 @@ std::optional<SourceMap::Place> SourceMap::place(int x, int y) const
     if (value[0] == none)
         return std::nullopt;
     const auto share = [&](int i) { return static_cast<float>(value[i]) / steps; };
-    return Place{{share(0) * static_cast<float>(picture_width), share(1) * static_cast<float>(picture_height)}, share(2) * turn};
+    return Place{{share(0) * static_cast<float>(picture_width), share(1) * static_cast<float>(picture_height)},
+                 share(2) * turn,
+                 static_cast<float>(value[3]) / scale_steps};
 }
 
 void SourceMap::set_place(int x, int y, const Place& place)
@@ -176,6 +179,7 @@ void SourceMap::set_place(int x, int y, const Place& place)
     value[1] = rounded(place.at.y / static_cast<float>(picture_height));
     const float turns = place.angle / turn;
     value[2] = rounded(turns - std::floor(turns));
+    value[3] = static_cast<std::uint16_t>(std::lround(std::clamp(place.scale * scale_steps, 1.0F, 65535.0F)));
 }
 
 void SourceMap::save(const ArtifactFolder& folder) const
@@ -201,7 +205,7 @@ std::shared_ptr<SourceMap> SourceMap::load(const ArtifactFolder& folder)
     if (!(result->pixels_per_texel > 0))
         whole.fail("pixels_per_texel", "expected a number above 0");
     const auto places_file = folder.path / "places.npy";
-    result->places = detail::read_raster<std::uint16_t>(places_file, 3);
+    result->places = detail::read_raster<std::uint16_t>(places_file, values_count);
     if (result->places.width != result->places.height)
         throw Error(places_file.string() + ": expected a square map");
     return result;

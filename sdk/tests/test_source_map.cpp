@@ -19,9 +19,9 @@ SourceMap small_map()
     map.picture_width = 4000;
     map.picture_height = 3000;
     map.pixels_per_texel = 2.5F;
-    map.places = Raster16(4, 4, 3, SourceMap::none);
+    map.places = Raster16(4, 4, SourceMap::values_count, SourceMap::none);
     map.set_place(1, 2, {{3999.5F, 0.5F}, -0.5F});
-    map.set_place(3, 3, {{1234.25F, 2999.9F}, 3.0F});
+    map.set_place(3, 3, {{1234.25F, 2999.9F}, 3.0F, 2.0F});
     return map;
 }
 }  // namespace
@@ -41,13 +41,15 @@ TEST_CASE("places come back to a sixteenth of a pixel, also from disk")
     CHECK(std::abs(std::cos(place->angle) - std::cos(-0.5F)) < 1e-3F);
     CHECK(std::abs(std::sin(place->angle) - std::sin(-0.5F)) < 1e-3F);
     CHECK(std::abs(loaded->place(3, 3)->at.y - 2999.9F) < 1 / 16.0F);
+    CHECK(place->scale == 1);
+    CHECK(loaded->place(3, 3)->scale == 2);
 }
 
 TEST_CASE("a map that is not square or has no picture is refused by name")
 {
     const testing::TemporaryFolder folder;
     SourceMap map = small_map();
-    map.places = Raster16(4, 3, 3, SourceMap::none);
+    map.places = Raster16(4, 3, SourceMap::values_count, SourceMap::none);
     map.save({folder.path(), {}});
     CHECK_THROWS_WITH(SourceMap::load({folder.path(), {}}), Catch::Contains("places.npy") && Catch::Contains("square"));
     map = small_map();

@@ -95,7 +95,7 @@ struct PaintedWall
         std::ranges::fill(start->seen.values, std::uint8_t{1});
         start->atlas = source->atlas = atlas_id(mesh->mesh);
         source->picture_width = source->picture_height = 64;
-        source->places = Raster16(64, 64, 3, SourceMap::none);
+        source->places = Raster16(64, 64, SourceMap::values_count, SourceMap::none);
         for (int y = 0; y < 64; ++y)
             for (int x = 0; x < 64; ++x)
                 source->set_place(x, y, {{static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F}, 0});
@@ -162,7 +162,7 @@ TEST_CASE("each figure needs its own inputs only")
     const Recording recording;
     testing::TestRun run;
     const Value edges = recording.judge(Value::Map{}, {{"views", recording.views}, {"frames", recording.frames}}, run);
-    CHECK(edges.at("figures").as_map().size() == 1);
+    CHECK(edges.at("figures").as_map().size() == 2);
     CHECK(edges.at("figures").find("edges") != nullptr);
     // Without frames, every picture of a folder, here also the cameras'.
     const Value folder = recording.judge(Value::Map{{"folder", recording.folder.path().string()}, {"every", 2}},

@@ -221,3 +221,26 @@ TEST_CASE("mean and worst of views, by what is wanted")
     CHECK(some->value == 1.5);
     CHECK_FALSE(over_views("figure", {0.5}, std::vector<double>(4, std::nan("")), views));
 }
+
+TEST_CASE("a room is the less legible, the broader the strokes that dissolve it, in whatever colors")
+{
+    const Raster8 camera = photograph(width_px, height_px, 2);
+    const auto legible = [&](const Raster8& view) { return legibility(view, covered_pixels(view), camera); };
+    const auto in_cells = [&](int side)
+    { return changed(camera, [&](int x, int y) { return color_at(camera, x / side * side, y / side * side); }); };
+    const double small = legible(in_cells(6));
+    const double broad = legible(in_cells(14));
+    const double dissolved = legible(in_cells(40));
+    CHECK(legible(camera) == Approx(1).margin(0.02));
+    CHECK(small < 0.9);
+    CHECK(broad < small - 0.1);
+    CHECK(dissolved < broad - 0.1);
+    // In the negative, edges point the other way.
+    const Raster8 negative = changed(camera, [&](int x, int y) { return Vec3f{1, 1, 1} - color_at(camera, x, y); });
+    CHECK(legible(negative) > 0.5);
+    CHECK(edges(negative, camera) < -0.8);
+    CHECK(std::abs(legible(photograph(width_px, height_px, 3))) < 0.05);
+    CHECK(std::abs(legible(Raster8(width_px, height_px, 3, 120))) < 0.02);
+    CHECK(legible(with_hole(camera, 40)) == Approx(1).margin(0.02));
+    CHECK(std::isnan(legibility(camera, Raster8(width_px, height_px), camera)));
+}

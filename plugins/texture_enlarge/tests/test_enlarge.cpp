@@ -153,7 +153,7 @@ SourceMap empty_map(const Mesh& mesh, int size_px, const Raster8& picture, doubl
     map.picture_width = picture.width;
     map.picture_height = picture.height;
     map.pixels_per_texel = static_cast<float>(pixels_per_texel);
-    map.places = Raster16(size_px, size_px, 3, SourceMap::none);
+    map.places = Raster16(size_px, size_px, SourceMap::values_count, SourceMap::none);
     return map;
 }
 
@@ -220,9 +220,15 @@ TEST_CASE("copies that continue each other give the picture itself, turned, in m
     // Waves long enough for any interpolation.
     const auto wave = [](double x, double y, int c) { return 128 + 100 * std::sin(0.11 * x + c) * std::cos(0.09 * y - c); };
     const Raster8 picture = fresco::testing::picture(200, 160, [&](int x, int y, int c) { return wave(x + 0.5, y + 0.5, c); });
-    for (const bool mirrored : {false, true})
+    struct Case
     {
-        CAPTURE(mirrored);
+        bool mirrored;
+        float scale;
+    };
+    for (const Case& c : {Case{false, 1}, Case{true, 1}, Case{false, 4}})
+    {
+        const bool mirrored = c.mirrored;
+        CAPTURE(mirrored, c.scale);
         Mesh mesh = fresco::testing::two_chart_wall();
         if (mirrored)
             for (Vec2f& uv : mesh.texcoords)
@@ -235,12 +241,12 @@ TEST_CASE("copies that continue each other give the picture itself, turned, in m
             return Vec2d{100 + step * (std::cos(angle) * (x - 32) - down * std::sin(angle) * (y - 50)),
                          80 + step * (std::sin(angle) * (x - 32) + down * std::cos(angle) * (y - 50))};
         };
-        SourceMap map = empty_map(mesh, 64, picture, step);
+        SourceMap map = empty_map(mesh, 64, picture, step / double{c.scale});
         for_each_wall_texel(64,
                             [&](int x, int y)
                             {
                                 const Vec2d at = place(x + 0.5, y + 0.5);
-                                map.set_place(x, y, {{static_cast<float>(at.x), static_cast<float>(at.y)}, float{angle}});
+                                map.set_place(x, y, {{static_cast<float>(at.x), static_cast<float>(at.y)}, float{angle}, c.scale});
                             });
         testing::TestRun run;
         const Raster8 large = enlarge::enlarged(map, picture, mesh, 256, run).picture;

@@ -389,13 +389,21 @@ namespace
 /// Checkpoints after every round; as little work as there can be.
 Value small_options(double checkpoint_seconds = 1e-9)
 {
-    return Studio::options({{"stroke_cm", 30.0}, {"patch_px", 5}, {"size_px", 64}, {"checkpoint_seconds", checkpoint_seconds}});
+    return Studio::options(
+        {{"stroke_cm", 30.0}, {"patch_px", 5}, {"size_px", 64}, {"detail", 1.0}, {"checkpoint_seconds", checkpoint_seconds}});
 }
 
 Studio small_wall()
 {
     Studio wall;
     wall.picture = brush_picture(60, 50, 3);
+    // Stripes of 15 cm: two rounds with strokes of half the width.
+    wall.start = start_of(wall.mesh, 96,
+                          [](Vec2f uv)
+                          {
+                              const float light = 0.5F + 0.25F * std::sin(uv.x * 140);
+                              return Vec3f{light, light, light};
+                          });
     return wall;
 }
 
@@ -411,7 +419,7 @@ TEST_CASE("a run that is canceled anywhere goes on to the same bytes")
     const Studio wall = small_wall();
     testing::TestRun whole(1);
     const auto expected = wall.paint(whole, small_options()).bytes;
-    REQUIRE(whole.metrics.at("distance").size() == 6);
+    REQUIRE(whole.metrics.at("distance").size() == 8);
     int gone_on = 0;
     int checks = 1;
     for (bool canceled = true; canceled; checks += 1 + checks / 6)
@@ -433,7 +441,7 @@ TEST_CASE("a run that is canceled anywhere goes on to the same bytes")
         if (!canceled)
             break;
         CHECK((wall.paint(run, small_options()).bytes == expected));
-        CHECK(run.metrics["distance"].size() == 6);
+        CHECK(run.metrics["distance"].size() == 8);
         CHECK(has_line(run, "going on after round") == (rounds > 0));
         gone_on += rounds > 0;
     }

@@ -134,11 +134,13 @@ TEST_CASE("a whole synthesis is that of a plain twin")
                              .stride = 4,
                              .faithfulness = 0.27,
                              .unrest = 10,
+                             .least_missing = 0,
                              .search = {.completeness = 2, .stroke_px = 8, .variety = 5, .lift = 8, .seed = 0}};
     const LevelOptions other{.side = 7,
                              .stride = 4,
                              .faithfulness = 0.45,
                              .unrest = 20,
+                             .least_missing = 0,
                              .search = {.completeness = 0.5, .stroke_px = 8, .variety = 40, .lift = 0, .seed = 7}};
     for (const LevelOptions& options : {usual, other})
     {
@@ -187,6 +189,7 @@ TEST_CASE("a synthesis is its levels, with strokes eight texels wide in the fine
         const SynthesisOptions options{.size_px = c.size,
                                        .stroke_m = 0.28,
                                        .painterly = c.painterly,
+                                       .detail = 0,
                                        .completeness = 1.5,
                                        .patch_px = 5,
                                        .levels_count = c.levels,
@@ -204,6 +207,7 @@ TEST_CASE("a synthesis is its levels, with strokes eight texels wide in the fine
                                  .stride = number > 0 ? 3 : 4,
                                  .faithfulness = c.faithfulness,
                                  .unrest = 20 * c.painterly,
+                                 .least_missing = 0,
                                  .search = {.completeness = 1.5,
                                             .stroke_px = std::ldexp(8.0, -number),
                                             .variety = 10 * c.painterly,

@@ -1,0 +1,320 @@
+#include "level.h"
+
+#include <fresco/error.h>
+#include <fresco/images/lab.h>
+#include <fresco/numerics/noise.h>
+#include <fresco/parallel.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+namespace fresco::synthesize
+{
+namespace
+{
+
+constexpr float vote_sigma = 0.35F;  // Of a side.
+constexpr float epsilon = 1;         // L*a*b*²: patches that fit better than this count alike.
+constexpr float power = -0.6F;
+
+/// 1 in the middle of a patch, 0 from its border on, smooth between.
+float to_border(float at, float side)
+{
+    const float t = std::clamp(4 * (0.5F - std::abs(at) / side), 0.0F, 1.0F);
+    return t * t * (3 - 2 * t);
+}
+
+}  // namespace
+
+float vote_weight(Vec2f offset, float side, float distance)
+{
+    const float gauss = std::exp(-dot(offset, offset) / (2 * vote_sigma * vote_sigma * side * side));
+    return gauss * to_border(offset.x, side) * to_border(offset.y, side) * std::pow(distance + epsilon, power);
+}
+
+namespace
+{
+
+constexpr int small_face_rings = 2;
+constexpr std::size_t texels_per_piece = 1U << 14U;
+constexpr double texels_per_wave = 4;  // Of the noise that the start gets.
+
+/// The texcoord of a texel's center.
+Vec2f texcoord_of(const SurfaceGrid& grid, std::uint32_t chart, const SurfaceGrid::Texel& texel)
+{
+    const SurfaceGrid::Sheet& sheet = grid.sheet(chart);
+    const std::size_t place = texel.cell - sheet.first_cell;
+    const std::size_t column = place % static_cast<std::size_t>(sheet.width);
+    const std::size_t row = place / static_cast<std::size_t>(sheet.width);
+    return {static_cast<float>((static_cast<double>(column) - 0.5) / sheet.cells_per_uv + sheet.uv_low.x),
+            static_cast<float>((static_cast<double>(row) - 0.5) / sheet.cells_per_uv + sheet.uv_low.y)};
+}
+
+template <class Work>
+void for_each_texel(const SurfaceGrid& grid, const Progress& progress, const Work& work)
+{
+    parallel_for(grid.texels().size(), texels_per_piece, progress.threads(),
+                 [&](std::size_t begin, std::size_t end)
+                 {
+                     progress.check_canceled();
+                     for (std::size_t t = begin; t < end; ++t)
+                         work(t);
+                 });
+}
+
+}  // namespace
+
+Level::Level(const Task& task, double spacing_m, double scale, const LevelOptions& options, const Progress& progress,
+             const Level* under)
+    : Level(task, spacing_m, scale, options, progress, under,
+            under != nullptr ? under->unshown(options.least_missing, progress) : Unshown{})
+{
+}
+
+Level::Level(const Task& task, double spacing_m, double scale, const LevelOptions& options, const Progress& progress,
+             const Level* under, const Unshown& unshown)
+    : task_(task), options_(options), under_(under), grid_(task.surface, spacing_m, progress, unshown.faces),
+      share_(under != nullptr ? share_over(unshown, progress) : std::vector<float>()),
+      patches_(task.surface, grid_, task.upright, options.side, options.stride, progress, task.lines, share_),
+      picture_(task.picture, scale, options.side, progress, task.lines.empty() ? 0 : options.search.stroke_px),
+      start_(grid_.texels().size()), crowding_(picture_.key_count(), 1.0F)
+{
+    const auto painted = [](const Level& level, Vec2f at) { return level.picture().color(at); };
+    for_each_texel(grid_, progress,
+                   [&](std::size_t t)
+                   {
+                       const SurfaceGrid::Texel& texel = grid_.texels()[t];
+                       const std::uint32_t chart = task_.surface.charts.of_face[texel.face];
+                       const Vec2f uv = texcoord_of(grid_, chart, texel);
+                       start_[t] = lab_from_rgb(task_.start(chart, uv, 1 / grid_.sheet(chart).cells_per_uv));
+                       if (under_ != nullptr && share_[t] < 1)
+                           start_[t] =
+                               start_[t] * share_[t] + under_->vote_at(chart, uv, texel.position, painted).mean * (1 - share_[t]);
+                   });
+}
+
+std::vector<float> Level::share_over(const Unshown& unshown, const Progress& progress) const
+{
+    std::vector<float> share(grid_.texels().size());
+    for_each_texel(grid_, progress,
+                   [&](std::size_t t)
+                   {
+                       const SurfaceGrid::Texel& texel = grid_.texels()[t];
+                       const std::uint32_t chart = task_.surface.charts.of_face[texel.face];
+                       share[t] = unshown.share[under_->texel_near(chart, texcoord_of(grid_, chart, texel))];
+                   });
+    return share;
+}
+
+Level::Unshown Level::unshown(double least_missing, const Progress& progress) const
+{
+    Unshown result{missing(progress), std::vector<std::uint8_t>(task_.surface.mesh.triangles.size(), 0)};
+    std::vector<std::uint8_t> near(patches_.count(), 0);
+    for (std::size_t t = 0; t < result.share.size(); ++t)
+    {
+        const float x = std::clamp(result.share[t] / static_cast<float>(least_missing) - 1, 0.0F, 1.0F);
+        result.share[t] = x * x * (3 - 2 * x);
+        if (x > 0)
+            for (const Cover& cover : patches_.covers(t))
+                near[cover.patch] = 1;
+    }
+    for (std::size_t t = 0; t < result.share.size(); ++t)
+        if (std::ranges::any_of(patches_.covers(t), [&](const Cover& cover) { return near[cover.patch] != 0; }))
+            result.faces[grid_.texels()[t].face] = 1;
+    // Small faces may hold no texel of this level.
+    for (int ring = 0; ring < small_face_rings; ++ring)
+    {
+        const std::vector<std::uint8_t> before = result.faces;
+        for (std::size_t face = 0; face < before.size(); ++face)
+            for (const std::uint32_t other : task_.surface.neighbors[face])
+                if (before[face] != 0 && other != geometry::none)
+                    result.faces[other] = 1;
+    }
+    return result;
+}
+
+void Level::settle()
+{
+    patches_.forget_points();
+    start_ = {};
+    colors_ = {};
+}
+
+std::vector<float> Level::missing(const Progress& progress) const
+{
+    const int side = patches_.side();
+    const std::size_t points = static_cast<std::size_t>(side) * static_cast<std::size_t>(side);
+    std::vector<float> window(points);
+    for (std::size_t i = 0; i < points; ++i)
+    {
+        const auto at = [&](std::size_t along) { return static_cast<float>(along) - static_cast<float>(side / 2); };
+        window[i] = vote_weight({at(i % static_cast<std::size_t>(side)), at(i / static_cast<std::size_t>(side))},
+                                static_cast<float>(side), 0);
+    }
+    const float total = std::accumulate(window.begin(), window.end(), 0.0F);
+    std::vector<float> of_patch(patches_.count());
+    parallel_for(of_patch.size(), 4096, progress.threads(),
+                 [&](std::size_t begin, std::size_t end)
+                 {
+                     progress.check_canceled();
+                     std::vector<Vec3f> wanted(points);
+                     std::vector<Vec3f> painted(points);
+                     const auto center = [&](std::vector<Vec3f>& values)
+                     {
+                         Vec3f mean;
+                         for (std::size_t i = 0; i < points; ++i)
+                             mean += values[i] * (window[i] / total);
+                         for (Vec3f& value : values)
+                             value = value - mean;
+                     };
+                     for (std::size_t p = begin; p < end; ++p)
+                     {
+                         patches_.sample(grid_, start_, p, wanted.data());
+                         patches_.sample(grid_, colors_, p, painted.data());
+                         center(wanted);
+                         center(painted);
+                         float own = 0;
+                         float common = 0;
+                         float all = 0;
+                         for (std::size_t i = 0; i < points; ++i)
+                         {
+                             own += window[i] / total * dot(wanted[i], wanted[i]);
+                             common += window[i] / total * dot(wanted[i], painted[i]);
+                             all += window[i] / total * dot(painted[i], painted[i]);
+                         }
+                         if (own <= 0)
+                             continue;
+                         const float slope = std::clamp(common / own, 0.0F, 1.0F);
+                         const float strokes = std::max(0.0F, all - slope * (2 * common - slope * own));
+                         of_patch[p] = std::sqrt(own) * (1 - slope) * own / (own + strokes);
+                     }
+                 });
+    std::vector<float> result(start_.size(), 0.0F);
+    for_each_texel(grid_, progress,
+                   [&](std::size_t t)
+                   {
+                       float sum = 0;
+                       float weights = 0;
+                       for (const Cover& cover : patches_.covers(t))
+                       {
+                           const float weight = vote_weight(cover.offset(), static_cast<float>(side), 0);
+                           sum += weight * of_patch[cover.patch];
+                           weights += weight;
+                       }
+                       result[t] = weights > 0 ? sum / weights : 0;
+                   });
+    return result;
+}
+
+std::uint32_t Level::texel_near(std::uint32_t chart, Vec2f uv) const
+{
+    const SurfaceGrid::Sheet& sheet = grid_.sheet(chart);
+    const Vec2d at = grid_.place(chart, uv);
+    const auto cell = [](double along, int count)
+    { return static_cast<std::size_t>(std::clamp(static_cast<int>(std::floor(along)), 0, count - 1)); };
+    return grid_.texel_at(sheet.first_cell + cell(at.y, sheet.height) * static_cast<std::size_t>(sheet.width) +
+                          cell(at.x, sheet.width));
+}
+
+void Level::begin(const Level* coarser, const Progress& progress)
+{
+    colors_ = start_;
+    if (under_ != nullptr)
+        return;
+    if (coarser == nullptr)
+    {
+        const auto waves = static_cast<float>(1 / (texels_per_wave * grid_.spacing_m()));
+        const auto amount = 2 * static_cast<float>(options_.unrest);
+        for_each_texel(grid_, progress,
+                       [&](std::size_t t)
+                       {
+                           const Vec3f at = grid_.texels()[t].position * waves;
+                           const auto noise = [&](std::uint32_t field)
+                           { return amount * smooth_noise(at, noise::hash(options_.search.seed, field)); };
+                           colors_[t] += Vec3f{noise(1), noise(2) / 2, noise(3) / 2};
+                       });
+        return;
+    }
+    const auto ratio = static_cast<float>(picture_.scale() / coarser->picture().scale());
+    for_each_texel(grid_, progress,
+                   [&](std::size_t t)
+                   {
+                       const SurfaceGrid::Texel& texel = grid_.texels()[t];
+                       const std::uint32_t chart = task_.surface.charts.of_face[texel.face];
+                       const auto color = [&](const Level&, Vec2f at) {
+                           return picture_.color({(at.x + 0.5F) * ratio - 0.5F, (at.y + 0.5F) * ratio - 0.5F});
+                       };
+                       colors_[t] = coarser->vote_at(chart, texcoord_of(grid_, chart, texel), texel.position, color).mean;
+                   });
+}
+
+void Level::resume(std::vector<Vec3f> colors, std::vector<Match> matches, std::vector<float> crowding)
+{
+    if (colors.size() != start_.size() || matches.size() != patches_.count() || crowding.size() != picture_.key_count())
+        throw Error("it belongs to another surface or picture");
+    const auto is_finite = [](Vec3f v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); };
+    const auto is_match = [&](const Match& match)
+    {
+        return is_finite({match.at.x, match.at.y, match.distance}) && match.distance >= 0 &&
+               std::abs(length(match.turn) - 1) < 1e-3F;
+    };
+    if (!std::all_of(colors.begin(), colors.end(), is_finite) || !std::all_of(matches.begin(), matches.end(), is_match) ||
+        !std::all_of(crowding.begin(), crowding.end(), [](float v) { return std::isfinite(v) && v >= 1; }))
+        throw Error("it has values that are not finite");
+    colors_ = std::move(colors);
+    matches_ = std::move(matches);
+    crowding_ = std::move(crowding);
+}
+
+double Level::direction_error_deg(const Progress& progress) const
+{
+    const int side = patches_.side();
+    std::vector<float> errors(patches_.count());
+    parallel_for(
+        errors.size(), 4096, progress.threads(),
+        [&](std::size_t begin, std::size_t end)
+        {
+            progress.check_canceled();
+            std::vector<Vec3f> samples(static_cast<std::size_t>(side) * static_cast<std::size_t>(side));
+            const auto light = [&](int x, int y)
+            { return samples[static_cast<std::size_t>(y) * static_cast<std::size_t>(side) + static_cast<std::size_t>(x)].x; };
+            for (std::size_t i = begin; i < end; ++i)
+            {
+                patches_.sample(grid_, colors_, i, samples.data());
+                Vec2f twice;
+                for (int y = 1; y + 1 < side; ++y)
+                    for (int x = 1; x + 1 < side; ++x)
+                    {
+                        const float across = light(x + 1, y) - light(x - 1, y);
+                        const float along = light(x, y + 1) - light(x, y - 1);
+                        twice = twice + Vec2f{along * along - across * across, -2 * across * along};
+                    }
+                errors[i] = std::abs(std::atan2(twice.y, twice.x)) / 2;
+            }
+        });
+    const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
+    std::nth_element(errors.begin(), middle, errors.end());
+    return double{*middle} * 180 / std::numbers::pi;
+}
+
+void Level::paint_round(const Progress& progress)
+{
+    const auto g = static_cast<float>(options_.faithfulness);
+    std::vector<Vec3f> wanted(colors_.size());
+    for_each_texel(grid_, progress, [&](std::size_t t) { wanted[t] = colors_[t] * (1 - g) + start_[t] * g; });
+    matches_ = search(patches_, grid_, wanted, picture_, options_.search, crowding_, progress);
+    update_crowding(picture_, matches_, crowding_);
+    for_each_texel(grid_, progress,
+                   [&](std::size_t t)
+                   {
+                       if (!patches_.covers(t).empty())
+                           colors_[t] = vote(
+                                            patches_.covers(t), matches_, options_.side, [](std::uint32_t) { return Vec2f{}; },
+                                            [&](Vec2f at) { return picture_.color(at); })
+                                            .mean;
+                   });
+}
+
+}  // namespace fresco::synthesize

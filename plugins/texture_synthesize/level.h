@@ -1,0 +1,188 @@
+#pragma once
+
+#include "patches.h"
+#include "search.h"
+#include "style_picture.h"
+
+#include <fresco/image.h>
+#include <fresco/math.h>
+#include <fresco/parallel.h>
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+/// \file The surface painted at one size of texels: each round searches the picture for every patch, then lets the patches vote
+/// on the color of each texel. The synthesis runs levels from coarse to fine; tests compare single levels with a plain twin.
+
+namespace fresco::synthesize
+{
+
+/// The weight of a patch in the vote: a Gaussian window (σ = 0.35 sides, falling to 0 at its border) times the quality of its fit
+/// (Kwatra et al. 2005).
+float vote_weight(Vec2f offset, float side, float distance);
+
+/// The color of a point according to the patches over it.
+struct Vote
+{
+    Vec3f mean;           ///< Weighted mean.
+    Vec3f heaviest;       ///< Color of the patch with the largest weight.
+    std::uint32_t patch;  ///< The patch with the largest weight.
+    Vec2f offset;         ///< The point on that patch, in texels from its center.
+    float weight;         ///< That patch's; negative where no patch lies.
+};
+
+/// `shift(patch)`: vector from the covered texel's center to the point, in texels of the patch's plane. `color(place)`: color of
+/// a place in the picture.
+template <class Shift, class Color>
+Vote vote(std::span<const Cover> covers, std::span<const Match> matches, int side, const Shift& shift, const Color& color)
+{
+    Vote result{};
+    Vec3f sum;
+    float total = 0;
+    result.weight = -1;
+    for (const Cover& cover : covers)
+    {
+        const Match& match = matches[cover.patch];
+        const Vec2f offset = cover.offset() + shift(cover.patch);
+        const float weight = vote_weight(offset, static_cast<float>(side), match.distance);
+        if (weight <= 0 && result.weight >= 0)
+            continue;
+        const Vec3f own = color(match.place(offset));
+        sum += own * weight;
+        total += weight;
+        if (weight > result.weight)
+        {
+            result.weight = weight;
+            result.heaviest = own;
+            result.patch = cover.patch;
+            result.offset = offset;
+        }
+    }
+    result.mean = total > 0 ? sum * (1 / total) : result.heaviest;
+    return result;
+}
+
+/// The inputs of a synthesis, the same for all levels. Refers to them; they must outlive it.
+struct Task
+{
+    const PaintedSurface& surface;
+    const Upright& upright;
+    const Raster8& picture;  ///< The style picture, RGB.
+    /// The start's displayed RGB at a texcoord of a chart, averaged over about `footprint` in texcoords.
+    std::function<Vec3f(std::uint32_t chart, Vec2f uv, double footprint)> start;
+    std::span<const Vec3f> lines = {};  ///< Per face the direction of strokes, without a sign; empty: as in the picture.
+};
+
+/// Settings of one level.
+struct LevelOptions
+{
+    int side;              ///< Points along a patch.
+    int stride;            ///< Texels between patches.
+    double faithfulness;   ///< g: share of the start in the wanted colors; the rest is the painting so far.
+    double unrest;         ///< L*a*b*: noise added to the coarsest level's start, so that plain surfaces get strokes too.
+    double least_missing;  ///< L*a*b*: a level over another counts where this much is missing(), fully from twice as much on.
+    SearchOptions search;
+};
+
+/// A surface painted at one size of texels. A level over another one has finer strokes, and only where that one does not show
+/// what is in the start. There it begins with the start, around with the other's painting, so that its strokes continue that.
+class Level
+{
+  public:
+    /// `spacing_m`: a texel's side. `scale`: pixels of the level's picture per pixel of the style picture. `under`: finished; it
+    /// must outlive this level.
+    Level(const Task& task, double spacing_m, double scale, const LevelOptions& options, const Progress& progress,
+          const Level* under = nullptr);
+
+    const SurfaceGrid& grid() const { return grid_; }
+    const Patches& patches() const { return patches_; }
+    const StylePicture& picture() const { return picture_; }
+    const std::vector<Match>& matches() const { return matches_; }
+    const std::vector<float>& crowding() const { return crowding_; }
+    const std::vector<Vec3f>& colors() const { return colors_; }
+    const Level* under() const { return under_; }
+    /// Per texel, how much this level counts over the one under it, 0 … 1; empty without one.
+    const std::vector<float>& share() const { return share_; }
+
+    /// Begins with the start, or with the result of a coarser level (not of one over another).
+    void begin(const Level* coarser, const Progress& progress);
+    /// Continues an earlier run. Throws Error unless sizes fit this surface and picture and all values are finite.
+    void resume(std::vector<Vec3f> colors, std::vector<Match> matches, std::vector<float> crowding);
+    /// One round: a search, then a vote.
+    void paint_round(const Progress& progress);
+    /// Frees what only rounds, missing() and levels that begin with this one need: it can still vote.
+    void settle();
+
+    /// Per texel, how much of what the start shows over about a stroke is not in the painting, in L*a*b*: the start's standard
+    /// deviation, times 1 - the slope of the regression of the painting on it (0 … 1), times the start's share of the sum of its
+    /// variance and that of the painting's rest: what would not stand out from the strokes is not missed.
+    std::vector<float> missing(const Progress& progress) const;
+
+    /// The median angle (degrees) between the lines and the strokes as painted, by the structure tensor of L* over each patch.
+    /// \pre There are lines.
+    double direction_error_deg(const Progress& progress) const;
+
+    /// A vote, with the level of the patch with the largest weight.
+    struct LevelVote : Vote
+    {
+        const Level* level;
+    };
+
+    /// The vote on a point of a chart, of this level and those under it. `color(level, place)`: color of a place in a level's
+    /// picture.
+    template <class Color>
+    LevelVote vote_at(std::uint32_t chart, Vec2f uv, Vec3f position, const Color& color) const
+    {
+        const std::uint32_t texel = texel_near(chart, uv);
+        const float share = share_.empty() ? 1 : share_[texel];
+        if (share <= 0)
+            return under_->vote_at(chart, uv, position, color);
+        const Vec3f away = (position - grid_.texels()[texel].position) * static_cast<float>(1 / grid_.spacing_m());
+        const LevelVote own{vote(
+                                patches_.covers(texel), matches_, patches_.side(),
+                                [&](std::uint32_t patch)
+                                {
+                                    const TangentFrame& frame = patches_[patch].frame;
+                                    return Vec2f{dot(away, frame.right), dot(away, frame.down)};
+                                },
+                                [&](Vec2f at) { return color(*this, at); }),
+                            this};
+        if (share >= 1)
+            return own;
+        const LevelVote other = under_->vote_at(chart, uv, position, color);
+        LevelVote result = own.weight * share > other.weight * (1 - share) ? own : other;
+        result.mean = own.mean * share + other.mean * (1 - share);
+        return result;
+    }
+
+  private:
+    std::uint32_t texel_near(std::uint32_t chart, Vec2f uv) const;
+
+    /// Where a level over this one counts.
+    struct Unshown
+    {
+        std::vector<float> share;         ///< Per texel of this level.
+        std::vector<std::uint8_t> faces;  ///< 1: within about a patch of a texel with a share.
+    };
+    Unshown unshown(double least_missing, const Progress& progress) const;
+    std::vector<float> share_over(const Unshown& unshown, const Progress& progress) const;
+
+    Level(const Task& task, double spacing_m, double scale, const LevelOptions& options, const Progress& progress,
+          const Level* under, const Unshown& unshown);
+
+    const Task& task_;
+    LevelOptions options_;
+    const Level* under_;
+    SurfaceGrid grid_;
+    std::vector<float> share_;
+    Patches patches_;
+    StylePicture picture_;
+    std::vector<Vec3f> start_;   ///< Per texel, L*a*b*.
+    std::vector<Vec3f> colors_;  ///< The same, as painted.
+    std::vector<Match> matches_;
+    std::vector<float> crowding_;  ///< Per key of the picture.
+};
+
+}  // namespace fresco::synthesize

@@ -32,6 +32,17 @@ std::string file_of(const GlbOptions& options)
     return make_glb(welded_square(), picture(), options);
 }
 
+/// Replaces text of the JSON part by other text of the same length.
+std::string error_after(std::string file, std::string_view from, std::string_view to)
+{
+    INFO(from << " becomes " << to);
+    REQUIRE(from.size() == to.size());
+    const std::size_t at = file.find(from);
+    REQUIRE(at != std::string::npos);
+    file.replace(at, from.size(), to);
+    return fresco::testing::error_of([&] { read_glb(file, "a.glb"); });
+}
+
 std::vector<GlbOptions> all_options()
 {
     std::vector<GlbOptions> result;

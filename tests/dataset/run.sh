@@ -3,7 +3,7 @@
 source "$(dirname "$0")/../program_test.sh"
 build=$1 source=$2
 
-options='epochs: 1, repeats_count: 2, max_steps: 8, depth_levels: true, theta_d_m: 0.6, level_depth: sensor_or_lowest,
+options='epochs: 1, repeats_count: 2, max_steps: 8, depth_levels: true, theta_d_m: 0.6, protocol: released_matterport3d,
          angle_limit_deg: 60, preview_every: 0'
 cat >"$work/scan.yaml" <<YAML
 version: 1

@@ -139,11 +139,11 @@ TEST_CASE("the stage reports mean and worst view, as JSON and as a table")
         CHECK(run.reported.at(name) == figure.at("mean"));
     }
     CHECK(result.at("figures").at("edges").at("mean").as_double() > 0.5);
-    CHECK(run.reported.at("table").at("rows").as_list().size() == 5);
+    CHECK(run.reported.at("table").at("rows").as_list().size() == 6);
     CHECK(has_line(run, "off_palette "));
     CHECK(has_line(run, "1 of 4 views skipped"));
     CHECK(std::ranges::any_of(run.messages,
-                              [](const auto& line) { return line.find("of 5 figures in the wanted range") != line.npos; }));
+                              [](const auto& line) { return line.find("of 6 figures in the wanted range") != line.npos; }));
     // Nothing of what was not wired.
     CHECK(result.at("figures").find("seams") == nullptr);
     CHECK(result.find("seam_ratio") == nullptr);

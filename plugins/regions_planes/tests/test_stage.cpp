@@ -1,4 +1,6 @@
 #include "catch.h"
+
+#include <algorithm>
 #include "rooms.h"
 
 #include <fresco/regions/regions.h>
@@ -48,8 +50,11 @@ TEST_CASE("regions.planes says where there is no floor, and refuses what is no m
     testing::TestRun run;
     const auto regions = divided(wall.mesh, Value::Map{{"up", "z"}}, run);
     CHECK(run.reported.at("floors").as_int() == 0);
-    REQUIRE(!run.messages.empty());
-    CHECK_THAT(run.messages.front(), Catch::Contains("warning: no floor was found"));
+    const auto told = [&](const char* text)
+    { return std::ranges::any_of(run.messages, [&](const auto& line) { return line.find(text) != line.npos; }); };
+    CHECK(told("warning: no floor was found"));
+    // A wall by itself stands either way.
+    CHECK(told("warning: up: z, but"));
     CHECK(run.reported.at("area_share").at("walls").as_double() > 0.95);
     CHECK_THROWS_WITH(divided(Mesh{}, Value::Map{}, run), Catch::Contains("the mesh on port 'mesh'"));
 }

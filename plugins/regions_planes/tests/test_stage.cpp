@@ -1,10 +1,10 @@
 #include "catch.h"
-
-#include <algorithm>
 #include "rooms.h"
 
 #include <fresco/regions/regions.h>
 #include <fresco/testing.h>
+
+#include <algorithm>
 
 using namespace fresco;
 

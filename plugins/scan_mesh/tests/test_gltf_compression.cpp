@@ -39,6 +39,16 @@ void put_stream(GltfSample& sample, std::size_t view, std::vector<unsigned char>
     sample.views[view].set("extensions", Value::Map{{"EXT_meshopt_compression", std::move(form)}});
 }
 
+/// meshoptimizer's filter, which has a mode from 0.19 on: exponents of their own.
+template <class... Arguments>
+void encode_exponential(Arguments... arguments)
+{
+    if constexpr (requires { meshopt_encodeFilterExp(arguments...); })
+        meshopt_encodeFilterExp(arguments...);
+    else
+        meshopt_encodeFilterExp(arguments..., {});
+}
+
 void pack_rows(GltfSample& sample, std::size_t view, std::size_t stride, const char* filter)
 {
     auto rows = values_of<unsigned char>(sample, view);
@@ -46,7 +56,7 @@ void pack_rows(GltfSample& sample, std::size_t view, std::size_t stride, const c
     if (std::string_view(filter) == "EXPONENTIAL")
     {
         const auto floats = values_of<float>(sample, view);
-        meshopt_encodeFilterExp(rows.data(), count, stride, 15, floats.data());
+        encode_exponential(static_cast<void*>(rows.data()), count, stride, 15, static_cast<const float*>(floats.data()));
     }
     meshopt_encodeVertexVersion(0);
     std::vector<unsigned char> stream(meshopt_encodeVertexBufferBound(count, stride));

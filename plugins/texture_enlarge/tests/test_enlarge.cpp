@@ -242,12 +242,13 @@ TEST_CASE("copies that continue each other give the picture itself, turned, in m
                          80 + step * (std::sin(angle) * (x - 32) + down * std::cos(angle) * (y - 50))};
         };
         SourceMap map = empty_map(mesh, 64, picture, step / double{c.scale});
-        for_each_wall_texel(64,
-                            [&](int x, int y)
-                            {
-                                const Vec2d at = place(x + 0.5, y + 0.5);
-                                map.set_place(x, y, {{static_cast<float>(at.x), static_cast<float>(at.y)}, float{angle}, c.scale});
-                            });
+        for_each_wall_texel(
+            64,
+            [&](int x, int y)
+            {
+                const Vec2d at = place(x + 0.5, y + 0.5);
+                map.set_place(x, y, {{static_cast<float>(at.x), static_cast<float>(at.y)}, float{angle}, c.scale});
+            });
         testing::TestRun run;
         const Raster8 large = enlarge::enlarged(map, picture, mesh, 256, run).picture;
         double worst = 0;

@@ -250,9 +250,9 @@ TEST_CASE("the released protocol clamps layers in place of their sum")
     Studio studio;
     testing::TestRun run;
     const auto folder = studio.paint(
-        run,
-        Studio::options(on_camera,
-                        {{"epochs", 2}, {"values", "network"}, {"init", "zeros"}, {"rate", 120.0}, {"protocol", "released_scannet"}}));
+        run, Studio::options(
+                 on_camera,
+                 {{"epochs", 2}, {"values", "network"}, {"init", "zeros"}, {"rate", 120.0}, {"protocol", "released_scannet"}}));
     const auto texture = Texture::load({folder, {}});
     double least = 0;
     double most = 0;

@@ -12,6 +12,10 @@ env -i "$moved/bin/fresco" stages >found
 "$build/bin/fresco" stages >expected
 diff expected found || fail "moved, it has other stages"
 
+# Without a home there is no cache folder; what is guarded against links is not the whole disk then.
+ln -s "$moved/share/fresco/pipelines" linked
+env -i "$moved/bin/fresco" check linked/demo.yaml >said 2>&1 || { cat said; fail "without a home, a linked folder of pipelines is refused"; }
+
 find "$moved/lib/fresco" -name '*.so' ! -name image_opencv.so -delete
 env -i "$moved/bin/fresco" doctor | grep -q "^  $moved/lib/fresco  (installation)" || fail "other plugins than its own"
 

@@ -52,8 +52,12 @@ class DescriptorCache
     {
         try
         {
-            forbid_links_below(folder_.parent_path(), "set another cache folder with XDG_CACHE_HOME");
-            make_folder(folder_);
+            // Who has no home has no cache.
+            if (!folder_.empty())
+            {
+                forbid_links_below(folder_.parent_path(), "set another cache folder with XDG_CACHE_HOME");
+                make_folder(folder_);
+            }
         }
         catch (const Error&)
         {

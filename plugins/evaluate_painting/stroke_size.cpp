@@ -6,7 +6,6 @@
 #include <fresco/images/stroke_width.h>
 #include <fresco/numerics/bilinear.h>
 #include <fresco/parallel.h>
-#include <fresco/parallel_items.h>
 #include <fresco/random.h>
 #include <fresco/texturing/texel_faces.h>
 

@@ -2,7 +2,6 @@
 
 #include <fresco/images/lab.h>
 #include <fresco/parallel.h>
-#include <fresco/parallel_items.h>
 #include <fresco/raycast/scene.h>
 
 #include <algorithm>

@@ -63,6 +63,7 @@ class FramesTopDown final : public Stage
     Input<Mesh> mesh{this, "mesh", "The room"};
     Input<Frames> frames{this, "frames", optional, "Recorded frames, which say which way is up; not wired: the mesh says"};
     Output<Frames> above{this, "frames", "One frame, overview/top_down, without a picture"};
+    Option<std::string> up = geometry::up_option(this);
     Option<int> height_px{this, "height_px", 1080, range(16, 8192),
                           "Height of its camera's picture; the width follows from the mesh"};
     Option<double> view_deg{this, "view_deg", 30, range(1, 120), "Angle of view across the shorter side; small: from far away"};
@@ -70,12 +71,12 @@ class FramesTopDown final : public Stage
     void run(RunContext& run) override
     {
         check_mesh(*mesh, "the mesh on port 'mesh'");
-        const Vec3d up = geometry::found_up(*mesh, frames, run).direction;
-        const Vec3d right = longer_side(*mesh, up);
-        const Vec3d down = cross(right, up);  // of the picture
+        const Vec3d upward = geometry::shown_up(*up, *mesh, frames, run);
+        const Vec3d right = longer_side(*mesh, upward);
+        const Vec3d down = cross(right, upward);  // of the picture
         const Extent across = extent(*mesh, right);
         const Extent along = extent(*mesh, down);
-        const Extent height = extent(*mesh, up);
+        const Extent height = extent(*mesh, upward);
 
         constexpr double margin = 1.04;
         const double focal = *height_px / 2.0 / std::tan(*view_deg * std::numbers::pi / 360);
@@ -89,7 +90,7 @@ class FramesTopDown final : public Stage
         frame.sequence = "overview";
         frame.name = "top_down";
         frame.color.intrinsics = {width, *height_px, focal, focal, width / 2.0, *height_px / 2.0};
-        const Vec3d axes[] = {right, down, up * -1};
+        const Vec3d axes[] = {right, down, upward * -1};
         for (int row = 0; row < 3; ++row)
             for (int column = 0; column < 3; ++column)
             {
@@ -97,7 +98,7 @@ class FramesTopDown final : public Stage
                 frame.color.world_from_camera.rotation(row, column) = row == 0 ? axis.x : row == 1 ? axis.y : axis.z;
             }
         frame.color.world_from_camera.translation =
-            right * across.middle() + down * along.middle() + up * (height.high + distance_m);
+            right * across.middle() + down * along.middle() + upward * (height.high + distance_m);
         frame.depth = frame.color;
         Frames result;
         result.frames.push_back(frame);

@@ -3,7 +3,7 @@
 #include <fresco/error.h>
 #include <fresco/mesh.h>
 #include <fresco/numerics/numerics.h>
-#include <fresco/parallel_items.h>
+#include <fresco/parallel.h>
 
 #include <algorithm>
 #include <cmath>

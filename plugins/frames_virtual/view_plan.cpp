@@ -6,7 +6,6 @@
 #include <fresco/numerics/greedy_cover.h>
 #include <fresco/numerics/numerics.h>
 #include <fresco/parallel.h>
-#include <fresco/parallel_items.h>
 #include <fresco/texturing/texel_faces.h>
 #include <fresco/uv_mapping/shading.h>
 

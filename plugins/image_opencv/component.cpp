@@ -1,5 +1,4 @@
 #include "color_profile.h"
-#include "heif_picture.h"
 #include "opencv_codec.h"
 #include "picture_info.h"
 

@@ -1,4 +1,5 @@
-#include "heif_picture.h"
+#include "opencv_codec.h"
+#include "picture_info.h"
 
 #include <string>
 

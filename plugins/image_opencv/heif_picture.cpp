@@ -1,7 +1,7 @@
-#include "heif_picture.h"
-
 #include "color_profile.h"
+#include "opencv_codec.h"
 #include "picture_bytes.h"
+#include "picture_info.h"
 
 #include <libheif/heif.h>
 

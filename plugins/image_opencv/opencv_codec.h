@@ -10,7 +10,7 @@
 #include <variant>
 #include <vector>
 
-/// \file Decodes and encodes pictures, for the component. The only place that includes OpenCV; outside of it channels are in the
+/// \file Decodes and encodes pictures, for the component. OpenCV is included nowhere else; outside of it channels are in the
 /// order RGB. Thread-safe: no state is shared.
 
 namespace image_opencv
@@ -34,6 +34,11 @@ using DecodedPicture = std::variant<fresco::Raster8, fresco::Raster16>;
 /// A checked PNG or JPEG file as stored: 1 (gray), 3 (RGB) or 4 (RGBA) channels of 8 or 16 bits; palettes resolved, fewer bits
 /// scaled to 8, CMYK turned to RGB; no orientation applied. Throws Error naming `source`.
 DecodedPicture decode(std::span<const std::byte> bytes, std::string_view source);
+
+/// A checked HEIC or AVIF file, by libheif: 3 (RGB) or 4 (RGBA, straight alpha) channels of 8 bits, or of 16 where it has more
+/// than 8; cropped, turned and mirrored as the file says. Throws Error naming `source`, which says so where libheif or its
+/// decoder is missing.
+DecodedPicture decode_heif(std::span<const std::byte> bytes, std::string_view source);
 
 /// Throw Error if the picture is empty, has another number of channels or is too large for the format.
 std::vector<std::byte> encode_png(const fresco::Raster8& image);

@@ -58,7 +58,7 @@ PictureInfo check_jpeg(std::span<const std::byte> bytes, std::string_view source
 PictureInfo check_webp(std::span<const std::byte> bytes, std::string_view source, Walk walk);
 /// Through libheif, whose errors know no offset; where it is missing, the Error says so. Turned as the file says: orientation 1.
 PictureInfo check_heif(std::span<const std::byte> bytes, std::string_view source, Walk walk);
-/// One of them by the first bytes; throws Error if it is none.
+/// Any of these, told apart by the first bytes. Throws Error for another format.
 PictureInfo check_picture(std::span<const std::byte> bytes, std::string_view source, Walk walk);
 
 /// Size of a file's picture; reads no more of the file than it needs. Throws MissingInput if it cannot be read.

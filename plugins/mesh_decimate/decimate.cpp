@@ -5,7 +5,6 @@
 #include <fresco/geometry/repair.h>
 #include <fresco/numerics/numerics.h>
 #include <fresco/parallel.h>
-#include <fresco/parallel_items.h>
 
 #include <algorithm>
 #include <array>

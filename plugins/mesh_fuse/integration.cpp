@@ -1,6 +1,6 @@
 #include "integration.h"
 
-#include <fresco/parallel_items.h>
+#include <fresco/parallel.h>
 
 #include <algorithm>
 #include <array>

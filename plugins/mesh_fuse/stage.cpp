@@ -1,7 +1,7 @@
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
 #include <fresco/mesh.h>
-#include <fresco/parallel_items.h>
+#include <fresco/parallel.h>
 #include <fresco/stage.h>
 
 #include "integration.h"

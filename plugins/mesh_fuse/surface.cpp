@@ -4,7 +4,7 @@
 #include <fresco/geometry/repair.h>
 #include <fresco/geometry/topology.h>
 #include <fresco/numerics/numerics.h>
-#include <fresco/parallel_items.h>
+#include <fresco/parallel.h>
 
 #include <fmt/format.h>
 

@@ -1,7 +1,7 @@
 #include "pattern.h"
 
 #include <fresco/numerics/noise.h>
-#include <fresco/parallel_items.h>
+#include <fresco/parallel.h>
 
 #include <algorithm>
 #include <array>

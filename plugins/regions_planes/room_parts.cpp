@@ -3,7 +3,7 @@
 #include "plane_segments.h"
 
 #include <fresco/numerics/numerics.h>
-#include <fresco/parallel_items.h>
+#include <fresco/parallel.h>
 #include <fresco/texturing/texel_faces.h>
 
 #include <algorithm>

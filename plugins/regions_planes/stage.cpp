@@ -22,9 +22,7 @@ class RegionsPlanes final : public Stage
     Output<Regions> regions{this, "regions", Parts{part_names()}, "Floor, ceiling, walls, and furniture: all else"};
     Option<double> thickness_cm{this, "thickness_cm", 6, range(1, 30),
                                 "What is as close to the floor, a wall or the ceiling belongs to it: rugs, pictures, doors"};
-    Option<std::string> up{this, "up", "auto", one_of({"auto", "x", "y", "z", "-x", "-y", "-z"}),
-                           "World axis that points up; auto: found from the frames' cameras and the mesh's walls and level "
-                           "surfaces"};
+    Option<std::string> up = geometry::up_option(this);
 
     Cost cost() const override
     {

@@ -1,7 +1,7 @@
 #include "explain_depths.h"
 
 #include <fresco/numerics/numerics.h>
-#include <fresco/parallel_items.h>
+#include <fresco/parallel.h>
 #include <fresco/raycast/scene.h>
 
 #include <algorithm>

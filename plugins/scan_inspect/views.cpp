@@ -6,7 +6,6 @@
 #include <fresco/numerics/bilinear.h>
 #include <fresco/numerics/numerics.h>
 #include <fresco/parallel.h>
-#include <fresco/parallel_items.h>
 
 #include <algorithm>
 #include <cmath>

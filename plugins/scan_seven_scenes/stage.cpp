@@ -94,8 +94,9 @@ fresco::Intrinsics calibrated(const CameraMatrix& matrix, fresco::recordings::Pi
     return fresco::recordings::intrinsics_for(matrix, is_assumed ? fresco::recordings::PixelCenter::half : center, size, picture);
 }
 
-/// The folders `path`/seq-XX by number; only those in `wanted`, unless it is empty. Where there are none but frames in `path`
-/// itself, that is the only sequence. Throws MissingInput if there are none, or not the wanted ones; Error for two of one number.
+/// The folders `path`/seq-XX by number; only those in `wanted`, unless it is empty. A `path` without such folders that holds
+/// frames itself is one sequence. Throws MissingInput if no sequence, or not every wanted one, exists; Error if two have one
+/// number.
 std::vector<fs::path> list_sequences(const fs::path& path, const std::vector<int>& wanted, fresco::RunContext& run)
 {
     run.reads_folder(path, "seq-*");

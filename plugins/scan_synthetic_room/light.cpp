@@ -3,7 +3,7 @@
 #include "noise.h"
 
 #include <fresco/numerics/bilinear.h>
-#include <fresco/parallel_items.h>
+#include <fresco/parallel.h>
 
 #include <algorithm>
 #include <array>

@@ -4,7 +4,7 @@
 
 #include <fresco/error.h>
 #include <fresco/numerics/numerics.h>
-#include <fresco/parallel_items.h>
+#include <fresco/parallel.h>
 
 #include <fmt/format.h>
 

@@ -2,7 +2,7 @@
 
 #include <fresco/numerics/noise.h>
 #include <fresco/numerics/numerics.h>
-#include <fresco/parallel_items.h>
+#include <fresco/parallel.h>
 #include <fresco/texture.h>
 
 #include <algorithm>

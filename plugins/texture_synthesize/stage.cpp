@@ -48,9 +48,7 @@ class TextureSynthesize final : public Stage
     Option<bool> recolor{this, "recolor", true, "First recolor the start with the picture's colors; false: it already has them"};
     Option<double> completeness{this, "completeness", 2.0, range(0.01, 1000),
                                 "Smaller values use all parts of the picture more evenly"};
-    Option<std::string> up{this, "up", "auto", one_of({"auto", "x", "y", "z", "-x", "-y", "-z"}),
-                           "World axis that points up; auto: found from the frames' cameras and the mesh's walls and level "
-                           "surfaces"};
+    Option<std::string> up = geometry::up_option(this);
     Option<int> patch_px{this, "patch_px", 11, range(5, 21), "Side of a copied patch in texels, odd; strokes are 8 texels wide"};
     Option<int> levels_count{this, "levels_count", 2, range(1, 4), "Scales to paint at, each half as fine as the next"};
     Option<int> rounds_count{this, "rounds_count", 6, range(1, 100), "Rounds of search and vote at each scale"};
@@ -119,7 +117,7 @@ class TextureSynthesize final : public Stage
         if (*stroke_cm == 0)
             run.message(fmt::format("strokes are {:.2g} cm wide, by the size of the surface", 100 * stroke_m));
         const synthesize::PaintedSurface surface(*mesh, run);
-        const Vec3d upward = *up == "auto" ? geometry::shown_up(*mesh, frames, run) : geometry::named_up(*up, *mesh, run);
+        const Vec3d upward = geometry::shown_up(*up, *mesh, frames, run);
         const synthesize::Upright upright = synthesize::upright(surface, vec_cast<float>(upward));
         synthesize::StartPicture picture(surface, *start, run);
         if (*recolor)

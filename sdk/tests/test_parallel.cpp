@@ -2,7 +2,6 @@
 
 #include <fresco/error.h>
 #include <fresco/parallel.h>
-#include <fresco/parallel_items.h>
 
 #include <atomic>
 #include <mutex>

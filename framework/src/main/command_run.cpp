@@ -120,7 +120,7 @@ void print_json(const RunSummary& summary, const std::vector<ReportOutcome>& rep
                                           {"reports", std::move(pages)}}));
 }
 
-/// Throws UsageError for what only a matrix has a meaning for, where there is none.
+/// Throws UsageError for an argument that needs a matrix, in a pipeline without one.
 void check_matrix_options(const RunArguments& arguments, const Pipeline& pipeline)
 {
     const char* option = arguments.keep_going            ? "--keep-going"

@@ -96,8 +96,10 @@ void StageLog::cut(std::string text)
 
 void StageLog::write(std::string_view text)
 {
-    if (write_all(fd_.get(), text))
+    if (struct stat status = {}; write_all(fd_.get(), text))
         size_ += text.size();
+    else if (fstat(fd_.get(), &status) == 0)
+        size_ = static_cast<std::size_t>(status.st_size);  // A full disk took a part of it.
 }
 
 void link_stage_log(const Store& store, const fs::path& pipeline, const std::string& stage, const std::string& key)

@@ -23,8 +23,8 @@ TEST_CASE("the whole mesh is in the picture, its longer side across, right side 
     mesh->triangles = {{0, 1, 2}, {0, 2, 3}, {4, 5, 6}};
     const testing::TemporaryFolder folder;
     testing::TestRun run;
-    testing::run_stage(FRESCO_PLUGIN_FILE, "frames.top_down", Value::Map{{"height_px", 200}}, {{"mesh", mesh}}, folder.path(),
-                       run);
+    testing::run_stage(FRESCO_PLUGIN_FILE, "frames.top_down", Value::Map{{"height_px", 200}, {"up", "z"}}, {{"mesh", mesh}},
+                       folder.path(), run);
     const auto frames = Frames::load({folder.path() / "frames", {}});
     REQUIRE(frames->frames.size() == 1);
     const Camera& camera = frames->frames[0].color;

@@ -1,6 +1,7 @@
 #include "catch.h"
 #include "color_profile.h"
-#include "heif_picture.h"
+#include "opencv_codec.h"
+#include "picture_info.h"
 
 using namespace image_opencv;
 using Catch::Contains;

@@ -182,7 +182,7 @@ TEST_CASE("the released levels take corners, do not ask for a surface of their o
             const int row = y * 8 / 20;
             const bool inside = column > 0 && row > 0 && column < 11 && row < 7;
             CHECK(released[1].all.at(x, y) == (inside ? 1 : 0));
-            // In the second role the left half lies beside pixels that have it as well; beyond, the first one counts alone.
+            // Beyond the pyramid a pixel has both roles: between the halves, only the first one is eroded.
             CHECK(released[1].weight.at(x, y) == Approx(!inside || column == 6 ? 0 : column < 6 ? 1 - near_share : 1));
         }
     CHECK(paper[1].all.at(10, 8) == 0);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <concepts>
 #include <cstddef>
 #include <functional>
 #include <string_view>
@@ -26,6 +27,20 @@ class Progress
 /// only on `count` and `grain`, never on `threads`, so that per-piece results summed in order are the same for any thread count.
 /// The first exception (by piece) is rethrown after all threads have ended. Blocks until done.
 void parallel_for(std::size_t count, std::size_t grain, int threads, const std::function<void(std::size_t, std::size_t)>& work);
+
+/// Calls work(i) for each i of [0, count) as parallel_for does, on progress.threads() threads. Looks for cancelation before each
+/// piece of `grain` items.
+template <std::integral Index, class Work>
+void parallel_items(Index count, std::size_t grain, const Progress& progress, const Work& work)
+{
+    parallel_for(static_cast<std::size_t>(count), grain, progress.threads(),
+                 [&](std::size_t begin, std::size_t end)
+                 {
+                     progress.check_canceled();
+                     for (std::size_t i = begin; i < end; ++i)
+                         work(static_cast<Index>(i));
+                 });
+}
 
 /// Calls `work(i)` for each item as parallel_for does, one by one, on progress.threads() threads. Looks for cancelation before
 /// each and reports afterward how many are done, in `unit` ("views").

@@ -1,6 +1,6 @@
 #include <fresco/geometry/flatten.h>
 #include <fresco/numerics/numerics.h>
-#include <fresco/parallel_items.h>
+#include <fresco/parallel.h>
 
 #include <cmath>
 #include <limits>

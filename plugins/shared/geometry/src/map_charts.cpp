@@ -2,7 +2,7 @@
 
 #include <fresco/geometry/map_charts.h>
 #include <fresco/numerics/numerics.h>
-#include <fresco/parallel_items.h>
+#include <fresco/parallel.h>
 
 #include <atomic>
 #include <cmath>

@@ -1,6 +1,6 @@
 #include <fresco/error.h>
 #include <fresco/geometry/packing.h>
-#include <fresco/parallel_items.h>
+#include <fresco/parallel.h>
 
 #include <algorithm>
 #include <bit>

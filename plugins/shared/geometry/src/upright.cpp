@@ -464,8 +464,16 @@ Vec3d named_up(std::string_view name, const Mesh& mesh, RunContext& run)
     return up;
 }
 
-Vec3d shown_up(const Mesh& mesh, const Input<Frames>& frames, RunContext& run)
+Option<std::string> up_option(Configurable* owner)
 {
+    return {owner, "up", "auto", one_of({"auto", "x", "y", "z", "-x", "-y", "-z"}),
+            "World axis that points up; auto: found from the frames' cameras and the mesh's walls and level surfaces"};
+}
+
+Vec3d shown_up(const std::string& name, const Mesh& mesh, const Input<Frames>& frames, RunContext& run)
+{
+    if (name != "auto")
+        return named_up(name, mesh, run);
     const Upward up = found_up(mesh, frames, run);
     if (up.from == UpEvidence::nothing)
         throw Error("up: auto: " + not_shown(up) + "; set up: x, y, z, -x, -y or -z, or wire 'frames', whose cameras show it");

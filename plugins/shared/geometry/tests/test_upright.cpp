@@ -241,7 +241,7 @@ TEST_CASE("a sphere and a blob show no way up, and a named axis that a house con
             void run(RunContext& /*run*/) override {}
         } const stage;
         testing::TestRun asked;
-        CHECK_THROWS_WITH(geometry::shown_up(mesh, stage.frames, asked),
+        CHECK_THROWS_WITH(geometry::shown_up("auto", mesh, stage.frames, asked),
                           Catch::Contains("up: auto: the mesh does not show which way is up") &&
                               Catch::Contains("set up: x, y, z"));
         testing::TestRun run;

@@ -2,7 +2,7 @@
 
 #include <fresco/images/lab.h>
 #include <fresco/numerics/bilinear.h>
-#include <fresco/parallel_items.h>
+#include <fresco/parallel.h>
 
 #include <algorithm>
 #include <array>

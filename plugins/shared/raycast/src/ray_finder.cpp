@@ -1,6 +1,6 @@
 #include <fresco/raycast/ray_finder.h>
 
-#include <fresco/parallel_items.h>
+#include <fresco/parallel.h>
 
 #include <algorithm>
 #include <cstddef>

@@ -1,7 +1,6 @@
 #include <fresco/rendering/raster_finder.h>
 
 #include <fresco/parallel.h>
-#include <fresco/parallel_items.h>
 
 #include <algorithm>
 #include <cstddef>

@@ -1,6 +1,5 @@
 #include <fresco/error.h>
 #include <fresco/parallel.h>
-#include <fresco/parallel_items.h>
 #include <fresco/texturing/texel_faces.h>
 #include <fresco/texturing/texture_pictures.h>
 

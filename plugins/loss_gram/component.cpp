@@ -106,6 +106,8 @@ class LossGram final : public fresco::Loss
                 throw fresco::Error("loss.gram: `fine_layers` names " + name + ", which is not one of the compared layers");
     }
 
+    bool with_mean() const { return *center || *average_views_count > 1; }
+
     bool has_fine(const std::string& layer) const
     {
         const auto names = fresco::split_layer_names(*fine_layers);
@@ -119,7 +121,7 @@ class LossGram final : public fresco::Loss
         const auto selected = part.selected(*style.features, name, fresco::Pixels::all);
         if (selected.size(1) == 0)
             return;
-        const auto both = gram::moments_of_both(selected, part.fine_among_selected(*style.features, name));
+        const auto both = gram::moments_of_both(selected, part.fine_count(*style.features, name), with_mean());
         sum = distance(averaged(both.all, part, name, fresco::Pixels::all), *targets_[layer].coarse);
         if (both.fine)
             sum = sum + distance(averaged(*both.fine, part, name, fresco::Pixels::fine), *targets_[layer].fine);
@@ -141,7 +143,7 @@ class LossGram final : public fresco::Loss
         const auto selected = part.selected(*style.features, name, pixels);
         gram::Moments moments;
         if (selected.size(1) > 0)
-            moments = averaged(gram::moments(selected), part, name, pixels);
+            moments = averaged(gram::moments(selected, with_mean()), part, name, pixels);
         else if (*rule == "released" && pixels == fresco::Pixels::fine)
             // Zeros are compared then: a constant of the reported loss.
             moments = {at::zeros({selected.size(0)}, selected.options().requires_grad(false)),

@@ -14,100 +14,100 @@ namespace gram
 namespace
 {
 
+torch::Tensor products(const torch::Tensor& features)
+{
+    return fresco::matrix_product(features, features.t());
+}
+
+/// `gradient` + its transpose, or nothing.
+torch::Tensor symmetric(const torch::Tensor& gradient, double count)
+{
+    return gradient.defined() ? (gradient + gradient.t()).div_(count) : gradient;
+}
+
+torch::Tensor per_feature(const torch::Tensor& gradient, double count)
+{
+    return gradient.defined() ? gradient / count : gradient;
+}
+
+torch::Tensor sum_of(const torch::Tensor& a, const torch::Tensor& b)
+{
+    if (!a.defined() || !b.defined())
+        return a.defined() ? a : b;
+    return a + b;
+}
+
+/// Writes `factor` (symmetric) times `features`, plus `offset`, each if defined, to `gradient`, which has the features' place in
+/// memory.
+void write_gradient(const torch::Tensor& factor, const torch::Tensor& offset, const torch::Tensor& features,
+                    const torch::Tensor& gradient)
+{
+    if (!factor.defined())
+        gradient.zero_();
+    else if (features.t().is_contiguous())
+        // Symmetric, so that the product can keep the order of the features in memory.
+        gradient.copy_(fresco::matrix_product(features.t(), factor).t());
+    else
+        gradient.copy_(fresco::matrix_product(factor, features));
+    if (offset.defined())
+        gradient.add_(offset.unsqueeze(1));
+}
+
+/// C x N features, the first `fine_count` of them fine -> the second moments of all and, if any, of the fine ones; with_mean: then
+/// the means of both.
 struct MomentsFunction : torch::autograd::Function<MomentsFunction>
 {
-    static torch::autograd::variable_list forward(torch::autograd::AutogradContext* context, const torch::Tensor& features)
+    static torch::autograd::variable_list forward(torch::autograd::AutogradContext* context, const torch::Tensor& features,
+                                                  std::int64_t fine_count, bool with_mean)
     {
         context->save_for_backward({features});
+        context->saved_data["fine_count"] = fine_count;
+        context->saved_data["with_mean"] = with_mean;
+        context->set_materialize_grads(false);
         const auto count = static_cast<double>(features.size(1));
-        return {fresco::ordered_mean(features, 1), fresco::matrix_product(features, features.t()).div_(count)};
+        const auto fine = features.narrow(1, 0, fine_count);
+        const auto others = features.narrow(1, fine_count, features.size(1) - fine_count);
+        const auto fine_number = static_cast<double>(fine_count);
+        torch::autograd::variable_list results;
+        if (fine_count == 0)
+            results = {products(others).div_(count)};
+        else
+        {
+            const auto fine_products = products(fine);
+            results = {(products(others) + fine_products).div_(count), fine_products / fine_number};
+        }
+        if (!with_mean)
+            return results;
+        const auto fine_sum = fresco::ordered_sum(fine, 1);
+        results.push_back((fresco::ordered_sum(others, 1) + fine_sum).div_(count));
+        if (fine_count > 0)
+            results.push_back(fine_sum / fine_number);
+        return results;
     }
 
     static torch::autograd::variable_list backward(torch::autograd::AutogradContext* context,
                                                    torch::autograd::variable_list gradients)
     {
         const auto features = context->get_saved_variables()[0];
-        const auto count = static_cast<double>(features.size(1));
-        torch::Tensor result;
-        if (gradients[1].defined())
+        const auto fine_count = context->saved_data["fine_count"].toInt();
+        const auto gradient = [&](bool of_mean, bool of_fine)
         {
-            // Symmetric, so that the product can keep the order of the features in memory.
-            const auto factor = (gradients[1] + gradients[1].t()).div_(count);
-            result = features.is_contiguous() ? fresco::matrix_product(factor, features)
-                                              : fresco::matrix_product(features.t(), factor).t();
-        }
-        else
-            result = at::zeros_like(features);
-        if (gradients[0].defined())
-            result = result + (gradients[0] / count).unsqueeze(1);
-        return {result};
-    }
-};
-
-/// Some of the features, in memory as all are, and where they belong.
-class Selection
-{
-  public:
-    Selection(const torch::Tensor& features, const torch::Tensor& index)
-        : pixels_in_rows_(!features.is_contiguous()), index_(index),
-          chosen_(pixels_in_rows_ ? features.t().index_select(0, index).t() : features.index_select(1, index))
-    {
-    }
-
-    torch::Tensor sum() const { return fresco::ordered_sum(chosen_, 1); }
-    torch::Tensor products() const { return fresco::matrix_product(chosen_, chosen_.t()); }
-
-    /// Their columns of `gradient` become `factor` (symmetric) times the features, plus `offset`.
-    void write_gradient(const torch::Tensor& factor, const torch::Tensor& offset, torch::Tensor& gradient) const
-    {
-        if (pixels_in_rows_)
-            gradient.t().index_copy_(0, index_, fresco::matrix_product(chosen_.t(), factor).add_(offset));
-        else
-            gradient.index_copy_(1, index_, fresco::matrix_product(factor, chosen_).add_(offset.unsqueeze(1)));
-    }
-
-  private:
-    bool pixels_in_rows_;
-    torch::Tensor index_;
-    torch::Tensor chosen_;
-};
-
-/// C x N and the numbers of the fine and of the other columns -> mean and second moment of all, and of the fine ones.
-struct BothMomentsFunction : torch::autograd::Function<BothMomentsFunction>
-{
-    static torch::autograd::variable_list forward(torch::autograd::AutogradContext* context, const torch::Tensor& features,
-                                                  const torch::Tensor& fine, const torch::Tensor& others)
-    {
-        context->save_for_backward({features, fine, others});
+            if ((of_mean && !context->saved_data["with_mean"].toBool()) || (of_fine && fine_count == 0))
+                return torch::Tensor();
+            return gradients.at((of_mean ? (fine_count > 0 ? 2U : 1U) : 0U) + (of_fine ? 1U : 0U));
+        };
         const auto count = static_cast<double>(features.size(1));
-        const auto fine_count = static_cast<double>(fine.numel());
-        torch::Tensor sum;
-        torch::Tensor products;
-        {
-            const Selection selection(features, others);
-            sum = selection.sum();
-            products = selection.products();
-        }
-        const Selection selection(features, fine);
-        const auto fine_sum = selection.sum();
-        const auto fine_products = selection.products();
-        return {(sum + fine_sum) / count, (products + fine_products) / count, fine_sum / fine_count, fine_products / fine_count};
-    }
-
-    static torch::autograd::variable_list backward(torch::autograd::AutogradContext* context,
-                                                   torch::autograd::variable_list gradients)
-    {
-        const auto saved = context->get_saved_variables();
-        const auto& features = saved[0];
-        const auto count = static_cast<double>(features.size(1));
-        const auto fine_count = static_cast<double>(saved[1].numel());
-        const auto factor = (gradients[1] + gradients[1].t()).div_(count);
-        const auto offset = gradients[0] / count;
-        auto result = at::empty_strided(features.sizes(), features.strides(), features.options());
-        Selection(features, saved[2]).write_gradient(factor, offset, result);
-        Selection(features, saved[1])
-            .write_gradient(factor + (gradients[3] + gradients[3].t()).div_(fine_count), offset + gradients[2] / fine_count,
-                            result);
+        const auto factor = symmetric(gradient(false, false), count);
+        const auto offset = per_feature(gradient(true, false), count);
+        const auto result = at::empty_strided(features.sizes(), features.strides(), features.options());
+        const auto write = [&](std::int64_t first, std::int64_t number, const torch::Tensor& of, const torch::Tensor& plus)
+        { write_gradient(of, plus, features.narrow(1, first, number), result.narrow(1, first, number)); };
+        if (fine_count < features.size(1))
+            write(fine_count, features.size(1) - fine_count, factor, offset);
+        const auto fine_number = static_cast<double>(fine_count);
+        if (fine_count > 0)
+            write(0, fine_count, sum_of(factor, symmetric(gradient(false, true), fine_number)),
+                  sum_of(offset, per_feature(gradient(true, true), fine_number)));
         return {result, torch::Tensor(), torch::Tensor()};
     }
 };
@@ -117,26 +117,40 @@ torch::Tensor sum_of_squares(const torch::Tensor& x)
     return fresco::ordered_sum(x * x);
 }
 
+/// Σ (a - target)² times `factor`.
+struct SquareDifference : torch::autograd::Function<SquareDifference>
+{
+    static torch::Tensor forward(torch::autograd::AutogradContext* context, const torch::Tensor& a, const torch::Tensor& target,
+                                 double factor)
+    {
+        const auto difference = a - target;
+        context->save_for_backward({difference});
+        context->saved_data["factor"] = factor;
+        return sum_of_squares(difference).mul_(factor);
+    }
+
+    static torch::autograd::variable_list backward(torch::autograd::AutogradContext* context,
+                                                   torch::autograd::variable_list gradients)
+    {
+        const auto slope = gradients[0] * (2 * context->saved_data["factor"].toDouble());
+        return {context->get_saved_variables()[0] * slope, torch::Tensor(), torch::Tensor()};
+    }
+};
+
 }  // namespace
 
-Moments moments(const torch::Tensor& features)
+Moments moments(const torch::Tensor& features, bool with_mean)
 {
-    const auto values = MomentsFunction::apply(features);
-    return {values[0], values[1]};
+    return moments_of_both(features, 0, with_mean).all;
 }
 
-MomentsOfBoth moments_of_both(const torch::Tensor& given, const fresco::FineColumns& columns)
+MomentsOfBoth moments_of_both(const torch::Tensor& given, std::int64_t fine_count, bool with_mean)
 {
     const auto features = given.t().is_contiguous() ? given : given.contiguous();
-    if (columns.fine.numel() == 0)
-        return {moments(features), std::nullopt};
-    if (columns.others.numel() == 0)
-    {
-        const auto all = moments(features);
-        return {all, all};
-    }
-    const auto values = BothMomentsFunction::apply(features, columns.fine, columns.others);
-    return {{values[0], values[1]}, Moments{values[2], values[3]}};
+    const auto values = MomentsFunction::apply(features, fine_count, with_mean);
+    const std::size_t sets = fine_count > 0 ? 2 : 1;
+    const auto of = [&](std::size_t set) { return Moments{with_mean ? values[sets + set] : torch::Tensor(), values[set]}; };
+    return {of(0), fine_count > 0 ? std::optional(of(1)) : std::nullopt};
 }
 
 torch::Tensor covariance(const Moments& moments)
@@ -146,7 +160,7 @@ torch::Tensor covariance(const Moments& moments)
 
 torch::Tensor mean_square_difference(const torch::Tensor& a, const torch::Tensor& target)
 {
-    return sum_of_squares(a - target) / static_cast<double>(a.numel());
+    return SquareDifference::apply(a, target, 1 / static_cast<double>(a.numel()));
 }
 
 torch::Tensor relative_square_difference(const torch::Tensor& a, const torch::Tensor& target)

@@ -18,22 +18,22 @@ namespace gram
 /// First and second moments of features.
 struct Moments
 {
-    torch::Tensor mean;    ///< C
+    torch::Tensor mean;    ///< C; undefined where nobody wants it.
     torch::Tensor second;  ///< C x C: F·Fᵀ / N, the Gram matrix divided by the number of features (StyleMesh, section 3.4)
 };
 
 /// Of `features` (C x N, float32 or float64, N >= 1); differentiable. Sums run over fixed blocks in a fixed order, so the result
 /// and the gradient are the same for any thread count.
-Moments moments(const torch::Tensor& features);
+Moments moments(const torch::Tensor& features, bool with_mean = true);
 
-/// Of all features and of those that `columns` says are fine; the second is missing if no column is fine. The same as moments()
-/// of each, for less work: what both share is multiplied once, forward and back.
+/// Of all features and of the first `fine_count` of them; the second is missing if none is fine. The same as moments() of each,
+/// for less work: what both share is multiplied once, forward and back.
 struct MomentsOfBoth
 {
     Moments all;
     std::optional<Moments> fine;
 };
-MomentsOfBoth moments_of_both(const torch::Tensor& features, const fresco::FineColumns& columns);
+MomentsOfBoth moments_of_both(const torch::Tensor& features, std::int64_t fine_count, bool with_mean = true);
 
 /// second - mean·meanᵀ.
 torch::Tensor covariance(const Moments& moments);

@@ -44,9 +44,9 @@ double level_share(ViewData& data, std::size_t level, const LossTerm& term, cons
     double own = 0;
     for (std::size_t i = 0; i < data.levels.size(); ++i)
     {
-        const auto& mask = grid_of(data.levels[i], stride, Pixels::all, device);
-        const auto cells = static_cast<double>(std::max<std::int64_t>(1, mask.cells.numel()));
-        const double covered = static_cast<double>(mask.index.numel()) / cells;
+        const auto& mask = grid_of(data.levels[i], stride, device);
+        const auto cells = static_cast<double>(std::max<std::int64_t>(1, mask.cell_count()));
+        const double covered = static_cast<double>(mask.chosen_count()) / cells;
         sum += covered;
         if (i == level)
             own = covered;
@@ -193,8 +193,8 @@ double Evaluator::settled()
         return 0;
     std::vector<torch::Tensor> values;
     for (const auto& noted : noted_)
-        values.push_back(noted.value.to(at::kDouble));
-    const auto numbers = at::stack(values).to(at::kCPU);
+        values.push_back(noted.value);
+    const auto numbers = at::stack(values).to(at::kCPU, at::kDouble);
     double sum = 0;
     const double* value = numbers.data_ptr<double>();
     for (const auto& noted : std::exchange(noted_, {}))

@@ -4,13 +4,15 @@
 #include <fresco/torch/tensor.h>
 
 #include <ATen/Parallel.h>
+#include <ATen/ops/cat.h>
 #include <ATen/ops/empty.h>
 #include <ATen/ops/empty_strided.h>
 #include <ATen/ops/zeros.h>
 #include <torch/csrc/autograd/custom_function.h>
 
 #include <algorithm>
-#include <utility>
+#include <array>
+#include <span>
 #include <vector>
 
 namespace fresco::optimize
@@ -29,13 +31,16 @@ bool has_pixels_in_rows(const at::Tensor& values)
     return values.size(0) > 1 && values.size(1) > 1 && values.t().is_contiguous();
 }
 
-/// C x P to C x N by column number, each number at most once; in memory as `values` is.
+/// C x P to C x N by column number; in memory as `values` is. The first `fine_count` numbers ascend, and so do the others; none
+/// comes twice.
 struct Columns : torch::autograd::Function<Columns>
 {
-    static at::Tensor forward(torch::autograd::AutogradContext* context, const at::Tensor& values, const at::Tensor& index)
+    static at::Tensor forward(torch::autograd::AutogradContext* context, const at::Tensor& values, const at::Tensor& index,
+                              std::int64_t fine_count)
     {
         context->save_for_backward({index});
         context->saved_data["columns"] = values.size(1);
+        context->saved_data["fine_count"] = fine_count;
         if (!is_plain(values))
             return has_pixels_in_rows(values) ? values.t().index_select(0, index).t() : values.index_select(1, index);
         if (has_pixels_in_rows(values))
@@ -54,16 +59,17 @@ struct Columns : torch::autograd::Function<Columns>
     {
         const auto index = context->get_saved_variables()[0];
         const auto columns = context->saved_data["columns"].toInt();
+        const auto fine_count = context->saved_data["fine_count"].toInt();
         if (is_plain(gradients[0]) && has_pixels_in_rows(gradients[0]))
-            return {spread_pixels(gradients[0], index, columns), at::Tensor()};
+            return {spread_pixels(gradients[0], index, fine_count, columns), at::Tensor(), at::Tensor()};
         if (!is_plain(gradients[0]))
-            return {spread(gradients[0], index, columns), at::Tensor()};
+            return {spread(gradients[0], index, columns), at::Tensor(), at::Tensor()};
         const auto gradient = gradients[0].contiguous();
         auto result = at::zeros({gradient.size(0), columns}, gradient.options());
         each_row(gradient.size(0), index.numel(),
                  [&](std::int64_t row)
                  { scatter(gradient.data_ptr<float>() + row * index.numel(), index, result.data_ptr<float>() + row * columns); });
-        return {result, at::Tensor()};
+        return {result, at::Tensor(), at::Tensor()};
     }
 
   private:
@@ -85,33 +91,46 @@ struct Columns : torch::autograd::Function<Columns>
                  [&](std::int64_t i) { std::copy_n(from + numbers[i] * channels, channels, to + i * channels); });
         return result;
     }
-    static at::Tensor spread_pixels(const at::Tensor& gradient, const at::Tensor& index, std::int64_t columns)
+    static at::Tensor spread_pixels(const at::Tensor& gradient, const at::Tensor& index, std::int64_t fine_count,
+                                    std::int64_t columns)
     {
         const auto channels = gradient.size(0);
         auto result = at::empty_strided({channels, columns}, {1, channels}, gradient.options());
         const float* from = gradient.data_ptr<float>();
         float* to = result.data_ptr<float>();
         const auto* numbers = index.data_ptr<std::int64_t>();
-        const std::int64_t count = index.numel();
-        // The numbers ascend: all cells between two of them are zero.
-        each_row(count + 1, channels,
-                 [&](std::int64_t i)
-                 {
-                     const std::int64_t before = i == 0 ? 0 : numbers[i - 1] + 1;
-                     const std::int64_t here = i == count ? columns : numbers[i];
-                     std::fill(to + before * channels, to + here * channels, 0.0F);
-                     if (i < count)
-                         std::copy_n(from + i * channels, channels, to + here * channels);
-                 });
+        const std::array runs{std::span(numbers, static_cast<std::size_t>(fine_count)),
+                              std::span(numbers + fine_count, static_cast<std::size_t>(index.numel() - fine_count))};
+        parallel_for(static_cast<std::size_t>(columns), grain(channels), at::get_num_threads(),
+                     [&](std::size_t begin, std::size_t end)
+                     {
+                         std::array<std::span<const std::int64_t>::iterator, 2> next{};
+                         for (std::size_t run = 0; run < 2; ++run)
+                             next[run] = std::ranges::lower_bound(runs[run], static_cast<std::int64_t>(begin));
+                         for (auto column = static_cast<std::int64_t>(begin); column < static_cast<std::int64_t>(end); ++column)
+                         {
+                             const std::size_t run = next[0] != runs[0].end() && *next[0] == column ? 0 : 1;
+                             if (next[run] == runs[run].end() || *next[run] != column)
+                             {
+                                 std::fill_n(to + column * channels, channels, 0.0F);
+                                 continue;
+                             }
+                             std::copy_n(from + (&*next[run] - numbers) * channels, channels, to + column * channels);
+                             ++next[run];
+                         }
+                     });
         return result;
     }
 
-    /// Several rows to a piece, so that one is worth a thread.
+    /// Rows of so many values to a piece that one is worth a thread.
+    static std::size_t grain(std::int64_t columns)
+    {
+        return static_cast<std::size_t>(1 + (std::int64_t{1} << 18U) / (columns + 1));
+    }
     template <class Work>
     static void each_row(std::int64_t rows, std::int64_t columns, const Work& work)
     {
-        const auto grain = static_cast<std::size_t>(1 + (std::int64_t{1} << 18U) / (columns + 1));
-        parallel_for(static_cast<std::size_t>(rows), grain, at::get_num_threads(),
+        parallel_for(static_cast<std::size_t>(rows), grain(columns), at::get_num_threads(),
                      [&](std::size_t begin, std::size_t end)
                      {
                          for (std::size_t row = begin; row < end; ++row)
@@ -134,64 +153,63 @@ struct Columns : torch::autograd::Function<Columns>
 
 }  // namespace
 
-std::span<const std::int64_t> GridMask::numbers() const
+GridMask grid_mask(const Raster8& all, const Raster8& fine, int stride, Protocol protocol, const torch::Device& device)
 {
-    if (!index.device().is_cpu())
-        return near;
-    return {index.data_ptr<std::int64_t>(), static_cast<std::size_t>(index.numel())};
-}
-
-GridMask grid_mask(const Raster8& mask, int stride, Protocol protocol, const torch::Device& device)
-{
-    const int rows = mask.height / stride;
-    const int columns = mask.width / stride;
+    const int rows = all.height / stride;
+    const int columns = all.width / stride;
     const auto pixel = [&](int cell, int cells, int pixels)
     { return is_released(protocol) ? corner_pixel(cell, cells, pixels) : cell * stride + stride / 2; };
-    const auto cells = at::zeros({rows, columns}, at::kBool);
+    const auto all_cells = at::zeros({rows, columns}, at::kBool);
+    const auto fine_cells = at::zeros({rows, columns}, at::kBool);
     std::vector<std::int64_t> chosen;
+    std::vector<std::int64_t> others;
     for (int row = 0; row < rows; ++row)
         for (int column = 0; column < columns; ++column)
         {
-            if (mask.at(pixel(column, columns, mask.width), pixel(row, rows, mask.height)) == 0)
+            const int x = pixel(column, columns, all.width);
+            const int y = pixel(row, rows, all.height);
+            if (all.at(x, y) == 0)
                 continue;
             const std::int64_t number = std::int64_t{row} * columns + column;
-            cells.data_ptr<bool>()[number] = true;
-            chosen.push_back(number);
+            const bool is_fine = fine.at(x, y) != 0;
+            all_cells.data_ptr<bool>()[number] = true;
+            fine_cells.data_ptr<bool>()[number] = is_fine;
+            (is_fine ? chosen : others).push_back(number);
         }
-    auto index = at::empty({static_cast<std::int64_t>(chosen.size())}, at::kLong);
+    const std::int64_t fine_count = std::ssize(chosen);
+    chosen.insert(chosen.end(), others.begin(), others.end());
+    auto index = at::empty({std::ssize(chosen)}, at::kLong);
     std::copy(chosen.begin(), chosen.end(), index.data_ptr<std::int64_t>());
-    if (device.is_cpu())
-        return {cells, index, {}};
-    return {sent_to(cells, device), sent_to(index, device), std::move(chosen)};
+    return {sent_to(all_cells, device), sent_to(fine_cells, device), sent_to(index, device), fine_count};
 }
 
 torch::Tensor selected_cells(const torch::Tensor& features, const GridMask& mask)
 {
     const auto columns = features.reshape({features.size(0), features.size(1) * features.size(2)});
-    if (mask.index.numel() == columns.size(1))
+    const auto count = mask.chosen_count();
+    if (count == columns.size(1) && (mask.fine_count == 0 || mask.fine_count == count))
         return columns;
-    return Columns::apply(columns, mask.index);
+    return Columns::apply(columns, mask.index, mask.fine_count);
 }
 
-torch::Tensor selected_among(const torch::Tensor& selected, const GridMask& all, const GridMask& part)
+torch::Tensor side_by_side(const std::vector<torch::Tensor>& selected, const std::vector<std::int64_t>& fine_counts)
 {
-    const auto wanted = part.numbers();
-    if (static_cast<std::int64_t>(wanted.size()) == selected.size(1))
-        return selected;
-    auto index = at::empty({std::ssize(wanted)}, at::kLong);
-    auto* place = index.data_ptr<std::int64_t>();
-    std::int64_t column = 0;
-    auto next = wanted.begin();
-    for (const auto cell : all.numbers())
+    if (selected.size() == 1)
+        return selected[0];
+    const bool turned = !selected[0].is_contiguous();
+    const std::int64_t side = turned ? 0 : 1;
+    std::vector<torch::Tensor> fine;
+    std::vector<torch::Tensor> others;
+    for (std::size_t i = 0; i < selected.size(); ++i)
     {
-        if (next != wanted.end() && *next == cell)
-        {
-            *place++ = column;
-            ++next;
-        }
-        ++column;
+        const auto values = turned ? selected[i].t() : selected[i];
+        const auto halves = values.split_with_sizes({fine_counts[i], values.size(side) - fine_counts[i]}, side);
+        fine.push_back(halves[0]);
+        others.push_back(halves[1]);
     }
-    return Columns::apply(selected, sent_to(index, selected.device()));
+    fine.insert(fine.end(), others.begin(), others.end());
+    const auto all = at::cat(fine, side);
+    return turned ? all.t() : all;
 }
 
 }  // namespace fresco::optimize

@@ -4,7 +4,6 @@
 #include <fresco/torch/tensor.h>
 
 #include <ATen/core/grad_mode.h>
-#include <ATen/ops/cat.h>
 #include <ATen/ops/empty.h>
 #include <ATen/ops/upsample_bilinear2d.h>
 #include <ATen/ops/zeros.h>
@@ -57,18 +56,6 @@ torch::Tensor cut(const torch::Tensor& picture, const PixelBox& box)
     return picture.slice(1, box.y0, box.y1).slice(2, box.x0, box.x1);
 }
 
-/// C x N tensors -> C x (sum of N), in memory as they are.
-torch::Tensor side_by_side(std::vector<torch::Tensor>& parts)
-{
-    if (parts.size() == 1)
-        return parts[0];
-    if (parts[0].is_contiguous())
-        return at::cat(parts, 1);
-    for (auto& part : parts)
-        part = part.t();
-    return at::cat(parts, 0).t();
-}
-
 /// The mask of the crop's core, as large as what is encoded.
 Raster8 core_mask(const Raster8& mask, const Crop& crop)
 {
@@ -79,35 +66,14 @@ Raster8 core_mask(const Raster8& mask, const Crop& crop)
     return result;
 }
 
-torch::Tensor numbers_on(const std::vector<std::int64_t>& numbers, const torch::Device& device)
+/// Of features whose first `fine_count` are fine.
+torch::Tensor of_role(const torch::Tensor& features, std::int64_t fine_count, Pixels pixels)
 {
-    auto tensor = at::empty({std::ssize(numbers)}, at::kLong);
-    std::copy(numbers.begin(), numbers.end(), tensor.data_ptr<std::int64_t>());
-    return sent_to(tensor, device);
+    if (pixels == Pixels::all)
+        return features;
+    return pixels == Pixels::fine ? features.narrow(1, 0, fine_count)
+                                  : features.narrow(1, fine_count, features.size(1) - fine_count);
 }
-
-/// Which of the cells chosen so far are fine: by the processor, which knows the masks.
-class FineNumbers
-{
-  public:
-    /// More cells: `fine` are some of `all`, both ascending.
-    void add(std::span<const std::int64_t> all, std::span<const std::int64_t> fine)
-    {
-        auto next = fine.begin();
-        for (const auto cell : all)
-        {
-            const bool is_fine = next != fine.end() && *next == cell;
-            (is_fine ? fine_ : others_).push_back(count_++);
-            next += is_fine ? 1 : 0;
-        }
-    }
-    FineColumns on(const torch::Device& device) const { return {numbers_on(fine_, device), numbers_on(others_, device)}; }
-
-  private:
-    std::vector<std::int64_t> fine_;
-    std::vector<std::int64_t> others_;
-    std::int64_t count_ = 0;
-};
 
 }  // namespace
 
@@ -195,14 +161,17 @@ torch::Tensor RenderedPart::enlarged_camera_features(const FeatureNetwork& netwo
     return known.emplace(layer, enlarged).first->second;
 }
 
-const GridMask& RenderedPart::grid(const FeatureNetwork& network, const std::string& layer, Pixels pixels)
+const GridMask& RenderedPart::grid(const FeatureNetwork& network, const std::string& layer)
 {
-    return grid_of(data_, network.layer(layer).stride, pixels, image_.device());
+    return grid_of(data_, network.layer(layer).stride, image_.device());
 }
 
 torch::Tensor RenderedPart::feature_mask(const FeatureNetwork& network, const std::string& layer, Pixels pixels)
 {
-    return grid(network, layer, pixels).cells;
+    const auto& mask = grid(network, layer);
+    if (pixels == Pixels::steep)
+        return mask.all.logical_and(mask.fine.logical_not());
+    return pixels == Pixels::all ? mask.all : mask.fine;
 }
 
 CroppedLevel* RenderedPart::cropped(const FeatureNetwork& network)
@@ -229,70 +198,68 @@ CroppedLevel* RenderedPart::cropped(const FeatureNetwork& network)
     return &found->second;
 }
 
-const GridMask& RenderedPart::crop_grid(CroppedLevel& level, std::size_t number, int stride, Pixels pixels)
+const GridMask& RenderedPart::crop_grid(CroppedLevel& level, std::size_t number, int stride)
 {
     auto& known = level.grids[number];
-    const auto found = known.find({stride, pixels});
+    const auto found = known.find(stride);
     if (found != known.end())
         return found->second;
-    const auto mask = core_mask(chosen_pixels(data_.pixels, pixels), level.crops[number]);
-    return known.emplace(std::tuple(stride, pixels), grid_mask(mask, stride, Protocol::paper, image_.device())).first->second;
+    const auto& crop = level.crops[number];
+    auto mask = grid_mask(core_mask(data_.pixels.all, crop), core_mask(data_.pixels.fine, crop), stride, Protocol::paper,
+                          image_.device());
+    return known.emplace(stride, std::move(mask)).first->second;
 }
 
 torch::Tensor RenderedPart::selected_in_crops(CroppedLevel& level, const FeatureNetwork& network, const std::string& layer,
-                                              Pixels pixels, bool camera)
+                                              bool camera)
 {
     const auto& wanted = camera ? demand(network).camera : demand(network).image;
     auto& image_features = crop_features_[&network];
     image_features.resize(level.crops.size());
-    const int stride = network.layer(layer).stride;
     std::vector<torch::Tensor> parts;
+    std::vector<std::int64_t> fine_counts;
     for (std::size_t i = 0; i < level.crops.size(); ++i)
     {
         // The maps go as soon as they are there: all that losses may read is their level's cells.
-        const auto all =
-            encoded_layer(camera ? level.camera_features[i] : image_features[i], network, wanted, layer,
-                          cut(camera ? data_.camera : image_, level.crops[i].encoded),
-                          [&](const std::string& name, const torch::Tensor& maps)
-                          { return selected_cells(maps, crop_grid(level, i, network.layer(name).stride, Pixels::all)); });
-        parts.push_back(pixels == Pixels::all
-                            ? all
-                            : selected_among(all, crop_grid(level, i, stride, Pixels::all), crop_grid(level, i, stride, pixels)));
+        parts.push_back(encoded_layer(camera ? level.camera_features[i] : image_features[i], network, wanted, layer,
+                                      cut(camera ? data_.camera : image_, level.crops[i].encoded),
+                                      [&](const std::string& name, const torch::Tensor& maps)
+                                      { return selected_cells(maps, crop_grid(level, i, network.layer(name).stride)); }));
+        fine_counts.push_back(crop_grid(level, i, network.layer(layer).stride).fine_count);
     }
     if (parts.empty())
         return at::zeros({network.layer(layer).channels, 0}, image_.options().requires_grad(false));
-    return side_by_side(parts);
+    return side_by_side(parts, fine_counts);
 }
 
 torch::Tensor RenderedPart::selected(const FeatureNetwork& network, const std::string& layer, Pixels pixels)
 {
-    if (auto* level = cropped(network))
-        return selected_in_crops(*level, network, layer, pixels, false);
-    return selected_cells(encoded(features_, network, demand(network).image, layer, image_), grid(network, layer, pixels));
+    auto& all = selected_[{&network, layer}];
+    if (auto* level = cropped(network); !all.defined() && level != nullptr)
+        all = selected_in_crops(*level, network, layer, false);
+    else if (!all.defined())
+        all = selected_cells(encoded(features_, network, demand(network).image, layer, image_), grid(network, layer));
+    return of_role(all, fine_count(network, layer), pixels);
 }
 
-FineColumns RenderedPart::fine_among_selected(const FeatureNetwork& network, const std::string& layer)
+std::int64_t RenderedPart::fine_count(const FeatureNetwork& network, const std::string& layer)
 {
-    const int stride = network.layer(layer).stride;
-    const auto key = std::pair(&network, stride);
-    if (const auto found = data_.fine_columns.find(key); found != data_.fine_columns.end())
-        return found->second;
-    FineNumbers numbers;
-    if (auto* level = cropped(network))
-        for (std::size_t i = 0; i < level->crops.size(); ++i)
-            numbers.add(crop_grid(*level, i, stride, Pixels::all).numbers(),
-                        crop_grid(*level, i, stride, Pixels::fine).numbers());
-    else
-        numbers.add(grid(network, layer, Pixels::all).numbers(), grid(network, layer, Pixels::fine).numbers());
-    return data_.fine_columns.emplace(key, numbers.on(image_.device())).first->second;
+    auto* level = cropped(network);
+    if (level == nullptr)
+        return grid(network, layer).fine_count;
+    std::int64_t count = 0;
+    for (std::size_t i = 0; i < level->crops.size(); ++i)
+        count += crop_grid(*level, i, network.layer(layer).stride).fine_count;
+    return count;
 }
 
 torch::Tensor RenderedPart::camera_selected(const FeatureNetwork& network, const std::string& layer, Pixels pixels)
 {
     const at::NoGradGuard no_gradient;
-    if (auto* level = cropped(network))
-        return selected_in_crops(*level, network, layer, pixels, true);
-    return selected_cells(whole_camera_features(network, layer), grid(network, layer, pixels));
+    auto* level = cropped(network);
+    const auto all = level != nullptr ? selected_in_crops(*level, network, layer, true)
+                                      : selected_cells(whole_camera_features(network, layer), grid(network, layer));
+    return of_role(all, fine_count(network, layer), pixels);
 }
 
 }  // namespace fresco::optimize

@@ -63,10 +63,10 @@ class RenderedPart final : public Part
     torch::Tensor feature_mask(const FeatureNetwork& network, const std::string& layer, Pixels pixels) override;
     torch::Tensor selected(const FeatureNetwork& network, const std::string& layer, Pixels pixels) override;
     torch::Tensor camera_selected(const FeatureNetwork& network, const std::string& layer, Pixels pixels) override;
-    FineColumns fine_among_selected(const FeatureNetwork& network, const std::string& layer) override;
+    std::int64_t fine_count(const FeatureNetwork& network, const std::string& layer) override;
 
-    /// Cells of the layer's grid inside the level's mask.
-    const GridMask& grid(const FeatureNetwork& network, const std::string& layer, Pixels pixels);
+    /// Cells of the layer's grid inside the level's masks.
+    const GridMask& grid(const FeatureNetwork& network, const std::string& layer);
 
   private:
     void refuse_unless_whole(const FeatureNetwork& network) const;
@@ -77,9 +77,8 @@ class RenderedPart final : public Part
     /// Null where the network encodes whole frames.
     CroppedLevel* cropped(const FeatureNetwork& network);
     /// The cells of crop `number`'s core.
-    const GridMask& crop_grid(CroppedLevel& level, std::size_t number, int stride, Pixels pixels);
-    torch::Tensor selected_in_crops(CroppedLevel& level, const FeatureNetwork& network, const std::string& layer, Pixels pixels,
-                                    bool camera);
+    const GridMask& crop_grid(CroppedLevel& level, std::size_t number, int stride);
+    torch::Tensor selected_in_crops(CroppedLevel& level, const FeatureNetwork& network, const std::string& layer, bool camera);
     const Demand& demand(const FeatureNetwork& network) const;
 
     PartPlace place_;
@@ -88,6 +87,7 @@ class RenderedPart final : public Part
     const Demands& demands_;
     FeatureMaps features_;
     std::map<const FeatureNetwork*, std::vector<std::map<std::string, torch::Tensor>>> crop_features_;
+    std::map<std::pair<const FeatureNetwork*, std::string>, torch::Tensor> selected_;  ///< Of Pixels::all.
 };
 
 }  // namespace fresco::optimize

@@ -103,17 +103,6 @@ UvMap filled_with_corner(const UvMap& map)
 
 }  // namespace
 
-Raster8 chosen_pixels(const LevelPixels& level, Pixels pixels)
-{
-    if (pixels != Pixels::steep)
-        return pixels == Pixels::fine ? level.fine : level.all;
-    Raster8 steep = level.all;
-    for (std::size_t i = 0; i < steep.values.size(); ++i)
-        if (level.fine.values[i] != 0)
-            steep.values[i] = 0;
-    return steep;
-}
-
 std::unique_ptr<ViewData> load_view(const ViewSource& source, std::size_t view, const TextureRepresentation& texture,
                                     const LevelRules& rules)
 {
@@ -161,13 +150,13 @@ std::unique_ptr<ViewData> load_view(const ViewSource& source, std::size_t view, 
     return data;
 }
 
-const GridMask& grid_of(LevelData& level, int stride, Pixels pixels, const torch::Device& device)
+const GridMask& grid_of(LevelData& level, int stride, const torch::Device& device)
 {
-    const auto key = std::tuple(stride, pixels);
-    const auto found = level.grids.find(key);
+    const auto found = level.grids.find(stride);
     if (found != level.grids.end())
         return found->second;
-    return level.grids.emplace(key, grid_mask(chosen_pixels(level.pixels, pixels), stride, level.protocol, device)).first->second;
+    return level.grids.emplace(stride, grid_mask(level.pixels.all, level.pixels.fine, stride, level.protocol, device))
+        .first->second;
 }
 
 void forget_camera(ViewData& data)

@@ -29,7 +29,6 @@
 #include <optional>
 #include <string>
 #include <thread>
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -87,7 +86,7 @@ struct CroppedLevel
 {
     std::vector<Crop> crops;
     std::vector<std::map<std::string, torch::Tensor>> camera_features;  ///< Per crop: C x N, of its core's cells.
-    std::vector<std::map<std::tuple<int, Pixels>, GridMask>> grids;     ///< Per crop: its core's cells, in its own grid.
+    std::vector<std::map<int, GridMask>> grids;                         ///< Per crop, by stride: its core's cells, in its own grid.
 };
 
 /// One height of one view, ready for the consecutive steps on it.
@@ -107,9 +106,8 @@ struct LevelData
 
     /// What parts found out and the next step on this view needs again.
     FeatureMaps camera_features;
-    std::map<std::tuple<int, Pixels>, GridMask> grids;  ///< By stride and pixels.
+    std::map<int, GridMask> grids;  ///< By stride.
     std::map<const FeatureNetwork*, CroppedLevel> cropped;
-    std::map<std::pair<const FeatureNetwork*, int>, FineColumns> fine_columns;  ///< By network and stride.
 
     /// Where the texture is not on the CPU: `valid` (bool) and `factor` beside it.
     torch::Tensor valid_there;
@@ -129,11 +127,8 @@ struct ViewData
 std::unique_ptr<ViewData> load_view(const ViewSource& source, std::size_t view, const TextureRepresentation& texture,
                                     const LevelRules& rules);
 
-/// The mask of the level's `pixels`.
-Raster8 chosen_pixels(const LevelPixels& level, Pixels pixels);
-
-/// The cells of a grid of `stride` that belong to the level's `pixels`; made when first asked for.
-const GridMask& grid_of(LevelData& level, int stride, Pixels pixels, const torch::Device& device);
+/// The cells of a grid of `stride` that belong to the level; made when first asked for.
+const GridMask& grid_of(LevelData& level, int stride, const torch::Device& device);
 
 /// Forgets what networks say of the camera picture.
 void forget_camera(ViewData& data);

@@ -96,17 +96,18 @@ TEST_CASE("a grid cell takes the pixel at its center")
     mask.at(3, 3) = 1;
     mask.at(2, 0) = 1;
     mask.at(4, 1) = 1;
-    const auto half = grid_mask(mask, 2, Protocol::paper, torch::kCPU);
-    REQUIRE(half.cells.sizes() == at::IntArrayRef({2, 2}));
-    REQUIRE(half.index.numel() == 2);
-    CHECK(half.index[0].item<std::int64_t>() == 0);
-    CHECK(half.index[1].item<std::int64_t>() == 3);
-    CHECK(half.cells[1][1].item<bool>());
-    CHECK_FALSE(half.cells[0][1].item<bool>());
-    CHECK(grid_mask(mask, 1, Protocol::paper, torch::kCPU).index.numel() == 4);
+    Raster8 fine(5, 4);
+    fine.at(3, 3) = 1;
+    fine.at(0, 0) = 1;  // Not in the level.
+    const auto half = grid_mask(mask, fine, 2, Protocol::paper, torch::kCPU);
+    REQUIRE(half.all.sizes() == at::IntArrayRef({2, 2}));
+    CHECK(half.index.equal(at::tensor({3, 0}, at::kLong)));
+    CHECK(half.fine_count == 1);
+    CHECK(half.all.equal(at::tensor({1, 0, 0, 1}, at::kLong).reshape({2, 2}).to(at::kBool)));
+    CHECK(half.fine.equal(at::tensor({0, 0, 0, 1}, at::kLong).reshape({2, 2}).to(at::kBool)));
+    CHECK(grid_mask(mask, fine, 1, Protocol::paper, torch::kCPU).index.equal(at::tensor({18, 2, 6, 9}, at::kLong)));
     // The released code takes corners: of rows 0 and 2, and of columns 0 and 2 (5 / 2, rounded down).
-    CHECK(grid_mask(mask, 2, Protocol::released_scannet, torch::kCPU).numbers()[0] == 1);
-    CHECK(grid_mask(mask, 2, Protocol::released_scannet, torch::kCPU).index.numel() == 1);
+    CHECK(grid_mask(mask, fine, 2, Protocol::released_scannet, torch::kCPU).index.equal(at::tensor({1}, at::kLong)));
 }
 
 TEST_CASE("selected cells and their gradient equal index_select's, for any type, place in memory and threads")
@@ -119,9 +120,13 @@ TEST_CASE("selected cells and their gradient equal index_select's, for any type,
          std::vector<std::vector<int>>{{0}, {152}, {0, 1, 2}, {150, 151, 152}, {5, 70}, {0, 152}, every_third, {}})
     {
         Raster8 mask(17, 9);
-        for (const int i : list)
-            mask.values[static_cast<std::size_t>(i)] = 1;
-        const auto grid = grid_mask(mask, 1, Protocol::paper, torch::kCPU);
+        Raster8 fine(17, 9);
+        for (std::size_t i = 0; i < list.size(); ++i)
+        {
+            mask.values[static_cast<std::size_t>(list[i])] = 1;
+            fine.values[static_cast<std::size_t>(list[i])] = i % 3 == 1 ? 1 : 0;
+        }
+        const auto grid = grid_mask(mask, fine, 1, Protocol::paper, torch::kCPU);
         for (const int threads : {1, 3})
             for (const auto type : {at::kFloat, at::kDouble})
                 for (const bool innermost : {true, false})
@@ -280,12 +285,18 @@ TEST_CASE("crops give the loss and the gradient of the whole frame, and encode l
         gradients.push_back(torch::autograd::grad({sum}, {image})[0]);
         for (const char* layer : {"fine", "deep"})
         {
-            const auto [chosen, others] = part.fine_among_selected(network, layer);
-            CHECK(chosen.numel() > 0);
-            CHECK(chosen.numel() + others.numel() == part.selected(network, layer, Pixels::all).size(1));
-            CHECK(part.selected(network, layer, Pixels::all)
-                      .index_select(1, chosen)
-                      .equal(part.selected(network, layer, Pixels::fine)));
+            const auto all = part.selected(network, layer, Pixels::all);
+            const auto fine = part.selected(network, layer, Pixels::fine);
+            const auto count = part.fine_count(network, layer);
+            CHECK(count > 0);
+            CHECK(all.narrow(1, 0, count).equal(fine));
+            CHECK(all.narrow(1, count, all.size(1) - count).equal(part.selected(network, layer, Pixels::steep)));
+            // As a set they are the whole frame's fine cells.
+            const auto whole = network.encode(image, {layer})[0].flatten(1);
+            const auto inside = grid_mask(data.pixels.all, data.pixels.fine, network.layer(layer).stride, Protocol::paper,
+                                          torch::kCPU);
+            const auto expected = whole.index_select(1, inside.index.narrow(0, 0, inside.fine_count));
+            CHECK((std::get<0>(fine.sort(1)) - std::get<0>(expected.sort(1))).abs().max().item<double>() < 1e-12);
         }
     }
     CHECK(values[1] == Approx(values[0]).epsilon(1e-12));

@@ -20,9 +20,12 @@ torch::Tensor middles(std::int64_t cells, int stride)
     return at::arange(cells, at::kLong) * stride + stride / 2;
 }
 
-torch::Tensor inside(const torch::Tensor& map, const torch::Tensor& mask)
+/// The cells of `map` (C x h x w) in `mask`, those in `first` before the others.
+torch::Tensor inside(const torch::Tensor& map, const torch::Tensor& mask, const torch::Tensor& first)
 {
-    return map.flatten(1).index_select(1, mask.flatten().nonzero().squeeze(1));
+    const auto numbers = [](const torch::Tensor& cells) { return cells.flatten().nonzero().squeeze(1); };
+    const auto others = mask.logical_and(first.logical_not());
+    return map.flatten(1).index_select(1, at::cat({numbers(mask.logical_and(first)), numbers(others)}));
 }
 
 torch::Tensor whole(const torch::Tensor& picture)
@@ -131,18 +134,18 @@ torch::Tensor PicturePart::feature_mask(const FeatureNetwork& network, const std
 
 torch::Tensor PicturePart::selected(const FeatureNetwork& network, const std::string& layer, Pixels pixels)
 {
-    return inside(features(network, layer), feature_mask(network, layer, pixels));
+    return inside(features(network, layer), feature_mask(network, layer, pixels), feature_mask(network, layer, Pixels::fine));
 }
 
-FineColumns PicturePart::fine_among_selected(const FeatureNetwork& network, const std::string& layer)
+std::int64_t PicturePart::fine_count(const FeatureNetwork& network, const std::string& layer)
 {
-    const auto fine = feature_mask(network, layer, Pixels::fine).masked_select(feature_mask(network, layer, Pixels::all));
-    return {fine.nonzero().flatten(), fine.logical_not().nonzero().flatten()};
+    return feature_mask(network, layer, Pixels::fine).sum().item<std::int64_t>();
 }
 
 torch::Tensor PicturePart::camera_selected(const FeatureNetwork& network, const std::string& layer, Pixels pixels)
 {
-    return inside(camera_features(network, layer), feature_mask(network, layer, pixels));
+    return inside(camera_features(network, layer), feature_mask(network, layer, pixels),
+                  feature_mask(network, layer, Pixels::fine));
 }
 
 }  // namespace fresco::testing

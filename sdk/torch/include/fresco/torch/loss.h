@@ -39,13 +39,6 @@ struct LossNeeds
     bool picture = false;  ///< Reads image(), camera() or mask(): then the part is the whole frame.
 };
 
-/// Numbers of columns, int64, ascending: of those that are fine and of the others.
-struct FineColumns
-{
-    torch::Tensor fine;
-    torch::Tensor others;
-};
-
 /// One rendered level of one step. Made and owned by the optimizer; valid during evaluate. Several losses share it, and each
 /// network encodes it once. Tensors are float32 on the run's device; do not change them in place.
 class Part
@@ -68,12 +61,13 @@ class Part
                                           const std::string& layer) = 0;  ///< C x h x w, no gradient
     /// The mask on a layer's grid (nearest neighbor): h x w, bool.
     virtual torch::Tensor feature_mask(const FeatureNetwork& network, const std::string& layer, Pixels pixels) = 0;
-    /// The features inside the mask: C x N, N may be 0. Their order is the optimizer's own, one for the image and the camera: it
-    /// may differ from feature_mask's, because large frames are encoded in crops.
+    /// The features inside the mask: C x N, N may be 0. Of Pixels::all the first fine_count() are those of Pixels::fine, and the
+    /// others those of Pixels::steep. Within these their order is the optimizer's own, one for the image and the camera: it may
+    /// differ from feature_mask's, because large frames are encoded in crops.
     virtual torch::Tensor selected(const FeatureNetwork& network, const std::string& layer, Pixels pixels) = 0;
     virtual torch::Tensor camera_selected(const FeatureNetwork& network, const std::string& layer, Pixels pixels) = 0;
-    /// Which of selected(network, layer, Pixels::all) are also among selected(…, Pixels::fine).
-    virtual FineColumns fine_among_selected(const FeatureNetwork& network, const std::string& layer) = 0;
+    /// How many features selected(network, layer, Pixels::fine) has.
+    virtual std::int64_t fine_count(const FeatureNetwork& network, const std::string& layer) = 0;
 };
 
 /// A summand of a loss: a scalar tensor, and the network layer it belongs to ("" = none). The optimizer multiplies it by the

@@ -61,7 +61,7 @@ class PicturePart final : public Part
     torch::Tensor feature_mask(const FeatureNetwork& network, const std::string& layer, Pixels pixels) override;
     torch::Tensor selected(const FeatureNetwork& network, const std::string& layer, Pixels pixels) override;
     torch::Tensor camera_selected(const FeatureNetwork& network, const std::string& layer, Pixels pixels) override;
-    FineColumns fine_among_selected(const FeatureNetwork& network, const std::string& layer) override;
+    std::int64_t fine_count(const FeatureNetwork& network, const std::string& layer) override;
 
   private:
     using Encoded = std::map<std::pair<const FeatureNetwork*, std::string>, torch::Tensor>;

@@ -54,9 +54,10 @@ class FeaturesVgg19 final : public fresco::FeatureNetwork
         this, "convolutions", "auto", fresco::one_of({"auto", "libtorch", "plain"}),
         "auto: minimal filtering for float32 on the CPU (two to three times faster, relative difference about 1e-6), else "
         "libtorch; plain: libtorch with channels outermost in memory, for comparisons"};
-    fresco::Option<std::string> precision{this, "precision", "full", fresco::one_of({"full", "mixed"}),
-                                          "Precision of libtorch's convolutions: float32, or bfloat16 after the first layer "
-                                          "(CUDA, or `convolutions: libtorch`); features are compared in float32"};
+    fresco::Option<std::string> precision{this, "precision", "full", fresco::one_of({"full", "tf32", "mixed"}),
+                                          "Precision of libtorch's convolutions: float32, TensorFloat-32 (CUDA), or bfloat16 "
+                                          "after the first layer (CUDA, or `convolutions: libtorch`); features are compared in "
+                                          "float32"};
 
   public:
     void prepare(const fresco::PrepareContext& context) override
@@ -74,7 +75,9 @@ class FeaturesVgg19 final : public fresco::FeatureNetwork
             context.message(described(result.means));
         }
         network_.move_to(device);
-        network_.set_precision(*precision == "mixed" ? vgg19::Precision::mixed : vgg19::Precision::full);
+        network_.set_precision(*precision == "mixed"  ? vgg19::Precision::mixed
+                               : *precision == "tf32" ? vgg19::Precision::tf32
+                                                      : vgg19::Precision::full);
     }
 
     std::vector<fresco::FeatureLayer> layers() const override { return network_.layers(); }
@@ -92,6 +95,11 @@ class FeaturesVgg19 final : public fresco::FeatureNetwork
   private:
     void refuse_unless_possible(const torch::Device& device) const
     {
+        if (*precision != "full" && *convolutions == "plain")
+            throw fresco::Error("features.vgg19: `convolutions: plain` is for comparisons, with `precision: full`");
+        if (*precision == "tf32" && !device.is_cuda())
+            throw fresco::Error("features.vgg19: `precision: tf32` is of CUDA devices, and this run is on " + device.str() +
+                                "; set `precision: full`");
         if (*precision != "mixed")
             return;
         if (device.is_cpu() && *convolutions == "auto")

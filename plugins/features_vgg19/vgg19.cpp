@@ -108,6 +108,66 @@ torch::Tensor pooled(const torch::Tensor& maps, Pooling pooling)
     return pooling == Pooling::max ? at::max_pool2d(maps, {2, 2}) : at::avg_pool2d(maps, {2, 2});
 }
 
+/// Filters with their rows and columns reversed and their channels exchanged.
+torch::Tensor turned(const torch::Tensor& filters)
+{
+    return filters.flip({2, 3}).transpose(0, 1);
+}
+
+torch::Tensor convolved(const torch::Tensor& maps, const torch::Tensor& filters, const torch::Tensor& bias, std::int64_t padding,
+                        bool tf32)
+{
+    return at::_convolution(maps, filters, bias, {1, 1}, {padding, padding}, {1, 1}, false, {0, 0}, 1, false, false, true, tf32);
+}
+
+/// Lets convolutions by cuDNN round the factors of float32 products, or not, while it lives.
+class Tf32
+{
+  public:
+    explicit Tf32(bool allowed) { at::globalContext().setAllowTF32CuDNN(allowed); }
+    ~Tf32() { at::globalContext().setAllowTF32CuDNN(before_); }
+    Tf32(const Tf32&) = delete;
+    Tf32& operator=(const Tf32&) = delete;
+
+  private:
+    bool before_ = at::globalContext().allowTF32CuDNN();
+};
+
+torch::Tensor rectified(const torch::Tensor& maps, const torch::Tensor& filters, const torch::Tensor& bias, std::int64_t padding,
+                        bool tf32)
+{
+    if (!maps.is_cuda())
+        return convolved(maps, filters, bias, padding, tf32).relu_();
+    // Bias and rectifier in the same pass, which else cost as much as the convolution. This operator has no argument for tf32.
+    const Tf32 as_wanted(tf32);
+    return at::cudnn_convolution_relu(maps, filters, bias, {1, 1}, {padding, padding}, {1, 1}, 1);
+}
+
+/// Convolution and rectifier of frozen filters. Its way back is a convolution too, with the filters turned: in float32, cuDNN's
+/// own way back takes up to eight times as long for large maps of few channels.
+struct Rectified : torch::autograd::Function<Rectified>
+{
+    static at::Tensor forward(torch::autograd::AutogradContext* context, const at::Tensor& maps, const at::Tensor& filters,
+                              const at::Tensor& turned, const at::Tensor& bias, std::int64_t padding, bool tf32)
+    {
+        const auto result = rectified(maps, filters, bias, padding, tf32);
+        context->save_for_backward({result, turned});
+        context->saved_data["padding"] = 2 - padding;
+        context->saved_data["tf32"] = tf32;
+        return result;
+    }
+
+    static torch::autograd::variable_list backward(torch::autograd::AutogradContext* context,
+                                                   torch::autograd::variable_list gradients)
+    {
+        const auto saved = context->get_saved_variables();
+        const auto passed = at::threshold_backward(gradients[0], saved[0], 0);
+        const auto back =
+            convolved(passed, saved[1], {}, context->saved_data["padding"].toInt(), context->saved_data["tf32"].toBool());
+        return {back, {}, {}, {}, {}, {}};
+    }
+};
+
 }  // namespace
 
 std::vector<Convolution> convolutions(const fresco::weights::Vgg19Weights& weights, std::string_view source)
@@ -126,25 +186,41 @@ Vgg19::Vgg19(std::vector<Convolution> layers, const fresco::weights::Vgg19Input&
 
 void Vgg19::move_to(const torch::Device& device)
 {
-    for (auto* layers : {&convolutions_, &halves_})
-        for (auto& convolution : *layers)
-        {
-            convolution.weights = laid_out(convolution.weights.to(device));
-            convolution.bias = convolution.bias.to(device);
-        }
+    for (auto& convolution : convolutions_)
+    {
+        convolution.weights = convolution.weights.to(device);
+        convolution.bias = convolution.bias.to(device);
+    }
+    get_ready();
 }
 
 void Vgg19::set_precision(Precision precision)
 {
-    halves_.clear();
-    if (precision == Precision::full)
+    precision_ = precision;
+    get_ready();
+}
+
+void Vgg19::get_ready()
+{
+    ready_.clear();
+    // The CPU has its own encoder.
+    if (precision_ == Precision::full && convolutions_.front().weights.device().is_cpu())
         return;
-    halves_ = convolutions_;
-    for (auto& convolution : halves_)
-    {
-        convolution.weights = laid_out(convolution.weights.to(at::kBFloat16));
-        convolution.bias = convolution.bias.to(at::kBFloat16);
-    }
+    for (std::size_t number = 0; number < convolutions_.size(); ++number)
+        ready_.push_back(filters(number, convolutions_[number].weights.options().dtype(type_of(number, at::kFloat))));
+}
+
+at::ScalarType Vgg19::type_of(std::size_t number, at::ScalarType maps) const
+{
+    // The first layer costs next to nothing, and bfloat16 would round 0..255 to whole numbers.
+    return precision_ == Precision::mixed && number > 0 && maps != at::kDouble ? at::kBFloat16 : maps;
+}
+
+Vgg19::Filters Vgg19::filters(std::size_t number, const torch::TensorOptions& options) const
+{
+    const auto& convolution = convolutions_[number];
+    const auto weights = convolution.weights.to(options);
+    return {laid_out(weights), laid_out(turned(weights)), convolution.bias.to(options)};
 }
 
 std::vector<fresco::FeatureLayer> Vgg19::layers() const
@@ -174,13 +250,14 @@ std::vector<fresco::FeatureLayer> Vgg19::layers() const
 
 torch::Tensor Vgg19::network_input(const torch::Tensor& picture) const
 {
+    const auto rgb = picture.unbind(0);
     std::vector<torch::Tensor> channels;
     for (std::size_t i = 0; i < 3; ++i)
     {
-        const auto channel = picture[static_cast<std::int64_t>(input_.bgr ? 2 - i : i)];
-        channels.push_back((channel * input_.scale - input_.mean[i]) / input_.deviation[i]);
+        const auto centered = rgb[input_.bgr ? 2 - i : i] * input_.scale - input_.mean[i];
+        channels.push_back(input_.deviation[i] == 1 ? centered : centered / input_.deviation[i]);
     }
-    return at::stack(channels).unsqueeze(0);
+    return at::stack(channels, 2).permute({2, 0, 1}).unsqueeze(0);
 }
 
 std::vector<torch::Tensor> Vgg19::encode(const torch::Tensor& picture, const std::vector<std::string>& names) const
@@ -223,15 +300,21 @@ std::vector<torch::Tensor> Vgg19::encode_generally(const torch::Tensor& picture,
 
 torch::Tensor Vgg19::responses(std::size_t number, const torch::Tensor& maps, Order order) const
 {
-    // The first layer costs next to nothing, and bfloat16 would round 0..255 to whole numbers.
-    const bool half = !halves_.empty() && number > 0 && maps.scalar_type() != at::kDouble;
-    const auto input = half ? maps.to(at::kBFloat16) : maps;
-    const auto& convolution = half ? halves_[number] : convolutions_[number];
+    const auto input = maps.to(type_of(number, maps.scalar_type()));
     if (input.size(2) == 0 || input.size(3) == 0)
-        return input.new_empty({1, convolution.weights.size(0), input.size(2), input.size(3)});
+        return input.new_empty({1, convolutions_[number].weights.size(0), input.size(2), input.size(3)});
     const bool reflect = input_.padding == Vgg19Padding::reflect;
-    return at::relu(at::conv2d(reflect ? framed(input, order) : input, laid_out(convolution.weights.to(input.options()), order),
-                               convolution.bias.to(input.options()), 1, reflect ? 0 : 1));
+    const auto bordered = reflect ? framed(input, order) : input;
+    if (order == Order::channels_outermost)
+    {
+        const auto& convolution = convolutions_[number];
+        return at::relu(at::conv2d(bordered, convolution.weights.to(input.options()), convolution.bias.to(input.options()), 1,
+                                   reflect ? 0 : 1));
+    }
+    const bool is_ready = !ready_.empty() && ready_[number].weights.device() == input.device() &&
+                          ready_[number].weights.scalar_type() == input.scalar_type();
+    const auto with = is_ready ? ready_[number] : filters(number, input.options());
+    return Rectified::apply(bordered, with.weights, with.turned, with.bias, reflect ? 0 : 1, precision_ == Precision::tf32);
 }
 
 bool convolves_bfloat16(const torch::Device& device)

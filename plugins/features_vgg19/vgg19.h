@@ -26,6 +26,7 @@ std::vector<Convolution> convolutions(const fresco::weights::Vgg19Weights& weigh
 enum class Precision
 {
     full,  ///< The picture's own type.
+    tf32,  ///< Factors of float32 products are rounded to ten bits behind the point, sums are not. On CUDA only.
     mixed  ///< Of float32 pictures all but the first layer in bfloat16, whose responses are given as float32.
 };
 
@@ -66,8 +67,21 @@ class Vgg19
     /// Rectified responses of layer `number` to maps of 1 x C x H x W.
     torch::Tensor responses(std::size_t number, const torch::Tensor& maps, Order order) const;
 
+    /// As libtorch convolves with them: channels innermost.
+    struct Filters
+    {
+        torch::Tensor weights;
+        torch::Tensor turned;  ///< For the way back.
+        torch::Tensor bias;
+    };
+    void get_ready();
+    /// What layer `number` convolves maps of this type in.
+    at::ScalarType type_of(std::size_t number, at::ScalarType maps) const;
+    Filters filters(std::size_t number, const torch::TensorOptions& options) const;
+
     std::vector<Convolution> convolutions_;
-    std::vector<Convolution> halves_;  ///< In bfloat16; empty: full precision.
+    std::vector<Filters> ready_;  ///< On the network's device and in its precision; empty: they are made each time.
+    Precision precision_ = Precision::full;
     std::shared_ptr<const CpuEncoder> on_cpu_;
     fresco::weights::Vgg19Input input_;
     Pooling pooling_ = Pooling::max;

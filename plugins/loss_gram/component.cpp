@@ -72,6 +72,11 @@ class LossGram final : public fresco::Loss
             const auto& targets = targets_[i];
             const bool apart = targets.coarse && *rule == "released";
             torch::Tensor sum;
+            if (targets.coarse && !apart && !with_mean())
+            {
+                add_plain(terms, part, i);
+                continue;
+            }
             if (targets.coarse && targets.fine && !apart)
                 add_both(sum, part, i);
             else if (targets.coarse && !apart)
@@ -112,6 +117,19 @@ class LossGram final : public fresco::Loss
     {
         const auto names = fresco::split_layer_names(*fine_layers);
         return names.empty() || std::find(names.begin(), names.end(), layer) != names.end();
+    }
+
+    /// Adds the term of plain Gram matrices of one view, the coarse target on all pixels together.
+    void add_plain(std::vector<fresco::LossTerm>& terms, fresco::Part& part, std::size_t layer)
+    {
+        const auto& [name, factor] = compared_[layer];
+        const auto selected = part.selected(*style.features, name, fresco::Pixels::all);
+        if (selected.size(1) == 0)
+            return;
+        const gram::GramTargets targets{targets_[layer].coarse->second,
+                                        targets_[layer].fine ? targets_[layer].fine->second : torch::Tensor()};
+        const auto fine_count = part.fine_count(*style.features, name);
+        terms.push_back({name, gram::gram_distance(selected, fine_count, targets, factor), &*style.features});
     }
 
     /// Adds the distances of all features to the coarse target and of the fine ones to theirs.

@@ -42,19 +42,23 @@ torch::Tensor sum_of(const torch::Tensor& a, const torch::Tensor& b)
 void write_gradient(const torch::Tensor& factor, const torch::Tensor& offset, const torch::Tensor& features,
                     const torch::Tensor& gradient)
 {
+    // Symmetric, so that the product can keep the order of the features in memory.
+    const bool turned = features.t().is_contiguous();
+    const auto& a = turned ? features.t() : factor;
+    const auto& b = turned ? factor : features;
+    auto out = turned ? gradient.t() : gradient;
     if (!factor.defined())
-        gradient.zero_();
-    else if (features.t().is_contiguous())
-        // Symmetric, so that the product can keep the order of the features in memory.
-        gradient.copy_(fresco::matrix_product(features.t(), factor).t());
+        out.zero_();
+    else if (factor.device().is_cpu())
+        out.copy_(fresco::matrix_product(a, b));
     else
-        gradient.copy_(fresco::matrix_product(factor, features));
+        at::mm_out(out, a, b);
     if (offset.defined())
         gradient.add_(offset.unsqueeze(1));
 }
 
-/// C x N features, the first `fine_count` of them fine -> the second moments of all and, if any, of the fine ones; with_mean: then
-/// the means of both.
+/// C x N features, the first `fine_count` of them fine -> the second moments of all and, if any, of the fine ones; with_mean:
+/// then the means of both.
 struct MomentsFunction : torch::autograd::Function<MomentsFunction>
 {
     static torch::autograd::variable_list forward(torch::autograd::AutogradContext* context, const torch::Tensor& features,
@@ -114,8 +118,66 @@ struct MomentsFunction : torch::autograd::Function<MomentsFunction>
 
 torch::Tensor sum_of_squares(const torch::Tensor& x)
 {
-    return fresco::ordered_sum(x * x);
+    return x.device().is_cpu() ? fresco::ordered_sum(x * x) : at::dot(x.flatten(), x.flatten());
 }
+
+/// Adds `factor` times the features' products to `sum`.
+void add_products(const torch::Tensor& features, double factor, torch::Tensor& sum)
+{
+    if (features.device().is_cpu())
+        sum.add_(products(features), factor);
+    else
+        sum.addmm_(features, features.t(), 1, factor);
+}
+
+/// See gram_distance().
+struct GramDistance : torch::autograd::Function<GramDistance>
+{
+    static torch::Tensor forward(torch::autograd::AutogradContext* context, const torch::Tensor& features,
+                                 std::int64_t fine_count, const GramTargets& targets, double scale)
+    {
+        const auto count = features.size(1);
+        const auto fine = features.narrow(1, 0, fine_count);
+        const auto fine_products = fine_count > 0 ? products(fine) : torch::Tensor();
+        auto difference =
+            fine_count > 0 ? at::sub(targets.all, fine_products, 1 / static_cast<double>(count)) : targets.all.clone();
+        if (fine_count < count)
+            add_products(features.narrow(1, fine_count, count - fine_count), -1 / static_cast<double>(count), difference);
+        const double per_element = scale / static_cast<double>(difference.numel());
+        auto value = sum_of_squares(difference).mul_(per_element);
+        torch::autograd::variable_list saved{features, difference};
+        if (fine_count > 0 && targets.fine.defined())
+        {
+            const auto of_fine = at::sub(targets.fine, fine_products, 1 / static_cast<double>(fine_count));
+            value.add_(sum_of_squares(of_fine), per_element);
+            saved.push_back(of_fine);
+        }
+        context->save_for_backward(saved);
+        context->saved_data["fine_count"] = fine_count;
+        context->saved_data["per_element"] = per_element;
+        return value;
+    }
+
+    static torch::autograd::variable_list backward(torch::autograd::AutogradContext* context,
+                                                   torch::autograd::variable_list gradients)
+    {
+        const auto saved = context->get_saved_variables();
+        const auto& features = saved[0];
+        const auto fine_count = context->saved_data["fine_count"].toInt();
+        const double per_element = context->saved_data["per_element"].toDouble();
+        const auto others = features.size(1) - fine_count;
+        // Of ‖T - F Fᵀ / N‖²: the difference is symmetric.
+        const auto slope = [&](std::int64_t count) { return gradients[0] * (-4 * per_element / static_cast<double>(count)); };
+        const auto factor = saved[1] * slope(features.size(1));
+        const auto result = at::empty_strided(features.sizes(), features.strides(), features.options());
+        if (others > 0)
+            write_gradient(factor, {}, features.narrow(1, fine_count, others), result.narrow(1, fine_count, others));
+        if (fine_count > 0)
+            write_gradient(saved.size() > 2 ? at::addcmul(factor, saved[2], slope(fine_count)) : factor, {},
+                           features.narrow(1, 0, fine_count), result.narrow(1, 0, fine_count));
+        return {result, torch::Tensor(), torch::Tensor(), torch::Tensor()};
+    }
+};
 
 /// Σ (a - target)² times `factor`.
 struct SquareDifference : torch::autograd::Function<SquareDifference>
@@ -139,15 +201,30 @@ struct SquareDifference : torch::autograd::Function<SquareDifference>
 
 }  // namespace
 
+namespace
+{
+
+/// Features, or channels, in rows: as they lie in memory, if they do.
+torch::Tensor in_rows(const torch::Tensor& features)
+{
+    return features.t().is_contiguous() ? features : features.contiguous();
+}
+
+}  // namespace
+
 Moments moments(const torch::Tensor& features, bool with_mean)
 {
     return moments_of_both(features, 0, with_mean).all;
 }
 
+torch::Tensor gram_distance(const torch::Tensor& features, std::int64_t fine_count, const GramTargets& targets, double scale)
+{
+    return GramDistance::apply(in_rows(features), fine_count, targets, scale);
+}
+
 MomentsOfBoth moments_of_both(const torch::Tensor& given, std::int64_t fine_count, bool with_mean)
 {
-    const auto features = given.t().is_contiguous() ? given : given.contiguous();
-    const auto values = MomentsFunction::apply(features, fine_count, with_mean);
+    const auto values = MomentsFunction::apply(in_rows(given), fine_count, with_mean);
     const std::size_t sets = fine_count > 0 ? 2 : 1;
     const auto of = [&](std::size_t set) { return Moments{with_mean ? values[sets + set] : torch::Tensor(), values[set]}; };
     return {of(0), fine_count > 0 ? std::optional(of(1)) : std::nullopt};

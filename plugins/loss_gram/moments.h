@@ -35,6 +35,17 @@ struct MomentsOfBoth
 };
 MomentsOfBoth moments_of_both(const torch::Tensor& features, std::int64_t fine_count, bool with_mean = true);
 
+/// Gram matrices divided by their number of features, C x C and symmetric.
+struct GramTargets
+{
+    torch::Tensor all;
+    torch::Tensor fine;  ///< Undefined: none.
+};
+
+/// `scale` times the sum of mean_square_difference() of all features' second moment and of that of the first `fine_count`, where
+/// there are any, each to its target. Differentiable. In a third of the operators.
+torch::Tensor gram_distance(const torch::Tensor& features, std::int64_t fine_count, const GramTargets& targets, double scale);
+
 /// second - mean·meanᵀ.
 torch::Tensor covariance(const Moments& moments);
 

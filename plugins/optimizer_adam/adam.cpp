@@ -3,6 +3,7 @@
 #include <fresco/parallel.h>
 
 #include <ATen/ATen.h>
+#include <torch/version.h>
 
 #include <algorithm>
 #include <cmath>
@@ -142,6 +143,17 @@ void step_visible(const Block& block, const Gradient& gradient, double rate, dou
 void step_dense(TensorBlock& block, const torch::Tensor& texels, const torch::Tensor& gradient, std::int64_t step, double rate,
                 double pull, const Constants& constants)
 {
+#if TORCH_VERSION_MAJOR >= 2
+    // In one pass over the texels instead of twenty.
+    if (block.values.is_cuda())
+    {
+        const auto dense = at::zeros_like(block.values).index_copy_(0, texels, gradient);
+        const auto steps = at::full({}, static_cast<double>(step), block.values.options());
+        at::_fused_adam_({block.values}, {dense}, {block.first}, {block.second}, {}, {steps}, rate, constants.beta1,
+                         constants.beta2, pull, constants.epsilon, false, false);
+        return;
+    }
+#endif
     const auto t = static_cast<double>(step);
     const auto all = (block.values * pull).index_add_(0, texels, gradient);
     block.first.mul_(constants.beta1).add_(all, 1 - constants.beta1);

@@ -129,6 +129,21 @@ Checkpoint Checkpoint::of(std::int64_t step, std::int64_t rollbacks, const std::
     return result;
 }
 
+Checkpoint Checkpoint::copied() const
+{
+    Checkpoint result = *this;
+    const auto copy = [](TensorMap& tensors)
+    {
+        for (auto& [name, tensor] : tensors)
+            tensor = tensor.clone();
+    };
+    copy(result.parameters);
+    copy(result.rule);
+    for (auto& [name, tensors] : result.losses)
+        copy(tensors);
+    return result;
+}
+
 void Checkpoint::write(const std::filesystem::path& file) const
 {
     SafeTensors contents;

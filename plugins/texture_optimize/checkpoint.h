@@ -37,6 +37,8 @@ struct Checkpoint
                          const OptimizerRule& rule, const std::map<std::string, std::shared_ptr<Loss>>& losses,
                          const Raster8& seen);
 
+    /// With tensors of its own.
+    Checkpoint copied() const;
     /// One safetensors file, written whole or not at all.
     void write(const std::filesystem::path& file) const;
     /// Nothing where there is no file. Throws Error for a file that is damaged or of another form.

@@ -10,6 +10,7 @@
 #include <ATen/ops/empty.h>
 #include <ATen/ops/empty_like.h>
 #include <ATen/ops/full.h>
+#include <ATen/ops/full_like.h>
 #include <ATen/ops/stack.h>
 #include <torch/csrc/autograd/autograd.h>
 
@@ -85,19 +86,25 @@ Evaluation Evaluator::evaluate(std::int64_t step, const ScheduledStep& scheduled
 {
     Evaluation result;
     std::vector<std::vector<SparseGradient>> there;
+    const auto add = [&](LevelGradients level)
+    {
+        if (level.note)
+            noted_.push_back(std::move(*level.note));
+        auto& gradients = level.gradients;
+        if (!gradients.empty() && !gradients[0].values.device().is_cpu())
+            there.push_back(std::move(gradients));
+        else if (result.gradients.empty())
+            result.gradients = std::move(gradients);
+        else
+            for (std::size_t p = 0; p < gradients.size() && p < result.gradients.size(); ++p)
+                result.gradients[p] = sparse_sum(result.gradients[p], gradients[p]);
+    };
     each_level(step, scheduled, data, view_name,
                [&](const PartPlace& place, std::size_t level, const std::string& where)
                {
-                   auto gradients = level_gradients(place, data, level, where);
+                   add(way_back(seen_level(place, data, level, where), where));
                    if (device_.is_cpu())
                        result.loss += settled();
-                   if (!gradients.empty() && !gradients[0].values.device().is_cpu())
-                       there.push_back(std::move(gradients));
-                   else if (result.gradients.empty())
-                       result.gradients = std::move(gradients);
-                   else
-                       for (std::size_t p = 0; p < gradients.size() && p < result.gradients.size(); ++p)
-                           result.gradients[p] = sparse_sum(result.gradients[p], gradients[p]);
                });
     if (!there.empty())
         result.gradients = data.gradient_union.sum(there);
@@ -115,7 +122,7 @@ double Evaluator::loss(std::int64_t step, const ScheduledStep& scheduled, ViewDa
                {
                    torch::Tensor stored;
                    RenderedPart part(place, displayed(data.levels[number], stored), data.levels[number], demands_);
-                   weighted_sum(
+                   terms_of(
                        part, [&](const LossTerm& term) { return level_share(data, number, term, device_); }, where);
                });
     return settled();
@@ -132,59 +139,64 @@ torch::Tensor Evaluator::displayed(LevelData& level, torch::Tensor& stored) cons
     return sent_to(result, device_);
 }
 
-std::vector<SparseGradient> Evaluator::level_gradients(const PartPlace& place, ViewData& data, std::size_t level_number,
-                                                       const std::string& where)
+Evaluator::SeenLevel Evaluator::seen_level(const PartPlace& place, ViewData& data, std::size_t number, const std::string& where)
 {
-    auto& level = data.levels[level_number];
-    torch::Tensor stored;
-    const auto image = displayed(level, stored).detach().set_requires_grad(true);
-    torch::Tensor sum;
-    {
-        RenderedPart part(place, image, level, demands_);
-        sum = weighted_sum(
-            part, [&](const LossTerm& term) { return level_share(data, level_number, term, device_); }, where);
-    }
+    auto& level = data.levels[number];
+    SeenLevel seen;
+    seen.level = &level;
+    seen.image = displayed(level, seen.stored).detach().set_requires_grad(true);
     // The way back needs none of the part's features: what the losses need of them, they keep.
-    torch::Tensor gradient;
-    if (sum.defined() && sum.requires_grad())
-        gradient = torch::autograd::grad({sum}, {image}, {}, false, false, true)[0];
+    RenderedPart part(place, seen.image, level, demands_);
+    seen.terms = terms_of(
+        part, [&](const LossTerm& term) { return level_share(data, number, term, device_); }, where);
+    return seen;
+}
+
+Evaluator::LevelGradients Evaluator::way_back(SeenLevel seen, const std::string& where) const
+{
+    if (seen.terms.values.empty())
+        return {};
+    auto gradient = torch::autograd::grad(seen.terms.values, {seen.image}, seen.terms.factors, false, false, true)[0];
+    seen.terms = {};
     if (!gradient.defined())
         return {};
-    return texture_gradients(level, stored, gradient.detach(), where);
-}
-
-std::vector<SparseGradient> Evaluator::texture_gradients(const LevelData& level, const torch::Tensor& stored,
-                                                         torch::Tensor gradient, const std::string& where)
-{
-    if (!stored.device().is_cpu())
+    const auto& level = *seen.level;
+    LevelGradients result;
+    if (!seen.stored.device().is_cpu())
     {
-        gradient = gradient.to(at::kFloat);
+        gradient = gradient.detach().to(at::kFloat);
         // 0 times a finite number is 0, and nothing else gives 0.
-        noted_.push_back({(gradient * 0).sum(), where, "", ""});
-        return level.view->gradient(values_back(space_, stored, level.factor_there, gradient));
+        result.note = Noted{(gradient * 0).sum(), 1, where, "", ""};
+        result.gradients = level.view->gradient(values_back(space_, seen.stored, level.factor_there, gradient));
+        return result;
     }
-    gradient = gradient.to(at::kCPU, at::kFloat).clone(at::MemoryFormat::Contiguous);
+    gradient = gradient.detach().to(at::kCPU, at::kFloat).clone(at::MemoryFormat::Contiguous);
     const auto values = values_of(gradient);
     if (!std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); }))
-        noted_.push_back({at::full({}, std::numeric_limits<double>::quiet_NaN(), torch::TensorOptions(device_)), where, "", ""});
-    space_.back(values_of(stored), level.factor.values, values);
-    return level.view->gradient(gradient);
+        result.note =
+            Noted{at::full({}, std::numeric_limits<double>::quiet_NaN(), torch::TensorOptions(device_)), 1, where, "", ""};
+    space_.back(values_of(seen.stored), level.factor.values, values);
+    result.gradients = level.view->gradient(gradient);
+    return result;
 }
 
-torch::Tensor Evaluator::weighted_sum(Part& part, const std::function<double(const LossTerm&)>& share, const std::string& where)
+Evaluator::Terms Evaluator::terms_of(Part& part, const std::function<double(const LossTerm&)>& share, const std::string& where)
 {
-    torch::Tensor sum;
+    Terms terms;
     for (const auto& [name, component] : losses_)
     {
         summands_[name] += 0;
         for (const auto& term : component->evaluate(part))
         {
-            const auto weighted = term.value * (*component->weight * share(term));
-            noted_.push_back({weighted.detach(), where, name, term.layer});
-            sum = sum.defined() ? sum + weighted : weighted;
+            const double factor = *component->weight * share(term);
+            noted_.push_back({term.value.detach(), factor, where, name, term.layer});
+            if (!term.value.requires_grad())
+                continue;
+            terms.values.push_back(term.value);
+            terms.factors.push_back(at::full_like(term.value, factor));
         }
     }
-    return sum;
+    return terms;
 }
 
 double Evaluator::settled()
@@ -206,8 +218,8 @@ double Evaluator::settled()
                             (noted.layer.empty() ? "" : " at layer " + noted.layer) + "; lower 'rate' or the loss's weight");
         if (!noted.loss.empty())
         {
-            sum += *value;
-            summands_[noted.loss] += *value;
+            sum += *value * noted.factor;
+            summands_[noted.loss] += *value * noted.factor;
         }
         ++value;
     }

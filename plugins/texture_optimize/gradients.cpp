@@ -3,7 +3,6 @@
 #include <ATen/ops/_unique2.h>
 #include <ATen/ops/cat.h>
 #include <ATen/ops/empty.h>
-#include <ATen/ops/stack.h>
 #include <ATen/ops/zeros.h>
 
 #include <cstddef>
@@ -19,10 +18,10 @@ torch::Tensor shown(const ValueSpace& space, const torch::Tensor& stored)
 {
     if (!space.is_network())
         return stored;
-    std::vector<torch::Tensor> channels;
+    auto values = stored.flip(0);
     for (std::size_t c = 0; c < 3; ++c)
-        channels.push_back((stored.select(0, static_cast<std::int64_t>(space.plane_of(c))) + space.offset(c)) / 255);
-    return at::stack(channels);
+        values.select(0, static_cast<std::int64_t>(c)).add_(space.offset(c));
+    return values.div_(255);
 }
 
 }  // namespace
@@ -39,9 +38,9 @@ torch::Tensor values_back(const ValueSpace& space, const torch::Tensor& stored, 
     auto result = gradient * (factor * space.scale());
     if (space.is_clamped())
     {
+        // How far a value lies outside, with its sign: a step against the gradient leads on where that has the other one.
         const auto value = shown(space, stored);
-        const auto leads_on = ((value < 0).logical_and(gradient > 0)).logical_or((value > 1).logical_and(gradient < 0));
-        result.masked_fill_(leads_on, 0);
+        result.masked_fill_((value - value.clamp(0, 1)) * gradient < 0, 0);
     }
     return space.is_network() ? result.flip(0) : result;
 }

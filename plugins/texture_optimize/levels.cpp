@@ -282,9 +282,9 @@ class CellCounts
 class Cover
 {
   public:
-    Cover(const Raster8& mask, int align, int margin_px)
-        : counts_(mask, align), width_(mask.width), height_(mask.height), align_(align),
-          margin_((margin_px + align - 1) / align * align)
+    Cover(const Raster8& mask, const CropRules& rules)
+        : counts_(mask, rules.align), width_(mask.width), height_(mask.height), rules_(rules),
+          margin_((rules.margin_px + rules.align - 1) / rules.align * rules.align)
     {
     }
 
@@ -307,10 +307,25 @@ class Cover
     /// Box of cells to pixels, `margin` wider, inside the frame.
     PixelBox pixels(const PixelBox& cells, int margin) const
     {
-        return {std::max(0, cells.x0 * align_ - margin), std::max(0, cells.y0 * align_ - margin),
-                std::min(width_, cells.x1 * align_ + margin), std::min(height_, cells.y1 * align_ + margin)};
+        const int align = rules_.align;
+        return {std::max(0, cells.x0 * align - margin), std::max(0, cells.y0 * align - margin),
+                std::min(width_, cells.x1 * align + margin), std::min(height_, cells.y1 * align + margin)};
     }
-    std::int64_t cost(const PixelBox& cells) const { return pixels(cells, margin_).area(); }
+    /// Grown inside the frame until it is some steps long, or as long as the frame.
+    void grow(int& begin, int& end, int whole) const
+    {
+        const int length = std::min(whole, (end - begin + rules_.step_px - 1) / rules_.step_px * rules_.step_px);
+        end = std::min(whole, begin + length);
+        begin = std::max(0, (end - length) / rules_.align * rules_.align);
+    }
+    PixelBox encoded(const PixelBox& cells) const
+    {
+        PixelBox box = pixels(cells, margin_);
+        grow(box.x0, box.x1, width_);
+        grow(box.y0, box.y1, height_);
+        return box;
+    }
+    std::int64_t cost(const PixelBox& cells) const { return encoded(cells).area() + rules_.crop_px; }
 
     /// Cuts a box in two wherever that saves most, as long as it saves a twentieth of it.
     void split(const PixelBox& box)
@@ -333,7 +348,7 @@ class Cover
             consider({box.x0, box.y0, box.x1, y}, {box.x0, y, box.x1, box.y1});
         if (!halves)
         {
-            crops_.push_back({pixels(box, 0), pixels(box, margin_)});
+            crops_.push_back({pixels(box, 0), encoded(box)});
             return;
         }
         split(halves->first);
@@ -343,16 +358,16 @@ class Cover
     CellCounts counts_;
     int width_;
     int height_;
-    int align_;
+    CropRules rules_;
     int margin_;
     std::vector<Crop> crops_;
 };
 
 }  // namespace
 
-std::vector<Crop> covering_crops(const Raster8& mask, int align, int margin_px)
+std::vector<Crop> covering_crops(const Raster8& mask, const CropRules& rules)
 {
-    return Cover(mask, align, margin_px)();
+    return Cover(mask, rules)();
 }
 
 }  // namespace fresco::optimize

@@ -116,10 +116,18 @@ struct Crop
     PixelBox encoded;  ///< The core and the pixels that its features see.
 };
 
+/// How frames are cut into crops.
+struct CropRules
+{
+    int align;                 ///< Boxes begin at multiples of it, and end there or at the frame's border.
+    int margin_px;             ///< Pixels beyond its own cell that a feature sees.
+    int step_px = 1;           ///< What is encoded has sides of some of these, a multiple of `align` or 1, or the frame's.
+    std::int64_t crop_px = 0;  ///< As many pixels as cost what each crop costs beside its own.
+};
+
 /// Crops whose cores are disjoint and together hold every pixel of `mask`; one of the whole frame where crops would save less
-/// than a tenth of its pixels, none for an empty mask. Boxes begin at multiples of `align` and end there or at the frame's
-/// border, so that a network whose strides divide `align` gives in a crop's core what it gives in the whole frame. \param
-/// margin_px  pixels beyond its own cell that a feature sees
-std::vector<Crop> covering_crops(const Raster8& mask, int align, int margin_px);
+/// than a tenth of its pixels, none for an empty mask. A network whose strides divide `align` gives in a crop's core what it
+/// gives in the whole frame.
+std::vector<Crop> covering_crops(const Raster8& mask, const CropRules& rules);
 
 }  // namespace fresco::optimize

@@ -3,6 +3,7 @@
 #include "checkpoint.h"
 #include "evaluation.h"
 #include "gradients.h"
+#include "rendered_part.h"
 #include "schedule.h"
 #include "views.h"
 
@@ -21,6 +22,8 @@
 #include <chrono>
 #include <cmath>
 #include <fmt/format.h>
+#include <functional>
+#include <future>
 #include <optional>
 #include <set>
 
@@ -188,6 +191,7 @@ class Loop
         while (!walked())
         {
         }
+        wait_for_writing();
         const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start - measuring_;
         report(seconds.count(), step_ - first_step_);
         // Its state is not needed when the layers are copied.
@@ -267,11 +271,13 @@ class Loop
     bool walked()
     {
         const auto first_visit = static_cast<std::size_t>(step_ / options_.schedule.repeats_count);
+        const Demands demands = demands_of(components_.losses, !options_.reference);
         ViewFeed feed(options_.device, first_visit, schedule_.visits(),
-                      [this](std::size_t visit)
+                      [&](std::size_t visit)
                       {
                           auto data = load_view(source_, schedule_.view_of_visit(visit), components_.texture, options_.levels);
                           move_to(*data, options_.device, texture_there_);
+                          get_parts_ready(*data, demands, options_.device);
                           return data;
                       });
         ViewData* data = nullptr;
@@ -311,6 +317,7 @@ class Loop
             throw Error(fmt::format(
                 "{}; the run went back {} times and halved the rate each time, without success; its last checkpoint is kept",
                 error.what(), most));
+        wait_for_writing();
         run_.warning(std::string(error.what()) + "; going back to the last good state, at half the rate");
         const bool back = checkpoints_.use_before(
             step_, [this](const Checkpoint& c) { restore(c); }, [this](const std::string& text) { run_.warning(text); });
@@ -326,7 +333,7 @@ class Loop
         may_be_interrupted([this] { run_.check_canceled(); });
         if (options_.checkpoint_steps > 0 && step_ > 0 && step_ % options_.checkpoint_steps == 0 && step_ != due_step_)
         {
-            checkpoints_.write_due(state());
+            write([this](const Checkpoint& checkpoint) { checkpoints_.write_due(checkpoint); });
             due_step_ = step_;
             kept_ = std::chrono::steady_clock::now();
         }
@@ -343,7 +350,7 @@ class Loop
         if (options_.checkpoint_seconds <= 0 || step_ == first_step_ || step_ == kept_step_ || step_ == due_step_ ||
             begin - kept_ < std::max(least, std::chrono::duration<double>(20 * keeping_)))
             return;
-        checkpoints_.write_interrupted(state());
+        write([this](const Checkpoint& checkpoint) { checkpoints_.write_interrupted(checkpoint); });
         kept_step_ = step_;
         kept_ = std::chrono::steady_clock::now();
         keeping_ = kept_ - begin;
@@ -359,10 +366,28 @@ class Loop
         }
         catch (const Canceled&)
         {
+            wait_for_writing();
             if (step_ != due_step_)
                 checkpoints_.write_interrupted(state());
             throw;
         }
+    }
+
+    /// Writes the present state by `into`. On another device than the CPU steps are quick and writing is not: there a copy of the
+    /// state is written while the run goes on.
+    void write(std::function<void(const Checkpoint&)> into)
+    {
+        wait_for_writing();
+        if (options_.device.is_cpu())
+            return into(state());
+        writing_ = std::async(std::launch::async, [into = std::move(into), copy = state().copied()] { into(copy); });
+    }
+
+    /// Until the last state is written. Throws what its writing threw.
+    void wait_for_writing()
+    {
+        if (writing_.valid())
+            writing_.get();
     }
 
     Checkpoint state() const
@@ -476,6 +501,7 @@ class Loop
     std::chrono::steady_clock::duration keeping_{};  ///< What the last time took.
     std::int64_t kept_step_ = -1;
     std::int64_t due_step_ = -1;  ///< Of the last checkpoint that was due, as far as this process knows.
+    std::future<void> writing_;   ///< Of a checkpoint, by another thread; waits when it goes.
 };
 
 }  // namespace

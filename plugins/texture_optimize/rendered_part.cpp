@@ -66,6 +66,51 @@ Raster8 core_mask(const Raster8& mask, const Crop& crop)
     return result;
 }
 
+/// Null where the network encodes whole frames of the level.
+CroppedLevel* cropped_level(LevelData& data, const FeatureNetwork& network, const Demand& demand, const torch::Device& device)
+{
+    // Enlarged camera features have no crops, and both must select in one order.
+    if (demand.whole || data.smallest)
+        return nullptr;
+    auto found = data.cropped.find(&network);
+    if (found == data.cropped.end())
+    {
+        int align = 1;
+        int margin = 0;
+        for (const auto& name : demand.image)
+        {
+            const auto layer = network.layer(name);
+            align = std::lcm(align, layer.stride);
+            margin = std::max(margin, layer.margin_px);
+        }
+        CropRules rules{align, margin};
+        if (!device.is_cpu())
+        {
+            // There a library gets ready for every new shape, 1.6 ms for each convolution (cuDNN 9), and sending a crop's
+            // operators takes as long as the convolution of so many pixels (H200).
+            rules.step_px = std::lcm(align, 128);
+            rules.crop_px = 250'000;
+        }
+        CroppedLevel level{covering_crops(data.pixels.all, rules), {}, {}};
+        level.camera_features.resize(level.crops.size());
+        level.grids.resize(level.crops.size());
+        found = data.cropped.emplace(&network, std::move(level)).first;
+    }
+    return &found->second;
+}
+
+/// The cells of crop `number`'s core.
+const GridMask& crop_grid(const LevelData& data, CroppedLevel& level, std::size_t number, int stride, const torch::Device& device)
+{
+    auto& known = level.grids[number];
+    const auto found = known.find(stride);
+    if (found != known.end())
+        return found->second;
+    const auto& crop = level.crops[number];
+    auto mask = grid_mask(core_mask(data.pixels.all, crop), core_mask(data.pixels.fine, crop), stride, Protocol::paper, device);
+    return known.emplace(stride, std::move(mask)).first->second;
+}
+
 /// Of features whose first `fine_count` are fine.
 torch::Tensor of_role(const torch::Tensor& features, std::int64_t fine_count, Pixels pixels)
 {
@@ -92,6 +137,22 @@ Demands demands_of(const std::map<std::string, std::shared_ptr<Loss>>& losses, b
                 add_missing(demand.camera, layers.names);
         }
     return demands;
+}
+
+void get_parts_ready(ViewData& data, const Demands& demands, const torch::Device& device)
+{
+    for (auto& level : data.levels)
+        for (const auto& [network, demand] : demands)
+            for (const auto& name : demand.image)
+            {
+                const int stride = network->layer(name).stride;
+                auto* cropped = cropped_level(level, *network, demand, device);
+                if (cropped == nullptr)
+                    grid_of(level, stride, device);
+                else
+                    for (std::size_t i = 0; i < cropped->crops.size(); ++i)
+                        crop_grid(level, *cropped, i, stride, device);
+            }
 }
 
 RenderedPart::RenderedPart(PartPlace place, torch::Tensor image, LevelData& data, const Demands& demands)
@@ -176,38 +237,7 @@ torch::Tensor RenderedPart::feature_mask(const FeatureNetwork& network, const st
 
 CroppedLevel* RenderedPart::cropped(const FeatureNetwork& network)
 {
-    // Enlarged camera features have no crops, and both must select in one order.
-    if (demand(network).whole || data_.smallest)
-        return nullptr;
-    auto found = data_.cropped.find(&network);
-    if (found == data_.cropped.end())
-    {
-        int align = 1;
-        int margin = 0;
-        for (const auto& name : demand(network).image)
-        {
-            const auto layer = network.layer(name);
-            align = std::lcm(align, layer.stride);
-            margin = std::max(margin, layer.margin_px);
-        }
-        CroppedLevel level{covering_crops(data_.pixels.all, align, margin), {}, {}};
-        level.camera_features.resize(level.crops.size());
-        level.grids.resize(level.crops.size());
-        found = data_.cropped.emplace(&network, std::move(level)).first;
-    }
-    return &found->second;
-}
-
-const GridMask& RenderedPart::crop_grid(CroppedLevel& level, std::size_t number, int stride)
-{
-    auto& known = level.grids[number];
-    const auto found = known.find(stride);
-    if (found != known.end())
-        return found->second;
-    const auto& crop = level.crops[number];
-    auto mask = grid_mask(core_mask(data_.pixels.all, crop), core_mask(data_.pixels.fine, crop), stride, Protocol::paper,
-                          image_.device());
-    return known.emplace(stride, std::move(mask)).first->second;
+    return cropped_level(data_, network, demand(network), image_.device());
 }
 
 torch::Tensor RenderedPart::selected_in_crops(CroppedLevel& level, const FeatureNetwork& network, const std::string& layer,
@@ -221,11 +251,12 @@ torch::Tensor RenderedPart::selected_in_crops(CroppedLevel& level, const Feature
     for (std::size_t i = 0; i < level.crops.size(); ++i)
     {
         // The maps go as soon as they are there: all that losses may read is their level's cells.
-        parts.push_back(encoded_layer(camera ? level.camera_features[i] : image_features[i], network, wanted, layer,
-                                      cut(camera ? data_.camera : image_, level.crops[i].encoded),
-                                      [&](const std::string& name, const torch::Tensor& maps)
-                                      { return selected_cells(maps, crop_grid(level, i, network.layer(name).stride)); }));
-        fine_counts.push_back(crop_grid(level, i, network.layer(layer).stride).fine_count);
+        parts.push_back(encoded_layer(
+            camera ? level.camera_features[i] : image_features[i], network, wanted, layer,
+            cut(camera ? data_.camera : image_, level.crops[i].encoded),
+            [&](const std::string& name, const torch::Tensor& maps)
+            { return selected_cells(maps, crop_grid(data_, level, i, network.layer(name).stride, image_.device())); }));
+        fine_counts.push_back(crop_grid(data_, level, i, network.layer(layer).stride, image_.device()).fine_count);
     }
     if (parts.empty())
         return at::zeros({network.layer(layer).channels, 0}, image_.options().requires_grad(false));
@@ -249,7 +280,7 @@ std::int64_t RenderedPart::fine_count(const FeatureNetwork& network, const std::
         return grid(network, layer).fine_count;
     std::int64_t count = 0;
     for (std::size_t i = 0; i < level->crops.size(); ++i)
-        count += crop_grid(*level, i, network.layer(layer).stride).fine_count;
+        count += crop_grid(data_, *level, i, network.layer(layer).stride, image_.device()).fine_count;
     return count;
 }
 

@@ -27,6 +27,10 @@ using Demands = std::map<const FeatureNetwork*, Demand>;
 /// With `crops` false every demand is for whole frames.
 Demands demands_of(const std::map<std::string, std::shared_ptr<Loss>>& losses, bool crops = true);
 
+/// Finds the crops and the grids' cells of every level that parts will ask for, which they else find in a view's first step. On
+/// any thread.
+void get_parts_ready(ViewData& data, const Demands& demands, const torch::Device& device);
+
 /// Where a part stands in the run.
 struct PartPlace
 {
@@ -76,8 +80,6 @@ class RenderedPart final : public Part
                                  const std::string& layer, const torch::Tensor& picture);
     /// Null where the network encodes whole frames.
     CroppedLevel* cropped(const FeatureNetwork& network);
-    /// The cells of crop `number`'s core.
-    const GridMask& crop_grid(CroppedLevel& level, std::size_t number, int stride);
     torch::Tensor selected_in_crops(CroppedLevel& level, const FeatureNetwork& network, const std::string& layer, bool camera);
     const Demand& demand(const FeatureNetwork& network) const;
 

@@ -191,21 +191,32 @@ void move_to(ViewData& data, const torch::Device& device, bool texture_too)
 namespace
 {
 
-/// Views in memory in addition to the current one: one waits while the next is made.
-constexpr std::size_t views_ahead = 2;
-
-std::optional<c10::Stream> side_stream(const torch::Device& device)
+std::size_t loading_threads(const torch::Device& device)
 {
-    if (device.is_cpu())
-        return std::nullopt;
-    return c10::impl::VirtualGuardImpl(device.type()).getStreamFromGlobalPool(device, false);
+    return device.is_cpu() ? 1 : 4;
+}
+
+/// Views in memory in addition to the current one: on the CPU one waits while the next is made.
+std::size_t views_ahead(const torch::Device& device)
+{
+    return 1 + loading_threads(device);
+}
+
+std::vector<c10::Stream> side_streams(const torch::Device& device)
+{
+    std::vector<c10::Stream> streams;
+    if (!device.is_cpu())
+        for (std::size_t i = 0; i < loading_threads(device); ++i)
+            streams.push_back(c10::impl::VirtualGuardImpl(device.type()).getStreamFromGlobalPool(device, false));
+    return streams;
 }
 
 }  // namespace
 
 ViewFeed::ViewFeed(const torch::Device& device, std::size_t first, std::size_t last, const Make& make)
-    : device_(device), stream_(side_stream(device)),
-      loader_(first, last, views_ahead, [this, make](std::size_t index) { return load(index, make); })
+    : device_(device), streams_(side_streams(device)),
+      loader_(first, last, views_ahead(device), loading_threads(device),
+              [this, make](std::size_t index, std::size_t thread) { return load(index, thread, make); })
 {
 }
 
@@ -222,25 +233,25 @@ ViewFeed::~ViewFeed()
     }
 }
 
-ViewFeed::Loaded ViewFeed::load(std::size_t index, const Make& make) const
+ViewFeed::Loaded ViewFeed::load(std::size_t index, std::size_t thread, const Make& make) const
 {
-    if (!stream_)
-        return {make(index), std::nullopt};
+    if (streams_.empty())
+        return {make(index), std::nullopt, thread};
     const c10::DeviceGuard on_device(device_);
-    const c10::StreamGuard on_stream(*stream_);
-    Loaded loaded{make(index), c10::Event(device_.type())};
-    loaded.sent->record(*stream_);
+    const c10::StreamGuard on_stream(streams_[thread]);
+    Loaded loaded{make(index), c10::Event(device_.type()), thread};
+    loaded.sent->record(streams_[thread]);
     return loaded;
 }
 
 void ViewFeed::let_go()
 {
-    if (present_.data && stream_)
+    if (present_.data && !streams_.empty())
     {
         // The view's memory belongs to the side stream, which may use it again at once, but work on it may not have ended.
         c10::Event done(device_.type());
         done.record(c10::impl::VirtualGuardImpl(device_.type()).getStream(device_));
-        done.block(*stream_);
+        done.block(streams_[present_.thread]);
     }
     present_ = {};
 }

@@ -20,7 +20,6 @@
 
 #include <condition_variable>
 #include <cstddef>
-#include <deque>
 #include <exception>
 #include <functional>
 #include <map>
@@ -86,7 +85,7 @@ struct CroppedLevel
 {
     std::vector<Crop> crops;
     std::vector<std::map<std::string, torch::Tensor>> camera_features;  ///< Per crop: C x N, of its core's cells.
-    std::vector<std::map<int, GridMask>> grids;                         ///< Per crop, by stride: its core's cells, in its own grid.
+    std::vector<std::map<int, GridMask>> grids;  ///< Per crop, by stride: its core's cells, in its own grid.
 };
 
 /// One height of one view, ready for the consecutive steps on it.
@@ -136,77 +135,89 @@ void forget_camera(ViewData& data);
 /// Moves what losses see to `device`; with `texture_too` what the lookup needs beside the view as well.
 void move_to(ViewData& data, const torch::Device& device, bool texture_too);
 
-/// Makes the items first, first + 1, …, last - 1 in order on a thread of its own, at most `depth` ahead of who takes them. An
-/// exception of `make` is rethrown where its item would be taken. The destructor waits for the item under way.
+/// Makes the items first, first + 1, …, last - 1 on threads of its own, as many at a time as there are threads, and at most
+/// `depth` ahead of who takes them, in order. An exception of `make` is rethrown where its item would be taken. The destructor
+/// waits for the items under way.
 template <class T>
 class Prefetch
 {
   public:
-    Prefetch(std::size_t first, std::size_t last, std::size_t depth, std::function<T(std::size_t)> make)
-        : last_(last), depth_(depth), make_(std::move(make)), thread_([this, first](std::stop_token stop) { work(stop, first); })
+    /// make(item, thread), with threads counted from 0.
+    using Make = std::function<T(std::size_t, std::size_t)>;
+
+    Prefetch(std::size_t first, std::size_t last, std::size_t depth, std::size_t threads, Make make)
+        : begun_(first), taken_(first), last_(last), depth_(depth), make_(std::move(make))
     {
+        for (std::size_t thread = 0; thread < threads; ++thread)
+            threads_.emplace_back([this, thread](const std::stop_token& stop) { work(stop, thread); });
     }
 
     /// The next item; blocks until it is there. At most last - first calls.
     T next()
     {
         std::unique_lock lock(mutex_);
-        changed_.wait(lock, [this] { return !ready_.empty() || failure_; });
-        if (ready_.empty())
-            std::rethrow_exception(failure_);
-        T item = std::move(ready_.front());
-        ready_.pop_front();
+        changed_.wait(lock, [this] { return ready_.contains(taken_); });
+        auto item = std::move(ready_.extract(taken_++).mapped());
         changed_.notify_all();
-        return item;
+        if (item.failure)
+            std::rethrow_exception(item.failure);
+        return std::move(*item.value);
     }
 
   private:
-    void work(const std::stop_token& stop, std::size_t first)
+    struct Item
     {
-        try
+        std::optional<T> value;
+        std::exception_ptr failure;
+    };
+
+    void work(const std::stop_token& stop, std::size_t thread)
+    {
+        while (true)
         {
-            for (std::size_t i = first; i < last_; ++i)
+            std::size_t number = 0;
             {
-                {
-                    std::unique_lock lock(mutex_);
-                    if (!changed_.wait(lock, stop, [this] { return ready_.size() < depth_; }))
-                        return;
-                }
-                if (stop.stop_requested())
+                std::unique_lock lock(mutex_);
+                if (!changed_.wait(lock, stop, [this] { return begun_ == last_ || begun_ < taken_ + depth_; }) ||
+                    begun_ == last_ || stop.stop_requested())
                     return;
-                T item = make_(i);
-                const std::lock_guard lock(mutex_);
-                ready_.push_back(std::move(item));
-                changed_.notify_all();
+                number = begun_++;
             }
-        }
-        catch (...)
-        {
+            Item item;
+            try
+            {
+                item.value.emplace(make_(number, thread));
+            }
+            catch (...)
+            {
+                item.failure = std::current_exception();
+            }
             const std::lock_guard lock(mutex_);
-            failure_ = std::current_exception();
+            ready_.emplace(number, std::move(item));
             changed_.notify_all();
         }
     }
 
+    std::size_t begun_;  ///< The first item that nobody has begun.
+    std::size_t taken_;  ///< The next one to be taken.
     std::size_t last_;
     std::size_t depth_;
-    std::function<T(std::size_t)> make_;
+    Make make_;
     std::mutex mutex_;
     std::condition_variable_any changed_;
-    std::deque<T> ready_;
-    std::exception_ptr failure_;
-    std::jthread thread_;  ///< Last: it is joined before what it uses goes.
+    std::map<std::size_t, Item> ready_;
+    std::vector<std::jthread> threads_;  ///< Last: they are joined before what they use goes.
 };
 
-/// The views of a run, one after the other: a thread makes the next ones ready while the present one is worked on. For another
-/// device than the CPU it also sends them there, on a stream of its own, so that neither the thread nor the device waits for the
-/// other. Memory: the present view and those ahead. Used by one thread.
+/// The views of a run, one after the other: the next ones are made ready while the present one is worked on. For another device
+/// than the CPU several threads do so, as steps there are quick, and send them there, each on a stream of its own, so that
+/// neither thread nor device waits for the other. Memory: the present view and those ahead. Used by one thread.
 class ViewFeed
 {
   public:
     using Make = std::function<std::unique_ptr<ViewData>(std::size_t)>;
 
-    /// make(first), make(first + 1), … make(last - 1), on another thread.
+    /// make(first), make(first + 1), … make(last - 1), on other threads, several at once where the device is not the CPU.
     ViewFeed(const torch::Device& device, std::size_t first, std::size_t last, const Make& make);
     ~ViewFeed();
     ViewFeed(const ViewFeed&) = delete;
@@ -220,12 +231,13 @@ class ViewFeed
     {
         std::unique_ptr<ViewData> data;
         std::optional<c10::Event> sent;
+        std::size_t thread = 0;
     };
-    Loaded load(std::size_t index, const Make& make) const;
+    Loaded load(std::size_t index, std::size_t thread, const Make& make) const;
     void let_go();
 
     torch::Device device_;
-    std::optional<c10::Stream> stream_;  ///< None on the CPU.
+    std::vector<c10::Stream> streams_;  ///< Of each thread; none on the CPU.
     Loaded present_;
     Prefetch<Loaded> loader_;
 };

@@ -329,6 +329,27 @@ TEST_CASE("libtorch's convolutions, with channels innermost, agree with minimal 
     }
 }
 
+TEST_CASE("a convolution's way back, by the turned filters, is libtorch's own")
+{
+    for (const bool caffe : {false, true})
+    {
+        auto input = caffe ? fresco::weights::caffe_input() : fresco::weights::torchvision_input();
+        for (const auto padding : {fresco::weights::Vgg19Padding::zero, fresco::weights::Vgg19Padding::reflect})
+        {
+            input.padding = padding;
+            const vgg19::Vgg19 network(random_layers(), input, vgg19::Pooling::average);
+            const auto picture = at::rand({3, 22, 31}, at::kDouble);
+            const auto style = at::rand({3, 26, 18}, at::kDouble);
+            const auto of = [&](vgg19::Order order)
+            { return style_loss([&](const auto& p) { return network.encode_generally(p, names, order); }, picture, style); };
+            const auto own = of(vgg19::Order::channels_innermost);
+            const auto other = of(vgg19::Order::channels_outermost);
+            CHECK(own.first == Approx(other.first).epsilon(1e-12));
+            CHECK(own.second.allclose(other.second, 1e-9, 1e-14));
+        }
+    }
+}
+
 TEST_CASE("mixed precision changes a style loss by less than 1 % and hardly turns its gradient")
 {
     if (!vgg19::convolves_bfloat16(torch::kCPU))
@@ -366,6 +387,8 @@ TEST_CASE("mixed precision is refused where it would have no effect")
         return prepared(three_layers(), pictures(), {{"precision", "mixed"}, {"convolutions", convolutions}});
     };
     CHECK_THROWS_WITH(prepare("auto"), Catch::Contains("precision: mixed") && Catch::Contains("convolutions: libtorch"));
+    CHECK_THROWS_WITH(prepare("plain"), Catch::Contains("plain"));
+    CHECK_THROWS_WITH(prepared(three_layers(), pictures(), {{"precision", "tf32"}}), Catch::Contains("CUDA"));
     if (vgg19::convolves_bfloat16(torch::kCPU))
         CHECK_NOTHROW(prepare("libtorch"));
     else

@@ -91,6 +91,23 @@ TEST_CASE("Moments of all and of the fine features are those of each, and so are
                   1e-12 * slow_input.grad().abs().max().item<double>());
         }
     CHECK_FALSE(gram::moments_of_both(features, 0).fine);
+    for (const std::int64_t fine_count : {0, 100, 500})
+        for (const bool turned : {false, true})
+        {
+            const auto symmetric = [&](double factor) { return factor * (weights + weights.t()); };
+            const auto given = turned ? features.t().contiguous().t() : features;
+            const auto slow_input = given.detach().clone().requires_grad_();
+            const auto both = gram::moments_of_both(slow_input, fine_count);
+            auto slow = gram::mean_square_difference(both.all.second, symmetric(0.1));
+            if (both.fine)
+                slow = slow + gram::mean_square_difference(both.fine->second, symmetric(0.3));
+            (3 * slow).backward();
+            const auto fast_input = given.detach().clone().requires_grad_();
+            const auto fast = gram::gram_distance(fast_input, fine_count, {symmetric(0.1), symmetric(0.3)}, 3);
+            fast.backward();
+            CHECK(fast.item<double>() == Approx(3 * slow.item<double>()).epsilon(1e-12));
+            CHECK(fast_input.grad().allclose(slow_input.grad(), 1e-11, 1e-14));
+        }
     // Without the means the second moments are the same, and so is their gradient.
     const auto second_only = [&](bool with_mean)
     {

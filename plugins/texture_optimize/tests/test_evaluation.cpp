@@ -22,8 +22,10 @@
 #include <torch/csrc/autograd/autograd.h>
 
 #include <atomic>
+#include <chrono>
 #include <memory>
 #include <stdexcept>
+#include <thread>
 #include <vector>
 
 using namespace fakes;
@@ -293,8 +295,8 @@ TEST_CASE("crops give the loss and the gradient of the whole frame, and encode l
             CHECK(all.narrow(1, count, all.size(1) - count).equal(part.selected(network, layer, Pixels::steep)));
             // As a set they are the whole frame's fine cells.
             const auto whole = network.encode(image, {layer})[0].flatten(1);
-            const auto inside = grid_mask(data.pixels.all, data.pixels.fine, network.layer(layer).stride, Protocol::paper,
-                                          torch::kCPU);
+            const auto inside =
+                grid_mask(data.pixels.all, data.pixels.fine, network.layer(layer).stride, Protocol::paper, torch::kCPU);
             const auto expected = whole.index_select(1, inside.index.narrow(0, 0, inside.fine_count));
             CHECK((std::get<0>(fine.sort(1)) - std::get<0>(expected.sort(1))).abs().max().item<double>() < 1e-12);
         }
@@ -458,24 +460,33 @@ TEST_CASE("camera features of the smallest height are enlarged between the cente
 
 TEST_CASE("prefetched items come in order and no more than asked ahead")
 {
-    std::atomic<int> made{0};
-    Prefetch<std::unique_ptr<int>> loader(3, 40, 2,
-                                          [&](std::size_t i)
-                                          {
-                                              ++made;
-                                              return std::make_unique<int>(static_cast<int>(i));
-                                          });
-    for (int i = 3; i < 20; ++i)
+    for (const std::size_t threads : {1U, 3U})
     {
-        CHECK(*loader.next() == i);
-        CHECK(made <= i - 3 + 1 + 3);
+        std::atomic<int> made{0};
+        std::atomic<std::size_t> most{0};
+        Prefetch<std::unique_ptr<int>> loader(3, 40, 1 + threads, threads,
+                                              [&](std::size_t i, std::size_t thread)
+                                              {
+                                                  ++made;
+                                                  for (auto known = most.load(); known < thread;)
+                                                      most.compare_exchange_weak(known, thread);
+                                                  // The first of three takes longest.
+                                                  std::this_thread::sleep_for(std::chrono::milliseconds(i % 3 == 0 ? 3 : 0));
+                                                  return std::make_unique<int>(static_cast<int>(i));
+                                              });
+        for (int i = 3; i < 40; ++i)
+        {
+            CHECK(*loader.next() == i);
+            CHECK(made <= i - 3 + 1 + 1 + static_cast<int>(threads));
+        }
+        CHECK(most + 1 == threads);
     }
 }
 
 TEST_CASE("a loader's exception arrives where its item would be taken")
 {
-    Prefetch<int> loader(0, 5, 2,
-                         [](std::size_t i)
+    Prefetch<int> loader(0, 5, 2, 2,
+                         [](std::size_t i, std::size_t)
                          {
                              if (i == 2)
                                  throw std::runtime_error("no view 2");

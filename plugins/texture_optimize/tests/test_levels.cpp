@@ -272,19 +272,25 @@ std::vector<int> held(const std::vector<Crop>& crops, int width, int height)
 TEST_CASE("a full mask is one frame, an empty one nothing, a half one half")
 {
     const PixelBox frame{0, 0, 50, 30};
-    const auto full = covering_crops(Raster8(50, 30, 1, 1), 8, 3);
+    const auto full = covering_crops(Raster8(50, 30, 1, 1), {8, 3});
     REQUIRE(full.size() == 1);
     CHECK((full[0].core == frame));
     CHECK((full[0].encoded == frame));
-    CHECK(covering_crops(Raster8(50, 30), 8, 3).empty());
+    CHECK(covering_crops(Raster8(50, 30), {8, 3}).empty());
     Raster8 left(50, 30);
     for (int y = 0; y < 30; ++y)
         for (int x = 0; x < 20; ++x)
             left.at(x, y) = 1;
-    const auto half = covering_crops(left, 8, 3);
+    const auto half = covering_crops(left, {8, 3});
     REQUIRE(half.size() == 1);
     CHECK((half[0].core == PixelBox{0, 0, 24, 30}));
     CHECK((half[0].encoded == PixelBox{0, 0, 32, 30}));
+    CHECK((covering_crops(left, {8, 3, 40})[0].encoded == PixelBox{0, 0, 40, 30}));
+    // Two corners are two crops, unless a crop is as dear as what lies between them.
+    Raster8 corners(200, 200);
+    corners.at(0, 0) = corners.at(199, 199) = 1;
+    CHECK(covering_crops(corners, {8, 3}).size() == 2);
+    CHECK(covering_crops(corners, {8, 3, 1, 40000}).size() == 1);
 }
 
 TEST_CASE("cores hold every pixel of the mask once, aligned, and with their margin inside what is encoded")
@@ -306,7 +312,8 @@ TEST_CASE("cores hold every pixel of the mask once, aligned, and with their marg
         }
         const int align = seed % 2 == 0 ? 4 : 8;
         const int margin = static_cast<int>(seed % 11);
-        const auto crops = covering_crops(mask, align, margin);
+        const int step = seed % 3 == 0 ? 1 : 2 * align;
+        const auto crops = covering_crops(mask, {align, margin, step});
         const auto counts = held(crops, width, height);
         std::int64_t encoded = 0;
         for (std::size_t i = 0; i < counts.size(); ++i)
@@ -322,6 +329,7 @@ TEST_CASE("cores hold every pixel of the mask once, aligned, and with their marg
                 CHECK(outer_begin % align == 0);
                 CHECK((outer_begin == 0 || begin - outer_begin >= margin));
                 CHECK((outer_end == whole || outer_end - end >= margin));
+                CHECK(((outer_end - outer_begin) % step == 0 || outer_end == whole));
             }
         }
         CHECK(encoded <= static_cast<std::int64_t>(width) * height);

@@ -266,6 +266,8 @@ struct Studio
     {
         at::set_num_threads(settings.threads);
         device = torch::Device(settings.device);
+        if (device.is_cuda() && !at::hasCUDA())
+            throw fresco::Error("--device cuda: this libtorch finds no CUDA device");
         losses = made_losses(components, reference, settings.precision, weights);
         std::vector<std::shared_ptr<fresco::Loss>> all;
         for (const auto& [name, loss] : losses)
@@ -370,6 +372,9 @@ Figures measured(const Room& room, bool reference, const Settings& settings, con
         keep_freed_memory();
         fresco::reuse_tensor_memory();
     }
+    // As texture.optimize has it; the authors' PyTorch rounded the factors of convolutions.
+    at::globalContext().setAllowTF32CuDNN(reference && settings.precision != "full");
+    at::globalContext().setAllowTF32CuBLAS(false);
     Studio studio(room, reference, settings, weights);
     Evaluator evaluator(studio.losses, ValueSpace(Values::network), studio.device, 0, !reference);
     // The first step of a run sorts the filters and touches memory for the first time, either way.
@@ -431,18 +436,20 @@ void print_steps(const Settings& settings)
     write_random_vgg19(weights);
     std::printf(
         "steps: a step of the paper's method at %d², heights 256 to 784 px, %d threads: as texture.optimize runs it (10 steps a "
-        "view), and as the released code does\n"
-        "  levels  way                s/step  cpu s/step  x faster (cpu)  peak MB  x smaller  loss apart\n",
-        settings.size_px, settings.threads);
+        "view), and as the released code does; device %s, precision %s\n"
+        "  levels  way                s/step  cpu s/step  x faster (%s)  peak MB  x smaller  loss apart\n",
+        settings.size_px, settings.threads, settings.device.c_str(), settings.precision.c_str(), settings.device.c_str());
+    const bool by_clock = settings.device != "cpu";
     for (const auto& room : rooms)
     {
         const Figures reference = measured_alone(room, true, settings, weights);
         const Figures own = measured_alone(room, false, settings, weights);
         for (const auto& [way, of] : {std::pair{"reference", &reference}, {"texture.optimize", &own}})
         {
-            std::printf("  %-6s  %-16s %8.2f %11.2f %15.1f %8.0f %10.1f %11.7f\n", room.levels, way, of->seconds,
-                        of->processor_seconds, reference.processor_seconds / of->processor_seconds, of->process_mb,
-                        reference.process_mb / of->process_mb, std::abs(of->loss / reference.loss - 1));
+            const double times = by_clock ? reference.seconds / of->seconds : reference.processor_seconds / of->processor_seconds;
+            std::printf("  %-6s  %-16s %8.3f %11.3f %15.1f %8.0f %10.1f %11.7f\n", room.levels, way, of->seconds,
+                        of->processor_seconds, times, of->process_mb, reference.process_mb / of->process_mb,
+                        std::abs(of->loss / reference.loss - 1));
             std::fflush(stdout);
         }
     }

@@ -42,39 +42,31 @@ std::pair<torch::Tensor, torch::Tensor> place(const torch::Tensor& coordinate, i
     return {first, x - first};
 }
 
-/// Looks a uv map up in every layer by libtorch's operators, where the parameters lie: what LayerView does, with the same sums in
-/// the same order. Making it waits for the current stream, looking up and gathering do not. Holds the layers' tensors, which
-/// share memory with the parameters. Memory: about 50 bytes per valid pixel and layer, and 16 per touched texel.
+/// Looks a uv map up in every layer by libtorch's operators, where the parameters lie: what LayerView does, with the same sums of
+/// gradients in the same order. All layers at once: what an operator takes to begin counts more than what it does. Making it
+/// waits for the current stream, looking up and gathering do not. Memory: about 256 bytes per valid pixel for four layers, and 16
+/// per touched texel.
 class DeviceView final : public TextureView
 {
   public:
-    DeviceView(const UvMap& map, const std::vector<TextureParameter>& parameters, const std::vector<int>& sizes, TexelGrid grid)
+    /// `values`: all layers' texels, one layer after the other; shares memory with the parameters.
+    DeviceView(const UvMap& map, torch::Tensor values, const std::vector<int>& sizes, TexelGrid grid) : values_(std::move(values))
     {
         const auto valid = valid_pixels(map);
         width_ = valid.width;
         height_ = valid.height;
-        const auto device = parameters.at(0).values.device();
+        const auto device = values_.device();
         pixels_ = sent_to(as_tensor<std::int64_t>(valid.pixels, at::kLong), device);
-        const auto uv = sent_to(as_tensor<float>(valid.uv, at::kFloat), device).view({-1, 2});
-        for (std::size_t i = 0; i < sizes.size(); ++i)
-            layers_.push_back(layer(uv, parameters[i].values, sizes[i], grid));
+        find_lookups(sent_to(as_tensor<float>(valid.uv, at::kFloat), device).view({-1, 2}), sizes, grid);
+        sort_lookups(sizes);
     }
 
     torch::Tensor render() const override
     {
         const at::NoGradGuard no_gradient;
-        auto sums = at::zeros({pixels_.numel(), 3}, pixels_.options().dtype(at::kFloat));
-        for (const auto& layer : layers_)
-        {
-            const auto left = 1 - layer.right;
-            const auto row = [&](int below)
-            {
-                const auto upper = layer.base + below;
-                return layer.values.index_select(0, upper).mul_(left).add_(
-                    layer.values.index_select(0, upper + 1).mul_(layer.right));
-            };
-            sums.add_(row(0).mul_(1 - layer.down).add_(row(layer.size).mul_(layer.down)));
-        }
+        const auto layers = std::ssize(layers_);
+        const auto sums =
+            values_.index_select(0, texels_).mul_(weights_).view({layers, pixels_.numel(), 4, 3}).sum(at::IntArrayRef{0, 2});
         return at::zeros({3, height_ * width_}, sums.options()).index_copy_(1, pixels_, sums.t()).view({3, height_, width_});
     }
 
@@ -86,60 +78,76 @@ class DeviceView final : public TextureView
             throw std::invalid_argument("the gradient of a view has the shape of its picture, 3 x H x W");
         const auto at_pixels =
             sent_to(picture_gradient.to(at::kFloat), pixels_.device()).reshape({3, -1}).index_select(1, pixels_).t().contiguous();
+        const auto shares = at_pixels.index_select(0, sorted_pixels_).mul_(sorted_weights_);
+        // Without its checks, which would have to wait. One sum after the other within a texel, so that no order is left open.
+        const auto sums = at::segment_reduce(shares, "sum", {}, {}, offsets_, 0, true);
         std::vector<SparseGradient> result;
         for (const auto& layer : layers_)
-        {
-            const auto shares = at_pixels.index_select(0, layer.pixels).mul_(layer.weights);
-            // Without its checks, which would have to wait. One sum after the other within a texel, so that no order is left
-            // open.
-            result.push_back({layer.texels, at::segment_reduce(shares, "sum", {}, {}, layer.offsets, 0, true)});
-        }
+            result.push_back({layer.touched, sums.narrow(0, layer.first, layer.touched.numel())});
         return result;
     }
 
   private:
     struct Layer
     {
-        int size = 0;
-        torch::Tensor values;   ///< S² x 3
-        torch::Tensor base;     ///< V, int32: the upper left texel of each valid pixel.
-        torch::Tensor right;    ///< V x 1: the share of the right texels …
-        torch::Tensor down;     ///< … and of the lower ones.
-        torch::Tensor texels;   ///< T, int64: touched, ascending.
-        torch::Tensor offsets;  ///< T + 1, int64: where each one's lookups begin.
-        torch::Tensor pixels;   ///< L, int32: of each lookup, texel by texel.
-        torch::Tensor weights;  ///< L x 1
+        torch::Tensor touched;   ///< T, int64: its texels that are looked up, ascending.
+        std::int64_t first = 0;  ///< Where they begin among those of all layers.
     };
-    static Layer layer(const torch::Tensor& uv, const torch::Tensor& values, int size, TexelGrid grid)
-    {
-        const auto [column, right] = place(uv.select(1, 0), size, grid);
-        const auto [row, down] = place(1 - uv.select(1, 1), size, grid);
-        Layer result;
-        result.size = size;
-        result.values = values;
-        result.base = row * size + column;
-        result.right = right.unsqueeze(1);
-        result.down = down.unsqueeze(1);
 
-        const auto& base = result.base;
-        const auto texels = at::stack({base, base + 1, base + size, base + (size + 1)}, 1).flatten();
-        const auto left = 1 - right;
-        const auto up = 1 - down;
-        const auto weights = at::stack({left * up, right * up, left * down, right * down}, 1).flatten();
-        const auto used = (weights > 0).nonzero().flatten();
-        const auto [sorted, order] = at::sort(texels.index_select(0, used), true, 0, false);
-        const auto lookups = used.index_select(0, order);
-        const auto [touched, inverse, counts] = at::unique_consecutive(sorted, false, true, 0);
-        result.texels = touched.to(at::kLong);
-        result.offsets = at::cat({at::zeros({1}, counts.options()), counts.cumsum(0)});
-        result.pixels = lookups.div(4, "floor").to(at::kInt);
-        result.weights = weights.index_select(0, lookups).unsqueeze(1);
-        return result;
+    void find_lookups(const torch::Tensor& uv, const std::vector<int>& sizes, TexelGrid grid)
+    {
+        std::vector<torch::Tensor> texels;
+        std::vector<torch::Tensor> weights;
+        std::int64_t begin = 0;
+        for (const int size : sizes)
+        {
+            const auto [column, right] = place(uv.select(1, 0), size, grid);
+            const auto [row, down] = place(1 - uv.select(1, 1), size, grid);
+            const auto base = row * size + column + begin;
+            const auto left = 1 - right;
+            const auto up = 1 - down;
+            texels.push_back(at::stack({base, base + 1, base + size, base + (size + 1)}, 1).flatten());
+            weights.push_back(at::stack({left * up, right * up, left * down, right * down}, 1).flatten());
+            begin += std::int64_t{size} * size;
+        }
+        texels_ = at::cat(texels);
+        weights_ = at::cat(weights).unsqueeze(1);
     }
 
+    void sort_lookups(const std::vector<int>& sizes)
+    {
+        const auto used = (weights_ > 0).flatten().nonzero().flatten();
+        const auto [sorted, order] = at::sort(texels_.index_select(0, used), true, 0, false);
+        const auto lookups = used.index_select(0, order);
+        const auto [touched, inverse, counts] = at::unique_consecutive(sorted, false, true, 0);
+        offsets_ = at::cat({at::zeros({1}, counts.options()), counts.cumsum(0)});
+        sorted_pixels_ = lookups.div(4, "floor").remainder(std::max<std::int64_t>(1, pixels_.numel())).to(at::kInt);
+        sorted_weights_ = weights_.index_select(0, lookups);
+        std::vector<std::int64_t> ends;
+        std::int64_t end = 0;
+        for (const int size : sizes)
+            ends.push_back(end += std::int64_t{size} * size);
+        const auto all = touched.to(at::kLong);
+        const auto last = at::searchsorted(all, at::tensor(ends, at::kLong).to(all.device())).cpu();
+        std::int64_t first = 0;
+        for (std::size_t i = 0; i < sizes.size(); ++i)
+        {
+            const auto next = last[static_cast<std::int64_t>(i)].item<std::int64_t>();
+            layers_.push_back({all.narrow(0, first, next - first) - (i > 0 ? ends[i - 1] : 0), first});
+            first = next;
+        }
+    }
+
+    torch::Tensor values_;
     std::int64_t width_ = 0;
     std::int64_t height_ = 0;
-    torch::Tensor pixels_;  ///< V, int64: the valid ones.
+    torch::Tensor pixels_;   ///< V, int64: the valid ones.
+    torch::Tensor texels_;   ///< 4 V for each layer, int32: which texels a pixel is made of …
+    torch::Tensor weights_;  ///< … and of how much of each, x 1.
+    // The lookups of more than nothing, L, texel by texel:
+    torch::Tensor sorted_pixels_;   ///< L, int32
+    torch::Tensor sorted_weights_;  ///< L x 1
+    torch::Tensor offsets_;         ///< int64: where each touched texel's begin, and the end.
     std::vector<Layer> layers_;
 };
 
@@ -243,6 +251,7 @@ LayeredTexture::~LayeredTexture() = default;
 void LayeredTexture::allocate_layers(const std::vector<int>& sizes, const std::vector<double>& regularizer, TexelGrid grid)
 {
     parameters_.clear();
+    together_ = torch::Tensor();
     sizes_ = sizes;
     grid_ = grid;
     for (std::size_t i = 0; i < sizes.size(); ++i)
@@ -274,14 +283,26 @@ void LayeredTexture::set_layers(const std::vector<RasterF>& layers)
 std::unique_ptr<TextureView> LayeredTexture::make_view(const UvMap& map) const
 {
     if (!parameters_.empty() && !parameters_[0].values.device().is_cpu())
-        return std::make_unique<DeviceView>(map, parameters_, sizes_, grid_);
+        return std::make_unique<DeviceView>(map, together_, sizes_, grid_);
     return std::make_unique<LayeredView>(map, parameters_, sizes_, grid_);
 }
 
 bool LayeredTexture::move_to(const torch::Device& device)
 {
+    if (device.is_cpu())
+        return true;
+    std::int64_t count = 0;
+    for (const auto& parameter : parameters_)
+        count += parameter.values.size(0);
+    together_ = at::empty({count, 3}, torch::TensorOptions(device).dtype(at::kFloat));
+    std::int64_t first = 0;
     for (auto& parameter : parameters_)
-        parameter.values = parameter.values.to(device);
+    {
+        const auto there = together_.narrow(0, first, parameter.values.size(0));
+        there.copy_(parameter.values);
+        first += parameter.values.size(0);
+        parameter.values = there;
+    }
     return true;
 }
 

@@ -42,6 +42,7 @@ class LayeredTexture : public TextureRepresentation
 
   private:
     std::vector<TextureParameter> parameters_;
+    torch::Tensor together_;  ///< On another device than the CPU: what the parameters are parts of, in their order.
     std::vector<int> sizes_;
     TexelGrid grid_ = TexelGrid::centers;
 };

@@ -17,9 +17,9 @@ namespace fresco::optimize
 /// Which cells of a feature grid belong to a level.
 struct GridMask
 {
-    torch::Tensor all;            ///< h x w, bool.
-    torch::Tensor fine;           ///< h x w, bool: those of them that pass the angle filter.
-    torch::Tensor index;          ///< N, int64: their row-major numbers, first of the fine ones, then of the others, each ascending.
+    torch::Tensor all;    ///< h x w, bool.
+    torch::Tensor fine;   ///< h x w, bool: those of them that pass the angle filter.
+    torch::Tensor index;  ///< N, int64: their row-major numbers, first of the fine ones, then of the others, each ascending.
     std::int64_t fine_count = 0;  ///< How many of the numbers are those of fine ones.
 
     std::int64_t cell_count() const { return all.numel(); }

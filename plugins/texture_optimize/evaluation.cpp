@@ -86,25 +86,19 @@ Evaluation Evaluator::evaluate(std::int64_t step, const ScheduledStep& scheduled
 {
     Evaluation result;
     std::vector<std::vector<SparseGradient>> there;
-    const auto add = [&](LevelGradients level)
-    {
-        if (level.note)
-            noted_.push_back(std::move(*level.note));
-        auto& gradients = level.gradients;
-        if (!gradients.empty() && !gradients[0].values.device().is_cpu())
-            there.push_back(std::move(gradients));
-        else if (result.gradients.empty())
-            result.gradients = std::move(gradients);
-        else
-            for (std::size_t p = 0; p < gradients.size() && p < result.gradients.size(); ++p)
-                result.gradients[p] = sparse_sum(result.gradients[p], gradients[p]);
-    };
     each_level(step, scheduled, data, view_name,
                [&](const PartPlace& place, std::size_t level, const std::string& where)
                {
-                   add(way_back(seen_level(place, data, level, where), where));
+                   auto gradients = level_gradients(place, data, level, where);
                    if (device_.is_cpu())
                        result.loss += settled();
+                   if (!gradients.empty() && !gradients[0].values.device().is_cpu())
+                       there.push_back(std::move(gradients));
+                   else if (result.gradients.empty())
+                       result.gradients = std::move(gradients);
+                   else
+                       for (std::size_t p = 0; p < gradients.size() && p < result.gradients.size(); ++p)
+                           result.gradients[p] = sparse_sum(result.gradients[p], gradients[p]);
                });
     if (!there.empty())
         result.gradients = data.gradient_union.sum(there);
@@ -139,45 +133,45 @@ torch::Tensor Evaluator::displayed(LevelData& level, torch::Tensor& stored) cons
     return sent_to(result, device_);
 }
 
-Evaluator::SeenLevel Evaluator::seen_level(const PartPlace& place, ViewData& data, std::size_t number, const std::string& where)
+std::vector<SparseGradient> Evaluator::level_gradients(const PartPlace& place, ViewData& data, std::size_t level_number,
+                                                       const std::string& where)
 {
-    auto& level = data.levels[number];
-    SeenLevel seen;
-    seen.level = &level;
-    seen.image = displayed(level, seen.stored).detach().set_requires_grad(true);
+    auto& level = data.levels[level_number];
+    torch::Tensor stored;
+    const auto image = displayed(level, stored).detach().set_requires_grad(true);
+    Terms terms;
+    {
+        RenderedPart part(place, image, level, demands_);
+        terms = terms_of(
+            part, [&](const LossTerm& term) { return level_share(data, level_number, term, device_); }, where);
+    }
     // The way back needs none of the part's features: what the losses need of them, they keep.
-    RenderedPart part(place, seen.image, level, demands_);
-    seen.terms = terms_of(
-        part, [&](const LossTerm& term) { return level_share(data, number, term, device_); }, where);
-    return seen;
-}
-
-Evaluator::LevelGradients Evaluator::way_back(SeenLevel seen, const std::string& where) const
-{
-    if (seen.terms.values.empty())
-        return {};
-    auto gradient = torch::autograd::grad(seen.terms.values, {seen.image}, seen.terms.factors, false, false, true)[0];
-    seen.terms = {};
+    torch::Tensor gradient;
+    if (!terms.values.empty())
+        gradient = torch::autograd::grad(terms.values, {image}, terms.factors, false, false, true)[0];
     if (!gradient.defined())
         return {};
-    const auto& level = *seen.level;
-    LevelGradients result;
-    if (!seen.stored.device().is_cpu())
+    terms = {};
+    return texture_gradients(level, stored, gradient.detach(), where);
+}
+
+std::vector<SparseGradient> Evaluator::texture_gradients(const LevelData& level, const torch::Tensor& stored,
+                                                         torch::Tensor gradient, const std::string& where)
+{
+    if (!stored.device().is_cpu())
     {
-        gradient = gradient.detach().to(at::kFloat);
+        gradient = gradient.to(at::kFloat);
         // 0 times a finite number is 0, and nothing else gives 0.
-        result.note = Noted{(gradient * 0).sum(), 1, where, "", ""};
-        result.gradients = level.view->gradient(values_back(space_, seen.stored, level.factor_there, gradient));
-        return result;
+        noted_.push_back({(gradient * 0).sum(), 1, where, "", ""});
+        return level.view->gradient(values_back(space_, stored, level.factor_there, gradient));
     }
-    gradient = gradient.detach().to(at::kCPU, at::kFloat).clone(at::MemoryFormat::Contiguous);
+    gradient = gradient.to(at::kCPU, at::kFloat).clone(at::MemoryFormat::Contiguous);
     const auto values = values_of(gradient);
     if (!std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); }))
-        result.note =
-            Noted{at::full({}, std::numeric_limits<double>::quiet_NaN(), torch::TensorOptions(device_)), 1, where, "", ""};
-    space_.back(values_of(seen.stored), level.factor.values, values);
-    result.gradients = level.view->gradient(gradient);
-    return result;
+        noted_.push_back(
+            {at::full({}, std::numeric_limits<double>::quiet_NaN(), torch::TensorOptions(device_)), 1, where, "", ""});
+    space_.back(values_of(stored), level.factor.values, values);
+    return level.view->gradient(gradient);
 }
 
 Evaluator::Terms Evaluator::terms_of(Part& part, const std::function<double(const LossTerm&)>& share, const std::string& where)

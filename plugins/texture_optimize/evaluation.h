@@ -58,12 +58,23 @@ class Evaluator
                     const Work& work);
     /// The level as it is displayed, 3 x H x W, on the run's device; `stored`: the same in the texture's values.
     torch::Tensor displayed(LevelData& level, torch::Tensor& stored) const;
+    /// Of the texture, of d loss / d displayed; where the texture lies.
+    std::vector<SparseGradient> texture_gradients(const LevelData& level, const torch::Tensor& stored, torch::Tensor gradient,
+                                                  const std::string& where);
+    std::vector<SparseGradient> level_gradients(const PartPlace& place, ViewData& data, std::size_t level,
+                                                const std::string& where);
     /// Terms that have a gradient, and the factor of each in the sum: the loss's weight times ŵ_l.
     struct Terms
     {
         std::vector<torch::Tensor> values;
         std::vector<torch::Tensor> factors;
     };
+    /// What the losses say of a part; all of it is noted.
+    Terms terms_of(Part& part, const std::function<double(const LossTerm&)>& share, const std::string& where);
+    /// The sum of the terms noted since the last call. Throws NotFinite for the first number that is not finite. Another device
+    /// than the CPU is waited for, once.
+    double settled();
+
     /// A number that must be finite, on the run's device.
     struct Noted
     {
@@ -73,27 +84,6 @@ class Evaluator
         std::string loss;  ///< Empty: a gradient's figure instead of a term.
         std::string layer;
     };
-
-    /// What the losses say of a part; all of it is noted.
-    Terms terms_of(Part& part, const std::function<double(const LossTerm&)>& share, const std::string& where);
-    /// A level as the losses saw it.
-    struct SeenLevel
-    {
-        const LevelData* level = nullptr;
-        torch::Tensor stored;  ///< In the texture's values.
-        torch::Tensor image;
-        Terms terms;
-    };
-    SeenLevel seen_level(const PartPlace& place, ViewData& data, std::size_t number, const std::string& where);
-    struct LevelGradients
-    {
-        std::vector<SparseGradient> gradients;  ///< Of the texture, where that lies; none where the losses have no gradient.
-        std::optional<Noted> note;
-    };
-    LevelGradients way_back(SeenLevel seen, const std::string& where) const;
-    /// The sum of the terms noted since the last call. Throws NotFinite for the first number that is not finite. Another device
-    /// than the CPU is waited for, once.
-    double settled();
 
     const std::map<std::string, std::shared_ptr<Loss>>& losses_;
     Demands demands_;

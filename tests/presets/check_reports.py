@@ -31,13 +31,14 @@ def differ(one, other):
     assert abs(ratio[one] / ratio[other] - 1) > 1e-3, (one, ratio[one], other, ratio[other])
 
 
-assert len(reports) == 13, sorted(reports)
+assert len(reports) == 14, sorted(reports)
 # All begin with the mean color, so one height shows one picture however the texture is stored.
 near("nmr-scannet", "only-2d-scannet")
 near("nmr-matterport3d", "only-2d-scannet")
 near("only-2d-matterport3d", "only-2d-scannet")
 near("dip-scannet", "only-2d-scannet", 10)  # λ_s is 1e-3 there …
 near("dip-matterport3d", "only-2d-scannet")  # … and 1e-4 here.
+near("gpu", "stylemesh-scannet")
 # Two style sizes; other angles; several heights; the released code's shares, masks and sizes.
 for one, other in (("angle-scannet", "only-2d-scannet"), ("angle-matterport3d", "angle-scannet"), ("stylemesh-scannet", "angle-scannet"),
                    ("stylemesh-matterport3d", "stylemesh-scannet"), ("stylemesh-released-scannet", "stylemesh-scannet"),

@@ -9,10 +9,13 @@ for preset in "$pipelines"/presets/*.yaml; do
     name=$(basename "$preset" .yaml)
     [ "$name" != preview ] || continue
     heights=64
-    grep -qE "stylemesh|fast" <<<"$name" && heights="64, 108"
+    grep -qE "stylemesh|fast|gpu" <<<"$name" && heights="64, 108"
     # A quarter of the heights, so four times the length that has 32 pixels.
     theta_d_m=1
     grep -q matterport3d <<<"$name" && theta_d_m=0.8
+    device=""
+    full="{features: {precision: full}}"
+    [ "$name" != gpu ] || device="device: cpu, losses: {style: $full, content: $full}, "  # No card is at hand.
     cat >"$work/$name.yaml" <<YAML
 version: 1
 base: $preset
@@ -23,7 +26,7 @@ stages:
   mesh: {max_faces: 4000}
   atlas: {size_px: 512}
   uvmaps: {heights_px: [$heights]}
-  texture: {max_steps: 1, theta_d_m: $theta_d_m}
+  texture: {${device}max_steps: 1, theta_d_m: $theta_d_m}
 YAML
     "$fresco" run "$work/$name.yaml" --until texture --store "$work/store" --out "$work/out" --json-log >"$work/$name.log" ||
         { cat "$work/$name.log"; fail "$name"; }

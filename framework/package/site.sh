@@ -34,6 +34,7 @@ use_directory_urls: false
 plugins: [search]
 nav:
   - README.md
+  - Gallery: pipelines/gallery.md
   - Pipelines: [pipelines/README.md, sdk/docs/pipelines.md, pipelines/results.md, pipelines/cluster.md, pipelines/paper/README.md]
   - Your data: [sdk/docs/phones.md, sdk/docs/your-recording.md, sdk/docs/python.md, sdk/docs/blender.md, sdk/docs/commands.md, sdk/docs/artifacts.md]
   - Reference: [sdk/docs/command-line.md, sdk/docs/reference/README.md, sdk/docs/guarantees.md]

@@ -199,11 +199,6 @@ struct SquareDifference : torch::autograd::Function<SquareDifference>
     }
 };
 
-}  // namespace
-
-namespace
-{
-
 /// Features, or channels, in rows: as they lie in memory, if they do.
 torch::Tensor in_rows(const torch::Tensor& features)
 {

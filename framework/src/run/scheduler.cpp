@@ -433,13 +433,18 @@ class Scheduler
             return;
         taken_[node.stage->name] = node.result->object;
         link_stage_log(store_, request_.pipeline->file, node.stage->name, node.key);
+        record(node);
+        if (node.exports_files && !stopping())
+            export_result(node);
+    }
+
+    void record(const StageNode& node)
+    {
         keep_books(
             [&] {
                 write_stage_record(store_, request_.pipeline->file,
                                    {node.stage->name, node.key, node.result->object, node.key_document});
             });
-        if (node.exports_files && !stopping())
-            export_result(node);
     }
 
     void export_result(StageNode& node)
@@ -473,6 +478,10 @@ class Scheduler
         for (const auto& node : state_.nodes())
             if (node.state == StageState::waiting && !stopping() && !turns_.ended_early() && !request_.only_stored)
                 throw std::logic_error("the stage " + node.stage->name + " was never started");
+        // Its key leads to what was made from it, also after a clean-up.
+        for (const auto& node : state_.nodes())
+            if (node.state == StageState::not_needed && node.may_run && node.result)
+                record(node);
         RunSummary result;
         result.stages = outcomes_.all(state_.nodes());
         result.files = exporter_.files();

@@ -98,10 +98,10 @@ std::optional<std::string> key_of_object(const Store& store, const std::string& 
 }
 
 /// What serves nobody any more once the results are removed: records of keys that lead to no result, locks that nobody holds, and
-/// what killed writers left.
-void remove_leftovers(const Store& store)
+/// what killed writers left. A result that is used but not there keeps its record: what was made from it is found by that.
+void remove_leftovers(const Store& store, const UsedResults& used)
 {
-    std::set<std::string> objects;
+    std::set<std::string> objects = used.objects;
     for (const auto& path : entries_of(store.root() / "objects"))
         objects.insert(path.filename().string());
     for (const auto& file : entries_of(store.root() / "keys"))
@@ -256,7 +256,7 @@ TidyResult tidy_store(const Store& store, double keep_days, bool dry_run)
         return result;
     for (const auto& folder : used.abandoned)
         remove_quietly(folder);
-    remove_leftovers(store);
+    remove_leftovers(store, used);
     FileHashes(store.file_index()).tidy();
     tidy_costs(store);
     return result;

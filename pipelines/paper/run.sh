@@ -23,16 +23,21 @@ import sys
 
 table, out = sys.argv[1], pathlib.Path(sys.argv[2])
 if table == "table1":
-    file, columns = "reprojection.json", ["short x100", "long x100", "short floor", "long floor", "short headline", "long headline"]
+    file, columns = "reprojection.json", ["short x100", "long x100", "short floor", "long floor", "short headline", "long headline", "strokes",
+                                         "off palette"]
 
-    def figures(run):
+    def figures(path):
+        run, painting = json.loads(path.read_text()), path.with_name("painting.json")
         gaps = run["short"], run["long"]
+        strength = json.loads(painting.read_text())["figures"] if painting.exists() else {}
         return [gap[name]["value"] and gap[name]["value"] * factor
-                for name, factor in (("value", 100), ("floor", 100), ("headline", 1)) for gap in gaps]
+                for name, factor in (("value", 100), ("floor", 100), ("headline", 1)) for gap in gaps] + [
+                    strength.get(name, {}).get("mean") for name in ("strokes", "off_palette")]
 else:
     file, columns = "circles.json", ["Corr. 2D", "Corr. 3D", "Stretch", "circles"]
 
-    def figures(run):
+    def figures(path):
+        run = json.loads(path.read_text())
         return [run["corr_2d"]["value"], run["corr_3d"]["value"], run["stretch"]["value"], run["circles"]]
 
 
@@ -44,7 +49,7 @@ def mean(values):
 
 print(f"\n{'method':12}{'runs':>5}" + "".join(f"{name:>16}" for name in columns))
 for method in sorted(path for path in out.iterdir() if path.is_dir()):
-    runs = [figures(json.loads(path.read_text())) for path in sorted(method.glob("*/" + file))]
+    runs = [figures(path) for path in sorted(method.glob("*/" + file))]
     if runs:
         print(f"{method.name:12}{len(runs):5}" + "".join(f"{mean(values):>16}" for values in zip(*runs)))
 PYTHON

@@ -76,6 +76,7 @@ std::vector<fresco::recordings::RecordedView> model_views(const Cameras& cameras
             if (!fs::is_regular_file(view.mask))
                 view.mask = (options.masks / image.name).replace_extension(".png");
         }
+        view.is_panorama = camera->second.is_panorama;
         view.camera = camera->second.intrinsics;
         view.lens = camera->second.lens;
         view.world_from_camera = image.world_from_camera;

@@ -26,7 +26,8 @@ struct ModelCamera
 {
     fresco::Intrinsics intrinsics;
     fresco::recordings::Lens lens;
-    std::string source;  ///< Its place in the file, for errors.
+    bool is_panorama = false;  ///< Only the size of the intrinsics is set.
+    std::string source;        ///< Its place in the file, for errors.
 };
 
 /// A supported camera model of COLMAP, with the names of its parameters in order.

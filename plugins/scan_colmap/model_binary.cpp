@@ -28,12 +28,22 @@ const std::vector<CameraModel>& read_models()
         {6, "FULL_OPENCV", {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"}},
         {8, "SIMPLE_RADIAL_FISHEYE", {"f", "cx", "cy", "k1"}, true},
         {9, "RADIAL_FISHEYE", {"f", "cx", "cy", "k1", "k2"}, true},
+        {14, "SIMPLE_FISHEYE", {"f", "cx", "cy"}, true},
+        {15, "FISHEYE", {"fx", "fy", "cx", "cy"}, true},
+        {17, "EQUIRECTANGULAR", {"w", "h"}},
+        // What versions before COLMAP 4.1 and PoseLib call it.
+        {17, "SPHERICAL", {"w", "h"}},
     };
     return models;
 }
 
 /// Those that COLMAP knows beside them, by their ids.
-constexpr std::array<std::pair<std::int32_t, std::string_view>, 2> other_models{{{7, "FOV"}, {10, "THIN_PRISM_FISHEYE"}}};
+constexpr std::array<std::pair<std::int32_t, std::string_view>, 6> other_models{{{7, "FOV"},
+                                                                                 {10, "THIN_PRISM_FISHEYE"},
+                                                                                 {11, "RAD_TAN_THIN_PRISM_FISHEYE"},
+                                                                                 {12, "SIMPLE_DIVISION"},
+                                                                                 {13, "DIVISION"},
+                                                                                 {16, "EUCM"}}};
 
 [[noreturn]] void refuse(const std::string& model, const std::string& place)
 {
@@ -89,6 +99,13 @@ ModelCamera model_camera(const CameraModel& model, std::uint64_t width, std::uin
         auto& lens = camera.lens;
         if (name == "f")
             k.fx = k.fy = value;
+        if (name == "w" || name == "h")
+        {
+            camera.is_panorama = true;
+            if (value != (name == "w" ? k.width : k.height))
+                throw fresco::Error(fmt::format("{}: the parameter {} is {}; expected the size of the picture, {}x{}", place,
+                                                name, value, width, height));
+        }
         const std::array<std::pair<std::string_view, double*>, 12> places{{{"fx", &k.fx},
                                                                            {"fy", &k.fy},
                                                                            {"cx", &k.cx},

@@ -41,7 +41,9 @@ CameraMatrix parse_intrinsics(std::string_view text, const std::string& source)
 {
     if (rows_of(text) != 1)
         return {parse_matrix_text(text, 3, 3, source), source};
-    LineReader(text, source).next();
+    const auto line = LineReader(text, source).next_record();
+    if (line && words_of(*line) == std::vector<std::string_view>{"equirectangular"})
+        return {{}, source};
     const auto k = parse_matrix_text(text, 1, 4, source);
     return {{k[0], 0, k[2], 0, k[1], k[3], 0, 0, 1}, source};
 }

@@ -18,8 +18,8 @@ struct PoseConvention
     double unit_m = 1;               ///< Meters per unit of the translation.
 };
 
-/// A 3x3 matrix of intrinsics, or fx, fy, cx, cy in one line. Throws Error naming `source` and line, also for
-/// one line that does not end.
+/// A 3x3 matrix of intrinsics, or in one line fx, fy, cx, cy or the word "equirectangular": 360° pictures, without values. Throws
+/// Error naming `source` and line, also for one line that does not end.
 fresco::recordings::CameraMatrix parse_intrinsics(std::string_view text, const std::string& source);
 
 struct ListedPose

@@ -73,7 +73,10 @@ class ScanFolder final : public RecordingStage
         if (!k.empty())
             return {{k[0], 0, k[2], 0, k[1], k[3], 0, 0, 1}, "option intrinsics"};
         const auto file = first_file({}, {path() / "K.txt"}, "the camera's matrix", "intrinsics", run);
-        return folder::parse_intrinsics(recorded_text(file, run), file.string());
+        auto matrix = folder::parse_intrinsics(recorded_text(file, run), file.string());
+        if (matrix.values.empty() && !distortion->empty())
+            throw fresco::Error(file.string() + ": 360° pictures have no lens to undo; remove option \"distortion\"");
+        return matrix;
     }
 
     bool has_folder(const fs::path& name, fresco::RunContext& run) const
@@ -182,8 +185,13 @@ class ScanFolder final : public RecordingStage
         view.world_from_camera = folder::pose_of(
             matrix, {.opengl = *axes == "opengl", .camera_from_world = *direction == "camera_from_world", .unit_m = *unit_m},
             view.source);
+        view.is_panorama = camera_.values.empty();
         if (sized_camera_.width == 0)
-            sized_camera_ = intrinsics_for(camera_, *pixel_center, codec().header(view.color), view.color);
+        {
+            const auto size = codec().header(view.color);
+            sized_camera_ = view.is_panorama ? fresco::Intrinsics{.width = size.width, .height = size.height}
+                                             : intrinsics_for(camera_, *pixel_center, size, view.color);
+        }
         view.camera = sized_camera_;
         if (const auto& k = *distortion; !k.empty())
             view.lens = {.k1 = k[0], .k2 = k[1], .k3 = k[4], .p1 = k[2], .p2 = k[3]};

@@ -23,6 +23,8 @@ using fresco::JsonPlace;
 using fresco::Value;
 using fresco::recordings::RecordedView;
 
+constexpr std::string_view panorama_model = "EQUIRECTANGULAR";
+
 double number(const JsonPlace& record, std::string_view key, double fallback)
 {
     const auto found = record.find(key);
@@ -50,11 +52,20 @@ std::vector<double> matrix(const JsonPlace& place)
     return entries;
 }
 
+std::string model_of(const JsonPlace& record)
+{
+    const auto model = record.find("camera_model");
+    return model ? model->text() : "OPENCV";
+}
+
 fresco::Intrinsics intrinsics_of(const Value& frame, const JsonPlace& record)
 {
     fresco::Intrinsics k;
     k.width = record["w"].size();
     k.height = record["h"].size();
+    // Its fl_x … cy say nothing more: nerfstudio sets them to w / 2, h, and the middle.
+    if (model_of(record) == panorama_model)
+        return k;
     // A frame's own angle goes before the file's focal lengths.
     const JsonPlace own(frame, record.place());
     const bool own_angle = !own.find("fl_x") && own.find("camera_angle_x");
@@ -79,12 +90,15 @@ fresco::Intrinsics intrinsics_of(const Value& frame, const JsonPlace& record)
 
 fresco::recordings::Lens lens_of(const JsonPlace& record)
 {
-    std::string model = record.find("camera_model") ? record["camera_model"].text() : "OPENCV";
+    std::string model = model_of(record);
+    if (model == panorama_model)
+        return {};
     constexpr std::array known{"PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV", "FULL_OPENCV", "OPENCV_FISHEYE"};
     if (std::find(known.begin(), known.end(), model) == known.end())
-        record.fail("camera_model", "is " + model +
-                                        "; PINHOLE, SIMPLE_PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV, FULL_OPENCV and "
-                                        "OPENCV_FISHEYE are supported: undistort the pictures to PINHOLE first");
+        record.fail("camera_model",
+                    "is " + model +
+                        "; PINHOLE, SIMPLE_PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV, FULL_OPENCV, "
+                        "OPENCV_FISHEYE and EQUIRECTANGULAR are supported: undistort the pictures to PINHOLE first");
     // instant-ngp's word for the same.
     if (const auto fisheye = record.find("is_fisheye"); fisheye && fisheye->value() != Value(false))
         model = "OPENCV_FISHEYE";
@@ -230,6 +244,7 @@ std::vector<RecordedView> parse_transforms(std::string_view text, const fs::path
         }
         if (own.find("mask_path") != nullptr)
             view.mask = (reading.masks.empty() ? file.parent_path() : reading.masks) / path_text(record["mask_path"]);
+        view.is_panorama = model_of(record) == panorama_model;
         view.camera = intrinsics_of(own, record);
         view.lens = lens_of(record);
         view.world_from_camera =

@@ -72,10 +72,11 @@ TEST_CASE("the models' parameters find their places", "[scan.colmap]")
                                    "5 OPENCV 8 6 10 11 4 3 0.1 0.2 0.3 0.4\n"
                                    "6 FULL_OPENCV 8 6 10 11 4 3 1 2 3 4 5 6 7 8\n"
                                    "7 OPENCV_FISHEYE 8 6 10 11 4 3 1 2 3 4\n8 SIMPLE_RADIAL_FISHEYE 8 6 10 4 3 1\n"
-                                   "9 RADIAL_FISHEYE 8 6 10 4 3 1 2\n",
+                                   "9 RADIAL_FISHEYE 8 6 10 4 3 1 2\n10 SIMPLE_FISHEYE 8 6 10 4 3\n11 FISHEYE 8 6 10 11 4 3\n"
+                                   "12 EQUIRECTANGULAR 8 4 8 4\n13 SPHERICAL 8 4 8 4\n",
                                    "cameras.txt");
     using fresco::recordings::Lens;
-    REQUIRE(cameras.size() == 9);
+    REQUIRE(cameras.size() == 13);
     CHECK(cameras.at(1).intrinsics == fresco::Intrinsics{8, 6, 10, 10, 4, 3});
     CHECK(cameras.at(2).intrinsics == fresco::Intrinsics{8, 6, 10, 11, 4, 3});
     CHECK_FALSE(cameras.at(2).lens.distorts());
@@ -86,6 +87,15 @@ TEST_CASE("the models' parameters find their places", "[scan.colmap]")
     CHECK(cameras.at(7).lens == Lens{.k1 = 1, .k2 = 2, .k3 = 3, .k4 = 4, .is_fisheye = true});
     CHECK(cameras.at(8).lens == Lens{.k1 = 1, .is_fisheye = true});
     CHECK(cameras.at(9).lens == Lens{.k1 = 1, .k2 = 2, .is_fisheye = true});
+    CHECK(cameras.at(10).lens == Lens{.is_fisheye = true});
+    CHECK(cameras.at(11).intrinsics == fresco::Intrinsics{8, 6, 10, 11, 4, 3});
+    CHECK(cameras.at(11).lens == Lens{.is_fisheye = true});
+    CHECK_FALSE(cameras.at(11).is_panorama);
+    for (const int panorama : {12, 13})
+    {
+        CHECK(cameras.at(panorama).is_panorama);
+        CHECK(cameras.at(panorama).intrinsics == fresco::Intrinsics{.width = 8, .height = 4});
+    }
     CHECK(cameras.at(6).source == "cameras.txt:6");
 }
 
@@ -107,6 +117,24 @@ TEST_CASE("depth, unit and lens", "[scan.colmap]")
     CHECK(frames[1].depth.intrinsics == pinhole.scaled_to(16, 12));
     CHECK(frames[1].depth_unit_m == 0.0002);
     CHECK(run.reported.at("undistorted").as_int() == 3);
+}
+
+TEST_CASE("360° pictures are cut, text and binary", "[scan.colmap]")
+{
+    for (const auto* reader : {&text_reader, &binary_reader})
+    {
+        const WrittenRecording project(*reader, [](fresco::Frames& frames) { make_panoramas(frames, RawImages()); });
+        TestRun run;
+        const auto read = project.read(run);
+        check_panoramas(*read.frames, project.frames, project.images);
+        CHECK(read.frames->frames[7].name == "view_001_1");
+        CHECK(read.frames->frames[7].number == 7);
+        CHECK(run.reported.at("panoramas").as_int() == 3);
+        CHECK(project.read(Value::Map{{"every", 2}}).frames->frames.size() == 12);
+    }
+    const WrittenRecording project(text_reader, [](fresco::Frames& frames) { make_panoramas(frames, RawImages()); });
+    project.replace(cameras_file, " 64 32 64.0 32.0", " 64 32 128 64");
+    CHECK_THAT(project.error(), Contains("cameras.txt:3: the parameter w is 128; expected the size of the picture, 64x32"));
 }
 
 TEST_CASE("the reconstruction is found where tools put it", "[scan.colmap]")

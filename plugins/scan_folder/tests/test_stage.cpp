@@ -136,6 +136,17 @@ TEST_CASE("intrinsics, lens, units and a mask", "[scan.folder]")
           fresco::recordings::pinhole_without({.k1 = 0.05, .p1 = 0.001}, {32, 24, 30.5, 31.25, 15.25, 12}, "x"));
 }
 
+TEST_CASE("360° pictures are cut", "[scan.folder]")
+{
+    const WrittenRecording recording(file_reader, [](fresco::Frames& frames) { make_panoramas(frames, RawImages()); });
+    recording.write("K.txt", "equirectangular\n");
+    check_panoramas(*recording.read().frames, recording.frames, recording.images);
+    CHECK_THAT(recording.error(Value::Map{{"distortion", Value::List{0.05, 0.0, 0.0, 0.0, 0.0}}}),
+               Contains("K.txt: 360° pictures have no lens to undo"));
+    recording.write("K.txt", "equirectangular");
+    CHECK_THAT(recording.error(), Contains("K.txt"));
+}
+
 TEST_CASE("a folder without depth or mesh is read, and a view whose tracking was lost is left out", "[scan.folder]")
 {
     const WrittenRecording recording(file_reader);

@@ -154,6 +154,21 @@ TEST_CASE("a lens is undone, a fisheye in nerfstudio's word for it and in instan
     }
 }
 
+TEST_CASE("360° pictures are cut", "[scan.nerfstudio]")
+{
+    // A lens is written beside them by some programs, and means nothing.
+    const auto made = reader_of(Value::Map{{"camera_model", "EQUIRECTANGULAR"}, {"k1", 0.1}});
+    const WrittenRecording scan(made, [](fresco::Frames& frames) { make_panoramas(frames, RawImages()); });
+    TestRun run;
+    const auto read = scan.read(run);
+    check_panoramas(*read.frames, scan.frames, scan.images);
+    CHECK(read.frames->frames[6].name == "frame_00002_0");
+    CHECK(run.reported.at("panoramas").as_int() == 3);
+    CHECK(run.reported.at("undistorted").as_int() == 0);
+    const WrittenRecording pinhole(made);
+    CHECK_THAT(pinhole.error(), Contains("frame_00001.png: 32x24 pixels; a 360° picture (equirectangular) is twice as wide"));
+}
+
 TEST_CASE("masks are read, from where mask_path is relative to", "[scan.nerfstudio]")
 {
     const WrittenRecording scan(reader);
@@ -256,8 +271,7 @@ TEST_CASE("a file that cannot be used is refused by name", "[scan.nerfstudio]")
     const std::string angle = "frame 1: camera_angle_x: must be a field of view in radians";
     check_flaws(reader, {{removing("transforms.json"), {"transforms.json"}},
                          {writing("transforms.json", "{\"frames\": []}"), {"transforms.json: frames: must be a list, not empty"}},
-                         {set(1, {{"camera_model", "EQUIRECTANGULAR"}}),
-                          {"transforms.json: frame 1: camera_model: is EQUIRECTANGULAR; PINHOLE"}},
+                         {set(1, {{"camera_model", "VR180_L"}}), {"transforms.json: frame 1: camera_model: is VR180_L; PINHOLE"}},
                          {set(1, {{"camera_angle_x", 60.0}}), {angle}},
                          {set(1, {{"fl_x", 1e-30}}), {"transforms.json: frame 1: a focal length of 1e-30 pixels"}},
                          {set(1, {{"k4", 0.1}}), {"frame 1: k4: is not 0"}},

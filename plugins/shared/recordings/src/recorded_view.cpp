@@ -2,12 +2,14 @@
 #include <fresco/files_io.h>
 #include <fresco/npy.h>
 #include <fresco/parallel.h>
+#include <fresco/recordings/panorama.h>
 #include <fresco/recordings/recorded_view.h>
 #include <fresco/value.h>
 
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <iterator>
 #include <map>
 #include <set>
 #include <utility>
@@ -108,13 +110,25 @@ std::string file_name_safe(std::string text)
     return text;
 }
 
+/// Of the frames that a view gives.
+std::vector<std::string> frame_names(const RecordedView& view)
+{
+    if (!view.is_panorama)
+        return {view.name};
+    std::vector<std::string> names;
+    for (int face = 0; face < panorama_faces_count; ++face)
+        names.push_back(fmt::format("{}_{}", view.name, face));
+    return names;
+}
+
 void refuse_doubles(const std::vector<RecordedView>& views)
 {
     std::map<std::pair<std::string, std::string>, const RecordedView*> seen;
     for (const auto& view : views)
-        if (const auto [other, is_new] = seen.try_emplace({view.sequence, view.name}, &view); !is_new)
-            throw Error(view.source + ": the view " + view.sequence + "/" + view.name + " appears twice, first at " +
-                        other->second->source + "; remove one");
+        for (const auto& name : frame_names(view))
+            if (const auto [other, is_new] = seen.try_emplace({view.sequence, name}, &view); !is_new)
+                throw Error(view.source + ": the view " + view.sequence + "/" + name + " appears twice, first at " +
+                            other->second->source + "; remove one");
 }
 
 void check_size(const fs::path& file, const ImageHeader& header, const Intrinsics& camera, const std::string& source)
@@ -143,16 +157,18 @@ class FrameMaker
     {
     }
 
-    Frame make(RecordedView view) const
+    std::vector<Frame> make(RecordedView view) const
     {
+        if (view.is_panorama)
+            return frames_of_panorama(view);
         check_camera({view.camera, view.world_from_camera}, view.source);
         if (view.depth_camera)
             check_camera(*view.depth_camera, view.source);
         if (!unpack_ || !unpack_(view, folder_))
-            return frame_of(view, original);
+            return {frame_of(view, original)};
         try
         {
-            return frame_of(view, [](const fs::path& file) { return PictureFile{file, ""}; });
+            return {frame_of(view, [](const fs::path& file) { return PictureFile{file, ""}; })};
         }
         // The picture has a name that the user has never seen.
         catch (const Error& error)
@@ -175,6 +191,56 @@ class FrameMaker
                                                   : ": expected a depth picture, uint16 of height x width"));
         return {static_cast<int>(shape[1]), static_cast<int>(shape[0]), is_color ? 8 : 16, !is_color};
     }
+    std::vector<Frame> frames_of_panorama(const RecordedView& view) const
+    {
+        const auto names = frame_names(view);
+        const auto faces = panorama_faces(view.camera.width);
+        std::vector<Frame> frames(faces.size());
+        for (std::size_t i = 0; i < faces.size(); ++i)
+        {
+            auto& frame = frames[i];
+            frame.sequence = view.sequence;
+            frame.name = names[i];
+            frame.number = view.number * panorama_faces_count + static_cast<long>(i);
+            frame.color = {faces[i].camera, view.world_from_camera * RigidTransform{faces[i].panorama_from_face, {}}};
+            frame.depth = frame.color;
+            frame.depth_unit_m = view.depth_unit_m;
+            check_camera(frame.color, view.source);
+        }
+        const auto header = checked(view.color, true);
+        check_size(view.color, header, view.camera, view.source);
+        check_not_turned(view.color, header, view.source);
+        check_panorama(view.color, header);
+        auto picture = images_.read_rgb(view.color);
+        widen_at_poles(picture);
+        auto mask = mask_of(view);
+        widen_at_poles(mask);
+        Raster16 depth;
+        if (!view.depth.empty())
+        {
+            const auto depth_header = checked(view.depth, false);
+            check_depth_kind(view.depth, depth_header);
+            check_panorama(view.depth, depth_header);
+            depth = images_.read_depth(view.depth);
+        }
+        const auto depth_faces = panorama_faces(depth.width);
+        for (std::size_t i = 0; i < faces.size(); ++i)
+        {
+            auto& frame = frames[i];
+            frame.color_picture = write(frame, ".color.jpg", images_.encode_jpeg(face_of(picture, faces[i]), jpeg_quality));
+            const auto ignored = mask.empty() ? Raster8{} : ignoring(face_of(mask, faces[i]));
+            if (!ignored.empty())
+                frame.mask = write_mask(frame, ignored);
+            if (depth.empty())
+                continue;
+            frame.depth.intrinsics = depth_faces[i].camera;
+            auto steps = depth_face_of(depth, depth_faces[i]);
+            if (!ignored.empty())
+                remove_masked(ignored, frame, steps);
+            frame.depth_picture = write(frame, ".depth.png", images_.encode_png(steps));
+        }
+        return frames;
+    }
     template <class Reference>
     Frame frame_of(const RecordedView& view, const Reference& reference) const
     {
@@ -190,7 +256,10 @@ class FrameMaker
         frame.depth = view.depth_camera.value_or(frame.color);
         frame.depth_unit_m = view.depth_unit_m;
         frame.color_picture = view.lens.distorts() ? undistort_color(view, frame) : reference(view.color);
-        const Raster8 mask = mask_of(view, frame);
+        Raster8 mask = mask_of(view);
+        if (view.lens.distorts() && !mask.empty())
+            mask = undistorted(mask, view.camera, view.lens, frame.color.intrinsics);
+        mask = ignoring(std::move(mask));
         if (!mask.empty())
             frame.mask = write_mask(frame, mask);
         if (view.depth.empty())
@@ -242,8 +311,8 @@ class FrameMaker
         std::ranges::copy(array.as<std::uint8_t>(), mask.values.begin());
         return mask;
     }
-    /// 0 and 255, for the frame's color camera; empty if nothing is ignored.
-    Raster8 mask_of(const RecordedView& view, const Frame& frame) const
+    /// 0 and 255, of the color picture; empty without a mask.
+    Raster8 mask_of(const RecordedView& view) const
     {
         if (view.mask.empty())
             return {};
@@ -257,8 +326,11 @@ class FrameMaker
             const auto* const channels = &picture.values[i * static_cast<std::size_t>(picture.channels)];
             mask.values[i] = std::any_of(channels, channels + picture.channels, [](auto value) { return value > 0; }) ? 255 : 0;
         }
-        if (view.lens.distorts())
-            mask = undistorted(mask, view.camera, view.lens, frame.color.intrinsics);
+        return mask;
+    }
+    /// A resampled mask with 0 for all that ignored pixels are part of; empty if nothing is ignored.
+    static Raster8 ignoring(Raster8 mask)
+    {
         bool ignores = false;
         for (auto& value : mask.values)
         {
@@ -323,12 +395,14 @@ Frames recorded_frames(const std::vector<RecordedView>& views, const ImageIo& im
 {
     refuse_doubles(views);
     for (const auto& view : views)
-        if (view.lens.distorts() || !view.mask.empty())
+        if (view.lens.distorts() || view.is_panorama || !view.mask.empty())
             fs::create_directories(folder / view.sequence);
     const FrameMaker maker(images, folder, unpack);
+    std::vector<std::vector<Frame>> made(views.size());
+    parallel_for_each(views.size(), "frames", progress, [&](std::size_t i) { made[i] = maker.make(views[i]); });
     Frames result;
-    result.frames.resize(views.size());
-    parallel_for_each(views.size(), "frames", progress, [&](std::size_t i) { result.frames[i] = maker.make(views[i]); });
+    for (auto& frames : made)
+        std::ranges::move(frames, std::back_inserter(result.frames));
     return result;
 }
 

@@ -225,15 +225,18 @@ void RecordingStage::run(RunContext& run)
     auto made = recorded_frames(views, *images, frames.folder().path, run,
                                 [this](RecordedView& view, const fs::path& folder) { return unpack(view, folder); });
 
+    const auto panoramas = std::ranges::count_if(views, &RecordedView::is_panorama);
     const auto undistorted = std::ranges::count_if(views, [](const auto& view) { return view.lens.distorts(); });
     const auto masked = std::ranges::count_if(made.frames, [](const auto& frame) { return !frame.mask.empty(); });
     const bool has_depth = !made.frames.front().depth_picture.empty();
-    run.report("frames", views.size());
+    run.report("frames", made.frames.size());
+    run.report("panoramas", panoramas);
     run.report("poses_not_tracked", lost);
     run.report("undistorted", undistorted);
     run.report("masked", masked);
     run.report("has_depth", has_depth);
-    run.message(fmt::format("{} frames{}{}{}{}{}", views.size(), has_depth ? "" : " without depth",
+    run.message(fmt::format("{} frames{}{}{}{}{}{}", made.frames.size(), has_depth ? "" : " without depth",
+                            panoramas > 0 ? fmt::format(", cut from {} 360° pictures", panoramas) : "",
                             undistorted > 0 ? fmt::format(", {} undistorted", undistorted) : "",
                             masked > 0 ? fmt::format(", {} with a mask", masked) : "",
                             lost > 0 ? fmt::format(", {} left out because their pose is not finite", lost) : "", recording.note));

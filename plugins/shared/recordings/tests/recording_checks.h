@@ -2,6 +2,8 @@
 
 #include "recording_layouts.h"
 
+#include <fresco/recordings/panorama.h>
+
 /// \file For the tests of readers: what their frames are checked for.
 
 namespace fresco::testing
@@ -38,6 +40,34 @@ inline void check_same_recording(const Frames& read, const Frames& written, cons
         }
         CHECK(worst <= depth_step_m);
         CHECK(same_holes);
+    }
+}
+
+/// The views that a reader cuts out of panoramas that were written out, as make_panoramas makes them.
+inline void check_panoramas(const Frames& read, const Frames& written, const ImageIo& images)
+{
+    const auto faces = recordings::panorama_faces(64), depth_faces = recordings::panorama_faces(32);
+    REQUIRE(read.frames.size() == written.frames.size() * faces.size());
+    for (std::size_t i = 0; i < read.frames.size(); ++i)
+    {
+        INFO("frame " << i);
+        const auto face = i % faces.size();
+        const auto& frame = read.frames[i];
+        const auto& panorama = written.frames[i / faces.size()];
+        CHECK(frame.name.ends_with("_" + std::to_string(face)));
+        CHECK(frame.number == read.frames[i - face].number + static_cast<long>(face));
+        CHECK(frame.color.intrinsics == faces[face].camera);
+        CHECK(frame.depth.intrinsics == depth_faces[face].camera);
+        const auto& from = panorama.color.world_from_camera;
+        const auto expected = matrix_of(from * RigidTransform{faces[face].panorama_from_face, {}});
+        for (const auto* camera : {&frame.color, &frame.depth})
+            for (std::size_t j = 0; j < expected.size(); ++j)
+                CHECK(std::abs(matrix_of(camera->world_from_camera)[j] - expected[j]) < 1e-6);
+        auto color = images.read_rgb(panorama.color_picture.path);
+        recordings::widen_at_poles(color);
+        CHECK(load_color(frame, &images) == recordings::face_of(color, faces[face]));
+        CHECK(load_depth_steps(frame, &images) ==
+              recordings::depth_face_of(images.read_depth(panorama.depth_picture.path), depth_faces[face]));
     }
 }
 

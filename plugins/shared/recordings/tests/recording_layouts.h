@@ -56,6 +56,26 @@ inline Frames tiny_recording(const std::filesystem::path& folder, const ImageIo&
     return recording;
 }
 
+/// The same poses with 360° pictures: color 64x32, depth 32x16; the intrinsics have only the size.
+inline void make_panoramas(Frames& recording, const ImageIo& images)
+{
+    for (std::size_t i = 0; i < recording.frames.size(); ++i)
+    {
+        auto& frame = recording.frames[i];
+        frame.color.intrinsics = {.width = 64, .height = 32};
+        frame.depth.intrinsics = {.width = 32, .height = 16};
+        const int number = static_cast<int>(i);
+        write_file(
+            frame.color_picture.path,
+            images.encode_png(picture(64, 32, [&](int x, int y, int c) { return (5 * x + 3 * y + 40 * c + number) % 256; })));
+        Raster16 depth(32, 16);
+        for (int y = 0; y < 16; ++y)
+            for (int x = 1; x < 32; ++x)
+                depth.at(x, y) = static_cast<std::uint16_t>(1000 + 10 * x + 100 * y + number);
+        write_file(frame.depth_picture.path, images.encode_png(depth));
+    }
+}
+
 /// Row-major 4x4.
 inline std::vector<double> matrix_of(const RigidTransform& t)
 {
@@ -151,10 +171,13 @@ inline void write_nerfstudio(const Frames& frames, const std::filesystem::path& 
     write_file(folder / "transforms.json", to_json(head, 1) + "\n");
 }
 
-/// COLMAP: sparse/0/{cameras,images}.{txt or bin}, images/, and depth/ beside it.
+/// COLMAP: sparse/0/{cameras,images}.{txt or bin}, images/, and depth/ beside it. Without a focal length, a panorama.
 inline void write_colmap(const Frames& frames, const std::filesystem::path& folder, bool binary)
 {
     const auto& k = frames.frames.front().color.intrinsics;
+    const bool is_panorama = k.fx == 0;
+    const auto parameters = is_panorama ? std::vector<double>{static_cast<double>(k.width), static_cast<double>(k.height)}
+                                        : std::vector<double>{k.fx, k.fy, k.cx, k.cy};
     std::string cameras, images;
     const auto put = [](std::string& to, auto value) { to.append(reinterpret_cast<const char*>(&value), sizeof value); };
     const std::uint64_t count = frames.frames.size();
@@ -162,17 +185,17 @@ inline void write_colmap(const Frames& frames, const std::filesystem::path& fold
     {
         put(cameras, std::uint64_t{1});
         put(cameras, std::uint32_t{7});
-        put(cameras, std::int32_t{1});
+        put(cameras, std::int32_t{is_panorama ? 17 : 1});
         put(cameras, static_cast<std::uint64_t>(k.width));
         put(cameras, static_cast<std::uint64_t>(k.height));
-        for (const double value : {k.fx, k.fy, k.cx, k.cy})
+        for (const double value : parameters)
             put(cameras, value);
         put(images, count);
     }
     else
     {
-        cameras = "# Camera list\n# Number of cameras: 1\n7 PINHOLE " + std::to_string(k.width) + " " + std::to_string(k.height) +
-                  " " + joined({k.fx, k.fy, k.cx, k.cy}) + "\n";
+        cameras = std::string("# Camera list\n# Number of cameras: 1\n7 ") + (is_panorama ? "EQUIRECTANGULAR " : "PINHOLE ") +
+                  std::to_string(k.width) + " " + std::to_string(k.height) + " " + joined(parameters) + "\n";
         images = "# Image list\n# Number of images: " + std::to_string(count) + ", mean observations per image: 1\n";
     }
     for (std::size_t i = 0; i < frames.frames.size(); ++i)

@@ -29,8 +29,9 @@ struct RecordedView
     std::filesystem::path depth;       ///< Empty: none.
     std::filesystem::path mask;        ///< Of the color picture's size, black where it is to be ignored; empty: none.
     std::filesystem::path pose;        ///< The view's own file of pose or camera; empty: none.
-    Intrinsics camera;                 ///< Of the color picture.
-    Lens lens;                         ///< Of the color camera.
+    bool is_panorama = false;          ///< The pictures are 360° pictures (panorama.h), and so is the depth picture.
+    Intrinsics camera;                 ///< Of the color picture; only the size of a panorama.
+    Lens lens;                         ///< Of the color camera; none of a panorama.
     RigidTransform world_from_camera;  ///< Of the color camera.
     /// None: the depth picture is registered to the color camera. It has that camera's shape and field of view, at any size.
     std::optional<Camera> depth_camera;
@@ -53,10 +54,11 @@ using UnpackView = std::function<bool(RecordedView& view, const std::filesystem:
 /// Frames of the views, in their order. Pictures without a lens to undo stay where they are: paths and content hashes, their
 /// files walked to the end. Others are undistorted into `folder`: <sequence>/<name>.color.jpg (quality 95) and .depth.png; each
 /// thread holds one picture. A view without depth gives a frame without; its depth camera is the color camera.
-/// A mask that ignores anything is written as <sequence>/<name>.mask.npy, and so is the depth picture, without the surface that
-/// the color camera sees at ignored pixels.
-/// Throws Error naming the file or `source`: a picture or mask that is cut or of another size than its camera's, a depth picture
-/// that is not 16-bit gray or of another shape, a color picture that EXIF turns, a camera or pose that check_camera refuses, a
+/// A panorama gives six frames, NAME_0 to NAME_5, in the order of panorama_faces, numbered 6 times its number and on; their
+/// pictures are written likewise. A mask that ignores anything is written as <sequence>/<name>.mask.npy, and so is the depth
+/// picture, without the surface that the color camera sees at ignored pixels. Throws Error naming the file or `source`: a picture
+/// or mask that is cut or of another size than its camera's, a depth picture that is not 16-bit gray or of another shape, a
+/// panorama that is not twice as wide as high, a color picture that EXIF turns, a camera or pose that check_camera refuses, a
 /// principal point outside of its picture, two views of one name; what `unpack` throws.
 Frames recorded_frames(const std::vector<RecordedView>& views, const ImageIo& images, const std::filesystem::path& folder,
                        Progress& progress, const UnpackView& unpack = {});

@@ -1,0 +1,234 @@
+#include "catch.h"
+
+#include <fresco/recordings/panorama.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+
+using fresco::Raster16;
+using fresco::Raster8;
+using fresco::Vec2d;
+using fresco::Vec3d;
+using fresco::recordings::PanoramaFace;
+using std::numbers::pi;
+
+namespace
+{
+
+/// The direction through a pixel of a panorama, as COLMAP's CamRayFromImg has it.
+Vec3d panorama_ray(double column, double row, int width, int height)
+{
+    const double azimuth = 2 * pi * (column / width - 0.5), elevation = pi * (0.5 - row / height);
+    return {std::cos(elevation) * std::sin(azimuth), -std::sin(elevation), std::cos(elevation) * std::cos(azimuth)};
+}
+
+/// What a camera in a room of 4 x 3 x 5 m, off its middle, sees in a direction.
+struct Seen
+{
+    double distance;
+    double brightness;
+};
+
+Seen seen_in_room(Vec3d direction)
+{
+    constexpr Vec3d low{-1.5, -1.2, -2}, high{2.5, 1.8, 3};
+    const Vec3d d = normalized(direction);
+    const auto reach = [](double along, double least, double most) {
+        return along > 0 ? most / along : along < 0 ? least / along : 1e9;
+    };
+    const double distance = std::min({reach(d.x, low.x, high.x), reach(d.y, low.y, high.y), reach(d.z, low.z, high.z)});
+    const Vec3d p = d * distance;
+    return {distance, 128 + 50 * std::sin(2 * p.x + 0.3) * std::cos(1.5 * p.y) + 50 * std::cos(1.7 * p.z - p.y)};
+}
+
+Raster8 noise(int width, int height, int channels)
+{
+    Raster8 picture(width, height, channels);
+    std::uint32_t state = 1;
+    for (auto& value : picture.values)
+    {
+        state = state * 1664525U + 1013904223U;
+        value = static_cast<std::uint8_t>(state >> 24U);
+    }
+    return picture;
+}
+
+/// Yaw to the right, then pitch upward, degrees, of the views in order.
+constexpr std::array<std::array<double, 2>, 6> turns{{{0, 0}, {90, 0}, {180, 0}, {-90, 0}, {0, 90}, {0, -90}}};
+
+/// Where the panorama shows what a view sees at (x, y): the obvious formulas.
+Vec2d place_of(const PanoramaFace& face, std::size_t index, double x, double y, int width, int height)
+{
+    const double yaw = turns[index][0] * pi / 180, pitch = turns[index][1] * pi / 180;
+    const Vec3d d{(x - face.camera.cx) / face.camera.fx, (y - face.camera.cy) / face.camera.fy, 1};
+    const Vec3d p{d.x, std::cos(pitch) * d.y - std::sin(pitch) * d.z, std::sin(pitch) * d.y + std::cos(pitch) * d.z};
+    const Vec3d q{std::cos(yaw) * p.x + std::sin(yaw) * p.z, p.y, -std::sin(yaw) * p.x + std::cos(yaw) * p.z};
+    const double theta = std::atan2(q.x, q.z), phi = std::asin(-q.y / length(q));
+    return {(theta / (2 * pi) + 0.5) * width, (0.5 - phi / pi) * height};
+}
+
+}  // namespace
+
+TEST_CASE("the middles of a panorama's quarters are the middles of its views", "[recordings]")
+{
+    const auto faces = fresco::recordings::panorama_faces(64);
+    const auto middle_of = [&](std::size_t face, std::initializer_list<int> columns, std::initializer_list<int> rows)
+    {
+        Raster8 panorama(64, 32);
+        for (const int x : columns)
+            for (const int y : rows)
+                panorama.at(x, y) = 200;
+        const auto view = fresco::recordings::face_of(panorama, faces[face]);
+        // 64 * tan(48 degrees) / pi.
+        REQUIRE((view.width == 23 && view.height == 23));
+        return static_cast<int>(view.at(11, 11));
+    };
+    CHECK(middle_of(0, {31, 32}, {15, 16}) == 200);
+    CHECK(middle_of(1, {47, 48}, {15, 16}) == 200);
+    CHECK(middle_of(2, {0, 63}, {15, 16}) == 200);
+    CHECK(middle_of(3, {15, 16}, {15, 16}) == 200);
+    // The poles are the whole first and last row; the front is below in the view up, above in the view down.
+    const auto front = Raster8(64, 32, 1, 0);
+    Raster8 above = front, below = front;
+    std::fill_n(above.values.begin(), 64, std::uint8_t{200});
+    std::fill_n(below.values.end() - 64, 64, std::uint8_t{200});
+    CHECK(fresco::recordings::face_of(above, faces[4]).at(11, 11) == 200);
+    CHECK(fresco::recordings::face_of(below, faces[5]).at(11, 11) == 200);
+    for (int y = 0; y < 32; ++y)
+        for (int x = 24; x < 40; ++x)
+            above.at(x, y) = below.at(x, y) = 100;
+    CHECK(fresco::recordings::face_of(above, faces[4]).at(11, 20) == 100);
+    CHECK(fresco::recordings::face_of(above, faces[4]).at(11, 2) == 0);
+    CHECK(fresco::recordings::face_of(below, faces[5]).at(11, 2) == 100);
+    CHECK(fresco::recordings::face_of(below, faces[5]).at(11, 20) == 0);
+}
+
+TEST_CASE("views are what the obvious formulas sample, pixel by pixel", "[recordings]")
+{
+    const auto panorama = noise(96, 48, 3);
+    Raster16 depth(96, 48);
+    for (std::size_t i = 0; i < depth.values.size(); ++i)
+        depth.values[i] = i % 7 == 0 ? 0 : i % 11 == 0 ? 65535 : static_cast<std::uint16_t>(500 + 11 * i);
+    const auto faces = fresco::recordings::panorama_faces(96);
+    // The sphere once more around each side, and over the poles on the other side.
+    const auto at = [&](const auto& picture, int x, int y, int c)
+    {
+        const int folded = y < 0 ? -1 - y : y > 47 ? 95 - y : y;
+        return picture.at((x + (folded == y ? 0 : 48) + 192) % 96, folded, c);
+    };
+    for (std::size_t i = 0; i < faces.size(); ++i)
+    {
+        const auto view = fresco::recordings::face_of(panorama, faces[i]);
+        const auto depth_view = fresco::recordings::depth_face_of(depth, faces[i]);
+        const auto& k = faces[i].camera;
+        double worst = 0;
+        int wrong_depths = 0;
+        for (int y = 0; y < k.height; ++y)
+            for (int x = 0; x < k.width; ++x)
+            {
+                const auto place = place_of(faces[i], i, x + 0.5, y + 0.5, 96, 48);
+                const double u = place.x - 0.5, v = place.y - 0.5;
+                const int column = static_cast<int>(std::floor(u)), row = static_cast<int>(std::floor(v));
+                const double right = u - column, down = v - row;
+                for (int c = 0; c < 3; ++c)
+                {
+                    const double expected =
+                        (1 - down) * ((1 - right) * at(panorama, column, row, c) + right * at(panorama, column + 1, row, c)) +
+                        down * ((1 - right) * at(panorama, column, row + 1, c) + right * at(panorama, column + 1, row + 1, c));
+                    worst = std::max(worst, std::abs(view.at(x, y, c) - expected));
+                }
+                const double steps = at(depth, static_cast<int>(std::floor(place.x)), static_cast<int>(std::floor(place.y)), 0);
+                const double a = (x + 0.5 - k.cx) / k.fx, b = (y + 0.5 - k.cy) / k.fy;
+                const double expected = steps == 65535 ? 0 : steps / std::sqrt(1 + a * a + b * b);
+                // On the line between two pixels, either may be taken.
+                const bool on_line =
+                    std::abs(place.x - std::round(place.x)) < 1e-9 || std::abs(place.y - std::round(place.y)) < 1e-9;
+                wrong_depths += !on_line && std::abs(depth_view.at(x, y) - expected) > 0.5 + 1e-9;
+            }
+        INFO("view " << i);
+        CHECK(worst < 0.5 + 1e-6);
+        CHECK(wrong_depths == 0);
+    }
+}
+
+TEST_CASE("rows near the poles are averaged over what a pixel of the view covers", "[recordings]")
+{
+    const auto panorama = noise(96, 48, 3);
+    auto widened = panorama;
+    fresco::recordings::widen_at_poles(widened);
+    double worst = 0;
+    for (int y = 0; y < 48; ++y)
+    {
+        const double columns = std::abs(std::tan(pi * (0.5 - (y + 0.5) / 48)));
+        constexpr int samples = 2000;
+        for (int x = 0; x < 96; x += 5)
+            for (int c = 0; c < 3; ++c)
+            {
+                double expected = panorama.at(x, y, c);
+                if (columns > 1)
+                {
+                    expected = 0;
+                    for (int i = 0; i < samples; ++i)
+                    {
+                        const double place = x + 0.5 + columns * ((i + 0.5) / samples - 0.5);
+                        expected += panorama.at((static_cast<int>(std::floor(place)) + 96) % 96, y, c) / double{samples};
+                    }
+                }
+                worst = std::max(worst, std::abs(widened.at(x, y, c) - expected));
+            }
+    }
+    CHECK(worst < 0.7);
+    CHECK(std::equal(panorama.values.begin() + 12 * 96 * 3, panorama.values.begin() + 36 * 96 * 3,
+                     widened.values.begin() + 12 * 96 * 3));
+    CHECK(panorama.values != widened.values);
+}
+
+TEST_CASE("the views of a room's panorama are what pinhole cameras see in it", "[recordings]")
+{
+    constexpr int width = 1024, height = 512;
+    Raster8 panorama(width, height);
+    Raster16 depth(width / 2, height / 2);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+            panorama.at(x, y) =
+                static_cast<std::uint8_t>(seen_in_room(panorama_ray(x + 0.5, y + 0.5, width, height)).brightness + 0.5);
+    for (int y = 0; y < depth.height; ++y)
+        for (int x = 0; x < depth.width; ++x)
+            depth.at(x, y) = static_cast<std::uint16_t>(
+                1000 * seen_in_room(panorama_ray(x + 0.5, y + 0.5, depth.width, depth.height)).distance + 0.5);
+    fresco::recordings::widen_at_poles(panorama);
+    const auto faces = fresco::recordings::panorama_faces(width), depth_faces = fresco::recordings::panorama_faces(depth.width);
+    for (std::size_t i = 0; i < faces.size(); ++i)
+    {
+        const auto view = fresco::recordings::face_of(panorama, faces[i]);
+        const auto depth_view = fresco::recordings::depth_face_of(depth, depth_faces[i]);
+        double worst = 0, worst_depth = 0;
+        for (int y = 0; y < view.height; ++y)
+            for (int x = 0; x < view.width; ++x)
+            {
+                const fresco::Camera camera{faces[i].camera, {faces[i].panorama_from_face, {}}};
+                worst = std::max(worst, std::abs(view.at(x, y) - seen_in_room(camera.ray(x + 0.5, y + 0.5)).brightness));
+            }
+        for (int y = 0; y < depth_view.height; ++y)
+            for (int x = 0; x < depth_view.width; ++x)
+            {
+                const fresco::Camera camera{depth_faces[i].camera, {depth_faces[i].panorama_from_face, {}}};
+                const Vec3d ray = camera.ray(x + 0.5, y + 0.5);
+                const double z = 1000 * seen_in_room(ray).distance / length(ray);
+                worst_depth = std::max(worst_depth, std::abs(depth_view.at(x, y) - z) / z);
+            }
+        INFO("view " << i);
+        CHECK(worst < 3);
+        // Half a pixel of 0.7 degrees on a wall seen at 45 degrees and less.
+        CHECK(worst_depth < 0.02);
+    }
+}
+
+TEST_CASE("a picture of less than the whole sphere is refused", "[recordings]")
+{
+    CHECK_NOTHROW(fresco::recordings::check_panorama("a.jpg", {.width = 64, .height = 32}));
+    CHECK_THROWS_WITH(fresco::recordings::check_panorama("a.jpg", {.width = 64, .height = 31}),
+                      Catch::Contains("a.jpg: 64x31 pixels; a 360° picture (equirectangular) is twice as wide as high"));
+}

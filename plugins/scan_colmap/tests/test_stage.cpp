@@ -127,8 +127,9 @@ TEST_CASE("360° pictures are cut, text and binary", "[scan.colmap]")
         TestRun run;
         const auto read = project.read(run);
         check_panoramas(*read.frames, project.frames, project.images);
-        CHECK(read.frames->frames[7].name == "view_001_1");
-        CHECK(read.frames->frames[7].number == 7);
+        CHECK(read.frames->frames[4].sequence == "scan_right");
+        CHECK(read.frames->frames[4].name == "view_001");
+        CHECK(read.frames->frames[4].number == 1);
         CHECK(run.reported.at("panoramas").as_int() == 3);
         CHECK(project.read(Value::Map{{"every", 2}}).frames->frames.size() == 12);
     }

@@ -162,7 +162,8 @@ TEST_CASE("360° pictures are cut", "[scan.nerfstudio]")
     TestRun run;
     const auto read = scan.read(run);
     check_panoramas(*read.frames, scan.frames, scan.images);
-    CHECK(read.frames->frames[6].name == "frame_00002_0");
+    CHECK(read.frames->frames[17].sequence == "images_down");
+    CHECK(read.frames->frames[17].name == "frame_00003");
     CHECK(run.reported.at("panoramas").as_int() == 3);
     CHECK(run.reported.at("undistorted").as_int() == 0);
     const WrittenRecording pinhole(made);

@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <iterator>
 #include <map>
 #include <set>
 #include <utility>
@@ -111,23 +110,23 @@ std::string file_name_safe(std::string text)
 }
 
 /// Of the frames that a view gives.
-std::vector<std::string> frame_names(const RecordedView& view)
+std::vector<std::string> frame_sequences(const RecordedView& view)
 {
     if (!view.is_panorama)
-        return {view.name};
-    std::vector<std::string> names;
-    for (int face = 0; face < panorama_faces_count; ++face)
-        names.push_back(fmt::format("{}_{}", view.name, face));
-    return names;
+        return {view.sequence};
+    std::vector<std::string> sequences;
+    for (const char* face : {"front", "right", "back", "left", "up", "down"})
+        sequences.push_back(view.sequence + "_" + face);
+    return sequences;
 }
 
 void refuse_doubles(const std::vector<RecordedView>& views)
 {
     std::map<std::pair<std::string, std::string>, const RecordedView*> seen;
     for (const auto& view : views)
-        for (const auto& name : frame_names(view))
-            if (const auto [other, is_new] = seen.try_emplace({view.sequence, name}, &view); !is_new)
-                throw Error(view.source + ": the view " + view.sequence + "/" + name + " appears twice, first at " +
+        for (const auto& sequence : frame_sequences(view))
+            if (const auto [other, is_new] = seen.try_emplace({sequence, view.name}, &view); !is_new)
+                throw Error(view.source + ": the view " + sequence + "/" + view.name + " appears twice, first at " +
                             other->second->source + "; remove one");
 }
 
@@ -193,15 +192,15 @@ class FrameMaker
     }
     std::vector<Frame> frames_of_panorama(const RecordedView& view) const
     {
-        const auto names = frame_names(view);
+        const auto sequences = frame_sequences(view);
         const auto faces = panorama_faces(view.camera.width);
         std::vector<Frame> frames(faces.size());
         for (std::size_t i = 0; i < faces.size(); ++i)
         {
             auto& frame = frames[i];
-            frame.sequence = view.sequence;
-            frame.name = names[i];
-            frame.number = view.number * panorama_faces_count + static_cast<long>(i);
+            frame.sequence = sequences[i];
+            frame.name = view.name;
+            frame.number = view.number;
             frame.color = {faces[i].camera, view.world_from_camera * RigidTransform{faces[i].panorama_from_face, {}}};
             frame.depth = frame.color;
             frame.depth_unit_m = view.depth_unit_m;
@@ -396,13 +395,16 @@ Frames recorded_frames(const std::vector<RecordedView>& views, const ImageIo& im
     refuse_doubles(views);
     for (const auto& view : views)
         if (view.lens.distorts() || view.is_panorama || !view.mask.empty())
-            fs::create_directories(folder / view.sequence);
+            for (const auto& sequence : frame_sequences(view))
+                fs::create_directories(folder / sequence);
     const FrameMaker maker(images, folder, unpack);
     std::vector<std::vector<Frame>> made(views.size());
     parallel_for_each(views.size(), "frames", progress, [&](std::size_t i) { made[i] = maker.make(views[i]); });
     Frames result;
-    for (auto& frames : made)
-        std::ranges::move(frames, std::back_inserter(result.frames));
+    for (std::size_t face = 0; face < panorama_faces_count; ++face)
+        for (auto& frames : made)
+            if (face < frames.size())
+                result.frames.push_back(std::move(frames[face]));
     return result;
 }
 

@@ -51,11 +51,12 @@ inline void check_panoramas(const Frames& read, const Frames& written, const Ima
     for (std::size_t i = 0; i < read.frames.size(); ++i)
     {
         INFO("frame " << i);
-        const auto face = i % faces.size();
+        const auto face = i / written.frames.size(), place = i % written.frames.size();
         const auto& frame = read.frames[i];
-        const auto& panorama = written.frames[i / faces.size()];
-        CHECK(frame.name.ends_with("_" + std::to_string(face)));
-        CHECK(frame.number == read.frames[i - face].number + static_cast<long>(face));
+        const auto& panorama = written.frames[place];
+        CHECK(frame.sequence.ends_with(std::array{"_front", "_right", "_back", "_left", "_up", "_down"}[face]));
+        CHECK(frame.name == read.frames[place].name);
+        CHECK(frame.number == read.frames[place].number);
         CHECK(frame.color.intrinsics == faces[face].camera);
         CHECK(frame.depth.intrinsics == depth_faces[face].camera);
         const auto& from = panorama.color.world_from_camera;

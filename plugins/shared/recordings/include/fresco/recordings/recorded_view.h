@@ -54,12 +54,18 @@ using UnpackView = std::function<bool(RecordedView& view, const std::filesystem:
 /// Frames of the views, in their order. Pictures without a lens to undo stay where they are: paths and content hashes, their
 /// files walked to the end. Others are undistorted into `folder`: <sequence>/<name>.color.jpg (quality 95) and .depth.png; each
 /// thread holds one picture. A view without depth gives a frame without; its depth camera is the color camera.
-/// A panorama gives six frames, NAME_0 to NAME_5, in the order of panorama_faces, numbered 6 times its number and on; their
-/// pictures are written likewise. A mask that ignores anything is written as <sequence>/<name>.mask.npy, and so is the depth
-/// picture, without the surface that the color camera sees at ignored pixels. Throws Error naming the file or `source`: a picture
-/// or mask that is cut or of another size than its camera's, a depth picture that is not 16-bit gray or of another shape, a
-/// panorama that is not twice as wide as high, a color picture that EXIF turns, a camera or pose that check_camera refuses, a
-/// principal point outside of its picture, two views of one name; what `unpack` throws.
+///
+/// A panorama gives six frames, as if six cameras had recorded: of the sequences <sequence>_front, _right, _back, _left, _up and
+/// _down, so that neighbors in a sequence see much the same. First come all in front, and so on. Their pictures are written as
+/// those without a lens.
+///
+/// A mask that ignores anything is written as <sequence>/<name>.mask.npy, and so is the depth picture, without the surface that
+/// the color camera sees at ignored pixels.
+///
+/// Throws Error naming the file or `source`: a picture or mask that is cut or of another size than its camera's, a depth picture
+/// that is not 16-bit gray or of another shape, a panorama that is not twice as wide as high, a color picture that EXIF turns, a
+/// camera or pose that check_camera refuses, a principal point outside of its picture, two views of one name; what `unpack`
+/// throws.
 Frames recorded_frames(const std::vector<RecordedView>& views, const ImageIo& images, const std::filesystem::path& folder,
                        Progress& progress, const UnpackView& unpack = {});
 

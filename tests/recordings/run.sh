@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# run.sh FRESCO SOURCE: a recording of one's own, listed by the example of sdk/examples/recordings, and in plain folders.
+# run.sh FRESCO SOURCE: a recording of one's own, listed by the example of sdk/examples/recordings, and in plain folders; and one of 360°
+# pictures.
 source "$(dirname "$0")/../program_test.sh"
 fresco=$1 source=$2
 cd "$work"
@@ -135,5 +136,60 @@ for corner in (np.min, np.max):
 # Every tenth vertex lies on the room.
 far = [np.linalg.norm(room - point, axis=1).min() for point in fused[::10]]
 assert np.quantile(far, 0.9) < 0.1, np.quantile(far, [0.5, 0.9, 1])
+PY
+# 360° pictures of a box of 4 x 3 x 2.5 m, with distances: the surface made of them is the box, and depth and pictures agree.
+"$python" - sphere <<'PY'
+import json, pathlib, struct, sys, zlib
+import numpy as np
+sphere, size = pathlib.Path(sys.argv[1]), np.array([4, 3, 2.5])
+(sphere / "images").mkdir(parents=True)
+(sphere / "depth").mkdir()
+def write_png(file, picture):
+    height, width = picture.shape[:2]
+    rows = np.frombuffer(picture.astype(picture.dtype.newbyteorder(">")).tobytes(), np.uint8).reshape(height, -1)
+    kind = (8, 2) if picture.ndim == 3 else (16, 0)
+    data = zlib.compress(np.pad(rows, ((0, 0), (1, 0))).tobytes())
+    file.write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(
+        struct.pack(">I", len(body)) + name + body + struct.pack(">I", zlib.crc32(name + body))
+        for name, body in ((b"IHDR", struct.pack(">IIBBBBB", width, height, *kind, 0, 0, 0)), (b"IDAT", data), (b"IEND", b""))))
+height, frames = 128, []
+azimuth, elevation = np.meshgrid(((np.arange(2 * height) + 0.5) / height - 1) * np.pi, (0.5 - (np.arange(height) + 0.5) / height) * np.pi)
+# OpenGL's axes: the middle is at -z, up is y.
+rays = np.stack([np.cos(elevation) * np.sin(azimuth), np.sin(elevation), -np.cos(elevation) * np.cos(azimuth)], -1)
+for i in range(8):
+    yaw, tilt, at = 0.8 * i, 0.1 * np.sin(i), np.array([2 + np.cos(i), 1.5 + 0.7 * np.sin(i), 1.3])
+    turn = np.array([[np.cos(yaw), -np.sin(yaw), 0], [np.sin(yaw), np.cos(yaw), 0], [0, 0, 1]])
+    pose = turn @ np.array([[1, 0, 0], [0, np.sin(tilt), -np.cos(tilt)], [0, np.cos(tilt), np.sin(tilt)]])
+    d = rays @ pose.T
+    distance = (np.where(d > 0, size - at, -at) / d).min(-1)
+    point = at + d * distance[..., None]
+    color = 128 + 60 * np.sin(3 * point) * np.cos(2 * point[..., [1, 2, 0]]) + 40 * (np.floor(2 * point).sum(-1, keepdims=True) % 2)
+    write_png(sphere / f"images/{i}.png", color.astype(np.uint8))
+    write_png(sphere / f"depth/{i}.png", np.rint(1000 * distance).astype(np.uint16))
+    frames.append({"file_path": f"images/{i}.png", "depth_file_path": f"depth/{i}.png",
+                   "transform_matrix": np.vstack([np.c_[pose, at], [0, 0, 0, 1]]).tolist()})
+(sphere / "transforms.json").write_text(json.dumps({"camera_model": "EQUIRECTANGULAR", "w": 2 * height, "h": height, "frames": frames}))
+PY
+cat >sphere.yaml <<'YAML'
+version: 1
+stages:
+  scan: {type: scan.nerfstudio, path: sphere}
+  surface: {type: mesh.fuse, input: {frames: scan}, voxel_m: 0.05}
+  inspect: {type: scan.inspect, input: {frames: scan}, fail: true}
+YAML
+"$fresco" run sphere.yaml --store store --out sphere_out >log 2>&1 || { cat log; fail "the 360° recording cannot be read"; }
+grep -q "the frames agree with each other" log || { cat log; fail "the views of the 360° pictures do not agree"; }
+PYTHONPATH=$source/sdk/python "$python" - <<'PY'
+import fresco
+import numpy as np
+made, size = fresco.open_results("sphere_out"), np.array([4, 3, 2.5])
+assert len(made.read("scan", "frames")) == 48
+surface = made.read("surface")["positions"]
+distances = np.concatenate([np.abs(surface), np.abs(surface - size)], 1)
+off = distances.min(1)
+# Its edges are rounded by a voxel.
+assert np.quantile(off, 0.9) < 0.01 and off.max() < 0.08, np.quantile(off, [0.5, 0.9, 0.99, 1])
+# All six sides are there.
+assert ((distances < 0.02).sum(0) > 500).all(), (distances < 0.02).sum(0)
 PY
 echo "recordings: done"

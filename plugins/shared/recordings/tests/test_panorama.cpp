@@ -107,16 +107,16 @@ TEST_CASE("the middles of a panorama's quarters are the middles of its views", "
 
 TEST_CASE("views are what the obvious formulas sample, pixel by pixel", "[recordings]")
 {
-    const auto panorama = noise(96, 48, 3);
-    Raster16 depth(96, 48);
+    const auto panorama = noise(100, 50, 3);
+    Raster16 depth(100, 50);
     for (std::size_t i = 0; i < depth.values.size(); ++i)
         depth.values[i] = i % 7 == 0 ? 0 : i % 11 == 0 ? 65535 : static_cast<std::uint16_t>(500 + 11 * i);
-    const auto faces = fresco::recordings::panorama_faces(96);
+    const auto faces = fresco::recordings::panorama_faces(100);
     // The sphere once more around each side, and over the poles on the other side.
     const auto at = [&](const auto& picture, int x, int y, int c)
     {
-        const int folded = y < 0 ? -1 - y : y > 47 ? 95 - y : y;
-        return picture.at((x + (folded == y ? 0 : 48) + 192) % 96, folded, c);
+        const int folded = y < 0 ? -1 - y : y > 49 ? 99 - y : y;
+        return picture.at((x + (folded == y ? 0 : 50) + 200) % 100, folded, c);
     };
     for (std::size_t i = 0; i < faces.size(); ++i)
     {
@@ -128,7 +128,7 @@ TEST_CASE("views are what the obvious formulas sample, pixel by pixel", "[record
         for (int y = 0; y < k.height; ++y)
             for (int x = 0; x < k.width; ++x)
             {
-                const auto place = place_of(faces[i], i, x + 0.5, y + 0.5, 96, 48);
+                const auto place = place_of(faces[i], i, x + 0.5, y + 0.5, 100, 50);
                 const double u = place.x - 0.5, v = place.y - 0.5;
                 const int column = static_cast<int>(std::floor(u)), row = static_cast<int>(std::floor(v));
                 const double right = u - column, down = v - row;

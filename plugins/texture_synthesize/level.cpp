@@ -117,11 +117,11 @@ Level::Unshown Level::unshown(double least_missing, const Progress& progress) co
         const float x = std::clamp(result.share[t] / static_cast<float>(least_missing) - 1, 0.0F, 1.0F);
         result.share[t] = x * x * (3 - 2 * x);
         if (x > 0)
-            for (const Cover& cover : patches_.covers(t))
-                near[cover.patch] = 1;
+            for (const std::uint32_t patch : patches_.covers(t))
+                near[patch] = 1;
     }
     for (std::size_t t = 0; t < result.share.size(); ++t)
-        if (std::ranges::any_of(patches_.covers(t), [&](const Cover& cover) { return near[cover.patch] != 0; }))
+        if (std::ranges::any_of(patches_.covers(t), [&](std::uint32_t patch) { return near[patch] != 0; }))
             result.faces[grid_.texels()[t].face] = 1;
     // Small faces may hold no texel of this level.
     for (int ring = 0; ring < small_face_rings; ++ring)
@@ -197,10 +197,11 @@ std::vector<float> Level::missing(const Progress& progress) const
                    {
                        float sum = 0;
                        float weights = 0;
-                       for (const Cover& cover : patches_.covers(t))
+                       for (const std::uint32_t patch : patches_.covers(t))
                        {
-                           const float weight = vote_weight(cover.offset(), static_cast<float>(side), 0);
-                           sum += weight * of_patch[cover.patch];
+                           const Vec2f offset = patches_.offset(patch, grid_.texels()[t].position);
+                           const float weight = vote_weight(offset, static_cast<float>(side), 0);
+                           sum += weight * of_patch[patch];
                            weights += weight;
                        }
                        result[t] = weights > 0 ? sum / weights : 0;
@@ -302,18 +303,20 @@ double Level::direction_error_deg(const Progress& progress) const
 void Level::paint_round(const Progress& progress)
 {
     const auto g = static_cast<float>(options_.faithfulness);
-    std::vector<Vec3f> wanted(colors_.size());
+    std::vector<Vec3f>& wanted = colors_;
     for_each_texel(grid_, progress, [&](std::size_t t) { wanted[t] = colors_[t] * (1 - g) + start_[t] * g; });
     matches_ = search(patches_, grid_, wanted, picture_, options_.search, crowding_, progress);
     update_crowding(picture_, matches_, crowding_);
     for_each_texel(grid_, progress,
                    [&](std::size_t t)
                    {
-                       if (!patches_.covers(t).empty())
-                           colors_[t] = vote(
-                                            patches_.covers(t), matches_, options_.side, [](std::uint32_t) { return Vec2f{}; },
-                                            [&](Vec2f at) { return picture_.color(at); })
-                                            .mean;
+                       const auto offset_on = [&](std::uint32_t patch)
+                       { return patches_.offset(patch, grid_.texels()[t].position); };
+                       const auto color = [&](Vec2f at) { return picture_.color(at); };
+                       // Texels without patches are not painted: there the start remains.
+                       colors_[t] = patches_.covers(t).empty()
+                                        ? start_[t]
+                                        : vote(patches_.covers(t), matches_, options_.side, offset_on, color).mean;
                    });
 }
 

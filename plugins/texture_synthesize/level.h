@@ -33,19 +33,19 @@ struct Vote
     float weight;         ///< That patch's; negative where no patch lies.
 };
 
-/// `shift(patch)`: vector from the covered texel's center to the point, in texels of the patch's plane. `color(place)`: color of
-/// a place in the picture.
-template <class Shift, class Color>
-Vote vote(std::span<const Cover> covers, std::span<const Match> matches, int side, const Shift& shift, const Color& color)
+/// `offset_on(patch)`: the point on the patch, in texels from its center. `color(place)`: color of a place in the picture.
+template <class Offset, class Color>
+Vote vote(std::span<const std::uint32_t> covers, std::span<const Match> matches, int side, const Offset& offset_on,
+          const Color& color)
 {
     Vote result{};
     Vec3f sum;
     float total = 0;
     result.weight = -1;
-    for (const Cover& cover : covers)
+    for (const std::uint32_t patch : covers)
     {
-        const Match& match = matches[cover.patch];
-        const Vec2f offset = cover.offset() + shift(cover.patch);
+        const Match& match = matches[patch];
+        const Vec2f offset = offset_on(patch);
         const float weight = vote_weight(offset, static_cast<float>(side), match.distance);
         if (weight <= 0 && result.weight >= 0)
             continue;
@@ -56,7 +56,7 @@ Vote vote(std::span<const Cover> covers, std::span<const Match> matches, int sid
         {
             result.weight = weight;
             result.heaviest = own;
-            result.patch = cover.patch;
+            result.patch = patch;
             result.offset = offset;
         }
     }
@@ -139,13 +139,14 @@ class Level
         const float share = share_.empty() ? 1 : share_[texel];
         if (share <= 0)
             return under_->vote_at(chart, uv, position, color);
-        const Vec3f away = (position - grid_.texels()[texel].position) * static_cast<float>(1 / grid_.spacing_m());
+        const Vec3f center = grid_.texels()[texel].position;
+        const Vec3f away = (position - center) * static_cast<float>(1 / grid_.spacing_m());
         const LevelVote own{vote(
                                 patches_.covers(texel), matches_, patches_.side(),
                                 [&](std::uint32_t patch)
                                 {
                                     const TangentFrame& frame = patches_[patch].frame;
-                                    return Vec2f{dot(away, frame.right), dot(away, frame.down)};
+                                    return patches_.offset(patch, center) + Vec2f{dot(away, frame.right), dot(away, frame.down)};
                                 },
                                 [&](Vec2f at) { return color(*this, at); }),
                             this};

@@ -252,7 +252,7 @@ class Patches::Walker
     {
     }
 
-    /// Calls visit(texel, x, y) for each texel under the patch, x and y in texels from its center. Fills `points` unless null.
+    /// Calls visit(texel, at) for each texel under the patch, `at` in texels from its center. Fills `points` unless null.
     template <class Visit>
     void walk(const Patch& patch, Point* points, const Visit& visit)
     {
@@ -262,10 +262,10 @@ class Patches::Walker
         queue_.assign(1, start);
         visited_[start] = stamp_;
         bool own = false;
-        const auto visit_texel = [&](std::uint32_t texel, float x, float y)
+        const auto visit_texel = [&](std::uint32_t texel, Vec2f at)
         {
             own = own || texel == patch.texel;
-            visit(texel, x, y);
+            visit(texel, at);
         };
         for (std::size_t next = 0; next < queue_.size(); ++next)
         {
@@ -289,7 +289,7 @@ class Patches::Walker
         }
         // Of a chart that holds no cell's center.
         if (!own)
-            visit(patch.texel, 0.0F, 0.0F);
+            visit(patch.texel, Vec2f{});
         if (points != nullptr)
             extend(patch, points);
     }
@@ -301,11 +301,7 @@ class Patches::Walker
         return static_cast<std::size_t>(y) * static_cast<std::size_t>(side_) + static_cast<std::size_t>(x);
     }
 
-    Vec2f project(const Patch& patch, Vec3f point) const
-    {
-        const Vec3f away = point - patch.center;
-        return {dot(away, patch.frame.right) * scale_, dot(away, patch.frame.down) * scale_};
-    }
+    Vec2f project(const Patch& patch, Vec3f point) const { return patch.place(point) * scale_; }
 
     template <class Visit>
     void visit_texels(const Patch& patch, std::uint32_t face, const std::array<Vec2f, 3>& corners, const Visit& visit)
@@ -331,7 +327,7 @@ class Patches::Walker
                     continue;
                 const Vec2f p = project(patch, grid_.texels()[texel].position);
                 if (std::abs(p.x) <= half_ && std::abs(p.y) <= half_)
-                    visit(texel, p.x, p.y);
+                    visit(texel, p);
             }
     }
 
@@ -456,7 +452,7 @@ class Patches::Walker
 
 Patches::Patches(const PaintedSurface& surface, const SurfaceGrid& grid, const Upright& upright, int side, int stride,
                  const Progress& progress, std::span<const Vec3f> lines, std::span<const float> share)
-    : side_(side)
+    : side_(side), per_m_(static_cast<float>(1 / grid.spacing_m()))
 {
     const auto& texels = grid.texels();
     const auto patch_at = [&](std::uint32_t texel)
@@ -481,27 +477,30 @@ Patches::Patches(const PaintedSurface& surface, const SurfaceGrid& grid, const U
     std::vector<std::atomic<std::uint32_t>> covers(texels.size());
     std::vector<std::atomic<std::uint8_t>> near_center(texels.size());
     const auto reach = static_cast<float>(stride);
-    const auto count_cover = [&](std::uint32_t texel, float x, float y)
+    const auto count_cover = [&](std::uint32_t texel, Vec2f at)
     {
         covers[texel].fetch_add(1, std::memory_order_relaxed);
-        if (std::abs(x) <= reach && std::abs(y) <= reach)
+        if (std::abs(at.x) <= reach && std::abs(at.y) <= reach)
             near_center[texel].store(1, std::memory_order_relaxed);
     };
-    points_.resize(patches_.size() * points_per_patch());
-    parallel_for(patches_.size(), patches_per_piece * 16, progress.threads(),
-                 [&](std::size_t begin, std::size_t end)
-                 {
-                     Walker walker(surface, grid, side);
-                     for (std::size_t i = begin; i < end; ++i)
+    const auto walk_all = [&](const auto& walk)
+    {
+        parallel_for(patches_.size(), patches_per_piece * 16, progress.threads(),
+                     [&](std::size_t begin, std::size_t end)
                      {
-                         if (i % patches_per_piece == 0)
-                             progress.check_canceled();
-                         walker.walk(patches_[i], &points_[i * points_per_patch()], count_cover);
-                     }
-                 });
+                         Walker walker(surface, grid, side);
+                         for (std::size_t i = begin; i < end; ++i)
+                         {
+                             if (i % patches_per_piece == 0)
+                                 progress.check_canceled();
+                             walk(walker, i);
+                         }
+                     });
+    };
+    walk_all([&](Walker& walker, std::size_t i) { walker.walk(patches_[i], nullptr, count_cover); });
 
     // One after another: each shows which texels are still bare.
-    Walker walker(surface, grid, side);
+    Walker alone(surface, grid, side);
     for (std::uint32_t texel = 0; texel < texels.size(); ++texel)
     {
         if (!is_wanted(texel) || near_center[texel].load(std::memory_order_relaxed) != 0)
@@ -509,41 +508,31 @@ Patches::Patches(const PaintedSurface& surface, const SurfaceGrid& grid, const U
         if (patches_.size() % patches_per_piece == 0)
             progress.check_canceled();
         patches_.push_back(patch_at(texel));
-        points_.resize(patches_.size() * points_per_patch());
-        walker.walk(patches_.back(), &points_[(patches_.size() - 1) * points_per_patch()], count_cover);
+        alone.walk(patches_.back(), nullptr, count_cover);
     }
 
     first_cover_.assign(texels.size() + 1, 0);
     for (std::size_t t = 0; t < texels.size(); ++t)
         first_cover_[t + 1] = first_cover_[t] + covers[t].load(std::memory_order_relaxed);
     covers_.resize(first_cover_.back());
+    points_.resize(patches_.size() * points_per_patch());
     for (auto& cover : covers)
         cover.store(0, std::memory_order_relaxed);
-    parallel_for(patches_.size(), patches_per_piece * 16, progress.threads(),
-                 [&](std::size_t begin, std::size_t end)
-                 {
-                     Walker again(surface, grid, side);
-                     for (std::size_t i = begin; i < end; ++i)
-                     {
-                         if (i % patches_per_piece == 0)
-                             progress.check_canceled();
-                         const auto put = [&](std::uint32_t texel, float x, float y)
-                         {
-                             const std::size_t place = covers[texel].fetch_add(1, std::memory_order_relaxed);
-                             covers_[first_cover_[texel] + place] = {static_cast<std::uint32_t>(i),
-                                                                     static_cast<std::int16_t>(std::lround(x * Cover::unit)),
-                                                                     static_cast<std::int16_t>(std::lround(y * Cover::unit))};
-                         };
-                         again.walk(patches_[i], nullptr, put);
-                     }
-                 });
+    walk_all(
+        [&](Walker& walker, std::size_t i)
+        {
+            const auto put = [&](std::uint32_t texel, Vec2f) {
+                covers_[first_cover_[texel] + covers[texel].fetch_add(1, std::memory_order_relaxed)] =
+                    static_cast<std::uint32_t>(i);
+            };
+            walker.walk(patches_[i], &points_[i * points_per_patch()], put);
+        });
     parallel_for(texels.size(), 1U << 14U, progress.threads(),
                  [&](std::size_t begin, std::size_t end)
                  {
                      for (std::size_t t = begin; t < end; ++t)
                          std::sort(covers_.begin() + static_cast<std::ptrdiff_t>(first_cover_[t]),
-                                   covers_.begin() + static_cast<std::ptrdiff_t>(first_cover_[t + 1]),
-                                   [](const Cover& a, const Cover& b) { return a.patch < b.patch; });
+                                   covers_.begin() + static_cast<std::ptrdiff_t>(first_cover_[t + 1]));
                  });
 }
 

@@ -2,6 +2,7 @@
 
 #include "painted_surface.h"
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -77,17 +78,13 @@ struct Patch
     Vec3f center;
     TangentFrame frame;
     std::uint32_t texel = 0;  ///< At its center.
-};
 
-/// A patch over a texel, and the position of the texel on it.
-struct Cover
-{
-    std::uint32_t patch = 0;
-    std::int16_t x = 0;  ///< To the right of the patch's center, in 1 / 1024 texel.
-    std::int16_t y = 0;  ///< Down.
-
-    static constexpr float unit = 1024;
-    Vec2f offset() const { return {static_cast<float>(x) / unit, static_cast<float>(y) / unit}; }
+    /// A point's place on the plane in meters, from the center to the right and down.
+    Vec2f place(Vec3f point) const
+    {
+        const Vec3f away = point - center;
+        return {dot(away, frame.right), dot(away, frame.down)};
+    }
 };
 
 /// Patches all over a surface, each on its own plane. A patch covers the faces that are connected to its center through edges and
@@ -108,9 +105,17 @@ class Patches
     const Patch& operator[](std::size_t patch) const { return patches_[patch]; }
 
     /// The patches over a texel, in ascending order; at least one where there is a share.
-    std::span<const Cover> covers(std::size_t texel) const
+    std::span<const std::uint32_t> covers(std::size_t texel) const
     {
         return std::span(covers_).subspan(first_cover_[texel], first_cover_[texel + 1] - first_cover_[texel]);
+    }
+
+    /// Where a texel at `position` lies on a patch, in texels from its center to the right and down, to 1 / 1024. Not kept for
+    /// every cover: that would double their memory.
+    Vec2f offset(std::size_t patch, Vec3f position) const
+    {
+        const Vec2f at = patches_[patch].place(position);
+        return {rounded(at.x * per_m_), rounded(at.y * per_m_)};
     }
 
     /// Samples `values` (one per texel) at a patch's points, row by row from the top left: side² results, bilinear between
@@ -132,11 +137,19 @@ class Patches
 
     std::size_t points_per_patch() const { return static_cast<std::size_t>(side_) * static_cast<std::size_t>(side_); }
 
+    /// To 1 / 1024. As std::lround does, but inline.
+    static float rounded(float texels)
+    {
+        constexpr double unit = 1024;
+        return static_cast<float>(static_cast<int>(texels * unit + std::copysign(0.5, texels)) / unit);
+    }
+
     int side_;
+    float per_m_;  ///< Texels.
     std::vector<Patch> patches_;
     std::vector<Point> points_;
     std::vector<std::size_t> first_cover_;
-    std::vector<Cover> covers_;
+    std::vector<std::uint32_t> covers_;
 };
 
 }  // namespace fresco::synthesize

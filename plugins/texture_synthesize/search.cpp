@@ -368,8 +368,8 @@ class Search
         const auto order = [this](std::uint32_t patch) { return std::pair(noise::hash(seed_, patch), patch); };
         std::vector<char> result(patches_.count(), 1);
         for (std::uint32_t i = 0; i < result.size(); ++i)
-            for (const Cover& cover : patches_.covers(patches_[i].texel))
-                if (order(cover.patch) < order(i))
+            for (const std::uint32_t other : patches_.covers(patches_[i].texel))
+                if (order(other) < order(i))
                     result[i] = 0;
         return result;
     }
@@ -396,16 +396,16 @@ class Search
     {
         Match best = matches[patch];
         float least = score(patch, (best.distance + coherence_tolerance + lift_) * coherence_factor - lift_, best.at, best.turn);
-        for (const Cover& cover : patches_.covers(patches_[patch].texel))
+        for (const std::uint32_t other : patches_.covers(patches_[patch].texel))
         {
-            if (cover.patch == patch || sources[cover.patch] == 0)
+            if (other == patch || sources[other] == 0)
                 continue;
-            const Match& source = matches[cover.patch];
-            const Vec2f beyond = source.place(cover.offset());
+            const Match& source = matches[other];
+            const Vec2f beyond = source.place(patches_.offset(other, patches_[patch].center));
             const Vec2f at = picture_.inside(beyond);
             if (length(at - beyond) >= beyond_border)
                 continue;
-            const Vec2f turn = picture_.is_directed() ? turned(axis_in(cover.patch, patch), source.turn) : source.turn;
+            const Vec2f turn = picture_.is_directed() ? turned(axis_in(other, patch), source.turn) : source.turn;
             const float away = distance(patch_values, at, turn);
             if (const float found = score(patch, away, at, turn); found < least)
             {

@@ -265,6 +265,8 @@ class Synthesis
         }
         for (; number >= finest_; --number)
         {
+            if (level)
+                level->settle();
             auto next = new_level(number);
             next->begin(level.get(), run_);
             level = std::move(next);

@@ -186,10 +186,11 @@ TEST_CASE("what is missing is that of a plain computation")
     {
         double sum = 0;
         double weights = 0;
-        for (const Cover& cover : level.patches().covers(t))
+        for (const std::uint32_t patch : level.patches().covers(t))
         {
-            const double w = window(static_cast<double>(cover.offset().x), static_cast<double>(cover.offset().y));
-            sum += w * of_patch[cover.patch];
+            const Vec2f offset = level.patches().offset(patch, level.grid().texels()[t].position);
+            const double w = window(static_cast<double>(offset.x), static_cast<double>(offset.y));
+            sum += w * of_patch[patch];
             weights += w;
         }
         const double expected = weights > 0 ? sum / weights : 0;

@@ -93,8 +93,8 @@ TEST_CASE("faces without area do not part the surface")
         const Patches patches(wall.surface, wall.grid, wall.upward, 11, 4, wall.run);
         std::size_t across = 0;
         for (std::size_t t = 0; t < wall.grid.texels().size(); ++t)
-            for (const Cover& cover : patches.covers(t))
-                across += patches[cover.patch].center.x < 1 && wall.grid.texels()[t].position.x > 1;
+            for (const std::uint32_t patch : patches.covers(t))
+                across += patches[patch].center.x < 1 && wall.grid.texels()[t].position.x > 1;
         CHECK(across > 0);
     }
 }
@@ -348,8 +348,8 @@ struct Laid : Prepared
     {
         std::size_t count = 0;
         for (std::size_t t = 0; t < grid.texels().size(); ++t)
-            for (const Cover& cover : patches.covers(t))
-                count += !allowed(patches[cover.patch].center, grid.texels()[t].position);
+            for (const std::uint32_t patch : patches.covers(t))
+                count += !allowed(patches[patch].center, grid.texels()[t].position);
         return count;
     }
 
@@ -376,9 +376,9 @@ void check_covers(const Laid& laid, int stride)
         bare += covers.empty();
         for (std::size_t i = 0; i < covers.size(); ++i)
         {
-            unsorted += i > 0 && covers[i - 1].patch >= covers[i].patch;
-            const Vec2d at = laid.offset(covers[i].patch, laid.grid.texels()[t].position);
-            const Vec2f told = covers[i].offset();
+            unsorted += i > 0 && covers[i - 1] >= covers[i];
+            const Vec2d at = laid.offset(covers[i], laid.grid.texels()[t].position);
+            const Vec2f told = laid.patches.offset(covers[i], laid.grid.texels()[t].position);
             misplaced +=
                 std::abs(at.x - static_cast<double>(told.x)) > 2e-3 || std::abs(at.y - static_cast<double>(told.y)) > 2e-3;
             nearest = std::min(nearest, farther(at));
@@ -425,9 +425,8 @@ TEST_CASE("on a flat wall every patch covers the texels under its square, across
         for (std::size_t t = 0; t < wall.grid.texels().size(); ++t)
         {
             const auto& texel = wall.grid.texels()[t];
-            std::set<std::uint32_t> covering;
-            for (const Cover& cover : wall.patches.covers(t))
-                covering.insert(cover.patch);
+            const auto covers = wall.patches.covers(t);
+            const std::set<std::uint32_t> covering(covers.begin(), covers.end());
             for (std::uint32_t p = 0; p < wall.patches.count(); ++p)
             {
                 const double away = farther(wall.offset(p, texel.position));
@@ -472,9 +471,9 @@ TEST_CASE("patches reach over gentle bends, not around corners")
     check_covers(inside, 4);
     std::size_t around = 0;
     for (std::size_t t = 0; t < inside.grid.texels().size(); ++t)
-        for (const Cover& cover : inside.patches.covers(t))
+        for (const std::uint32_t patch : inside.patches.covers(t))
             around += inside.surface.charts.of_face[inside.grid.texels()[t].face] !=
-                      inside.surface.charts.of_face[inside.grid.texels()[inside.patches[cover.patch].texel].face];
+                      inside.surface.charts.of_face[inside.grid.texels()[inside.patches[patch].texel].face];
     CHECK(around == 0);
 }
 

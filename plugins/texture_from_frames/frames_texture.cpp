@@ -10,6 +10,9 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 #include <utility>
 
 namespace fresco::from_frames
@@ -21,7 +24,7 @@ constexpr float packed_steps = 32767;
 constexpr float median_factor = 3;
 constexpr float rounded = 0.02F;
 constexpr int median_rounds = 6;
-constexpr std::size_t most_places = 64;
+constexpr std::size_t most_places = BestSamples::most_places;
 /// From here to 1 a channel is taken for more and more saturated.
 constexpr float saturates_from = 0.9F;
 constexpr float saturated_weight = 0.3F;
@@ -91,6 +94,14 @@ KeptSample exposed(const TexelSample& sample, float weight_factor, Color gain)
     return {sample.weight * weight_factor * (1 + (saturated_weight - 1) * saturation), gain};
 }
 
+/// Moves the samples from `place` on by one place, to put in another. Returns what falls out at the end.
+KeptSample put(KeptSample sample, std::span<KeptSample> places, std::span<KeptSample>::iterator place)
+{
+    for (; place != places.end(); ++place)
+        std::swap(*place, sample);
+    return sample;
+}
+
 }  // namespace
 
 KeptSample::KeptSample(float weight, const std::array<float, 3>& rgb)
@@ -152,7 +163,17 @@ Blend blended(std::span<const KeptSample> samples, const BlendRules& rules)
     return result;
 }
 
-BestSamples::BestSamples(std::size_t texels, std::size_t places) : places_(places), kept_(texels * places) {}
+std::uint32_t BestSamples::Arrays::make()
+{
+    if (count_ % per_page == 0)
+        pages_.push_back(std::make_unique<KeptSample[]>(per_page * length_));
+    return ++count_;
+}
+
+BestSamples::BestSamples(std::size_t texels, std::size_t places, std::size_t first)
+    : first_(first), heavier_(places / 2), lighter_(places - places / 2), heavier_of_(texels, 0)
+{
+}
 
 void BestSamples::add(std::span<const TexelSample> samples, float weight_factor, const Gains* gains)
 {
@@ -160,14 +181,39 @@ void BestSamples::add(std::span<const TexelSample> samples, float weight_factor,
     {
         const KeptSample kept = gains != nullptr ? exposed(sample, weight_factor, gain_at(*gains, sample.at))
                                                  : KeptSample(sample.weight * weight_factor, sample.rgb);
-        KeptSample* const first = kept_.data() + std::size_t{sample.texel} * places_;
-        KeptSample* place = first + places_ - 1;
-        if (!kept.heavier_than(*place))
+        if (kept.empty())
             continue;
-        for (; place != first && kept.heavier_than(*(place - 1)); --place)
-            *place = *(place - 1);
-        *place = kept;
+        const auto place_in = [&](std::span<KeptSample> places)
+        { return std::ranges::find_if(places, [&](const KeptSample& other) { return kept.heavier_than(other); }); };
+        std::uint32_t& number = heavier_of_[sample.texel - first_];
+        if (number == 0)
+        {
+            number = heavier_.make();
+            lighter_of_.push_back(0);
+        }
+        const std::span<KeptSample> heavier = heavier_[number];
+        const KeptSample out = put(kept, heavier, place_in(heavier));
+        if (out.empty())
+            continue;
+        std::uint32_t& more = lighter_of_[number - 1];
+        if (more == 0)
+            more = lighter_.make();
+        const std::span<KeptSample> lighter = lighter_[more];
+        put(out, lighter, place_in(lighter));  // At the front if the sample lies among the heavier ones.
     }
+}
+
+std::span<const KeptSample> BestSamples::of(std::size_t texel, std::span<KeptSample, most_places> out) const
+{
+    const std::uint32_t number = heavier_of_[texel - first_];
+    if (number == 0)
+        return {};
+    const std::span<const KeptSample> heavier = heavier_[number];
+    const auto end = std::ranges::copy(heavier, out.begin()).out;
+    if (const std::uint32_t more = lighter_of_[number - 1]; more != 0)
+        return {out.begin(), std::ranges::copy(lighter_[more], end).out};
+    *end = {};  // The threshold.
+    return {out.begin(), end + 1};
 }
 
 namespace
@@ -244,7 +290,8 @@ void solve_exposure(Survey& found, const TextureRules& rules, BlendRules& blend,
         BestSamples best(1, places);
         for (const TexelSample& sample : samples)
             best.add({&sample, 1}, 1, nullptr);
-        return blended(best.of(0), blend).rgb;
+        std::array<KeptSample, most_places> kept;
+        return blended(best.of(0, kept), blend).rgb;
     };
     const auto quality = [&](const std::vector<Gains>& gains)
     { return blend_quality(found.colors, found.side, gains, blend_cell); };
@@ -294,7 +341,8 @@ Gathered gathered(const View& view, const TextureRules& rules)
 }
 
 /// The second reading: every view's samples go to their texels.
-void fill(BestSamples& best, FramesTexture& result, const ViewReader& read, const TextureRules& rules, Progress& progress)
+void fill(std::vector<BestSamples>& best, FramesTexture& result, const ViewReader& read, const TextureRules& rules,
+          Progress& progress)
 {
     const std::size_t count = result.gains.size();
     const auto batch = static_cast<std::size_t>(std::max(1, progress.threads()));
@@ -303,12 +351,12 @@ void fill(BestSamples& best, FramesTexture& result, const ViewReader& read, cons
         const std::size_t end = std::min(begin + batch, count);
         std::vector<Gathered> views(end - begin);
         for_views(begin, end, progress, [&](std::size_t i) { views[i - begin] = gathered(read(i), rules); });
-        parallel_items(views.front().samples.size(), 1, progress,
+        parallel_items(best.size(), 1, progress,
                        [&](std::size_t block)
                        {
                            for (std::size_t i = begin; i < end; ++i)
-                               best.add(views[i - begin].samples[block], static_cast<float>(result.sharpness[i]),
-                                        rules.solve_exposure ? &result.gains[i] : nullptr);
+                               best[block].add(views[i - begin].samples[block], static_cast<float>(result.sharpness[i]),
+                                               rules.solve_exposure ? &result.gains[i] : nullptr);
                        });
         for (const Gathered& view : views)
         {
@@ -320,7 +368,7 @@ void fill(BestSamples& best, FramesTexture& result, const ViewReader& read, cons
     }
 }
 
-void blend(const BestSamples& best, FramesTexture& result, const BlendRules& rules, const Progress& progress)
+void blend(const std::vector<BestSamples>& best, FramesTexture& result, const BlendRules& rules, const Progress& progress)
 {
     const int size = result.seen.width;
     const auto rows = static_cast<std::size_t>(size);
@@ -330,10 +378,12 @@ void blend(const BestSamples& best, FramesTexture& result, const BlendRules& rul
                  [&](std::size_t first, std::size_t last)
                  {
                      progress.check_canceled();
+                     const BestSamples& here = best[first / rows_per_block];
+                     std::array<KeptSample, most_places> kept;
                      for (std::size_t texel = first * rows; texel < last * rows; ++texel)
                      {
-                         const auto samples = best.of(texel);
-                         if (samples.front().empty())
+                         const auto samples = here.of(texel, kept);
+                         if (samples.empty())
                              continue;
                          const Blend color = blended(samples, rules);
                          result.seen.values[texel] = 1;
@@ -379,12 +429,18 @@ FramesTexture frames_texture(std::size_t count, const ViewReader& read, const Te
         result.sharpness = sharpness_factors(found.sharpness, found.sequences, rules.sharpness_power);
         solve_exposure(found, rules, blend_rules, result, progress);
     }
-    const auto texels = static_cast<std::size_t>(rules.size_px) * static_cast<std::size_t>(rules.size_px);
-    result.picture = RasterF(rules.size_px, rules.size_px, 3);
-    result.seen = Raster8(rules.size_px, rules.size_px);
     {
-        BestSamples best(texels, static_cast<std::size_t>(rules.views_count) + 1);
+        const auto row = static_cast<std::size_t>(rules.size_px);
+        std::vector<BestSamples> best;
+        for (std::size_t first = 0; first < row; first += rows_per_block)
+            best.emplace_back(std::min<std::size_t>(rows_per_block, row - first) * row,
+                              static_cast<std::size_t>(rules.views_count) + 1, first * row);
         fill(best, result, read, rules, progress);
+#ifdef __GLIBC__
+        malloc_trim(0);  // What the views took is free but in small pieces, which the picture does not fit into.
+#endif
+        result.picture = RasterF(rules.size_px, rules.size_px, 3);
+        result.seen = Raster8(rules.size_px, rules.size_px);
         blend(best, result, blend_rules, progress);
     }
     if (result.blended_samples == 0)

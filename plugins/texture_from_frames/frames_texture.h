@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -63,24 +64,50 @@ struct Blend
 /// of the weight may be wrong. Distances are root mean squares over the channels.
 Blend blended(std::span<const KeptSample> samples, const BlendRules& rules);
 
-/// The heaviest samples of every texel. Its memory does not grow with the views.
+/// The heaviest samples of a range of texels. Its memory does not grow with the views: a texel takes some once a view shows it,
+/// and twice as much once half of its places are full.
 class BestSamples
 {
   public:
-    /// `places`: samples per texel, 2 to 64; the last one is the threshold, see blended.
-    BestSamples(std::size_t texels, std::size_t places);
+    static constexpr std::size_t most_places = 64;
+
+    /// `places`: samples per texel, 2 to most_places; the last one is the threshold, see blended. `first`: the first texel's
+    /// number.
+    BestSamples(std::size_t texels, std::size_t places, std::size_t first = 0);
 
     /// Adds samples of one view, each texel at most once; their weights and colors are multiplied by the factors (colors clamped
     /// to 2). With gains, saturated samples stay white, since factors would tint them, and count 0.3 times, since their
-    /// brightness is unknown. Of equally heavy samples the first stays. Different texels may be added to concurrently.
+    /// brightness is unknown. Of equally heavy samples the first stays.
     void add(std::span<const TexelSample> samples, float weight_factor, const Gains* gains);
 
-    /// All places of a texel, heaviest first, empty ones last.
-    std::span<const KeptSample> of(std::size_t texel) const { return {kept_.data() + texel * places_, places_}; }
+    /// All places of a texel, heaviest first, empty ones last, in `out`, which has most_places. Empty if no view shows it.
+    std::span<const KeptSample> of(std::size_t texel, std::span<KeptSample, most_places> out) const;
 
   private:
-    std::size_t places_;
-    std::vector<KeptSample> kept_;
+    /// Arrays of one length. They are made in pages, so that making more copies none.
+    class Arrays
+    {
+      public:
+        explicit Arrays(std::size_t length) : length_(length) {}
+        /// Returns its number, above 0. Its places are empty.
+        std::uint32_t make();
+        std::span<KeptSample> operator[](std::uint32_t number) const
+        {
+            return {&pages_[(number - 1) / per_page][(number - 1) % per_page * length_], length_};
+        }
+
+      private:
+        static constexpr std::size_t per_page = 1024;
+        std::size_t length_;
+        std::uint32_t count_ = 0;
+        std::vector<std::unique_ptr<KeptSample[]>> pages_;
+    };
+
+    std::size_t first_;
+    Arrays heavier_;
+    Arrays lighter_;
+    std::vector<std::uint32_t> heavier_of_;  ///< Per texel; 0: none.
+    std::vector<std::uint32_t> lighter_of_;  ///< Per array of heavier ones; 0: none.
 };
 
 /// One view, as read.

@@ -48,7 +48,7 @@ class TextureFromFrames final : public Stage
     {
         return {.seconds = {.fixed = 1, .per = {{count::frames, 0.2}, {count::texels, 2e-7}}},
                 .parallel_share = 1,
-                .memory_mb = {.fixed = 60, .per_core = 30, .per = {{count::texels, 1.4e-4}}},
+                .memory_mb = {.fixed = 60, .per_core = 30, .per = {{count::texels, 1e-4}}},
                 .disk_mb = {.per = {{count::texels, 1.3e-5}}},
                 .makes = {{count::texels, {.squares_of = "size_px"}}}};
     }

@@ -221,9 +221,55 @@ TEST_CASE("what disagrees with most of the weight does not count")
     CHECK(blended(samples, reject).rejected == 0);
 }
 
+TEST_CASE("the heaviest samples of a texel are those that sorting all of them gives, equal ones in their order")
+{
+    Random random(3);
+    constexpr std::size_t first = 70;
+    constexpr std::size_t texels = 50;
+    for (const std::size_t places : {2, 3, 17, 64})
+    {
+        BestSamples best(texels, places, first);
+        std::vector<std::vector<KeptSample>> all(texels);
+        for (int view = 0; view < 100; ++view)
+        {
+            std::vector<TexelSample> samples;
+            // The first texels are seen by few views or by none, and many samples are equally heavy.
+            for (std::size_t t = 0; t < texels; ++t)
+                if (random.below(texels) < static_cast<std::int64_t>(t))
+                {
+                    const auto weight = static_cast<float>(1 + random.below(20)) / 20;
+                    samples.push_back(
+                        {static_cast<std::uint32_t>(first + t), weight, {static_cast<float>(random.uniform()), 0.5F, 0}, {}});
+                    all[t].emplace_back(weight, samples.back().rgb);
+                }
+            best.add(samples, 1, nullptr);
+        }
+        std::size_t wrong = 0;
+        std::size_t full = 0;
+        for (std::size_t t = 0; t < texels; ++t)
+        {
+            std::array<KeptSample, BestSamples::most_places> kept;
+            const auto found = best.of(first + t, kept);
+            std::ranges::stable_sort(all[t], [](const auto& a, const auto& b) { return a.heavier_than(b); });
+            full += all[t].size() >= places;
+            wrong += found.empty() != all[t].empty();
+            for (std::size_t i = 0; i < found.size(); ++i)
+            {
+                const KeptSample expected = i < all[t].size() ? all[t][i] : KeptSample();
+                wrong += found[i].weight() != expected.weight() || found[i].rgb() != expected.rgb();
+            }
+            wrong += !found.empty() && found.size() < places && all[t].size() >= found.size();
+        }
+        CAPTURE(places);
+        CHECK(wrong == 0);
+        CHECK(full > 5);
+    }
+}
+
 TEST_CASE("what is saturated stays white and gives way to what is not")
 {
     BestSamples best(2, 3);
+    std::array<KeptSample, BestSamples::most_places> kept;
     const auto gains = [](const std::array<float, 3>& gain)
     {
         Gains result(1, 1, 3);
@@ -235,18 +281,18 @@ TEST_CASE("what is saturated stays white and gives way to what is not")
     const Gains dark = gains({0.8F, 0.8F, 0.8F});
     best.add(std::vector<TexelSample>{{0, 1, {1, 1, 1}, {}}, {1, 1, {1, 1, 1}, {}}}, 1, &gain);
     best.add(std::vector<TexelSample>{{0, 0.5F, {0.85F, 0.5F, 0.4F}, {}}}, 1, &bright);
-    CHECK(best.of(1)[0].rgb() == std::array<float, 3>{1, 1, 1});
-    CHECK(best.of(1)[0].weight() == Approx(0.3).epsilon(0.01));
-    CHECK(best.of(0)[0].rgb()[0] == Approx(1.02).margin(1e-4));
-    CHECK(best.of(0)[0].rgb()[2] == Approx(0.48).margin(1e-4));
-    CHECK(best.of(0)[1].rgb()[0] == 1);
+    CHECK(best.of(1, kept)[0].rgb() == std::array<float, 3>{1, 1, 1});
+    CHECK(best.of(1, kept)[0].weight() == Approx(0.3).epsilon(0.01));
+    CHECK(best.of(0, kept)[0].rgb()[0] == Approx(1.02).margin(1e-4));
+    CHECK(best.of(0, kept)[0].rgb()[2] == Approx(0.48).margin(1e-4));
+    CHECK(best.of(0, kept)[1].rgb()[0] == 1);
     // Half way: 0.95 is at the middle of the step, so half of the gain and half of white.
     BestSamples other(1, 2);
     other.add(std::vector<TexelSample>{{0, 1, {0.95F, 0.5F, 0}, {}}}, 1, &dark);
-    CHECK(other.of(0)[0].rgb()[0] == Approx(0.95 * 0.9).margin(1e-4));
-    CHECK(other.of(0)[0].rgb()[1] == Approx(0.5 * 0.9).margin(1e-4));
-    CHECK(other.of(0)[0].weight() == Approx(0.65).epsilon(0.01));
+    CHECK(other.of(0, kept)[0].rgb()[0] == Approx(0.95 * 0.9).margin(1e-4));
+    CHECK(other.of(0, kept)[0].rgb()[1] == Approx(0.5 * 0.9).margin(1e-4));
+    CHECK(other.of(0, kept)[0].weight() == Approx(0.65).epsilon(0.01));
     BestSamples as_it_is(1, 2);
     as_it_is.add(std::vector<TexelSample>{{0, 1, {1, 1, 1}, {}}}, 1, nullptr);
-    CHECK(as_it_is.of(0)[0].weight() == 1);
+    CHECK(as_it_is.of(0, kept)[0].weight() == 1);
 }

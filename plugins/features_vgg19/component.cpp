@@ -5,6 +5,7 @@
 #include <fresco/plugin.h>
 #include <fresco/stage.h>
 #include <fresco/torch/features.h>
+#include <fresco/torch/partial_features.h>
 #include <fresco/weights/sha256.h>
 #include <fresco/weights/state_dict.h>
 
@@ -39,7 +40,7 @@ std::vector<torch::Tensor> rescaling_pictures(const fresco::PrepareContext& cont
     return pictures;
 }
 
-class FeaturesVgg19 final : public fresco::FeatureNetwork
+class FeaturesVgg19 final : public fresco::FeatureNetwork, public fresco::PartialFeatures
 {
     fresco::Option<fresco::InputFile> weights{this, "weights", fresco::required, fresco::formats(fresco::weights::file_formats()),
                                               "Weights of VGG-19, or its state dict; may end at any layer"};
@@ -52,7 +53,7 @@ class FeaturesVgg19 final : public fresco::FeatureNetwork
                                  "Scale activations to match StyleMesh's loss weights, unless the weights are raw"};
     fresco::Option<std::string> convolutions{
         this, "convolutions", "auto", fresco::one_of({"auto", "libtorch", "plain"}),
-        "auto: minimal filtering for float32 on the CPU (two to three times faster, relative difference about 1e-6), else "
+        "auto: minimal filtering for float32 on the CPU (two to three times faster, relative difference about 5e-6), else "
         "libtorch; plain: libtorch with channels outermost in memory, for comparisons"};
     fresco::Option<std::string> precision{this, "precision", "full", fresco::one_of({"full", "tf32", "mixed"}),
                                           "Precision of libtorch's convolutions: float32, TensorFloat-32 (CUDA), or bfloat16 "
@@ -84,15 +85,27 @@ class FeaturesVgg19 final : public fresco::FeatureNetwork
 
     std::vector<torch::Tensor> encode(const torch::Tensor& picture, const std::vector<std::string>& names) const override
     {
+        return encode(picture, names, nullptr);
+    }
+
+    std::vector<torch::Tensor> encode_around(const torch::Tensor& picture, const std::vector<std::string>& names,
+                                             const fresco::Raster8& pixels) const override
+    {
+        return encode(picture, names, &pixels);
+    }
+
+  private:
+    std::vector<torch::Tensor> encode(const torch::Tensor& picture, const std::vector<std::string>& names,
+                                      const fresco::Raster8* pixels) const
+    {
         for (const auto& name : names)
             layer(name);
         if (*convolutions == "auto")
-            return network_.encode(picture, names);
+            return network_.encode(picture, names, pixels);
         return network_.encode_generally(
             picture, names, *convolutions == "plain" ? vgg19::Order::channels_outermost : vgg19::Order::channels_innermost);
     }
 
-  private:
     void refuse_unless_possible(const torch::Device& device) const
     {
         if (*precision != "full" && *convolutions == "plain")

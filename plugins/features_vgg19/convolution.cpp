@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <numbers>
 #include <vector>
 
 namespace vgg19
@@ -12,8 +11,9 @@ namespace vgg19
 namespace
 {
 
-constexpr int positions = 36;
-constexpr int side = 4;           ///< Of the outputs of a tile.
+constexpr int side = 6;         ///< Of the outputs of a tile.
+constexpr int wide = side + 2;  ///< Of its inputs.
+constexpr int positions = wide * wide;
 constexpr std::size_t line = 16;  ///< Values in a line of a cache, and in the widest vector.
 
 int filled_up(int channels)
@@ -22,23 +22,28 @@ int filled_up(int channels)
     return (channels + multiple - 1) / multiple * multiple;
 }
 
-/// G w Gᵀ: a filter's values at the 36 positions.
+/// G w Gᵀ: a filter's values at the positions.
 std::array<double, positions> transformed(const std::array<double, 9>& w)
 {
-    const auto six = [](double a, double b, double c)
+    const auto eight = [](double a, double b, double c)
     {
-        const double middle = std::numbers::sqrt2 * b;
-        return std::array<double, 6>{
-            a, (a + middle + 2 * c) / 3, (a - middle + 2 * c) / 3, (2 * a + middle + c) / 3, (2 * a - middle + c) / 3, c};
+        return std::array<double, wide>{a,
+                                        (a + b + c) * (-2 / 9.0),
+                                        (a - b + c) * (-2 / 9.0),
+                                        (a + 2 * b + 4 * c) * (2 / 45.0),
+                                        (a - 2 * b + 4 * c) * (2 / 45.0),
+                                        (4 * a + 2 * b + c) * (2 / 45.0),
+                                        (4 * a - 2 * b + c) * (2 / 45.0),
+                                        c};
     };
-    std::array<std::array<double, 6>, 3> columns{};
+    std::array<std::array<double, wide>, 3> columns{};
     for (std::size_t x = 0; x < 3; ++x)
-        columns[x] = six(w[x], w[3 + x], w[6 + x]);
+        columns[x] = eight(w[x], w[3 + x], w[6 + x]);
     std::array<double, positions> result{};
-    for (std::size_t y = 0; y < 6; ++y)
+    for (std::size_t y = 0; y < wide; ++y)
     {
-        const auto row = six(columns[0][y], columns[1][y], columns[2][y]);
-        std::copy(row.begin(), row.end(), result.begin() + static_cast<std::ptrdiff_t>(6 * y));
+        const auto row = eight(columns[0][y], columns[1][y], columns[2][y]);
+        std::copy(row.begin(), row.end(), result.begin() + static_cast<std::ptrdiff_t>(wide * y));
     }
     return result;
 }
@@ -53,8 +58,8 @@ float* aligned(float* values)
 /// Where a filter that is turned round has what the filter has at `position`: points and their reciprocals change places.
 std::size_t turned_round(std::size_t position)
 {
-    constexpr std::array<std::size_t, 6> reciprocal{5, 3, 4, 1, 2, 0};
-    return 6 * reciprocal[position / 6] + reciprocal[position % 6];
+    constexpr std::array<std::size_t, wide> reciprocal{7, 1, 2, 5, 6, 3, 4, 0};
+    return wide * reciprocal[position / wide] + reciprocal[position % wide];
 }
 
 /// The pixel that stands for one beyond the border; -1: zero.
@@ -70,6 +75,13 @@ int beyond_border(int i, int count, Border border)
 
 }  // namespace
 
+/// The first output of a tile.
+struct Convolution3x3::Corner
+{
+    int y;
+    int x;
+};
+
 /// What goes in and out of one run.
 struct Convolution3x3::Job
 {
@@ -82,13 +94,51 @@ struct Convolution3x3::Job
     const float* bias = nullptr;  ///< Null: neither bias nor rectifier.
     float* out = nullptr;
     std::uint8_t* masks = nullptr;
+    std::vector<Corner> tiles = {};  ///< To be computed: their first outputs.
 
-    int tiles_x() const { return (width + side - 1) / side; }
-    std::size_t tiles() const
+    std::size_t offset(int y, int x, int channels) const
     {
-        return static_cast<std::size_t>((height + side - 1) / side) * static_cast<std::size_t>(tiles_x());
+        return (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)) *
+               static_cast<std::size_t>(channels);
     }
+    void clear(Corner tile, int channels) const;
+    void choose_tiles(const std::uint8_t* needed, int channels, const Parallel& parallel);
 };
+
+/// Sets a tile's outputs to 0.
+void Convolution3x3::Job::clear(Corner tile, int channels) const
+{
+    const auto count = static_cast<std::size_t>(std::min(side, width - tile.x)) * static_cast<std::size_t>(channels);
+    for (int y = tile.y; y < std::min(height, tile.y + side); ++y)
+    {
+        std::fill_n(out + offset(y, tile.x, channels), count, 0.0F);
+        if (masks != nullptr)
+            std::fill_n(masks + offset(y, tile.x, channels), count, std::uint8_t{0});
+    }
+}
+
+void Convolution3x3::Job::choose_tiles(const std::uint8_t* needed, int channels, const Parallel& parallel)
+{
+    const auto is_needed = [&](Corner tile)
+    {
+        for (int y = tile.y; needed != nullptr && y < std::min(height, tile.y + side); ++y)
+            if (const auto* row = needed + offset(y, 0, 1);
+                std::find_if(row + tile.x, row + std::min(width, tile.x + side), [](auto v) { return v != 0; }) !=
+                row + std::min(width, tile.x + side))
+                return true;
+        return needed == nullptr;
+    };
+    std::vector<Corner> others;
+    for (int y = 0; y < height; y += side)
+        for (int x = 0; x < width; x += side)
+            (is_needed({y, x}) ? tiles : others).push_back({y, x});
+    parallel(others.size(),
+             [&](std::size_t begin, std::size_t end)
+             {
+                 for (std::size_t i = begin; i < end; ++i)
+                     clear(others[i], channels);
+             });
+}
 
 const winograd::Kernel& Convolution3x3::fastest_kernel()
 {
@@ -173,14 +223,15 @@ const float* Convolution3x3::filters_at(std::size_t position) const
 }
 
 void Convolution3x3::rectified(const float* in, MapsShape shape, Border border, const float* bias, float* out,
-                               std::uint8_t* masks, const Parallel& parallel) const
+                               std::uint8_t* masks, const Parallel& parallel, const std::uint8_t* needed) const
 {
-    run({in, shape, border, 1, shape.height, shape.width, bias, out, masks}, parallel);
+    run({in, shape, border, 1, shape.height, shape.width, bias, out, masks}, needed, parallel);
 }
 
-void Convolution3x3::plain(const float* in, MapsShape shape, int beyond, float* out, const Parallel& parallel) const
+void Convolution3x3::plain(const float* in, MapsShape shape, int beyond, float* out, const Parallel& parallel,
+                           const std::uint8_t* needed) const
 {
-    run({in, shape, Border::zero, 1 + beyond, shape.height + 2 * beyond, shape.width + 2 * beyond, nullptr, out, nullptr},
+    run({in, shape, Border::zero, 1 + beyond, shape.height + 2 * beyond, shape.width + 2 * beyond, nullptr, out, nullptr}, needed,
         parallel);
 }
 
@@ -201,7 +252,7 @@ Convolution3x3::Block Convolution3x3::block_of(std::size_t first, std::size_t la
 {
     const auto rows = static_cast<std::size_t>(turned_ ? kernel_->lanes : kernel_->rows);
     Block block{first, last, (last - first + rows - 1) / rows * rows};
-    // Not a multiple of a page: a tile's 36 values would all fall into one set of the first-level cache.
+    // Not a multiple of a page: a tile's values would all fall into one set of the first-level cache.
     block.value_stride = block.count * static_cast<std::size_t>(inputs_) + 16;
     block.product_stride = block.count * static_cast<std::size_t>(outputs_) + 16;
     values.resize(std::max(values.size(), positions * block.value_stride));
@@ -211,14 +262,17 @@ Convolution3x3::Block Convolution3x3::block_of(std::size_t first, std::size_t la
     return block;
 }
 
-void Convolution3x3::run(const Job& job, const Parallel& parallel) const
+void Convolution3x3::run(Job job, const std::uint8_t* needed, const Parallel& parallel) const
 {
+    job.choose_tiles(needed, outputs_, parallel);
     // Many tiles share a pass over the filters; the values of one block still fit the caches near the core.
     constexpr std::size_t most = 48;
     constexpr std::size_t fewest_blocks = 8;
     constexpr std::size_t few = 6 * most;
     constexpr int large = 256 * 256;
-    const std::size_t tiles = job.tiles();
+    const std::size_t tiles = job.tiles.size();
+    if (tiles == 0)
+        return;
     if (tiles <= few && inputs_ * outputs_ >= large)
         return run_by_positions(job, parallel);
     const auto rows = static_cast<std::size_t>(turned_ ? kernel_->lanes : kernel_->rows);
@@ -246,7 +300,7 @@ void Convolution3x3::run_by_positions(const Job& job, const Parallel& parallel) 
     constexpr std::size_t share = 8;
     thread_local std::vector<float> values;
     thread_local std::vector<float> products;
-    const auto block = block_of(0, job.tiles(), values, products);
+    const auto block = block_of(0, job.tiles.size(), values, products);
     const auto each_share = [&](const auto& work)
     {
         parallel((block.last + share - 1) / share,
@@ -266,17 +320,16 @@ void Convolution3x3::transform(const Job& job, const Block& block, std::size_t f
 {
     const auto inner = static_cast<std::size_t>(inputs_);
     const std::vector<float> zeros(inner);
-    const auto tiles_x = static_cast<std::size_t>(job.tiles_x());
     using Pixels = std::array<const float*, positions>;
     const auto pixels_of = [&](std::size_t tile)
     {
-        const int y0 = static_cast<int>(tile / tiles_x) * side - job.origin;
-        const int x0 = static_cast<int>(tile % tiles_x) * side - job.origin;
+        const int y0 = job.tiles[tile].y - job.origin;
+        const int x0 = job.tiles[tile].x - job.origin;
         Pixels pixels{};
         for (int i = 0; i < positions; ++i)
         {
-            const int y = beyond_border(y0 + i / 6, job.shape.height, job.border);
-            const int x = beyond_border(x0 + i % 6, job.shape.width, job.border);
+            const int y = beyond_border(y0 + i / wide, job.shape.height, job.border);
+            const int x = beyond_border(x0 + i % wide, job.shape.width, job.border);
             pixels[static_cast<std::size_t>(i)] =
                 y < 0 || x < 0 ? zeros.data()
                                : job.in + (static_cast<std::size_t>(y) * static_cast<std::size_t>(job.shape.width) +
@@ -310,11 +363,9 @@ void Convolution3x3::multiply(const Block& block, std::size_t position) const
 void Convolution3x3::transform_back(const Job& job, const Block& block, std::size_t first, std::size_t last) const
 {
     const auto outer = static_cast<std::size_t>(outputs_);
-    const auto tiles_x = static_cast<std::size_t>(job.tiles_x());
     for (std::size_t tile = first; tile < last; ++tile)
     {
-        const int y0 = static_cast<int>(tile / tiles_x) * side;
-        const int x0 = static_cast<int>(tile % tiles_x) * side;
+        const auto [y0, x0] = job.tiles[tile];
         std::array<float*, side * side> pixels{};
         std::array<std::uint8_t*, side * side> masks{};
         for (int i = 0; i < side * side; ++i)
@@ -323,8 +374,7 @@ void Convolution3x3::transform_back(const Job& job, const Block& block, std::siz
             const int x = x0 + i % side;
             if (y >= job.height || x >= job.width)
                 continue;
-            const std::size_t offset =
-                (static_cast<std::size_t>(y) * static_cast<std::size_t>(job.width) + static_cast<std::size_t>(x)) * outer;
+            const std::size_t offset = job.offset(y, x, outputs_);
             pixels[static_cast<std::size_t>(i)] = job.out + offset;
             masks[static_cast<std::size_t>(i)] = job.masks == nullptr ? nullptr : job.masks + offset;
         }

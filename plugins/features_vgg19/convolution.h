@@ -38,8 +38,8 @@ struct MapsShape
     std::size_t size() const { return pixels() * static_cast<std::size_t>(channels); }
 };
 
-/// A frozen convolution with 3 x 3 filters and stride 1 by minimal filtering F(4x4, 3x3) (Winograd 1980; Lavin and Gray, CVPR
-/// 2016): a quarter of the direct way's multiplications, and a relative difference of some 1e-6 to it. The result does not depend
+/// A frozen convolution with 3 x 3 filters and stride 1 by minimal filtering F(6x6, 3x3) (Winograd 1980; Lavin and Gray, CVPR
+/// 2016): a fifth of the direct way's multiplications, and a relative difference of some 5e-6 to it. The result does not depend
 /// on the threads. Immutable: use it on any thread.
 class Convolution3x3
 {
@@ -59,13 +59,15 @@ class Convolution3x3
     int outputs() const { return outputs_; }  ///< Filled up.
 
     /// Response plus bias (outputs() values), rectified, of the size of `in`; `masks`, unless null, becomes 1 where it is
-    /// positive.
+    /// positive. Tiles without a pixel of `needed` (of the response's size, null: all of it) are left out, and become 0.
     void rectified(const float* in, MapsShape shape, Border border, const float* bias, float* out, std::uint8_t* masks,
-                   const Parallel& parallel) const;
+                   const Parallel& parallel, const std::uint8_t* needed = nullptr) const;
     /// Response to `in` with zeros around it, on `beyond` more pixels on each side (0 or 1): (H + 2 beyond) x (W + 2 beyond).
-    void plain(const float* in, MapsShape shape, int beyond, float* out, const Parallel& parallel) const;
+    void plain(const float* in, MapsShape shape, int beyond, float* out, const Parallel& parallel,
+               const std::uint8_t* needed = nullptr) const;
 
   private:
+    struct Corner;
     struct Job;
     struct Block;
 
@@ -73,7 +75,7 @@ class Convolution3x3
     const float* filters_at(std::size_t position) const;
     template <class Weight>
     void pack(const Weight& weight);
-    void run(const Job& job, const Parallel& parallel) const;
+    void run(Job job, const std::uint8_t* needed, const Parallel& parallel) const;
     void run_by_positions(const Job& job, const Parallel& parallel) const;
     Block block_of(std::size_t first, std::size_t last, std::vector<float>& values, std::vector<float>& products) const;
     void transform(const Job& job, const Block& block, std::size_t first, std::size_t last) const;
@@ -83,7 +85,7 @@ class Convolution3x3
     const winograd::Kernel* kernel_;
     int inputs_;
     int outputs_;
-    /// 36 positions x panels x inputs x (a panel's outputs); turned: of the convolution whose way back this one is.
+    /// 64 positions x panels x inputs x (a panel's outputs); turned: of the convolution whose way back this one is.
     std::shared_ptr<float[]> filters_;
     bool turned_ = false;
 };

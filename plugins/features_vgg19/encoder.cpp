@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <span>
+#include <utility>
 
 namespace vgg19
 {
@@ -44,7 +45,65 @@ Border border_of(fresco::weights::Vgg19Padding padding)
     return padding == fresco::weights::Vgg19Padding::zero ? Border::zero : Border::reflect;
 }
 
+/// Pixels, their neighbors too.
+fresco::Raster8 grown(const fresco::Raster8& mask)
+{
+    const auto either = [](std::uint8_t a, std::uint8_t b) { return static_cast<std::uint8_t>(a | b); };
+    fresco::Raster8 across = mask;
+    for (int y = 0; y < mask.height; ++y)
+        for (int x = 0; x + 1 < mask.width; ++x)
+        {
+            across.at(x, y) = either(across.at(x, y), mask.at(x + 1, y));
+            across.at(x + 1, y) = either(across.at(x + 1, y), mask.at(x, y));
+        }
+    fresco::Raster8 result = across;
+    const auto row = static_cast<std::size_t>(mask.width);
+    for (std::size_t i = row; i < across.values.size(); ++i)
+    {
+        result.values[i] = either(result.values[i], across.values[i - row]);
+        result.values[i - row] = either(result.values[i - row], across.values[i]);
+    }
+    return result;
+}
+
+/// Cells of 2 x 2 pixels with one that is set.
+fresco::Raster8 halved(const fresco::Raster8& mask)
+{
+    fresco::Raster8 result(mask.width / 2, mask.height / 2);
+    for (int y = 0; y < result.height; ++y)
+        for (int x = 0; x < result.width; ++x)
+            result.at(x, y) = static_cast<std::uint8_t>(mask.at(2 * x, 2 * y) | mask.at(2 * x + 1, 2 * y) |
+                                                        mask.at(2 * x, 2 * y + 1) | mask.at(2 * x + 1, 2 * y + 1));
+    return result;
+}
+
+/// Sets what is set in `other`, whose pixels are `times` x `times` of the mask's.
+void add(fresco::Raster8& mask, const fresco::Raster8& other, int times)
+{
+    for (int y = 0; y < other.height * times; ++y)
+        for (int x = 0; x < other.width * times; ++x)
+            mask.at(x, y) |= other.at(x / times, y / times);
+}
+
+/// With a frame of one pixel, where the mask is what the border reflects.
+fresco::Raster8 framed_as_reflected(const fresco::Raster8& mask)
+{
+    fresco::Raster8 result(mask.width + 2, mask.height + 2);
+    const auto from = [](int i, int count) { return count == 1 ? 0 : i == 0 ? 1 : i == count + 1 ? count - 2 : i - 1; };
+    for (int y = 0; y < result.height; ++y)
+        for (int x = 0; x < result.width; ++x)
+            result.at(x, y) = mask.at(from(x, mask.width), from(y, mask.height));
+    return result;
+}
+
 }  // namespace
+
+/// What is computed of each convolution, where not everything is.
+struct CpuEncoder::Needed
+{
+    std::vector<fresco::Raster8> responses;  ///< What the features read see.
+    std::vector<fresco::Raster8> gradients;  ///< Of the input: what the picture's gradient sees of what there is.
+};
 
 /// What the way back needs.
 struct CpuEncoder::Tape : torch::CustomClassHolder
@@ -58,7 +117,8 @@ struct CpuEncoder::Tape : torch::CustomClassHolder
 
     std::shared_ptr<const CpuEncoder> encoder;
     std::vector<std::size_t> wanted;
-    std::vector<Entry> entries;  ///< By convolution.
+    std::optional<Needed> needed;  ///< None: everything.
+    std::vector<Entry> entries;    ///< By convolution.
 };
 
 struct CpuEncoder::Function : torch::autograd::Function<CpuEncoder::Function>
@@ -68,7 +128,7 @@ struct CpuEncoder::Function : torch::autograd::Function<CpuEncoder::Function>
     {
         context->set_materialize_grads(false);
         context->saved_data["tape"] = torch::IValue::make_capsule(tape);
-        return tape->encoder->encode(picture, tape->wanted, tape.get());
+        return tape->encoder->encode(picture, *tape, true);
     }
 
     static torch::autograd::variable_list backward(torch::autograd::AutogradContext* context,
@@ -159,19 +219,51 @@ torch::Tensor CpuEncoder::picture_gradient(GradientView gradient, MapsShape shap
     return result;
 }
 
-std::vector<torch::Tensor> CpuEncoder::encode(const torch::Tensor& picture, const std::vector<std::size_t>& wanted) const
+CpuEncoder::Needed CpuEncoder::needed(const fresco::Raster8& pixels, const std::vector<std::size_t>& wanted) const
 {
-    if (!picture.requires_grad() || !at::GradMode::is_enabled())
-        return encode(picture, wanted, nullptr);
-    auto tape = c10::make_intrusive<Tape>();
-    tape->encoder = shared_from_this();
-    tape->wanted = wanted;
-    return Function::apply(picture, tape);
+    const std::size_t count = wanted.back() + 1;
+    std::vector<fresco::Raster8> own;  // The pixels, on each convolution's grid.
+    for (std::size_t i = 0; i < count; ++i)
+        own.push_back(i == 0 ? pixels : layers_[i]->pooled ? halved(own.back()) : own.back());
+    Needed result{std::vector<fresco::Raster8>(count), {}};
+    for (std::size_t i = count; i-- > 0;)
+    {
+        auto& responses = result.responses[i];
+        responses = fresco::Raster8(own[i].width, own[i].height);
+        if (std::ranges::find(wanted, i) != wanted.end())
+            add(responses, own[i], 1);
+        if (i + 1 < count)
+            add(responses, grown(result.responses[i + 1]), layers_[i + 1]->pooled ? 2 : 1);
+    }
+    fresco::Raster8 seen = pixels;
+    for (std::size_t i = 0; i < count; ++i)
+    {
+        if (layers_[i]->pooled)
+            seen = halved(seen);
+        auto& gradients = result.gradients.emplace_back(grown(result.responses[i]));
+        std::ranges::transform(gradients.values, seen.values, gradients.values.begin(),
+                               [](auto a, auto b) { return static_cast<std::uint8_t>(a & b); });
+        seen = grown(seen);
+    }
+    return result;
 }
 
 std::vector<torch::Tensor> CpuEncoder::encode(const torch::Tensor& picture, const std::vector<std::size_t>& wanted,
-                                              Tape* tape) const
+                                              const fresco::Raster8* pixels) const
 {
+    auto tape = c10::make_intrusive<Tape>();
+    tape->encoder = shared_from_this();
+    tape->wanted = wanted;
+    if (pixels != nullptr)
+        tape->needed = needed(*pixels, wanted);
+    if (!picture.requires_grad() || !at::GradMode::is_enabled())
+        return encode(picture, *tape, false);
+    return Function::apply(picture, tape);
+}
+
+std::vector<torch::Tensor> CpuEncoder::encode(const torch::Tensor& picture, Tape& tape, bool goes_back) const
+{
+    const auto& wanted = tape.wanted;
     std::vector<torch::Tensor> result;
     auto maps = network_input(picture);
     MapsShape shape{static_cast<int>(maps.size(1)), static_cast<int>(maps.size(2)), static_cast<int>(maps.size(0))};
@@ -182,7 +274,7 @@ std::vector<torch::Tensor> CpuEncoder::encode(const torch::Tensor& picture, cons
         {
             const MapsShape small{shape.height / 2, shape.width / 2, shape.channels};
             const auto pooled = room_for(small, at::kFloat);
-            if (tape != nullptr && pooling_ == Pooling::max)
+            if (goes_back && pooling_ == Pooling::max)
                 entry.chosen = room_for(small, at::kByte);
             pool(maps.data_ptr<float>(), shape, pooling_, pooled.data_ptr<float>(),
                  entry.chosen.defined() ? entry.chosen.data_ptr<std::uint8_t>() : nullptr, on_all_threads);
@@ -195,15 +287,15 @@ std::vector<torch::Tensor> CpuEncoder::encode(const torch::Tensor& picture, cons
         shape.channels = convolution.outputs();
         maps = room_for(shape, at::kFloat);
         entry.shape = shape;
-        if (tape != nullptr)
+        if (goes_back)
             entry.mask = room_for(shape, at::kByte);
         convolution.rectified(in.data_ptr<float>(), in_shape, border_of(input_.padding), layers_[i]->bias.data(),
-                              maps.data_ptr<float>(), tape != nullptr ? entry.mask.data_ptr<std::uint8_t>() : nullptr,
-                              on_all_threads);
+                              maps.data_ptr<float>(), goes_back ? entry.mask.data_ptr<std::uint8_t>() : nullptr, on_all_threads,
+                              tape.needed ? tape.needed->responses[i].values.data() : nullptr);
         if (wanted[result.size()] == i)
             result.push_back(maps);
-        if (tape != nullptr)
-            tape->entries.push_back(std::move(entry));
+        if (goes_back)
+            tape.entries.push_back(std::move(entry));
     }
     return result;
 }
@@ -249,7 +341,11 @@ torch::Tensor CpuEncoder::gradient(const Tape& tape, const std::vector<torch::Te
         const MapsShape shape{entry.shape.height + 2 * frame, entry.shape.width + 2 * frame, convolution.outputs()};
         framed.reset();  // Else both would be there at once.
         framed = room_for(shape, at::kFloat);
-        convolution.plain(gradient.data_ptr<float>(), entry.shape, frame, framed.data_ptr<float>(), on_all_threads);
+        const auto needed = !tape.needed ? fresco::Raster8()
+                            : reflects   ? framed_as_reflected(tape.needed->gradients[i])
+                                         : tape.needed->gradients[i];
+        convolution.plain(gradient.data_ptr<float>(), entry.shape, frame, framed.data_ptr<float>(), on_all_threads,
+                          needed.empty() ? nullptr : needed.values.data());
         of_next = reflects ? folded(framed.data_ptr<float>(), entry.shape.height, entry.shape.width, shape.channels)
                            : GradientView{framed.data_ptr<float>(),
                                           static_cast<std::size_t>(shape.width) * static_cast<std::size_t>(shape.channels)};

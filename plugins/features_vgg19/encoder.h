@@ -2,6 +2,7 @@
 
 #include "convolution.h"
 
+#include <fresco/image.h>
 #include <fresco/weights/vgg19.h>
 
 #include <torch/types.h>
@@ -35,11 +36,14 @@ class CpuEncoder : public std::enable_shared_from_this<CpuEncoder>
 
     /// Responses of the convolutions `wanted` (ascending, each once; not empty) to `picture` (3 x H x W, RGB in [0,1]), each
     /// C x floor(H / stride) x floor(W / stride) with the channels innermost in memory. Differentiable once.
-    std::vector<torch::Tensor> encode(const torch::Tensor& picture, const std::vector<std::size_t>& wanted) const;
+    /// With `pixels` (H x W) only what PartialFeatures says is computed.
+    std::vector<torch::Tensor> encode(const torch::Tensor& picture, const std::vector<std::size_t>& wanted,
+                                      const fresco::Raster8* pixels = nullptr) const;
 
   private:
     struct Function;
     struct Tape;
+    struct Needed;
 
     /// Filters are transformed when they are first needed: many runs stop at an early layer, or need no gradient.
     struct Layer
@@ -57,7 +61,8 @@ class CpuEncoder : public std::enable_shared_from_this<CpuEncoder>
     const Convolution3x3& backward(std::size_t layer) const;
     torch::Tensor network_input(const torch::Tensor& picture) const;
     torch::Tensor picture_gradient(GradientView gradient, MapsShape shape) const;
-    std::vector<torch::Tensor> encode(const torch::Tensor& picture, const std::vector<std::size_t>& wanted, Tape* tape) const;
+    Needed needed(const fresco::Raster8& pixels, const std::vector<std::size_t>& wanted) const;
+    std::vector<torch::Tensor> encode(const torch::Tensor& picture, Tape& tape, bool goes_back) const;
     /// Of the layer's own responses, channels innermost; undefined if the layer has none.
     static torch::Tensor own_gradient(const Tape& tape, const std::vector<torch::Tensor>& of_wanted, std::size_t layer);
     torch::Tensor gradient(const Tape& tape, const std::vector<torch::Tensor>& of_wanted) const;

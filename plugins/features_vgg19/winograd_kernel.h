@@ -6,10 +6,10 @@
 namespace winograd
 {
 
-/// The inner loops for one kind of processor: of the minimal filtering F(4x4, 3x3) (Winograd 1980; Lavin and Gray, CVPR 2016,
-/// section 4.1), with the points 0, ±√2, ±1/√2 and infinity, and of the operations between two convolutions. A tile of 6 x 6
-/// inputs becomes 36 transformed values, each multiplied with the filter's at the same position, and these become 4 x 4 outputs:
-/// a quarter of the direct way's multiplications. Channels are innermost and multiples of 16.
+/// The inner loops for one kind of processor: of the minimal filtering F(6x6, 3x3) (Winograd 1980; Lavin and Gray, CVPR 2016,
+/// section 4.1), with the points 0, ±1, ±2, ±1/2 and infinity, and of the operations between two convolutions. A tile of 8 x 8
+/// inputs becomes 64 transformed values, each multiplied with the filter's at the same position, and these become 6 x 6 outputs:
+/// a fifth of the direct way's multiplications. Channels are innermost and multiples of 16.
 struct Kernel
 {
     const char* name;
@@ -17,7 +17,7 @@ struct Kernel
     int rows;   ///< Tiles are multiplied so many at once …
     int lanes;  ///< … or, by multiply_turned, so many.
 
-    /// 36 pixels, row by row, each with `channels` values -> out[position * stride + channel]. `next`: those of the tile to the
+    /// 64 pixels, row by row, each with `channels` values -> out[position * stride + channel]. `next`: those of the tile to the
     /// right, which are brought near.
     void (*transform)(const float* const* pixels, const float* const* next, int channels, float* out, std::size_t stride);
 
@@ -30,7 +30,7 @@ struct Kernel
     void (*multiply_turned)(const float* values, int tiles, int inner, const float* filters, int outputs, float* scratch,
                             float* products);
 
-    /// in[position * stride + channel] -> 16 pixels; null pixels are left out.
+    /// in[position * stride + channel] -> 36 pixels; null pixels are left out.
     void (*transform_back)(const float* in, std::size_t stride, int channels, float* const* pixels);
 
     /// The same, plus bias, rectified; masks become 1 where the response is positive. `masks` may be null.

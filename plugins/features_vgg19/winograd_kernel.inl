@@ -27,36 +27,44 @@ inline void store(float* values, Vector vector)
     *reinterpret_cast<Vector*>(values) = vector;
 }
 
-// The points are 0, ±√2, ±1/√2 and infinity: reversing a filter takes each to its reciprocal, which is among them.
-constexpr float root2 = 1.41421356F;
+constexpr int side = 6;         ///< Of a tile's outputs.
+constexpr int wide = side + 2;  ///< Of its inputs.
 
-/// Rows of Bᵀ.
-inline void six_from_six(const Vector* in, int step, Vector* out)
+/// Rows of Bᵀ. The points are 0, ±1, ±2, ±1/2 and infinity: reversing a filter takes each to its reciprocal, which is among them.
+inline void eight_from_eight(const Vector* in, int step, Vector* out)
 {
-    const Vector d0 = in[0], d1 = in[step], d2 = in[2 * step], d3 = in[3 * step], d4 = in[4 * step], d5 = in[5 * step];
-    const Vector even = 0.5F * d4 - 0.25F * d2;
-    const Vector odd = (0.5F * root2) * d3 - (0.25F * root2) * d1;
-    const Vector even_other = 2 * d2 - d4;
-    const Vector odd_other = root2 * d1 - (0.5F * root2) * d3;
-    out[0] = d0 - 2.5F * d2 + d4;
+    const Vector d1 = in[step], d2 = in[2 * step], d3 = in[3 * step], d4 = in[4 * step], d5 = in[5 * step], d6 = in[6 * step];
+    const Vector even = d2 - 4.25F * d4 + d6;
+    const Vector odd = d1 - 4.25F * d3 + d5;
+    const Vector even_two = 0.0625F * d2 - 0.3125F * d4 + 0.25F * d6;
+    const Vector odd_two = 0.125F * d1 - 0.625F * d3 + 0.5F * d5;
+    const Vector even_half = 16 * d2 - 20 * d4 + 4 * d6;
+    const Vector odd_half = 8 * d1 - 10 * d3 + 2 * d5;
+    out[0] = in[0] - d6 + 5.25F * (d4 - d2);
     out[1] = even + odd;
     out[2] = even - odd;
-    out[3] = even_other + odd_other;
-    out[4] = even_other - odd_other;
-    out[5] = d1 - 2.5F * d3 + d5;
+    out[3] = even_two + odd_two;
+    out[4] = even_two - odd_two;
+    out[5] = even_half + odd_half;
+    out[6] = even_half - odd_half;
+    out[7] = in[7 * step] - d1 + 5.25F * (d3 - d5);
 }
 
 /// Rows of Aᵀ.
-inline void four_from_six(const Vector* in, int step, Vector* out)
+inline void six_from_eight(const Vector* in, int step, Vector* out)
 {
     const Vector sum = in[step] + in[2 * step];
     const Vector difference = in[step] - in[2 * step];
-    const Vector other_sum = in[3 * step] + in[4 * step];
-    const Vector other_difference = in[3 * step] - in[4 * step];
-    out[0] = in[0] + sum + other_sum;
-    out[1] = root2 * difference + (0.5F * root2) * other_difference;
-    out[2] = 2 * sum + 0.5F * other_sum;
-    out[3] = (2 * root2) * difference + (0.25F * root2) * other_difference + in[5 * step];
+    const Vector sum_two = in[3 * step] + in[4 * step];
+    const Vector difference_two = in[3 * step] - in[4 * step];
+    const Vector sum_half = in[5 * step] + in[6 * step];
+    const Vector difference_half = in[5 * step] - in[6 * step];
+    out[0] = in[0] + sum + sum_two + sum_half;
+    out[1] = difference + 2 * difference_two + 0.5F * difference_half;
+    out[2] = sum + 4 * sum_two + 0.25F * sum_half;
+    out[3] = difference + 8 * difference_two + 0.125F * difference_half;
+    out[4] = sum + 16 * sum_two + 0.0625F * sum_half;
+    out[5] = difference + 32 * difference_two + 0.03125F * difference_half + in[7 * step];
 }
 
 void transform(const float* const* pixels, const float* const* next, int channels, float* out, std::size_t stride)
@@ -64,21 +72,21 @@ void transform(const float* const* pixels, const float* const* next, int channel
     for (int channel = 0; channel < channels; channel += lanes)
     {
         // A pixel's channels are short runs far from the next row's: the processor does not foresee them.
-        for (int i = 0; i < 36; ++i)
-            if (i % 6 >= 2)
+        for (int i = 0; i < wide * wide; ++i)
+            if (i % wide >= 2)
                 __builtin_prefetch(next[i] + channel);
-        Vector tile[36];
-        Vector half[36];
-        for (int i = 0; i < 36; ++i)
+        Vector tile[wide * wide];
+        Vector half[wide * wide];
+        for (int i = 0; i < wide * wide; ++i)
             tile[i] = load(pixels[i] + channel);
-        for (int x = 0; x < 6; ++x)
-            six_from_six(tile + x, 6, half + 6 * x);
-        for (int y = 0; y < 6; ++y)
+        for (int x = 0; x < wide; ++x)
+            eight_from_eight(tile + x, wide, half + wide * x);
+        for (int y = 0; y < wide; ++y)
         {
-            Vector row[6];
-            six_from_six(half + y, 6, row);
-            for (int x = 0; x < 6; ++x)
-                store(out + static_cast<std::size_t>(6 * y + x) * stride + channel, row[x]);
+            Vector row[wide];
+            eight_from_eight(half + y, wide, row);
+            for (int x = 0; x < wide; ++x)
+                store(out + static_cast<std::size_t>(wide * y + x) * stride + channel, row[x]);
         }
     }
 }
@@ -254,24 +262,24 @@ void multiply_turned(const float* values, int tiles, int inner, const float* fil
     transpose(sums, outputs, tiles, products);
 }
 
-/// Calls write(pixel, vector) for the 16 outputs of `lanes` channels.
+/// Calls write(pixel, vector) for the outputs of `lanes` channels.
 template <class Write>
 inline void each_output(const float* in, std::size_t stride, const Write& write)
 {
-    Vector half[24];
-    for (int x = 0; x < 6; ++x)
+    Vector half[side * wide];
+    for (int x = 0; x < wide; ++x)
     {
-        Vector column[6];
-        for (int y = 0; y < 6; ++y)
-            column[y] = load(in + static_cast<std::size_t>(6 * y + x) * stride);
-        four_from_six(column, 1, half + 4 * x);
+        Vector column[wide];
+        for (int y = 0; y < wide; ++y)
+            column[y] = load(in + static_cast<std::size_t>(wide * y + x) * stride);
+        six_from_eight(column, 1, half + side * x);
     }
-    for (int y = 0; y < 4; ++y)
+    for (int y = 0; y < side; ++y)
     {
-        Vector row[4];
-        four_from_six(half + y, 4, row);
-        for (int x = 0; x < 4; ++x)
-            write(4 * y + x, row[x]);
+        Vector row[side];
+        six_from_eight(half + y, side, row);
+        for (int x = 0; x < side; ++x)
+            write(side * y + x, row[x]);
     }
 }
 

@@ -14,9 +14,23 @@ namespace gram
 namespace
 {
 
+/// F Fᵀ. On the CPU the blocks below the diagonal are those above it, turned.
 torch::Tensor products(const torch::Tensor& features)
 {
-    return fresco::matrix_product(features, features.t());
+    constexpr std::int64_t block = 128;
+    const auto channels = features.size(0);
+    if (!features.device().is_cpu() || channels <= block)
+        return fresco::matrix_product(features, features.t());
+    auto result = at::empty({channels, channels}, features.options());
+    for (std::int64_t first = 0; first < channels; first += block)
+    {
+        const auto count = std::min(block, channels - first);
+        const auto right =
+            fresco::matrix_product(features.narrow(0, first, count), features.narrow(0, first, channels - first).t());
+        result.narrow(0, first, count).narrow(1, first, channels - first).copy_(right);
+        result.narrow(1, first, count).narrow(0, first, channels - first).copy_(right.t());
+    }
+    return result;
 }
 
 /// `gradient` + its transpose, or nothing.

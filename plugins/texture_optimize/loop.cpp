@@ -160,6 +160,10 @@ double share_of_ones(const Raster8& mask)
     return static_cast<double>(ones) / static_cast<double>(mask.values.size());
 }
 
+/// On the CPU, where encoding a camera picture takes as long as a third of a step. The kitchen's 42 views need ??? at the paper's
+/// layers.
+constexpr std::size_t kept_camera_bytes = std::size_t{1} << 31U;
+
 class Loop
 {
   public:
@@ -171,7 +175,7 @@ class Loop
           schedule_(split_.trained, options.seed, options.schedule), checkpoints_(run.checkpoint_folder()),
           evaluator_(components.losses, space_, options.device, options.seed, !options.reference),
           style_(style_sizes(inputs.style, options.levels.protocol, [&](const std::string& text) { run.message(text); })),
-          whole_steps_(run)
+          whole_steps_(run), camera_memory_(options.device.is_cpu() && !options.reference ? kept_camera_bytes : 0)
     {
     }
 
@@ -293,7 +297,10 @@ class Loop
                 const auto scheduled = schedule_.at(step_);
                 if (loaded_visit != scheduled.visit)
                 {
+                    if (data != nullptr)
+                        camera_memory_.keep(*data);
                     data = &feed.next();
+                    camera_memory_.give_back(*data);
                     loaded_visit = scheduled.visit;
                 }
                 one_step(scheduled, *data);
@@ -494,6 +501,7 @@ class Loop
     std::map<std::string, double> last_summands_;  ///< Of the losses, in the last step.
     bool texture_there_ = false;                   ///< On the run's device, which is not the CPU.
     WholeSteps whole_steps_;
+    CameraMemory camera_memory_;
     std::int64_t step_ = 0;
     std::int64_t first_step_ = 0;  ///< Of this process.
     std::int64_t rollbacks_ = 0;

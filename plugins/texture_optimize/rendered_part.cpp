@@ -1,6 +1,7 @@
 #include "rendered_part.h"
 
 #include <fresco/error.h>
+#include <fresco/torch/partial_features.h>
 #include <fresco/torch/tensor.h>
 
 #include <ATen/core/grad_mode.h>
@@ -27,18 +28,18 @@ void add_missing(std::vector<std::string>& names, const std::vector<std::string>
             names.push_back(name);
 }
 
-/// `layer` of the picture; all `wanted` layers are encoded together when the first is asked for, and of each stays what `kept`
+/// `layer` of a picture; all `wanted` layers are encoded together when the first is asked for, and of each stays what `kept`
 /// makes of it, where given.
 torch::Tensor
-encoded_layer(std::map<std::string, torch::Tensor>& known, const FeatureNetwork& network, const std::vector<std::string>& wanted,
-              const std::string& layer, const torch::Tensor& picture,
+encoded_layer(std::map<std::string, torch::Tensor>& known, const std::vector<std::string>& wanted, const std::string& layer,
+              const std::function<std::vector<torch::Tensor>()>& encode,
               const std::function<torch::Tensor(const std::string& layer, const torch::Tensor& maps)>& kept = nullptr)
 {
     if (std::find(wanted.begin(), wanted.end(), layer) == wanted.end())
         throw std::logic_error("a loss asks for the layer '" + layer + "', which its needs() do not name");
     if (known.empty())
     {
-        auto result = network.encode(picture, wanted);
+        auto result = encode();
         if (result.size() != wanted.size())
             throw std::logic_error(
                 fmt::format("a feature network gave {} layers for {} asked for", result.size(), wanted.size()));
@@ -49,6 +50,14 @@ encoded_layer(std::map<std::string, torch::Tensor>& known, const FeatureNetwork&
         }
     }
     return known.at(layer);
+}
+
+/// With what the pixels do not need left out, if the network can do that.
+std::vector<torch::Tensor> encoded_around(const FeatureNetwork& network, const torch::Tensor& picture,
+                                          const std::vector<std::string>& layers, const Raster8& pixels)
+{
+    const auto* partial = dynamic_cast<const PartialFeatures*>(&network);
+    return partial != nullptr ? partial->encode_around(picture, layers, pixels) : network.encode(picture, layers);
 }
 
 torch::Tensor cut(const torch::Tensor& picture, const PixelBox& box)
@@ -92,7 +101,8 @@ CroppedLevel* cropped_level(LevelData& data, const FeatureNetwork& network, cons
             rules.crop_px = 250'000;
         }
         CroppedLevel level{covering_crops(data.pixels.all, rules), {}, {}};
-        level.camera_features.resize(level.crops.size());
+        for (const auto& crop : level.crops)
+            level.cores.push_back(core_mask(data.pixels.all, crop));
         level.grids.resize(level.crops.size());
         found = data.cropped.emplace(&network, std::move(level)).first;
     }
@@ -107,7 +117,7 @@ const GridMask& crop_grid(const LevelData& data, CroppedLevel& level, std::size_
     if (found != known.end())
         return found->second;
     const auto& crop = level.crops[number];
-    auto mask = grid_mask(core_mask(data.pixels.all, crop), core_mask(data.pixels.fine, crop), stride, Protocol::paper, device);
+    auto mask = grid_mask(level.cores[number], core_mask(data.pixels.fine, crop), stride, Protocol::paper, device);
     return known.emplace(stride, std::move(mask)).first->second;
 }
 
@@ -173,7 +183,7 @@ const Demand& RenderedPart::demand(const FeatureNetwork& network) const
 torch::Tensor RenderedPart::encoded(FeatureMaps& known, const FeatureNetwork& network, const std::vector<std::string>& wanted,
                                     const std::string& layer, const torch::Tensor& picture)
 {
-    return encoded_layer(known[&network], network, wanted, layer, picture);
+    return encoded_layer(known[{&network, 0}], wanted, layer, [&] { return network.encode(picture, wanted); });
 }
 
 torch::Tensor RenderedPart::features(const FeatureNetwork& network, const std::string& layer)
@@ -211,7 +221,7 @@ torch::Tensor RenderedPart::whole_camera_features(const FeatureNetwork& network,
 
 torch::Tensor RenderedPart::enlarged_camera_features(const FeatureNetwork& network, const std::string& layer)
 {
-    auto& known = data_.camera_features[&network];
+    auto& known = data_.camera_features[{&network, 0}];
     const auto found = known.find(layer);
     if (found != known.end())
         return found->second;
@@ -244,16 +254,17 @@ torch::Tensor RenderedPart::selected_in_crops(CroppedLevel& level, const Feature
                                               bool camera)
 {
     const auto& wanted = camera ? demand(network).camera : demand(network).image;
-    auto& image_features = crop_features_[&network];
-    image_features.resize(level.crops.size());
     std::vector<torch::Tensor> parts;
     std::vector<std::int64_t> fine_counts;
     for (std::size_t i = 0; i < level.crops.size(); ++i)
     {
         // The maps go as soon as they are there: all that losses may read is their level's cells.
         parts.push_back(encoded_layer(
-            camera ? level.camera_features[i] : image_features[i], network, wanted, layer,
-            cut(camera ? data_.camera : image_, level.crops[i].encoded),
+            (camera ? data_.camera_features : features_)[{&network, i}], wanted, layer,
+            [&] {
+                return encoded_around(network, cut(camera ? data_.camera : image_, level.crops[i].encoded), wanted,
+                                      level.cores[i]);
+            },
             [&](const std::string& name, const torch::Tensor& maps)
             { return selected_cells(maps, crop_grid(data_, level, i, network.layer(name).stride, image_.device())); }));
         fine_counts.push_back(crop_grid(data_, level, i, network.layer(layer).stride, image_.device()).fine_count);

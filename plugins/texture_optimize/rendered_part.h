@@ -88,7 +88,6 @@ class RenderedPart final : public Part
     LevelData& data_;
     const Demands& demands_;
     FeatureMaps features_;
-    std::map<const FeatureNetwork*, std::vector<std::map<std::string, torch::Tensor>>> crop_features_;
     std::map<std::pair<const FeatureNetwork*, std::string>, torch::Tensor> selected_;  ///< Of Pixels::all.
 };
 

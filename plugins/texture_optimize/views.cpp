@@ -167,12 +167,52 @@ void forget_camera(ViewData& data)
     for (auto& level : data.levels)
     {
         level.camera_features.clear();
-        for (auto& [network, cropped] : level.cropped)
-            for (auto& features : cropped.camera_features)
-                features.clear();
         if (level.smallest)
             level.smallest->features.clear();
     }
+}
+
+namespace
+{
+
+std::size_t bytes_of(const FeatureMaps& features)
+{
+    std::size_t bytes = 0;
+    for (const auto& [crop, layers] : features)
+        for (const auto& [name, values] : layers)
+            bytes += values.storage().nbytes();
+    return bytes;
+}
+
+}  // namespace
+
+void CameraMemory::keep(const ViewData& data)
+{
+    if (data.levels.empty() || views_.contains(data.view))
+        return;
+    std::vector<FeatureMaps> features;
+    for (const auto& level : data.levels)
+        features.push_back(level.camera_features);
+    if (const auto& smallest = data.levels.front().smallest)
+        features.push_back(smallest->features);
+    std::size_t bytes = 0;
+    for (const auto& maps : features)
+        bytes += bytes_of(maps);
+    if (bytes > left_bytes_)
+        return;
+    left_bytes_ -= bytes;
+    views_.emplace(data.view, std::move(features));
+}
+
+void CameraMemory::give_back(ViewData& data) const
+{
+    const auto found = views_.find(data.view);
+    if (found == views_.end())
+        return;
+    for (std::size_t level = 0; level < data.levels.size(); ++level)
+        data.levels[level].camera_features = found->second[level];
+    if (found->second.size() > data.levels.size())
+        data.levels.front().smallest->features = found->second.back();
 }
 
 void move_to(ViewData& data, const torch::Device& device, bool texture_too)

@@ -70,8 +70,8 @@ class ViewSource
     std::unique_ptr<ShownTexture> start_;  ///< Null where every frame has a picture.
 };
 
-/// Features by network and layer.
-using FeatureMaps = std::map<const FeatureNetwork*, std::map<std::string, torch::Tensor>>;
+/// Features by network and crop (0 for a whole frame), and by layer.
+using FeatureMaps = std::map<std::pair<const FeatureNetwork*, std::size_t>, std::map<std::string, torch::Tensor>>;
 
 /// The camera picture at the smallest height, and its features, for all levels of a view.
 struct SmallestCamera
@@ -84,7 +84,7 @@ struct SmallestCamera
 struct CroppedLevel
 {
     std::vector<Crop> crops;
-    std::vector<std::map<std::string, torch::Tensor>> camera_features;  ///< Per crop: C x N, of its core's cells.
+    std::vector<Raster8> cores;                  ///< Per crop, of the size of what is encoded: the level's pixels in its core.
     std::vector<std::map<int, GridMask>> grids;  ///< Per crop, by stride: its core's cells, in its own grid.
 };
 
@@ -104,7 +104,7 @@ struct LevelData
     std::shared_ptr<SmallestCamera> smallest;  ///< Null: the camera is encoded at this height.
 
     /// What parts found out and the next step on this view needs again.
-    FeatureMaps camera_features;
+    FeatureMaps camera_features;    ///< Of crops: C x N, of the core's cells.
     std::map<int, GridMask> grids;  ///< By stride.
     std::map<const FeatureNetwork*, CroppedLevel> cropped;
 
@@ -131,6 +131,22 @@ const GridMask& grid_of(LevelData& level, int stride, const torch::Device& devic
 
 /// Forgets what networks say of the camera picture.
 void forget_camera(ViewData& data);
+
+/// What networks say of camera pictures, from one visit of a view to the next: of the first views that come, as many as fit. Each
+/// view's is the same at every visit, so that the memory changes no result. Used by one thread.
+class CameraMemory
+{
+  public:
+    explicit CameraMemory(std::size_t most_bytes) : left_bytes_(most_bytes) {}
+    /// At the end of a visit.
+    void keep(const ViewData& data);
+    /// Gives a view that was loaded again what was kept.
+    void give_back(ViewData& data) const;
+
+  private:
+    std::size_t left_bytes_;
+    std::map<std::size_t, std::vector<FeatureMaps>> views_;  ///< Of each level, then, if there is one, of the smallest camera.
+};
 
 /// Moves what losses see to `device`; with `texture_too` what the lookup needs beside the view as well.
 void move_to(ViewData& data, const torch::Device& device, bool texture_too);

@@ -189,7 +189,7 @@ TEST_CASE("Weights on another scale get the raw means on style and frames")
     const auto plain = prepared(contents, {}, {{"rescale", false}});
     const auto a = rescaled->encode(noise_picture(8, 8), {"relu2_1"})[0];
     const auto b = plain->encode(noise_picture(8, 8), {"relu2_1"})[0];
-    CHECK(at::allclose(a, b * (83 / mean_over_pictures(*plain, "relu2_1")), 1e-4, 1e-3));
+    CHECK(at::allclose(a, b * (83 / mean_over_pictures(*plain, "relu2_1")), 1e-4, 5e-3));
 
     contents.metadata["normalized"] = "unit mean activation";
     CHECK(mean_over_pictures(*prepared(contents, context), "relu2_1") == Approx(83).epsilon(1e-5));
@@ -313,7 +313,7 @@ TEST_CASE("libtorch's convolutions, with channels innermost, agree with minimal 
         const auto general = network.encode_generally(picture, names);
         for (std::size_t i = 0; i < names.size(); ++i)
         {
-            CHECK(general[i].allclose(fast[i], 1e-3, 1e-3));
+            CHECK((general[i] - fast[i]).norm().item<double>() < 1e-5 * general[i].norm().item<double>());
             CHECK(general[i].flatten(1).t().is_contiguous());
         }
         const auto near = style_loss([&](const auto& p) { return network.encode_generally(p, names); }, picture, style);

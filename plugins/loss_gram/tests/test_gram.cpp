@@ -41,6 +41,17 @@ TEST_CASE("The blocked float32 Gram matrix is near the plain sum in double")
             CHECK(moments.second[a][b].item<double>() == Approx(gram_entry(features, a, b)).epsilon(1e-5));
 }
 
+TEST_CASE("The Gram matrix of many channels, half of it mirrored, is the product with the transpose")
+{
+    const auto features = some_features(300, 40);
+    for (const auto& given : {features, features.t().contiguous().t()})
+    {
+        const auto second = gram::moments(given.to(at::kFloat)).second;
+        CHECK(second.allclose((at::mm(features, features.t()) / 40).to(at::kFloat), 1e-5, 1e-6));
+        CHECK(second.equal(second.t()));
+    }
+}
+
 TEST_CASE("Gradients of the moments agree with finite differences")
 {
     const auto features = some_features(3, 7);

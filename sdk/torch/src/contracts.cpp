@@ -6,6 +6,7 @@
 #include <fresco/torch/features.h>
 #include <fresco/torch/loss.h>
 #include <fresco/torch/optimizer_rule.h>
+#include <fresco/torch/partial_features.h>
 #include <fresco/torch/texture_representation.h>
 
 #include <ATen/core/grad_mode.h>
@@ -18,6 +19,7 @@ namespace fresco
 {
 
 FeatureNetwork::~FeatureNetwork() = default;
+PartialFeatures::~PartialFeatures() = default;
 Part::~Part() = default;
 Loss::~Loss() = default;
 TextureView::~TextureView() = default;

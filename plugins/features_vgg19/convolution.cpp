@@ -199,7 +199,7 @@ Convolution3x3 Convolution3x3::turned() const
 Convolution3x3 Convolution3x3::backward(std::span<const float> weights, int outputs, int inputs) const
 {
     constexpr std::int64_t few = 256 * 256;
-    if (std::int64_t{inputs} * outputs >= few)
+    if (std::int64_t{inputs} * outputs > few)
         return turned();
     Convolution3x3 result(inputs, outputs, *kernel_);
     result.pack(
@@ -265,11 +265,11 @@ Convolution3x3::Block Convolution3x3::block_of(std::size_t first, std::size_t la
 void Convolution3x3::run(Job job, const std::uint8_t* needed, const Parallel& parallel) const
 {
     job.choose_tiles(needed, outputs_, parallel);
-    // Many tiles share a pass over the filters; the values of one block still fit the caches near the core.
-    constexpr std::size_t most = 48;
-    constexpr std::size_t fewest_blocks = 8;
-    constexpr std::size_t few = 6 * most;
+    // Many tiles share a pass over the filters. Where these are few, they and a block's values stay near the core.
     constexpr int large = 256 * 256;
+    const std::size_t most = inputs_ * outputs_ < large ? 12 : 48;
+    constexpr std::size_t fewest_blocks = 8;
+    constexpr std::size_t few = 288;
     const std::size_t tiles = job.tiles.size();
     if (tiles == 0)
         return;

@@ -30,14 +30,16 @@ function roomSection(data, media) {
     const frames = media.filter(each => each.cameras);
     const cameras = (frames.filter(each => each.pictures).at(-1) ?? frames.at(-1))?.cameras;
     const mixed = media.filter(each => each.mixture && each.mixture.atlas === entry.room.atlas).at(-1);
+    const relief = media.filter(each => each.relief && each.relief.atlas === entry.room.atlas).at(-1)?.relief;
     const place = element("div", { id: "room" });
     let shown = null;
-    const start = () => showRoom(place, entry.room, { mixture: mixed?.mixture, cameras, up: upOf(data.stages) }).then(room => shown = room).catch(error =>
+    const start = () => showRoom(place, entry.room, { mixture: mixed?.mixture, relief, cameras, up: upOf(data.stages) }).then(room => shown = room).catch(error =>
         place.replaceChildren(element("p", { class: "hint" }, `The room cannot be shown here: ${error.message}`)));
     const { triangles, extent } = entry.room;
     const node = section("The room", place, mixed && mixtureBar(mixed.stage, mixed.mixture, (name, share) => shown?.mix(name, share)), element("div", { class: "bar" },
         element("button", { id: "inside", onclick: () => shown?.walk() }, "Walk inside"),
         element("button", { id: "outside", onclick: () => shown?.orbit() }, "Look from outside"),
+        relief && !mixed ? element("button", { id: "light", onclick: () => shown?.light() }, "Move the light") : null,
         element("span", { class: "soft" }, `${figureText(triangles)} faces of ${entry.stage}, positions to ${figureText(Number((1000 * Math.max(...extent) / 65535).toPrecision(2)))} mm`)));
     const standAt = pose => {
         shown?.standAt(pose);

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 using namespace fresco;
@@ -52,15 +53,24 @@ Value checked_json(std::string_view file)
     return document;
 }
 
-/// The material, its picture and what is declared belong together.
+/// Of color, normals and roughness; -1: none.
+std::array<int, 3> textures_of(const tinygltf::Material& material)
+{
+    return {material.pbrMetallicRoughness.baseColorTexture.index, material.normalTexture.index,
+            material.pbrMetallicRoughness.metallicRoughnessTexture.index};
+}
+
+/// The material, its pictures and what is declared belong together.
 void check_look(const GltfFile& gltf, const tinygltf::Primitive& primitive)
 {
     const auto& model = gltf.model;
     const auto& material = element(model.materials, primitive.material, "materials");
-    const int texture = material.pbrMetallicRoughness.baseColorTexture.index;
-    expect(gltf.images.size() == (texture == -1 ? 0 : 1) &&
-               (texture == -1 || element(model.textures, texture, "textures").source == 0),
-           "materials: the picture is unused");
+    std::size_t used = 0;
+    for (const int texture : textures_of(material))
+        if (texture != -1)
+            expect(element(model.textures, texture, "textures").source == static_cast<int>(used++),
+                   "materials: the picture is unused, or not in the order of color, normals and roughness");
+    expect(gltf.images.size() == used, "materials: the picture is unused");
     expect(material.extensions.contains(unlit_extension) == contains(model.extensionsUsed, unlit_extension),
            "extensionsUsed: " + std::string(unlit_extension) + " and the material do not agree");
     for (const std::string& name : model.extensionsRequired)
@@ -107,6 +117,8 @@ class MeshReader
         read_positions(rows_of(model_, primitive.attributes.at("POSITION"), 3));
         if (has("NORMAL"))
             read_normals(rows_of(model_, primitive.attributes.at("NORMAL"), 3));
+        if (has("TANGENT"))
+            read_tangents(rows_of(model_, primitive.attributes.at("TANGENT"), 4));
         if (has("TEXCOORD_0"))
             read_texcoords(rows_of(model_, primitive.attributes.at("TEXCOORD_0"), 2));
         if (has("COLOR_0"))
@@ -164,6 +176,18 @@ class MeshReader
         }
     }
 
+    void read_tangents(const AccessorRows& rows)
+    {
+        expect_one_each(rows, "TANGENT");
+        for (std::size_t i = 0; i < rows.count; ++i)
+        {
+            const std::array<double, 4> t{finite(rows, i, 0), finite(rows, i, 1), finite(rows, i, 2), finite(rows, i, 3)};
+            expect(std::abs(length(Vec3d{t[0], t[1], t[2]}) - 1) <= unit_tolerance && std::abs(t[3]) == 1,
+                   fmt::format("TANGENT: {} does not have unit length and 1 or -1 behind it", i));
+            result_.tangents.push_back(t);
+        }
+    }
+
     void read_texcoords(const AccessorRows& rows)
     {
         expect_one_each(rows, "TEXCOORD_0");
@@ -184,19 +208,29 @@ class MeshReader
     GlbModel& result_;
 };
 
-void read_picture(const GltfFile& gltf, GlbModel& model)
+std::vector<std::byte> picture_bytes(const GltfFile& gltf, std::size_t number)
 {
-    const auto& image = gltf.images[0];
+    const auto& image = gltf.images[number];
+    const std::string place = entry("images", number);
     element(gltf.model.bufferViews, image.buffer_view, "bufferViews");
     const auto bytes = std::as_bytes(gltf::view_bytes(gltf.model, static_cast<std::size_t>(image.buffer_view)));
     expect(image.mime_type == "image/png" || image.mime_type == "image/jpeg",
-           "images[0]: mimeType: expected image/png or image/jpeg");
+           place + "mimeType: expected image/png or image/jpeg");
     const std::string_view signature = image.mime_type == "image/png" ? "\x89PNG\r\n\x1a\n" : "\xFF\xD8\xFF";
     expect(bytes.size() > signature.size() &&
                std::ranges::equal(bytes.first(signature.size()), std::as_bytes(std::span(signature))),
-           "images[0]: the bytes are not " + image.mime_type);
-    model.image_type = image.mime_type;
-    model.image.assign(bytes.begin(), bytes.end());
+           place + "the bytes are not " + image.mime_type);
+    return {bytes.begin(), bytes.end()};
+}
+
+void read_pictures(const GltfFile& gltf, const tinygltf::Material& material, GlbModel& model)
+{
+    const std::array places{&model.image, &model.normal_map, &model.roughness_map};
+    std::size_t next = 0;
+    for (std::size_t i = 0; i < places.size(); ++i)
+        if (textures_of(material)[i] != -1)
+            *places[i] = picture_bytes(gltf, next++);
+    model.image_type = gltf.images[0].mime_type;
 }
 
 }  // namespace
@@ -216,7 +250,7 @@ GlbModel read_glb(std::string_view file, std::string_view source)
         model.origin = extras == nullptr ? Value(Value::Map{}) : *extras;
         MeshReader(gltf.model, model).read(primitive);
         if (!gltf.images.empty())
-            read_picture(gltf, model);
+            read_pictures(gltf, gltf.model.materials[static_cast<std::size_t>(primitive.material)], model);
         return model;
     }
     catch (const Error& error)
@@ -258,6 +292,10 @@ void check_triangles(const std::vector<std::uint32_t>& found, const std::vector<
 GlbErrors check_glb(const GlbModel& model, const WeldedMesh& mesh, const std::vector<std::byte>& image, const GlbOptions& options)
 {
     expect_written(model.image == image && (image.empty() || model.image_type == options.image_type), "the picture differs");
+    expect_written(model.normal_map == options.relief.normals && model.roughness_map == options.relief.roughness,
+                   "the relief differs");
+    expect_written(model.tangents.size() == (options.material == GltfMaterial::pbr ? mesh.tangents.size() : 0),
+                   "the number of tangents differs");
     expect_written(model.colors == mesh.colors, "the vertex colors differ");
     expect_written(model.texcoords.size() == mesh.texcoords.size(), "the number of texcoords differs");
     expect_written(model.positions.size() == mesh.positions.size(), "the number of vertices differs");
@@ -281,6 +319,9 @@ GlbErrors check_glb(const GlbModel& model, const WeldedMesh& mesh, const std::ve
         if (!model.normals.empty())
             expect_written(largest(model.normals[i] - vec_cast<double>(mesh.normals[i])) <= normal_limit,
                            vertex + " has a different normal");
+        for (std::size_t c = 0; c < 4 && !model.tangents.empty(); ++c)
+            expect_written(std::abs(model.tangents[i][c] - double{mesh.tangents[i][c]}) <= normal_limit,
+                           vertex + " has a different tangent");
         if (mesh.texcoords.empty())
             continue;
         const Vec2f uv = mesh.texcoords[i];

@@ -120,6 +120,8 @@ QuantizedMesh quantized(const WeldedMesh& mesh)
         result.positions.push_back({along(p.x, box.low.x), along(p.y, box.low.y), along(p.z, box.low.z), 0});
     for (const Vec3f n : mesh.normals)
         result.normals.push_back({normal_step(n.x), normal_step(n.y), normal_step(n.z), 0});
+    for (const auto& [x, y, z, w] : mesh.tangents)
+        result.tangents.push_back({normal_step(x), normal_step(y), normal_step(z), normal_step(w)});
     for (const Vec2f uv : mesh.texcoords)
         result.texcoords.push_back({texcoord_step(double{uv.x}), texcoord_step(1 - double{uv.y})});
     return result;
@@ -214,6 +216,7 @@ void order_for_compression(WeldedMesh& mesh)
     meshopt_remapIndexBuffer(mesh.indices.data(), indices.data(), indices.size(), remap.data());
     reorder(mesh.positions, remap);
     reorder(mesh.normals, remap);
+    reorder(mesh.tangents, remap);
     reorder(mesh.texcoords, remap);
     reorder(mesh.colors, remap);
 }
@@ -365,6 +368,8 @@ void add_plain(tinygltf::Model& model, const WeldedMesh& mesh, bool has_normals,
     set_bounds(model.accessors.back(), mesh.positions, [](Vec3f p, std::size_t i) { return i == 0 ? p.x : i == 1 ? p.y : p.z; });
     if (has_normals)
         attributes["NORMAL"] = add_rows(model, mesh.normals, vec3);
+    if (has_normals && !mesh.tangents.empty())
+        attributes["TANGENT"] = add_rows(model, mesh.tangents, {TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_VEC4});
     std::vector<Vec2f> flipped = mesh.texcoords;
     for (Vec2f& uv : flipped)
         uv.y = 1 - uv.y;
@@ -378,6 +383,8 @@ void add_quantized(tinygltf::Model& model, const QuantizedMesh& mesh, bool has_n
     set_bounds(model.accessors.back(), mesh.positions, [](const auto& row, std::size_t i) { return row[i]; });
     if (has_normals)
         attributes["NORMAL"] = add_rows(model, mesh.normals, {TINYGLTF_COMPONENT_TYPE_BYTE, TINYGLTF_TYPE_VEC3, true});
+    if (has_normals && !mesh.tangents.empty())
+        attributes["TANGENT"] = add_rows(model, mesh.tangents, {TINYGLTF_COMPONENT_TYPE_BYTE, TINYGLTF_TYPE_VEC4, true});
     if (!mesh.texcoords.empty())
         attributes["TEXCOORD_0"] =
             add_rows(model, mesh.texcoords, {TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT, TINYGLTF_TYPE_VEC2, true});
@@ -424,13 +431,21 @@ void add_material(tinygltf::Model& model, const std::vector<std::byte>& image, c
     }
     if (image.empty())
         return;
-    material.pbrMetallicRoughness.baseColorTexture.index = 0;
-    tinygltf::Texture& texture = model.textures.emplace_back();
-    texture.sampler = 0;
-    texture.source = 0;
-    tinygltf::Image& picture = model.images.emplace_back();
-    picture.bufferView = add_view(model, image);
-    picture.mimeType = options.image_type;
+    const auto add_texture = [&](const std::vector<std::byte>& bytes)
+    {
+        tinygltf::Image& picture = model.images.emplace_back();
+        picture.bufferView = add_view(model, bytes);
+        picture.mimeType = options.image_type;
+        tinygltf::Texture& texture = model.textures.emplace_back();
+        texture.sampler = 0;
+        return texture.source = static_cast<int>(model.images.size() - 1);
+    };
+    material.pbrMetallicRoughness.baseColorTexture.index = add_texture(image);
+    if (!options.relief.normals.empty())
+    {
+        material.normalTexture.index = add_texture(options.relief.normals);
+        material.pbrMetallicRoughness.metallicRoughnessTexture.index = add_texture(options.relief.roughness);
+    }
     tinygltf::Sampler& sampler = model.samplers.emplace_back();
     sampler.magFilter = TINYGLTF_TEXTURE_FILTER_LINEAR;
     sampler.minFilter = TINYGLTF_TEXTURE_FILTER_LINEAR_MIPMAP_LINEAR;
@@ -449,7 +464,8 @@ std::string with_origin(std::string_view glb, const Value& origin)
 
 std::string make_glb(const WeldedMesh& mesh, const std::vector<std::byte>& image, const GlbOptions& options)
 {
-    const std::size_t bytes = mesh.indices.size() * 4 + mesh.positions.size() * 40 + image.size();
+    const std::size_t bytes = mesh.indices.size() * 4 + mesh.positions.size() * 56 + image.size() +
+                              options.relief.normals.size() + options.relief.roughness.size();
     if (bytes > largest_file)
         throw Error(fmt::format(
             "the mesh and its picture take {} MiB; a GLB file holds at most 4096: decimate the mesh or set max_texture_px",

@@ -21,6 +21,7 @@ struct QuantizedMesh
 {
     std::vector<std::array<std::uint16_t, 4>> positions;  ///< V: origin + step_m * (x, y, z); the fourth is 0.
     std::vector<std::array<std::int8_t, 4>> normals;      ///< V: 127 times the unit vector; the fourth is 0.
+    std::vector<std::array<std::int8_t, 4>> tangents;     ///< V or empty: 127 times the unit vector, and 127 or -127.
     std::vector<std::array<std::uint16_t, 2>> texcoords;  ///< V: 65535 u, 65535 (1 - v): glTF's origin is the upper left.
     fresco::Vec3f origin;                                 ///< Lowest corner, meters.
     float step_m = 1;                                     ///< The same along all axes, so that normals stay normals.
@@ -54,10 +55,11 @@ struct GlbOptions
     std::string image_type;      ///< MIME type of the picture's bytes.
     bool quantize;               ///< KHR_mesh_quantization, see quantized().
     bool compress;               ///< EXT_meshopt_compression; the mesh should be in the order of order_for_compression.
-    fresco::Value origin{fresco::Value::Map{}};  ///< asset.extras; empty: none.
+    fresco::Value origin{fresco::Value::Map{}};                  ///< asset.extras; empty: none.
+    fresco::texturing::PictureEncoding::EncodedRelief relief{};  ///< Pictures of image_type, in the mesh's tangents; empty: none.
 };
 
-/// A binary glTF 2.0 file of one mesh, with one picture unless `image` is empty. glTF's v runs downwards: 1 - v is written.
-/// Indices take 16 bits where these suffice. Throws Error for a file beyond glTF's 4 GiB, and for texcoords that
-/// `quantize` cannot represent.
+/// A binary glTF 2.0 file of one mesh, with one picture unless `image` is empty, and two more with a relief. glTF's v runs
+/// downwards: 1 - v is written. Indices take 16 bits where these suffice. Throws Error for a file beyond glTF's 4 GiB, and for
+/// texcoords that `quantize` cannot represent.
 std::string make_glb(const fresco::texturing::WeldedMesh& mesh, const std::vector<std::byte>& image, const GlbOptions& options);

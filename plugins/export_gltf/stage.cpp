@@ -3,6 +3,7 @@
 #include <fresco/geometry/upright.h>
 #include <fresco/gltf/gltf_file.h>
 #include <fresco/reader.h>
+#include <fresco/relief.h>
 #include <fresco/stage.h>
 #include <fresco/texturing/exports.h>
 
@@ -19,6 +20,7 @@ namespace
 class ExportGltf final : public Stage
 {
     ExportedMesh exported{this};
+    Input<Relief> relief{this, "relief", optional, "Normals and roughness of the paint (texture.relief); needs material: pbr"};
     Output<Files> files{this, "files", "One .glb file"};
     Option<OutputName> path{this, "path", OutputName{"room.glb"}, extensions({".glb"}), "Output path below --out"};
     Option<std::string> material{
@@ -51,17 +53,30 @@ class ExportGltf final : public Stage
                 .origin = run.origin()};
     }
 
-    void check_inputs() const { exported.check(); }
+    void check_inputs() const
+    {
+        exported.check();
+        if (relief.has_value() && !exported.has_picture())
+            throw Error("port 'relief' needs port 'textured_mesh': wire the mesh that texture.relief read");
+        if (relief.has_value() && *material == "unlit")
+            throw Error(
+                "option \"material\" is \"unlit\", which shows no relief: set it to \"pbr\", or leave port 'relief' unwired");
+    }
 
     void run(RunContext& run) override
     {
         check_inputs();
-        const GlbOptions options = glb_options(run);
+        GlbOptions options = glb_options(run);
         PictureOptions::Encoded image;
         if (exported.has_picture())
             image = picture.encoded(exported.textured(), picture.extension(), run);
         // The colors of a mesh with a picture would darken it.
         WeldedMesh welded = weld(exported.mesh(), !exported.has_picture());
+        if (relief.has_value())
+        {
+            add_tangents(welded);
+            options.relief = picture.encoded(*relief, exported.mesh(), NormalFrame::tangent, picture.extension(), run);
+        }
         if (options.compress)
             order_for_compression(welded);
         run.check_canceled();

@@ -30,7 +30,8 @@ std::string room_page(const Value& data, std::string_view title)
     page += "</style></head>\n<body>\n<div id=\"room\"><noscript><p class=\"message\">This page shows a room by JavaScript, "
             "which is switched "
             "off here.</p></noscript></div>\n"
-            "<nav><button id=\"walk\">Walk</button><button id=\"orbit\">Orbit</button><button id=\"vr\" hidden>Enter "
+            "<nav><button id=\"walk\">Walk</button><button id=\"orbit\">Orbit</button><button id=\"light\" "
+            "hidden>Light</button><button id=\"vr\" hidden>Enter "
             "VR</button></nav>\n"
             "<script type=\"application/json\" id=\"data\">";
     page += script_json(data);

@@ -2,6 +2,7 @@
 #include <fresco/files_io.h>
 #include <fresco/geometry/upright.h>
 #include <fresco/page/page.h>
+#include <fresco/relief.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
 #include <fresco/texturing/exports.h>
@@ -19,6 +20,7 @@ namespace
 class ExportPage final : public Stage
 {
     Input<TexturedMesh> textured_mesh{this, "textured_mesh", "The mesh with its picture, as texture.bake makes it"};
+    Input<Relief> relief{this, "relief", optional, "Normals and roughness of the paint (texture.relief), for a light to move"};
     Output<Files> files{this, "files", "One .html file"};
     Option<OutputName> path{this, "path", OutputName{"room.html"}, extensions({".html"}), "Output path below --out"};
     PictureEncoding picture{this, 2048};
@@ -39,12 +41,21 @@ class ExportPage final : public Stage
         return Value::List{direction.x, direction.y, direction.z};
     }
 
+    Value relief_entry(RunContext& run) const
+    {
+        if (!relief.has_value())
+            return {};
+        const auto maps = picture.encoded(*relief, textured_mesh->mesh, NormalFrame::world, ".jpg", run);
+        return page::relief(relief->atlas, maps.normals, maps.roughness);
+    }
+
     void run(RunContext& run) override
     {
         check_textured_mesh(*textured_mesh, "the mesh on port 'textured_mesh'");
         const PictureEncoding::Encoded image = picture.encoded(*textured_mesh, ".jpg", run);
         const bool has_cameras = up.frames().has_value() && !up.frames()->frames.empty();
         const Value data = Value::Map{{"room", page::room(textured_mesh->mesh, image.bytes)},
+                                      {"relief", relief_entry(run)},
                                       {"cameras", has_cameras ? page::cameras(*up.frames()) : Value()},
                                       {"up", upwards(run)}};
         run.check_canceled();

@@ -1,6 +1,7 @@
 #include <fresco/files.h>
 #include <fresco/files_io.h>
 #include <fresco/geometry/upright.h>
+#include <fresco/relief.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
 #include <fresco/texturing/exports.h>
@@ -8,7 +9,10 @@
 #include "usdz.h"
 
 #include <algorithm>
+#include <span>
 #include <string>
+#include <utility>
+#include <vector>
 
 using namespace fresco;
 using namespace fresco::texturing;
@@ -18,6 +22,7 @@ namespace
 class ExportUsdz final : public Stage
 {
     Input<TexturedMesh> textured_mesh{this, "textured_mesh", "The mesh with its picture, as texture.bake makes it"};
+    Input<Relief> relief{this, "relief", optional, "Normals and roughness of the paint (texture.relief); needs material: pbr"};
     Output<Files> files{this, "files", "One .usdz file"};
     Option<OutputName> path{this, "path", OutputName{"room.usdz"}, extensions({".usdz"}), "Output path below --out"};
     Option<std::string> material{this, "material", "unlit", one_of({"unlit", "pbr"}),
@@ -35,37 +40,55 @@ class ExportUsdz final : public Stage
     void run(RunContext& run) override
     {
         check_textured_mesh(*textured_mesh, "the mesh on port 'textured_mesh'");
+        if (relief.has_value() && *material == "unlit")
+            throw Error(
+                "option \"material\" is \"unlit\", which shows no relief: set it to \"pbr\", or leave port 'relief' unwired");
         const WeldedMesh welded = weld(up.standing(textured_mesh->mesh, {0, 1, 0}, run));
         const PictureOptions::Encoded image = picture.encoded(*textured_mesh, picture.extension(), run);
-        const std::string_view bytes(reinterpret_cast<const char*>(image.bytes.data()), image.bytes.size());
-        const std::string name = "picture" + picture.extension();
+        const std::string extension = picture.extension();
+        PictureOptions::EncodedRelief maps;
+        if (relief.has_value())
+            maps = picture.encoded(*relief, textured_mesh->mesh, NormalFrame::tangent, extension, run);
+        std::vector<std::pair<std::string, std::span<const std::byte>>> pictures{{"picture" + extension, image.bytes}};
+        if (relief.has_value())
+        {
+            pictures.emplace_back("normals" + extension, maps.normals);
+            pictures.emplace_back("roughness" + extension, maps.roughness);
+        }
 
         const auto file = files.folder().path / path->path;
         std::filesystem::create_directories(file.parent_path());
         ZipWriter zip(file);
         // The first file is the one that is opened.
         zip.begin("room.usda");
-        write_usda(welded, {.picture = name, .lit = *material == "pbr"},
+        write_usda(welded,
+                   {.picture = pictures[0].first,
+                    .lit = *material == "pbr",
+                    .normals = relief.has_value() ? pictures[1].first : "",
+                    .roughness = relief.has_value() ? pictures[2].first : ""},
                    [&](std::string_view piece)
                    {
                        zip.write(piece);
                        run.check_canceled();
                    });
-        zip.begin(name);
-        zip.write(bytes);
+        for (const auto& [name, bytes] : pictures)
+        {
+            zip.begin(name);
+            zip.write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+        }
         zip.finish();
         run.check_canceled();
 
-        check(file, welded, image, run);
+        check(file, welded, image, pictures, run);
         const std::size_t size = std::filesystem::file_size(file);
         const std::string side = std::to_string(image.picture(*textured_mesh).width);
         run.message(valid_line(path->path, size,
                                grouped(welded.indices.size() / 3) + " triangles, picture of " + side + " x " + side + " in " +
-                                   file_size(bytes.size())));
+                                   file_size(image.bytes.size())));
         run.report("triangles", welded.indices.size() / 3);
         run.report("vertices", welded.positions.size());
         run.report("texture_px", image.picture(*textured_mesh).width);
-        run.report("picture_bytes", bytes.size());
+        run.report("picture_bytes", image.bytes.size());
         run.report("bytes", size);
         Files result;
         result.names = {path->path};
@@ -73,16 +96,17 @@ class ExportUsdz final : public Stage
     }
 
     void check(const std::filesystem::path& file, const WeldedMesh& welded, const PictureOptions::Encoded& image,
-               RunContext& run) const
+               const std::vector<std::pair<std::string, std::span<const std::byte>>>& pictures, RunContext& run) const
     {
         const std::string written = read_text_file(file, std::size_t{1} << 33U);
         const std::vector<UsdzEntry> entries = read_usdz(written, path->path);
-        const auto found = std::as_bytes(std::span(entries.at(1).data));
-        if (entries.size() != 2 || !std::ranges::equal(found, image.bytes))
-            throw Error(path->path + ": the written picture differs from what was to be written");
+        for (std::size_t i = 0; i < pictures.size(); ++i)
+            if (entries.size() != 1 + pictures.size() ||
+                !std::ranges::equal(std::as_bytes(std::span(entries[1 + i].data)), pictures[i].second))
+                throw Error(path->path + ": the written " + pictures[i].first + " differs from what was to be written");
         check_usda(entries[0].data, welded);
         const auto again = run.scratch_folder() / ("picture" + picture.extension());
-        write_file(again, found);
+        write_file(again, image.bytes);
         picture.check(again, image.picture(*textured_mesh));
     }
 };

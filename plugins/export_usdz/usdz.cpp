@@ -106,11 +106,31 @@ void add_mesh(Writer& writer, const WeldedMesh& mesh, const Box& box, bool lit)
     writer.add("        uniform token subdivisionScheme = \"none\"\n    }}\n");
 }
 
+/// A shader that looks a picture up; `more` are further inputs.
+void add_picture(Writer& writer, std::string_view shader, std::string_view file, std::string_view color_space,
+                 std::string_view output, std::string_view more = "")
+{
+    writer.add(R"(
+        def Shader "{}"
+        {{
+            uniform token info:id = "UsdUVTexture"
+            asset inputs:file = @{}@
+{}            token inputs:sourceColorSpace = "{}"
+            float2 inputs:st.connect = </room/material/st.outputs:result>
+            token inputs:wrapS = "clamp"
+            token inputs:wrapT = "clamp"
+            {}
+        }}
+)",
+               shader, file, more, color_space, output);
+}
+
 void add_material(Writer& writer, const UsdaOptions& options)
 {
     // UsdPreviewSurface knows no unlit look: black that emits the picture comes closest.
     const char* const color = options.lit ? "diffuse" : "emissive";
     const char* const black = options.lit ? "" : "            color3f inputs:diffuseColor = (0, 0, 0)\n";
+    const bool has_relief = !options.normals.empty();
     writer.add(R"(
     def Material "material"
     {{
@@ -121,21 +141,23 @@ void add_material(Writer& writer, const UsdaOptions& options)
             uniform token info:id = "UsdPreviewSurface"
 {}            color3f inputs:{}Color.connect = </room/material/picture.outputs:rgb>
             float inputs:metallic = 0
-            float inputs:roughness = 1
+            {}
             token outputs:surface
         }}
-
-        def Shader "picture"
-        {{
-            uniform token info:id = "UsdUVTexture"
-            asset inputs:file = @{}@
-            token inputs:sourceColorSpace = "sRGB"
-            float2 inputs:st.connect = </room/material/st.outputs:result>
-            token inputs:wrapS = "clamp"
-            token inputs:wrapT = "clamp"
-            float3 outputs:rgb
-        }}
-
+)",
+               black, color,
+               has_relief ? "normal3f inputs:normal.connect = </room/material/normals.outputs:rgb>\n"
+                            "            float inputs:roughness.connect = </room/material/roughness.outputs:r>"
+                          : "float inputs:roughness = 1");
+    add_picture(writer, "picture", options.picture, "sRGB", "float3 outputs:rgb");
+    if (has_relief)
+    {
+        // Steps to components from -1 to 1.
+        add_picture(writer, "normals", options.normals, "raw", "float3 outputs:rgb",
+                    "            float4 inputs:scale = (2, 2, 2, 1)\n            float4 inputs:bias = (-1, -1, -1, 0)\n");
+        add_picture(writer, "roughness", options.roughness, "raw", "float outputs:r");
+    }
+    writer.add(R"(
         def Shader "st"
         {{
             uniform token info:id = "UsdPrimvarReader_float2"
@@ -143,8 +165,7 @@ void add_material(Writer& writer, const UsdaOptions& options)
             float2 outputs:result
         }}
     }}
-)",
-               black, color, options.picture);
+)");
 }
 
 }  // namespace

@@ -15,8 +15,10 @@
 
 struct UsdaOptions
 {
-    std::string picture;  ///< Name of the picture in the package.
-    bool lit;             ///< Lit, rough, not metallic, with smooth normals; otherwise black, emitting the picture.
+    std::string picture;    ///< Name of the picture in the package.
+    bool lit;               ///< Lit, rough, not metallic, with smooth normals; otherwise black, emitting the picture.
+    std::string normals{};  ///< Name of the normal map; empty, like the next: none.
+    std::string roughness{};
 };
 
 /// Called with successive pieces of a text.

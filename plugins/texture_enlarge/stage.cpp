@@ -1,4 +1,4 @@
-#include "enlarge.h"
+#include <fresco/texturing/enlarge.h>
 
 #include <fresco/stage.h>
 #include <fresco/texture.h>
@@ -37,14 +37,7 @@ class TextureEnlarge final : public Stage
         if (mesh->texcoords.empty())
             throw Error("the mesh on port 'mesh' has no texcoords: wire the atlas.* stage that was painted");
         check_atlas(source->atlas, *mesh, "the source map on port 'source'");
-        const Raster8& picture = style->pixels;
-        if (picture.channels != 3)
-            throw Error(fmt::format("the style picture has {} channels; expected RGB", picture.channels));
-        const double stretch = double{1} * picture.width * source->picture_height / picture.height / source->picture_width;
-        if (std::abs(stretch - 1) > 0.02)
-            throw Error(fmt::format("the style picture has {}x{} pixels, the one that was painted after {}x{}: wire the same "
-                                    "picture, or a copy of another size",
-                                    picture.width, picture.height, source->picture_width, source->picture_height));
+        enlarge::check_picture(*source, style->pixels);
         check_size();
     }
 

@@ -7,6 +7,7 @@
 #include <fresco/frames.h>
 #include <fresco/image.h>
 #include <fresco/mesh.h>
+#include <fresco/relief.h>
 #include <fresco/texture.h>
 #include <fresco/uv_maps.h>
 
@@ -86,6 +87,7 @@ template struct RegisteredArtifact<Frames>;
 template struct RegisteredArtifact<Image>;
 template struct RegisteredArtifact<Mesh>;
 template struct RegisteredArtifact<Model>;
+template struct RegisteredArtifact<Relief>;
 template struct RegisteredArtifact<SourceMap>;
 template struct RegisteredArtifact<Table>;
 template struct RegisteredArtifact<Texture>;

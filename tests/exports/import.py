@@ -59,6 +59,10 @@ same("small.glb", z_up(rows), expected, step)
 assert [tuple(i.size) for i in bpy.data.images if i.size[0]] == [(128, 128)]
 # With up: z the world stands in Blender as it was written.
 same("lit.glb", imported("lit.glb", gltf)[0], expected, 1e-5)
+# A relief comes with its normals and roughness, and changes nothing else.
+same("relief.glb", imported("relief.glb", gltf)[0], expected, 1e-5)
+nodes = bpy.data.materials[0].node_tree.nodes
+assert any(node.type == "NORMAL_MAP" for node in nodes) and len([node for node in nodes if node.type == "TEX_IMAGE"]) == 3
 same("small_lit.glb", imported("small_lit.glb", gltf)[0], expected, step)
 same("room.obj", imported("obj/room.obj", obj)[0], expected, 1e-5)
 assert [tuple(i.size) for i in bpy.data.images if i.size[0]] == [(512, 512)]

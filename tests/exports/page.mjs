@@ -1,12 +1,12 @@
-// page.mjs CHROMIUM WITH_FRAMES.html WITHOUT.html [SHOTS]: the pages of export.page as visitors use them, with a mouse on a screen and with fingers on a
-// phone: the room is there at once, one walks and stays inside, turns it, and nothing is fetched. With a folder for it, pictures.
+// page.mjs CHROMIUM WITH_FRAMES.html WITHOUT.html RELIEF.html [SHOTS]: the pages of export.page as visitors use them, with a mouse on a screen and with fingers on a
+// phone: the room is there at once, one walks and stays inside, turns it, moves its lamp, and nothing is fetched. With a folder for it, pictures.
 import assert from "node:assert/strict";
 import { writeFileSync } from "node:fs";
 import { resolve } from "node:path";
 import { pathToFileURL } from "node:url";
 import { Browser } from "../browser/browser.mjs";
 
-const [program, with_frames, without, shots] = process.argv.slice(2);
+const [program, with_frames, without, relief, shots] = process.argv.slice(2);
 const graphics = ["--enable-unsafe-swiftshader", "--use-angle=swiftshader"];
 
 /// How much of the canvas is not the background, and a sum that changes with any point.
@@ -81,6 +81,25 @@ const beyond = (browser, at) => browser.evaluate(`Math.hypot(...${JSON.stringify
 {
     const { browser, end } = await opened(without, { width: 1280, height: 800 });
     await shot(browser, "bare-desktop-walk");
+    await end();
+}
+// With a relief, a lamp follows the pointer, and nothing else moves.
+{
+    const { browser, start, end } = await opened(relief, { width: 1280, height: 800 });
+    await shot(browser, "relief-walk");
+    const home = await position(browser);
+    await click(browser, "#light");
+    assert.equal((await seen(browser)).sum, start.sum, "the light moves by itself");
+    await mouse(browser, "mousePressed", 300, 300);
+    const left = await seen(browser);
+    await shot(browser, "relief-lamp");
+    assert.notEqual(left.sum, start.sum, "pressing does not bring the lamp");
+    await mouse(browser, "mouseMoved", 900, 500);
+    assert.notEqual((await seen(browser)).sum, left.sum, "dragging does not move the lamp");
+    await mouse(browser, "mouseReleased", 900, 500);
+    assert(distance(await position(browser), home) < 1e-9, "the lamp moves the visitor");
+    await click(browser, "#light");
+    assert.equal(await browser.evaluate(`document.getElementById("room").dataset.mode`), "walk");
     await end();
 }
 {

@@ -29,11 +29,16 @@ stages:
   usdz: {type: export.usdz, input: bake, path: unlit.usdz, up: z}
   usdz_lit: {type: export.usdz, input: bake, path: lit.usdz, material: pbr, image_format: jpeg, up: z}
   page: {type: export.page, input: {textured_mesh: bake, frames: scan}, path: room.html}
+  relief: {type: texture.relief, input: bake}
+  relief_glb: {type: export.gltf, input: {textured_mesh: bake, relief: relief}, path: relief.glb, material: pbr, up: z}
+  relief_small: {type: export.gltf, input: {textured_mesh: bake, relief: relief}, path: relief_small.glb, material: pbr, quantize: true, max_texture_px: 128}
+  relief_usdz: {type: export.usdz, input: {textured_mesh: bake, relief: relief}, path: relief.usdz, material: pbr, up: z}
+  relief_page: {type: export.page, input: {textured_mesh: bake, frames: scan, relief: relief}, path: relief.html}
   page_bare: {type: export.page, input: bake, path: bare.html, up: z}
 YAML
 "$fresco" run "$work/room.yaml" --store "$work/store" --out "$work/out" 2>&1 | tee "$work/log"
 lines=$(grep -c ', valid$' "$work/log") || true
-[ "$lines" -eq 22 ] || fail "$lines files were said to be valid, not 22"
+[ "$lines" -eq 25 ] || fail "$lines files were said to be valid, not 25"
 ls -l "$work/out" "$work/out/obj"
 
 cp "$source"/tests/gltf_validator/* "$work/"
@@ -51,7 +56,7 @@ node "$source/tests/exports/usdz.mjs" "$work/package" "$work/out/obj/room.obj" "
 
 chromium=$(command -v chromium || command -v chromium-browser || command -v google-chrome || true)
 if [ -n "$chromium" ]; then
-    timeout 300 node "$source/tests/exports/page.mjs" "$chromium" "$work/out/room.html" "$work/out/bare.html" ${FRESCO_REPORT_SHOTS:+"$FRESCO_REPORT_SHOTS"}
+    timeout 300 node "$source/tests/exports/page.mjs" "$chromium" "$work/out/room.html" "$work/out/bare.html" "$work/out/relief.html" ${FRESCO_REPORT_SHOTS:+"$FRESCO_REPORT_SHOTS"}
     (cd "$work" && npm pack --loglevel=error iwer@2.5.0 >/dev/null && mkdir headset && tar -xzf iwer-*.tgz -C headset)
     timeout 300 node "$source/tests/exports/vr.mjs" "$chromium" "$work/out/room.html" "$work/headset/package/build/iwer.min.js" ${FRESCO_REPORT_SHOTS:+"$FRESCO_REPORT_SHOTS"}
 else

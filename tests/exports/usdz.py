@@ -1,4 +1,4 @@
-"""usdz.py FILE…: the packages by Python's zipfile, against the usdz specification: a layer first, then its picture, stored, whole, at
+"""usdz.py FILE…: the packages by Python's zipfile, against the usdz specification: a layer first, then its pictures, stored, whole, at
 multiples of 64 bytes, without comments or encryption."""
 import re
 import struct
@@ -9,8 +9,8 @@ for name in sys.argv[1:]:
     with zipfile.ZipFile(name) as package, open(name, "rb") as file:
         entries = package.infolist()
         assert package.testzip() is None and not package.comment
-        layer, picture = [entry.filename for entry in entries]
-        assert layer.endswith(".usda") and picture.endswith((".png", ".jpg")), (layer, picture)
+        layer, *pictures = [entry.filename for entry in entries]
+        assert layer.endswith(".usda") and pictures and all(name.endswith((".png", ".jpg")) for name in pictures), (layer, pictures)
         end = 0
         for entry in entries:
             assert entry.compress_type == zipfile.ZIP_STORED and entry.flag_bits == 0 and entry.date_time[0] == 1980, entry
@@ -23,6 +23,7 @@ for name in sys.argv[1:]:
             end = data + entry.file_size
         text = package.read(layer).decode("ascii")
         assert re.match(r'#usda 1\.0\n\(\n    defaultPrim = "room"\n    metersPerUnit = 1\n    upAxis = "Y"\n\)', text)
-        assert re.findall(r"@(.*)@", text) == [picture]
-        assert package.read(picture).startswith(b"\x89PNG" if picture.endswith(".png") else b"\xff\xd8\xff")
-    print(f"{name}: {layer} of {entries[0].file_size} bytes, {picture} of {entries[1].file_size} bytes")
+        assert re.findall(r"@(.*)@", text) == pictures
+        for picture in pictures:
+            assert package.read(picture).startswith(b"\x89PNG" if picture.endswith(".png") else b"\xff\xd8\xff")
+    print(f"{name}: {layer} of {entries[0].file_size} bytes, {len(pictures)} pictures of {sum(entry.file_size for entry in entries[1:])} bytes")

@@ -3,6 +3,8 @@
 
 #include <fresco/error.h>
 #include <fresco/reader.h>
+#include <fresco/relief.h>
+#include <fresco/texturing/exports.h>
 
 using namespace fresco;
 using Catch::Contains;
@@ -232,6 +234,61 @@ TEST_CASE("colors of a mesh with a picture stay out of the file: they would dark
     TexturedMesh textured = square();
     textured.mesh.colors = colored_square().colors;
     CHECK(read_glb(exported(Value::Map{}, textured).file, "a.glb").colors.empty());
+}
+
+namespace
+{
+/// Of the square, leaning everywhere.
+Relief leaning_relief()
+{
+    Relief relief;
+    relief.atlas = atlas_id(square().mesh);
+    relief.normals = Raster16(8, 8, 3);
+    relief.roughness = Raster8(8, 8, 1, 99);
+    for (std::size_t texel = 0; texel < 64; ++texel)
+        relief.set_normal(texel, normalized(Vec3f{0.3F, 0.6F, 0.9F}));
+    return relief;
+}
+}  // namespace
+
+TEST_CASE("a relief brings tangents and two pictures, in every form")
+{
+    const Relief relief = leaning_relief();
+    const testing::Inputs inputs{{"textured_mesh", std::make_shared<TexturedMesh>(square())},
+                                 {"relief", std::make_shared<Relief>(relief)}};
+    testing::TestRun run;
+    const auto maps = texturing::tangent_maps(relief, square().mesh, 0, run);
+    texturing::WeldedMesh welded = texturing::weld(square().mesh);
+    texturing::add_tangents(welded);
+    for (const bool quantize : {false, true})
+        for (const char* compression : {"none", "meshopt"})
+        {
+            const Value options = Value::Map{{"material", "pbr"}, {"quantize", quantize}, {"compression", compression}};
+            const Exported result = exported_from(options, inputs);
+            const Glb glb(result.file);
+            const auto& material = glb.json.at("materials").at(0);
+            CHECK(material.at("normalTexture").at("index") == 1);
+            CHECK(material.at("pbrMetallicRoughness").at("metallicRoughnessTexture").at("index") == 2);
+            const GlbModel model = read_glb(result.file, "a.glb");
+            CHECK(model.normal_map == stored_png::Codec().encode_png(maps.normals));
+            CHECK(model.roughness_map == stored_png::Codec().encode_png(maps.roughness));
+            CHECK(model.tangents.size() == welded.positions.size());
+        }
+    const GlbModel plain = read_glb(exported_from(Value::Map{{"material", "pbr"}}, inputs).file, "a.glb");
+    for (std::size_t v = 0; v < welded.tangents.size(); ++v)
+        for (std::size_t c = 0; c < 4; ++c)
+            CHECK(plain.tangents[v][c] == double{welded.tangents[v][c]});
+    const GlbModel small = read_glb(exported_from(Value::Map{{"material", "pbr"}, {"max_texture_px", 4}}, inputs).file, "a.glb");
+    CHECK(small.roughness_map == stored_png::Codec().encode_png(Raster8(4, 4, 1, 99)));
+
+    CHECK_THROWS_WITH(exported_from(Value::Map{}, inputs), Contains("\"unlit\", which shows no relief"));
+    testing::Inputs other = inputs;
+    const auto of_another = std::make_shared<Relief>(relief);
+    of_another->atlas = "0123";
+    other["relief"] = of_another;
+    CHECK_THROWS_WITH(exported_from(Value::Map{{"material", "pbr"}}, other), Contains("the relief on port 'relief'"));
+    other = {{"mesh", std::make_shared<Mesh>(square().mesh)}, {"relief", std::make_shared<Relief>(relief)}};
+    CHECK_THROWS_WITH(exported_from(Value::Map{{"material", "pbr"}}, other), Contains("needs port 'textured_mesh'"));
 }
 
 TEST_CASE("one of the two ports is wired")

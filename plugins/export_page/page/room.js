@@ -1,14 +1,15 @@
 // Begins: the room and where the cameras stood are in the page.
 
-const { room, cameras, up } = JSON.parse(document.getElementById("data").textContent);
+const { room, relief, cameras, up } = JSON.parse(document.getElementById("data").textContent);
 const place = document.getElementById("room");
-const buttons = new Map(["walk", "orbit"].map(mode => [mode, document.getElementById(mode)]));
+const buttons = new Map(["walk", "orbit", "light"].map(mode => [mode, document.getElementById(mode)]));
 let shown = null;
 
 const tell = () => buttons.forEach((button, mode) => button.setAttribute("aria-pressed", place.dataset.mode === mode));
 
-showRoom(place, room, { cameras, up }).then(viewer => {
+showRoom(place, room, { relief, cameras, up }).then(viewer => {
     shown = viewer;
+    buttons.get("light").hidden = !shown.light;
     for (const [mode, button] of buttons)
         button.addEventListener("click", () => {
             shown[mode]();

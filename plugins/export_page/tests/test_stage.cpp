@@ -4,6 +4,8 @@
 #include <fresco/files.h>
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
+#include <fresco/page/page.h>
+#include <fresco/relief.h>
 #include <fresco/testing.h>
 #include <fresco/testing_scenes.h>
 #include <fresco/texture.h>
@@ -86,4 +88,21 @@ TEST_CASE("the picture has at most 2048 texels a side unless told otherwise")
     CHECK(exported(Value::Map{{"up", "z"}}, {}, 2100).report.at("texture_px") == Value(2048));
     CHECK(exported(Value::Map{{"up", "z"}, {"max_texture_px", 4}}).report.at("texture_px") == Value(4));
     CHECK_THROWS_WITH(exported(Value::Map{{"path", "room.htm"}}), Contains("ending in .html"));
+}
+
+TEST_CASE("a relief is in the page, in the world's axes")
+{
+    CHECK(exported(Value::Map{{"up", "z"}}).data.at("relief").is_null());
+    const auto relief = std::make_shared<Relief>();
+    relief->atlas = atlas_id(square(8).mesh);
+    relief->normals = Raster16(8, 8, 3);
+    relief->roughness = Raster8(8, 8, 1, 99);
+    for (std::size_t texel = 0; texel < 64; ++texel)
+        relief->set_normal(texel, {0, -1, 0});
+    const Value data = exported(Value::Map{{"up", "z"}}, {{"relief", relief}}).data;
+    const Raster8 along = testing::picture(8, 8, [](int, int, int c) { return c == 1 ? 0 : 128; });
+    CHECK(data.at("relief").at("normals") == Value(page::data_uri("image/jpeg", Codec().encode_png(along))));
+    CHECK(data.at("relief").at("atlas") == data.at("room").at("atlas"));
+    relief->atlas = "0123";
+    CHECK_THROWS_WITH(exported(Value::Map{{"up", "z"}}, {{"relief", relief}}), Contains("the relief on port 'relief'"));
 }

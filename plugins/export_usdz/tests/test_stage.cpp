@@ -5,6 +5,7 @@
 #include <fresco/error.h>
 #include <fresco/files.h>
 #include <fresco/files_io.h>
+#include <fresco/relief.h>
 #include <fresco/testing.h>
 #include <fresco/texture.h>
 #include <fresco/texturing/exports.h>
@@ -115,12 +116,13 @@ struct Exported
     std::string layer() const { return std::string(entries.at(0).data); }
 };
 
-Exported exported(const Value& options, const TexturedMesh& textured = square())
+Exported exported(const Value& options, const TexturedMesh& textured = square(), testing::Inputs more = {})
 {
+    more["textured_mesh"] = std::make_shared<TexturedMesh>(textured);
     const testing::TemporaryFolder folder;
     testing::TestRun run;
-    testing::run_stage(FRESCO_PLUGIN_FILE, "export.usdz", options, {{"textured_mesh", std::make_shared<TexturedMesh>(textured)}},
-                       folder.path(), run, {{"images", std::make_shared<stored_png::Codec>()}});
+    testing::run_stage(FRESCO_PLUGIN_FILE, "export.usdz", options, more, folder.path(), run,
+                       {{"images", std::make_shared<stored_png::Codec>()}});
     const auto files = Files::load({folder.path() / "files", folder.path()});
     Exported result{read_text_file(folder.path() / "files" / files->names.at(0)), {}, run.reported, run.messages};
     result.entries = read_usdz(result.package, files->names.at(0));
@@ -155,6 +157,31 @@ TEST_CASE("the package holds a layer with the mesh, and then the picture")
     CHECK(result.report.at("vertices") == Value(5));
     CHECK(result.report.at("bytes") == Value(result.package.size()));
     CHECK_THAT(result.messages.back(), Contains("room.usdz: ") && Contains("2 triangles") && Contains(", valid"));
+}
+
+TEST_CASE("a relief adds a normal map and the roughness")
+{
+    const auto relief = std::make_shared<Relief>();
+    relief->atlas = atlas_id(square().mesh);
+    relief->normals = Raster16(8, 8, 3);
+    relief->roughness = Raster8(8, 8, 1, 99);
+    for (std::size_t texel = 0; texel < 64; ++texel)
+        relief->set_normal(texel, normalized(Vec3f{0.3F, 0.9F, 0.2F}));
+    const Exported result = exported(Value::Map{{"material", "pbr"}}, square(), {{"relief", relief}});
+    REQUIRE(result.entries.size() == 4);
+    const auto holds = [&](std::size_t entry, const std::string& name, const Raster8& picture)
+    {
+        CHECK(result.entries[entry].name == name);
+        CHECK(std::ranges::equal(std::as_bytes(std::span(result.entries[entry].data)), stored_png::Codec().encode_png(picture)));
+    };
+    testing::TestRun run;
+    holds(2, "normals.png", texturing::tangent_maps(*relief, square().mesh, 0, run).normals);
+    holds(3, "roughness.png", relief->roughness);
+    CHECK_THAT(result.layer(), Contains("normal3f inputs:normal.connect = </room/material/normals.outputs:rgb>") &&
+                                   Contains("float inputs:roughness.connect = </room/material/roughness.outputs:r>") &&
+                                   Contains("inputs:scale = (2, 2, 2, 1)") && Contains("inputs:bias = (-1, -1, -1, 0)") &&
+                                   Contains("@normals.png@") && Contains("@roughness.png@") && !Contains("roughness = 1"));
+    CHECK_THROWS_WITH(exported(Value::Map{}, square(), {{"relief", relief}}), Contains("\"unlit\", which shows no relief"));
 }
 
 TEST_CASE("a lit room has normals, and its picture is what is lit")

@@ -1,5 +1,5 @@
 #include "catch.h"
-#include "enlarge.h"
+#include <fresco/texturing/enlarge.h>
 
 #include <fresco/random.h>
 #include <fresco/stage.h>

@@ -65,6 +65,7 @@ class Result:
         frames         a list of dicts: frames.json's, with color_camera and depth_camera each having K (3 x 3) and
                        world_from_camera (4 x 4), float64
         regions        {name: bool array, one entry per face}
+        relief         normals in the world: float32, size x size x 3; (-1, -1, -1) away from charts
         source_map     the style picture's place of each texel: float32, size x size x 3
         table          {column: array}
 
@@ -150,6 +151,7 @@ READERS = {
     "uv_maps": lambda folder, _: UvMaps(folder),
     "frames": _frames,
     "regions": _regions,
+    "relief": lambda folder, _: (np.load(folder / "normals.npy") / np.float32(32767.5) - 1).astype(np.float32),
     "source_map": lambda folder, _: np.load(folder / "places.npy"),
     "table": _table,
 }

@@ -139,4 +139,10 @@ Value room(const Mesh& mesh, std::span<const std::byte> texture)
                       {"texture", data_uri("image/jpeg", texture)}};
 }
 
+Value relief(const std::string& atlas, std::span<const std::byte> normals, std::span<const std::byte> roughness)
+{
+    return Value::Map{
+        {"atlas", atlas}, {"normals", data_uri("image/jpeg", normals)}, {"roughness", data_uri("image/jpeg", roughness)}};
+}
+
 }  // namespace fresco::page

@@ -8,6 +8,7 @@ function bytesOf(base64) {
     return result.buffer;
 }
 
+const background = 0x20242a;
 const vector = values => new THREE.Vector3().fromArray(values);
 
 async function textureOf(uri, anisotropy) {
@@ -35,6 +36,60 @@ async function mixingMaterial(mixture, anisotropy) {
                 gl_FragColor = vec4(clamp(p + color * (c - p) + strokes * (s - c), 0.0, 1.0), 1.0);
             }`,
     });
+}
+
+const over_surface = "varying vec2 at; varying vec3 place; void main() { at = uv; place = (modelMatrix * vec4(position, 1.0)).xyz; gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0); }";
+
+/// The colors under a lamp that can be moved, with a little light from everywhere; the gloss is that of microfacets (GGX, Walter et al. 2007). `reach`:
+/// how far the lamp lights.
+async function litMaterial(room, relief, anisotropy) {
+    const uniforms = { lamp: { value: new THREE.Vector3() }, reach: { value: 1 } };
+    for (const [name, uri] of [["colors", room.texture], ["normals", relief.normals], ["roughness", relief.roughness]])
+        uniforms[name] = { value: await textureOf(uri, anisotropy) };
+    return new THREE.ShaderMaterial({
+        uniforms,
+        vertexShader: over_surface,
+        fragmentShader: `
+            uniform sampler2D colors, normals, roughness; uniform vec3 lamp; uniform float reach; varying vec2 at; varying vec3 place;
+            void main() {
+                vec3 color = pow(texture2D(colors, at).rgb, vec3(2.2)), n = normalize(texture2D(normals, at).rgb * 2.0 - 1.0);
+                vec3 to_lamp = lamp - place, l = normalize(to_lamp), v = normalize(cameraPosition - place), h = normalize(l + v);
+                float rough = texture2D(roughness, at).r, a = rough * rough, falling = max(dot(n, l), 0.0), seen = max(dot(n, v), 0.05);
+                float wide = dot(n, h) * dot(n, h) * (a * a - 1.0) + 1.0, k = a / 2.0;
+                float gloss = 0.04 * a * a / (4.0 * wide * wide * (falling * (1.0 - k) + k) * (seen * (1.0 - k) + k));
+                vec3 light = color * 0.25 + (color + gloss) * falling * 2.2 / (1.0 + 4.0 * dot(to_lamp, to_lamp) / (reach * reach));
+                gl_FragColor = vec4(pow(light / max(1.0, max(light.r, max(light.g, light.b))), vec3(1.0 / 2.2)), 1.0);
+            }`,
+    });
+}
+
+/// Gives what finds how far the surface is below a point of the canvas, in pixels; 0: there is none.
+function distanceFinder(renderer, scene, camera, far) {
+    const target = new THREE.WebGLRenderTarget(1, 1), pixel = new Uint8Array(4);
+    const material = new THREE.ShaderMaterial({
+        uniforms: { far: { value: far } },
+        vertexShader: over_surface,
+        fragmentShader: `
+            uniform float far; varying vec3 place;
+            void main() {
+                vec3 parts = fract(min(length(place - cameraPosition) / far, 0.999) * vec3(1.0, 255.0, 65025.0));
+                gl_FragColor = vec4(parts - vec3(parts.yz / 255.0, 0.0), 1.0);
+            }`,
+    });
+    return (x, y) => {
+        const { clientWidth, clientHeight } = renderer.domElement;
+        camera.setViewOffset(clientWidth, clientHeight, x, y, 1, 1);
+        scene.overrideMaterial = material;
+        renderer.setClearColor(0);
+        renderer.setRenderTarget(target);
+        renderer.render(scene, camera);
+        renderer.readRenderTargetPixels(target, 0, 0, 1, 1, pixel);
+        renderer.setRenderTarget(null);
+        renderer.setClearColor(background);
+        scene.overrideMaterial = null;
+        camera.clearViewOffset();
+        return far * (pixel[0] + pixel[1] / 255 + pixel[2] / 65025) / 255;
+    };
 }
 
 /// The vertices, x, y, z, 0, u, v of 0..65535 each, and three of them per face, as sdk/docs/report.md describes `geometry`.
@@ -67,14 +122,14 @@ function unpacked(room) {
     return { values, corners };
 }
 
-async function meshOf(room, mixture, anisotropy) {
+async function meshOf(room, { mixture, relief }, anisotropy) {
     const { values, corners } = unpacked(room);
     const buffer = new THREE.InterleavedBuffer(values, 6);
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute("position", new THREE.InterleavedBufferAttribute(buffer, 3, 0, true));
     geometry.setAttribute("uv", new THREE.InterleavedBufferAttribute(buffer, 2, 4, true));
     geometry.setIndex(new THREE.BufferAttribute(corners, 1));
-    const material = mixture ? await mixingMaterial(mixture, anisotropy) : new THREE.MeshBasicMaterial({ map: await textureOf(room.texture, anisotropy) });
+    const material = mixture ? await mixingMaterial(mixture, anisotropy) : relief ? await litMaterial(room, relief, anisotropy) : new THREE.MeshBasicMaterial({ map: await textureOf(room.texture, anisotropy) });
     const mesh = new THREE.Mesh(geometry, material);
     mesh.position.fromArray(room.low);
     mesh.scale.fromArray(room.extent.map(size => Math.max(size, 1e-9)));
@@ -130,19 +185,21 @@ function sampleOf(room, values) {
 
 const hints = {
     walk: ["Drag: look · W A S D or arrows: walk · wheel: step", "One finger: look · two fingers: walk"],
+    light: ["Drag: move the lamp along the surface", "One finger: move the lamp along the surface"],
     orbit: ["Drag: turn · right button: move · wheel: zoom", "One finger: turn · two fingers: move, zoom"],
 };
 
-/// Fills the box. Gives {walk, orbit, standAt, mix, position}, and for a headset {renderer, scene, ground, worldOf, here, resize}: walk() begins where the recorder stood, or else in the widest place; standAt
-/// begins at a pose. Both stay inside. `mixture`: what texture.mix shows; `cameras`: where the recorder stood, {position, forward, up, looking};
+/// Fills the box. Gives {walk, orbit, light, standAt, mix, position}, and for a headset {renderer, scene, ground, worldOf, here, resize}: walk() begins where the recorder stood, or else in the widest place; standAt
+/// begins at a pose. Both stay inside. light() lets the pointer move the lamp, or no longer; it is missing without a relief. `mixture`: what texture.mix shows; `relief`: what
+/// texture.relief shows, but not together with a mixture; `cameras`: where the recorder stood, {position, forward, up, looking};
 /// `up`: what a stage found. Each of them may be missing.
-async function showRoom(place, room, { mixture, cameras, up } = {}) {
+async function showRoom(place, room, { mixture, relief, cameras, up } = {}) {
     if (!document.createElement("canvas").getContext("webgl"))
         throw new Error("this browser has no WebGL. Switch on its hardware acceleration, or use another one.");
     const renderer = new THREE.WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
     renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
-    renderer.setClearColor(0x20242a);
-    const packed = await meshOf(room, mixture, renderer.capabilities.getMaxAnisotropy());
+    renderer.setClearColor(background);
+    const packed = await meshOf(room, { mixture, relief }, renderer.capabilities.getMaxAnisotropy());
     const scene = new THREE.Scene();
     scene.add(packed.mesh);
     const reach = vector(room.extent).length();
@@ -235,6 +292,31 @@ async function showRoom(place, room, { mixture, cameras, up } = {}) {
         },
     });
 
+    const lamp = mixture || !relief ? null : packed.mesh.material.uniforms;
+    let light;
+    if (lamp) {
+        lamp.lamp.value.copy(sample.middle).addScaledVector(upwards, 0.2 * (ground.ends[2][1] - ground.ends[2][0]));
+        lamp.reach.value = 0.6 * reach;
+        const distanceAt = distanceFinder(renderer, scene, camera, camera.far);
+        const moveTo = event => {
+            const { left, top, width, height } = canvas.getBoundingClientRect(), [x, y] = [event.clientX - left, event.clientY - top];
+            const distance = distanceAt(x, y);
+            if (distance > 0) {
+                const ahead = new THREE.Vector3(2 * x / width - 1, 1 - 2 * y / height, 0.5).unproject(camera).sub(camera.position).normalize();
+                lamp.lamp.value.copy(camera.position).addScaledVector(ahead, 0.85 * distance);
+                lamp.reach.value = distance;
+            }
+            draw();
+        };
+        for (const name of ["pointerdown", "pointermove"])
+            canvas.addEventListener(name, event => place.dataset.mode === "light" && event.buttons && moveTo(event));
+        let before = "walk";
+        light = () => {
+            if (place.dataset.mode !== "light")
+                before = place.dataset.mode;
+            begin(place.dataset.mode === "light" ? before : "light");
+        };
+    }
     const mix = (name, share) => {
         packed.mesh.material.uniforms[name].value = share;
         draw();
@@ -259,5 +341,5 @@ async function showRoom(place, room, { mixture, cameras, up } = {}) {
         const [east, north] = ground.axes.map(axis => camera.position.dot(axis));
         return { east, north, yaw };
     };
-    return { walk, orbit, standAt, mix, position: () => camera.position.toArray(), renderer, scene, ground, worldOf, here, resize };
+    return { walk, orbit, light, standAt, mix, position: () => camera.position.toArray(), renderer, scene, ground, worldOf, here, resize };
 }

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstddef>
 #include <cstring>
 #include <fmt/format.h>
@@ -165,6 +166,17 @@ PictureEncoding::Encoded PictureEncoding::encoded(const TexturedMesh& textured, 
     return result;
 }
 
+PictureEncoding::EncodedRelief PictureEncoding::encoded(const Relief& relief, const Mesh& mesh, NormalFrame frame,
+                                                        std::string_view extension, RunContext& run) const
+{
+    check_atlas(relief.atlas, mesh, "the relief on port 'relief'");
+    const ReliefMaps maps = frame == NormalFrame::tangent ? tangent_maps(relief, mesh, *max_texture_px_, run)
+                                                          : world_maps(relief, *max_texture_px_, run);
+    run.check_canceled();
+    return {encoded_picture(maps.normals, extension, *jpeg_quality_, *images_),
+            encoded_picture(maps.roughness, extension, *jpeg_quality_, *images_)};
+}
+
 void PictureEncoding::check(const std::filesystem::path& file, const Raster8& picture) const
 {
     const std::string extension = file.extension().string();
@@ -276,6 +288,89 @@ WeldedMesh weld(const Mesh& mesh, bool with_colors)
         welded.indices.push_back(entry->second);
     }
     return welded;
+}
+
+namespace
+{
+
+/// Twice the signed area of a face's texcoords.
+double turn_of(const WeldedMesh& mesh, std::size_t face)
+{
+    const auto uv = [&](std::size_t i)
+    {
+        const Vec2f at = mesh.texcoords[mesh.indices[3 * face + i]];
+        return Vec2d{double{at.x}, double{at.y}};
+    };
+    return cross(uv(1) - uv(0), uv(2) - uv(0));
+}
+
+Vec3d square_to(Vec3d normal, Vec3d v)
+{
+    return normalized(v - normal * dot(normal, v));
+}
+
+/// Gives vertices one orientation, +1 or -1, and splits those that faces of both share. Returns V.
+std::vector<std::int8_t> split_orientations(WeldedMesh& mesh)
+{
+    std::vector<std::int8_t> orientation(mesh.positions.size(), 0);
+    std::unordered_map<std::uint32_t, std::uint32_t> twins;
+    for (std::size_t corner = 0; corner < mesh.indices.size(); ++corner)
+    {
+        const double turn = turn_of(mesh, corner / 3);
+        std::uint32_t& vertex = mesh.indices[corner];
+        if (turn == 0)
+            continue;
+        const std::int8_t sign = turn < 0 ? -1 : 1;
+        if (orientation[vertex] == 0)
+            orientation[vertex] = sign;
+        if (orientation[vertex] == sign)
+            continue;
+        const auto [twin, is_new] = twins.try_emplace(vertex, static_cast<std::uint32_t>(mesh.positions.size()));
+        if (is_new)
+        {
+            mesh.positions.push_back(mesh.positions[vertex]);
+            mesh.normals.push_back(mesh.normals[vertex]);
+            mesh.texcoords.push_back(mesh.texcoords[vertex]);
+            if (!mesh.colors.empty())
+                mesh.colors.push_back(mesh.colors[vertex]);
+            orientation.push_back(sign);
+        }
+        vertex = twin->second;
+    }
+    return orientation;
+}
+
+}  // namespace
+
+void add_tangents(WeldedMesh& mesh)
+{
+    const std::vector<std::int8_t> orientation = split_orientations(mesh);
+    std::vector<Vec3d> sums(mesh.positions.size());
+    for (std::size_t face = 0; face < mesh.indices.size() / 3; ++face)
+    {
+        const std::uint32_t* const v = &mesh.indices[3 * face];
+        const double turn = turn_of(mesh, face);
+        const auto side = [&](std::size_t from, std::size_t to)
+        { return vec_cast<double>(mesh.positions[v[to]]) - vec_cast<double>(mesh.positions[v[from]]); };
+        const auto rise = [&](std::size_t to) { return double{mesh.texcoords[v[to]].y} - double{mesh.texcoords[v[0]].y}; };
+        // Along growing u, as v stays.
+        const Vec3d along = (side(0, 1) * rise(2) - side(0, 2) * rise(1)) * (turn < 0 ? -1 : 1);
+        for (std::size_t i = 0; i < 3 && turn != 0; ++i)
+        {
+            const Vec3d normal = vec_cast<double>(mesh.normals[v[i]]);
+            const double cosine = dot(square_to(normal, side(i, (i + 1) % 3)), square_to(normal, side(i, (i + 2) % 3)));
+            sums[v[i]] += square_to(normal, along) * std::acos(std::clamp(cosine, -1.0, 1.0));
+        }
+    }
+    for (std::size_t i = 0; i < sums.size(); ++i)
+    {
+        const Vec3d normal = vec_cast<double>(mesh.normals[i]);
+        Vec3d tangent = square_to(normal, sums[i]);
+        if (!(length(tangent) > 0.5))
+            tangent = square_to(normal, std::abs(normal.x) < 0.9 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0});
+        mesh.tangents.push_back({static_cast<float>(tangent.x), static_cast<float>(tangent.y), static_cast<float>(tangent.z),
+                                 orientation[i] < 0 ? -1.0F : 1.0F});
+    }
 }
 
 namespace

@@ -313,11 +313,11 @@ namespace
 class BoxFilter
 {
   public:
-    BoxFilter(std::span<const Raster8> sources, const TexelFaces& faces, const Charts& charts, int size)
-        : sources_(sources), faces_(faces), charts_(charts), scale_(static_cast<double>(faces.size) / size)
+    BoxFilter(std::span<const Raster8> sources, const TexelFaces& faces, const Charts& charts, int size, Steps steps)
+        : sources_(sources), faces_(faces), charts_(charts), scale_(static_cast<double>(faces.size) / size), steps_(steps)
     {
         for (std::size_t step = 0; step < light_.size(); ++step)
-            light_[step] = to_linear(static_cast<std::uint8_t>(step));
+            light_[step] = steps == Steps::light ? to_linear(static_cast<std::uint8_t>(step)) : static_cast<double>(step);
     }
 
     /// Writes one texel of all pictures; false where the box holds no texel of the chart.
@@ -348,7 +348,9 @@ class BoxFilter
                 for (std::size_t c = 0; c < channels; ++c)
                     sum[c] += area * light_[values[texel * channels + c]];
             for (std::size_t c = 0; c < channels; ++c)
-                smaller[i].at(x, y, static_cast<int>(c)) = from_linear(sum[c] / weight);
+                smaller[i].at(x, y, static_cast<int>(c)) = steps_ == Steps::light
+                                                               ? from_linear(sum[c] / weight)
+                                                               : static_cast<std::uint8_t>(std::lround(sum[c] / weight));
         }
         return true;
     }
@@ -365,6 +367,7 @@ class BoxFilter
     const TexelFaces& faces_;
     const Charts& charts_;
     double scale_;
+    Steps steps_;
     std::array<double, 256> light_;                      ///< Of the steps.
     std::vector<std::pair<std::size_t, double>> found_;  ///< The chart's texels in the box, and their areas in it.
 };
@@ -372,7 +375,7 @@ class BoxFilter
 }  // namespace
 
 std::vector<Raster8> smaller_pictures(const Mesh& mesh, const Charts& charts, const TexelFaces& faces,
-                                      std::span<const Raster8> pictures, int max_px, const Progress& progress)
+                                      std::span<const Raster8> pictures, int max_px, const Progress& progress, Steps steps)
 {
     if (max_px == 0 || faces.size <= max_px)
         return {pictures.begin(), pictures.end()};
@@ -387,7 +390,7 @@ std::vector<Raster8> smaller_pictures(const Mesh& mesh, const Charts& charts, co
                  [&](std::size_t begin, std::size_t end)
                  {
                      progress.check_canceled();
-                     BoxFilter filter(pictures, faces, charts, max_px);
+                     BoxFilter filter(pictures, faces, charts, max_px, steps);
                      for (std::size_t texel = begin * size; texel < end * size; ++texel)
                          if (smaller.covered(texel))
                              is_source[texel] = filter.average(static_cast<int>(texel % size), static_cast<int>(texel / size),

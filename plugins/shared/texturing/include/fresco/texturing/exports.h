@@ -2,9 +2,12 @@
 
 #include <fresco/image_io.h>
 #include <fresco/mesh.h>
+#include <fresco/relief.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
+#include <fresco/texturing/relief_maps.h>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -73,6 +76,14 @@ class PictureEncoding
     /// The picture, made smaller where that is asked for, as `extension` says: ".png", ".jpg" or ".jpeg", ".npy" (uint8 H x W
     /// x 3). Throws Error for any other; Canceled.
     Encoded encoded(const TexturedMesh& textured, std::string_view extension, RunContext& run) const;
+    struct EncodedRelief
+    {
+        std::vector<std::byte> normals;
+        std::vector<std::byte> roughness;
+    };
+    /// The maps of relief_maps.h, made smaller in the same way. Throws Error for a relief of another atlas; Canceled.
+    EncodedRelief encoded(const Relief& relief, const Mesh& mesh, NormalFrame frame, std::string_view extension,
+                          RunContext& run) const;
     /// Reads a file again that holds such bytes. Throws Error naming it unless it is whole and holds the picture: every texel, or
     /// its size where it is JPEG.
     void check(const std::filesystem::path& file, const Raster8& picture) const;
@@ -103,16 +114,23 @@ class PictureOptions : public PictureEncoding
 /// A mesh with one texcoord per vertex, as graphics hardware wants it.
 struct WeldedMesh
 {
-    std::vector<Vec3f> positions;        ///< V
-    std::vector<Vec3f> normals;          ///< V, unit length: area-weighted over all faces at the position, across seams.
-    std::vector<Vec2f> texcoords;        ///< V or empty, origin at the lower left.
-    std::vector<Rgb8> colors;            ///< V or empty; sRGB.
-    std::vector<std::uint32_t> indices;  ///< 3F, in the order of the mesh's corners.
+    std::vector<Vec3f> positions;                ///< V
+    std::vector<Vec3f> normals;                  ///< V, unit length: area-weighted over all faces at the position, across seams.
+    std::vector<Vec2f> texcoords;                ///< V or empty, origin at the lower left.
+    std::vector<Rgb8> colors;                    ///< V or empty; sRGB.
+    std::vector<std::array<float, 4>> tangents;  ///< V or empty: see add_tangents.
+    std::vector<std::uint32_t> indices;          ///< 3F, in the order of the mesh's corners.
 };
 
 /// Corners with the same position and the same texcoord become one vertex, numbered by first use; no face is dropped. The mesh
 /// must have passed check_mesh. `with_colors`: corners of one vertex have the same color, too, and the colors are kept.
 WeldedMesh weld(const Mesh& mesh, bool with_colors = false);
+
+/// The frames that a normal map is in. A tangent is a unit vector square to the normal, along growing u, and 1 or -1: this times
+/// cross(normal, tangent) runs along growing v, up in the picture; -1 where a chart shows the surface as a mirror does. Faces
+/// count by their angle at the vertex, as in MikkTSpace (Mikkelsen, "Simulation of wrinkled surfaces revisited", 2008), which
+/// glTF names. A vertex where mirrored and other charts share a texcoord becomes two.
+void add_tangents(WeldedMesh& mesh);
 
 /// Where a PLY file keeps texcoords: there is no standard, readers differ.
 enum class PlyTexcoords

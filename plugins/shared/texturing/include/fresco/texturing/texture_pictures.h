@@ -43,8 +43,15 @@ void fill_from_nearest(Raster8& image, const std::vector<std::uint8_t>& is_sourc
 /// color crosses from chart to chart until one texel holds parts of both, where the chart at its center wins. Equal for any
 /// number of threads. The mesh must have passed check_mesh and have texcoords, the picture must be square. Throws Canceled.
 Raster8 smaller_picture(const TexturedMesh& textured, int max_px, const Progress& progress);
+/// What the steps of a picture stand for, and so what is averaged.
+enum class Steps
+{
+    light,   ///< sRGB.
+    numbers  ///< The steps themselves.
+};
 /// The same for several pictures of a mesh, all of the size that `faces` is for.
 std::vector<Raster8> smaller_pictures(const Mesh& mesh, const Charts& charts, const TexelFaces& faces,
-                                      std::span<const Raster8> pictures, int max_px, const Progress& progress);
+                                      std::span<const Raster8> pictures, int max_px, const Progress& progress,
+                                      Steps steps = Steps::light);
 
 }  // namespace fresco::texturing

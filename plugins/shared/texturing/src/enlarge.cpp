@@ -1,5 +1,6 @@
-#include "enlarge.h"
+#include <fresco/texturing/enlarge.h>
 
+#include <fresco/error.h>
 #include <fresco/parallel.h>
 #include <fresco/texturing/texel_faces.h>
 #include <fresco/texturing/texture_pictures.h>
@@ -9,6 +10,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <fmt/format.h>
 #include <numbers>
 #include <vector>
 
@@ -248,6 +250,17 @@ Vec3f color_at(const Meeting& meeting, const Copies& copies, Vec2f at, const Lan
 double pixels_per_texel(const SourceMap& source, int picture_width, int size_px)
 {
     return double{source.pixels_per_texel} * source.size_px() / size_px * picture_width / source.picture_width;
+}
+
+void check_picture(const SourceMap& source, const Raster8& rgb)
+{
+    if (rgb.channels != 3)
+        throw Error(fmt::format("the style picture has {} channels; expected RGB", rgb.channels));
+    const double stretch = double{1} * rgb.width * source.picture_height / rgb.height / source.picture_width;
+    if (std::abs(stretch - 1) > 0.02)
+        throw Error(fmt::format("the style picture has {}x{} pixels, the one that was painted after {}x{}: wire the same "
+                                "picture, or a copy of another size",
+                                rgb.width, rgb.height, source.picture_width, source.picture_height));
 }
 
 Enlarged enlarged(const SourceMap& source, const Raster8& rgb, const Mesh& mesh, int size_px, Progress& progress)

@@ -1,0 +1,113 @@
+#include <fresco/texturing/exports.h>
+#include <fresco/texturing/relief_maps.h>
+#include <fresco/texturing/texel_faces.h>
+#include <fresco/texturing/texture_pictures.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+namespace fresco::texturing
+{
+
+namespace
+{
+
+/// Components along the frame that a renderer interpolates to the texel: it normalizes normal and tangent, and their product is
+/// the third axis, so that the three need not be square to each other.
+Vec3d in_frame(const WeldedMesh& welded, std::uint32_t face, const std::array<double, 3>& weights, Vec3d n)
+{
+    Vec3d normal;
+    Vec3d tangent;
+    double handed = 1;
+    for (std::size_t i = 0; i < 3; ++i)
+    {
+        const std::uint32_t v = welded.indices[3 * std::size_t{face} + i];
+        normal += vec_cast<double>(welded.normals[v]) * weights[i];
+        const auto& [x, y, z, w] = welded.tangents[v];
+        tangent += Vec3d{double{x}, double{y}, double{z}} * weights[i];
+        handed = double{w};
+    }
+    normal = normalized(normal);
+    tangent = normalized(tangent);
+    const Vec3d bitangent = cross(normal, tangent) * handed;
+    const double volume = dot(tangent, cross(bitangent, normal));
+    if (std::abs(volume) < 1e-6)
+        return {0, 0, 1};
+    return Vec3d{dot(n, cross(bitangent, normal)), dot(n, cross(normal, tangent)), dot(n, cross(tangent, bitangent))} *
+           (1 / volume);
+}
+
+/// The covered texel whose frame counts at a texel: itself, or the first beside it; TexelFaces::none where there is none.
+std::size_t framed(const TexelFaces& faces, std::size_t texel)
+{
+    const auto size = static_cast<std::size_t>(faces.size);
+    const std::size_t x = texel % size, y = texel / size;
+    if (faces.covered(texel))
+        return texel;
+    std::size_t found = TexelFaces::none;
+    for (std::size_t row = y - (y > 0); row <= std::min(y + 1, size - 1); ++row)
+        for (std::size_t column = x - (x > 0); column <= std::min(x + 1, size - 1); ++column)
+            if (found == TexelFaces::none && faces.covered(row * size + column))
+                found = row * size + column;
+    return found;
+}
+
+/// At full size. `normal`(texel): of unit length, where `is_known`(texel).
+template <class IsKnown, class Normal>
+ReliefMaps maps_of(const Relief& relief, const IsKnown& is_known, const Normal& normal, const Progress& progress)
+{
+    ReliefMaps maps{Raster8(relief.size_px(), relief.size_px(), 3), relief.roughness};
+    std::vector<std::uint8_t> is_source(maps.roughness.values.size(), 0);
+    constexpr std::size_t texels_per_block = 1U << 16U;
+    parallel_items(is_source.size(), texels_per_block, progress,
+                   [&](std::size_t texel)
+                   {
+                       if (!is_known(texel))
+                           return;
+                       const Vec3d n = normalized(normal(texel));
+                       const auto step = [](double v) { return static_cast<std::uint8_t>(std::lround(127.5 * (v + 1))); };
+                       const std::array steps{step(n.x), step(n.y), step(n.z)};
+                       std::ranges::copy(steps, &maps.normals.values[3 * texel]);
+                       is_source[texel] = 1;
+                   });
+    fill_from_nearest(maps.normals, is_source, progress);
+    fill_from_nearest(maps.roughness, is_source, progress);
+    return maps;
+}
+
+}  // namespace
+
+ReliefMaps tangent_maps(const Relief& relief, const Mesh& mesh, int max_px, const Progress& progress)
+{
+    const Charts charts = find_charts(mesh);
+    const TexelFaces faces = find_texel_faces(mesh, charts, relief.size_px(), progress);
+    WeldedMesh welded = weld(mesh);
+    add_tangents(welded);
+    ReliefMaps maps = maps_of(
+        relief, [&](std::size_t texel) { return relief.has_normal(texel) && framed(faces, texel) != TexelFaces::none; },
+        [&](std::size_t texel)
+        {
+            const std::size_t frame = framed(faces, texel);
+            return in_frame(welded, faces.face[frame], texel_weights(mesh, faces, frame), vec_cast<double>(relief.normal(texel)));
+        },
+        progress);
+    if (max_px == 0 || max_px >= faces.size)
+        return maps;
+    const std::array full{std::move(maps.normals), std::move(maps.roughness)};
+    auto smaller = smaller_pictures(mesh, charts, faces, full, max_px, progress, Steps::numbers);
+    return {std::move(smaller[0]), std::move(smaller[1])};
+}
+
+ReliefMaps world_maps(const Relief& relief, int max_px, const Progress& progress)
+{
+    ReliefMaps maps = maps_of(
+        relief, [&](std::size_t texel) { return relief.has_normal(texel); },
+        [&](std::size_t texel) { return vec_cast<double>(relief.normal(texel)); }, progress);
+    if (max_px == 0 || max_px >= relief.size_px())
+        return maps;
+    return {resized(maps.normals, max_px, max_px), resized(maps.roughness, max_px, max_px)};
+}
+
+}  // namespace fresco::texturing

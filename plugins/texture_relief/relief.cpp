@@ -1,0 +1,314 @@
+#include "relief.h"
+
+#include <fresco/images/lab.h>
+#include <fresco/texturing/exports.h>
+#include <fresco/texturing/surface_average.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+using namespace fresco;
+using namespace fresco::texturing;
+
+namespace
+{
+
+constexpr double strokes_per_wavelength = 4;  // A stroke and the next are a wave of two; half of one of four is left.
+constexpr double usual = 2;                   // Differences of so many times the root mean square begin to saturate.
+constexpr double canvas_roughness = 0.85;
+constexpr double paint_roughness = 0.4;
+constexpr std::size_t texels_per_block = 1U << 16U;
+
+}  // namespace
+
+RasterF paint_height(const Raster8& rgb, const Mesh& mesh, const TexelFaces& faces, double height_m, double stroke_m,
+                     const Progress& progress)
+{
+    const auto light = [&](std::size_t texel) { return static_cast<float>(luma(&rgb.values[3 * texel])); };
+    const TexelMeans means(mesh, faces, [&](std::size_t texel) { return Vec3f{light(texel), 0, 0}; });
+    const SurfaceAverage average = means.averaged(strokes_per_wavelength * stroke_m, "stroke_cm", progress);
+    RasterF height(faces.size, faces.size);
+    const auto size = static_cast<std::size_t>(faces.size);
+    std::vector<double> squares(size, 0);
+    constexpr std::size_t rows_per_block = 16;
+    parallel_for(size, rows_per_block, progress.threads(),
+                 [&](std::size_t begin, std::size_t end)
+                 {
+                     progress.check_canceled();
+                     SurfaceAverage::Lookup lookup(average);
+                     std::vector<float> mean(3 * size);
+                     for (std::size_t row = begin; row < end; ++row)
+                     {
+                         means.mean_of_row(row, lookup, mean);
+                         for (std::size_t x = 0; x < size; ++x)
+                             if (const std::size_t texel = row * size + x; faces.covered(texel))
+                             {
+                                 const float detail = light(texel) - mean[3 * x];
+                                 height.values[texel] = detail;
+                                 squares[row] += faces.inside[texel] * double{detail} * double{detail};
+                             }
+                     }
+                 });
+    double sum = 0;
+    for (const double row : squares)
+        sum += row;
+    const auto texels = std::max<std::ptrdiff_t>(std::count(faces.inside.begin(), faces.inside.end(), std::uint8_t{1}), 1);
+    // At least a step of the picture, so that a surface of one color is flat.
+    const double soft = usual * std::max(std::sqrt(sum / static_cast<double>(texels)), 1.0);
+    parallel_items(height.values.size(), texels_per_block, progress,
+                   [&](std::size_t texel)
+                   {
+                       const double detail = double{height.values[texel]};
+                       if (faces.covered(texel))
+                           height.values[texel] = static_cast<float>(height_m * 0.5 * (1 + detail / std::hypot(detail, soft)));
+                   });
+    return height;
+}
+
+namespace
+{
+
+/// A face in space and in its texture.
+struct FaceFrame
+{
+    std::array<Vec2d, 3> corners;  ///< Texels, x to the right and y down.
+    std::array<Vec3d, 3> points;
+    Vec3d right, down;  ///< Per texel.
+    /// Their duals: a vector along the face is dot(vector, across) texels to the right and dot(vector, along) down. Zero for a
+    /// face without area, in space or in the texture.
+    Vec3d across, along;
+
+    FaceFrame(const Mesh& mesh, std::uint32_t face, int size)
+    {
+        for (std::size_t i = 0; i < 3; ++i)
+        {
+            const Vec2f uv = mesh.texcoords[3 * std::size_t{face} + i];
+            corners[i] = {double{uv.x} * size, (1 - double{uv.y}) * size};
+            points[i] = vec_cast<double>(mesh.positions[mesh.triangles[face][i]]);
+        }
+        const Vec2d a = corners[1] - corners[0], b = corners[2] - corners[0];
+        const Vec3d p = points[1] - points[0], q = points[2] - points[0];
+        const double area = cross(a, b);
+        if (area == 0)
+            return;
+        right = (p * b.y - q * a.y) * (1 / area);
+        down = (q * a.x - p * b.x) * (1 / area);
+        const double rr = dot(right, right), rd = dot(right, down), dd = dot(down, down);
+        const double determinant = rr * dd - rd * rd;
+        if (!(determinant > 1e-12 * rr * dd))
+            return;
+        across = (right * dd - down * rd) * (1 / determinant);
+        along = (down * rr - right * rd) * (1 / determinant);
+    }
+
+    bool is_flat() const { return dot(across, across) == 0; }
+    Vec3d in_space(Vec2d texels) const { return right * texels.x + down * texels.y; }
+    Vec2d in_texels(Vec3d v) const { return {dot(v, across), dot(v, along)}; }
+};
+
+/// A texel past the border of a chart, and where the surface goes on.
+struct Continued
+{
+    std::uint32_t texel;
+    double distance;      ///< From the border, in texels, squared.
+    std::uint32_t chart;  ///< Whose border it is.
+    std::uint32_t other;  ///< The chart that goes on there …
+    Vec2d at;             ///< … at this place, in texels.
+    bool operator<(const Continued& b) const
+    {
+        return std::tie(texel, distance, chart, other, at.x, at.y) <
+               std::tie(b.texel, b.distance, b.chart, b.other, b.at.x, b.at.y);
+    }
+};
+
+/// The charts' texels, and those around them that continue the surface across seams: one more along their borders.
+class Surface
+{
+  public:
+    Surface(const Mesh& mesh, const Charts& charts, const TexelFaces& faces)
+        : mesh_(mesh), charts_(charts), faces_(faces), chart_(faces.face.size(), TexelFaces::none)
+    {
+        for (std::size_t texel = 0; texel < chart_.size(); ++texel)
+            if (faces.inside[texel])
+                chart_[texel] = charts.of_face[faces.face[texel]];
+        for (const Seam& seam : charts.seams)
+        {
+            add_border(seam.first_face, seam.first, seam.second_face, seam.second);
+            add_border(seam.second_face, seam.second, seam.first_face, seam.first);
+        }
+        std::ranges::sort(ring_, std::less<>());
+        const auto twice = std::ranges::unique(ring_, {}, &Continued::texel);
+        ring_.erase(twice.begin(), twice.end());
+    }
+
+    /// The chart of a texel, its own or whose border it is at; none elsewhere.
+    std::uint32_t chart(std::size_t texel) const { return chart_[texel]; }
+
+    /// Sets values at the texels past the borders from those at the places where they continue: `value`(texel) of the texels
+    /// around, weighted, is what `set`(texel, value) puts there. `T`: a vector, or a number.
+    template <class T, class Value, class Set>
+    void continue_values(const Value& value, const Set& set)
+    {
+        for (const Continued& past : ring_)
+            chart_[past.texel] = TexelFaces::none;
+        // The first time the places next to borders know only one side.
+        for (int round = 0; round < 8; ++round)
+        {
+            std::vector<std::optional<T>> found(ring_.size());
+            for (std::size_t i = 0; i < ring_.size(); ++i)
+                found[i] = around<T>(ring_[i], value);
+            for (std::size_t i = 0; i < ring_.size(); ++i)
+                if (found[i])
+                {
+                    set(ring_[i].texel, *found[i]);
+                    chart_[ring_[i].texel] = ring_[i].chart;
+                }
+        }
+    }
+
+  private:
+    std::size_t number(int x, int y) const
+    {
+        return static_cast<std::size_t>(y) * static_cast<std::size_t>(faces_.size) + static_cast<std::size_t>(x);
+    }
+    bool exists(int x, int y) const { return x >= 0 && y >= 0 && x < faces_.size && y < faces_.size; }
+
+    template <class T, class Value>
+    std::optional<T> around(const Continued& place, const Value& value) const
+    {
+        const int left = static_cast<int>(std::floor(place.at.x - 0.5));
+        const int top = static_cast<int>(std::floor(place.at.y - 0.5));
+        T sum{};
+        double total = 0;
+        for (int y = top; y <= top + 1; ++y)
+            for (int x = left; x <= left + 1; ++x)
+                if (exists(x, y) && chart_[number(x, y)] == place.other)
+                {
+                    const double weight = (1 - std::abs(place.at.x - 0.5 - x)) * (1 - std::abs(place.at.y - 0.5 - y));
+                    sum = sum + value(number(x, y)) * weight;
+                    total += weight;
+                }
+        return total > 0.01 ? std::optional(sum * (1 / total)) : std::nullopt;
+    }
+
+    /// Which way a face lies from its side from `a` to `b`, along it and square to the side.
+    static Vec3d inward(const FaceFrame& face, Vec3d a, Vec3d direction)
+    {
+        const Vec3d to_middle = (face.points[0] + face.points[1] + face.points[2]) * (1.0 / 3) - a;
+        return normalized(to_middle - direction * dot(to_middle, direction));
+    }
+
+    void add_border(std::uint32_t own_face, const std::array<Vec2f, 2>& own_side, std::uint32_t other_face,
+                    const std::array<Vec2f, 2>& other_side)
+    {
+        const FaceFrame own(mesh_, own_face, faces_.size);
+        const FaceFrame other(mesh_, other_face, faces_.size);
+        if (own.is_flat() || other.is_flat())
+            return;
+        const auto texels = [&](Vec2f uv) { return Vec2d{double{uv.x} * faces_.size, (1 - double{uv.y}) * faces_.size}; };
+        const Vec2d begin = texels(own_side[0]), end = texels(own_side[1]);
+        const Vec2d side = end - begin;
+        const Vec3d in_space = own.in_space(side);
+        if (!(length(in_space) > 0))
+            return;
+        // Both faces laid flat: what is beyond the one is on the other, as far from the side.
+        const Vec3d direction = normalized(in_space);
+        const Vec3d corner = own.points[0] + own.in_space(begin - own.corners[0]);
+        const Vec3d outward = -inward(own, corner, direction);
+        const Vec3d onward = inward(other, corner, direction);
+        const auto place = [&](Vec2d at)
+        {
+            const Vec3d v = own.in_space(at - begin);
+            return texels(other_side[0]) + other.in_texels(direction * dot(v, direction) + onward * dot(v, outward));
+        };
+        const std::uint32_t chart = charts_.of_face[own_face];
+        const int steps = 1 + static_cast<int>(2 * length(side));
+        std::uint32_t last = TexelFaces::none;
+        for (int i = 0; i <= steps; ++i)
+        {
+            const Vec2d at = begin + side * (static_cast<double>(i) / steps);
+            const int x = static_cast<int>(std::floor(at.x)), y = static_cast<int>(std::floor(at.y));
+            const auto here = static_cast<std::uint32_t>(exists(x, y) ? number(x, y) : TexelFaces::none);
+            if (here == last)
+                continue;
+            last = here;
+            for (int row = y - 1; row <= y + 1; ++row)
+                for (int column = x - 1; column <= x + 1; ++column)
+                {
+                    if (!exists(column, row) || faces_.inside[number(column, row)])
+                        continue;
+                    const Vec2d center{column + 0.5, row + 0.5};
+                    const double share = std::clamp(dot(center - begin, side) / dot(side, side), 0.0, 1.0);
+                    const Vec2d away = center - begin - side * share;
+                    ring_.push_back({static_cast<std::uint32_t>(number(column, row)), dot(away, away), chart,
+                                     charts_.of_face[other_face], place(center)});
+                }
+        }
+    }
+
+    const Mesh& mesh_;
+    const Charts& charts_;
+    const TexelFaces& faces_;
+    std::vector<std::uint32_t> chart_;
+    std::vector<Continued> ring_;
+};
+
+/// Of the height, per texel along a row (`step` 1) or down a column (`step` S); from one side where the other is unknown.
+double slope(const RasterF& height, const Surface& surface, std::size_t texel, std::size_t step, bool has_before, bool has_after)
+{
+    const auto goes_on = [&](std::size_t to) { return surface.chart(to) == surface.chart(texel); };
+    const std::size_t before = has_before && goes_on(texel - step) ? texel - step : texel;
+    const std::size_t after = has_after && goes_on(texel + step) ? texel + step : texel;
+    const double texels = static_cast<double>(after - before) / static_cast<double>(step);
+    return texels == 0 ? 0 : (double{height.values[after]} - double{height.values[before]}) / texels;
+}
+
+}  // namespace
+
+Relief relief_of(RasterF height, const Mesh& mesh, const Charts& charts, const TexelFaces& faces, double height_m,
+                 const Progress& progress)
+{
+    const auto size = static_cast<std::size_t>(faces.size);
+    Relief relief;
+    relief.atlas = atlas_id(mesh);
+    relief.normals = Raster16(faces.size, faces.size, 3);
+    relief.roughness = Raster8(faces.size, faces.size);
+    Surface surface(mesh, charts, faces);
+    surface.continue_values<double>([&](std::size_t texel) { return double{height.values[texel]}; },
+                                    [&](std::size_t texel, double h) { height.values[texel] = static_cast<float>(h); });
+    const WeldedMesh welded = weld(mesh);
+    parallel_items(height.values.size(), texels_per_block, progress,
+                   [&](std::size_t texel)
+                   {
+                       if (surface.chart(texel) == TexelFaces::none)
+                           return;
+                       const double share = double{height.values[texel]} / height_m;
+                       relief.roughness.values[texel] = static_cast<std::uint8_t>(
+                           std::lround(255 * (canvas_roughness + share * (paint_roughness - canvas_roughness))));
+                       if (!faces.inside[texel])
+                           return;
+                       const std::uint32_t face = faces.face[texel];
+                       const auto weights = texel_weights(mesh, faces, texel);
+                       Vec3d normal;
+                       for (std::size_t i = 0; i < 3; ++i)
+                           normal += vec_cast<double>(welded.normals[welded.indices[3 * std::size_t{face} + i]]) * weights[i];
+                       normal = normalized(normal);
+                       const std::size_t x = texel % size, y = texel / size;
+                       const double to_right = slope(height, surface, texel, 1, x > 0, x + 1 < size);
+                       const double downward = slope(height, surface, texel, size, y > 0, y + 1 < size);
+                       const FaceFrame frame(mesh, face, faces.size);
+                       const Vec3d gradient = frame.across * to_right + frame.along * downward;
+                       // Along the smooth surface, which the face only approximates.
+                       const Vec3d tilted = normal - (gradient - normal * dot(gradient, normal));
+                       relief.set_normal(texel, vec_cast<float>(normalized(tilted)));
+                   });
+    surface.continue_values<Vec3d>([&](std::size_t texel) { return vec_cast<double>(relief.normal(texel)); },
+                                   [&](std::size_t texel, Vec3d n) { relief.set_normal(texel, vec_cast<float>(normalized(n))); });
+    return relief;
+}

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <fresco/image.h>
+#include <fresco/mesh.h>
+#include <fresco/parallel.h>
+#include <fresco/relief.h>
+#include <fresco/texturing/texel_faces.h>
+
+/// \file The relief of paint: how thick it lies by what the picture shows (paint_height), and how that catches the light
+/// (relief_of). The thickness is a function on the surface, so that both are without seams.
+
+/// The thickness of the paint in meters, S x S: between 0 and `height_m`, half of that where the picture is as light as its
+/// surroundings, more where it is lighter. What varies over up to two strokes' width counts; twice the usual difference (root
+/// mean square over the surface) gives 0.85 of the height. 0 outside of `faces`. `rgb`: S x S x 3. The mesh must have passed
+/// check_mesh and have texcoords. Equal for any number of threads. Throws Error where the mesh is too large for such fine means,
+/// Canceled.
+fresco::RasterF paint_height(const fresco::Raster8& rgb, const fresco::Mesh& mesh, const fresco::texturing::TexelFaces& faces,
+                             double height_m, double stroke_m, const fresco::Progress& progress);
+
+/// The normals of a surface that is smooth across vertices and raised by `height` (S x S, meters), and the roughness of paint
+/// that is up to `height_m` thick. Slopes are central differences along the face of each texel. Beyond the border of a chart they
+/// use the height that the surface has there, on the other side of the seam: the two faces at a seam are laid flat for it.
+/// Normals reach one texel past the charts, with the surface's own values where it goes on. Equal for any number of threads.
+/// Throws Canceled.
+fresco::Relief relief_of(fresco::RasterF height, const fresco::Mesh& mesh, const fresco::texturing::Charts& charts,
+                         const fresco::texturing::TexelFaces& faces, double height_m, const fresco::Progress& progress);

@@ -1,0 +1,96 @@
+#include <fresco/image_io.h>
+#include <fresco/page/page.h>
+#include <fresco/relief.h>
+#include <fresco/stage.h>
+#include <fresco/texture.h>
+#include <fresco/texturing/enlarge.h>
+#include <fresco/texturing/exports.h>
+#include <fresco/texturing/relief_maps.h>
+#include <fresco/viewer.h>
+
+#include "relief.h"
+
+#include <fmt/format.h>
+#include <utility>
+
+using namespace fresco;
+
+namespace
+{
+
+class TextureRelief final : public Stage
+{
+    Input<TexturedMesh> textured_mesh{this, "textured_mesh", "The painted mesh, as texture.bake or texture.enlarge makes it"};
+    Input<SourceMap> source{this, "source", optional,
+                            "Where in the picture each texel comes from: detail is then the picture's own, not what the painting "
+                            "blended; needs 'style'"};
+    Input<Image> style{this, "style", optional, "The picture that it was painted after, or a larger copy of it"};
+    Output<Relief> relief{this, "relief", "Normals and roughness of the paint"};
+    Option<double> height_mm{this, "height_mm", 2, range(0.01, 100), "Of the thickest paint over the canvas, on the surface"};
+    Option<double> stroke_cm{this, "stroke_cm", 3.5, range(0.1, 1000),
+                             "Width of brush strokes on the surface, as at texture.synthesize: what is wider is no relief"};
+
+    Cost cost() const override
+    {
+        return {.seconds = {.fixed = 0.5, .per = {{count::faces, 1e-6}, {count::texels, 6e-7}}},
+                .parallel_share = 0.8,
+                .memory_mb = {.fixed = 100, .per = {{count::faces, 3e-4}, {count::texels, 3.5e-5}}},
+                .disk_mb = {.per = {{count::texels, 7e-6}}}};
+    }
+
+    void check() const
+    {
+        texturing::check_textured_mesh(*textured_mesh, "the mesh on port 'textured_mesh'");
+        if (source.has_value() != style.has_value())
+            throw Error(source.has_value() ? "port 'source' needs port 'style': wire the picture that was painted after"
+                                           : "port 'style' is used only with port 'source': wire texture.synthesize's 'source'");
+    }
+
+    void run(RunContext& run) override
+    {
+        check();
+        const Mesh& mesh = textured_mesh->mesh;
+        Raster8 copied;
+        if (source.has_value())
+        {
+            check_atlas(source->atlas, mesh, "the source map on port 'source'");
+            enlarge::check_picture(*source, style->pixels);
+            if (textured_mesh->image.pixels.width < source->size_px())
+                throw Error(fmt::format("the mesh's picture has {} texels a side, the source map on port 'source' {}: wire the "
+                                        "picture at its full size",
+                                        textured_mesh->image.pixels.width, source->size_px()));
+            copied = enlarge::enlarged(*source, style->pixels, mesh, textured_mesh->image.pixels.width, run).picture;
+        }
+        const Raster8& rgb = source.has_value() ? copied : textured_mesh->image.pixels;
+        const texturing::Charts charts = texturing::find_charts(mesh);
+        const texturing::TexelFaces faces = texturing::find_texel_faces(mesh, charts, rgb.width, run);
+        const double height_m = *height_mm / 1000;
+        RasterF height = paint_height(rgb, mesh, faces, height_m, *stroke_cm / 100, run);
+        relief = relief_of(std::move(height), mesh, charts, faces, height_m, run);
+    }
+};
+
+/// The entry `relief` (sdk/docs/report.md).
+class ReliefViewer final : public Viewer
+{
+  public:
+    ReliefViewer() : Viewer(RegisteredArtifact<Relief>::type) {}
+
+  private:
+    Slot<ImageIo> images{this, "images", "image.opencv", "Encodes pictures"};
+
+    void show(const Artifact& artifact, PageEntry& entry) const override
+    {
+        constexpr int most_px = 2048;
+        constexpr int quality = 88;
+        const auto& relief = dynamic_cast<const Relief&>(artifact);
+        const texturing::ReliefMaps maps = texturing::world_maps(relief, most_px, Progress());
+        entry.value.set("relief", page::relief(relief.atlas, images->encode_jpeg(maps.normals, quality),
+                                               images->encode_jpeg(maps.roughness, quality)));
+    }
+};
+
+}  // namespace
+
+FRESCO_STAGE("texture.relief", TextureRelief, "Gives paint a thickness that catches the light: normals and roughness")
+FRESCO_COMPONENT("view.relief", ReliefViewer, Viewer, "Lets the light in the report's room be moved")

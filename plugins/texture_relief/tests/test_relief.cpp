@@ -1,0 +1,316 @@
+#include "catch.h"
+#include "relief.h"
+
+#include <fresco/random.h>
+#include <fresco/stage.h>
+#include <fresco/testing.h>
+#include <fresco/testing_scenes.h>
+#include <fresco/texture.h>
+#include <fresco/texturing/exports.h>
+#include <fresco/texturing/relief_maps.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+#include <numbers>
+
+using namespace fresco;
+using namespace fresco::texturing;
+
+namespace
+{
+
+constexpr int size_px = 256;
+constexpr double degree = std::numbers::pi / 180;
+
+/// A sheet of 2 m x 1 m in two charts that meet at x = 1: the left one turned by 20 degrees, the right one mirrored, turned by
+/// -70 degrees and smaller. `flat`: its x and y; `bent`: the same, round a cylinder of `radius` m, or flat too for 0.
+struct Sheet
+{
+    Mesh flat;
+    Mesh bent;
+    double radius;
+
+    explicit Sheet(double radius_m) : radius(radius_m)
+    {
+        flat = testing::rectangle({}, {2, 0, 0}, {0, 1, 0}, 80, 20);
+        for (const Triangle& t : flat.triangles)
+        {
+            double middle = 0;
+            for (const std::uint32_t v : t)
+                middle += double{flat.positions[v].x} / 3;
+            for (const std::uint32_t v : t)
+                flat.texcoords.push_back(texcoord(flat.positions[v], middle > 1));
+        }
+        bent = flat;
+        for (Vec3f& p : bent.positions)
+            p = vec_cast<float>(point(double{p.x}, double{p.y}));
+    }
+
+    static Vec2f texcoord(Vec3f p, bool right)
+    {
+        const double angle = (right ? -70 : 20) * degree;
+        const double x = right ? 1.5 - double{p.x} : double{p.x} - 0.5;
+        const double y = double{p.y} - 0.5;
+        const double scale = right ? 0.3 : 0.35;
+        return {static_cast<float>((right ? 0.74 : 0.27) + scale * (std::cos(angle) * x - std::sin(angle) * y)),
+                static_cast<float>(0.5 + scale * (std::sin(angle) * x + std::cos(angle) * y))};
+    }
+
+    Vec3d point(double x, double y) const
+    {
+        return radius == 0 ? Vec3d{x, y, 0} : Vec3d{radius * std::sin((x - 1) / radius), y, radius * std::cos((x - 1) / radius)};
+    }
+};
+
+/// Waves of about 32 texels, two strokes at 2 mm a texel, up to 15 degrees steep; centered between 0 and 4 cm.
+struct Waves
+{
+    static double height(double x, double y)
+    {
+        return 0.02 + 0.016 * std::sin(16 * x + 3) * std::cos(9 * y) + 0.003 * std::sin(16 * y);
+    }
+
+    /// By differences so small that they are its derivatives.
+    static Vec2d gradient(double x, double y)
+    {
+        constexpr double step = 1e-5;
+        return {(height(x + step, y) - height(x - step, y)) / (2 * step),
+                (height(x, y + step) - height(x, y - step)) / (2 * step)};
+    }
+};
+
+Vec3d expected_normal(const Sheet& sheet, double x, double y)
+{
+    const double turn = sheet.radius == 0 ? 0 : (x - 1) / sheet.radius;
+    const Vec3d out{std::sin(turn), 0, std::cos(turn)}, along{std::cos(turn), 0, -std::sin(turn)};
+    const Vec2d slope = Waves::gradient(x, y);
+    return normalized(out - along * slope.x - Vec3d{0, slope.y, 0});
+}
+
+/// A renderer: looks the map up between texels and turns it by the frame that it interpolates.
+class Renderer
+{
+  public:
+    Renderer(const Mesh& mesh, const Raster8& normals) : mesh_(mesh), welded_(weld(mesh)), map_(normals.width, normals.height, 3)
+    {
+        add_tangents(welded_);
+        for (std::size_t i = 0; i < map_.values.size(); ++i)
+            map_.values[i] = static_cast<float>(normals.values[i]) / 127.5F - 1;
+    }
+
+    Vec3d normal(std::size_t face, const std::array<double, 3>& weights) const
+    {
+        Vec2d uv;
+        Vec3d normal, tangent;
+        double handed = 0;
+        for (std::size_t i = 0; i < 3; ++i)
+        {
+            const std::uint32_t v = welded_.indices[3 * face + i];
+            const auto& [x, y, z, w] = welded_.tangents[v];
+            uv = uv + Vec2d{double{mesh_.texcoords[3 * face + i].x}, double{mesh_.texcoords[3 * face + i].y}} * weights[i];
+            normal += vec_cast<double>(welded_.normals[v]) * weights[i];
+            tangent += Vec3d{double{x}, double{y}, double{z}} * weights[i];
+            handed = double{w};
+        }
+        normal = normalized(normal);
+        tangent = normalized(tangent);
+        std::array<float, 3> n{};
+        sample_bilinear(map_, static_cast<float>(uv.x), static_cast<float>(uv.y), n.data());
+        return normalized(tangent * double{n[0]} + cross(normal, tangent) * (handed * double{n[1]}) + normal * double{n[2]});
+    }
+
+  private:
+    const Mesh& mesh_;
+    WeldedMesh welded_;
+    RasterF map_;
+};
+
+double angle_deg(Vec3d a, Vec3d b)
+{
+    return std::asin(std::min(length(cross(a, b)), 1.0)) / degree;
+}
+
+struct Errors
+{
+    double surface = 0;  ///< The largest angle to the height's gradient.
+    double seam = 0;     ///< The largest between both sides of a seam.
+};
+
+Errors errors_of(const Sheet& sheet)
+{
+    testing::TestRun run;
+    const Charts charts = find_charts(sheet.bent);
+    REQUIRE(charts.count == 2);
+    const TexelFaces faces = find_texel_faces(sheet.bent, charts, size_px, run);
+    RasterF height(size_px, size_px);
+    for (std::size_t texel = 0; texel < faces.face.size(); ++texel)
+        if (faces.covered(texel))
+        {
+            const Vec3f p = texel_position(sheet.flat, faces, texel);
+            height.values[texel] = static_cast<float>(Waves::height(double{p.x}, double{p.y}));
+        }
+    const Relief relief = relief_of(height, sheet.bent, charts, faces, 0.04, run);
+    const Renderer renderer(sheet.bent, tangent_maps(relief, sheet.bent, 0, run).normals);
+    Errors worst;
+    Random random(5);
+    for (std::size_t face = 0; face < sheet.bent.triangles.size(); ++face)
+        for (int i = 0; i < 20; ++i)
+        {
+            double a = random.uniform(), b = random.uniform();
+            if (a + b > 1)
+                a = 1 - a, b = 1 - b;
+            const std::array weights{1 - a - b, a, b};
+            double x = 0, y = 0;
+            for (std::size_t k = 0; k < 3; ++k)
+            {
+                x += weights[k] * double{sheet.flat.positions[sheet.flat.triangles[face][k]].x};
+                y += weights[k] * double{sheet.flat.positions[sheet.flat.triangles[face][k]].y};
+            }
+            // Where the sheet ends, one side of the height is unknown.
+            if (std::min({x, 2 - x, y, 1 - y}) > 0.06)
+                worst.surface = std::max(worst.surface, angle_deg(renderer.normal(face, weights), expected_normal(sheet, x, y)));
+        }
+    for (const Seam& seam : charts.seams)
+        for (const double share : {0.1, 0.5, 0.8})
+        {
+            const auto at = [&](std::size_t face, const std::array<Vec2f, 2>& side)
+            {
+                std::array<double, 3> weights{};
+                for (std::size_t k = 0; k < 3; ++k)
+                    weights[k] = sheet.bent.texcoords[3 * face + k] == side[0]   ? 1 - share
+                                 : sheet.bent.texcoords[3 * face + k] == side[1] ? share
+                                                                                 : 0;
+                return renderer.normal(face, weights);
+            };
+            worst.seam = std::max(worst.seam, angle_deg(at(seam.first_face, seam.first), at(seam.second_face, seam.second)));
+        }
+    return worst;
+}
+
+}  // namespace
+
+TEST_CASE("decoded normals are those of the height, to a degree, and the same on both sides of a seam")
+{
+    const Errors plane = errors_of(Sheet(0));
+    CHECK(plane.surface < 1);
+    CHECK(plane.seam < 1);
+    const Errors cylinder = errors_of(Sheet(0.5));
+    CHECK(cylinder.surface < 1);
+    CHECK(cylinder.seam < 1);
+}
+
+namespace
+{
+
+/// The heights along the middle row of a wall 2 m wide whose light is a wave of `period_m`: lowest and highest, in millimeters.
+std::pair<double, double> heights_mm(int texels, double period_m, double amplitude)
+{
+    testing::TestRun run;
+    Mesh mesh = testing::wall(1);
+    const Raster8 rgb = testing::picture(texels, texels,
+                                         [&](int x, int, int)
+                                         {
+                                             const double at_m = 2 * (x + 0.5) / texels;
+                                             return 120 + amplitude * std::sin(2 * std::numbers::pi * at_m / period_m) +
+                                                    20 * std::sin(2 * std::numbers::pi * at_m / 0.08);
+                                         });
+    const TexelFaces faces = find_texel_faces(mesh, find_charts(mesh), texels, run);
+    const RasterF height = paint_height(rgb, mesh, faces, 0.002, 0.04, run);
+    const auto row = std::span(height.values)
+                         .subspan(static_cast<std::size_t>(texels) * static_cast<std::size_t>(texels / 2) +
+                                      static_cast<std::size_t>(texels / 4),
+                                  static_cast<std::size_t>(texels / 2));
+    const auto [low, high] = std::ranges::minmax(row);
+    return {1000 * double{low}, 1000 * double{high}};
+}
+
+}  // namespace
+
+TEST_CASE("strokes are thick by their light, as high at every texture size, and what is wider than two is none")
+{
+    // A sine alone: sqrt(2) times its root mean square at its crest, half-way into saturation: 1 + 1.41 / sqrt(1.41^2 + 2^2),
+    // give or take what the grid of the mean adds to waves of its own size.
+    for (const int texels : {256, 512})
+    {
+        const auto [low, high] = heights_mm(texels, 1, 0);
+        CHECK(high == Approx(1.577).margin(0.06));
+        CHECK(low == Approx(0.423).margin(0.06));
+        // Waves of 25 strokes below change nothing.
+        const auto [low_over, high_over] = heights_mm(texels, 1, 60);
+        CHECK(high_over == Approx(high).margin(0.05));
+        CHECK(low_over == Approx(low).margin(0.05));
+    }
+    testing::TestRun run;
+    const Mesh mesh = testing::wall(1);
+    const TexelFaces faces = find_texel_faces(mesh, find_charts(mesh), 64, run);
+    const RasterF flat = paint_height(Raster8(64, 64, 3, 77), mesh, faces, 0.002, 0.04, run);
+    CHECK(std::ranges::all_of(flat.values, [](float h) { return std::abs(h - 0.001F) < 1e-6F; }));
+}
+
+namespace
+{
+
+Relief made(const testing::Inputs& inputs, const Value& options = Value::Map{})
+{
+    const testing::TemporaryFolder folder;
+    testing::TestRun run;
+    testing::run_stage(FRESCO_PLUGIN_FILE, "texture.relief", options, inputs, folder.path(), run);
+    return std::move(*Relief::load({folder.path() / "relief", folder.path()}));
+}
+
+/// A wall with a picture, and the map that says that the picture was copied to it as it is.
+testing::Inputs painted_wall()
+{
+    const auto textured = std::make_shared<TexturedMesh>();
+    textured->mesh = testing::wall(0.1F);
+    textured->image = Image(testing::noise_picture(64, 64, 3));
+    const auto source = std::make_shared<SourceMap>();
+    source->atlas = atlas_id(textured->mesh);
+    source->picture_width = source->picture_height = 64;
+    source->places = Raster16(64, 64, SourceMap::values_count);
+    for (int y = 0; y < 64; ++y)
+        for (int x = 0; x < 64; ++x)
+            source->set_place(x, y, {{static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F}});
+    return {{"textured_mesh", textured}, {"source", source}, {"style", std::make_shared<Image>(textured->image)}};
+}
+
+}  // namespace
+
+TEST_CASE("through the source map the picture's own detail counts, not the painting's")
+{
+    testing::Inputs inputs = painted_wall();
+    const auto& picture = dynamic_cast<const TexturedMesh&>(*inputs.at("textured_mesh")).image.pixels;
+    const Relief from_picture = made(inputs, Value::Map{{"stroke_cm", 1.0}});
+    const auto blended = std::make_shared<TexturedMesh>(dynamic_cast<const TexturedMesh&>(*inputs.at("textured_mesh")));
+    blended->image = Image(resized(resized(picture, 8, 8), 64, 64));
+    inputs["textured_mesh"] = blended;
+    CHECK(made(inputs, Value::Map{{"stroke_cm", 1.0}}).normals == from_picture.normals);
+    inputs.erase("source");
+    inputs.erase("style");
+    CHECK(made(inputs, Value::Map{{"stroke_cm", 1.0}}).normals != from_picture.normals);
+}
+
+TEST_CASE("relief: what does not fit together is refused")
+{
+    testing::Inputs inputs = painted_wall();
+    inputs.erase("style");
+    CHECK_THROWS_WITH(made(inputs), Catch::Contains("port 'source' needs port 'style'"));
+    inputs = painted_wall();
+    inputs.erase("source");
+    CHECK_THROWS_WITH(made(inputs), Catch::Contains("port 'style' is used only with port 'source'"));
+    inputs = painted_wall();
+    const auto other = std::make_shared<SourceMap>(dynamic_cast<const SourceMap&>(*inputs.at("source")));
+    other->atlas = "0123";
+    inputs["source"] = other;
+    CHECK_THROWS_WITH(made(inputs), Catch::Contains("the source map on port 'source'"));
+    inputs = painted_wall();
+    inputs["style"] = std::make_shared<Image>(Raster8(64, 32, 3));
+    CHECK_THROWS_WITH(made(inputs), Catch::Contains("64x32 pixels"));
+    const auto small = std::make_shared<TexturedMesh>(dynamic_cast<const TexturedMesh&>(*inputs.at("textured_mesh")));
+    small->image = Image(Raster8(32, 32, 3));
+    inputs = painted_wall();
+    inputs["textured_mesh"] = small;
+    CHECK_THROWS_WITH(made(inputs), Catch::Contains("32 texels a side") && Catch::Contains("at its full size"));
+}

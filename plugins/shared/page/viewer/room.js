@@ -57,7 +57,7 @@ async function litMaterial(room, relief, anisotropy) {
                 float rough = texture2D(roughness, at).r, a = rough * rough, falling = max(dot(n, l), 0.0), seen = max(dot(n, v), 0.05);
                 float wide = dot(n, h) * dot(n, h) * (a * a - 1.0) + 1.0, k = a / 2.0;
                 float gloss = 0.04 * a * a / (4.0 * wide * wide * (falling * (1.0 - k) + k) * (seen * (1.0 - k) + k));
-                vec3 light = color * 0.25 + (color + gloss) * falling * 2.2 / (1.0 + 4.0 * dot(to_lamp, to_lamp) / (reach * reach));
+                vec3 light = color * 0.25 + (color + gloss) * falling * 1.9 / (1.0 + 4.0 * dot(to_lamp, to_lamp) / (reach * reach));
                 gl_FragColor = vec4(pow(light / max(1.0, max(light.r, max(light.g, light.b))), vec3(1.0 / 2.2)), 1.0);
             }`,
     });

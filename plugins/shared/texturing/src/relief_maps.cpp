@@ -54,26 +54,32 @@ std::size_t framed(const TexelFaces& faces, std::size_t texel)
     return found;
 }
 
-/// At full size. `normal`(texel): of unit length, where `is_known`(texel).
-template <class IsKnown, class Normal>
-ReliefMaps maps_of(const Relief& relief, const IsKnown& is_known, const Normal& normal, const Progress& progress)
+/// At full size. `normal`(texel): of unit length, for the texels of charts and those past their borders. The gutter is filled
+/// from the charts alone: past a border the normal may be that of the other side of an edge.
+template <class Normal>
+ReliefMaps maps_of(const Relief& relief, const std::vector<std::uint8_t>& in_chart, const std::vector<std::uint8_t>& past_border,
+                   const Normal& normal, const Progress& progress)
 {
     ReliefMaps maps{Raster8(relief.size_px(), relief.size_px(), 3), relief.roughness};
-    std::vector<std::uint8_t> is_source(maps.roughness.values.size(), 0);
-    constexpr std::size_t texels_per_block = 1U << 16U;
-    parallel_items(is_source.size(), texels_per_block, progress,
-                   [&](std::size_t texel)
-                   {
-                       if (!is_known(texel))
-                           return;
-                       const Vec3d n = normalized(normal(texel));
-                       const auto step = [](double v) { return static_cast<std::uint8_t>(std::lround(127.5 * (v + 1))); };
-                       const std::array steps{step(n.x), step(n.y), step(n.z)};
-                       std::ranges::copy(steps, &maps.normals.values[3 * texel]);
-                       is_source[texel] = 1;
-                   });
-    fill_from_nearest(maps.normals, is_source, progress);
-    fill_from_nearest(maps.roughness, is_source, progress);
+    const auto draw = [&](const std::vector<std::uint8_t>& texels)
+    {
+        constexpr std::size_t texels_per_block = 1U << 16U;
+        parallel_items(texels.size(), texels_per_block, progress,
+                       [&](std::size_t texel)
+                       {
+                           if (!texels[texel])
+                               return;
+                           const Vec3d n = normalized(normal(texel));
+                           const auto step = [](double v) { return static_cast<std::uint8_t>(std::lround(127.5 * (v + 1))); };
+                           const std::array steps{step(n.x), step(n.y), step(n.z)};
+                           std::ranges::copy(steps, &maps.normals.values[3 * texel]);
+                           maps.roughness.values[texel] = relief.roughness.values[texel];
+                       });
+    };
+    draw(in_chart);
+    fill_from_nearest(maps.normals, in_chart, progress);
+    fill_from_nearest(maps.roughness, in_chart, progress);
+    draw(past_border);
     return maps;
 }
 
@@ -85,8 +91,13 @@ ReliefMaps tangent_maps(const Relief& relief, const Mesh& mesh, int max_px, cons
     const TexelFaces faces = find_texel_faces(mesh, charts, relief.size_px(), progress);
     WeldedMesh welded = weld(mesh);
     add_tangents(welded);
+    std::vector<std::uint8_t> in_chart(faces.face.size(), 0);
+    std::vector<std::uint8_t> past_border(faces.face.size(), 0);
+    for (std::size_t texel = 0; texel < in_chart.size(); ++texel)
+        if (relief.has_normal(texel))
+            (faces.inside[texel] ? in_chart : past_border)[texel] = framed(faces, texel) != TexelFaces::none;
     ReliefMaps maps = maps_of(
-        relief, [&](std::size_t texel) { return relief.has_normal(texel) && framed(faces, texel) != TexelFaces::none; },
+        relief, in_chart, past_border,
         [&](std::size_t texel)
         {
             const std::size_t frame = framed(faces, texel);
@@ -102,9 +113,11 @@ ReliefMaps tangent_maps(const Relief& relief, const Mesh& mesh, int max_px, cons
 
 ReliefMaps world_maps(const Relief& relief, int max_px, const Progress& progress)
 {
+    std::vector<std::uint8_t> known(relief.roughness.values.size());
+    for (std::size_t texel = 0; texel < known.size(); ++texel)
+        known[texel] = relief.has_normal(texel);
     ReliefMaps maps = maps_of(
-        relief, [&](std::size_t texel) { return relief.has_normal(texel); },
-        [&](std::size_t texel) { return vec_cast<double>(relief.normal(texel)); }, progress);
+        relief, known, {}, [&](std::size_t texel) { return vec_cast<double>(relief.normal(texel)); }, progress);
     if (max_px == 0 || max_px >= relief.size_px())
         return maps;
     return {resized(maps.normals, max_px, max_px), resized(maps.roughness, max_px, max_px)};

@@ -138,8 +138,8 @@ Level::Unshown Level::unshown(double least_missing, const Progress& progress) co
 void Level::settle()
 {
     patches_.forget_points();
-    start_ = {};
-    colors_ = {};
+    start_ = std::vector<Vec3f>();
+    colors_ = std::vector<Vec3f>();
 }
 
 std::vector<float> Level::missing(const Progress& progress) const

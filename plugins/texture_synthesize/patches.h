@@ -122,7 +122,7 @@ class Patches
     /// texels. A point off the surface takes the value of the patch's nearest point on it.
     void sample(const SurfaceGrid& grid, std::span<const Vec3f> values, std::size_t patch, Vec3f* out) const;
     /// Frees what sample() needs, half of the memory.
-    void forget_points() { points_ = {}; }
+    void forget_points() { points_ = std::vector<Point>(); }  // {} would only clear it.
 
   private:
     /// A patch's point between four cells of a chart's grid.

@@ -4,6 +4,7 @@
 #include <fresco/files_io.h>
 #include <fresco/recordings/parsing.h>
 #include <fresco/recordings/recording_stage.h>
+#include <fresco/surface_size.h>
 
 #include <algorithm>
 #include <array>
@@ -206,7 +207,9 @@ class ScanFolder final : public RecordingStage
                 .memory_mb = {.fixed = 50, .per_core = 60, .per = {{fresco::count::faces, 1e-4}}},
                 .disk_mb = {.per = {{fresco::count::faces, 2.1e-5}}},
                 .makes = {{fresco::count::frames, {.files = "path", .pattern = "images/*", .divided_by = {"every"}}},
-                          {fresco::count::faces, {.files = "path", .pattern = "mesh.ply", .bytes_each = 21}}}};
+                          {fresco::count::faces, {.files = "path", .pattern = "mesh.ply", .bytes_each = 21}},
+                          {fresco::count::square_meters,
+                           {.files = "path", .pattern = "mesh.ply", .bytes_each = fresco::count::scan_bytes_per_square_meter}}}};
     }
 
     CameraMatrix camera_;

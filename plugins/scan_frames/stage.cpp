@@ -1,6 +1,7 @@
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/recordings/recording_stage.h>
+#include <fresco/surface_size.h>
 
 #include <cstddef>
 #include <fmt/format.h>
@@ -73,7 +74,9 @@ class ScanFrames final : public RecordingStage
                 .parallel_share = 0.9,
                 .memory_mb = {.fixed = 50, .per = {{fresco::count::faces, 1e-4}}},
                 .disk_mb = {.per = {{fresco::count::faces, 2.1e-5}}},
-                .makes = {{fresco::count::faces, {.files = "path", .pattern = "mesh.ply", .bytes_each = 21}}}};
+                .makes = {{fresco::count::faces, {.files = "path", .pattern = "mesh.ply", .bytes_each = 21}},
+                          {fresco::count::square_meters,
+                           {.files = "path", .pattern = "mesh.ply", .bytes_each = fresco::count::scan_bytes_per_square_meter}}}};
     }
 
     std::vector<fresco::Frame> listed_;

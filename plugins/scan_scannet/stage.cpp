@@ -4,6 +4,7 @@
 #include <fresco/mesh.h>
 #include <fresco/recordings/recording_stage.h>
 #include <fresco/run_context.h>
+#include <fresco/surface_size.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -144,8 +145,11 @@ class ScanScannet final : public RecordingStage
                 .parallel_share = 0.5,
                 .memory_mb = {.fixed = 20, .per = {{fresco::count::faces, 1e-4}}},
                 .disk_mb = {.per = {{fresco::count::faces, 2.1e-5}}},
-                .makes = {{fresco::count::frames, {.files = "path", .pattern = "pose/*.txt", .divided_by = {"every"}}},
-                          {fresco::count::faces, {.files = "path", .pattern = "*_vh_clean*.ply", .bytes_each = 21}}}};
+                .makes = {
+                    {fresco::count::frames, {.files = "path", .pattern = "pose/*.txt", .divided_by = {"every"}}},
+                    {fresco::count::faces, {.files = "path", .pattern = "*_vh_clean*.ply", .bytes_each = 21}},
+                    {fresco::count::square_meters,
+                     {.files = "path", .pattern = "*_vh_clean*.ply", .bytes_each = fresco::count::scan_bytes_per_square_meter}}}};
     }
 
     scannet::SceneCalibration calibration_;

@@ -3,6 +3,7 @@
 #include <fresco/recordings/recorded_view.h>
 #include <fresco/recordings/recording_stage.h>
 #include <fresco/run_context.h>
+#include <fresco/surface_size.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -203,7 +204,9 @@ class ScanSevenScenes final : public RecordingStage
             .memory_mb = {.fixed = 20, .per = {{fresco::count::faces, 1e-4}}},
             .disk_mb = {.per = {{fresco::count::faces, 2.1e-5}}},
             .makes = {{fresco::count::frames, {.files = "path", .pattern = "seq-*/frame-*.pose.txt", .divided_by = {"every"}}},
-                      {fresco::count::faces, {.files = "path", .pattern = "mesh.ply", .bytes_each = 21}}}};
+                      {fresco::count::faces, {.files = "path", .pattern = "mesh.ply", .bytes_each = 21}},
+                      {fresco::count::square_meters,
+                       {.files = "path", .pattern = "mesh.ply", .bytes_each = fresco::count::scan_bytes_per_square_meter}}}};
     }
 
     seven_scenes::Calibration calibration_;

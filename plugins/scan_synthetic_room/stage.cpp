@@ -9,6 +9,7 @@
 #include <fresco/parallel.h>
 #include <fresco/regions/regions.h>
 #include <fresco/stage.h>
+#include <fresco/surface_size.h>
 
 #include <fmt/format.h>
 
@@ -113,6 +114,7 @@ class ScanSyntheticRoom final : public fresco::Stage
                 .disk_mb = {.per = {{fresco::count::faces, 2.1e-5}, {fresco::count::pixels, 6e-7}}},
                 .makes = {{fresco::count::frames, {.option = "frames_count"}},
                           {fresco::count::faces, {.number = 190, .divided_by = {"edge_m", "edge_m"}}},
+                          {fresco::count::square_meters, {.number = 20, .times = {"length_m"}}},
                           {fresco::count::pixels, {.squares_of = "color_height_px"}}}};
     }
 };

@@ -5,6 +5,7 @@
 #include <fresco/frames.h>
 #include <fresco/geometry/upright.h>
 #include <fresco/stage.h>
+#include <fresco/surface_size.h>
 #include <fresco/texture.h>
 
 #include <fmt/format.h>
@@ -67,9 +68,7 @@ class TextureSynthesize final : public Stage
     {
         return {.seconds = {.fixed = 30, .per = {{count::texels, 5e-7}}},
                 .parallel_share = 0.9,
-                // 23 MB per square meter with strokes of 3.5 cm and detail, and nobody knows before how large the surface is: 70
-                // of them.
-                .memory_mb = {.fixed = 1700, .per = {{count::texels, 2.6e-5}}},
+                .memory_mb = {.fixed = 400, .per = {{count::texels, 1.3e-4}, {count::square_meters, 3}}},
                 .disk_mb = {.per = {{count::texels, 1.9e-5}}},
                 .makes = {{count::texels, {.squares_of = "size_px"}}}};
     }

@@ -201,6 +201,9 @@ Sizes carried(const PipelineStage& stage, const Counts& counts, const std::map<s
             const bool is_general = std::ranges::none_of(counts, is_about);
             for (const auto& [name, size] : source->second)
             {
+                // Of a recording without a mesh, none is known.
+                if (size <= 0)
+                    continue;
                 const auto& count = *counts.find(name);
                 if (is_general || is_about(count))
                     (is_general ? others : own).emplace(name, size);

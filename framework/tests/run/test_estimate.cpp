@@ -105,6 +105,19 @@ stages:
     expect(estimate, "last", 0.5, 150, 50);
 }
 
+TEST_CASE("Behind a recording without a mesh, faces are assumed", "[estimate]")
+{
+    const Scanned folder;
+    std::filesystem::remove(folder.path() / "scan/mesh.ply");
+    const PipelineEstimate estimate = estimated(folder, R"(version: 1
+stages:
+  scan: {type: scan.folder, path: scan}
+  mesh: {type: mesh.decimate, input: scan}
+)");
+    CHECK(estimate.notes == std::vector<std::string>{"mesh: 1000000 faces assumed: no input says how many"});
+    expect(estimate, "mesh", 1, 200, 50);
+}
+
 TEST_CASE("A cost that does not fit its stage is refused", "[estimate]")
 {
     const Value options = parse_json(R"([{"name": "path", "kind": "input_folder"}, {"name": "size_px", "kind": "int"},

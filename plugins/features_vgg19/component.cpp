@@ -89,19 +89,19 @@ class FeaturesVgg19 final : public fresco::FeatureNetwork, public fresco::Partia
     }
 
     std::vector<torch::Tensor> encode_around(const torch::Tensor& picture, const std::vector<std::string>& names,
-                                             const fresco::Raster8& pixels) const override
+                                             const fresco::ReadPixels& read) const override
     {
-        return encode(picture, names, &pixels);
+        return encode(picture, names, &read);
     }
 
   private:
     std::vector<torch::Tensor> encode(const torch::Tensor& picture, const std::vector<std::string>& names,
-                                      const fresco::Raster8* pixels) const
+                                      const fresco::ReadPixels* read) const
     {
         for (const auto& name : names)
             layer(name);
         if (*convolutions == "auto")
-            return network_.encode(picture, names, pixels);
+            return network_.encode(picture, names, read);
         return network_.encode_generally(
             picture, names, *convolutions == "plain" ? vgg19::Order::channels_outermost : vgg19::Order::channels_innermost);
     }

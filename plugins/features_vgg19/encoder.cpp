@@ -219,12 +219,12 @@ torch::Tensor CpuEncoder::picture_gradient(GradientView gradient, MapsShape shap
     return result;
 }
 
-CpuEncoder::Needed CpuEncoder::needed(const fresco::Raster8& pixels, const std::vector<std::size_t>& wanted) const
+CpuEncoder::Needed CpuEncoder::needed(const fresco::ReadPixels& read, const std::vector<std::size_t>& wanted) const
 {
     const std::size_t count = wanted.back() + 1;
     std::vector<fresco::Raster8> own;  // The pixels, on each convolution's grid.
     for (std::size_t i = 0; i < count; ++i)
-        own.push_back(i == 0 ? pixels : layers_[i]->pooled ? halved(own.back()) : own.back());
+        own.push_back(i == 0 ? read.features : layers_[i]->pooled ? halved(own.back()) : own.back());
     Needed result{std::vector<fresco::Raster8>(count), {}};
     for (std::size_t i = count; i-- > 0;)
     {
@@ -235,7 +235,7 @@ CpuEncoder::Needed CpuEncoder::needed(const fresco::Raster8& pixels, const std::
         if (i + 1 < count)
             add(responses, grown(result.responses[i + 1]), layers_[i + 1]->pooled ? 2 : 1);
     }
-    fresco::Raster8 seen = pixels;
+    fresco::Raster8 seen = read.gradient;
     for (std::size_t i = 0; i < count; ++i)
     {
         if (layers_[i]->pooled)
@@ -249,13 +249,13 @@ CpuEncoder::Needed CpuEncoder::needed(const fresco::Raster8& pixels, const std::
 }
 
 std::vector<torch::Tensor> CpuEncoder::encode(const torch::Tensor& picture, const std::vector<std::size_t>& wanted,
-                                              const fresco::Raster8* pixels) const
+                                              const fresco::ReadPixels* read) const
 {
     auto tape = c10::make_intrusive<Tape>();
     tape->encoder = shared_from_this();
     tape->wanted = wanted;
-    if (pixels != nullptr)
-        tape->needed = needed(*pixels, wanted);
+    if (read != nullptr)
+        tape->needed = needed(*read, wanted);
     if (!picture.requires_grad() || !at::GradMode::is_enabled())
         return encode(picture, *tape, false);
     return Function::apply(picture, tape);

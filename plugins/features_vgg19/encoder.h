@@ -2,7 +2,7 @@
 
 #include "convolution.h"
 
-#include <fresco/image.h>
+#include <fresco/torch/partial_features.h>
 #include <fresco/weights/vgg19.h>
 
 #include <torch/types.h>
@@ -36,9 +36,9 @@ class CpuEncoder : public std::enable_shared_from_this<CpuEncoder>
 
     /// Responses of the convolutions `wanted` (ascending, each once; not empty) to `picture` (3 x H x W, RGB in [0,1]), each
     /// C x floor(H / stride) x floor(W / stride) with the channels innermost in memory. Differentiable once.
-    /// With `pixels` (H x W) only what PartialFeatures says is computed.
+    /// With `read`, it computes only what PartialFeatures says.
     std::vector<torch::Tensor> encode(const torch::Tensor& picture, const std::vector<std::size_t>& wanted,
-                                      const fresco::Raster8* pixels = nullptr) const;
+                                      const fresco::ReadPixels* read = nullptr) const;
 
   private:
     struct Function;
@@ -61,7 +61,7 @@ class CpuEncoder : public std::enable_shared_from_this<CpuEncoder>
     const Convolution3x3& backward(std::size_t layer) const;
     torch::Tensor network_input(const torch::Tensor& picture) const;
     torch::Tensor picture_gradient(GradientView gradient, MapsShape shape) const;
-    Needed needed(const fresco::Raster8& pixels, const std::vector<std::size_t>& wanted) const;
+    Needed needed(const fresco::ReadPixels& read, const std::vector<std::size_t>& wanted) const;
     std::vector<torch::Tensor> encode(const torch::Tensor& picture, Tape& tape, bool goes_back) const;
     /// Of the layer's own responses, channels innermost; undefined if the layer has none.
     static torch::Tensor own_gradient(const Tape& tape, const std::vector<torch::Tensor>& of_wanted, std::size_t layer);

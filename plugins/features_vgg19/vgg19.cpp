@@ -261,7 +261,7 @@ torch::Tensor Vgg19::network_input(const torch::Tensor& picture) const
 }
 
 std::vector<torch::Tensor> Vgg19::encode(const torch::Tensor& picture, const std::vector<std::string>& names,
-                                         const fresco::Raster8* pixels) const
+                                         const fresco::ReadPixels* read) const
 {
     std::vector<std::size_t> wanted;
     for (std::size_t i = 0; i < convolutions_.size(); ++i)
@@ -269,7 +269,7 @@ std::vector<torch::Tensor> Vgg19::encode(const torch::Tensor& picture, const std
             wanted.push_back(i);
     if (wanted.empty() || !CpuEncoder::takes(picture, convolutions_, wanted.back()))
         return encode_generally(picture, names);
-    const auto maps = on_cpu_->encode(picture, wanted, pixels);
+    const auto maps = on_cpu_->encode(picture, wanted, read);
     std::vector<torch::Tensor> result;
     for (const auto& name : names)
         for (std::size_t i = 0; i < wanted.size(); ++i)

@@ -50,9 +50,9 @@ class Vgg19
     std::vector<fresco::FeatureLayer> layers() const;
     /// Named layers of `picture` (RGB in [0,1], 3 x H x W, float32 or float64), each C x floor(H / stride) x floor(W / stride).
     /// Float32 pictures on the CPU take the fast way.
-    /// With `pixels`, it computes only what PartialFeatures says.
+    /// With `read`, it computes only what PartialFeatures says.
     std::vector<torch::Tensor> encode(const torch::Tensor& picture, const std::vector<std::string>& names,
-                                      const fresco::Raster8* pixels = nullptr) const;
+                                      const fresco::ReadPixels* read = nullptr) const;
     /// The same by libtorch's convolutions, on any device and in float64 too, on maps that lie in memory in this order.
     std::vector<torch::Tensor> encode_generally(const torch::Tensor& picture, const std::vector<std::string>& names,
                                                 Order order = Order::channels_innermost) const;

@@ -160,8 +160,7 @@ double share_of_ones(const Raster8& mask)
     return static_cast<double>(ones) / static_cast<double>(mask.values.size());
 }
 
-/// On the CPU, where encoding a camera picture takes as long as a third of a step. The kitchen's 42 views need ??? at the paper's
-/// layers.
+/// On the CPU, where encoding a camera picture takes a third of a step that does so.
 constexpr std::size_t kept_camera_bytes = std::size_t{1} << 31U;
 
 class Loop

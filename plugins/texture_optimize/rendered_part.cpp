@@ -52,12 +52,12 @@ encoded_layer(std::map<std::string, torch::Tensor>& known, const std::vector<std
     return known.at(layer);
 }
 
-/// With what the pixels do not need left out, if the network can do that.
+/// With what nobody reads left out, if the network can do that.
 std::vector<torch::Tensor> encoded_around(const FeatureNetwork& network, const torch::Tensor& picture,
-                                          const std::vector<std::string>& layers, const Raster8& pixels)
+                                          const std::vector<std::string>& layers, const ReadPixels& read)
 {
     const auto* partial = dynamic_cast<const PartialFeatures*>(&network);
-    return partial != nullptr ? partial->encode_around(picture, layers, pixels) : network.encode(picture, layers);
+    return partial != nullptr ? partial->encode_around(picture, layers, read) : network.encode(picture, layers);
 }
 
 torch::Tensor cut(const torch::Tensor& picture, const PixelBox& box)
@@ -65,13 +65,13 @@ torch::Tensor cut(const torch::Tensor& picture, const PixelBox& box)
     return picture.slice(1, box.y0, box.y1).slice(2, box.x0, box.x1);
 }
 
-/// The mask of the crop's core, as large as what is encoded.
-Raster8 core_mask(const Raster8& mask, const Crop& crop)
+/// The mask inside `part`, as large as `whole`, which holds it.
+Raster8 cut(const Raster8& mask, const PixelBox& part, const PixelBox& whole)
 {
-    Raster8 result(crop.encoded.x1 - crop.encoded.x0, crop.encoded.y1 - crop.encoded.y0);
-    for (int y = crop.core.y0; y < crop.core.y1; ++y)
-        for (int x = crop.core.x0; x < crop.core.x1; ++x)
-            result.at(x - crop.encoded.x0, y - crop.encoded.y0) = mask.at(x, y);
+    Raster8 result(whole.x1 - whole.x0, whole.y1 - whole.y0);
+    for (int y = part.y0; y < part.y1; ++y)
+        for (int x = part.x0; x < part.x1; ++x)
+            result.at(x - whole.x0, y - whole.y0) = mask.at(x, y);
     return result;
 }
 
@@ -102,7 +102,8 @@ CroppedLevel* cropped_level(LevelData& data, const FeatureNetwork& network, cons
         }
         CroppedLevel level{covering_crops(data.pixels.all, rules), {}, {}};
         for (const auto& crop : level.crops)
-            level.cores.push_back(core_mask(data.pixels.all, crop));
+            level.pixels.push_back(
+                {cut(data.pixels.all, crop.core, crop.encoded), cut(data.pixels.all, crop.encoded, crop.encoded)});
         level.grids.resize(level.crops.size());
         found = data.cropped.emplace(&network, std::move(level)).first;
     }
@@ -117,7 +118,8 @@ const GridMask& crop_grid(const LevelData& data, CroppedLevel& level, std::size_
     if (found != known.end())
         return found->second;
     const auto& crop = level.crops[number];
-    auto mask = grid_mask(level.cores[number], core_mask(data.pixels.fine, crop), stride, Protocol::paper, device);
+    auto mask =
+        grid_mask(level.pixels[number].features, cut(data.pixels.fine, crop.core, crop.encoded), stride, Protocol::paper, device);
     return known.emplace(stride, std::move(mask)).first->second;
 }
 
@@ -263,7 +265,7 @@ torch::Tensor RenderedPart::selected_in_crops(CroppedLevel& level, const Feature
             (camera ? data_.camera_features : features_)[{&network, i}], wanted, layer,
             [&] {
                 return encoded_around(network, cut(camera ? data_.camera : image_, level.crops[i].encoded), wanted,
-                                      level.cores[i]);
+                                      level.pixels[i]);
             },
             [&](const std::string& name, const torch::Tensor& maps)
             { return selected_cells(maps, crop_grid(data_, level, i, network.layer(name).stride, image_.device())); }));

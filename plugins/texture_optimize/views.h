@@ -11,6 +11,7 @@
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
 #include <fresco/torch/loss.h>
+#include <fresco/torch/partial_features.h>
 #include <fresco/torch/texture_representation.h>
 #include <fresco/uv_maps.h>
 
@@ -84,7 +85,7 @@ struct SmallestCamera
 struct CroppedLevel
 {
     std::vector<Crop> crops;
-    std::vector<Raster8> cores;                  ///< Per crop, of the size of what is encoded: the level's pixels in its core.
+    std::vector<ReadPixels> pixels;  ///< Per crop, in what is encoded: the level's in its core, and all of the level's.
     std::vector<std::map<int, GridMask>> grids;  ///< Per crop, by stride: its core's cells, in its own grid.
 };
 

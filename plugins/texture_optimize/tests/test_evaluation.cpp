@@ -13,12 +13,16 @@
 #include <ATen/ops/conv2d.h>
 #include <ATen/ops/empty.h>
 #include <ATen/ops/equal.h>
+#include <ATen/ops/full_like.h>
 #include <ATen/ops/index_select.h>
 #include <ATen/ops/matmul.h>
 #include <ATen/ops/max_pool2d.h>
 #include <ATen/ops/ones.h>
 #include <ATen/ops/rand.h>
 #include <ATen/ops/relu.h>
+#include <ATen/ops/tensor.h>
+#include <ATen/ops/where.h>
+#include <ATen/ops/zeros_like.h>
 #include <torch/csrc/autograd/autograd.h>
 
 #include <atomic>
@@ -193,7 +197,7 @@ namespace
 {
 
 /// Two convolutions with a pooling between them, zeros beyond the border.
-class ConvolvedNetwork final : public FeatureNetwork
+class ConvolvedNetwork : public FeatureNetwork
 {
   public:
     ConvolvedNetwork()
@@ -219,6 +223,29 @@ class ConvolvedNetwork final : public FeatureNetwork
   private:
     torch::Tensor first_;
     torch::Tensor second_;
+};
+
+torch::Tensor as_tensor(const Raster8& mask)
+{
+    return at::tensor(at::ArrayRef<std::uint8_t>(mask.values), at::kByte).reshape({mask.height, mask.width}).to(at::kBool);
+}
+
+/// Gives nonsense where nobody reads.
+class PartialNetwork final : public ConvolvedNetwork, public PartialFeatures
+{
+  public:
+    std::vector<torch::Tensor> encode_around(const torch::Tensor& picture, const std::vector<std::string>& names,
+                                             const ReadPixels& read) const override
+    {
+        auto result = encode(at::where(as_tensor(read.gradient), picture, picture.detach()), names);
+        for (std::size_t i = 0; i < names.size(); ++i)
+        {
+            const int stride = layer(names[i]).stride;
+            const auto cells = at::max_pool2d(as_tensor(read.features).to(at::kFloat).unsqueeze(0), {stride, stride}) > 0;
+            result[i] = at::where(cells, result[i], at::full_like(result[i], 1e9));
+        }
+        return result;
+    }
 };
 
 /// Gram matrices and differences to the camera on both layers.
@@ -260,19 +287,24 @@ TEST_CASE("crops give the loss and the gradient of the whole frame, and encode l
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x)
         {
-            // Two corners and a spot between them.
-            const bool in = (x < 13 && y < 9) || (x > 50 && y > 36) || (std::abs(x - 30) < 3 && std::abs(y - 20) < 4);
+            // An angle, whose arms see each other, a corner and a spot between them.
+            const bool in =
+                (x < 40 && y < 5) || (x < 5 && y < 36) || (x > 50 && y > 36) || (std::abs(x - 30) < 3 && std::abs(y - 20) < 4);
             data.pixels.all.at(x, y) = in ? 1 : 0;
             data.pixels.fine.at(x, y) = in && (x + y) % 3 != 0 ? 1 : 0;
         }
     const auto image = at::rand({3, height, width}, at::kDouble).set_requires_grad(true);
-    ConvolvedNetwork network;
-    const std::map<std::string, std::shared_ptr<Loss>> losses{{"selected", std::make_shared<SelectedLoss>(network)}};
+    ConvolvedNetwork whole_network;
+    PartialNetwork partial_network;
+    const auto mask = as_tensor(data.pixels.all);
     std::vector<double> values;
     std::vector<torch::Tensor> gradients;
     std::vector<std::int64_t> pixels;
-    for (const bool crops : {false, true})
+    for (ConvolvedNetwork* const used : {&whole_network, &whole_network, static_cast<ConvolvedNetwork*>(&partial_network)})
     {
+        const bool crops = !values.empty();
+        ConvolvedNetwork& network = *used;
+        const std::map<std::string, std::shared_ptr<Loss>> losses{{"selected", std::make_shared<SelectedLoss>(network)}};
         auto level = LevelData{};
         level.camera = data.camera;
         level.pixels = data.pixels;
@@ -304,7 +336,10 @@ TEST_CASE("crops give the loss and the gradient of the whole frame, and encode l
     CHECK(values[1] == Approx(values[0]).epsilon(1e-12));
     CHECK((gradients[1] - gradients[0]).abs().max().item<double>() < 1e-11 * gradients[0].abs().max().item<double>());
     CHECK(gradients[0].abs().max().item<double>() > 0);
-    CHECK(2 * pixels[1] < pixels[0]);
+    CHECK(values[2] == Approx(values[0]).epsilon(1e-12));
+    CHECK(((gradients[2] - gradients[0]) * mask).abs().max().item<double>() < 1e-11 * gradients[0].abs().max().item<double>());
+    CHECK(((gradients[2] - gradients[0]) * mask.logical_not()).abs().max().item<double>() > 0);
+    CHECK(4 * pixels[1] < 3 * pixels[0]);
 }
 
 TEST_CASE("the evaluation's gradient is that of the weighted sum over losses and levels")
@@ -440,6 +475,40 @@ TEST_CASE("the released code takes the sensor's depth where every frame has it, 
     CHECK(numbers(Protocol::paper) == by_mesh);
     CHECK(numbers(Protocol::released_scannet) == std::vector<int>{1});
     CHECK(numbers(Protocol::released_matterport3d) == std::vector<int>{0, 1});
+}
+
+TEST_CASE("camera features are kept for a view's next visit while there is room, and then not encoded again")
+{
+    const World world;
+    const auto& network = *world.network;
+    const Demands wanted{{&network, {{"half"}, {"half"}, false}}};
+    /// Loads the view, asks for its camera and says how much was encoded.
+    const auto visit = [&](CameraMemory& memory, std::size_t number, torch::Tensor& features)
+    {
+        const auto data = load_view(world.source, number, world.texture, all_pixels);
+        memory.give_back(*data);
+        const int before = network.encoded;
+        auto& level = data->levels.back();
+        RenderedPart part({}, at::zeros_like(level.camera), level, wanted);
+        features = part.camera_selected(network, "half", Pixels::all);
+        memory.keep(*data);
+        return network.encoded - before;
+    };
+    torch::Tensor first;
+    torch::Tensor again;
+    CameraMemory none(0);
+    CHECK(visit(none, 0, first) == 1);
+    CHECK(visit(none, 0, again) == 1);
+    CameraMemory memory(1 << 20);
+    CHECK(visit(memory, 0, first) == 1);
+    CHECK(visit(memory, 1, again) == 1);
+    CHECK(visit(memory, 0, again) == 0);
+    CHECK(again.equal(first));
+    CameraMemory small(static_cast<std::size_t>(first.numel()) * 4);
+    CHECK(visit(small, 0, first) == 1);
+    CHECK(visit(small, 1, first) == 1);
+    CHECK(visit(small, 0, first) == 0);
+    CHECK(visit(small, 1, first) == 1);
 }
 
 TEST_CASE("camera features of the smallest height are enlarged between the centers of cells")

@@ -10,6 +10,13 @@
 namespace fresco
 {
 
+/// Pixels of a picture, H x W each; 0 = no.
+struct ReadPixels
+{
+    Raster8 features;
+    Raster8 gradient;
+};
+
 /// What a feature network may be besides: one that leaves out work nobody reads. A level of a view often has few of the frame's
 /// pixels, while the features of these see as many again around them.
 class PartialFeatures
@@ -17,10 +24,10 @@ class PartialFeatures
   public:
     virtual ~PartialFeatures();
 
-    /// \see FeatureNetwork::encode, where of `pixels` (H x W, 0 = no) only this is read: the features of cells that hold one, and
-    /// the picture's gradient there. Everything else is finite where that is, and else arbitrary.
+    /// \see FeatureNetwork::encode, where only features of cells with a pixel in `read.features` are read, and the picture's
+    /// gradient only at the pixels in `read.gradient`. Everything else is finite where these are, and else arbitrary.
     virtual std::vector<torch::Tensor> encode_around(const torch::Tensor& picture, const std::vector<std::string>& layers,
-                                                     const Raster8& pixels) const = 0;
+                                                     const ReadPixels& read) const = 0;
 };
 
 }  // namespace fresco

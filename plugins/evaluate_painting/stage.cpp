@@ -1,4 +1,5 @@
 #include "figure_table.h"
+#include "repeats.h"
 #include "stroke_size.h"
 #include "texture_figures.h"
 #include "view_figures.h"
@@ -37,6 +38,8 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr Wanted seams_wanted{-infinity, 1.25};
 constexpr Wanted picture_used_wanted{0.4, infinity};
 constexpr Wanted largest_share_wanted{-infinity, 0.05};
+constexpr Wanted repeats_wanted{-infinity, 0.4};
+constexpr Wanted weave_wanted{-infinity, 0.05};
 constexpr double stroke_tolerance = 0.15;
 constexpr double most_size_by_distance = 0.1;
 constexpr double least_independent_places = 100;
@@ -72,7 +75,8 @@ class EvaluatePainting final : public Stage
     void check_inputs() const
     {
         const bool has_views = views.has_value() || !folder->empty();
-        if (!has_views && ((style.has_value() && *stroke_cm == 0) || frames.has_value()))
+        const bool shows_repeats = source.has_value() && textured_mesh.has_value();
+        if (!has_views && ((style.has_value() && *stroke_cm == 0 && !shows_repeats) || frames.has_value()))
             throw Error(std::string("port '") + (frames.has_value() ? "frames" : "style") +
                         "' is compared with views: wire 'views' to what render.views made, or set 'folder'");
         if (*stroke_cm > 0 && (!style.has_value() || !textured_mesh.has_value()))
@@ -207,12 +211,17 @@ class EvaluatePainting final : public Stage
             run.warning("the texture on port 'start' or the painting has one color around its seams: 'seams' is not defined");
     }
 
-    void measure_source(std::vector<Figure>& found, Value::Map& result) const
+    void measure_source(std::vector<Figure>& found, Value::Map& result, RunContext& run) const
     {
         const SourceUse use = source_use(*source);
         found.push_back({"picture_used", use.picture_used, std::nullopt, picture_used_wanted});
         found.push_back({"largest_share", use.largest_share, std::nullopt, largest_share_wanted});
         result.emplace_back("texels_from_picture", use.texels);
+        if (!textured_mesh.has_value() || !style.has_value())
+            return;
+        const Repeats seen = repeats(copied_points(*source, textured_mesh->mesh, on_white(style->pixels), run), run);
+        found.push_back({"repeats", seen.repeats, std::nullopt, repeats_wanted});
+        found.push_back({"weave", seen.weave, std::nullopt, weave_wanted});
     }
 
     void measure_strokes(std::vector<Figure>& found, Value::Map& result, RunContext& run) const
@@ -265,7 +274,7 @@ class EvaluatePainting final : public Stage
         if (textured_mesh.has_value())
             measure_seams(found, result, run);
         if (source.has_value())
-            measure_source(found, result);
+            measure_source(found, result, run);
         if (*stroke_cm > 0)
             measure_strokes(found, result, run);
 

@@ -258,8 +258,8 @@ void Level::resume(std::vector<Vec3f> colors, std::vector<Match> matches, std::v
     const auto is_finite = [](Vec3f v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); };
     const auto is_match = [&](const Match& match)
     {
-        return is_finite({match.at.x, match.at.y, match.distance}) && match.distance >= 0 &&
-               std::abs(length(match.turn) - 1) < 1e-3F;
+        return is_finite({match.at.x, match.at.y, match.distance}) && picture_.inside(match.at) == match.at &&
+               match.distance >= 0 && std::abs(length(match.turn) - 1) < 1e-3F;
     };
     if (!std::all_of(colors.begin(), colors.end(), is_finite) || !std::all_of(matches.begin(), matches.end(), is_match) ||
         !std::all_of(crowding.begin(), crowding.end(), [](float v) { return std::isfinite(v) && v >= 1; }))
@@ -305,7 +305,7 @@ void Level::paint_round(const Progress& progress)
     const auto g = static_cast<float>(options_.faithfulness);
     std::vector<Vec3f>& wanted = colors_;
     for_each_texel(grid_, progress, [&](std::size_t t) { wanted[t] = colors_[t] * (1 - g) + start_[t] * g; });
-    matches_ = search(patches_, grid_, wanted, picture_, options_.search, crowding_, progress);
+    matches_ = search(patches_, grid_, wanted, picture_, options_.search, matches_, crowding_, progress);
     update_crowding(picture_, matches_, crowding_);
     for_each_texel(grid_, progress,
                    [&](std::size_t t)

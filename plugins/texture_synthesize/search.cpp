@@ -1,5 +1,7 @@
 #include "search.h"
 
+#include "nearby_uses.h"
+
 #include <fresco/numerics/noise.h>
 #include <fresco/parallel.h>
 
@@ -220,6 +222,9 @@ constexpr float coherence_factor = 2;
 constexpr float coherence_tolerance = 15;  // L*a*b*² per value
 /// A place so far beyond the picture's border does not continue a neighbor's: moved inside, it would only repeat it.
 constexpr float beyond_border = 2;  // pixels
+/// Each key belongs to a class, one of two strokes' square in the picture: the best keys of all classes are in different places.
+constexpr std::size_t classes_count = 8;
+constexpr double class_strokes = 2;
 /// Of strokes that run across the direction that they should have.
 constexpr float misalignment_cost = 600;  // L*a*b*² per value
 
@@ -227,10 +232,12 @@ class Search
 {
   public:
     Search(const Patches& patches, const SurfaceGrid& grid, std::span<const Vec3f> wanted, const StylePicture& picture,
-           const SearchOptions& options, const Progress& progress)
-        : patches_(patches), grid_(grid), wanted_(wanted), picture_(picture), progress_(progress),
+           const SearchOptions& options, std::span<const Match> before, const Progress& progress)
+        : patches_(patches), grid_(grid), wanted_(wanted), picture_(picture), before_(before), progress_(progress),
           variety_(patches, grid, picture, options.stroke_px, options.variety, options.seed, progress),
-          lift_(static_cast<float>(options.lift)), seed_(options.seed), values_(picture.values_per_patch())
+          uses_(patches, grid, picture, options.stroke_px), lift_(static_cast<float>(options.lift)),
+          repeat_cost_(static_cast<float>(options.repeat_cost)), weave_cost_(static_cast<float>(options.weave_cost)),
+          stroke_px_(options.stroke_px), seed_(options.seed), values_(picture.values_per_patch())
     {
     }
 
@@ -260,6 +267,12 @@ class Search
                      });
     }
 
+    /// The patches that are next to each other follow each other.
+    std::span<const std::uint32_t> ordered(std::size_t begin, std::size_t end) const
+    {
+        return std::span(uses_.order()).subspan(begin, end - begin);
+    }
+
     void sample(std::size_t patch, std::vector<Vec3f>& out, std::size_t place) const
     {
         patches_.sample(grid_, wanted_, patch, &out[place * (values_ / 3)]);
@@ -282,6 +295,13 @@ class Search
         return features;
     }
 
+    struct KeyClass
+    {
+        std::vector<std::size_t> keys;
+        std::vector<float> weights;
+        std::vector<float> features;
+    };
+
     std::vector<Match> best_keys() const
     {
         const FeatureSizes sizes{picture_.feature_count(), Variety::fields};
@@ -292,30 +312,70 @@ class Search
             std::copy_n(squared, sizes.squared, out);
             std::transform(plain, plain + sizes.plain, out + sizes.squared, [factor](float v) { return factor * v; });
         };
-        std::vector<float> key_features(picture_.key_count() * sizes.all());
+        std::vector<KeyClass> classes(classes_count);
         for (std::size_t k = 0; k < picture_.key_count(); ++k)
-            joined(&picture_.key_features()[k * sizes.squared], variety_.of_key(k), 1, &key_features[k * sizes.all()]);
-        const NearestKeys keys(key_features, sizes, weights_, lift_ * scale, patch_kernel());
+        {
+            const auto square = [&](float v)
+            { return static_cast<std::uint32_t>(static_cast<double>(v) / (class_strokes * stroke_px_)); };
+            KeyClass& of = classes[noise::hash(square(picture_.key(k).x), square(picture_.key(k).y)) % classes_count];
+            of.keys.push_back(k);
+            of.weights.push_back(weights_[k]);
+            of.features.resize(of.features.size() + sizes.all());
+            joined(&picture_.key_features()[k * sizes.squared], variety_.of_key(k), 1,
+                   of.features.data() + of.features.size() - sizes.all());
+        }
+        std::erase_if(classes, [](const KeyClass& of) { return of.keys.empty(); });
+        std::vector<NearestKeys> nearest_keys;
+        for (KeyClass& of : classes)
+            nearest_keys.emplace_back(std::exchange(of.features, {}), sizes, of.weights, lift_ * scale, patch_kernel());
 
         std::vector<Match> matches(patches_.count());
         in_pieces(matches.size(),
                   [&](std::size_t begin, std::size_t end)
                   {
-                      std::vector<Vec3f> samples((end - begin) * values_ / 3);
-                      std::vector<float> projected((end - begin) * sizes.squared);
-                      std::vector<float> features((end - begin) * sizes.all());
-                      std::vector<Nearest> nearest(end - begin);
-                      for (std::size_t i = begin; i < end; ++i)
-                          sample(i, samples, i - begin);
-                      picture_.project(values(samples, 0), end - begin, projected.data());
-                      for (std::size_t i = begin; i < end; ++i)
-                          joined(&projected[(i - begin) * sizes.squared], variety_.of_patch(i), scale,
-                                 &features[(i - begin) * sizes.all()]);
-                      keys.find(features.data(), end - begin, nearest.data());
-                      for (std::size_t i = begin; i < end; ++i)
-                          matches[i] = refined(values(samples, i - begin), picture_.key(nearest[i - begin].key));
+                      const std::size_t count = end - begin;
+                      const auto patches = ordered(begin, end);
+                      std::vector<Vec3f> samples(count * values_ / 3);
+                      std::vector<float> projected(count * sizes.squared);
+                      std::vector<float> features(count * sizes.all());
+                      std::vector<Nearest> nearest(count * classes.size());
+                      for (std::size_t i = 0; i < count; ++i)
+                          sample(patches[i], samples, i);
+                      picture_.project(values(samples, 0), count, projected.data());
+                      for (std::size_t i = 0; i < count; ++i)
+                          joined(&projected[i * sizes.squared], variety_.of_patch(patches[i]), scale, &features[i * sizes.all()]);
+                      for (std::size_t c = 0; c < classes.size(); ++c)
+                          nearest_keys[c].find(features.data(), count, &nearest[c * count]);
+                      NearbyUses::Map uses(uses_, before_);
+                      for (std::size_t i = 0; i < count; ++i)
+                      {
+                          uses.move_to(patches[i]);
+                          std::size_t best = 0;
+                          float least = std::numeric_limits<float>::infinity();
+                          for (std::size_t c = 0; c < classes.size(); ++c)
+                          {
+                              const Nearest& found = nearest[c * count + i];
+                              const std::size_t key = classes[c].keys[found.key];
+                              const float cost = found.score / scale + repeating(uses, patches[i], key, picture_.key(key));
+                              if (cost < least || (cost == least && key < best))
+                              {
+                                  least = cost;
+                                  best = key;
+                              }
+                          }
+                          matches[patches[i]] = refined(values(samples, i), picture_.key(best));
+                      }
                   });
         return matches;
+    }
+
+    /// What it costs that other copies of a place are seen nearby: one is as bad as many, so that the fit still decides where
+    /// there is no other place.
+    float repeating(const NearbyUses::Map& uses, std::size_t patch, std::size_t key, Vec2f at) const
+    {
+        const NearbyUses::Copies copies = uses.copies(patch, at);
+        const float motif = uses_.motif(key);
+        return repeat_cost_ * motif * std::min(copies.around, 1.0F) + weave_cost_ * (1 - motif) * std::min(copies.beside, 1.0F);
     }
 
     float distance(const float* patch, Vec2f at, Vec2f turn) const
@@ -339,10 +399,10 @@ class Search
         return patch_kernel().squared_distance(patch, found.data(), 3 * side, side, 3 * side) / static_cast<float>(values_);
     }
 
-    float score(std::size_t patch, float distance, Vec2f at, Vec2f turn) const
+    float score(const NearbyUses::Map& uses, std::size_t patch, float distance, Vec2f at, Vec2f turn) const
     {
         const std::size_t key = picture_.key_near(at);
-        const float cost = weights_[key] * (distance + lift_) + variety_.preference(patch, key);
+        const float cost = weights_[key] * (distance + lift_) + variety_.preference(patch, key) + repeating(uses, patch, key, at);
         return picture_.is_directed() ? cost + misalignment_cost * picture_.misalignment(at, turn) : cost;
     }
 
@@ -382,20 +442,23 @@ class Search
                   [&](std::size_t begin, std::size_t end)
                   {
                       std::vector<Vec3f> samples(values_ / 3);
-                      for (std::size_t i = begin; i < end; ++i)
+                      NearbyUses::Map uses(uses_, matches);
+                      for (const std::uint32_t patch : ordered(begin, end))
                       {
-                          sample(i, samples, 0);
-                          result[i] = continued(values(samples, 0), i, matches, sources);
+                          sample(patch, samples, 0);
+                          uses.move_to(patch);
+                          result[patch] = continued(values(samples, 0), patch, matches, sources, uses);
                       }
                   });
         return result;
     }
 
     Match continued(const float* patch_values, std::size_t patch, const std::vector<Match>& matches,
-                    const std::vector<char>& sources) const
+                    const std::vector<char>& sources, const NearbyUses::Map& uses) const
     {
         Match best = matches[patch];
-        float least = score(patch, (best.distance + coherence_tolerance + lift_) * coherence_factor - lift_, best.at, best.turn);
+        float least =
+            score(uses, patch, (best.distance + coherence_tolerance + lift_) * coherence_factor - lift_, best.at, best.turn);
         for (const std::uint32_t other : patches_.covers(patches_[patch].texel))
         {
             if (other == patch || sources[other] == 0)
@@ -407,7 +470,7 @@ class Search
                 continue;
             const Vec2f turn = picture_.is_directed() ? turned(axis_in(other, patch), source.turn) : source.turn;
             const float away = distance(patch_values, at, turn);
-            if (const float found = score(patch, away, at, turn); found < least)
+            if (const float found = score(uses, patch, away, at, turn); found < least)
             {
                 least = found;
                 best = {at, away, turn};
@@ -430,9 +493,14 @@ class Search
     const SurfaceGrid& grid_;
     std::span<const Vec3f> wanted_;
     const StylePicture& picture_;
+    std::span<const Match> before_;
     const Progress& progress_;
     Variety variety_;
+    NearbyUses uses_;
     float lift_;
+    float repeat_cost_;
+    float weave_cost_;
+    double stroke_px_;
     std::uint32_t seed_;
     std::size_t values_;
     std::vector<float> weights_;
@@ -441,10 +509,10 @@ class Search
 }  // namespace
 
 std::vector<Match> search(const Patches& patches, const SurfaceGrid& grid, std::span<const Vec3f> wanted,
-                          const StylePicture& picture, const SearchOptions& options, std::span<const float> crowding,
-                          const Progress& progress)
+                          const StylePicture& picture, const SearchOptions& options, std::span<const Match> before,
+                          std::span<const float> crowding, const Progress& progress)
 {
-    return Search(patches, grid, wanted, picture, options, progress).run(options.completeness, crowding);
+    return Search(patches, grid, wanted, picture, options, before, progress).run(options.completeness, crowding);
 }
 
 }  // namespace fresco::synthesize

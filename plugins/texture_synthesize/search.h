@@ -9,9 +9,9 @@
 #include <span>
 #include <vector>
 
-/// \file Finds the place in the picture that looks most like each patch of the surface. Two things keep the search from using the
-/// same few places everywhere: weights of keys (completeness, crowding) and preferences of places (Variety). The synthesis calls
-/// search() once per round; the parts are declared for tests.
+/// \file Finds the place in the picture that looks most like each patch of the surface. Three things keep the search from using
+/// the same few places everywhere: weights of keys (completeness, crowding), preferences of places (Variety) and a price for what
+/// is seen nearby (NearbyUses). The synthesis calls search() once per round; the parts are declared for tests.
 
 namespace fresco::synthesize
 {
@@ -98,19 +98,22 @@ struct SearchOptions
     double stroke_px;     ///< Width of a stroke, in texels and in pixels of the level's picture.
     double variety;       ///< See Variety; L*a*b*² per value.
     double lift;          ///< Added to all distances, so that completeness counts among good fits. L*a*b*² per value.
+    double repeat_cost;   ///< Of a motif that is also seen around a patch (see NearbyUses). L*a*b*² per value.
+    double weave_cost;    ///< Of a plain place that is also used beside it.
     std::uint32_t seed;   ///< Of Variety.
 };
 
 /// Finds the best place in the picture for every patch, in three steps: an exact search over the keys by principal components; by
 /// all values, the best position between this key and its neighbors; and the places that continue those of neighboring patches,
-/// which may differ more (coherence; Ashikhmin 2001, Hertzmann et al. 2001). A place costs w (d + lift) + preference, where w
-/// combines the key's completeness and crowding, 1 on average. In a picture with directions, keys are turned so that strokes run
-/// along x; a place that continues another keeps its rotation on the surface, and costs more if its strokes deviate from the
-/// lines. `wanted`: per texel, L*a*b*. `crowding`: per key, see update_crowding. The same for any number of threads. Throws
-/// Canceled.
+/// which may differ more (coherence; Ashikhmin 2001, Hertzmann et al. 2001). A place costs w (d + lift) + preference + price,
+/// where w combines the key's completeness and crowding, 1 on average, and the price is that of a place that the surface nearby
+/// shows. The first step compares the best key of each of eight classes by it, as `before`, the last round's matches, are (empty:
+/// no price); the last step as the matches are then. In a picture with directions, keys are turned so that strokes run along x; a
+/// place that continues another keeps its rotation on the surface, and costs more if its strokes deviate from the lines.
+/// `wanted`: per texel, L*a*b*. `crowding`: per key, see update_crowding. The same for any number of threads. Throws Canceled.
 std::vector<Match> search(const Patches& patches, const SurfaceGrid& grid, std::span<const Vec3f> wanted,
-                          const StylePicture& picture, const SearchOptions& options, std::span<const float> crowding,
-                          const Progress& progress);
+                          const StylePicture& picture, const SearchOptions& options, std::span<const Match> before,
+                          std::span<const float> crowding, const Progress& progress);
 
 /// The weight of each key's distances: 1 / (α + the least distance of any of `queries`), so that parts of the picture that no
 /// query resembles are used, too (completeness; Granot et al. 2022). `queries`: n x feature_count(). Throws Canceled.

@@ -234,6 +234,8 @@ constexpr int coarse_stride = 3;
 constexpr int fine_stride = 4;
 constexpr int preview_px = 512;
 constexpr int least_patch_px = 5;
+constexpr double repeat_cost = 45;  // L*a*b*² per value; half of it where strokes are narrower: they show the room.
+constexpr double weave_cost = 12;
 constexpr int most_halvings = 2;  // Of strokes, where there is detail.
 constexpr int detail_rounds = 2;
 constexpr double detail_faithfulness = 0.5;
@@ -338,14 +340,18 @@ class Synthesis
         const bool is_full = texels == stroke_texels;
         // Of fewer texels, patches are smaller: else they would show no more detail than those under them.
         const int small_patch = std::max(least_patch_px, options_.patch_px * 2 / 3 / 2 * 2 + 1);
-        const LevelOptions options{
-            .side = is_full ? options_.patch_px : small_patch,
-            .stride = is_full ? fine_stride : coarse_stride,
-            .faithfulness = detail_faithfulness,
-            .unrest = 0,
-            .least_missing = least_missing / options_.detail * std::pow(missing_ratio, halvings - 1),
-            .search = {
-                .completeness = options_.completeness, .stroke_px = texels, .variety = 0, .lift = 0, .seed = options_.seed}};
+        const LevelOptions options{.side = is_full ? options_.patch_px : small_patch,
+                                   .stride = is_full ? fine_stride : coarse_stride,
+                                   .faithfulness = detail_faithfulness,
+                                   .unrest = 0,
+                                   .least_missing = least_missing / options_.detail * std::pow(missing_ratio, halvings - 1),
+                                   .search = {.completeness = options_.completeness,
+                                              .stroke_px = texels,
+                                              .variety = 0,
+                                              .lift = 0,
+                                              .repeat_cost = repeat_cost / 2,
+                                              .weave_cost = weave_cost / 2,
+                                              .seed = options_.seed}};
         return std::make_unique<Level>(task_, options_.stroke_m / std::exp2(halvings) / texels, texels / stroke_px_, options,
                                        run_, &under);
     }
@@ -370,6 +376,8 @@ class Synthesis
                            .stroke_px = stroke_texels / std::exp2(level),
                            .variety = 5 * freedom,
                            .lift = 8 * freedom,
+                           .repeat_cost = repeat_cost,
+                           .weave_cost = weave_cost,
                            .seed = options_.seed}};
     }
 

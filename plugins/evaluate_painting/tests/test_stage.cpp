@@ -197,6 +197,15 @@ TEST_CASE("seams and the use of the picture, without any view")
     CHECK(result.at("figures").at("largest_share").at("reached").as_bool());
     CHECK(result.find("views") == nullptr);
 
+    CHECK(result.at("figures").find("repeats") == nullptr);
+
+    // A coherent copy of the picture, in both charts.
+    wall.source->picture_width = wall.source->picture_height = 256;
+    const testing::Inputs with_style{{"textured_mesh", wall.mesh}, {"source", wall.source}, {"style", recording.style}};
+    const Value coherent = recording.judge(Value::Map{}, with_style, run);
+    CHECK(coherent.at("figures").at("repeats").at("value").as_double() == 0);
+    CHECK(coherent.at("figures").at("weave").at("reached").as_bool());
+
     const Value alone = recording.judge(Value::Map{}, {{"textured_mesh", wall.mesh}}, run);
     CHECK(alone.at("seam_ratio").as_double() > 3);
     CHECK(alone.at("figures").as_map().empty());
@@ -230,6 +239,9 @@ TEST_CASE("the stage says what is missing or does not belong together")
     refused({{"views", recording.views}}, "wire one of them or both");
     refused(recording.all_views(), "either port 'views'", folder);
     refused({{"views", recording.views}, {"start", wall.start}, {"style", recording.style}}, "wire 'textured_mesh'");
+
+    refused({{"textured_mesh", wall.mesh}, {"source", wall.source}, {"style", recording.style}},
+            "has places in a picture of 64 x 64, the one on port 'style' is 256 x 256");
 
     wall.start->atlas = "another";
     refused({{"textured_mesh", wall.mesh}, {"start", wall.start}}, "the texture on port 'start'");

@@ -5,6 +5,7 @@
 #include "synthesis.h"
 
 #include <fresco/image.h>
+#include <fresco/images/filters.h>
 #include <fresco/images/lab.h>
 #include <fresco/math.h>
 #include <fresco/numerics/noise.h>
@@ -366,6 +367,7 @@ struct Searched
     std::vector<Found> found;
     std::vector<Numbers> looks;  ///< Per patch, what is looked for.
     Numbers weights;             ///< Per key.
+    std::vector<Found> uses;     ///< What the last pass charged for.
 };
 
 class PlainLevel
@@ -375,7 +377,8 @@ class PlainLevel
         : task_(task), level_(level), options_(options), wall_(task.surface, level.grid(), level.patches()),
           picture_(task.picture, scale, options.side),
           variety_(level.patches(), level.grid(), level.picture(), options.search.stroke_px, options.search.variety,
-                   options.search.seed, testing::TestRun(1))
+                   options.search.seed, testing::TestRun(1)),
+          motifs_(motifs())
     {
     }
 
@@ -425,7 +428,7 @@ class PlainLevel
     }
 
     /// A round's search.
-    Searched search(const std::vector<Vec3d>& colors, const Numbers& crowding) const
+    Searched search(const std::vector<Vec3d>& colors, const Numbers& crowding, const std::vector<Found>& before) const
     {
         const std::vector<Vec3d> begun = start();
         std::vector<Vec3d> wanted;
@@ -440,12 +443,12 @@ class PlainLevel
         }
         result.weights = key_weights(features, crowding);
         for (std::size_t p = 0; p < features.size(); ++p)
-            result.found.push_back(refined(result.looks[p], picture_.keys[best_key(p, features[p], result.weights)]));
+            result.found.push_back(refined(result.looks[p], picture_.keys[best_key(p, features[p], result.weights, before)]));
         for (int pass = 0; pass < 3; ++pass)
         {
-            const std::vector<Found> last = result.found;
+            result.uses = result.found;
             for (std::size_t p = 0; p < features.size(); ++p)
-                result.found[p] = continued(p, result.looks[p], last, result.weights, pass == 0);
+                result.found[p] = continued(p, result.looks[p], result.uses, result.weights, pass == 0);
         }
         return result;
     }
@@ -464,7 +467,52 @@ class PlainLevel
     double score(std::size_t patch, const Searched& searched, Vec2d at, bool is_own) const
     {
         const double distance = picture_.distance(searched.looks[patch], at);
-        return score(patch, is_own ? as_own(distance) : distance, at, searched.weights);
+        return score(patch, is_own ? as_own(distance) : distance, at, searched.weights, searched.uses);
+    }
+
+    /// Patches that show a place of the picture around a patch, other than the copy that it belongs to.
+    struct Copies
+    {
+        double around = 0;
+        double beside = 0;
+    };
+    Copies copies(std::size_t patch, Vec2d at, const std::vector<Found>& matches) const
+    {
+        if (matches.empty())
+            return {};
+        const double stroke_px = options_.search.stroke_px;
+        const auto away = [](double a, double b, double unit) { return std::abs(std::floor(a / unit) - std::floor(b / unit)); };
+        const auto is_from = [&](double v, double of)
+        {
+            const double cells = std::floor(v / (stroke_px / 2)) - std::floor(of / (stroke_px / 2) + 0.5);
+            return cells == -1 || cells == 0;
+        };
+        double patches = 0;
+        double around = 0;
+        double beside = 0;
+        for (std::size_t q = 0; q < matches.size(); ++q)
+        {
+            const double block_m = 2 * stroke_px * level_.grid().spacing_m();
+            const Vec3d a = vec_cast<double>(level_.patches()[patch].center);
+            const Vec3d b = vec_cast<double>(level_.patches()[q].center);
+            const double blocks = std::max({away(a.x, b.x, block_m), away(a.y, b.y, block_m), away(a.z, b.z, block_m)});
+            const auto& own = wall_.covers[level_.patches()[patch].texel];
+            const bool is_own =
+                std::any_of(own.begin(), own.end(),
+                            [&](const Covering& cover)
+                            {
+                                const Vec2d next = matches[q].at + cover.offset - at;
+                                return cover.patch == q && (q == patch || length(next) <= length(cover.offset) / 2);
+                            });
+            patches += static_cast<double>(wall_.covers[level_.patches()[q].texel].size());
+            if (is_own || !is_from(matches[q].at.x, at.x) || !is_from(matches[q].at.y, at.y))
+                continue;
+            around += blocks <= 4 ? 1 : 0;
+            beside += blocks <= 1 ? 1 : 0;
+        }
+        const double patches_per_copy =
+            patches / static_cast<double>(matches.size()) * std::pow(stroke_px / level_.patches().side(), 2);
+        return {around / patches_per_copy, beside / patches_per_copy};
     }
 
     /// The mean of the patches over each texel.
@@ -552,23 +600,54 @@ class PlainLevel
         return used / static_cast<double>(matches.size()) * width * height / (size.x * size.y);
     }
 
-    std::size_t best_key(std::size_t patch, const Numbers& features, const Numbers& weights) const
+    /// The best of each eighth of the keys, by squares of two strokes; of these the best with its price.
+    std::size_t best_key(std::size_t patch, const Numbers& features, const Numbers& weights,
+                         const std::vector<Found>& before) const
     {
-        std::size_t best = 0;
-        double least = std::numeric_limits<double>::infinity();
+        const double infinity = std::numeric_limits<double>::infinity();
+        std::array<double, 8> least;
+        std::array<std::size_t, 8> best{};
+        least.fill(infinity);
         for (std::size_t k = 0; k < weights.size(); ++k)
         {
             const double distance =
                 squared_distance(features, picture_.key_features[k]) / static_cast<double>(picture_.mean.size());
             const double sum =
                 weights[k] * (distance + options_.search.lift) + static_cast<double>(variety_.preference(patch, k));
-            if (sum < least)
+            const auto square = [&](double at) { return static_cast<std::uint32_t>(at / (2 * options_.search.stroke_px)); };
+            const std::size_t of = noise::hash(square(picture_.keys[k].x), square(picture_.keys[k].y)) % 8;
+            if (sum < least[of])
             {
-                least = sum;
-                best = k;
+                least[of] = sum;
+                best[of] = k;
             }
         }
-        return best;
+        for (std::size_t c = 0; c < 8; ++c)
+            if (least[c] < infinity)
+                least[c] += repeating(patch, picture_.keys[best[c]], before);
+        return best[static_cast<std::size_t>(std::min_element(least.begin(), least.end()) - least.begin())];
+    }
+
+    double repeating(std::size_t patch, Vec2d at, const std::vector<Found>& matches) const
+    {
+        const double motif = motifs_[picture_.key_near(at)];
+        const Copies found = copies(patch, at, matches);
+        return options_.search.repeat_cost * motif * std::min(found.around, 1.0) +
+               options_.search.weave_cost * (1 - motif) * std::min(found.beside, 1.0);
+    }
+
+    /// Per key, the variance around it as a share of itself and the median.
+    Numbers motifs() const
+    {
+        const RasterF variance = local_variance(picture_.lab, options_.search.stroke_px / 2);
+        Numbers result;
+        for (const Vec2d key : picture_.keys)
+            result.push_back(static_cast<double>(variance.at(static_cast<int>(key.x), static_cast<int>(key.y))));
+        Numbers sorted = result;
+        std::sort(sorted.begin(), sorted.end());
+        for (double& v : result)
+            v /= v + sorted[sorted.size() / 2];
+        return result;
     }
 
     Found refined(const Numbers& look, Vec2d key) const
@@ -584,10 +663,11 @@ class PlainLevel
         return best;
     }
 
-    double score(std::size_t patch, double distance, Vec2d at, const Numbers& weights) const
+    double score(std::size_t patch, double distance, Vec2d at, const Numbers& weights, const std::vector<Found>& uses) const
     {
         const std::size_t key = picture_.key_near(at);
-        return weights[key] * (distance + options_.search.lift) + static_cast<double>(variety_.preference(patch, key));
+        return weights[key] * (distance + options_.search.lift) + static_cast<double>(variety_.preference(patch, key)) +
+               repeating(patch, at, uses);
     }
 
     double as_own(double distance) const { return 2 * (distance + 15 + options_.search.lift) - options_.search.lift; }
@@ -607,7 +687,7 @@ class PlainLevel
                     bool only_leaders) const
     {
         Found best = matches[patch];
-        double least = score(patch, as_own(best.distance), best.at, weights);
+        double least = score(patch, as_own(best.distance), best.at, weights, matches);
         for (const Covering& cover : wall_.covers[level_.patches()[patch].texel])
         {
             if (only_leaders && !leads(cover.patch))
@@ -617,7 +697,7 @@ class PlainLevel
             if (length(at - beyond) >= 2)
                 continue;
             const double away = picture_.distance(look, at);
-            if (const double found = score(patch, away, at, weights); cover.patch != patch && found < least)
+            if (const double found = score(patch, away, at, weights, matches); cover.patch != patch && found < least)
             {
                 least = found;
                 best = {at, away};
@@ -666,6 +746,7 @@ class PlainLevel
     Wall wall_;
     Picture picture_;
     Variety variety_;
+    Numbers motifs_;
 };
 
 }  // namespace plain

@@ -50,7 +50,8 @@ struct StripedWall
                 .faithfulness = 0.5,
                 .unrest = 0,
                 .least_missing = least_missing,
-                .search = {.completeness = 2, .stroke_px = 8, .variety = 0, .lift = 0, .seed = 0}};
+                .search = {
+                    .completeness = 2, .stroke_px = 8, .variety = 0, .lift = 0, .repeat_cost = 22.5, .weave_cost = 4, .seed = 0}};
     }
 
     float stripes;

@@ -2,6 +2,7 @@
 #include "plain_synthesis.h"
 #include "samples.h"
 
+#include "nearby_uses.h"
 #include "synthesis.h"
 
 #include <fresco/images/stroke_width.h>
@@ -67,7 +68,7 @@ bool is_tie(const plain::PlainLevel& twin, const plain::Searched& searched, std:
 void compare_round(Level& level, const plain::PlainLevel& twin, testing::TestRun& run)
 {
     const plain::Numbers crowding(level.crowding().begin(), level.crowding().end());
-    const plain::Searched expected = twin.search(of(level.colors()), crowding);
+    const plain::Searched expected = twin.search(of(level.colors()), crowding, of(level.matches()));
     level.paint_round(run);
     REQUIRE(level.matches().size() == expected.found.size());
     const auto found = of(level.matches());
@@ -130,18 +131,21 @@ TEST_CASE("a whole synthesis is that of a plain twin")
 {
     SmallTask small;
     testing::TestRun run;
-    const LevelOptions usual{.side = 5,
-                             .stride = 4,
-                             .faithfulness = 0.27,
-                             .unrest = 10,
-                             .least_missing = 0,
-                             .search = {.completeness = 2, .stroke_px = 8, .variety = 5, .lift = 8, .seed = 0}};
-    const LevelOptions other{.side = 7,
-                             .stride = 4,
-                             .faithfulness = 0.45,
-                             .unrest = 20,
-                             .least_missing = 0,
-                             .search = {.completeness = 0.5, .stroke_px = 8, .variety = 40, .lift = 0, .seed = 7}};
+    const LevelOptions usual{
+        .side = 5,
+        .stride = 4,
+        .faithfulness = 0.27,
+        .unrest = 10,
+        .least_missing = 0,
+        .search = {.completeness = 2, .stroke_px = 8, .variety = 5, .lift = 8, .repeat_cost = 30, .weave_cost = 10, .seed = 0}};
+    const LevelOptions other{
+        .side = 7,
+        .stride = 4,
+        .faithfulness = 0.45,
+        .unrest = 20,
+        .least_missing = 0,
+        .search = {
+            .completeness = 0.5, .stroke_px = 8, .variety = 40, .lift = 0, .repeat_cost = 80, .weave_cost = 60, .seed = 7}};
     for (const LevelOptions& options : {usual, other})
     {
         const double spacing = 0.035;
@@ -173,6 +177,44 @@ TEST_CASE("a whole synthesis is that of a plain twin")
     }
 }
 
+TEST_CASE("uses nearby are those that every patch counts among all others")
+{
+    SmallTask small;
+    testing::TestRun run;
+    const LevelOptions options{
+        .side = 5,
+        .stride = 4,
+        .faithfulness = 0.5,
+        .unrest = 10,
+        .least_missing = 0,
+        .search = {.completeness = 2, .stroke_px = 3, .variety = 0, .lift = 0, .repeat_cost = 45, .weave_cost = 8, .seed = 0}};
+    Level level(small.task, 0.035, 0.9, options, run);
+    level.begin(nullptr, run);
+    level.paint_round(run);
+    const plain::PlainLevel twin(small.task, level, options, 0.9);
+    const NearbyUses uses(level.patches(), level.grid(), level.picture(), 3);
+    NearbyUses::Map map(uses, level.matches());
+    NearbyUses::Map unused(uses, {});
+    REQUIRE(uses.order().size() == level.patches().count());
+    const auto of_all = of(level.matches());
+    double most = 0;
+    std::size_t wrong = 0;
+    for (const std::uint32_t patch : uses.order())
+        for (const std::size_t of : {std::size_t{patch}, level.patches().count() / 2, std::size_t{0}})
+        {
+            map.move_to(patch);
+            const Vec2f at = level.matches()[of].at;
+            const NearbyUses::Copies found = map.copies(patch, at);
+            const auto expected = twin.copies(patch, {double{at.x}, double{at.y}}, of_all);
+            wrong += std::abs(double{found.around} - expected.around) > 1e-4 ||
+                     std::abs(double{found.beside} - expected.beside) > 1e-4;
+            most = std::max(most, expected.around - expected.beside);
+            CHECK(unused.copies(patch, at).around == 0);
+        }
+    CHECK(wrong == 0);
+    CHECK(most > 0);
+}
+
 TEST_CASE("a synthesis is its levels, with strokes eight texels wide in the finest")
 {
     SmallTask small;
@@ -181,8 +223,9 @@ TEST_CASE("a synthesis is its levels, with strokes eight texels wide in the fine
         double painterly, faithfulness;
         int levels, size, finest;  // Texels of the texture are 1 / 0.3 / size m wide.
     };
+    const double half = 0.5 * std::pow(0.3, 0.5);
     for (const Case& c :
-         {Case{0.5, 0.27386, 2, 128, 0}, Case{0, 0.5, 1, 128, 0}, Case{1, 0.15, 2, 50, 1}, Case{0.5, 0.27386, 3, 64, 0}})
+         {Case{0.5, half, 2, 128, 0}, Case{0, 0.5, 1, 128, 0}, Case{1, 0.15, 2, 50, 1}, Case{0.5, half, 3, 64, 0}})
     {
         CAPTURE(c.painterly, c.levels, c.size);
         testing::TestRun run;
@@ -212,6 +255,8 @@ TEST_CASE("a synthesis is its levels, with strokes eight texels wide in the fine
                                             .stroke_px = std::ldexp(8.0, -number),
                                             .variety = 10 * c.painterly,
                                             .lift = 16 * c.painterly,
+                                            .repeat_cost = 45,
+                                            .weave_cost = 12,
                                             .seed = 3}};
             auto next = std::make_unique<Level>(small.task, 0.035 * (1 << number), scale / (1 << number), o, run);
             next->begin(level.get(), run);

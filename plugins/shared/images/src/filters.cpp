@@ -101,6 +101,21 @@ RasterF blurred(const RasterF& picture, double sigma_px)
     return along_y(along_x(picture, kernel), kernel);
 }
 
+RasterF local_variance(const RasterF& picture, double sigma_px)
+{
+    const auto channels = static_cast<std::size_t>(picture.channels);
+    RasterF squares(picture.width, picture.height);
+    for (std::size_t i = 0; i < picture.values.size(); ++i)
+        squares.values[i / channels] += picture.values[i] * picture.values[i];
+    const RasterF mean = blurred(picture, sigma_px);
+    RasterF result = blurred(squares, sigma_px);
+    for (std::size_t i = 0; i < mean.values.size(); ++i)
+        result.values[i / channels] -= mean.values[i] * mean.values[i];
+    for (float& v : result.values)
+        v = std::max(v, 0.0F);
+    return result;
+}
+
 Gradient sobel(const RasterF& plane)
 {
     const std::vector<float> slope{-1, 0, 1};

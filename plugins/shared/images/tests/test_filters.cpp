@@ -37,6 +37,35 @@ TEST_CASE("a blur keeps the sum, has its sigma and leaves what is flat or repeat
           Approx((1 + 2 * far + 2 * farthest) / (1 + 2 * (near + far + farther + farthest))).epsilon(1e-6));
 }
 
+TEST_CASE("the variance around a pixel is that of its window, over all channels")
+{
+    Random random(5);
+    RasterF picture(15, 12, 3);
+    for (float& v : picture.values)
+        v = static_cast<float>(50 * random.uniform());
+    const RasterF variance = local_variance(picture, 1.5);
+    REQUIRE(variance.channels == 1);
+    RasterF point(15, 12);
+    point.at(7, 5) = 1;
+    const RasterF window = blurred(point, 1.5);  // Symmetric, so that it also says what counts at that pixel.
+    double expected = 0;
+    for (int c = 0; c < 3; ++c)
+    {
+        double mean = 0;
+        double square = 0;
+        for (int y = 0; y < 12; ++y)
+            for (int x = 0; x < 15; ++x)
+            {
+                mean += double{window.at(x, y)} * double{picture.at(x, y, c)};
+                square += double{window.at(x, y)} * std::pow(double{picture.at(x, y, c)}, 2);
+            }
+        expected += square - mean * mean;
+    }
+    CHECK(double{variance.at(7, 5)} == Approx(expected).epsilon(0.02));
+    for (const float v : local_variance(RasterF(5, 3, 3, 80.3F), 4).values)
+        CHECK(v < 0.01F);
+}
+
 TEST_CASE("the gradient of a slope is eight times its steps")
 {
     RasterF slope(6, 5);

@@ -34,6 +34,9 @@ Raster<T> exported_for_stylemesh(const Raster<T>& raster)
 /// Gaussian blur of each channel; `sigma_px` > 0. The kernel reaches 4 sigma to either side and sums to 1.
 RasterF blurred(const RasterF& picture, double sigma_px);
 
+/// The variance of a picture around each pixel, summed over its channels, in a Gaussian window: one channel.
+RasterF local_variance(const RasterF& picture, double sigma_px);
+
 /// Sobel's derivatives of a picture of one channel, 8 times the slope per pixel.
 struct Gradient
 {

@@ -2,9 +2,9 @@
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
+#include <fresco/mesh.h>
 #include <fresco/recordings/parsing.h>
 #include <fresco/recordings/recording_stage.h>
-#include <fresco/surface_size.h>
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,7 @@
 #include <fresco/error.h>
 #include <fresco/files_io.h>
+#include <fresco/mesh.h>
 #include <fresco/recordings/recording_stage.h>
-#include <fresco/surface_size.h>
 
 #include <cstddef>
 #include <fmt/format.h>

@@ -4,7 +4,6 @@
 #include <fresco/mesh.h>
 #include <fresco/recordings/recording_stage.h>
 #include <fresco/run_context.h>
-#include <fresco/surface_size.h>
 
 #include <algorithm>
 #include <filesystem>

@@ -1,9 +1,9 @@
 #include <fresco/error.h>
+#include <fresco/mesh.h>
 #include <fresco/recordings/parsing.h>
 #include <fresco/recordings/recorded_view.h>
 #include <fresco/recordings/recording_stage.h>
 #include <fresco/run_context.h>
-#include <fresco/surface_size.h>
 
 #include <algorithm>
 #include <filesystem>

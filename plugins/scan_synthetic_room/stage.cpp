@@ -6,10 +6,10 @@
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
+#include <fresco/mesh.h>
 #include <fresco/parallel.h>
 #include <fresco/regions/regions.h>
 #include <fresco/stage.h>
-#include <fresco/surface_size.h>
 
 #include <fmt/format.h>
 

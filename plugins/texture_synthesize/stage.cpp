@@ -4,8 +4,8 @@
 
 #include <fresco/frames.h>
 #include <fresco/geometry/upright.h>
+#include <fresco/mesh.h>
 #include <fresco/stage.h>
-#include <fresco/surface_size.h>
 #include <fresco/texture.h>
 
 #include <fmt/format.h>

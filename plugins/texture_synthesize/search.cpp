@@ -355,6 +355,8 @@ class Search
                           for (std::size_t c = 0; c < classes.size(); ++c)
                           {
                               const Nearest& found = nearest[c * count + i];
+                              if (found.score / scale > least)
+                                  continue;
                               const std::size_t key = classes[c].keys[found.key];
                               const float cost = found.score / scale + repeating(uses, patches[i], key, picture_.key(key));
                               if (cost < least || (cost == least && key < best))
@@ -399,10 +401,11 @@ class Search
         return patch_kernel().squared_distance(patch, found.data(), 3 * side, side, 3 * side) / static_cast<float>(values_);
     }
 
-    float score(const NearbyUses::Map& uses, std::size_t patch, float distance, Vec2f at, Vec2f turn) const
+    /// Without the price of what is seen nearby.
+    float score(std::size_t patch, float distance, Vec2f at, Vec2f turn) const
     {
         const std::size_t key = picture_.key_near(at);
-        const float cost = weights_[key] * (distance + lift_) + variety_.preference(patch, key) + repeating(uses, patch, key, at);
+        const float cost = weights_[key] * (distance + lift_) + variety_.preference(patch, key);
         return picture_.is_directed() ? cost + misalignment_cost * picture_.misalignment(at, turn) : cost;
     }
 
@@ -457,8 +460,8 @@ class Search
                     const std::vector<char>& sources, const NearbyUses::Map& uses) const
     {
         Match best = matches[patch];
-        float least =
-            score(uses, patch, (best.distance + coherence_tolerance + lift_) * coherence_factor - lift_, best.at, best.turn);
+        float least = score(patch, (best.distance + coherence_tolerance + lift_) * coherence_factor - lift_, best.at, best.turn) +
+                      repeating(uses, patch, picture_.key_near(best.at), best.at);
         for (const std::uint32_t other : patches_.covers(patches_[patch].texel))
         {
             if (other == patch || sources[other] == 0)
@@ -470,7 +473,11 @@ class Search
                 continue;
             const Vec2f turn = picture_.is_directed() ? turned(axis_in(other, patch), source.turn) : source.turn;
             const float away = distance(patch_values, at, turn);
-            if (const float found = score(uses, patch, away, at, turn); found < least)
+            // Prices are at least 0, and mostly not needed.
+            const float unpriced = score(patch, away, at, turn);
+            if (unpriced >= least)
+                continue;
+            if (const float found = unpriced + repeating(uses, patch, picture_.key_near(at), at); found < least)
             {
                 least = found;
                 best = {at, away, turn};

@@ -27,7 +27,7 @@ struct CopiedPoint
 struct Repeats
 {
     double repeats = 0;  ///< Shows a motif that is seen again within 10 strokes.
-    double weave = 0;    ///< Shows one place three times in a row, at steps of a stroke and a half at most.
+    double weave = 0;    ///< Shows one place three times in a row, at steps of 2.5 strokes at most.
 };
 
 /// Points of a painting on a regular grid of a quarter of a stroke in each chart (a texel if that is more). `picture`: RGB.
@@ -36,6 +36,7 @@ std::vector<CopiedPoint> copied_points(const fresco::SourceMap& source, const fr
                                        const fresco::Progress& progress);
 
 /// A point repeats a motif if another one of its scale, 1.5 to 10 strokes away, is from within half a stroke of the same place.
-/// It is woven if two others on opposite sides, 0.25 to 1.5 strokes away, are from the same place, within a quarter of their
-/// distance. In strokes of the point's scale. The same for any order of the points and any number of threads. Throws Canceled.
+/// It is woven if two others on opposite sides, 0.25 to 2.5 strokes away, are from the same place, within a fifth of a
+/// stroke and a quarter of their distance. In strokes of the point's scale. The same for any order of the points and any number
+/// of threads. Throws Canceled.
 Repeats repeats(std::span<const CopiedPoint> points, const fresco::Progress& progress);

@@ -31,7 +31,7 @@ const std::vector<CameraModel>& read_models()
         {14, "SIMPLE_FISHEYE", {"f", "cx", "cy"}, true},
         {15, "FISHEYE", {"fx", "fy", "cx", "cy"}, true},
         {17, "EQUIRECTANGULAR", {"w", "h"}},
-        // What versions before COLMAP 4.1 and PoseLib call it.
+        // What forks of COLMAP and PoseLib call it.
         {17, "SPHERICAL", {"w", "h"}},
     };
     return models;

@@ -186,7 +186,8 @@ class TextureOptimize final : public Stage
     {
         return {.seconds = {.fixed = 2, .per = {{count::frames, 0.03}, {count::pixels, 2.5e-6}}},
                 .parallel_share = 1,
-                .memory_mb = {.fixed = 600, .per = {{count::texels, 4e-5}, {count::pixels, 1.1e-3}}},
+                // With the camera's features, up to 2 GB.
+                .memory_mb = {.fixed = 2600, .per = {{count::texels, 4e-5}, {count::pixels, 1.1e-3}}},
                 .disk_mb = {.per = {{count::texels, 1.7e-5}}},
                 .makes = {{count::texels, {.squares_of = "size_px"}}, {count::pixels, {.squares_of = "heights_px"}}},
                 .steps = {.brought = count::frames, .times = {"epochs", "repeats_count"}, .at_most = "max_steps"},

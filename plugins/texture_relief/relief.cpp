@@ -132,14 +132,15 @@ struct Continued
 class Surface
 {
   public:
-    Surface(const Mesh& mesh, const Charts& charts, const TexelFaces& faces)
-        : mesh_(mesh), charts_(charts), faces_(faces), chart_(faces.face.size(), TexelFaces::none)
+    Surface(const Mesh& mesh, const Charts& charts, const TexelFaces& faces, const Progress& progress)
+        : mesh_(mesh), charts_(charts), faces_(faces), progress_(progress), chart_(faces.face.size(), TexelFaces::none)
     {
         for (std::size_t texel = 0; texel < chart_.size(); ++texel)
             if (faces.inside[texel])
                 chart_[texel] = charts.of_face[faces.face[texel]];
         for (const Seam& seam : charts.seams)
         {
+            progress_.check_canceled();
             add_border(seam.first_face, seam.first, seam.second_face, seam.second);
             add_border(seam.second_face, seam.second, seam.first_face, seam.first);
         }
@@ -161,6 +162,7 @@ class Surface
         // The first time the places next to borders know only one side.
         for (int round = 0; round < 8; ++round)
         {
+            progress_.check_canceled();
             std::vector<std::optional<T>> found(ring_.size());
             for (std::size_t i = 0; i < ring_.size(); ++i)
                 found[i] = around<T>(ring_[i], value);
@@ -256,6 +258,7 @@ class Surface
     const Mesh& mesh_;
     const Charts& charts_;
     const TexelFaces& faces_;
+    const Progress& progress_;
     std::vector<std::uint32_t> chart_;
     std::vector<Continued> ring_;
 };
@@ -280,7 +283,7 @@ Relief relief_of(RasterF height, const Mesh& mesh, const Charts& charts, const T
     relief.atlas = atlas_id(mesh);
     relief.normals = Raster16(faces.size, faces.size, 3);
     relief.roughness = Raster8(faces.size, faces.size);
-    Surface surface(mesh, charts, faces);
+    Surface surface(mesh, charts, faces, progress);
     surface.continue_values<double>([&](std::size_t texel) { return double{height.values[texel]}; },
                                     [&](std::size_t texel, double h) { height.values[texel] = static_cast<float>(h); });
     const WeldedMesh welded = weld(mesh);

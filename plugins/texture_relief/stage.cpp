@@ -26,7 +26,7 @@ class TextureRelief final : public Stage
                             "blended; needs 'style'"};
     Input<Image> style{this, "style", optional, "The picture that it was painted after, or a larger copy of it"};
     Output<Relief> relief{this, "relief", "Normals and roughness of the paint"};
-    Option<double> height_mm{this, "height_mm", 3, range(0.01, 100), "Of the thickest paint over the canvas, on the surface"};
+    Option<double> height_mm{this, "height_mm", 3, range(0.01, 100), "Thickness of the thickest paint, on the surface"};
     Option<double> stroke_cm{this, "stroke_cm", 3.5, range(0.1, 1000),
                              "Width of brush strokes on the surface, as at texture.synthesize: what is wider is no relief"};
 
@@ -42,7 +42,7 @@ class TextureRelief final : public Stage
     {
         texturing::check_textured_mesh(*textured_mesh, "the mesh on port 'textured_mesh'");
         if (source.has_value() != style.has_value())
-            throw Error(source.has_value() ? "port 'source' needs port 'style': wire the picture that was painted after"
+            throw Error(source.has_value() ? "port 'source' needs port 'style': wire the picture that the room was painted from"
                                            : "port 'style' is used only with port 'source': wire texture.synthesize's 'source'");
     }
 

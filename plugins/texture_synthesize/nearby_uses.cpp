@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 #include <tuple>
 
 namespace fresco::synthesize
@@ -16,6 +15,12 @@ namespace
 constexpr double block_strokes = 2;
 constexpr int blocks_beside = 1;
 constexpr int blocks_around = 4;
+
+template <class Block>
+int blocks_between(const Block& a, const Block& b)
+{
+    return std::max({std::abs(a.x - b.x), std::abs(a.y - b.y), std::abs(a.z - b.z)});
+}
 
 }  // namespace
 
@@ -80,8 +85,7 @@ void NearbyUses::Map::visit_around(const Visit& visit) const
                 std::ranges::lower_bound(uses_.blocks_.begin(), end, std::tuple(x, y, middle.z - blocks_around), {}, place);
             for (; found != end && place(*found) <= std::tuple(x, y, middle.z + blocks_around); ++found)
             {
-                const bool is_beside =
-                    std::max({std::abs(x - middle.x), std::abs(y - middle.y), std::abs(found->z - middle.z)}) <= blocks_beside;
+                const bool is_beside = blocks_between(*found, middle) <= blocks_beside;
                 for (std::size_t n = found->first; n < (found + 1)->first; ++n)
                     visit(matches_[uses_.order_[n]], is_beside);
             }
@@ -126,17 +130,20 @@ NearbyUses::Copies NearbyUses::Map::copies(std::size_t patch, Vec2f at) const
     }
     if (around == 0)
         return {};
-    std::uint32_t own = 0;
+    // A patch may reach beyond the blocks that are counted.
     for (const std::uint32_t other : uses_.patches_.covers(uses_.patches_[patch].texel))
     {
         const Match& match = matches_[other];
         const Vec2f offset = uses_.patches_.offset(other, uses_.patches_[patch].center);
         if (std::ranges::find(cells, cell(match.at, 1)) != cells.end() &&
             (other == patch || length(match.place(offset) - at) <= 0.5F * length(offset)))
-            ++own;
+        {
+            const int away = blocks_between(uses_.blocks_[uses_.block_of_[other]], uses_.blocks_[block_]);
+            around -= away <= blocks_around ? 1 : 0;
+            beside -= away <= blocks_beside ? 1 : 0;
+        }
     }
-    return {static_cast<float>(around - own) / uses_.patches_per_copy_,
-            static_cast<float>(beside - own) / uses_.patches_per_copy_};
+    return {static_cast<float>(around) / uses_.patches_per_copy_, static_cast<float>(beside) / uses_.patches_per_copy_};
 }
 
 }  // namespace fresco::synthesize

@@ -68,7 +68,7 @@ class TextureSynthesize final : public Stage
     {
         return {.seconds = {.fixed = 30, .per = {{count::texels, 5e-7}}},
                 .parallel_share = 0.9,
-                .memory_mb = {.fixed = 400, .per = {{count::texels, 1.3e-4}, {count::square_meters, 3}}},
+                .memory_mb = {.fixed = 400, .per = {{count::texels, 7e-5}, {count::square_meters, 8}}},
                 .disk_mb = {.per = {{count::texels, 1.9e-5}}},
                 .makes = {{count::texels, {.squares_of = "size_px"}}}};
     }

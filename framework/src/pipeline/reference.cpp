@@ -112,7 +112,7 @@ std::string page_text(const TypeDescription& type, const TypeDeclaration& declar
     std::string text = std::string(written_by) + "# " + type.type + "\n\n" + cell(type.help) + ".\n\n" +
                        (type.kind == "stage" ? "A stage" : "A component of kind " + code(type.kind)) + ", in the plugin " +
                        code(type.library.stem().string()) + ".\n";
-    if (!declaration.artifact.empty())
+    if (!declaration.artifact.empty() && !declaration.extensions.empty())
     {
         text += "It reads " + code(declaration.artifact) + " from files that end in " +
                 join(each(declaration.extensions, code), ", ") + ".\n";

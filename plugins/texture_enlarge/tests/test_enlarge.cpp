@@ -406,7 +406,7 @@ TEST_CASE("the stage says what it cannot use before it begins")
     };
     for (const Case& c : {Case{[](Enlarging& e) { e.mesh.texcoords.clear(); }, "port 'mesh'", "no texcoords"},
                           {[](Enlarging& e) { e.source.atlas = std::string(32, 'a'); }, "port 'source'", "atlas"},
-                          {[](Enlarging& e) { e.picture = Raster8(128, 96, 4); }, "style picture", "4 channels"},
+                          {[](Enlarging& e) { e.picture = Raster8(128, 96, 4); }, "port 'style'", "4 channels"},
                           {[](Enlarging& e) { e.picture = detailed_picture(128, 128); }, "128x128", "same picture"},
                           {[](Enlarging& e) { e.size_px = 48; }, "size_px 48", "source map's 64"},
                           {[](Enlarging& e) { e.size_px = 512; }, "size_px 512", "size_px to 256 at most"},

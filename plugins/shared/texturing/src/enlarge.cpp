@@ -255,7 +255,8 @@ double pixels_per_texel(const SourceMap& source, int picture_width, int size_px)
 void check_picture(const SourceMap& source, const Raster8& rgb)
 {
     if (rgb.channels != 3)
-        throw Error(fmt::format("the style picture has {} channels; expected RGB", rgb.channels));
+        throw Error(fmt::format("the picture on port 'style' has {} channels; expected RGB: wire it without alpha or gray",
+                                rgb.channels));
     const double stretch = double{1} * rgb.width * source.picture_height / rgb.height / source.picture_width;
     if (std::abs(stretch - 1) > 0.02)
         throw Error(fmt::format("the style picture has {}x{} pixels, the one that was painted after {}x{}: wire the same "

@@ -83,6 +83,37 @@ ReliefMaps maps_of(const Relief& relief, const std::vector<std::uint8_t>& in_cha
     return maps;
 }
 
+/// Texels average all known ones that have their centers in them.
+Relief smaller(const Relief& relief, int size_px)
+{
+    const auto side = static_cast<std::size_t>(size_px), full = static_cast<std::size_t>(relief.size_px());
+    std::vector<std::array<float, 5>> sums(side * side);  // Normal, roughness, count.
+    for (std::size_t texel = 0; texel < full * full; ++texel)
+        if (relief.has_normal(texel))
+        {
+            const auto to = [&](std::size_t v) { return (2 * v + 1) * side / (2 * full); };
+            const Vec3f n = relief.normal(texel);
+            const std::array added{n.x, n.y, n.z, static_cast<float>(relief.roughness.values[texel]), 1.0F};
+            auto& sum = sums[to(texel / full) * side + to(texel % full)];
+            for (std::size_t i = 0; i < added.size(); ++i)
+                sum[i] += added[i];
+        }
+    Relief result;
+    result.atlas = relief.atlas;
+    result.normals = Raster16(size_px, size_px, 3);
+    result.roughness = Raster8(size_px, size_px);
+    for (std::size_t texel = 0; texel < sums.size(); ++texel)
+        if (const auto& [x, y, z, roughness, count] = sums[texel]; count > 0)
+        {
+            const Vec3f n{x, y, z};
+            if (!(length(n) > 0))
+                continue;
+            result.set_normal(texel, normalized(n));
+            result.roughness.values[texel] = static_cast<std::uint8_t>(std::lround(roughness / count));
+        }
+    return result;
+}
+
 }  // namespace
 
 ReliefMaps tangent_maps(const Relief& relief, const Mesh& mesh, int max_px, const Progress& progress)
@@ -113,14 +144,13 @@ ReliefMaps tangent_maps(const Relief& relief, const Mesh& mesh, int max_px, cons
 
 ReliefMaps world_maps(const Relief& relief, int max_px, const Progress& progress)
 {
+    if (max_px > 0 && max_px < relief.size_px())
+        return world_maps(smaller(relief, max_px), 0, progress);
     std::vector<std::uint8_t> known(relief.roughness.values.size());
     for (std::size_t texel = 0; texel < known.size(); ++texel)
         known[texel] = relief.has_normal(texel);
-    ReliefMaps maps = maps_of(
+    return maps_of(
         relief, known, {}, [&](std::size_t texel) { return vec_cast<double>(relief.normal(texel)); }, progress);
-    if (max_px == 0 || max_px >= relief.size_px())
-        return maps;
-    return {resized(maps.normals, max_px, max_px), resized(maps.roughness, max_px, max_px)};
 }
 
 }  // namespace fresco::texturing

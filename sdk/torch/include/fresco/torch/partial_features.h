@@ -25,7 +25,7 @@ class PartialFeatures
     virtual ~PartialFeatures();
 
     /// \see FeatureNetwork::encode, where only features of cells with a pixel in `read.features` are read, and the picture's
-    /// gradient only at the pixels in `read.gradient`. Everything else is finite where these are, and else arbitrary.
+    /// gradient only at the pixels in `read.gradient`. All other values are arbitrary, but finite if these are.
     virtual std::vector<torch::Tensor> encode_around(const torch::Tensor& picture, const std::vector<std::string>& layers,
                                                      const ReadPixels& read) const = 0;
 };

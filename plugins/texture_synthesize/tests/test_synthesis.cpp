@@ -181,21 +181,18 @@ TEST_CASE("uses nearby are those that every patch counts among all others")
 {
     SmallTask small;
     testing::TestRun run;
-    // Narrow strokes: patches reach beyond the blocks beside their own.
-    const double stroke_px = GENERATE(3.0, 0.5);
     const LevelOptions options{
         .side = 5,
         .stride = 4,
         .faithfulness = 0.5,
         .unrest = 10,
         .least_missing = 0,
-        .search = {
-            .completeness = 2, .stroke_px = stroke_px, .variety = 0, .lift = 0, .repeat_cost = 45, .weave_cost = 8, .seed = 0}};
+        .search = {.completeness = 2, .stroke_px = 3, .variety = 0, .lift = 0, .repeat_cost = 45, .weave_cost = 8, .seed = 0}};
     Level level(small.task, 0.035, 0.9, options, run);
     level.begin(nullptr, run);
     level.paint_round(run);
     const plain::PlainLevel twin(small.task, level, options, 0.9);
-    const NearbyUses uses(level.patches(), level.grid(), level.picture(), stroke_px);
+    const NearbyUses uses(level.patches(), level.grid(), level.picture(), 3);
     NearbyUses::Map map(uses, level.matches());
     NearbyUses::Map unused(uses, {});
     REQUIRE(uses.order().size() == level.patches().count());

@@ -6,7 +6,7 @@
 
 using namespace fresco;
 
-TEST_CASE("normals come back from disk to a hundredth of a degree, and away from charts there are none")
+TEST_CASE("stored normals are exact to a hundredth of a degree, and texels outside charts have none")
 {
     const testing::TemporaryFolder folder;
     Relief relief;

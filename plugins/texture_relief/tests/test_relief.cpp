@@ -228,10 +228,10 @@ std::pair<double, double> heights_mm(int texels, double period_m, double amplitu
 
 }  // namespace
 
-TEST_CASE("strokes are thick by their light, as high at every texture size, and what is wider than two is none")
+TEST_CASE("lighter strokes are thicker, at every texture size alike, and patterns wider than two strokes add nothing")
 {
-    // A sine alone: sqrt(2) times its root mean square at its crest, half-way into saturation: 1 + 1.41 / sqrt(1.41^2 + 2^2),
-    // give or take what the grid of the mean adds to waves of its own size.
+    // The crest of a sine is sqrt(2) times its root mean square, so the height there is 1 + 1.41 / sqrt(1.41^2 + 2^2) mm. The
+    // margin is for the grid of the mean, which changes waves of its own size a little.
     for (const int texels : {256, 512})
     {
         const auto [low, high] = heights_mm(texels, 1, 0);
@@ -247,6 +247,35 @@ TEST_CASE("strokes are thick by their light, as high at every texture size, and 
     const TexelFaces faces = find_texel_faces(mesh, find_charts(mesh), 64, run);
     const RasterF flat = paint_height(Raster8(64, 64, 3, 77), mesh, faces, 0.002, 0.04, run);
     CHECK(std::ranges::all_of(flat.values, [](float h) { return std::abs(h - 0.001F) < 1e-6F; }));
+}
+
+TEST_CASE("a smaller relief averages the normals that are known, and only those")
+{
+    Relief relief;
+    relief.normals = Raster16(8, 8, 3);
+    relief.roughness = Raster8(8, 8);
+    const auto tilt = [](std::size_t texel) { return texel % 2 == 0 ? Vec3f{0.6F, 0, 0.8F} : Vec3f{-0.6F, 0, 0.8F}; };
+    for (const std::size_t texel : {0, 1, 8, 9, 2, 10, 3})
+    {
+        relief.set_normal(texel, tilt(texel));
+        relief.roughness.values[texel] = static_cast<std::uint8_t>(100 + texel);
+    }
+    const ReliefMaps maps = world_maps(relief, 4, Progress());
+    REQUIRE(maps.normals.width == 4);
+    const auto normal = [&](int x, int y) {
+        return std::array{maps.normals.at(x, y, 0), maps.normals.at(x, y, 1), maps.normals.at(x, y, 2)};
+    };
+    const auto expected = [](double x, double z)
+    {
+        const auto step = [&](double v) { return static_cast<std::uint8_t>(std::lround(127.5 * (v / std::hypot(x, z) + 1))); };
+        return std::array{step(x), step(0), step(z)};
+    };
+    CHECK(normal(0, 0) == expected(0, 0.8));
+    CHECK(maps.roughness.at(0, 0) == std::lround((100 + 101 + 108 + 109) / 4.0));
+    CHECK(normal(1, 0) == expected(0.6 / 3, 0.8));
+    CHECK(maps.roughness.at(1, 0) == 105);
+    // The gutter has a neighbor's.
+    CHECK(normal(3, 3) == normal(1, 0));
 }
 
 namespace

@@ -39,7 +39,8 @@ Vec3d in_frame(const WeldedMesh& welded, std::uint32_t face, const std::array<do
            (1 / volume);
 }
 
-/// The covered texel whose frame counts at a texel: itself, or the first beside it; TexelFaces::none where there is none.
+/// The texel whose face gives a texel its frame: itself if a face covers it, else its first covered neighbor, else
+/// TexelFaces::none.
 std::size_t framed(const TexelFaces& faces, std::size_t texel)
 {
     const auto size = static_cast<std::size_t>(faces.size);
@@ -54,8 +55,8 @@ std::size_t framed(const TexelFaces& faces, std::size_t texel)
     return found;
 }
 
-/// At full size. `normal`(texel): of unit length, for the texels of charts and those past their borders. The gutter is filled
-/// from the charts alone: past a border the normal may be that of the other side of an edge.
+/// At full size. `normal`(texel): the unit normal of a texel in a chart or just past its border. Only texels in charts fill the
+/// gutter, because the normal past a border may belong to the other side of a sharp edge.
 template <class Normal>
 ReliefMaps maps_of(const Relief& relief, const std::vector<std::uint8_t>& in_chart, const std::vector<std::uint8_t>& past_border,
                    const Normal& normal, const Progress& progress)

@@ -52,20 +52,12 @@ std::vector<CopiedPoint> copied_points(const SourceMap& source, const Mesh& mesh
                         source.picture_width, source.picture_height, picture.width, picture.height));
     const texturing::TexelFaces faces =
         texturing::find_texel_faces(mesh, texturing::find_charts(mesh), source.size_px(), progress);
-    double area = 0;
-    double uv_area = 0;
-    for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
-    {
-        const auto at = [&](std::size_t i) { return vec_cast<double>(mesh.positions[mesh.triangles[f][i]]); };
-        const Vec2f* uv = &mesh.texcoords[3 * f];
-        area += length(cross(at(1) - at(0), at(2) - at(0)));
-        uv_area += std::abs(double{cross(uv[1] - uv[0], uv[2] - uv[0])});
-    }
-    if (!(area > 0) || !(uv_area > 0))
+    const double texel_m = texturing::mean_texel_m(mesh, source.size_px());
+    if (texel_m == 0)
         throw Error("the mesh on port 'textured_mesh' has no area: its repeats cannot be measured");
     const double stroke_px = stroke_width_px(picture, progress);
     const double stroke_texels = stroke_px / source.pixels_per_texel;
-    const double stroke_m = stroke_texels * std::sqrt(area / uv_area) / source.size_px();
+    const double stroke_m = stroke_texels * texel_m;
     const Raster8 is_motif = motifs(picture, stroke_px);
     const int step = std::max(1, static_cast<int>(stroke_texels / points_per_stroke));
     std::vector<CopiedPoint> points;

@@ -112,7 +112,7 @@ class TextureSynthesize final : public Stage
     void run(RunContext& run) override
     {
         const int texels = check(run);
-        const double stroke_m = synthesize::stroke_width_m(*mesh, *stroke_cm / 100, synthesize::mean_texel_m(*mesh, texels));
+        const double stroke_m = synthesize::stroke_width_m(*mesh, *stroke_cm / 100, synthesize::texel_width_m(*mesh, texels));
         if (*stroke_cm == 0)
             run.message(fmt::format("strokes are {:.2g} cm wide, by the size of the surface", 100 * stroke_m));
         const synthesize::PaintedSurface surface(*mesh, run);

@@ -190,21 +190,12 @@ double longest_side_m(const Mesh& mesh)
 
 }  // namespace
 
-double mean_texel_m(const Mesh& mesh, int size_px)
+double texel_width_m(const Mesh& mesh, int size_px)
 {
-    double area = 0;
-    double uv_area = 0;
-    for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
-    {
-        const Vec2f* uv = &mesh.texcoords[3 * f];
-        const Vec2d a{double{uv[1].x} - uv[0].x, double{uv[1].y} - uv[0].y};
-        const Vec2d b{double{uv[2].x} - uv[0].x, double{uv[2].y} - uv[0].y};
-        uv_area += std::abs(cross(a, b));
-        area += length(geometry::area_vector(mesh, f));
-    }
-    if (!(uv_area > 0) || !(area > 0))
+    const double texel_m = texturing::mean_texel_m(mesh, size_px);
+    if (texel_m == 0)
         throw Error("the charts of the mesh on port 'mesh' have no area: wire an atlas.* stage");
-    return std::sqrt(area / uv_area) / size_px;
+    return texel_m;
 }
 
 double stroke_width_m(const Mesh& mesh, double wanted_m, double texel_m)
@@ -247,7 +238,7 @@ class Synthesis
   public:
     Synthesis(const Task& task, const SynthesisOptions& options, const ImageIo* images, RunContext& run)
         : task_(task), options_(options), images_(images), run_(run), stroke_px_(stroke_width_px(task.picture, run)),
-          texel_m_(mean_texel_m(task.surface.mesh, options.size_px)), finest_(finest_level()), halvings_(halvings_count())
+          texel_m_(texel_width_m(task.surface.mesh, options.size_px)), finest_(finest_level()), halvings_(halvings_count())
     {
     }
 

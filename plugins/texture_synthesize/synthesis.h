@@ -26,9 +26,8 @@ struct Painting
 /// the largest weight (`heaviest_share`) with the mean of all. The same for any number of threads. Throws Canceled.
 Painting paint(const Task& task, const Level& level, int size_px, Progress& progress);
 
-/// The side of a texel on the surface in meters, by the area of the charts. The mesh must have texcoords. Throws Error if they or
-/// the surface have no area.
-double mean_texel_m(const Mesh& mesh, int size_px);
+/// texturing::mean_texel_m, in meters. Throws Error if charts or surface have no area.
+double texel_width_m(const Mesh& mesh, int size_px);
 
 /// Of strokes: `wanted_m`, or where that is 0, by the size of what is painted: 3.5 cm for a surface 3 m long or longer, in
 /// proportion for a smaller one, and at least two texels. Throws Error if the wanted ones are narrower than two texels, or wider

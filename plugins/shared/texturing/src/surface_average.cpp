@@ -231,7 +231,8 @@ SurfaceAverage TexelMeans::averaged(double wavelength_m, std::string_view option
     SurfaceAverage average(low, high, wavelength_m, option);
     // Many samples in each cell are enough; all of a large texture's would only take longer.
     constexpr double samples_per_spacing = 8;
-    const auto stride = static_cast<std::size_t>(std::clamp(average.spacing_m() / texel_m() / samples_per_spacing, 1.0, 16.0));
+    const auto stride = static_cast<std::size_t>(
+        std::clamp(average.spacing_m() / mean_texel_m(mesh_, faces_.size) / samples_per_spacing, 1.0, 16.0));
     const auto size = static_cast<std::size_t>(faces_.size);
     for (std::size_t y = 0; y < size; y += stride)
     {
@@ -323,18 +324,6 @@ std::pair<Vec3f, Vec3f> TexelMeans::bounds() const
         high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
     }
     return {low, high};
-}
-
-/// Side of a texel on the surface, in the mean.
-double TexelMeans::texel_m() const
-{
-    double area = 0;
-    for (const Triangle& t : mesh_.triangles)
-        area += length(vec_cast<double>(
-                    cross(mesh_.positions[t[1]] - mesh_.positions[t[0]], mesh_.positions[t[2]] - mesh_.positions[t[0]]))) /
-                2;
-    const auto texels = std::count(faces_.inside.begin(), faces_.inside.end(), std::uint8_t{1});
-    return std::sqrt(area / static_cast<double>(std::max<std::ptrdiff_t>(texels, 1)));
 }
 
 }  // namespace fresco::texturing

@@ -340,4 +340,22 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> seam_links(const Charts& ch
     return links;
 }
 
+double mean_texel_m(const Mesh& mesh, int size_px)
+{
+    double area = 0;
+    double uv_area = 0;
+    for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
+    {
+        const auto at = [&](std::size_t i) { return vec_cast<double>(mesh.positions[mesh.triangles[f][i]]); };
+        const auto uv = [&](std::size_t i)
+        {
+            const Vec2f t = mesh.texcoords[3 * f + i];
+            return Vec2d{double{t.x}, double{t.y}};
+        };
+        area += length(cross(at(1) - at(0), at(2) - at(0)));
+        uv_area += std::abs(cross(uv(1) - uv(0), uv(2) - uv(0)));
+    }
+    return area > 0 && uv_area > 0 ? std::sqrt(area / uv_area) / size_px : 0;
+}
+
 }  // namespace fresco::texturing

@@ -5,7 +5,6 @@
 #include <fresco/plugin.h>
 #include <fresco/stage.h>
 #include <fresco/torch/features.h>
-#include <fresco/torch/partial_features.h>
 #include <fresco/weights/sha256.h>
 #include <fresco/weights/state_dict.h>
 

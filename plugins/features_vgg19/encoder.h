@@ -2,7 +2,7 @@
 
 #include "convolution.h"
 
-#include <fresco/torch/partial_features.h>
+#include <fresco/torch/features.h>
 #include <fresco/weights/vgg19.h>
 
 #include <torch/types.h>

@@ -1,7 +1,6 @@
 #include "rendered_part.h"
 
 #include <fresco/error.h>
-#include <fresco/torch/partial_features.h>
 #include <fresco/torch/tensor.h>
 
 #include <ATen/core/grad_mode.h>

@@ -11,7 +11,6 @@
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
 #include <fresco/torch/loss.h>
-#include <fresco/torch/partial_features.h>
 #include <fresco/torch/texture_representation.h>
 #include <fresco/uv_maps.h>
 

@@ -6,7 +6,6 @@
 #include <fresco/torch/features.h>
 #include <fresco/torch/loss.h>
 #include <fresco/torch/optimizer_rule.h>
-#include <fresco/torch/partial_features.h>
 #include <fresco/torch/texture_representation.h>
 
 #include <ATen/core/grad_mode.h>

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fresco/component.h>
+#include <fresco/image.h>
 #include <fresco/parallel.h>
 
 #include <torch/types.h>
@@ -60,6 +61,26 @@ class FeatureNetwork : public Component
 
     /// The description of a layer. Throws Error naming the layers there are.
     FeatureLayer layer(const std::string& name) const;
+};
+
+/// Pixels of a picture, H x W each; 0 = no.
+struct ReadPixels
+{
+    Raster8 features;
+    Raster8 gradient;
+};
+
+/// A second base of feature networks that can skip work whose results nobody reads. A level of a view often has few of the
+/// frame's pixels, and a network that knows them computes only what their features depend on.
+class PartialFeatures
+{
+  public:
+    virtual ~PartialFeatures();
+
+    /// \see FeatureNetwork::encode, where only features of cells with a pixel in `read.features` are read, and the picture's
+    /// gradient only at the pixels in `read.gradient`. All other values are arbitrary, but finite if these are.
+    virtual std::vector<torch::Tensor> encode_around(const torch::Tensor& picture, const std::vector<std::string>& layers,
+                                                     const ReadPixels& read) const = 0;
 };
 
 /// The names in a list such as "relu1_1, relu2_1": separated by commas or blanks, in order, each once.

@@ -4,7 +4,6 @@
 
 #include <fresco/option.h>
 #include <fresco/torch/features.h>
-#include <fresco/torch/loss.h>
 
 #include <torch/types.h>
 

@@ -66,8 +66,8 @@ std::array<double, 3> texel_weights(const Mesh& mesh, const TexelFaces& faces, s
 /// The surface point at a covered texel's center (meters), one in its face near by where the center is outside.
 Vec3f texel_position(const Mesh& mesh, const TexelFaces& faces, std::size_t texel);
 
-/// The side of a texel on the surface in meters, by the area of the charts in a texture of `size_px`; 0 if they or the surface have
-/// no area. The mesh must have texcoords.
+/// The side of a texel on the surface in meters, by the area of the charts in a texture of `size_px`; 0 if they or the surface
+/// have no area. The mesh must have texcoords.
 double mean_texel_m(const Mesh& mesh, int size_px);
 
 /// Pairs of texels that meet across a seam, each in both directions, sorted and unique.

@@ -28,10 +28,15 @@ float to_border(float at, float side)
 
 }  // namespace
 
-float vote_weight(Vec2f offset, float side, float distance)
+float window_weight(Vec2f offset, float side)
 {
     const float gauss = std::exp(-dot(offset, offset) / (2 * vote_sigma * vote_sigma * side * side));
-    return gauss * to_border(offset.x, side) * to_border(offset.y, side) * std::pow(distance + epsilon, power);
+    return gauss * to_border(offset.x, side) * to_border(offset.y, side);
+}
+
+float fit_weight(float distance)
+{
+    return std::pow(distance + epsilon, power);
 }
 
 namespace
@@ -79,7 +84,8 @@ Level::Level(const Task& task, double spacing_m, double scale, const LevelOption
       share_(under != nullptr ? share_over(unshown, progress) : std::vector<float>()),
       patches_(task.surface, grid_, task.upright, options.side, options.stride, progress, task.lines, share_),
       picture_(task.picture, scale, options.side, progress, task.lines.empty() ? 0 : options.search.stroke_px),
-      start_(grid_.texels().size()), crowding_(picture_.key_count(), 1.0F)
+      start_(grid_.texels().size()), uses_(patches_, grid_, picture_, options.search.stroke_px),
+      crowding_(picture_.key_count(), 1.0F)
 {
     const auto painted = [](const Level& level, Vec2f at) { return level.picture().color(at); };
     for_each_texel(grid_, progress,
@@ -140,6 +146,7 @@ void Level::settle()
     patches_.forget_points();
     start_ = std::vector<Vec3f>();
     colors_ = std::vector<Vec3f>();
+    uses_ = {};
 }
 
 std::vector<float> Level::missing(const Progress& progress) const
@@ -150,8 +157,8 @@ std::vector<float> Level::missing(const Progress& progress) const
     for (std::size_t i = 0; i < points; ++i)
     {
         const auto at = [&](std::size_t along) { return static_cast<float>(along) - static_cast<float>(side / 2); };
-        window[i] = vote_weight({at(i % static_cast<std::size_t>(side)), at(i / static_cast<std::size_t>(side))},
-                                static_cast<float>(side), 0);
+        window[i] = window_weight({at(i % static_cast<std::size_t>(side)), at(i / static_cast<std::size_t>(side))},
+                                  static_cast<float>(side));
     }
     const float total = std::accumulate(window.begin(), window.end(), 0.0F);
     std::vector<float> of_patch(patches_.count());
@@ -200,7 +207,7 @@ std::vector<float> Level::missing(const Progress& progress) const
                        for (const std::uint32_t patch : patches_.covers(t))
                        {
                            const Vec2f offset = patches_.offset(patch, grid_.texels()[t].position);
-                           const float weight = vote_weight(offset, static_cast<float>(side), 0);
+                           const float weight = window_weight(offset, static_cast<float>(side));
                            sum += weight * of_patch[patch];
                            weights += weight;
                        }
@@ -265,8 +272,15 @@ void Level::resume(std::vector<Vec3f> colors, std::vector<Match> matches, std::v
         !std::all_of(crowding.begin(), crowding.end(), [](float v) { return std::isfinite(v) && v >= 1; }))
         throw Error("it has values that are not finite");
     colors_ = std::move(colors);
-    matches_ = std::move(matches);
+    set_matches(std::move(matches));
     crowding_ = std::move(crowding);
+}
+
+void Level::set_matches(std::vector<Match> matches)
+{
+    matches_ = std::move(matches);
+    fits_.resize(matches_.size());
+    std::ranges::transform(matches_, fits_.begin(), [](const Match& match) { return fit_weight(match.distance); });
 }
 
 double Level::direction_error_deg(const Progress& progress) const
@@ -305,7 +319,7 @@ void Level::paint_round(const Progress& progress)
     const auto g = static_cast<float>(options_.faithfulness);
     std::vector<Vec3f>& wanted = colors_;
     for_each_texel(grid_, progress, [&](std::size_t t) { wanted[t] = colors_[t] * (1 - g) + start_[t] * g; });
-    matches_ = search(patches_, grid_, wanted, picture_, options_.search, matches_, crowding_, progress);
+    set_matches(search(patches_, grid_, wanted, picture_, uses_, options_.search, matches_, crowding_, progress));
     update_crowding(picture_, matches_, crowding_);
     for_each_texel(grid_, progress,
                    [&](std::size_t t)
@@ -316,7 +330,7 @@ void Level::paint_round(const Progress& progress)
                        // Texels without patches are not painted: there the start remains.
                        colors_[t] = patches_.covers(t).empty()
                                         ? start_[t]
-                                        : vote(patches_.covers(t), matches_, options_.side, offset_on, color).mean;
+                                        : vote(patches_.covers(t), matches_, fits_, options_.side, offset_on, color).mean;
                    });
 }
 

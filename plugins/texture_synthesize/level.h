@@ -1,5 +1,6 @@
 #pragma once
 
+#include "nearby_uses.h"
 #include "patches.h"
 #include "search.h"
 #include "style_picture.h"
@@ -19,9 +20,10 @@
 namespace fresco::synthesize
 {
 
-/// The weight of a patch in the vote: a Gaussian window (σ = 0.35 sides, falling to 0 at its border) times the quality of its fit
-/// (Kwatra et al. 2005).
-float vote_weight(Vec2f offset, float side, float distance);
+/// The weight of a patch in the vote is that of a Gaussian window (σ = 0.35 sides, falling to 0 at its border) times that of its
+/// fit (Kwatra et al. 2005).
+float window_weight(Vec2f offset, float side);
+float fit_weight(float distance);
 
 /// The color of a point according to the patches over it.
 struct Vote
@@ -33,10 +35,11 @@ struct Vote
     float weight;         ///< That patch's; negative where no patch lies.
 };
 
-/// `offset_on(patch)`: the point on the patch, in texels from its center. `color(place)`: color of a place in the picture.
+/// `fits`: per patch, the fit_weight. `offset_on(patch)`: the point on the patch, in texels from its center. `color(place)`:
+/// color of a place in the picture.
 template <class Offset, class Color>
-Vote vote(std::span<const std::uint32_t> covers, std::span<const Match> matches, int side, const Offset& offset_on,
-          const Color& color)
+Vote vote(std::span<const std::uint32_t> covers, std::span<const Match> matches, std::span<const float> fits, int side,
+          const Offset& offset_on, const Color& color)
 {
     Vote result{};
     Vec3f sum;
@@ -46,7 +49,7 @@ Vote vote(std::span<const std::uint32_t> covers, std::span<const Match> matches,
     {
         const Match& match = matches[patch];
         const Vec2f offset = offset_on(patch);
-        const float weight = vote_weight(offset, static_cast<float>(side), match.distance);
+        const float weight = window_weight(offset, static_cast<float>(side)) * fits[patch];
         if (weight <= 0 && result.weight >= 0)
             continue;
         const Vec3f own = color(match.place(offset));
@@ -142,7 +145,7 @@ class Level
         const Vec3f center = grid_.texels()[texel].position;
         const Vec3f away = (position - center) * static_cast<float>(1 / grid_.spacing_m());
         const LevelVote own{vote(
-                                patches_.covers(texel), matches_, patches_.side(),
+                                patches_.covers(texel), matches_, fits_, patches_.side(),
                                 [&](std::uint32_t patch)
                                 {
                                     const TangentFrame& frame = patches_[patch].frame;
@@ -159,6 +162,7 @@ class Level
     }
 
   private:
+    void set_matches(std::vector<Match> matches);
     std::uint32_t texel_near(std::uint32_t chart, Vec2f uv) const;
 
     /// Where a level over this one counts.
@@ -182,7 +186,9 @@ class Level
     StylePicture picture_;
     std::vector<Vec3f> start_;   ///< Per texel, L*a*b*.
     std::vector<Vec3f> colors_;  ///< The same, as painted.
+    NearbyUses uses_;
     std::vector<Match> matches_;
+    std::vector<float> fits_;      ///< Per patch.
     std::vector<float> crowding_;  ///< Per key of the picture.
 };
 

@@ -25,8 +25,10 @@ int blocks_between(const Block& a, const Block& b)
 }  // namespace
 
 NearbyUses::NearbyUses(const Patches& patches, const SurfaceGrid& grid, const StylePicture& picture, double stroke_px)
-    : patches_(patches), width_(picture.lab().width), height_(picture.lab().height), cell_px_(static_cast<float>(stroke_px / 2)),
-      order_(patches.count()), block_of_(patches.count()), motifs_(picture.key_count())
+    : patches_(&patches), cell_px_(static_cast<float>(stroke_px / 2)),
+      columns_(static_cast<int>(static_cast<float>(picture.lab().width) / cell_px_) + 3),
+      rows_(static_cast<int>(static_cast<float>(picture.lab().height) / cell_px_) + 3), order_(patches.count()),
+      block_of_(patches.count()), motifs_(picture.key_count())
 {
     const auto scale = static_cast<float>(1 / (block_strokes * stroke_px * grid.spacing_m()));
     std::vector<Block> places(patches.count());
@@ -53,6 +55,8 @@ NearbyUses::NearbyUses(const Patches& patches, const SurfaceGrid& grid, const St
         block_of_[place.first] = static_cast<std::uint32_t>(blocks_.size() - 1);
     }
     blocks_.push_back({0, 0, 0, places.size()});
+    beside_ = within(blocks_beside);
+    around_ = within(blocks_around);
 
     const RasterF variance = local_variance(picture.lab(), stroke_px / 2);
     for (std::size_t key = 0; key < motifs_.size(); ++key)
@@ -64,79 +68,97 @@ NearbyUses::NearbyUses(const Patches& patches, const SurfaceGrid& grid, const St
         v = v > 0 ? v / (v + *middle) : 0;
 }
 
-NearbyUses::Map::Map(const NearbyUses& uses, std::span<const Match> matches)
-    : uses_(uses), matches_(matches), around_(static_cast<int>(static_cast<float>(uses.width_) / uses.cell_px_) + 3,
-                                              static_cast<int>(static_cast<float>(uses.height_) / uses.cell_px_) + 3),
-      beside_(around_.width, around_.height)
+NearbyUses::Neighbors NearbyUses::within(int distance) const
 {
-}
-
-/// Calls visit(match, whether its block is the own one or beside it).
-template <class Visit>
-void NearbyUses::Map::visit_around(const Visit& visit) const
-{
-    const Block& middle = uses_.blocks_[block_];
-    const auto end = uses_.blocks_.end() - 1;
-    for (int x = middle.x - blocks_around; x <= middle.x + blocks_around; ++x)
-        for (int y = middle.y - blocks_around; y <= middle.y + blocks_around; ++y)
-        {
-            const auto place = [](const Block& b) { return std::tuple(b.x, b.y, b.z); };
-            auto found =
-                std::ranges::lower_bound(uses_.blocks_.begin(), end, std::tuple(x, y, middle.z - blocks_around), {}, place);
-            for (; found != end && place(*found) <= std::tuple(x, y, middle.z + blocks_around); ++found)
+    Neighbors result;
+    const auto end = blocks_.end() - 1;
+    const auto place = [](const Block& b) { return std::tuple(b.x, b.y, b.z); };
+    for (auto middle = blocks_.begin(); middle != end; ++middle)
+    {
+        result.first.push_back(result.blocks.size());
+        for (int x = middle->x - distance; x <= middle->x + distance; ++x)
+            for (int y = middle->y - distance; y <= middle->y + distance; ++y)
             {
-                const bool is_beside = blocks_between(*found, middle) <= blocks_beside;
-                for (std::size_t n = found->first; n < (found + 1)->first; ++n)
-                    visit(matches_[uses_.order_[n]], is_beside);
+                auto found = std::ranges::lower_bound(blocks_.begin(), end, std::tuple(x, y, middle->z - distance), {}, place);
+                for (; found != end && place(*found) <= std::tuple(x, y, middle->z + distance); ++found)
+                    result.blocks.push_back(static_cast<std::uint32_t>(found - blocks_.begin()));
             }
-        }
+    }
+    result.first.push_back(result.blocks.size());
+    return result;
 }
 
-/// The cells that hold `at` if it is `shift` cells further right and down.
-std::size_t NearbyUses::Map::cell(Vec2f at, float shift) const
+NearbyUses::Placed NearbyUses::placed(std::span<const Match> matches) const
 {
-    return static_cast<std::size_t>(at.y / uses_.cell_px_ + shift) * static_cast<std::size_t>(around_.width) +
-           static_cast<std::size_t>(at.x / uses_.cell_px_ + shift);
+    Placed result{matches, std::vector<std::uint32_t>(matches.size())};
+    std::ranges::transform(matches, result.cells.begin(), [this](const Match& match) { return cell(match.at, 1); });
+    return result;
+}
+
+NearbyUses::Map::Map(const NearbyUses& uses, const Placed& placed)
+    : uses_(uses), placed_(placed), around_(static_cast<std::size_t>(uses.columns_) * static_cast<std::size_t>(uses.rows_)),
+      beside_(around_.size())
+{
+}
+
+/// Adds the blocks that are near `to` and not near the block so far, and takes off those that no longer are: mostly few.
+void NearbyUses::Map::move(const Neighbors& neighbors, std::uint32_t to, std::vector<std::uint32_t>& uses) const
+{
+    const auto add = [&](std::uint32_t block, std::uint32_t times)
+    {
+        for (std::size_t n = uses_.blocks_[block].first; n < uses_.blocks_[block + 1].first; ++n)
+            uses[placed_.cells[uses_.order_[n]]] += times;
+    };
+    constexpr std::uint32_t minus_one = ~0U;
+    const auto before = block_ == nowhere ? std::span<const std::uint32_t>() : neighbors.of(block_);
+    auto old = before.begin();
+    for (const std::uint32_t block : neighbors.of(to))
+    {
+        for (; old != before.end() && *old < block; ++old)
+            add(*old, minus_one);
+        if (old != before.end() && *old == block)
+            ++old;
+        else
+            add(block, 1);
+    }
+    for (; old != before.end(); ++old)
+        add(*old, minus_one);
 }
 
 void NearbyUses::Map::move_to(std::size_t patch)
 {
-    if (matches_.empty() || uses_.block_of_[patch] == block_)
+    const std::uint32_t to = uses_.block_of_[patch];
+    if (placed_.matches.empty() || to == block_)
         return;
-    block_ = uses_.block_of_[patch];
-    std::ranges::fill(around_.values, 0U);
-    std::ranges::fill(beside_.values, 0U);
-    visit_around(
-        [&](const Match& match, bool is_beside)
-        {
-            ++around_.values[cell(match.at, 1)];
-            beside_.values[cell(match.at, 1)] += is_beside ? 1 : 0;
-        });
+    move(uses_.beside_, to, beside_);
+    move(uses_.around_, to, around_);
+    block_ = to;
 }
 
 NearbyUses::Copies NearbyUses::Map::copies(std::size_t patch, Vec2f at) const
 {
-    if (matches_.empty())
+    if (placed_.matches.empty())
         return {};
-    const std::size_t first = cell(at, 0.5F);
-    const auto width = static_cast<std::size_t>(around_.width);
+    const std::uint32_t first = uses_.cell(at, 0.5F);
+    const auto columns = static_cast<std::uint32_t>(uses_.columns_);
     std::uint32_t around = 0;
     std::uint32_t beside = 0;
-    const std::array cells{first, first + 1, first + width, first + width + 1};
-    for (const std::size_t c : cells)
+    const std::array cells{first, first + 1, first + columns, first + columns + 1};
+    for (const std::uint32_t c : cells)
     {
-        around += around_.values[c];
-        beside += beside_.values[c];
+        around += around_[c];
+        beside += beside_[c];
     }
     if (around == 0)
         return {};
     // A patch may reach beyond the blocks that are counted.
-    for (const std::uint32_t other : uses_.patches_.covers(uses_.patches_[patch].texel))
+    const Patches& patches = *uses_.patches_;
+    for (const std::uint32_t other : patches.covers(patches[patch].texel))
     {
-        const Match& match = matches_[other];
-        const Vec2f offset = uses_.patches_.offset(other, uses_.patches_[patch].center);
-        if (std::ranges::find(cells, cell(match.at, 1)) != cells.end() &&
-            (other == patch || length(match.place(offset) - at) <= 0.5F * length(offset)))
+        if (std::ranges::find(cells, placed_.cells[other]) == cells.end())
+            continue;
+        const Vec2f offset = patches.offset(other, patches[patch].center);
+        if (other == patch || length(placed_.matches[other].place(offset) - at) <= 0.5F * length(offset))
         {
             const int away = blocks_between(uses_.blocks_[uses_.block_of_[other]], uses_.blocks_[block_]);
             around -= away <= blocks_around ? 1 : 0;

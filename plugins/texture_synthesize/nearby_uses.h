@@ -23,6 +23,7 @@ namespace fresco::synthesize
 class NearbyUses
 {
   public:
+    NearbyUses() = default;
     /// `stroke_px`: width of a stroke, in texels of the grid and pixels of the picture.
     NearbyUses(const Patches& patches, const SurfaceGrid& grid, const StylePicture& picture, double stroke_px);
 
@@ -41,6 +42,14 @@ class NearbyUses
     };
     class Map;
 
+    /// Matches with the squares of the picture that they are in. Refers to them.
+    struct Placed
+    {
+        std::span<const Match> matches;    ///< Per patch, as they are now; empty: nothing is used.
+        std::vector<std::uint32_t> cells;  ///< Per patch.
+    };
+    Placed placed(std::span<const Match> matches) const;
+
   private:
     struct Block
     {
@@ -48,23 +57,43 @@ class NearbyUses
         std::size_t first;  ///< Of its patches, in order().
     };
 
-    const Patches& patches_;
-    int width_;  ///< Of the picture, in pixels.
-    int height_;
-    float cell_px_;
-    float patches_per_copy_;  ///< That have their centers within a stroke's square.
+    /// For each block those within some blocks' distance, itself included, ascending.
+    struct Neighbors
+    {
+        std::vector<std::size_t> first;
+        std::vector<std::uint32_t> blocks;
+        std::span<const std::uint32_t> of(std::uint32_t block) const
+        {
+            return std::span(blocks).subspan(first[block], first[block + 1] - first[block]);
+        }
+    };
+    Neighbors within(int distance) const;
+
+    /// The square that a place is in if it were `shift` squares further right and down.
+    std::uint32_t cell(Vec2f at, float shift) const
+    {
+        return static_cast<std::uint32_t>(at.y / cell_px_ + shift) * static_cast<std::uint32_t>(columns_) +
+               static_cast<std::uint32_t>(at.x / cell_px_ + shift);
+    }
+
+    const Patches* patches_ = nullptr;
+    float cell_px_ = 1;           ///< Side of a square of the picture: half a stroke.
+    int columns_ = 0;             ///< Of such squares,
+    int rows_ = 0;                ///< with one more all around.
+    float patches_per_copy_ = 1;  ///< That have their centers within a stroke's square.
     std::vector<std::uint32_t> order_;
     std::vector<std::uint32_t> block_of_;  ///< Per patch.
     std::vector<Block> blocks_;            ///< Sorted, and an end.
+    Neighbors beside_;
+    Neighbors around_;
     std::vector<float> motifs_;
 };
 
-/// What is used around one patch after another, on one thread.
+/// What is used around one patch after another, on one thread. Refers to both.
 class NearbyUses::Map
 {
   public:
-    /// `matches`: per patch, as they are now; empty: nothing is used.
-    Map(const NearbyUses& uses, std::span<const Match> matches);
+    Map(const NearbyUses& uses, const Placed& placed);
 
     /// Goes to a patch: its block, those beside it (2 to 4 strokes away) and those around it (8 to 10 strokes).
     void move_to(std::size_t patch);
@@ -72,15 +101,15 @@ class NearbyUses::Map
     Copies copies(std::size_t patch, Vec2f at) const;
 
   private:
-    template <class Visit>
-    void visit_around(const Visit& visit) const;
-    std::size_t cell(Vec2f at, float shift) const;
+    static constexpr std::uint32_t nowhere = std::numeric_limits<std::uint32_t>::max();
+
+    void move(const Neighbors& neighbors, std::uint32_t to, std::vector<std::uint32_t>& uses) const;
 
     const NearbyUses& uses_;
-    std::span<const Match> matches_;
-    Raster<std::uint32_t> around_;  ///< Uses in squares of the picture that are half a stroke wide.
-    Raster<std::uint32_t> beside_;
-    std::uint32_t block_ = std::numeric_limits<std::uint32_t>::max();
+    const Placed& placed_;
+    std::vector<std::uint32_t> around_;  ///< Uses of each square of the picture.
+    std::vector<std::uint32_t> beside_;
+    std::uint32_t block_ = nowhere;
 };
 
 }  // namespace fresco::synthesize

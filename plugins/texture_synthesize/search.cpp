@@ -232,12 +232,12 @@ class Search
 {
   public:
     Search(const Patches& patches, const SurfaceGrid& grid, std::span<const Vec3f> wanted, const StylePicture& picture,
-           const SearchOptions& options, std::span<const Match> before, const Progress& progress)
+           const NearbyUses& uses, const SearchOptions& options, std::span<const Match> before, const Progress& progress)
         : patches_(patches), grid_(grid), wanted_(wanted), picture_(picture), before_(before), progress_(progress),
-          variety_(patches, grid, picture, options.stroke_px, options.variety, options.seed, progress),
-          uses_(patches, grid, picture, options.stroke_px), lift_(static_cast<float>(options.lift)),
-          repeat_cost_(static_cast<float>(options.repeat_cost)), weave_cost_(static_cast<float>(options.weave_cost)),
-          stroke_px_(options.stroke_px), seed_(options.seed), values_(picture.values_per_patch())
+          variety_(patches, grid, picture, options.stroke_px, options.variety, options.seed, progress), uses_(uses),
+          lift_(static_cast<float>(options.lift)), repeat_cost_(static_cast<float>(options.repeat_cost)),
+          weave_cost_(static_cast<float>(options.weave_cost)), stroke_px_(options.stroke_px), seed_(options.seed),
+          values_(picture.values_per_patch())
     {
     }
 
@@ -330,6 +330,7 @@ class Search
             nearest_keys.emplace_back(std::exchange(of.features, {}), sizes, of.weights, lift_ * scale, patch_kernel());
 
         std::vector<Match> matches(patches_.count());
+        const NearbyUses::Placed placed = uses_.placed(before_);
         in_pieces(matches.size(),
                   [&](std::size_t begin, std::size_t end)
                   {
@@ -346,7 +347,7 @@ class Search
                           joined(&projected[i * sizes.squared], variety_.of_patch(patches[i]), scale, &features[i * sizes.all()]);
                       for (std::size_t c = 0; c < classes.size(); ++c)
                           nearest_keys[c].find(features.data(), count, &nearest[c * count]);
-                      NearbyUses::Map uses(uses_, before_);
+                      NearbyUses::Map uses(uses_, placed);
                       for (std::size_t i = 0; i < count; ++i)
                       {
                           uses.move_to(patches[i]);
@@ -358,7 +359,10 @@ class Search
                               if (found.score / scale > least)
                                   continue;
                               const std::size_t key = classes[c].keys[found.key];
-                              const float cost = found.score / scale + repeating(uses, patches[i], key, picture_.key(key));
+                              const Vec2f at = picture_.key(key);
+                              const Vec2f turn = turn_of(at);
+                              const float cost = score(patches[i], distance(values(samples, i), at, turn), at, turn) +
+                                                 repeating(uses, patches[i], key, at);
                               if (cost < least || (cost == least && key < best))
                               {
                                   least = cost;
@@ -379,6 +383,9 @@ class Search
         const float motif = uses_.motif(key);
         return repeat_cost_ * motif * std::min(copies.around, 1.0F) + weave_cost_ * (1 - motif) * std::min(copies.beside, 1.0F);
     }
+
+    /// Of a patch with its center at a key.
+    Vec2f turn_of(Vec2f key) const { return picture_.is_directed() ? picture_.direction(key).along : Vec2f{1, 0}; }
 
     float distance(const float* patch, Vec2f at, Vec2f turn) const
     {
@@ -412,7 +419,7 @@ class Search
     /// The best whole position between a key and the next ones.
     Match refined(const float* patch, Vec2f key) const
     {
-        const Vec2f turn = picture_.is_directed() ? picture_.direction(key).along : Vec2f{1, 0};
+        const Vec2f turn = turn_of(key);
         Match best{key, distance(patch, key, turn), turn};
         const int reach = picture_.key_reach();
         for (int y = -reach; y <= reach; ++y)
@@ -441,11 +448,12 @@ class Search
     std::vector<Match> continued(const std::vector<Match>& matches, const std::vector<char>& sources) const
     {
         std::vector<Match> result(matches.size());
+        const NearbyUses::Placed placed = uses_.placed(matches);
         in_pieces(matches.size(),
                   [&](std::size_t begin, std::size_t end)
                   {
                       std::vector<Vec3f> samples(values_ / 3);
-                      NearbyUses::Map uses(uses_, matches);
+                      NearbyUses::Map uses(uses_, placed);
                       for (const std::uint32_t patch : ordered(begin, end))
                       {
                           sample(patch, samples, 0);
@@ -503,7 +511,7 @@ class Search
     std::span<const Match> before_;
     const Progress& progress_;
     Variety variety_;
-    NearbyUses uses_;
+    const NearbyUses& uses_;
     float lift_;
     float repeat_cost_;
     float weave_cost_;
@@ -516,10 +524,10 @@ class Search
 }  // namespace
 
 std::vector<Match> search(const Patches& patches, const SurfaceGrid& grid, std::span<const Vec3f> wanted,
-                          const StylePicture& picture, const SearchOptions& options, std::span<const Match> before,
-                          std::span<const float> crowding, const Progress& progress)
+                          const StylePicture& picture, const NearbyUses& uses, const SearchOptions& options,
+                          std::span<const Match> before, std::span<const float> crowding, const Progress& progress)
 {
-    return Search(patches, grid, wanted, picture, options, before, progress).run(options.completeness, crowding);
+    return Search(patches, grid, wanted, picture, uses, options, before, progress).run(options.completeness, crowding);
 }
 
 }  // namespace fresco::synthesize

@@ -103,6 +103,8 @@ struct SearchOptions
     std::uint32_t seed;   ///< Of Variety.
 };
 
+class NearbyUses;
+
 /// Finds the best place in the picture for every patch, in three steps: an exact search over the keys by principal components; by
 /// all values, the best position between this key and its neighbors; and the places that continue those of neighboring patches,
 /// which may differ more (coherence; Ashikhmin 2001, Hertzmann et al. 2001). A place costs w (d + lift) + preference + price,
@@ -112,8 +114,8 @@ struct SearchOptions
 /// place that continues another keeps its rotation on the surface, and costs more if its strokes deviate from the lines.
 /// `wanted`: per texel, L*a*b*. `crowding`: per key, see update_crowding. The same for any number of threads. Throws Canceled.
 std::vector<Match> search(const Patches& patches, const SurfaceGrid& grid, std::span<const Vec3f> wanted,
-                          const StylePicture& picture, const SearchOptions& options, std::span<const Match> before,
-                          std::span<const float> crowding, const Progress& progress);
+                          const StylePicture& picture, const NearbyUses& uses, const SearchOptions& options,
+                          std::span<const Match> before, std::span<const float> crowding, const Progress& progress);
 
 /// The weight of each key's distances: 1 / (α + the least distance of any of `queries`), so that parts of the picture that no
 /// query resembles are used, too (completeness; Granot et al. 2022). `queries`: n x feature_count(). Throws Canceled.

@@ -180,7 +180,7 @@ struct Picture
                 for (std::size_t j = 0; j < mean.size(); ++j)
                     products[i][j] += (v[i] - mean[i]) * (v[j] - mean[j]);
         components = eigenvectors(products);
-        components.resize(std::min<std::size_t>(mean.size(), 48));
+        components.resize(std::min<std::size_t>(mean.size(), 24));
         for (const Numbers& v : values)
             key_features.push_back(projected(v));
     }
@@ -443,7 +443,8 @@ class PlainLevel
         }
         result.weights = key_weights(features, crowding);
         for (std::size_t p = 0; p < features.size(); ++p)
-            result.found.push_back(refined(result.looks[p], picture_.keys[best_key(p, features[p], result.weights, before)]));
+            result.found.push_back(
+                refined(result.looks[p], picture_.keys[best_key(p, features[p], result.looks[p], result.weights, before)]));
         for (int pass = 0; pass < 3; ++pass)
         {
             result.uses = result.found;
@@ -600,8 +601,9 @@ class PlainLevel
         return used / static_cast<double>(matches.size()) * width * height / (size.x * size.y);
     }
 
-    /// The best of each eighth of the keys, by squares of two strokes; of these the best with its price.
-    std::size_t best_key(std::size_t patch, const Numbers& features, const Numbers& weights,
+    /// The best of each eighth of the keys by features, by squares of two strokes; of these the best by all values, with its
+    /// price.
+    std::size_t best_key(std::size_t patch, const Numbers& features, const Numbers& look, const Numbers& weights,
                          const std::vector<Found>& before) const
     {
         const double infinity = std::numeric_limits<double>::infinity();
@@ -624,7 +626,10 @@ class PlainLevel
         }
         for (std::size_t c = 0; c < 8; ++c)
             if (least[c] < infinity)
-                least[c] += repeating(patch, picture_.keys[best[c]], before);
+            {
+                const Vec2d at = picture_.keys[best[c]];
+                least[c] = score(patch, picture_.distance(look, at), at, weights, before);
+            }
         return best[static_cast<std::size_t>(std::min_element(least.begin(), least.end()) - least.begin())];
     }
 

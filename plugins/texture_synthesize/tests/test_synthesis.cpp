@@ -193,8 +193,10 @@ TEST_CASE("uses nearby are those that every patch counts among all others")
     level.paint_round(run);
     const plain::PlainLevel twin(small.task, level, options, 0.9);
     const NearbyUses uses(level.patches(), level.grid(), level.picture(), 3);
-    NearbyUses::Map map(uses, level.matches());
-    NearbyUses::Map unused(uses, {});
+    const NearbyUses::Placed placed = uses.placed(level.matches());
+    NearbyUses::Map map(uses, placed);
+    const NearbyUses::Placed nothing;
+    NearbyUses::Map unused(uses, nothing);
     REQUIRE(uses.order().size() == level.patches().count());
     const auto of_all = of(level.matches());
     double most = 0;

@@ -262,17 +262,23 @@ TexelFaces find_texel_faces(const Mesh& mesh, const Charts& charts, int size, co
     const std::size_t texels = static_cast<std::size_t>(size) * static_cast<std::size_t>(size);
     result.face.assign(texels, TexelFaces::none);
     result.inside.assign(texels, 0);
-    // Few bands: each goes through all faces.
-    const auto rows_per_band = std::max<std::size_t>(static_cast<std::size_t>(size) / 16, 32);
-    parallel_for(static_cast<std::size_t>(size), rows_per_band, progress.threads(),
+    constexpr std::size_t rows_per_band = 32;
+    std::vector<std::vector<std::uint32_t>> faces_in((static_cast<std::size_t>(size) + rows_per_band - 1) / rows_per_band);
+    for (std::uint32_t face = 0; face < mesh.triangles.size(); ++face)
+    {
+        const Box box = bounding_box(texel_corners(mesh, face, size), size);
+        const std::size_t last = static_cast<std::size_t>(box.y1) / rows_per_band;
+        for (std::size_t band = static_cast<std::size_t>(box.y0) / rows_per_band; band <= last; ++band)
+            faces_in[band].push_back(face);
+    }
+    parallel_for(faces_in.size(), 1, progress.threads(),
                  [&](std::size_t begin, std::size_t end)
                  {
-                     for (std::uint32_t face = 0; face < mesh.triangles.size(); ++face)
-                     {
-                         if (face % 1024 == 0)
-                             progress.check_canceled();
-                         draw_face(mesh, face, static_cast<int>(begin), static_cast<int>(end) - 1, result);
-                     }
+                     progress.check_canceled();
+                     for (std::size_t band = begin; band < end; ++band)
+                         for (const std::uint32_t face : faces_in[band])
+                             draw_face(mesh, face, static_cast<int>(band * rows_per_band),
+                                       static_cast<int>((band + 1) * rows_per_band) - 1, result);
                  });
     adopt_small_charts(charts, result);
     return result;

@@ -10,6 +10,8 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <malloc.h>
+#include <numeric>
 
 namespace fresco::synthesize
 {
@@ -252,7 +254,7 @@ class Patches::Walker
     {
     }
 
-    /// Calls visit(texel, at) for each texel under the patch, `at` in texels from its center. Fills `points` unless null.
+    /// Calls visit(texel, at) for each texel under the patch, `at` in texels from its center, and fills its `points`.
     template <class Visit>
     void walk(const Patch& patch, Point* points, const Visit& visit)
     {
@@ -277,8 +279,7 @@ class Patches::Walker
             if (box.x0 > half_ || box.x1 < -half_ || box.y0 > half_ || box.y1 < -half_)
                 continue;
             visit_texels(patch, face, corners, visit_texel);
-            if (points != nullptr)
-                visit_points(face, corners, box, points);
+            visit_points(face, corners, box, points);
             for (const std::uint32_t other : surface_.neighbors[face])
                 if (other != geometry::none && visited_[other] != stamp_ &&
                     dot(surface_.normals[other], patch.frame.out) >= reach_cosine)
@@ -290,8 +291,7 @@ class Patches::Walker
         // Of a chart that holds no cell's center.
         if (!own)
             visit(patch.texel, Vec2f{});
-        if (points != nullptr)
-            extend(patch, points);
+        extend(patch, points);
     }
 
   private:
@@ -474,66 +474,65 @@ Patches::Patches(const PaintedSurface& surface, const SurfaceGrid& grid, const U
             patches_.push_back(patch_at(texel));
     }
 
-    std::vector<std::atomic<std::uint32_t>> covers(texels.size());
+    constexpr std::size_t patches_per_list = patches_per_piece * 16;
+    const std::size_t regular = patches_.size();
+    std::vector<std::vector<std::uint32_t>> lists((regular + patches_per_list - 1) / patches_per_list + 1);
+    std::vector<std::uint32_t> counts(regular);  // Texels under each patch, which its list holds one patch after another.
     std::vector<std::atomic<std::uint8_t>> near_center(texels.size());
     const auto reach = static_cast<float>(stride);
-    const auto count_cover = [&](std::uint32_t texel, Vec2f at)
+    const auto walk = [&](Walker& walker, std::size_t i, std::vector<std::uint32_t>& list)
     {
-        covers[texel].fetch_add(1, std::memory_order_relaxed);
-        if (std::abs(at.x) <= reach && std::abs(at.y) <= reach)
-            near_center[texel].store(1, std::memory_order_relaxed);
+        if (i % patches_per_piece == 0)
+            progress.check_canceled();
+        const std::size_t before = list.size();
+        walker.walk(patches_[i], &points_[i * points_per_patch()],
+                    [&](std::uint32_t texel, Vec2f at)
+                    {
+                        list.push_back(texel);
+                        if (std::abs(at.x) <= reach && std::abs(at.y) <= reach)
+                            near_center[texel].store(1, std::memory_order_relaxed);
+                    });
+        counts[i] = static_cast<std::uint32_t>(list.size() - before);
     };
-    const auto walk_all = [&](const auto& walk)
-    {
-        parallel_for(patches_.size(), patches_per_piece * 16, progress.threads(),
-                     [&](std::size_t begin, std::size_t end)
-                     {
-                         Walker walker(surface, grid, side);
-                         for (std::size_t i = begin; i < end; ++i)
-                         {
-                             if (i % patches_per_piece == 0)
-                                 progress.check_canceled();
-                             walk(walker, i);
-                         }
-                     });
-    };
-    walk_all([&](Walker& walker, std::size_t i) { walker.walk(patches_[i], nullptr, count_cover); });
-
+    points_.reserve(2 * regular * points_per_patch());  // Memory that is not used costs nothing, moving it does.
+    points_.resize(regular * points_per_patch());
+    parallel_for(regular, patches_per_list, progress.threads(),
+                 [&](std::size_t begin, std::size_t end)
+                 {
+                     Walker walker(surface, grid, side);
+                     for (std::size_t i = begin; i < end; ++i)
+                         walk(walker, i, lists[begin / patches_per_list]);
+                     lists[begin / patches_per_list].shrink_to_fit();
+                 });
     // One after another: each shows which texels are still bare.
     Walker alone(surface, grid, side);
     for (std::uint32_t texel = 0; texel < texels.size(); ++texel)
-    {
-        if (!is_wanted(texel) || near_center[texel].load(std::memory_order_relaxed) != 0)
-            continue;
-        if (patches_.size() % patches_per_piece == 0)
-            progress.check_canceled();
-        patches_.push_back(patch_at(texel));
-        alone.walk(patches_.back(), nullptr, count_cover);
-    }
+        if (is_wanted(texel) && near_center[texel].load(std::memory_order_relaxed) == 0)
+        {
+            patches_.push_back(patch_at(texel));
+            points_.resize(patches_.size() * points_per_patch());
+            counts.push_back(0);
+            walk(alone, patches_.size() - 1, lists.back());
+        }
 
     first_cover_.assign(texels.size() + 1, 0);
-    for (std::size_t t = 0; t < texels.size(); ++t)
-        first_cover_[t + 1] = first_cover_[t] + covers[t].load(std::memory_order_relaxed);
+    for (const auto& list : lists)
+        for (const std::uint32_t texel : list)
+            ++first_cover_[texel + 1];
+    std::partial_sum(first_cover_.begin(), first_cover_.end(), first_cover_.begin());
     covers_.resize(first_cover_.back());
-    points_.resize(patches_.size() * points_per_patch());
-    for (auto& cover : covers)
-        cover.store(0, std::memory_order_relaxed);
-    walk_all(
-        [&](Walker& walker, std::size_t i)
-        {
-            const auto put = [&](std::uint32_t texel, Vec2f) {
-                covers_[first_cover_[texel] + covers[texel].fetch_add(1, std::memory_order_relaxed)] =
-                    static_cast<std::uint32_t>(i);
-            };
-            walker.walk(patches_[i], &points_[i * points_per_patch()], put);
-        });
-    parallel_for(texels.size(), 1U << 14U, progress.threads(),
-                 [&](std::size_t begin, std::size_t end)
-                 {
-                     for (std::size_t t = begin; t < end; ++t)
-                         std::sort(covers_.begin() + static_cast<std::ptrdiff_t>(first_cover_[t]),
-                                   covers_.begin() + static_cast<std::ptrdiff_t>(first_cover_[t + 1]));
-                 });
+    std::vector<std::uint32_t> filled(texels.size(), 0);
+    std::uint32_t patch = 0;
+    for (auto& list : lists)
+    {
+        for (std::size_t at = 0; at < list.size(); ++patch)
+            for (std::uint32_t n = 0; n < counts[patch]; ++n, ++at)
+                covers_[first_cover_[list[at]] + filled[list[at]]++] = patch;
+        list = std::vector<std::uint32_t>();
+#ifdef __GLIBC__
+        malloc_trim(0);  // So that covers_ takes the place of the lists.
+#endif
+    }
 }
 
 void Patches::sample(const SurfaceGrid& grid, std::span<const Vec3f> values, std::size_t patch, Vec3f* out) const

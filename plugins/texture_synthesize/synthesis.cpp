@@ -230,8 +230,8 @@ constexpr double weave_cost = 12;
 constexpr int most_halvings = 2;  // Of strokes, where there is detail.
 constexpr int detail_rounds = 2;
 constexpr double detail_faithfulness = 0.5;
-constexpr double least_missing = 0.6;  // L*a*b*: for half a stroke's width, with full detail …
-constexpr double missing_ratio = 2;    // … and for each further halving: small strokes are few.
+constexpr double least_missing = 0.45;  // L*a*b*: for half a stroke's width, with full detail …
+constexpr double missing_ratio = 2;     // … and for each further halving: small strokes are few.
 
 class Synthesis
 {

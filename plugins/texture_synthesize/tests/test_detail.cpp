@@ -208,7 +208,7 @@ TEST_CASE("detail shows what broad strokes dissolve, in smaller copies of the pi
 {
     StripedWall wall(0.25F);
     const Painting broad = fresco::synthesize::synthesize(wall.task, wall.options(0), nullptr, wall.run);
-    const Painting fine = fresco::synthesize::synthesize(wall.task, wall.options(1), nullptr, wall.run);
+    const Painting fine = fresco::synthesize::synthesize(wall.task, wall.options(0.75), nullptr, wall.run);
     CHECK(distance_from_start(wall, fine, 1) < 0.8 * distance_from_start(wall, broad, 1));
     std::map<float, int> scales;
     bool is_same = true;

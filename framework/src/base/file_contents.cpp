@@ -1,16 +1,12 @@
 #include "base/file_contents.h"
 #include "base/common.h"
-#include <fresco/file_access.h>
-#include <fresco/process.h>
 #include <fresco/wording.h>
 
 #include <algorithm>
 #include <cstdint>
-#include <fcntl.h>
+#include <fstream>
 #include <iterator>
 #include <string_view>
-#include <sys/stat.h>
-#include <unistd.h>
 
 namespace fresco::host
 {
@@ -26,13 +22,14 @@ class OpenFile
 {
   public:
     explicit OpenFile(const fs::path& file)
-        : fd_(uninterrupted([&] { return ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK); }))
     {
-        struct stat status = {};
-        readable_ = fd_.valid() && ::fstat(fd_.get(), &status) == 0 && S_ISREG(status.st_mode);
-        size_ = readable_ ? static_cast<std::size_t>(status.st_size) : 0;
+        std::error_code failure;
+        if (!fs::is_regular_file(file, failure))
+            return;
+        stream_.open(file, std::ios::binary);
+        size_ = fs::file_size(file, failure);
         beginning_ = part(0, beginning_bytes);
-        readable_ = readable_ && beginning_.size() == std::min(size_, beginning_bytes);
+        readable_ = !failure && stream_.is_open() && beginning_.size() == std::min(size_, beginning_bytes);
     }
 
     bool is_readable() const { return readable_; }
@@ -42,22 +39,16 @@ class OpenFile
     std::string part(std::size_t offset, std::size_t count) const
     {
         std::string bytes(std::min(count, size_ - std::min(offset, size_)), '\0');
-        std::size_t done = 0;
-        while (done < bytes.size())
-        {
-            const ssize_t got = uninterrupted(
-                [&] { return ::pread(fd_.get(), bytes.data() + done, bytes.size() - done, static_cast<off_t>(offset + done)); });
-            if (got <= 0)
-                break;
-            done += static_cast<std::size_t>(got);
-        }
-        bytes.resize(done);
+        stream_.clear();
+        stream_.seekg(static_cast<std::streamoff>(offset));
+        stream_.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+        bytes.resize(static_cast<std::size_t>(stream_.gcount()));
         return bytes;
     }
     std::string end(std::size_t count) const { return part(size_ - std::min(count, size_), count); }
 
   private:
-    FileDescriptor fd_;
+    mutable std::ifstream stream_;
     std::string beginning_;
     std::size_t size_ = 0;
     bool readable_ = false;

@@ -2,6 +2,7 @@
 #include "base/common.h"
 #include "base/text.h"
 
+#include <set>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,7 @@ namespace fresco::host
 namespace
 {
 constexpr int deepest_folder = 16;
+constexpr std::uint64_t entry_limit = 200'000;
 
 std::vector<std::string> split_pattern(std::string_view pattern)
 {
@@ -24,10 +26,10 @@ std::vector<std::string> split_pattern(std::string_view pattern)
 class Walk
 {
   public:
-    Walk(std::vector<std::string> parts, std::uint64_t limit) : parts_(std::move(parts)), left_(limit) {}
+    explicit Walk(std::vector<std::string> parts) : parts_(std::move(parts)) {}
 
-    /// `open` are the places in the pattern that may match the next name, ascending.
-    void folder(const fs::path& path, const std::vector<std::size_t>& open, int depth)
+    /// `open` are the places in the pattern that may match the next name.
+    void folder(const fs::path& path, const std::set<std::size_t>& open, int depth)
     {
         std::error_code failure;
         fs::directory_iterator entries(path, fs::directory_options::skip_permission_denied, failure);
@@ -46,29 +48,31 @@ class Walk
     GlobMeasure result() const { return result_; }
 
   private:
-    void entry(const fs::directory_entry& entry, const std::vector<std::size_t>& open, int depth)
+    void entry(const fs::directory_entry& entry, const std::set<std::size_t>& open, int depth)
     {
         const std::string name = entry.path().filename().string();
-        std::vector<bool> next(parts_.size() + 1);
+        std::set<std::size_t> inner;
         bool whole = false;
-        for (const std::size_t place : with_skipped(open))
-            if (parts_[place] == "**")
-            {
-                whole = whole || place + 1 == parts_.size();
-                next[place] = true;
-            }
-            else if (name_matches(name, parts_[place]))
-            {
-                whole = whole || place + 1 == parts_.size();
-                next[place + 1] = true;
-            }
+        const auto pass = [&](std::size_t place)
+        {
+            const bool any = parts_[place] == "**";
+            const bool last = place + 1 == parts_.size();
+            if (!any && !name_matches(name, parts_[place]))
+                return;
+            whole = whole || last;
+            if (any || !last)
+                inner.insert(any ? place : place + 1);
+        };
+        for (const std::size_t place : open)
+        {
+            pass(place);
+            // "**" may also stand for no folder at all.
+            if (parts_[place] == "**" && place + 1 < parts_.size())
+                pass(place + 1);
+        }
         std::error_code failure;
         if (entry.is_directory(failure) && !entry.is_symlink(failure))
         {
-            std::vector<std::size_t> inner;
-            for (std::size_t place = 0; place < parts_.size(); ++place)
-                if (next[place])
-                    inner.push_back(place);
             if (!inner.empty() && depth >= deepest_folder)
                 result_.cut_short = true;
             else if (!inner.empty())
@@ -82,21 +86,8 @@ class Walk
         }
     }
 
-    /// "**" may also stand for no folder at all.
-    std::vector<std::size_t> with_skipped(const std::vector<std::size_t>& open) const
-    {
-        std::vector<std::size_t> places;
-        for (std::size_t place : open)
-        {
-            places.push_back(place);
-            if (parts_[place] == "**" && place + 1 < parts_.size())
-                places.push_back(place + 1);
-        }
-        return places;
-    }
-
     std::vector<std::string> parts_;
-    std::uint64_t left_;
+    std::uint64_t left_ = entry_limit;
     GlobMeasure result_;
 };
 }  // namespace
@@ -149,7 +140,7 @@ bool has_entry(const fs::path& root, std::string_view pattern)
     return false;
 }
 
-GlobMeasure measure_files(const fs::path& root, std::string_view pattern, std::uint64_t entry_limit)
+GlobMeasure measure_files(const fs::path& root, std::string_view pattern)
 {
     std::error_code failure;
     if (fs::is_regular_file(root, failure))
@@ -160,7 +151,7 @@ GlobMeasure measure_files(const fs::path& root, std::string_view pattern, std::u
     std::vector<std::string> parts = split_pattern(pattern);
     if (parts.empty())
         parts.emplace_back("**");
-    Walk walk(std::move(parts), entry_limit);
+    Walk walk(std::move(parts));
     walk.folder(root, {0}, 1);
     return walk.result();
 }

@@ -19,8 +19,8 @@ struct GlobMeasure
 
 /// Counts the regular files below `root` whose path relative to it matches `pattern`: '*' and '?' within one name, "**" for any
 /// folders. `root` may be a file: it is counted itself, whatever the pattern. What cannot be read is passed over; links to
-/// folders are not followed. Looks at no more than `entry_limit` entries, 16 folders deep.
-GlobMeasure measure_files(const std::filesystem::path& root, std::string_view pattern, std::uint64_t entry_limit = 200'000);
+/// folders are not followed. Looks at no more than 200 000 entries, 16 folders deep.
+GlobMeasure measure_files(const std::filesystem::path& root, std::string_view pattern);
 
 /// Whether there is a file or folder below `root` whose path relative to it matches `pattern`: '*' and '?' within one name.
 bool has_entry(const std::filesystem::path& root, std::string_view pattern);

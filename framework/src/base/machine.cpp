@@ -77,13 +77,11 @@ std::optional<fs::path> group_of(const fs::path& proc, const std::string& contro
     for (std::string line; std::getline(groups, line);)
     {
         // "4:memory:/job_7", of the version 2 "0::/job_7"
-        const std::size_t first = line.find(':');
-        const std::size_t second = first == std::string::npos ? first : line.find(':', first + 1);
-        if (second == std::string::npos)
-            continue;
-        const std::string names = line.substr(first + 1, second - first - 1);
-        if (controller.empty() ? names.empty() : lists(names, controller))
-            return fs::path(line.substr(second + 1));
+        std::istringstream fields(line);
+        std::string number, names, group;
+        if (std::getline(fields, number, ':') && std::getline(fields, names, ':') && std::getline(fields, group) &&
+            (controller.empty() ? names.empty() : lists(names, controller)))
+            return group;
     }
     return std::nullopt;
 }

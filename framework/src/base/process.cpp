@@ -14,6 +14,7 @@
 #include <fmt/format.h>
 #include <fstream>
 #include <poll.h>
+#include <regex>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -94,32 +95,22 @@ mode_t current_mask()
     return mask;
 }
 
-bool write_all(int file, std::string_view text)
+namespace
 {
-    while (!text.empty())
-    {
-        const ssize_t count = uninterrupted([&] { return write(file, text.data(), text.size()); });
-        if (count <= 0)
-            return false;
-        text.remove_prefix(static_cast<std::size_t>(count));
-    }
-    return true;
-}
 
-bool send_all(int socket, std::string_view text)
+/// Whether `write` took all of the text, in as many calls as it needs.
+template <class Write>
+bool write_by(const Write& write, std::string_view text)
 {
     while (!text.empty())
     {
-        const ssize_t count = uninterrupted([&] { return send(socket, text.data(), text.size(), MSG_NOSIGNAL); });
+        const ssize_t count = uninterrupted([&] { return write(text.data(), text.size()); });
         if (count <= 0)
             return false;  // errno stays.
         text.remove_prefix(static_cast<std::size_t>(count));
     }
     return true;
 }
-
-namespace
-{
 
 constexpr std::size_t machine_digits = 12;
 
@@ -151,18 +142,17 @@ std::uint64_t start_of(pid_t pid)
     return start;
 }
 
-/// Removes a number from the front of the text. False if it does not begin with one.
-template <class Number>
-bool take_number(std::string_view& text, Number& number)
+}  // namespace
+
+bool write_all(int file, std::string_view text)
 {
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-    if (error != std::errc())
-        return false;
-    text.remove_prefix(static_cast<std::size_t>(end - text.data()));
-    return true;
+    return write_by([&](const char* bytes, std::size_t count) { return write(file, bytes, count); }, text);
 }
 
-}  // namespace
+bool send_all(int socket, std::string_view text)
+{
+    return write_by([&](const char* bytes, std::size_t count) { return send(socket, bytes, count, MSG_NOSIGNAL); }, text);
+}
 
 std::string ProcessIdentity::text() const
 {
@@ -186,18 +176,11 @@ ProcessIdentity this_process()
 
 std::optional<ProcessIdentity> process_named_by(std::string_view name)
 {
-    ProcessIdentity process;
-    if (name.size() <= machine_digits || name.find_first_not_of("0123456789abcdef") != machine_digits ||
-        name[machine_digits] != '-')
+    static const std::regex form("([0-9a-f]{12})-([1-9][0-9]{0,8})-([0-9]{1,19})(?![^.-])");
+    std::match_results<std::string_view::const_iterator> parts;
+    if (!std::regex_search(name.begin(), name.end(), parts, form, std::regex_constants::match_continuous))
         return std::nullopt;
-    process.machine = name.substr(0, machine_digits);
-    name.remove_prefix(machine_digits + 1);
-    if (!take_number(name, process.pid) || !name.starts_with('-'))
-        return std::nullopt;
-    name.remove_prefix(1);
-    if (process.pid <= 0 || !take_number(name, process.start) || !(name.empty() || name.front() == '.' || name.front() == '-'))
-        return std::nullopt;
-    return process;
+    return ProcessIdentity{parts.str(1), std::stoi(parts.str(2)), std::stoull(parts.str(3))};
 }
 
 std::string holder_text()

@@ -149,22 +149,34 @@ std::size_t widest_word(std::string_view text)
 
 }  // namespace
 
-std::size_t utf8_length(std::string_view text, std::size_t at)
+bool begins_character(char byte)
 {
-    const Character character(text.substr(at));
-    return character.is_valid ? character.bytes.size() : 0;
+    return (static_cast<unsigned char>(byte) & 0xC0U) != 0x80U;
+}
+
+std::string_view utf8_prefix(std::string_view text, std::size_t most)
+{
+    std::size_t end = std::min(most, text.size());
+    while (end > 0 && end < text.size() && !begins_character(text[end]))
+        --end;
+    return text.substr(0, end);
 }
 
 bool is_utf8(std::string_view text)
 {
-    for (std::size_t at = 0; at < text.size();)
-    {
-        const std::size_t length = utf8_length(text, at);
-        if (length == 0)
+    for (std::string_view rest = text; !rest.empty(); rest.remove_prefix(Character(rest).bytes.size()))
+        if (!Character(rest).is_valid)
             return false;
-        at += length;
-    }
     return true;
+}
+
+std::optional<std::size_t> first_bad_byte(std::string_view text)
+{
+    for (std::string_view rest = text; !rest.empty(); rest.remove_prefix(Character(rest).bytes.size()))
+        if (const Character next(rest);
+            !next.is_valid || next.code == 0x7F || (next.code < 0x20 && next.bytes.find_first_of("\t\n\r") != 0))
+            return text.size() - rest.size();
+    return std::nullopt;
 }
 
 std::vector<std::string> split(std::string_view text, char separator)
@@ -195,6 +207,11 @@ std::string size_text(double megabytes)
     if (megabytes >= 10'240)
         return fmt::format("{:.1f} GB", megabytes / 1024);
     return megabytes >= 10 ? fmt::format("{:.0f} MB", megabytes) : fmt::format("{:.1f} MB", megabytes);
+}
+
+std::string counted(std::size_t count, std::string_view noun)
+{
+    return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
 }
 
 std::string path_text(const std::filesystem::path& path)
@@ -378,12 +395,7 @@ void TextTable::add(std::vector<std::string> row)
     rows_.push_back(std::move(row));
 }
 
-bool TextTable::has_titles() const
-{
-    return std::ranges::any_of(columns_, [](const Column& column) { return !column.title.empty(); });
-}
-
-std::vector<std::size_t> TextTable::natural_widths() const
+std::string TextTable::text(std::size_t width) const
 {
     std::vector<std::size_t> widths;
     for (std::size_t i = 0; i < columns_.size(); ++i)
@@ -392,12 +404,6 @@ std::vector<std::size_t> TextTable::natural_widths() const
         for (const auto& row : rows_)
             widths[i] = std::max(widths[i], columns(row[i]));
     }
-    return widths;
-}
-
-std::string TextTable::text(std::size_t width) const
-{
-    std::vector<std::size_t> widths = natural_widths();
     const auto is_text = [&](std::size_t i) { return columns_[i].kind == Kind::text; };
     const auto room = [&](bool with_texts)
     {
@@ -460,11 +466,8 @@ std::string TextTable::in_columns(const std::vector<std::size_t>& widths, std::s
         }
         result += without_end_blanks(std::move(line)) + "\n" + below;
     };
-    if (has_titles())
-    {
-        const std::vector<std::string> titles = each(columns_, &Column::title);
-        add(titles, true);
-    }
+    if (!std::ranges::all_of(columns_, &std::string::empty, &Column::title))
+        add(each(columns_, &Column::title), true);
     for (const auto& row : rows_)
         add(row, false);
     return result;

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,9 +13,13 @@
 namespace fresco::host
 {
 
-/// Bytes of the UTF-8 character that begins at `at`; 0 if none does.
-std::size_t utf8_length(std::string_view text, std::size_t at);
+/// Whether a byte of a text in UTF-8 is the first of its character.
+bool begins_character(char byte);
+/// As much of the beginning as `most` bytes hold, no character cut.
+std::string_view utf8_prefix(std::string_view text, std::size_t most);
 bool is_utf8(std::string_view text);
+/// Offset of the first control character, but for tabulators and line ends, or byte that is not UTF-8.
+std::optional<std::size_t> first_bad_byte(std::string_view text);
 
 /// The pieces between separators, empty ones too.
 std::vector<std::string> split(std::string_view text, char separator);
@@ -23,6 +28,8 @@ std::vector<std::string> split(std::string_view text, char separator);
 std::string duration_text(double seconds);
 /// "12.3 s", "350 MB": for tables.
 std::string size_text(double megabytes);
+/// "1 task", "2 tasks".
+std::string counted(std::size_t count, std::string_view noun);
 /// Relative to the working directory where it is below that.
 std::string path_text(const std::filesystem::path& path);
 /// As a shell reads it back.
@@ -125,8 +132,6 @@ class TextTable
     std::string text(std::size_t width) const;
 
   private:
-    bool has_titles() const;
-    std::vector<std::size_t> natural_widths() const;
     std::string in_columns(const std::vector<std::size_t>& widths, std::size_t text_at, std::size_t width) const;
     std::string stacked(std::size_t width) const;
 

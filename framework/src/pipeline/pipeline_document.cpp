@@ -1,6 +1,5 @@
 #include "pipeline/pipeline_document.h"
 #include "base/common.h"
-#include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/wording.h>
 

@@ -1,5 +1,6 @@
 #include "pipeline/pipeline_matrix.h"
 #include "base/common.h"
+#include "base/text.h"
 #include <fresco/error.h>
 #include <fresco/wording.h>
 
@@ -30,13 +31,7 @@ std::string label_of(const std::string& text)
             label += c;
         else if (!label.empty() && label.back() != '-')
             label += '-';
-    if (label.size() > longest_label)
-    {
-        std::size_t end = longest_label;
-        while (end > 0 && (static_cast<unsigned char>(label[end]) & 0xC0U) == 0x80U)
-            --end;
-        label.resize(end);
-    }
+    label.resize(utf8_prefix(label, longest_label).size());
     const std::size_t begin = std::min(label.find_first_not_of("-."), label.size());
     label.erase(0, begin);
     while (!label.empty() && (label.back() == '-' || label.back() == '.'))

@@ -1,7 +1,9 @@
 #include "pipeline/yaml_document.h"
+#include "base/common.h"
 #include "base/text.h"
 #include "plugins/catalog.h"
 
+#include <algorithm>
 #include <charconv>
 #include <fmt/format.h>
 #include <sstream>
@@ -13,19 +15,10 @@
 namespace fresco::host
 {
 
-std::optional<std::size_t> first_bad_byte(std::string_view text)
+namespace
 {
-    for (std::size_t i = 0; i < text.size();)
-    {
-        const auto byte = static_cast<unsigned char>(text[i]);
-        const std::size_t length = utf8_length(text, i);
-        if (length == 0 || byte == 0x7F || (byte < 0x20 && byte != '\t' && byte != '\n' && byte != '\r'))
-            return i;
-        i += length;
-    }
-    return std::nullopt;
-}
 
+/// Whether a quoted scalar that begins `quoted` ends in it: yaml-cpp takes the end of the file for the closing quote.
 bool quote_is_closed(std::string_view quoted)
 {
     const char quote = quoted.front();
@@ -44,18 +37,10 @@ bool quote_is_closed(std::string_view quoted)
     return false;
 }
 
-namespace
-{
-
 std::string shortened(const std::string& text)
 {
     constexpr std::size_t shown = 60;
-    if (text.size() <= shown)
-        return text;
-    std::size_t end = shown;
-    while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U)
-        --end;
-    return text.substr(0, end) + "…";
+    return text.size() <= shown ? text : std::string(utf8_prefix(text, shown)) + "…";
 }
 
 bool is_decimal(char c)
@@ -63,45 +48,48 @@ bool is_decimal(char c)
     return c >= '0' && c <= '9';
 }
 
-bool all_digits(std::string_view text)
-{
-    return !text.empty() && std::all_of(text.begin(), text.end(), is_decimal);
-}
-
+/// What the number means that a text is, `digits` being what is behind its sign; nothing if it is something else than
 /// ( . [0-9]+ | [0-9]+ ( . [0-9]* )? ) ( [eE] [-+]? [0-9]+ )?
-bool looks_like_float(std::string_view text)
+std::optional<ResolvedScalar> resolve_number(const std::string& text, std::string_view digits)
 {
+    const char* const end = text.data() + text.size();
     double number = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-    return !text.empty() && (is_decimal(text.front()) || text.front() == '.') && error != std::errc::invalid_argument &&
-           end == text.data() + text.size();
-}
-
-ResolvedScalar resolve_number(const std::string& text, std::string_view digits, bool negative)
-{
-    if (all_digits(digits))
+    const auto [number_end, error] = std::from_chars(digits.data(), end, number);
+    if (digits.empty() || !(is_decimal(digits.front()) || digits.front() == '.') || error == std::errc::invalid_argument ||
+        number_end != end)
+        return std::nullopt;
+    if (!std::ranges::all_of(digits, is_decimal))
     {
-        if (digits.size() > 1 && digits.front() == '0')
-            return {{},
-                    "'" + text + "' begins with 0, which some readers take for octal: write it without the 0, or '" + text +
-                        "' in quotes for text"};
-        const std::string signed_digits = (negative ? "-" : "") + std::string(digits);
-        std::int64_t number = 0;
-        const auto [end, error] = std::from_chars(signed_digits.data(), signed_digits.data() + signed_digits.size(), number);
         if (error != std::errc())
-            return {{}, "'" + shortened(text) + "' is too large for an integer"};
-        return {Value(number), {}};
+            return ResolvedScalar{{}, "'" + shortened(text) + "' is out of the range of numbers"};
+        return ResolvedScalar{text.front() == '-' ? -number : number, {}};
     }
-    double number = 0;
-    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
-    if (error != std::errc() || end != digits.data() + digits.size())
-        return {{}, "'" + shortened(text) + "' is out of the range of numbers"};
-    return {Value(negative ? -number : number), {}};
+    if (digits.size() > 1 && digits.front() == '0')
+        return ResolvedScalar{{},
+                              "'" + text + "' begins with 0, which some readers take for octal: write it without the 0, or '" +
+                                  text + "' in quotes for text"};
+    std::int64_t integer = 0;
+    if (std::from_chars(text.front() == '-' ? text.data() : digits.data(), end, integer).ec != std::errc())
+        return ResolvedScalar{{}, "'" + shortened(text) + "' is too large for an integer"};
+    return ResolvedScalar{integer, {}};
 }
 
 bool is_one_of(std::string_view text, std::initializer_list<std::string_view> words)
 {
-    return std::find(words.begin(), words.end(), text) != words.end();
+    return std::ranges::find(words, text) != words.end();
+}
+
+/// Offset of the first line that is too long.
+std::optional<std::size_t> first_long_line(std::string_view text)
+{
+    for (std::size_t begin = 0; begin < text.size();)
+    {
+        const std::size_t end = std::min(text.find('\n', begin), text.size());
+        if (end - begin > yaml_line_limit)
+            return begin;
+        begin = end + 1;
+    }
+    return std::nullopt;
 }
 
 struct Stop
@@ -111,16 +99,16 @@ struct Stop
 /// What yaml-cpp's words mean to somebody who edits a file.
 std::string explained(const std::string& message)
 {
-    if (message.find("illegal map value") != std::string::npos)
-        return "a second ':' in one value, or a line indented deeper than its neighbors: put text with ': ' into quotes";
-    if (message.find("end of map not found") != std::string::npos)
-        return "this line does not continue the map above: check its indentation and its ':'";
-    if (message.find("end of sequence not found") != std::string::npos)
-        return "this line does not continue the list above: check its indentation and its '-'";
-    if (message.find("end of map flow") != std::string::npos)
-        return "a '{' is not closed by '}', or a ',' is missing";
-    if (message.find("end of sequence flow") != std::string::npos)
-        return "a '[' is not closed by ']', or a ',' is missing";
+    static const std::pair<const char*, const char*> meanings[] = {
+        {"illegal map value",
+         "a second ':' in one value, or a line indented deeper than its neighbors: put text with ': ' into quotes"},
+        {"end of map not found", "this line does not continue the map above: check its indentation and its ':'"},
+        {"end of sequence not found", "this line does not continue the list above: check its indentation and its '-'"},
+        {"end of map flow", "a '{' is not closed by '}', or a ',' is missing"},
+        {"end of sequence flow", "a '[' is not closed by ']', or a ',' is missing"}};
+    for (const auto& [words, meaning] : meanings)
+        if (message.find(words) != std::string::npos)
+            return meaning;
     return "not valid YAML: " + message;
 }
 
@@ -128,12 +116,11 @@ std::string explained(const std::string& message)
 class TreeBuilder final : public YAML::EventHandler
 {
   public:
-    TreeBuilder(const Text& text, std::shared_ptr<const YamlSource> source, ProblemList& problems)
+    TreeBuilder(std::string_view text, std::shared_ptr<const YamlSource> source, ProblemList& problems)
         : text_(text), source_(std::move(source)), problems_(problems)
     {
     }
 
-    YamlNode take_root() { return std::move(root_); }
     void expect_no_more() { expect_no_more_ = true; }
     /// Only of a document that could be read: an open '[' makes yaml-cpp see keys that do not exist.
     void report_odd_keys()
@@ -142,30 +129,43 @@ class TreeBuilder final : public YAML::EventHandler
             problems_.add(position, text);
     }
 
-    Position position(std::size_t offset) const
-    {
-        if (source_->command_line)
-            return {source_->name, 0, 0};
-        const auto [line, column] = text_.place(offset);
-        return {source_->name, line, column};
-    }
-
-    Position position(const YAML::Mark& mark) const { return position(text_.offset(mark)); }
-
-    /// What is open when reading stops early still counts.
-    void close_all()
+    /// What was read, also where reading stopped early: what is open then still counts. An empty document stands at its
+    /// beginning.
+    YamlNode take()
     {
         while (!open_.empty())
             close();
+        const int first = source_->command_line ? 0 : 1;
+        if (!root_.source)
+            root_.stand_at({first, first, source_});
+        return std::move(root_);
+    }
+
+    void report(std::size_t offset, const std::string& text)
+    {
+        const auto lines = std::ranges::count(text_.substr(0, offset), '\n');
+        problems_.add(place(offset, static_cast<int>(lines)).position(), text);
+    }
+
+    void report(const YAML::Mark& mark, const std::string& text) { problems_.add(place(mark).position(), text); }
+    void report_syntax(const YAML::Exception& error)
+    {
+        const std::size_t begin = line_begin(offset_of(error.mark));
+        const std::string_view line = text_.substr(begin, text_.find('\n', begin) - begin);
+        const std::string_view indentation = line.substr(0, line.find_first_not_of(" \t"));
+        const bool bare_var = line.find(": ${") != std::string_view::npos || line.find("[${") != std::string_view::npos;
+        if (const std::size_t tab = indentation.find('\t'); tab != std::string_view::npos)
+            report(begin + tab, "a tab cannot indent a line: use spaces");
+        else
+            report(error.mark, explained(error.msg) + (bare_var ? "; inside { } and [ ] a \"${var}\" needs quotes" : ""));
     }
 
     void OnDocumentStart(const YAML::Mark& mark) override
     {
         if (!expect_no_more_)
             return;
-        const bool second = text_.from(mark).substr(0, 3) == "---";
-        problems_.add(position(mark), second ? "a second document begins here: a pipeline file holds one"
-                                             : "there is text after the end of the document");
+        report(mark, text_.substr(offset_of(mark)).starts_with("---") ? "a second document begins here: a pipeline file holds one"
+                                                                      : "there is text after the end of the document");
         throw Stop{};
     }
 
@@ -179,23 +179,23 @@ class TreeBuilder final : public YAML::EventHandler
 
     void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override
     {
-        problems_.add(position(mark), "aliases (*name) are not allowed in a pipeline file: repeat the text, or use a var");
+        report(mark, "aliases (*name) are not allowed in a pipeline file: repeat the text, or use a var");
         deliver(make(YamlNode::Kind::invalid, mark));
     }
 
     void OnAnchor(const YAML::Mark& mark, const std::string& name) override
     {
-        problems_.add(position(mark), "anchors (&" + name + ") are not allowed in a pipeline file: use a var");
+        report(mark, "anchors (&" + name + ") are not allowed in a pipeline file: use a var");
     }
 
     void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t, const std::string& text) override
     {
         YamlNode node = make(YamlNode::Kind::scalar, mark);
         check_tag(mark, tag);
-        const std::string_view written = text_.from(mark);
+        const std::string_view written = text_.substr(offset_of(mark));
         if (!written.empty() && (written.front() == '"' || written.front() == '\'') && !quote_is_closed(written))
         {
-            problems_.add(position(mark), "this quote is never closed");
+            report(mark, "this quote is never closed");
             throw Stop{};
         }
         node.text = text;
@@ -230,19 +230,35 @@ class TreeBuilder final : public YAML::EventHandler
     {
         if (++count_ > yaml_node_limit)
         {
-            problems_.add(position(mark), fmt::format("more than {} values: not a pipeline file", yaml_node_limit));
+            report(mark, fmt::format("more than {} values: not a pipeline file", yaml_node_limit));
             throw Stop{};
         }
-        const Position at = position(mark);
-        return YamlNode(kind, {at.line, at.column, source_});
+        return YamlNode(kind, place(mark));
+    }
+
+    std::size_t offset_of(const YAML::Mark& mark) const
+    {
+        return std::min(static_cast<std::size_t>(std::max(mark.pos, 0)), text_.size());
+    }
+
+    std::size_t line_begin(std::size_t offset) const { return text_.substr(0, offset).rfind('\n') + 1; }
+    YamlPlace place(const YAML::Mark& mark) const { return place(offset_of(mark), mark.line); }
+    /// `line` counts from 0; the column, in characters, is counted here.
+    YamlPlace place(std::size_t offset, int line) const
+    {
+        if (source_->command_line)
+            return {0, 0, source_};
+        const std::size_t begin = line_begin(offset);
+        const auto characters = std::ranges::count_if(text_.substr(begin, offset - begin), begins_character);
+        return {std::max(line, 0) + 1, static_cast<int>(characters) + 1, source_};
     }
 
     void check_tag(const YAML::Mark& mark, const std::string& tag)
     {
-        const bool implicit = (tag.empty() || tag == "?" || tag == "!") && text_.from(mark).substr(0, 1) != "!";
+        const bool implicit = (tag.empty() || tag == "?" || tag == "!") && !text_.substr(offset_of(mark)).starts_with('!');
         if (!implicit)
-            problems_.add(position(mark), "tags (" + (tag.empty() || tag == "?" ? std::string("!") : tag) +
-                                              ") are not allowed in a pipeline file");
+            report(mark,
+                   "tags (" + (tag.empty() || tag == "?" ? std::string("!") : tag) + ") are not allowed in a pipeline file");
     }
 
     void open(YamlNode::Kind kind, const YAML::Mark& mark, const std::string& tag)
@@ -250,7 +266,7 @@ class TreeBuilder final : public YAML::EventHandler
         check_tag(mark, tag);
         if (open_.size() >= yaml_depth_limit)
         {
-            problems_.add(position(mark), fmt::format("nested deeper than {} levels", yaml_depth_limit));
+            report(mark, fmt::format("nested deeper than {} levels", yaml_depth_limit));
             throw Stop{};
         }
         open_.emplace_back().node = make(kind, mark);
@@ -306,7 +322,7 @@ class TreeBuilder final : public YAML::EventHandler
         map.node.entries.push_back(std::move(map.entry));
     }
 
-    const Text& text_;
+    std::string_view text_;
     std::shared_ptr<const YamlSource> source_;
     ProblemList& problems_;
     std::vector<Open> open_;
@@ -316,32 +332,11 @@ class TreeBuilder final : public YAML::EventHandler
     bool expect_no_more_ = false;
 };
 
-/// What was read, also where reading stopped early. An empty document stands at its beginning.
-YamlNode finished_tree(TreeBuilder& tree, std::shared_ptr<const YamlSource> source)
-{
-    tree.close_all();
-    YamlNode root = tree.take_root();
-    if (!root.source)
-    {
-        root.source = std::move(source);
-        root.line = root.source->command_line ? 0 : 1;
-        root.column = root.line;
-    }
-    return root;
-}
-
-std::string_view without_byte_order_mark(std::string_view text)
-{
-    return text.substr(0, 3) == "\xEF\xBB\xBF" ? text.substr(3) : text;
-}
-
 }  // namespace
 
 std::vector<std::string> YamlNode::keys() const
 {
-    std::vector<std::string> keys;
-    std::ranges::transform(entries, std::back_inserter(keys), &Entry::key);
-    return keys;
+    return each(entries, &Entry::key);
 }
 
 YamlNode::Entry* YamlNode::find(std::string_view key)
@@ -435,15 +430,12 @@ ResolvedScalar resolve_scalar(const YamlNode& scalar)
         return {Value(true), {}};
     if (is_one_of(text, {"false", "False", "FALSE"}))
         return {Value(false), {}};
-    std::string_view digits = text;
-    const bool has_sign = digits.front() == '-' || digits.front() == '+';
-    const bool negative = digits.front() == '-';
-    if (has_sign)
-        digits.remove_prefix(1);
+    const bool has_sign = text.front() == '-' || text.front() == '+';
+    const std::string_view digits = std::string_view(text).substr(has_sign ? 1 : 0);
     if (is_one_of(digits, {".inf", ".Inf", ".INF"}) || (!has_sign && is_one_of(digits, {".nan", ".NaN", ".NAN"})))
         return {{}, "'" + text + "' is not a finite number"};
-    if (looks_like_float(digits))
-        return resolve_number(text, digits, negative);
+    if (const auto number = resolve_number(text, digits))
+        return *number;
     if (digits.size() > 2 && digits[0] == '0' && (digits[1] == 'x' || digits[1] == 'o') &&
         std::all_of(digits.begin() + 2, digits.end(),
                     [](char c) { return is_decimal(c) || (c >= 'a' && c <= 'f') || (c >= 'A' && c <= 'F'); }))
@@ -453,9 +445,9 @@ ResolvedScalar resolve_scalar(const YamlNode& scalar)
 
 YamlNode parse_yaml(std::string_view text, std::shared_ptr<const YamlSource> source, ProblemList& problems, bool& complete)
 {
-    text = without_byte_order_mark(text);
-    const Text lines(text);
-    TreeBuilder tree(lines, source, problems);
+    if (text.starts_with("\xEF\xBB\xBF"))
+        text.remove_prefix(3);
+    TreeBuilder tree(text, source, problems);
     complete = false;
     if (text.size() > yaml_size_limit)
     {
@@ -464,12 +456,12 @@ YamlNode parse_yaml(std::string_view text, std::shared_ptr<const YamlSource> sou
     }
     if (const auto bad = first_bad_byte(text))
     {
-        problems.add(tree.position(*bad), "invalid UTF-8: save the file as UTF-8");
+        tree.report(*bad, "invalid UTF-8: save the file as UTF-8");
         return {};
     }
-    if (const auto line = lines.first_longer_than(yaml_line_limit))
+    if (const auto line = first_long_line(text))
     {
-        problems.add(tree.position(*line), fmt::format("a line of more than {} bytes: break it", yaml_line_limit));
+        tree.report(*line, fmt::format("a line of more than {} bytes: break it", yaml_line_limit));
         return {};
     }
     std::istringstream stream{std::string(text)};
@@ -489,20 +481,9 @@ YamlNode parse_yaml(std::string_view text, std::shared_ptr<const YamlSource> sou
     }
     catch (const YAML::Exception& error)
     {
-        const std::string_view line = lines.line(error.mark);
-        const std::size_t indentation = std::min(line.find_first_not_of(" \t"), line.size());
-        if (const std::size_t tab = line.substr(0, indentation).find('\t'); tab != std::string_view::npos)
-        {
-            YAML::Mark at = error.mark;
-            at.column = static_cast<int>(tab);
-            problems.add(tree.position(at), "a tab cannot indent a line: use spaces");
-            return finished_tree(tree, std::move(source));
-        }
-        const bool bare_var = line.find(": ${") != std::string_view::npos || line.find("[${") != std::string_view::npos;
-        problems.add(tree.position(error.mark),
-                     explained(error.msg) + (bare_var ? "; inside { } and [ ] a \"${var}\" needs quotes" : ""));
+        tree.report_syntax(error);
     }
-    return finished_tree(tree, std::move(source));
+    return tree.take();
 }
 
 }  // namespace fresco::host

@@ -46,41 +46,33 @@ class VarUse
     VarUse(const YamlNode& vars, const std::vector<MatrixAxis>& axes)
     {
         for (const YamlNode::Entry& entry : vars.entries)
+            vars_[entry.key];
+        const auto add = [&](const std::string& name, const YamlNode& value)
         {
-            index_[entry.key] = names_.size();
-            names_.push_back(entry.key);
-        }
-        vars_.resize(names_.size());
-        std::vector<std::vector<std::size_t>> users(names_.size());
-        const auto add = [&](std::size_t var, const YamlNode& value)
-        {
-            for (const std::string& name : vars_named_in(value))
-                if (const auto used = index_.find(name); used != index_.end())
+            Var& var = vars_.at(name);
+            for (const std::string& used : vars_named_in(value))
+                if (const auto other = vars_.find(used); other != vars_.end())
                 {
-                    vars_[var].made_of.push_back(used->second);
-                    users[used->second].push_back(var);
+                    var.made_of.push_back(&other->second);
+                    other->second.users.push_back(&var);
                 }
         };
-        std::set<std::string> is_axis;
         for (const MatrixAxis& axis : axes)
-        {
-            is_axis.insert(axis.var);
             for (const MatrixAxis::Choice& choice : axis.choices)
-                add(index_.at(axis.var), choice.value);
-        }
+                add(axis.var, choice.value);
         for (const YamlNode::Entry& entry : vars.entries)
-            if (!is_axis.contains(entry.key))
-                add(index_.at(entry.key), entry.value);
+            if (std::ranges::find(axes, entry.key, &MatrixAxis::var) == axes.end())
+                add(entry.key, entry.value);
         // Not by recursion: a file may hold a chain of vars that is longer than the machine's stack.
         for (std::size_t axis = 0; axis < axes.size(); ++axis)
-            for (std::vector<std::size_t> open{index_.at(axes[axis].var)}; !open.empty();)
+            for (std::vector<Var*> open{&vars_.at(axes[axis].var)}; !open.empty();)
             {
-                const std::size_t var = open.back();
+                Var& var = *open.back();
                 open.pop_back();
-                if (vars_[var].axes[axis])
+                if (var.axes[axis])
                     continue;
-                vars_[var].axes.set(axis);
-                open.insert(open.end(), users[var].begin(), users[var].end());
+                var.axes.set(axis);
+                open.insert(open.end(), var.users.begin(), var.users.end());
             }
     }
 
@@ -88,16 +80,16 @@ class VarUse
     AxisSet use(const std::set<std::string>& names)
     {
         AxisSet axes;
-        std::vector<std::size_t> open;
+        std::vector<Var*> open;
         for (const std::string& name : names)
-            if (const auto var = index_.find(name); var != index_.end())
+            if (const auto var = vars_.find(name); var != vars_.end())
             {
-                axes |= vars_[var->second].axes;
-                open.push_back(var->second);
+                axes |= var->second.axes;
+                open.push_back(&var->second);
             }
         while (!open.empty())
         {
-            Var& var = vars_[open.back()];
+            Var& var = *open.back();
             open.pop_back();
             if (!std::exchange(var.in_use, true))
                 open.insert(open.end(), var.made_of.begin(), var.made_of.end());
@@ -109,23 +101,22 @@ class VarUse
     std::map<unsigned long, std::set<std::string>> unused() const
     {
         std::map<unsigned long, std::set<std::string>> result;
-        for (std::size_t i = 0; i < vars_.size(); ++i)
-            if (!vars_[i].in_use)
-                result[vars_[i].axes.to_ulong()].insert(names_[i]);
+        for (const auto& [name, var] : vars_)
+            if (!var.in_use)
+                result[var.axes.to_ulong()].insert(name);
         return result;
     }
 
   private:
     struct Var
     {
-        std::vector<std::size_t> made_of;
+        std::vector<Var*> made_of;
+        std::vector<Var*> users;
         AxisSet axes;
         bool in_use = false;
     };
 
-    std::vector<std::string> names_;
-    std::map<std::string, std::size_t> index_;
-    std::vector<Var> vars_;
+    std::map<std::string, Var> vars_;
 };
 
 /// A stage as all combinations have it that agree in the axes whose vars it names.
@@ -144,12 +135,19 @@ struct Structure
     std::vector<Problem> problems;
 };
 
+/// Stages that were checked together.
+struct Batch
+{
+    std::size_t first_stage = 0;  ///< The number of its first CheckedStage.
+    std::vector<Problem> problems;
+};
+
 /// What one combination is made of.
 struct CombinationDraft
 {
     Choices choices;
-    std::vector<std::size_t> stages;   ///< Per stage of the file, the number of its CheckedStage.
-    std::vector<std::size_t> batches;  ///< Whose problems it has.
+    std::vector<std::size_t> stages;  ///< Per stage of the file, the number of its CheckedStage.
+    std::vector<const Batch*> batches;
     const Structure* structure = nullptr;
 };
 
@@ -177,22 +175,16 @@ class StageDrafts
         : document_(document), matrix_(matrix), settings_(settings), types_(types)
     {
         VarUse use(document.vars, matrix);
-        std::map<unsigned long, Group> groups;
         for (std::size_t i = 0; i < document.stages.entries.size(); ++i)
         {
             const YamlNode::Entry& entry = document.stages.entries[i];
             std::set<std::string> vars = vars_named_in(entry.value);
             vars.merge(settings.vars_in(entry.key));
             axes_.push_back(use.use(vars));
-            groups[axes_[i].to_ulong()].stages.push_back(i);
+            groups_[axes_[i].to_ulong()].stages.push_back(i);
         }
         for (auto& [axes, vars] : use.unused())
-            groups[axes].unused_vars = std::move(vars);
-        for (auto& [axes, group] : groups)
-        {
-            group.axes = AxisSet(axes);
-            groups_.push_back(std::move(group));
-        }
+            groups_[axes].unused_vars = std::move(vars);
     }
 
     /// The axes whose vars a stage names, directly or through other vars.
@@ -201,14 +193,14 @@ class StageDrafts
     CombinationDraft cell(const Choices& choices)
     {
         CombinationDraft cell{choices, std::vector<std::size_t>(axes_.size()), {}};
-        for (Group& group : groups_)
+        for (auto& [axes, group] : groups_)
         {
-            const auto [batch, fresh] = group.batches.try_emplace(chosen_of(group.axes, choices));
+            const auto [batch, fresh] = group.batches.try_emplace(chosen_of(AxisSet(axes), choices));
             if (fresh)
                 batch->second = make_batch(group, choices);
-            cell.batches.push_back(batch->second);
+            cell.batches.push_back(&batch->second);
             for (std::size_t i = 0; i < group.stages.size(); ++i)
-                cell.stages[group.stages[i]] = first_stages_[batch->second] + i;
+                cell.stages[group.stages[i]] = batch->second.first_stage + i;
         }
         return cell;
     }
@@ -216,19 +208,17 @@ class StageDrafts
     const CheckedStage& stage(std::size_t number) const { return stages_[number]; }
     /// With name, type, `input` and position, and with the files of one of the stages among its wires.
     const StageDraft& shape(std::size_t number) const { return shapes_[number]; }
-    const std::vector<Problem>& problems(std::size_t batch) const { return problems_[batch]; }
 
   private:
     /// Stages and unused vars that depend on the same axes: checked together, with one budget for what vars grow to.
     struct Group
     {
-        AxisSet axes;
         std::vector<std::size_t> stages;
         std::set<std::string> unused_vars;
-        std::map<Choices, std::size_t> batches;
+        std::map<Choices, Batch> batches;
     };
 
-    std::size_t make_batch(const Group& group, const Choices& choices)
+    Batch make_batch(const Group& group, const Choices& choices)
     {
         ProblemList problems;
         Variables variables(document_.vars, problems);
@@ -243,12 +233,11 @@ class StageDrafts
             for (YamlNode::Entry& entry : settled.entries)
                 settings_.set_options(entry.key, entry.value, variables, types_, problems);
         variables.check_unused(group.unused_vars);
-        first_stages_.push_back(stages_.size());
+        const std::size_t first = stages_.size();
         OptionChecker checker(types_, problems);
         for (std::size_t i = 0; i < group.stages.size(); ++i)
             add_stage(group.stages[i], settled.is_map() ? std::move(settled.entries[i].value) : YamlNode(), checker, problems);
-        problems_.push_back(problems.sorted());
-        return first_stages_.size() - 1;
+        return {first, problems.sorted()};
     }
 
     void add_stage(std::size_t stage, YamlNode config, OptionChecker& checker, ProblemList& problems)
@@ -263,32 +252,26 @@ class StageDrafts
         {
             // What the stage lacks is reported at its name.
             draft.config.stand_at(entry);
-            const std::optional<std::string> type = type_named_by(draft.config, draft.title(), &problems);
-            if (type)
+            if (const auto type = type_named_by(draft.config, draft.title(), &problems))
                 draft.type = types_.require(*type, "stage", draft.title(), draft.config.find("type")->value.position(), problems);
             if (draft.type)
+            {
                 draft.options = checker.complete(draft.type, draft.config, {"type", "input"}, draft.title(), draft.uses);
-            if (draft.type)
                 settle_device(*draft.type.description, draft.options, machine_has_gpu);
-            if (draft.type)
                 settle_declared_ports(draft, types_, problems);
-            FileInputs(types_, checker, problems).wire(draft);
+            }
+            wire_files(draft, types_, checker, problems);
         }
-        const auto make_unique = [](auto& list, auto less)
-        {
-            std::sort(list.begin(), list.end(), less);
-            list.erase(std::unique(list.begin(), list.end()), list.end());
-        };
         PipelineStage& beginning = checked.stage;
         beginning.own_name = draft.name;
         beginning.type = draft.type.description;
         beginning.own_type = draft.own_type;
         beginning.position = draft.position;
         beginning.options = std::make_shared<const Value>(std::move(draft.options));
-        beginning.input_files = std::move(draft.uses.input_files);
-        make_unique(beginning.input_files, std::less<>());
+        const std::set<std::filesystem::path> files(draft.uses.input_files.begin(), draft.uses.input_files.end());
+        beginning.input_files.assign(files.begin(), files.end());
         beginning.components.assign(draft.uses.components.begin(), draft.uses.components.end());
-        make_unique(beginning.components, [](const TypeDescription* a, const TypeDescription* b) { return a->type < b->type; });
+        std::ranges::sort(beginning.components, {}, &TypeDescription::type);
         beginning.wires = draft.wires;
         checked.output_names = std::move(draft.uses.output_names);
         checked.shape = shape_of(stage, std::move(draft));
@@ -317,9 +300,7 @@ class StageDrafts
     const Settings& settings_;
     TypeTable& types_;
     std::vector<AxisSet> axes_;
-    std::vector<Group> groups_;
-    std::vector<std::size_t> first_stages_;       ///< Per batch.
-    std::vector<std::vector<Problem>> problems_;  ///< Per batch.
+    std::map<unsigned long, Group> groups_;  ///< By the axes.
     std::vector<CheckedStage> stages_;
     std::vector<StageDraft> shapes_;
     std::map<std::string, std::size_t> known_shapes_;
@@ -354,8 +335,8 @@ class SweepBuilder
         CombinationDraft cell = drafts_.cell(choices);
         cell.structure = &structure_of(cell);
         members_.push_back(std::move(cell));
-        for (const std::size_t batch : members_.back().batches)
-            note(drafts_.problems(batch));
+        for (const Batch* batch : members_.back().batches)
+            note(batch->problems);
         note(members_.back().structure->problems);
         note(colliding_outputs(members_.back()));
     }
@@ -424,7 +405,7 @@ class SweepBuilder
         for (const std::size_t shape : shapes)
             stages.push_back(drafts_.shape(shape));
         ProblemList problems;
-        Wiring(stages, problems).wire_all();
+        wire_stages(stages, problems);
         structure.order = check_graph(stages, problems).order(makers_of_ruled_parts(stages));
         structure.problems = problems.sorted();
         for (StageDraft& stage : stages)
@@ -564,13 +545,11 @@ void load_stages(const PipelineDocument& document, const std::vector<MatrixAxis>
     {
         cells = part ? chosen_combinations(*part, matrix) : combinations(matrix);
     }
-
     catch (const Error& error)
     {
         problems.add(document.matrix.entries.front().position(), error.what());
         return;
     }
-
     StageDrafts drafts(document, matrix, settings, types);
     SweepBuilder builder(document, matrix, drafts);
     for (const Choices& choices : cells)

@@ -102,12 +102,318 @@ void append_named_inputs(StageDraft& stage, TypeDescription& type, const OptionD
     append_ports(type, "inputs", ports);
 }
 
-}  // namespace
+using Ports = std::vector<const PortDeclaration*>;
 
-std::vector<const PortDeclaration*> pointers(const std::vector<PortDeclaration>& ports)
+Ports pointers(const std::vector<PortDeclaration>& ports)
 {
-    return each<const PortDeclaration*>(ports, [&](const PortDeclaration& port) { return &port; });
+    return each<const PortDeclaration*>(ports, [](const PortDeclaration& port) { return &port; });
 }
+
+class Wiring
+{
+  public:
+    Wiring(std::vector<StageDraft>& stages, ProblemList& problems) : stages_(stages), problems_(problems)
+    {
+        for (std::size_t i = 0; i < stages.size(); ++i)
+            index_.emplace(stages[i].name, i);
+    }
+
+    void wire_all()
+    {
+        for (StageDraft& stage : stages_)
+            wire(stage);
+        for (const StageDraft& stage : stages_)
+            check_parts(stage);
+        // Only now it is known which stages would close a cycle.
+        for (const auto& [stage, at] : unwired_)
+            report_unwired(*stage, at);
+    }
+
+  private:
+    void report(const StageDraft& stage, const Position& at, const std::string& text) { problems_.add(at, stage.title() + text); }
+
+    /// Of an input that is something else than `expected`.
+    void refuse(const StageDraft& stage, const YamlNode& node, const std::string& expected)
+    {
+        gave_up_ = true;
+        if (node.is_valid())
+            report(stage, node.position(), ": " + expected + ", got " + node.summary());
+    }
+
+    void wire(StageDraft& stage)
+    {
+        const YamlNode::Entry* input = stage.config.find("input");
+        gave_up_ = stage.files_failed;
+        if (input && !stage.type)
+            follow_blindly(stage, input->value);
+        else if (input && input->value.is_null())
+            report(stage, input->position(), ": 'input' has no value: set a stage's name, or {port: stage, …}");
+        else if (input)
+            wire_input(stage, input->value, input->position());
+        if (stage.type && !gave_up_ && !(input && input->value.is_null()))
+            unwired_.emplace_back(&stage, input ? input->position() : stage.position);
+    }
+
+    void wire_input(StageDraft& stage, const YamlNode& node, const Position& at)
+    {
+        const TypeDeclaration& type = *stage.type.declaration;
+        if (type.inputs.empty())
+        {
+            if (!(node.is_map() && node.entries.empty()))
+                report(stage, at, " takes no input" + declared_by(type));
+            follow_blindly(stage, node);
+        }
+        else if (node.is_scalar())
+            wire_stage(stage, pointers(type.inputs), node);
+        else if (!node.is_map())
+            refuse(stage, node, "'input' must be a stage's name, {port: stage, …} or {file: PATH}");
+        else if (!is_file_input(node, type))
+            for (const YamlNode::Entry& entry : node.entries)
+                wire_port(stage, entry);
+    }
+
+    void wire_port(StageDraft& stage, const YamlNode::Entry& entry)
+    {
+        const TypeDeclaration& type = *stage.type.declaration;
+        const PortDeclaration* port = type.input(entry.key);
+        if (!port)
+        {
+            report(stage, entry.position(), " has no input '" + entry.key + "'" + suggestion(entry.key, names_of(type.inputs)));
+            follow_blindly(stage, entry.value);
+        }
+        else if (entry.value.is_scalar())
+            wire_stage(stage, {port}, entry.value);
+        else if (!(entry.value.is_map() && entry.value.find("file")))
+            refuse(stage, entry.value, "input '" + entry.key + "' must be a stage's name or {file: PATH}");
+    }
+
+    /// The stage and the port (empty: any) that a bare word names; nullptr if there is no such stage.
+    std::pair<const StageDraft*, std::string> source_of(StageDraft& stage, const YamlNode& node)
+    {
+        const std::size_t dot = node.text.find('.');
+        const std::string name = node.text.substr(0, dot);
+        const auto found = index_.find(name);
+        if (found == index_.end())
+        {
+            const auto names = problems_.takes_hints() ? each(stages_, &StageDraft::name) : std::vector<std::string>{};
+            report(stage, node.position(),
+                   ": unknown stage '" + name + "'" + suggestion(name, names) +
+                       (looks_like_path(node.text) ? "; a file is written {file: " + node.text + "}" : ""));
+            return {};
+        }
+        stage.sources.emplace_back(found->second, node.position());
+        return {&stages_[found->second], dot == std::string::npos ? "" : node.text.substr(dot + 1)};
+    }
+
+    /// Wires what one of the source's outputs fits, where that is clear.
+    void wire_stage(StageDraft& stage, const Ports& inputs, const YamlNode& node)
+    {
+        const bool gave_up = std::exchange(gave_up_, true);
+        const auto [from, from_port] = source_of(stage, node);
+        if (!from || !from->type)
+            return;
+        const TypeDeclaration& type = *from->type.declaration;
+        const PortDeclaration* named = type.output(from_port);
+        if (!named && !from_port.empty())
+            return report(stage, node.position(),
+                          ": " + from->title() + " has no output '" + from_port + "'" +
+                              suggestion(from_port, names_of(type.outputs)));
+        const Ports outputs = named ? Ports{named} : pointers(type.outputs);
+        std::vector<std::pair<const PortDeclaration*, const PortDeclaration*>> pairs;
+        std::set<const PortDeclaration*> used, wanted;
+        for (const PortDeclaration* output : outputs)
+            for (const PortDeclaration* input : inputs)
+                if (fits(*output, *input))
+                {
+                    pairs.emplace_back(output, input);
+                    used.insert(output);
+                    wanted.insert(input);
+                }
+        const bool all = wanted.size() == pairs.size();
+        if (!pairs.empty() && all && used.size() == pairs.size())
+        {
+            for (const auto& [output, input] : pairs)
+                stage.wires.push_back({input->name, input->artifact, from->name, output->name, {}, {}});
+            gave_up_ = gave_up;
+            return;
+        }
+        const std::string makes = named ? "output '" + from_port + "' of " + from->title() + " is " + named->artifact_text()
+                                        : from->title() + " makes " + listed(outputs);
+        const std::string takes = inputs.size() == 1 ? ": input '" + inputs[0]->name + "' takes " + inputs[0]->artifact_text()
+                                                     : " takes " + listed(inputs);
+        if (pairs.empty())
+            return report(stage, node.position(), takes + ", but " + makes);
+        // Several inputs that fit one output are all meant to be named; else one of several ways is.
+        const std::vector<std::string> ways = each(
+            pairs, [&, &from = from](const auto& pair)
+            { return (all ? "" : "{") + pair.second->name + ": " + from->name + "." + pair.first->name + (all ? "" : "}"); });
+        report(stage, node.position(),
+               ": '" + node.text + "' is ambiguous: name the port" + (inputs.size() == 1 ? ": " : "s: ") +
+                   (all ? "{" + join(ways, ", ") + "}" : join(ways, " or ")));
+    }
+
+    void check_parts(const StageDraft& stage)
+    {
+        for (const StageDraft::PartUse& use : stage.part_uses)
+        {
+            const auto wire = std::ranges::find(stage.wires, use.port, &Wire::port);
+            if (wire == stage.wires.end() || wire->from_stage.empty())
+                continue;
+            const StageDraft& from = stages_[index_.at(wire->from_stage)];
+            const std::vector<std::string>& parts = from.type.declaration->output(wire->from_port)->parts;
+            if (!parts.empty() && std::ranges::find(parts, use.part) == parts.end())
+                report(stage, use.position,
+                       ": option '" + use.option + "': " + from.title() + " makes no '" + use.part + "'" +
+                           suggestion(use.part, parts));
+        }
+    }
+
+    /// Whether `stage` is `wanted` or needs it, directly or not.
+    bool needs(const StageDraft& stage, const StageDraft& wanted) const
+    {
+        std::vector<const StageDraft*> open{&stage};
+        std::set<const StageDraft*> seen{&stage};
+        while (!open.empty())
+        {
+            const StageDraft& next = *open.back();
+            open.pop_back();
+            for (const auto& [source, position] : next.sources)
+                if (seen.insert(&stages_[source]).second)
+                    open.push_back(&stages_[source]);
+        }
+        return seen.contains(&wanted);
+    }
+
+    std::string makers_of(const PortDeclaration& port, const StageDraft& user) const
+    {
+        if (!problems_.takes_hints())
+            return {};
+        std::vector<std::string> makers;
+        for (const StageDraft& stage : stages_)
+            if (stage.type && !needs(stage, user))
+                for (const PortDeclaration& output : stage.type.declaration->outputs)
+                    if (fits(output, port) && makers.size() < 6)
+                        makers.push_back(stage.name + "." + output.name);
+        return makers.empty() ? "; no stage of this pipeline makes " + port.artifact_text() : "; it is made by " + join(makers);
+    }
+
+    void report_unwired(const StageDraft& stage, const Position& at)
+    {
+        for (const PortDeclaration& port : stage.type.declaration->inputs)
+            if (!port.is_optional && std::ranges::find(stage.wires, port.name, &Wire::port) == stage.wires.end())
+                report(stage, at, " needs the input '" + port.name + "' (" + port.artifact_text() + ")" + makers_of(port, stage));
+    }
+
+    /// Follows words that are stages' names although no port is known to take them, for the cycle check.
+    void follow_blindly(StageDraft& stage, const YamlNode& node)
+    {
+        gave_up_ = true;
+        if (node.is_scalar())
+            source_of(stage, node);
+        else if (node.is_map() && !node.find("file"))
+            for (const YamlNode::Entry& entry : node.entries)
+                if (entry.value.is_scalar())
+                    source_of(stage, entry.value);
+    }
+
+    std::vector<StageDraft>& stages_;
+    std::map<std::string, std::size_t, std::less<>> index_;
+    ProblemList& problems_;
+    std::vector<std::pair<const StageDraft*, Position>> unwired_;  ///< Whose inputs are to be reported, with where.
+    bool gave_up_ = false;  ///< On the stage at hand: an input could not be resolved, so that missing ones say nothing.
+};
+
+/// Wires the files among a stage's inputs through readers.
+class FileInputs
+{
+  public:
+    FileInputs(StageDraft& stage, TypeTable& types, OptionChecker& options, ProblemList& problems)
+        : stage_(stage), types_(types), options_(options), problems_(problems)
+    {
+    }
+
+    /// Whether it could be wired.
+    bool wire(const Ports& inputs, const YamlNode& node)
+    {
+        const YamlNode& file = node.find("file")->value;
+        const std::string user = stage_.title() + ": input" + (inputs.size() == 1 ? " '" + inputs[0]->name + "'" : "");
+        const OptionDeclaration declared{.name = "file", .kind = OptionKind::input_file};
+        const Value path = file.is_null() ? Value() : value_of(declared, file, user, problems_);
+        if (file.is_null())
+            problems_.add(file.position(), user + ": 'file' has no value: set it to " + declared.accepted());
+        if (path.is_null())
+            return false;
+        // An empty text says: not given. The port is then missing, or an optional one left out.
+        if (path.as_string().empty())
+            return true;
+        const std::filesystem::path absolute = check_input_path(file, false, user, problems_);
+        if (const YamlNode::Entry* wanted = node.find("type"))
+        {
+            const auto type = type_named_by(node, user, &problems_);
+            if (!type || !types_.require(*type, "reader", user, wanted->value.position(), problems_))
+                return false;
+        }
+        const auto readers = readers_for(inputs, lower_extension(absolute), node);
+        if (readers.size() > 1)
+        {
+            const std::vector<std::string> ways =
+                each(readers, [&](const auto& way)
+                     { return (inputs.size() == 1 ? "type: " : way.second->name + " by ") + way.first.description->type; });
+            problems_.add(node.position(), user + ": the file can be read in several ways; choose one: " + join(ways, " or "));
+        }
+        if (readers.size() != 1)
+            return false;
+        const auto& [reader, port] = readers.front();
+        check_contents(file, absolute, reader.declaration->extensions, reader.declaration->formats, types_, user, problems_);
+        YamlNode config = node;
+        if (!config.find("type"))
+            config.set("type", yaml_from_value(reader.description->type, node));
+        Value completed =
+            options_.complete_component("reader", config, {"file"}, stage_.title() + ": input '" + port->name + "'", stage_.uses);
+        stage_.uses.input_files.push_back(absolute);
+        stage_.wires.push_back({port->name, port->artifact, {}, {}, absolute, std::move(completed)});
+        return true;
+    }
+
+  private:
+    /// Each with the port that it reads for. None is a problem.
+    std::vector<std::pair<KnownType, const PortDeclaration*>> readers_for(const Ports& inputs, const std::string& extension,
+                                                                          const YamlNode& node)
+    {
+        std::vector<std::pair<KnownType, const PortDeclaration*>> fitting;
+        std::set<std::string> extensions;
+        const YamlNode::Entry* wanted = node.find("type");
+        for (const TypeDescription* description : types_.catalog().types("reader"))
+        {
+            const KnownType reader = types_.find(description->type, "reader");
+            if (!reader || (wanted && wanted->value.text != description->type))
+                continue;
+            const std::vector<std::string>& known = reader.declaration->extensions;
+            for (const PortDeclaration* input : inputs)
+                if (reader.declaration->artifact == input->artifact)
+                {
+                    extensions.insert(known.begin(), known.end());
+                    if (std::ranges::find(known, extension) != known.end())
+                        fitting.emplace_back(reader, input);
+                }
+        }
+        if (fitting.empty())
+            problems_.add(
+                node.find("file")->value.position(),
+                stage_.title() + ": " + (wanted ? "'" + wanted->value.text + "' makes no " : "no reader makes ") +
+                    join(each(inputs, &PortDeclaration::artifact)) + " from " +
+                    (extension.empty() ? "a file without an extension" : "'" + extension + "' files") +
+                    (extensions.empty() ? "" : " (there are: " + join({extensions.begin(), extensions.end()}, ", ") + ")"));
+        return fitting;
+    }
+
+    StageDraft& stage_;
+    TypeTable& types_;
+    OptionChecker& options_;
+    ProblemList& problems_;
+};
+
+}  // namespace
 
 bool is_file_input(const YamlNode& input, const TypeDeclaration& type)
 {
@@ -119,248 +425,9 @@ std::string StageDraft::title() const
     return "stage '" + name + "'" + (type ? " (" + type.description->type + ")" : "");
 }
 
-Wiring::Wiring(std::vector<StageDraft>& stages, ProblemList& problems) : stages_(stages), problems_(problems)
+void wire_stages(std::vector<StageDraft>& stages, ProblemList& problems)
 {
-    for (std::size_t i = 0; i < stages.size(); ++i)
-        index_.emplace(stages[i].name, i);
-}
-
-void Wiring::wire_all()
-{
-    for (StageDraft& stage : stages_)
-        wire(stage);
-    for (const StageDraft& stage : stages_)
-        check_parts(stage);
-    // Only now it is known which stages would close a cycle.
-    for (const auto& [stage, at] : unwired_)
-        report_unwired(*stage, at);
-}
-
-void Wiring::wire(StageDraft& stage)
-{
-    const YamlNode::Entry* input = stage.config.find("input");
-    if (input && !stage.type)
-        follow_blindly(stage, input->value);
-    if (!stage.type)
-        return;
-    gave_up_ = stage.files_failed;
-    const TypeDeclaration& type = *stage.type.declaration;
-    if (input && input->value.is_null())
-        problems_.add(input->position(), stage.title() + ": 'input' has no value: set a stage's name, or {port: stage, …}");
-    else if (input && type.inputs.empty())
-    {
-        if (!(input->value.is_map() && input->value.entries.empty()))
-            problems_.add(input->position(), stage.title() + " takes no input" + declared_by(type));
-        follow_blindly(stage, input->value);
-    }
-    else if (input)
-        wire_one(stage, input->value);
-    if (!gave_up_ && !(input && input->value.is_null()))
-        unwired_.emplace_back(&stage, input ? input->position() : stage.position);
-}
-
-void Wiring::wire_one(StageDraft& stage, const YamlNode& node)
-{
-    const TypeDeclaration& type = *stage.type.declaration;
-    if (node.is_scalar())
-        wire_stage(stage, pointers(type.inputs), node);
-    else if (node.is_map())
-    {
-        if (!is_file_input(node, type))
-            wire_ports(stage, node);
-    }
-    else
-    {
-        gave_up_ = true;
-        if (node.is_valid())
-            problems_.add(node.position(), stage.title() +
-                                               ": 'input' must be a stage's name, {port: stage, …} or {file: PATH}, got " +
-                                               node.summary());
-    }
-}
-
-void Wiring::wire_ports(StageDraft& stage, const YamlNode& map)
-{
-    const TypeDeclaration& type = *stage.type.declaration;
-    for (const YamlNode::Entry& entry : map.entries)
-    {
-        const PortDeclaration* port = type.input(entry.key);
-        if (!port)
-        {
-            problems_.add(entry.position(),
-                          stage.title() + " has no input '" + entry.key + "'" + suggestion(entry.key, names_of(type.inputs)));
-            follow_blindly(stage, entry.value);
-        }
-        else if (entry.value.is_scalar())
-            wire_stage(stage, {port}, entry.value);
-        else if (!(entry.value.is_map() && entry.value.find("file")))
-        {
-            gave_up_ = true;
-            if (entry.value.is_valid())
-                problems_.add(entry.value.position(), stage.title() + ": input '" + entry.key +
-                                                          "' must be a stage's name or {file: PATH}, got " +
-                                                          entry.value.summary());
-        }
-    }
-}
-
-bool Wiring::find_source(StageDraft& stage, const YamlNode& node, Source& source)
-{
-    const std::size_t dot = node.text.find('.');
-    const std::string name = node.text.substr(0, dot);
-    const auto found = index_.find(name);
-    if (found == index_.end())
-    {
-        std::vector<std::string> names;
-        if (problems_.takes_hints())
-            for (const StageDraft& other : stages_)
-                names.push_back(other.name);
-        const std::string meant = suggestion(name, names);
-        problems_.add(node.position(), stage.title() + ": unknown stage '" + name + "'" + meant +
-                                           (looks_like_path(node.text) ? "; a file is written {file: " + node.text + "}" : ""));
-        gave_up_ = true;
-        return false;
-    }
-    source.stage = found->second;
-    source.port = dot == std::string::npos ? "" : node.text.substr(dot + 1);
-    stage.sources.emplace_back(source.stage, node.position());
-    return true;
-}
-
-Wiring::Ports Wiring::outputs_of(const Source& source, const YamlNode& node, const StageDraft& user)
-{
-    const StageDraft& from = stages_[source.stage];
-    const TypeDeclaration& type = *from.type.declaration;
-    if (source.port.empty())
-        return pointers(type.outputs);
-    if (const PortDeclaration* port = type.output(source.port))
-        return {port};
-    problems_.add(node.position(), user.title() + ": " + from.title() + " has no output '" + source.port + "'" +
-                                       suggestion(source.port, names_of(type.outputs)));
-    gave_up_ = true;
-    return {};
-}
-
-void Wiring::wire_stage(StageDraft& stage, const Ports& inputs, const YamlNode& node)
-{
-    Source source;
-    if (!find_source(stage, node, source))
-        return;
-    const StageDraft& from = stages_[source.stage];
-    if (!from.type)
-    {
-        gave_up_ = true;
-        return;
-    }
-    const Ports outputs = outputs_of(source, node, stage);
-    if (outputs.empty() && gave_up_)
-        return;
-    std::vector<std::pair<const PortDeclaration*, const PortDeclaration*>> pairs;
-    for (const PortDeclaration* output : outputs)
-        for (const PortDeclaration* input : inputs)
-            if (fits(*output, *input))
-                pairs.emplace_back(output, input);
-    std::set<const PortDeclaration*> used, wanted;
-    for (const auto& [output, input] : pairs)
-    {
-        used.insert(output);
-        wanted.insert(input);
-    }
-    const bool all = wanted.size() == pairs.size();
-    if (!pairs.empty() && all && used.size() == pairs.size())
-    {
-        for (const auto& [output, input] : pairs)
-            stage.wires.push_back({input->name, input->artifact, from.name, output->name, {}, {}});
-        return;
-    }
-    gave_up_ = true;
-    const std::string makes = source.port.empty()
-                                  ? from.title() + " makes " + listed(outputs)
-                                  : "output '" + source.port + "' of " + from.title() + " is " + outputs[0]->artifact_text();
-    if (pairs.empty())
-    {
-        const std::string takes = inputs.size() == 1 ? ": input '" + inputs[0]->name + "' takes " + inputs[0]->artifact_text()
-                                                     : " takes " + listed(inputs);
-        problems_.add(node.position(), stage.title() + takes + ", but " + makes);
-        return;
-    }
-    // Several inputs that fit one output are all meant to be named; else one of several ways is.
-    std::vector<std::string> ways;
-    for (const auto& [output, input] : pairs)
-        ways.push_back((all ? "" : "{") + input->name + ": " + from.name + "." + output->name + (all ? "" : "}"));
-    const std::string named = all ? "{" + join(ways, ", ") + "}" : join(ways, " or ");
-    problems_.add(node.position(), stage.title() + ": '" + node.text + "' is ambiguous: name the port" +
-                                       (inputs.size() == 1 ? ": " : "s: ") + named);
-}
-
-void Wiring::check_parts(const StageDraft& stage)
-{
-    for (const StageDraft::PartUse& use : stage.part_uses)
-    {
-        const auto wire = std::ranges::find(stage.wires, use.port, &Wire::port);
-        if (wire == stage.wires.end() || wire->from_stage.empty())
-            continue;
-        const StageDraft& from = stages_[index_.at(wire->from_stage)];
-        const std::vector<std::string>& parts = from.type.declaration->output(wire->from_port)->parts;
-        if (!parts.empty() && std::ranges::find(parts, use.part) == parts.end())
-            problems_.add(use.position, stage.title() + ": option '" + use.option + "': " + from.title() + " makes no '" +
-                                            use.part + "'" + suggestion(use.part, parts));
-    }
-}
-
-bool Wiring::needs(const StageDraft& stage, const StageDraft& wanted) const
-{
-    std::vector<const StageDraft*> open{&stage};
-    std::set<const StageDraft*> seen{&stage};
-    while (!open.empty())
-    {
-        const StageDraft& next = *open.back();
-        open.pop_back();
-        if (&next == &wanted)
-            return true;
-        for (const auto& [source, position] : next.sources)
-            if (seen.insert(&stages_[source]).second)
-                open.push_back(&stages_[source]);
-    }
-    return false;
-}
-
-std::string Wiring::makers_of(const PortDeclaration& port, const StageDraft& user) const
-{
-    if (!problems_.takes_hints())
-        return {};
-    std::vector<std::string> makers;
-    for (const StageDraft& stage : stages_)
-        if (stage.type && !needs(stage, user))
-            for (const PortDeclaration& output : stage.type.declaration->outputs)
-                if (fits(output, port) && makers.size() < 6)
-                    makers.push_back(stage.name + "." + output.name);
-    return makers.empty() ? "; no stage of this pipeline makes " + port.artifact_text() : "; it is made by " + join(makers);
-}
-
-void Wiring::report_unwired(const StageDraft& stage, const Position& at)
-{
-    for (const PortDeclaration& port : stage.type.declaration->inputs)
-    {
-        const bool wired = std::ranges::any_of(stage.wires, [&](const Wire& wire) { return wire.port == port.name; });
-        if (!wired && !port.is_optional)
-            problems_.add(at, stage.title() + " needs the input '" + port.name + "' (" + port.artifact_text() + ")" +
-                                  makers_of(port, stage));
-    }
-}
-
-void Wiring::follow_blindly(StageDraft& stage, const YamlNode& node)
-{
-    if (node.is_scalar())
-    {
-        Source source;
-        find_source(stage, node, source);
-    }
-    else if (node.is_map() && !node.find("file"))
-        for (const YamlNode::Entry& entry : node.entries)
-            if (entry.value.is_scalar())
-                follow_blindly(stage, entry.value);
-    gave_up_ = true;
+    Wiring(stages, problems).wire_all();
 }
 
 StageGraph check_graph(const std::vector<StageDraft>& stages, ProblemList& problems)
@@ -431,101 +498,19 @@ std::string cost_name(const PipelineStage& stage)
     return runs_program ? name + files : name;
 }
 
-void FileInputs::wire(StageDraft& stage)
+void wire_files(StageDraft& stage, TypeTable& types, OptionChecker& options, ProblemList& problems)
 {
     const YamlNode::Entry* input = stage.type ? stage.config.find("input") : nullptr;
     if (!input || !input->value.is_map())
         return;
     const TypeDeclaration& type = *stage.type.declaration;
-    if (type.inputs.empty())
-        return;
+    FileInputs files(stage, types, options, problems);
     if (is_file_input(input->value, type))
-    {
-        stage.files_failed = !wire_file(stage, pointers(type.inputs), input->value);
-        return;
-    }
-    for (const YamlNode::Entry& entry : input->value.entries)
-        if (const PortDeclaration* port = type.input(entry.key); port && entry.value.is_map() && entry.value.find("file"))
-            stage.files_failed = !wire_file(stage, {port}, entry.value) || stage.files_failed;
-}
-
-std::vector<std::pair<KnownType, const PortDeclaration*>>
-FileInputs::readers_for(const Ports& inputs, const std::string& extension, const YamlNode& node, const StageDraft& stage)
-{
-    std::vector<std::pair<KnownType, const PortDeclaration*>> fitting;
-    std::vector<std::string> extensions;
-    const YamlNode::Entry* wanted = node.find("type");
-    for (const TypeDescription* description : types_.catalog().types("reader"))
-    {
-        const KnownType reader = types_.find(description->type, "reader");
-        if (!reader || (wanted && wanted->value.text != description->type))
-            continue;
-        for (const PortDeclaration* input : inputs)
-        {
-            if (reader.declaration->artifact != input->artifact)
-                continue;
-            const std::vector<std::string>& known = reader.declaration->extensions;
-            extensions.insert(extensions.end(), known.begin(), known.end());
-            if (std::find(known.begin(), known.end(), extension) != known.end())
-                fitting.emplace_back(reader, input);
-        }
-    }
-    if (!fitting.empty())
-        return fitting;
-    std::sort(extensions.begin(), extensions.end());
-    extensions.erase(std::unique(extensions.begin(), extensions.end()), extensions.end());
-    const std::vector<std::string> artifacts = each(inputs, &PortDeclaration::artifact);
-    const std::string what = wanted ? "'" + wanted->value.text + "' makes no " : "no reader makes ";
-    problems_.add(node.find("file")->value.position(),
-                  stage.title() + ": " + what + join(artifacts) + " from " +
-                      (extension.empty() ? "a file without an extension" : "'" + extension + "' files") +
-                      (extensions.empty() ? "" : " (there are: " + join(extensions, ", ") + ")"));
-    return {};
-}
-
-bool FileInputs::wire_file(StageDraft& stage, const Ports& inputs, const YamlNode& node)
-{
-    const YamlNode& file = node.find("file")->value;
-    const std::string user = stage.title() + ": input" + (inputs.size() == 1 ? " '" + inputs[0]->name + "'" : "");
-    const OptionDeclaration declared{.name = "file", .kind = OptionKind::input_file};
-    const Value path = file.is_null() ? Value() : value_of(declared, file, user, problems_);
-    if (file.is_null())
-        problems_.add(file.position(), user + ": 'file' has no value: set it to " + declared.accepted());
-    if (path.is_null())
-        return false;
-    // An empty text says: not given. The port is then missing, or an optional one left out.
-    if (path.as_string().empty())
-        return true;
-    const std::filesystem::path absolute = check_input_path(file, false, user, problems_);
-    if (const YamlNode::Entry* wanted = node.find("type"))
-    {
-        const auto type = type_named_by(node, user, &problems_);
-        if (!type || !types_.require(*type, "reader", user, wanted->value.position(), problems_))
-            return false;
-    }
-    const auto readers = readers_for(inputs, lower_extension(absolute), node, stage);
-    if (readers.empty())
-        return false;
-    if (readers.size() > 1)
-    {
-        std::vector<std::string> ways;
-        for (const auto& [reader, port] : readers)
-            ways.push_back(inputs.size() == 1 ? "type: " + reader.description->type
-                                              : port->name + " by " + reader.description->type);
-        problems_.add(node.position(), user + ": the file can be read in several ways; choose one: " + join(ways, " or "));
-        return false;
-    }
-    const auto& [reader, port] = readers.front();
-    check_contents(file, absolute, reader.declaration->extensions, reader.declaration->formats, types_, user, problems_);
-    YamlNode config = node;
-    if (!config.find("type"))
-        config.set("type", yaml_from_value(reader.description->type, node));
-    Wire wire{port->name, port->artifact, {}, {}, absolute, {}};
-    wire.reader =
-        options_.complete_component("reader", config, {"file"}, stage.title() + ": input '" + port->name + "'", stage.uses);
-    stage.uses.input_files.push_back(absolute);
-    stage.wires.push_back(std::move(wire));
-    return true;
+        stage.files_failed = !type.inputs.empty() && !files.wire(pointers(type.inputs), input->value);
+    else
+        for (const YamlNode::Entry& entry : input->value.entries)
+            if (const PortDeclaration* port = type.input(entry.key); port && entry.value.is_map() && entry.value.find("file"))
+                stage.files_failed = !files.wire({port}, entry.value) || stage.files_failed;
 }
 
 }  // namespace fresco::host

@@ -3,7 +3,6 @@
 #include "pipeline/graph.h"
 #include "pipeline/pipeline_options.h"
 
-#include <map>
 #include <memory>
 #include <string>
 #include <utility>
@@ -46,45 +45,8 @@ struct StageDraft
 /// Whether the whole `input` is one file.
 bool is_file_input(const YamlNode& input, const TypeDeclaration& type);
 
-std::vector<const PortDeclaration*> pointers(const std::vector<PortDeclaration>& ports);
-
-/// Resolves the `input` of every stage to wires, but for files (see FileInputs), and reports what does not fit.
-class Wiring
-{
-  public:
-    Wiring(std::vector<StageDraft>& stages, ProblemList& problems);
-
-    void wire_all();
-
-  private:
-    /// What a bare word names.
-    struct Source
-    {
-        std::size_t stage = 0;
-        std::string port;  ///< Empty: any.
-    };
-    using Ports = std::vector<const PortDeclaration*>;
-
-    void wire(StageDraft& stage);
-    void wire_one(StageDraft& stage, const YamlNode& node);
-    void wire_ports(StageDraft& stage, const YamlNode& map);
-    void wire_stage(StageDraft& stage, const Ports& inputs, const YamlNode& node);
-    void check_parts(const StageDraft& stage);
-    void report_unwired(const StageDraft& stage, const Position& at);
-    /// Follows words that are stages' names although no port is known to take them, for the cycle check.
-    void follow_blindly(StageDraft& stage, const YamlNode& node);
-    bool find_source(StageDraft& stage, const YamlNode& node, Source& source);
-    Ports outputs_of(const Source& source, const YamlNode& node, const StageDraft& user);
-    /// Whether `stage` is `wanted` or needs it, directly or not.
-    bool needs(const StageDraft& stage, const StageDraft& wanted) const;
-    std::string makers_of(const PortDeclaration& port, const StageDraft& user) const;
-
-    std::vector<StageDraft>& stages_;
-    std::map<std::string, std::size_t, std::less<>> index_;
-    ProblemList& problems_;
-    std::vector<std::pair<const StageDraft*, Position>> unwired_;  ///< Whose inputs are to be reported, with where.
-    bool gave_up_ = false;  ///< On the stage at hand: an input could not be resolved, so that missing ones say nothing.
-};
+/// Resolves the `input` of every stage to wires, but for files (see wire_files), and reports what does not fit.
+void wire_stages(std::vector<StageDraft>& stages, ProblemList& problems);
 
 /// The graph of what the stages take from one another. Reports every cycle.
 StageGraph check_graph(const std::vector<StageDraft>& stages, ProblemList& problems);
@@ -97,28 +59,8 @@ void settle_declared_ports(StageDraft& stage, TypeTable& types, ProblemList& pro
 /// files.
 std::string cost_name(const PipelineStage& stage);
 
-/// Wires the `{file: PATH}` of a stage's `input` through readers, and reports what does not fit.
-class FileInputs
-{
-  public:
-    FileInputs(TypeTable& types, OptionChecker& options, ProblemList& problems)
-        : types_(types), options_(options), problems_(problems)
-    {
-    }
-
-    /// Sets the stage's `wires`, `uses` and `files_failed`.
-    void wire(StageDraft& stage);
-
-  private:
-    using Ports = std::vector<const PortDeclaration*>;
-
-    bool wire_file(StageDraft& stage, const Ports& inputs, const YamlNode& node);
-    std::vector<std::pair<KnownType, const PortDeclaration*>> readers_for(const Ports& inputs, const std::string& extension,
-                                                                          const YamlNode& node, const StageDraft& stage);
-
-    TypeTable& types_;
-    OptionChecker& options_;
-    ProblemList& problems_;
-};
+/// Wires the `{file: PATH}` of a stage's `input` through readers, and reports what does not fit. Sets the stage's `wires`, `uses`
+/// and `files_failed`.
+void wire_files(StageDraft& stage, TypeTable& types, OptionChecker& options, ProblemList& problems);
 
 }  // namespace fresco::host

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "base/common.h"
 #include "pipeline/pipeline.h"
 #include "plugins/catalog.h"
 #include <fresco/frames.h>
@@ -9,6 +10,7 @@
 #include <fresco/texture.h>
 
 #include <filesystem>
+#include <fmt/ranges.h>
 #include <fstream>
 #include <sstream>
 #include <string>
@@ -186,26 +188,17 @@ inline PipelineResult check(const TemporaryFolder& folder, const std::string& te
 /// All problems as lines.
 inline Words lines(const PipelineResult& result)
 {
-    Words texts;
-    for (const Problem& problem : result.problems)
-        texts.push_back(to_string(problem));
-    return texts;
+    return each(result.problems, [](const Problem& problem) { return to_string(problem); });
 }
 
 inline std::string joined_lines(const PipelineResult& result)
 {
-    std::string joined;
-    for (const std::string& line : lines(result))
-        joined += (joined.empty() ? "" : " | ") + line;
-    return joined;
+    return fmt::format("{}", fmt::join(lines(result), " | "));
 }
 
 inline Words names_of(const PipelineResult& result)
 {
-    Words names;
-    for (const PipelineStage& stage : result.pipeline.stages)
-        names.push_back(stage.name);
-    return names;
+    return each(result.pipeline.stages, &PipelineStage::name);
 }
 
 /// Options of a stage, or all problems.

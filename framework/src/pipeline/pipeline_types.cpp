@@ -122,45 +122,36 @@ KnownType TypeTable::find(std::string_view type, std::string_view kind)
 KnownType TypeTable::require(const std::string& type, std::string_view kind, const std::string& user, const Position& at,
                              ProblemList& problems)
 {
-    const std::string wanted = user + ": ";
+    const auto refuse = [&](const std::string& text, ProblemKind problem_kind = ProblemKind::plugin)
+    {
+        problems.add(at, user + ": " + text, problem_kind);
+        return KnownType{};
+    };
     if (const TypeDescription* description = catalog_.find(type))
     {
         if (!kind.empty() && description->kind != kind)
-        {
-            problems.add(at, wanted + "'" + type + "' is of kind '" + description->kind + "'; expected kind '" +
-                                 std::string(kind) + "'" + suggestion(type, names_of_kind(kind)));
-            return {};
-        }
+            return refuse("'" + type + "' is of kind '" + description->kind + "'; expected kind '" + std::string(kind) + "'" +
+                              suggestion(type, names_of_kind(kind)),
+                          ProblemKind::invalid);
         try
         {
             return {description, &declaration(*description)};
         }
         catch (const Error& error)
         {
-            problems.add(at, wanted + error.what(), ProblemKind::plugin);
-            return {};
+            return refuse(error.what());
         }
     }
     if (const auto libraries = catalog_.libraries_of(type); !libraries.empty())
-    {
-        const std::vector<std::string> names = each(libraries, [&](const auto& library) { return library.string(); });
-        problems.add(
-            at, wanted + "several plugins have the type '" + type + "', so none is used: " + join(names) + "; remove all but one",
-            ProblemKind::plugin);
-    }
-    else if (const Refusal* refusal = probable_refusal(catalog_, type))
-        problems.add(at,
-                     wanted + "'" + type + "' is probably in " + refusal->library.string() +
-                         ", which cannot be used: " + refusal->reason,
-                     ProblemKind::plugin);
-    else if (const UnbuiltPlugin* unbuilt = catalog_.find_unbuilt(type))
-        problems.add(at,
-                     wanted + "the plugin of '" + type + "' is not built" +
-                         (unbuilt->reason.empty() ? "" : " (" + unbuilt->reason + ")") + ": run ./bootstrap build",
-                     ProblemKind::plugin);
-    else
-        problems.add(at, wanted + "unknown type '" + type + "'" + instead_of(type, names_of_kind(kind), catalog_));
-    return {};
+        return refuse("several plugins have the type '" + type + "', so none is used: " +
+                      join(each(libraries, [](const auto& library) { return library.string(); })) + "; remove all but one");
+    if (const Refusal* refusal = probable_refusal(catalog_, type))
+        return refuse("'" + type + "' is probably in " + refusal->library.string() +
+                      ", which cannot be used: " + refusal->reason);
+    if (const UnbuiltPlugin* unbuilt = catalog_.find_unbuilt(type))
+        return refuse("the plugin of '" + type + "' is not built" +
+                      (unbuilt->reason.empty() ? "" : " (" + unbuilt->reason + ")") + ": run ./bootstrap build");
+    return refuse("unknown type '" + type + "'" + instead_of(type, names_of_kind(kind), catalog_), ProblemKind::invalid);
 }
 
 std::vector<std::string> TypeTable::names_of_kind(std::string_view kind) const

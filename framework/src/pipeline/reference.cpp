@@ -1,6 +1,5 @@
 #include "pipeline/reference.h"
 #include "base/common.h"
-
 #include "pipeline/pipeline_types.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
@@ -128,23 +127,14 @@ struct Users
 
 std::string contents_text(const Catalog& catalog, const std::map<std::string, Users>& artifacts)
 {
-    std::map<std::string, std::vector<std::vector<std::string>>> kinds;
-    for (const TypeDescription* type : catalog.types())
-        kinds[type->kind].push_back({link(type->type), cell(type->help)});
     std::string text =
         std::string(written_by) + "# Reference\n\nEvery stage and component. `fresco describe TYPE` prints the same.\n";
-    const auto add = [&](const std::string& kind, const std::string& title)
-    {
-        if (const auto found = kinds.find(kind); found != kinds.end())
-            text += "\n## " + title + "\n\n" + table({"type", ""}, found->second);
-        kinds.erase(kind);
-    };
-    add("stage", "Stages");
-    while (!kinds.empty())
-    {
-        const std::string kind = kinds.begin()->first;
-        add(kind, "Components of kind " + kind);
-    }
+    // Stages come first.
+    std::map<std::pair<bool, std::string>, std::vector<std::vector<std::string>>> kinds;
+    for (const TypeDescription* type : catalog.types())
+        kinds[{type->kind != "stage", type->kind}].push_back({link(type->type), cell(type->help)});
+    for (const auto& [kind, rows] : kinds)
+        text += "\n## " + (kind.first ? "Components of kind " + kind.second : "Stages") + "\n\n" + table({"type", ""}, rows);
     std::vector<std::vector<std::string>> rows;
     for (const auto& [artifact, users] : artifacts)
         rows.push_back({code(artifact), join(each(users.makers, link), ", "), join(each(users.takers, link), ", ")});
@@ -156,14 +146,24 @@ bool is_page(const fs::path& file)
     return file.extension() == ".md" && fs::is_regular_file(file) && read_text_file(file).starts_with(written_by);
 }
 
-/// The pages in the folder, by name.
-std::set<std::string> pages_in(const fs::path& folder)
+/// The files in which the folder differs from the pages, each with its page; nullptr: of a page of no type.
+std::vector<std::pair<fs::path, const ReferencePage*>> differing(const std::vector<ReferencePage>& pages, const fs::path& folder)
 {
-    std::set<std::string> result;
+    std::set<std::string> others;
     std::error_code ignored;
     for (const auto& entry : fs::directory_iterator(folder, ignored))
         if (is_page(entry.path()))
-            result.insert(entry.path().filename().string());
+            others.insert(entry.path().filename().string());
+    std::vector<std::pair<fs::path, const ReferencePage*>> result;
+    for (const ReferencePage& page : pages)
+    {
+        others.erase(page.file);
+        const fs::path file = folder / page.file;
+        if (!fs::exists(file) || read_text_file(file) != page.text)
+            result.emplace_back(file, &page);
+    }
+    for (const std::string& file : others)
+        result.emplace_back(folder / file, nullptr);
     return result;
 }
 
@@ -193,42 +193,29 @@ std::vector<std::string> write_reference(const std::vector<ReferencePage>& pages
 {
     std::vector<std::string> changed;
     fs::create_directories(folder);
-    std::set<std::string> gone = pages_in(folder);
-    for (const ReferencePage& page : pages)
+    for (const auto& [file, page] : differing(pages, folder))
     {
-        gone.erase(page.file);
-        const fs::path file = folder / page.file;
-        if (fs::exists(file) && !is_page(file))
+        if (page && fs::exists(file) && !is_page(file))
             throw Error(file.string() + ": exists and is not a page of the reference; move it away");
-        if (fs::exists(file) && read_text_file(file) == page.text)
-            continue;
-        write_file(file, page.text);
-        changed.push_back(page.file);
-    }
-    for (const std::string& file : gone)
-    {
-        fs::remove(folder / file);
-        changed.push_back(file);
+        if (page)
+            write_file(file, page->text);
+        else
+            fs::remove(file);
+        changed.push_back(file.filename().string());
     }
     return changed;
 }
 
 std::vector<std::string> reference_differences(const std::vector<ReferencePage>& pages, const fs::path& folder)
 {
-    std::vector<std::string> differences;
-    std::set<std::string> others = pages_in(folder);
-    for (const ReferencePage& page : pages)
-    {
-        others.erase(page.file);
-        const fs::path file = folder / page.file;
-        if (!fs::exists(file))
-            differences.push_back(file.string() + ": is missing");
-        else if (read_text_file(file) != page.text)
-            differences.push_back(file.string() + ": is not what the plugin declares");
-    }
-    for (const std::string& file : others)
-        differences.push_back((folder / file).string() + ": no plugin has this type");
-    return differences;
+    return each(differing(pages, folder),
+                [](const auto& difference)
+                {
+                    const auto& [file, page] = difference;
+                    return file.string() + (!page               ? ": no plugin has this type"
+                                            : !fs::exists(file) ? ": is missing"
+                                                                : ": is not what the plugin declares");
+                });
 }
 
 }  // namespace fresco::host

@@ -19,11 +19,6 @@ Value reference(const std::string& definition)
     return Map{{"$ref", "#/$defs/" + definition}};
 }
 
-Value texts(const std::vector<std::string>& words)
-{
-    return List(words.begin(), words.end());
-}
-
 Value any_of(List ways)
 {
     return Map{{"anyOf", std::move(ways)}};
@@ -51,20 +46,41 @@ Value or_var(Value schema)
     return any_of({std::move(schema), reference("var")});
 }
 
+Value array_of(Value items)
+{
+    return Map{{"type", "array"}, {"items", std::move(items)}};
+}
+
+Value map_of(Value values)
+{
+    return Map{{"type", "object"}, {"additionalProperties", std::move(values)}};
+}
+
+/// A map whose keys are names. `values`: what it may hold; null: anything.
+Value map_by_name(const char* help, Value values = {})
+{
+    Value schema = of_type("object");
+    schema.set("description", help);
+    schema.set("propertyNames", Map{{"pattern", name_pattern}});
+    if (!values.is_null())
+        schema.set("additionalProperties", std::move(values));
+    return schema;
+}
+
 Value number_schema(const OptionDeclaration& option, const char* type)
 {
-    Value schema = Map{{"type", type}};
-    const auto limit = [](double number)
-    {
-        const bool whole = number == static_cast<double>(static_cast<std::int64_t>(number));
-        return whole ? Value(static_cast<std::int64_t>(number)) : Value(number);
-    };
     // Beyond these a whole double is not an exact integer.
     constexpr double largest = 9e15;
+    const auto limit = [](double number)
+    {
+        const bool whole = std::abs(number) < largest && number == std::floor(number);
+        return whole ? Value(static_cast<std::int64_t>(number)) : Value(number);
+    };
+    Value schema = of_type(type);
     if (option.min)
-        schema.set("minimum", std::abs(*option.min) < largest ? limit(*option.min) : Value(*option.min));
+        schema.set("minimum", limit(*option.min));
     if (option.max)
-        schema.set("maximum", std::abs(*option.max) < largest ? limit(*option.max) : Value(*option.max));
+        schema.set("maximum", limit(*option.max));
     return schema;
 }
 
@@ -80,11 +96,12 @@ Value accepted_schema(const OptionDeclaration& option)
     case OptionKind::number:
         return or_var(number_schema(option, "number"));
     case OptionKind::integers:
-        return or_var(Map{{"type", "array"}, {"items", or_var(number_schema(option, "integer"))}});
+        return or_var(array_of(or_var(number_schema(option, "integer"))));
     case OptionKind::numbers:
-        return or_var(Map{{"type", "array"}, {"items", or_var(number_schema(option, "number"))}});
+        return or_var(array_of(or_var(number_schema(option, "number"))));
     case OptionKind::text:
-        return option.choices.empty() ? of_type("string") : or_var(Map{{"enum", texts(option.choices)}});
+        return option.choices.empty() ? of_type("string")
+                                      : or_var(Map{{"enum", List(option.choices.begin(), option.choices.end())}});
     case OptionKind::input_file:
     case OptionKind::input_folder:
     case OptionKind::output_name:
@@ -92,13 +109,11 @@ Value accepted_schema(const OptionDeclaration& option)
     case OptionKind::command_line:
         return or_var(Map{{"type", "array"}, {"items", Map{{"type", List{"string", "number", "boolean"}}}}, {"minItems", 1}});
     case OptionKind::input_files:
-        return or_var(Map{{"type", "array"}, {"items", of_type("string")}});
+        return or_var(array_of(of_type("string")));
     case OptionKind::input_ports:
     case OptionKind::output_ports:
-        return Map{{"type", "object"},
-                   {"additionalProperties",
-                    any_of({of_type("string"),
-                            closed_map(Map{{"artifact", of_type("string")}, {"as", of_type("string")}}, {"artifact"})})}};
+        return map_of(any_of(
+            {of_type("string"), closed_map(Map{{"artifact", of_type("string")}, {"as", of_type("string")}}, {"artifact"})}));
     case OptionKind::rules:
     {
         const Value number = or_var(Map{{"type", "number"}, {"minimum", 0}, {"maximum", 1}});
@@ -108,18 +123,12 @@ Value accepted_schema(const OptionDeclaration& option)
         return or_var(Map{{"type", "object"}, {"additionalProperties", rule}, {"minProperties", 1}});
     }
     case OptionKind::component:
-    {
-        List ways{reference("kind." + option.component_kind), reference("var")};
-        if (option.optional)
-            ways.push_back(Map{{"const", "none"}});
-        return any_of(std::move(ways));
-    }
     case OptionKind::components:
     {
-        List ways{Map{{"type", "object"}, {"additionalProperties", reference("kind." + option.component_kind)}},
-                  reference("var")};
-        if (option.auto_rule)
-            ways.push_back(Map{{"const", "auto"}});
+        const Value component = reference("kind." + option.component_kind);
+        List ways{option.kind == OptionKind::component ? component : map_of(component), reference("var")};
+        if (option.optional || option.auto_rule)
+            ways.push_back(Map{{"const", option.optional ? "none" : "auto"}});
         return any_of(std::move(ways));
     }
     }
@@ -161,6 +170,9 @@ class SchemaWriter
             definitions.set(kind == "stage" ? "stage" : "kind." + kind, kind_schema(kind, true));
         }
         definitions.set("stage_over_base", any_of({of_type("null"), kind_schema("stage", false)}));
+        // Empty where it takes away an axis of the base.
+        const Value axis = any_of({Map{{"type", "array"}, {"minItems", 1}, {"uniqueItems", true}},
+                                   Map{{"type", "object"}, {"minProperties", 1}}, of_type("null")});
         return Map{
             {"$schema", "https://json-schema.org/draft/2020-12/schema"},
             {"title", "fresco pipeline"},
@@ -169,24 +181,14 @@ class SchemaWriter
             {"properties",
              Map{{"version", Map{{"const", 1}}},
                  {"base", Map{{"type", "string"}, {"description", "A pipeline file that this one builds on"}}},
-                 {"vars", Map{{"type", "object"},
-                              {"description", "Values for ${name}, changed by --set NAME=VALUE"},
-                              {"propertyNames", Map{{"pattern", name_pattern}}}}},
-                 {"inputs", Map{{"type", "object"},
-                                {"description", "Folders by name, as vars: wherever they are, results of what lies "
-                                                "below are the same"},
-                                {"propertyNames", Map{{"pattern", name_pattern}}},
-                                {"additionalProperties", Map{{"type", List{"string", "null"}}}}}},
-                 {"matrix", Map{{"type", "object"},
-                                {"description", "Runs every combination: var -> the values that it takes, a list "
-                                                "or a map of named ones"},
-                                {"propertyNames", Map{{"pattern", name_pattern}}},
-                                {"additionalProperties", axis_schema()}}},
+                 {"vars", map_by_name("Values for ${name}, changed by --set NAME=VALUE")},
+                 {"inputs", map_by_name("Folders by name, as vars: wherever they are, results of what lies below are the same",
+                                        Map{{"type", List{"string", "null"}}})},
+                 {"matrix",
+                  map_by_name("Runs every combination: var -> the values that it takes, a list or a map of named ones", axis)},
                  {"stages", Map{{"type", "object"}, {"propertyNames", Map{{"pattern", name_pattern}}}}},
-                 {"preview", Map{{"type", "object"},
-                                 {"description", "Options of stages for --preview: stage -> {option: value}"},
-                                 {"propertyNames", Map{{"pattern", name_pattern}}},
-                                 {"additionalProperties", Map{{"anyOf", List{Map{{"type", "object"}}, of_type("null")}}}}}}}},
+                 {"preview", map_by_name("Options of stages for --preview: stage -> {option: value}",
+                                         any_of({of_type("object"), of_type("null")}))}}},
             {"additionalProperties", false},
             {"if", Map{{"required", List{"base"}}}},
             {"then", stages_of("stage_over_base")},
@@ -197,40 +199,29 @@ class SchemaWriter
     }
 
   private:
-    /// Empty where it takes away an axis of the base.
-    static Value axis_schema()
-    {
-        return Map{{"anyOf", List{Map{{"type", "array"}, {"minItems", 1}, {"uniqueItems", true}},
-                                  Map{{"type", "object"}, {"minProperties", 1}}, of_type("null")}}};
-    }
-
     static Value stages_of(const char* definition)
     {
         return Map{{"properties", Map{{"stages", Map{{"additionalProperties", reference(definition)}}}}}};
-    }
-
-    std::vector<std::string> names(const std::string& kind) const
-    {
-        std::vector<std::string> result;
-        for (const auto& [type, declaration] : kinds_.at(kind))
-            result.push_back(type->type);
-        return result;
     }
 
     /// `type` decides which options there are. A component may also be its type's bare name.
     Value kind_schema(const std::string& kind, bool needs_type) const
     {
         List branches;
-        for (const std::string& name : names(kind))
-            branches.push_back(Map{{"if", Map{{"properties", Map{{"type", Map{{"const", name}}}}}, {"required", List{"type"}}}},
-                                   {"then", reference("type." + name)}});
-        Value schema = Map{{"type", "object"}, {"properties", Map{{"type", or_var(Map{{"enum", texts(names(kind))}})}}}};
+        List names;
+        for (const auto& [type, declaration] : kinds_.at(kind))
+        {
+            names.push_back(type->type);
+            branches.push_back(
+                Map{{"if", Map{{"properties", Map{{"type", Map{{"const", type->type}}}}}, {"required", List{"type"}}}},
+                    {"then", reference("type." + type->type)}});
+        }
+        const Value name = or_var(Map{{"enum", std::move(names)}});
+        Value schema = Map{{"type", "object"}, {"properties", Map{{"type", name}}}};
         if (needs_type)
             schema.set("required", List{"type"});
         schema.set("allOf", std::move(branches));
-        if (kind == "stage")
-            return schema;
-        return Map{{"anyOf", List{or_var(Map{{"enum", texts(names(kind))}}), std::move(schema)}}};
+        return kind == "stage" ? schema : any_of({name, std::move(schema)});
     }
 
     static void add_options(Value& properties, List& required, const TypeDeclaration& declaration)

@@ -27,10 +27,7 @@ stages:
 
 Words combination_names(const PipelineResult& result)
 {
-    Words names;
-    for (const Combination& combination : result.pipeline.sweep.combinations)
-        names.push_back(combination.name);
-    return names;
+    return each(result.pipeline.sweep.combinations, &Combination::name);
 }
 
 /// What the values of an axis written in flow style are called.

@@ -2,7 +2,6 @@
 #include "hand_made_catalog.h"
 
 #include "pipeline/pipeline_options.h"
-#include <fresco/error.h>
 #include <fresco/file_access.h>
 
 // What a pipeline file comes to: options, wires, vars, --set, bases, previews. Problems: test_pipeline_problems.cpp.

@@ -2,7 +2,6 @@
 #include "hand_made_catalog.h"
 
 #include "pipeline/reference.h"
-#include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/testing.h>
 
@@ -30,10 +29,8 @@ Catalog small_catalog()
 
 std::string text_of(const std::vector<ReferencePage>& pages, const std::string& file)
 {
-    for (const auto& page : pages)
-        if (page.file == file)
-            return page.text;
-    return "no such page";
+    const auto page = std::ranges::find(pages, file, &ReferencePage::file);
+    return page == pages.end() ? "no such page" : page->text;
 }
 
 }  // namespace

@@ -3,7 +3,6 @@
 #include "base/process.h"
 #include "base/text.h"
 #include "display/run_view.h"
-#include <fresco/file_access.h>
 #include <fresco/files_io.h>
 #include <fresco/wording.h>
 
@@ -25,64 +24,50 @@ namespace
 {
 using Clock = std::chrono::steady_clock;
 
-/// How fast a stage counts, and how long it will take.
-class ProgressRate
+double since(Clock::time_point begin)
+{
+    return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+/// What a stage counts, and how fast.
+class Progress : public Count
 {
   public:
     /// A new unit or total begins a new count; a resumed stage's head start does not count as speed.
-    void update(double done, double total, const std::string& unit)
+    void update(double new_done, double new_total, const std::string& new_unit, const Value& new_metrics)
     {
-        const auto now = Clock::now();
-        if (!any_ || unit != unit_ || total < total_ || total > total_ || done < done_)
+        if (unit.empty() || unit != new_unit || total < new_total || total > new_total || new_done < done)
         {
-            first_ = done;
-            first_time_ = now;
+            first_ = new_done;
+            first_time_ = Clock::now();
         }
-        any_ = true;
-        done_ = done;
-        total_ = total;
-        unit_ = unit;
-        last_time_ = now;
+        done = new_done;
+        total = new_total;
+        unit = new_unit;
+        const double seconds = since(first_time_);
+        metrics.clear();
+        for (const auto& [name, value] : new_metrics.as_map())
+            metrics.emplace_back(name, value.is_null() ? std::nullopt : std::optional(value.as_double()));
+        // Else it is too early to tell.
+        rate = seconds >= 0.5 && done > first_ ? (done - first_) / seconds : 0;
     }
 
-    /// "120 of 400 steps, 1.9 steps/s, 2:27 left".
+    /// "120 of 400 steps, 1.9 steps/s, 2:27 left, loss 0.25".
     std::string text() const
     {
-        const double running = std::chrono::duration<double>(Clock::now() - begin_).count();
-        if (!any_)
-            return duration_text(running);
-        std::string text = fmt::format("{:.0f}", done_);
-        if (total_ > 0)
-            text += fmt::format(" of {:.0f}", total_);
-        text += " " + unit_;
-        const double rate = this->rate();
-        if (rate <= 0)
-            return text;
-        text += rate >= 10 ? fmt::format(", {:.0f} {}/s", rate, unit_) : fmt::format(", {:.2g} {}/s", rate, unit_);
-        if (total_ > done_)
-            text += ", " + duration_text((total_ - done_) / rate) + " left";
+        std::string text = fmt::format("{:.0f}{} {}", done, total > 0 ? fmt::format(" of {:.0f}", total) : "", unit);
+        if (rate > 0)
+            text += ", " + rate_text();
+        if (rate > 0 && total > done)
+            text += ", " + duration_text((total - done) / rate) + " left";
+        for (const Metric& metric : metrics)
+            text += ", " + metric_text(metric);
         return text;
     }
 
-    double done() const { return done_; }
-    double total() const { return total_; }
-    const std::string& unit() const { return unit_; }
-    /// Units per second; 0 where it is too early to tell.
-    double rate() const
-    {
-        const double seconds = std::chrono::duration<double>(last_time_ - first_time_).count();
-        return seconds < 0.5 || done_ <= first_ ? 0 : (done_ - first_) / seconds;
-    }
-
   private:
-    Clock::time_point begin_ = Clock::now();
-    Clock::time_point first_time_;
-    Clock::time_point last_time_;
     double first_ = 0;
-    double done_ = 0;
-    double total_ = 0;
-    std::string unit_;
-    bool any_ = false;
+    Clock::time_point first_time_;
 };
 
 volatile std::sig_atomic_t continued = 0;
@@ -90,11 +75,6 @@ volatile std::sig_atomic_t continued = 0;
 void note_continue(int)
 {
     continued = 1;
-}
-
-double since(Clock::time_point begin)
-{
-    return std::chrono::duration<double>(Clock::now() - begin).count();
 }
 
 bool speaks_utf8()
@@ -123,7 +103,6 @@ ViewFrame terminal()
         frame.width = size.ws_col;
         frame.height = size.ws_row;
     }
-
     return frame;
 }
 
@@ -149,7 +128,6 @@ std::string newest_file(const fs::path& folder, fs::file_time_type begin)
         begin = time;
         newest = entry.path();
     }
-
     return newest.empty() ? "" : path_text(newest);
 }
 
@@ -197,7 +175,7 @@ class LiveDisplay final : public ProgressDisplay
         entry.view.threads = threads;
         entry.begin = Clock::now();
         entry.begin_time = fs::file_time_type::clock::now();
-        entry.rate = ProgressRate();
+        entry.progress = Progress();
     }
 
     void stage_waits(const std::string& stage, const std::string& holder) override
@@ -210,15 +188,12 @@ class LiveDisplay final : public ProgressDisplay
                         const Value& metrics) override
     {
         Entry& entry = entry_of(stage);
-        entry.rate.update(done, total, unit);
-        entry.view.metrics.clear();
-        for (const auto& [name, value] : metrics.as_map())
-            entry.view.metrics.emplace_back(name, value.is_null() ? std::nullopt : std::optional(value.as_double()));
+        entry.progress.update(done, total, unit, metrics);
         constexpr std::size_t kept = 64;
         auto& history = entry.view.history;
-        if (!entry.view.metrics.empty() && entry.view.metrics.front().second &&
-            (history.empty() || history.back() != *entry.view.metrics.front().second))
-            history.push_back(*entry.view.metrics.front().second);
+        if (!entry.progress.metrics.empty())
+            if (const auto& first = entry.progress.metrics.front().second; first && (history.empty() || history.back() != *first))
+                history.push_back(*first);
         if (history.size() > kept)
             history.erase(history.begin());
     }
@@ -248,7 +223,7 @@ class LiveDisplay final : public ProgressDisplay
     struct Entry
     {
         ViewStage view;
-        ProgressRate rate;
+        Progress progress;
         Clock::time_point begin;
         Clock::time_point looked;
         fs::file_time_type begin_time;
@@ -325,10 +300,7 @@ class LiveDisplay final : public ProgressDisplay
         if (view.state != StageState::running)
             return view;
         view.seconds = view.threads > 0 ? since(entry.begin) : 0;
-        view.done = entry.rate.done();
-        view.total = entry.rate.total();
-        view.unit = entry.rate.unit();
-        view.rate = entry.rate.rate();
+        static_cast<Count&>(view) = entry.progress;
         if (view.threads > 0 && since(entry.looked) > 1)
         {
             entry.looked = Clock::now();
@@ -388,9 +360,7 @@ class PlainDisplay final : public QuietDisplay
     void stage_progress(const std::string& stage, double done, double total, const std::string& unit,
                         const Value& metrics) override
     {
-        Entry& entry = running_[stage];
-        entry.rate.update(done, total, unit);
-        entry.metrics = metrics;
+        running_[stage].progress.update(done, total, unit, metrics);
     }
 
     void stage_says(const std::string& stage, const std::string& text, bool warning) override
@@ -412,25 +382,18 @@ class PlainDisplay final : public QuietDisplay
             if (Clock::now() - entry.shown >= std::chrono::seconds(30))
             {
                 entry.shown = Clock::now();
-                print_message(stage + ": " + entry.rate.text() + metrics_text(entry.metrics));
+                print_message(stage + ": " +
+                              (entry.progress.unit.empty() ? duration_text(since(entry.begin)) : entry.progress.text()));
             }
     }
 
   private:
     struct Entry
     {
-        ProgressRate rate;
-        Value metrics{Value::Map{}};
-        Clock::time_point shown = Clock::now();
+        Progress progress;
+        Clock::time_point begin = Clock::now();
+        Clock::time_point shown = begin;
     };
-
-    static std::string metrics_text(const Value& metrics)
-    {
-        std::string text;
-        for (const auto& [name, value] : metrics.as_map())
-            text += value.is_null() ? ", " + name + " not finite" : fmt::format(", {} {:.4g}", name, value.as_double());
-        return text;
-    }
 
     std::map<std::string, Entry> running_;
 };
@@ -498,7 +461,6 @@ std::unique_ptr<ProgressDisplay> make_display(DisplayKind kind)
     case DisplayKind::json:
         break;
     }
-
     return std::make_unique<JsonDisplay>();
 }
 

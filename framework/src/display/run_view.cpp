@@ -5,6 +5,7 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <map>
+#include <numeric>
 
 namespace fresco::host
 {
@@ -50,7 +51,7 @@ std::string curve(const std::vector<double>& history)
     static const char* const heights[] = {"▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"};
     const std::vector<double> shown(history.end() - static_cast<std::ptrdiff_t>(std::min(longest, history.size())),
                                     history.end());
-    const auto [low, high] = std::minmax_element(shown.begin(), shown.end());
+    const auto [low, high] = std::ranges::minmax_element(shown);
     std::string text;
     for (const double value : shown)
     {
@@ -76,12 +77,10 @@ class View
     {
         const std::size_t room = frame_.height > 2 ? frame_.height - 2 : 0;  // the last line is that of the run
         std::vector<std::string> lines;
-        std::size_t details = 0;
-        for (const ViewStage& stage : stages_)
-            details += detail(stage).empty() ? 0 : 1;
         if (stages_.size() <= room)
         {
-            const bool with_details = stages_.size() + details <= room;
+            const auto details = std::ranges::count_if(stages_, [&](const ViewStage& stage) { return !detail(stage).empty(); });
+            const bool with_details = stages_.size() + static_cast<std::size_t>(details) <= room;
             for (const ViewStage& stage : stages_)
                 draw_stage(stage, with_details, lines);
         }
@@ -106,20 +105,18 @@ class View
     /// What runs, what went wrong, what comes next, what was done last; the others are counted.
     void draw_some(std::size_t room, std::vector<std::string>& lines) const
     {
-        std::vector<std::size_t> wanted;
-        const auto want = [&](auto fits)
+        const auto rank = [&](std::size_t i)
         {
-            for (std::size_t i = 0; i < stages_.size(); ++i)
-                if (fits(stages_[i]))
-                    wanted.push_back(i);
+            const StageState state = stages_[i].state;
+            const int kind = state == StageState::running                                      ? 0
+                             : state == StageState::failed || state == StageState::interrupted ? 1
+                             : state == StageState::waiting                                    ? 2
+                                                                                               : 3;
+            return std::pair(kind, kind < 3 ? i : stages_.size() - i);
         };
-        want([](const ViewStage& stage) { return stage.state == StageState::running; });
-        want([](const ViewStage& stage) { return stage.state == StageState::failed || stage.state == StageState::interrupted; });
-        want([](const ViewStage& stage) { return stage.state == StageState::waiting; });
-        for (std::size_t i = stages_.size(); i-- > 0;)
-            if (is_finished(stages_[i]) || stages_[i].state == StageState::blocked ||
-                stages_[i].state == StageState::not_selected)
-                wanted.push_back(i);
+        std::vector<std::size_t> wanted(stages_.size());
+        std::iota(wanted.begin(), wanted.end(), 0);
+        std::ranges::sort(wanted, {}, rank);
         wanted.resize(std::min(wanted.size(), room > 2 ? room - 2 : 0));
         std::vector<bool> shown(stages_.size());
         for (const std::size_t i : wanted)
@@ -193,8 +190,7 @@ class View
         if (left)
             add(duration_text(*left) + " left");
         if (stage.rate > 0 && frame_.width >= 60)
-            add(stage.rate >= 10 ? fmt::format("{:.0f} {}/s", stage.rate, stage.unit)
-                                 : fmt::format("{:.2g} {}/s", stage.rate, stage.unit));
+            add(stage.rate_text());
         line.add(text);
     }
 
@@ -206,9 +202,8 @@ class View
         const auto add = [&](const std::string& more) { text += (text.empty() ? "" : dot()) + more; };
         for (std::size_t i = 0; i < stage.metrics.size() && i < 4; ++i)
         {
-            const auto& [name, value] = stage.metrics[i];
             const bool drawn = i == 0 && frame_.utf8 && stage.history.size() > 1;
-            add(name + " " + (value ? fmt::format("{:.4g}", *value) : "not finite") + (drawn ? " " + curve(stage.history) : ""));
+            add(metric_text(stage.metrics[i]) + (drawn ? " " + curve(stage.history) : ""));
         }
         if (!stage.preview.empty())
             add(stage.preview);
@@ -217,15 +212,10 @@ class View
 
     std::string whole() const
     {
-        std::size_t selected = 0;
-        std::size_t finished = 0;
-        std::size_t failed = 0;
-        for (const ViewStage& stage : stages_)
-        {
-            selected += stage.state == StageState::not_selected ? 0 : 1;
-            finished += is_finished(stage) ? 1 : 0;
-            failed += stage.state == StageState::failed ? 1 : 0;
-        }
+        const auto count = [&](StageState state) { return std::ranges::count(stages_, state, &ViewStage::state); };
+        const auto selected = std::ssize(stages_) - count(StageState::not_selected);
+        const auto finished = std::ranges::count_if(stages_, is_finished);
+        const auto failed = count(StageState::failed);
         Line line(line_room());
         line.add(fmt::format("{} of {} done", finished, selected));
         if (failed > 0)
@@ -243,6 +233,16 @@ class View
 };
 
 }  // namespace
+
+std::string metric_text(const Metric& metric)
+{
+    return metric.first + " " + (metric.second ? fmt::format("{:.4g}", *metric.second) : "not finite");
+}
+
+std::string Count::rate_text() const
+{
+    return rate >= 10 ? fmt::format("{:.0f} {}/s", rate, unit) : fmt::format("{:.2g} {}/s", rate, unit);
+}
 
 std::optional<double> left_s(const ViewStage& stage)
 {

@@ -13,22 +13,36 @@
 namespace fresco::host
 {
 
-struct ViewStage
+/// A name and what it came to; nothing: not finite.
+using Metric = std::pair<std::string, std::optional<double>>;
+
+/// "loss 0.25", "loss not finite"
+std::string metric_text(const Metric& metric);
+
+/// What a stage has counted and measured.
+struct Count
+{
+    double done = 0;
+    double total = 0;  ///< 0: unknown.
+    std::string unit;  ///< Empty: it has not reported any progress.
+    double rate = 0;   ///< Units per second; 0: unknown.
+    std::vector<Metric> metrics;
+
+    /// "1.9 steps/s"
+    std::string rate_text() const;
+};
+
+struct ViewStage : Count
 {
     std::string name;
     StageState state = StageState::waiting;
-    bool waits = false;     ///< Running, but another run makes the result.
-    int threads = 0;        ///< Of a running one.
-    double seconds = 0;     ///< What it took, or has been running for.
-    double expected_s = 0;  ///< By its own account, as earlier runs corrected it; 0: unknown.
-    double done = 0;
-    double total = 0;                                                    ///< 0: unknown.
-    std::string unit;                                                    ///< Empty: it has not reported any progress.
-    double rate = 0;                                                     ///< Units per second; 0: unknown.
-    std::vector<std::pair<std::string, std::optional<double>>> metrics;  ///< Nothing: not finite.
-    std::vector<double> history;                                         ///< Of the first metric, oldest first.
-    std::string preview;                                                 ///< Path of its newest picture; empty: none.
-    std::string holder;                                                  ///< Which run makes the result; empty: unknown.
+    bool waits = false;           ///< Running, but another run makes the result.
+    int threads = 0;              ///< Of a running one.
+    double seconds = 0;           ///< What it took, or has been running for.
+    double expected_s = 0;        ///< By its own account, as earlier runs corrected it; 0: unknown.
+    std::vector<double> history;  ///< Of the first metric, oldest first.
+    std::string preview;          ///< Path of its newest picture; empty: none.
+    std::string holder;           ///< Which run makes the result; empty: unknown.
 };
 
 struct ViewFrame

@@ -41,13 +41,7 @@ std::vector<ViewStage> half_way()
 
 ViewFrame frame_of(std::size_t width, std::size_t height, bool utf8 = true)
 {
-    ViewFrame frame;
-    frame.width = width;
-    frame.height = height;
-    frame.utf8 = utf8;
-    frame.cores = 2;
-    frame.seconds = 75;
-    return frame;
+    return {.width = width, .height = height, .utf8 = utf8, .cores = 2, .seconds = 75};
 }
 
 const char* const long_names = R"(version: 1
@@ -189,10 +183,10 @@ stages:
     Terminal terminal(place, {"run", "room.yaml"}, 70, 20);
     REQUIRE(terminal.shows(" of 40 steps"));
     const Words rows = terminal.screen();
-    const auto slow = std::find_if(rows.begin(), rows.end(), [](const std::string& row) { return row.starts_with(" > slow"); });
+    const auto slow = std::ranges::find_if(rows, [](const std::string& row) { return row.starts_with(" > slow"); });
     REQUIRE(slow != rows.end());
     CHECK(std::prev(slow)->starts_with(" + source"));
-    CHECK(std::count_if(rows.begin(), rows.end(), [](const std::string& row) { return row.find(" done, ") != row.npos; }) == 1);
+    CHECK(std::ranges::count_if(rows, [](const std::string& row) { return row.find(" done, ") != row.npos; }) == 1);
     CHECK(terminal.shows("loss 0."));
     // Narrower, with lines that the terminal breaks: no pieces of the old view remain.
     terminal.resize(40, 10);

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <optional>
 #include <set>
-#include <tuple>
 
 namespace fresco::host
 {
@@ -28,15 +27,11 @@ struct Waiting
 /// What the elements of an array have in common.
 struct Common
 {
-    int minutes;
-    int memory_mb;
-    int threads;
-    bool gpu;
+    JobLimits limits;
     std::map<ArrayId, std::set<std::size_t>> fixed;  ///< Elements that all of them wait for.
     std::optional<ArrayId> corresponding;
 
-    auto tie() const { return std::tie(minutes, memory_mb, threads, gpu, fixed, corresponding); }
-    bool operator<(const Common& other) const { return tie() < other.tie(); }
+    friend auto operator<=>(const Common&, const Common&) = default;
 };
 
 /// Elements by index, or in their order where indices are free.
@@ -104,7 +99,7 @@ class Arranger
         for (const Waiting& one : waiting)
         {
             const QueuedTask& task = *one.task;
-            Common common{task.minutes, task.memory_mb, task.threads, task.gpu, {}, {}};
+            Common common{task.limits, {}, {}};
             std::optional<std::size_t> index;
             for (const auto& [group, places] : one.needs)
                 for (const ElementPlace& place : places)
@@ -138,21 +133,14 @@ class Arranger
     void append(const Common& common, const Cell& cell)
     {
         const std::string& group = cell.elements.front().second->group;
-        JobArray array{group + "-" + std::to_string(arrays_of_[group]++),
-                       group,
-                       {},
-                       {},
-                       common.minutes,
-                       common.memory_mb,
-                       common.threads,
-                       common.gpu};
+        JobArray array{group + "-" + std::to_string(arrays_of_[group]++), {}, {}, common.limits};
         for (const auto& [index, task] : cell.elements)
         {
             array.elements.push_back({index, task->number, task->name});
             places_[task->number] = {array.name, index, false};
             groups_[task->number] = group;
         }
-        std::ranges::sort(array.elements, [](const ArrayElement& a, const ArrayElement& b) { return a.index < b.index; });
+        std::ranges::sort(array.elements, {}, &ArrayElement::index);
         sizes_[array.name] = array.elements.size();
         for (const auto& [other, elements] : common.fixed)
         {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <compare>
 #include <cstddef>
 #include <map>
 #include <string>
@@ -10,6 +11,17 @@
 namespace fresco::host
 {
 
+/// What a task is given.
+struct JobLimits
+{
+    int minutes = 0;    ///< Time limit.
+    int memory_mb = 0;  ///< Memory limit.
+    int threads = 1;
+    bool gpu = false;
+
+    friend auto operator<=>(const JobLimits&, const JobLimits&) = default;
+};
+
 /// A task to be queued.
 struct QueuedTask
 {
@@ -17,10 +29,7 @@ struct QueuedTask
     std::string group;               ///< Tasks of a group have the same axes and the same kind of resources.
     std::string name;                ///< "texture@kitchen,waves": that of its log.
     std::vector<std::size_t> needs;  ///< Numbers of the tasks that must end before it.
-    int minutes = 0;                 ///< Time limit.
-    int memory_mb = 0;               ///< Memory limit.
-    int threads = 1;
-    bool gpu = false;
+    JobLimits limits;
 };
 
 /// Where a task is: an element of an array of this submission ("texture-0"), or of a job that is in the queue already (its id).
@@ -52,14 +61,10 @@ struct ArrayElement
 
 struct JobArray
 {
-    std::string name;  ///< "texture-0"
-    std::string group;
+    std::string name;                    ///< "texture-0"
     std::vector<ArrayElement> elements;  ///< By index.
     std::vector<ArrayDependency> dependencies;
-    int minutes = 0;
-    int memory_mb = 0;
-    int threads = 1;
-    bool gpu = false;
+    JobLimits limits;
 };
 
 /// The arrays that queue `tasks`, each after those that it waits for. `tasks`: each after those that it needs. A need that is

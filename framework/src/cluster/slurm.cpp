@@ -3,6 +3,7 @@
 #include "base/text.h"
 #include <fresco/error.h>
 
+#include <boost/algorithm/string/replace.hpp>
 #include <charconv>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -25,10 +26,7 @@ constexpr const char* continuing_name = "continue";
 /// In a file name of Slurm's, which has patterns.
 std::string literal(const std::string& path)
 {
-    std::string text;
-    for (const char c : path)
-        text += c == '%' ? std::string("%%") : std::string(1, c);
-    return text;
+    return boost::replace_all_copy(path, "%", "%%");
 }
 
 /// In the double quotes that #SBATCH lines know.
@@ -92,14 +90,6 @@ std::string continuing_dependency(const Wave& wave)
     return text;
 }
 
-std::string answer(const std::vector<std::string>& words)
-{
-    const ProgramEnd end = run_program({.file = {}, .arguments = words});
-    if (end.exit_code != 0)
-        throw Error(words.front() + " failed:" + end.quoted_output());
-    return end.output;
-}
-
 std::optional<std::size_t> number_in(const std::string& text)
 {
     std::size_t number = 0;
@@ -131,7 +121,7 @@ std::string job_name(const SlurmSettings& settings, std::size_t wave, const std:
 
 std::string array_script(const SlurmSettings& settings, const Wave& wave, const JobArray& array)
 {
-    const bool on_gpu = array.gpu && !settings.gpu_partition.empty();
+    const bool on_gpu = array.limits.gpu && !settings.gpu_partition.empty();
     const std::filesystem::path folder = wave.folder / wave_folder(wave.number);
     return head(settings, wave, array.name, on_gpu ? settings.gpu_partition : settings.partition) +
            fmt::format(R"~(#SBATCH --array={ranges}
@@ -164,9 +154,9 @@ if [ $code -eq 75 ] && [ "${{SLURM_RESTART_COUNT:-0}}" -lt {requeues} ] && [ "$(
 fi
 exit $code
 )~",
-                       fmt::arg("ranges", index_ranges(array.elements)), fmt::arg("threads", array.threads),
-                       fmt::arg("memory", array.memory_mb), fmt::arg("gpu", array.gpu ? " --gres=gpu:1" : ""),
-                       fmt::arg("minutes", array.minutes), fmt::arg("warning", warning_seconds),
+                       fmt::arg("ranges", index_ranges(array.elements)), fmt::arg("threads", array.limits.threads),
+                       fmt::arg("memory", array.limits.memory_mb), fmt::arg("gpu", array.limits.gpu ? " --gres=gpu:1" : ""),
+                       fmt::arg("minutes", array.limits.minutes), fmt::arg("warning", warning_seconds),
                        fmt::arg("output", quoted(literal((folder / (array.name + ".")).string()) + "%a.log")),
                        fmt::arg("list", shell_word((folder / (array.name + ".list")).string())),
                        fmt::arg("program", shell_word(settings.program.string())),
@@ -279,6 +269,14 @@ ProgramEnd run_program(ProcessStart start)
     return result;
 }
 
+std::string slurm_answer(const std::vector<std::string>& words)
+{
+    const ProgramEnd end = run_program({.file = {}, .arguments = words});
+    if (end.exit_code != 0)
+        throw Error(words.front() + " failed:" + end.quoted_output());
+    return end.output;
+}
+
 SlurmLimits limits_in(const std::string& config)
 {
     SlurmLimits limits;
@@ -286,9 +284,7 @@ SlurmLimits limits_in(const std::string& config)
     for (std::string line; std::getline(lines, line);)
     {
         std::istringstream words(line);
-        std::string name;
-        std::string equals;
-        std::string value;
+        std::string name, equals, value;
         words >> name >> equals >> value;
         if (const auto number = number_in(value); number && *number > 0)
         {
@@ -303,7 +299,7 @@ SlurmLimits limits_in(const std::string& config)
 
 SlurmLimits slurm_limits()
 {
-    return limits_in(answer({"scontrol", "show", "config"}));
+    return limits_in(slurm_answer({"scontrol", "show", "config"}));
 }
 
 SlurmQueue queue_in(const std::string& lines, const std::string& run)
@@ -313,10 +309,7 @@ SlurmQueue queue_in(const std::string& lines, const std::string& run)
     for (std::string line; std::getline(text, line);)
     {
         std::istringstream words(line);
-        std::string id;
-        std::string index;
-        std::string state;
-        std::string name;
+        std::string id, index, state, name;
         if (!(words >> id >> index >> state >> name) || !name.starts_with(run + "."))
             continue;
         queue.jobs[name] = id;
@@ -328,8 +321,8 @@ SlurmQueue queue_in(const std::string& lines, const std::string& run)
 
 SlurmQueue slurm_queue(const std::string& run)
 {
-    return queue_in(answer({"squeue", "--noheader", "--array", "--user=" + std::to_string(getuid()), "--format=%F %K %T %j"}),
-                    run);
+    return queue_in(
+        slurm_answer({"squeue", "--noheader", "--array", "--user=" + std::to_string(getuid()), "--format=%F %K %T %j"}), run);
 }
 
 }  // namespace fresco::host

@@ -66,6 +66,9 @@ struct ProgramEnd
 /// not exist.
 ProgramEnd run_program(ProcessStart start);
 
+/// What a command of Slurm's prints. Throws Error if it fails.
+std::string slurm_answer(const std::vector<std::string>& words);
+
 /// What the scheduler accepts.
 struct SlurmLimits
 {

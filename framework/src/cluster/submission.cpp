@@ -57,7 +57,7 @@ std::map<std::string, std::string> jobs_in(const fs::path& file)
 
 bool contains_any(const std::string& text, std::initializer_list<const char*> parts)
 {
-    return std::any_of(parts.begin(), parts.end(), [&](const char* part) { return text.find(part) != std::string::npos; });
+    return std::ranges::any_of(parts, [&](const char* part) { return text.find(part) != std::string::npos; });
 }
 
 /// As Python and Snakemake read it, who take braces for names of their own.
@@ -71,8 +71,7 @@ std::string python_text(const std::string& text)
 
 std::string rule(const TaskGroup& group, std::size_t number)
 {
-    QueuedTask limits;
-    set_limits(limits, group, nullptr, {});
+    const JobLimits limits = limits_of(group, nullptr, {});
     return fmt::format(R"~(
 rule group_{number}: # {name}: {stages}
     input: needs
@@ -87,7 +86,7 @@ rule group_{number}: # {name}: {stages}
     shell: RUN
 )~",
                        fmt::arg("number", number), fmt::arg("name", group.name), fmt::arg("stages", join(group.stages, ", ")),
-                       fmt::arg("threads", group.threads), fmt::arg("memory", limits.memory_mb),
+                       fmt::arg("threads", limits.threads), fmt::arg("memory", limits.memory_mb),
                        fmt::arg("minutes", limits.minutes), fmt::arg("gpu", group.gpu ? 1 : 0));
 }
 
@@ -119,34 +118,24 @@ Submission::Submission(fs::path folder) : folder_(std::move(folder))
                  .partition = settings.at("partition").as_string(),
                  .gpu_partition = settings.at("gpu_partition").as_string(),
                  .max_queued = count_in(settings, "max_queued")};
-    read_waves();
-}
-
-void Submission::read_waves()
-{
-    waves_.clear();
     for (const fs::path& entry : entries_of(folder_ / "slurm"))
         if (is_file(entry / "wave.json"))
             waves_.push_back(read_wave(entry));
-    std::sort(waves_.begin(), waves_.end(), [](const auto& a, const auto& b) { return a.number < b.number; });
+    std::ranges::sort(waves_, {}, &WrittenWave::number);
 }
 
-Submission::WrittenWave Submission::read_wave(const fs::path& folder) const
+Submission::WrittenWave Submission::read_wave(const fs::path& folder)
 {
     const Value record = read_record(folder / "wave.json");
     const auto jobs = jobs_in(folder / "jobs");
-    const auto id_of = [&](const std::string& array)
-    {
-        const auto found = jobs.find(array);
-        return found == jobs.end() || found->second == "submitting" ? std::string() : found->second;
-    };
     WrittenWave wave{count_in(record, "number"), count_in(record, "round"), !jobs.empty(), {}};
     for (const Value& array : record.at("arrays").as_list())
     {
         const std::string& name = array.at("name").as_string();
+        const auto job = jobs.find(name);
         wave.arrays.push_back({name, static_cast<int>(array.at("minutes").as_int()),
                                static_cast<int>(array.at("memory_mb").as_int()), elements_in(folder / (name + ".list")),
-                               id_of(name)});
+                               job == jobs.end() || job->second == "submitting" ? "" : job->second});
     }
     return wave;
 }
@@ -185,14 +174,14 @@ void Submission::write(const Wave& wave, std::size_t round)
         for (const ArrayElement& element : array.elements)
             make_link(fs::path("../../logs") / (element.name + ".log"),
                       folder / (array.name + "." + std::to_string(element.index) + ".log"));
-        arrays.push_back(Value::Map{{"name", array.name}, {"minutes", array.minutes}, {"memory_mb", array.memory_mb}});
+        arrays.push_back(
+            Value::Map{{"name", array.name}, {"minutes", array.limits.minutes}, {"memory_mb", array.limits.memory_mb}});
     }
     if (wave.continued)
         write_file(folder / "continue.sbatch", continuing_script(settings_, wave));
     write_file(folder / "submit.sh", submit_script(settings_, wave));
     fs::permissions(folder / "submit.sh", fs::perms::owner_exec | fs::perms::group_exec, fs::perm_options::add);
     write_record(folder / "wave.json", Value::Map{{"number", wave.number}, {"round", round}, {"arrays", std::move(arrays)}});
-    read_waves();
 }
 
 std::string task_name(const TaskTable& table, const Task& task)

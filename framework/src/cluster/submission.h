@@ -39,7 +39,6 @@ class Submission
     /// Throws MissingInput if the folder has none, Error naming a damaged file.
     explicit Submission(std::filesystem::path folder);
 
-    const std::filesystem::path& folder() const { return folder_; }
     const SlurmSettings& settings() const { return settings_; }
     std::size_t next_wave() const { return waves_.empty() ? 0 : waves_.back().number + 1; }
     /// Counts the times that a user asked for what was missing; 0 before the first.
@@ -68,8 +67,7 @@ class Submission
         std::vector<WrittenArray> arrays;
     };
 
-    void read_waves();
-    WrittenWave read_wave(const std::filesystem::path& folder) const;
+    static WrittenWave read_wave(const std::filesystem::path& folder);
 
     std::filesystem::path folder_;
     SlurmSettings settings_;

@@ -2,7 +2,6 @@
 #include "base/common.h"
 #include "base/file_lock.h"
 #include "base/records.h"
-#include "base/text.h"
 #include "run/run_state.h"
 #include <fresco/error.h>
 #include <fresco/file_access.h>
@@ -29,7 +28,7 @@ constexpr int least_memory_mb = 500;
 std::string array_group(const std::string& group)
 {
     std::string text = group;
-    std::replace(text.begin(), text.end(), ',', '+');
+    std::ranges::replace(text, ',', '+');
     return text;
 }
 
@@ -126,12 +125,12 @@ std::vector<bool> done_tasks(const TaskTable& table, const std::vector<StageNode
         states[node.stage->name] = node.state;
     std::vector<bool> done;
     for (const Task& task : table.tasks)
-        done.push_back(std::all_of(task.stages.begin(), task.stages.end(),
-                                   [&](const std::string& stage)
-                                   {
-                                       const StageState state = states.at(stage);
-                                       return state == StageState::stored || state == StageState::not_needed;
-                                   }));
+        done.push_back(std::ranges::all_of(task.stages,
+                                           [&](const std::string& stage)
+                                           {
+                                               const StageState state = states.at(stage);
+                                               return state == StageState::stored || state == StageState::not_needed;
+                                           }));
     return done;
 }
 
@@ -160,14 +159,13 @@ const Attempt* TaskKnowledge::in_queue(std::size_t task) const
     return nullptr;
 }
 
-void set_limits(QueuedTask& task, const TaskGroup& group, const Attempt* last, const TaskLog& log)
+JobLimits limits_of(const TaskGroup& group, const Attempt* last, const TaskLog& log)
 {
-    task.minutes = std::max(least_minutes, static_cast<int>(std::ceil(time_factor * group.seconds / 60)));
-    task.memory_mb = std::max(least_memory_mb, static_cast<int>(std::ceil(memory_factor * group.memory_mb)));
-    if (last == nullptr)
-        return;
-    task.minutes = std::max(task.minutes, last->minutes * (log.time_ran_out() ? 2 : 1));
-    task.memory_mb = std::max(task.memory_mb, last->memory_mb * (log.memory_ran_out() ? 2 : 1));
+    const int minutes = std::max(least_minutes, static_cast<int>(std::ceil(time_factor * group.seconds / 60)));
+    const int memory_mb = std::max(least_memory_mb, static_cast<int>(std::ceil(memory_factor * group.memory_mb)));
+    const Attempt tried = last == nullptr ? Attempt{} : *last;
+    return {std::max(minutes, tried.minutes * (log.time_ran_out() ? 2 : 1)),
+            std::max(memory_mb, tried.memory_mb * (log.memory_ran_out() ? 2 : 1)), group.threads, group.gpu};
 }
 
 MissingTasks missing_tasks(const TaskTable& table, const TaskKnowledge& known, const std::filesystem::path& folder,
@@ -193,7 +191,7 @@ MissingTasks missing_tasks(const TaskTable& table, const TaskKnowledge& known, c
         const auto attempts = known.attempts.find(task.id);
         const Attempt* last = attempts == known.attempts.end() ? nullptr : &attempts->second.back();
         const auto any_need = [&](Fate fate)
-        { return std::any_of(task.needs.begin(), task.needs.end(), [&](std::size_t need) { return fates[need] == fate; }); };
+        { return std::ranges::any_of(task.needs, [&](std::size_t need) { return fates[need] == fate; }); };
         if ((last != nullptr && last->round == round) || any_need(Fate::blocked))
         {
             fates[task.id] = Fate::blocked;
@@ -207,9 +205,9 @@ MissingTasks missing_tasks(const TaskTable& table, const TaskKnowledge& known, c
             continue;
         }
         const TaskGroup& group = table.groups[task.group];
-        QueuedTask queued{task.id, array_group(group.name), task_name(table, task), task.needs, 0, 0, group.threads, group.gpu};
-        set_limits(queued, group, last, last == nullptr ? TaskLog{} : last_log(folder, queued.name));
-        result.tasks.push_back(std::move(queued));
+        std::string name = task_name(table, task);
+        const TaskLog log = last == nullptr ? TaskLog{} : last_log(folder, name);
+        result.tasks.push_back({task.id, array_group(group.name), std::move(name), task.needs, limits_of(group, last, log)});
     }
     return result;
 }
@@ -322,8 +320,7 @@ std::size_t cancel_jobs(const fs::path& folder)
         words.push_back(id);
     if (words.size() == 1)
         return 0;
-    if (const ProgramEnd end = run_program({.file = {}, .arguments = words}); end.exit_code != 0)
-        throw Error("scancel failed:" + end.quoted_output());
+    slurm_answer(words);
     return words.size() - 1;
 }
 

@@ -37,7 +37,7 @@ struct MissingTasks
 
 /// Time and memory limits of a task: twice and 1.3 times what its group is estimated to take, and twice those of its last attempt
 /// where these were not enough.
-void set_limits(QueuedTask& task, const TaskGroup& group, const Attempt* last, const TaskLog& log);
+JobLimits limits_of(const TaskGroup& group, const Attempt* last, const TaskLog& log);
 
 /// The tasks that are neither done nor in the queue, as many as `room` allows. `round`: tasks that were attempted in it are left
 /// out, and so is what needs them; a round that was not begun leaves out none.

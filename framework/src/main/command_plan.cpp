@@ -43,10 +43,8 @@ void print_json(const Plan& plan, const std::vector<std::string>& notes)
                                     {"cost", figures(stage.cost)},
                                     {"measured", stage.measured},
                                     {"files_to_copy", stage.files_to_copy}});
-    fmt::print("{}\n", to_json(Value::Map{{"stages", std::move(stages)},
-                                          {"total", figures(plan.total)},
-                                          {"notes", Value::List(notes.begin(), notes.end())}},
-                               2));
+    print_value(Value::Map{
+        {"stages", std::move(stages)}, {"total", figures(plan.total)}, {"notes", Value::List(notes.begin(), notes.end())}});
 }
 
 /// "copies 3 files of glb, views to out"; empty if nothing is copied.
@@ -60,7 +58,7 @@ std::string copies_text(const Plan& plan, const std::string& out)
             files += stage.files_to_copy;
             stages += (stages.empty() ? "" : ", ") + stage.stage;
         }
-    return files == 0 ? "" : fmt::format("copies {} file{} of {} to {}", files, files == 1 ? "" : "s", stages, out);
+    return files == 0 ? "" : fmt::format("copies {} of {} to {}", counted(files, "file"), stages, out);
 }
 
 void print_text(const Plan& plan, const std::vector<std::string>& notes, const std::string& out)
@@ -79,7 +77,7 @@ void print_text(const Plan& plan, const std::vector<std::string>& notes, const s
                    stage.runs ? size_text(stage.cost.memory_mb) : "", stage.runs ? size_text(stage.cost.disk_mb) : "",
                    stage.reason});
     fmt::print("{}", table.text(width));
-    const auto runs = std::count_if(plan.stages.begin(), plan.stages.end(), [](const auto& stage) { return stage.runs; });
+    const auto runs = std::ranges::count_if(plan.stages, [](const auto& stage) { return stage.runs; });
     const std::string copies = copies_text(plan, out);
     if (!copies.empty())
         fmt::print("{}\n", folded(copies, width));
@@ -111,19 +109,16 @@ void print_groups(const TaskTable& table, const std::string& folder)
     for (const TaskGroup& group : table.groups)
         text.add({group.name, std::to_string(group.count), "~" + duration_text(group.seconds), size_text(group.memory_mb),
                   std::to_string(group.threads), fmt::format("{}", fmt::join(group.stages, ", "))});
-    fmt::print("{}{} task{}\n{}\n", text.text(terminal_width(STDOUT_FILENO)), table.task_count, table.task_count == 1 ? "" : "s",
-               path_text(folder));
+    fmt::print("{}{}\n{}\n", text.text(terminal_width(STDOUT_FILENO)), counted(table.task_count, "task"), path_text(folder));
 }
 
 int plan_as_tasks(const PlanArguments& arguments, const Pipeline& pipeline)
 {
-    constexpr double seconds_per_minute = 60;
     const TaskTable table =
-        plan_tasks(arguments.pipeline.request(), pipeline, arguments.places.store_folder(), arguments.places.out_folder(),
-                   {arguments.pack_minutes * seconds_per_minute, arguments.cores});
+        planned_tasks(arguments.pipeline, pipeline, arguments.places, arguments.pack_minutes, arguments.cores);
     if (arguments.folder.empty())
     {
-        fmt::print("{}\n", to_json(to_value(table), 2));
+        print_value(to_value(table));
         return 0;
     }
     const auto folder = std::filesystem::absolute(arguments.folder).lexically_normal();
@@ -138,7 +133,7 @@ int plan(const PlanArguments& arguments)
     if (!loaded->result.problems.empty())
     {
         if (arguments.json)
-            fmt::print("{}\n", to_json(Value::Map{{"problems", problems_as_value(loaded->result.problems)}}, 2));
+            print_value(Value::Map{{"problems", problems_as_value(loaded->result.problems)}});
         return loaded->result.exit_code();
     }
     if (arguments.tasks)

@@ -6,7 +6,6 @@
 #include "main/commands.h"
 #include "report/report.h"
 #include "run/sweep.h"
-#include <fresco/error.h>
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -25,10 +24,6 @@ struct FolderArguments
     std::vector<std::string> words;
 
     fs::path path() const { return guarded_task_folder(folder); }
-    void add_to(CLI::App& command)
-    {
-        command.add_option("folder", folder, "Folder of tasks, as `fresco submit` writes it")->required();
-    }
 };
 
 /// Of a combination with stages that have not run: what their tasks wait for.
@@ -44,12 +39,12 @@ void show_queue(std::vector<CombinationOutcome>& outcomes, const Pipeline& pipel
             continue;
         const auto any = [&](TaskState state)
         {
-            return std::any_of(outcome.combination->stages.begin(), outcome.combination->stages.end(),
-                               [&](std::size_t stage)
-                               {
-                                   const auto found = states.find(pipeline.stages[stage].name);
-                                   return found != states.end() && found->second == state;
-                               });
+            return std::ranges::any_of(outcome.combination->stages,
+                                       [&](std::size_t stage)
+                                       {
+                                           const auto found = states.find(pipeline.stages[stage].name);
+                                           return found != states.end() && found->second == state;
+                                       });
         };
         // A task that could not say which of its stages it was at.
         for (const TaskState state : {TaskState::running, TaskState::queued, TaskState::failed})
@@ -89,11 +84,10 @@ void print_json(const TaskFolder& tasks, const std::vector<CombinationOutcome>& 
                                   {"log", status.log.string()},
                                   {"error", status.failed.empty() ? status.error : status.failed.front().error}});
     }
-    fmt::print("{}\n", to_json(Value::Map{{"store", tasks.table.store.string()},
-                                          {"out", tasks.table.out.string()},
-                                          {"combinations", std::move(combinations)},
-                                          {"tasks", std::move(list)}},
-                               2));
+    print_value(Value::Map{{"store", tasks.table.store.string()},
+                           {"out", tasks.table.out.string()},
+                           {"combinations", std::move(combinations)},
+                           {"tasks", std::move(list)}});
 }
 
 /// Why, and where to read more; not more than a screen of it.
@@ -123,7 +117,7 @@ void print_counts(const TaskFolder& tasks)
     std::string text;
     for (const auto& [state, count] : counts)
         text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, to_string(state));
-    fmt::print("{} task{}: {}\n", tasks.status.size(), tasks.status.size() == 1 ? "" : "s", text);
+    fmt::print("{}: {}\n", counted(tasks.status.size(), "task"), text);
 }
 
 int status(const FolderArguments& arguments)
@@ -152,8 +146,8 @@ int cancel(const FolderArguments& arguments)
 {
     const std::size_t jobs = cancel_jobs(arguments.path());
     fmt::print("{}\n", jobs == 0 ? "none of its jobs is in the queue"
-                                 : fmt::format("canceled {} job{}; `fresco submit slurm {}` queues what is missing", jobs,
-                                               jobs == 1 ? "" : "s", shell_word(path_text(arguments.path()))));
+                                 : fmt::format("canceled {}; `fresco submit slurm {}` queues what is missing",
+                                               counted(jobs, "job"), shell_word(path_text(arguments.path()))));
     return 0;
 }
 
@@ -199,7 +193,7 @@ void add_task_commands(CLI::App& app, const std::vector<std::string>& words, int
         CLI::App* added = app.add_subcommand(name, help);
         const auto arguments = std::make_shared<FolderArguments>();
         arguments->words = words;
-        arguments->add_to(*added);
+        added->add_option("folder", arguments->folder, "Folder of tasks, as `fresco submit` writes it")->required();
         added->callback([arguments, command, &exit_code] { exit_code = command(*arguments); });
         return std::pair(added, arguments);
     };

@@ -1,12 +1,11 @@
 #include "base/common.h"
-#include "base/machine.h"
 #include "base/process.h"
 #include "base/text.h"
 #include "cluster/submission.h"
 #include "cluster/submit.h"
 #include "main/commands.h"
 #include "run/task_table.h"
-#include <fresco/error.h>
+#include <fresco/file_access.h>
 #include <fresco/files_io.h>
 
 #include <fmt/format.h>
@@ -35,16 +34,15 @@ std::string new_run_name()
 void tell(const SubmitOutcome& outcome, const SubmitRequest& request, const TaskTable& table)
 {
     const fs::path script = request.folder / wave_folder(outcome.wave.number) / "submit.sh";
-    const auto tasks = [](std::size_t count) { return fmt::format("{} task{}", count, count == 1 ? "" : "s"); };
     if (outcome.wave.arrays.empty())
         fmt::print("nothing to submit: ");
     else
-        fmt::print("{} {} in {} array{}: ", request.dry_run ? "would submit" : "submitted", tasks(outcome.missing.tasks.size()),
-                   outcome.wave.arrays.size(), outcome.wave.arrays.size() == 1 ? "" : "s");
+        fmt::print("{} {} in {}: ", request.dry_run ? "would submit" : "submitted", counted(outcome.missing.tasks.size(), "task"),
+                   counted(outcome.wave.arrays.size(), "array"));
     fmt::print("{} of {} done, {} in the queue before, {} left for later\n", outcome.done, table.task_count,
                outcome.missing.queued.size(), outcome.missing.left);
     if (outcome.missing.blocked > 0)
-        fmt::print("{} failed or need{} what failed: fresco status {}\n", tasks(outcome.missing.blocked),
+        fmt::print("{} failed or need{} what failed: fresco status {}\n", counted(outcome.missing.blocked, "task"),
                    outcome.missing.blocked == 1 ? "s" : "", shell_word(path_text(request.folder)));
     using Kind = TextTable::Kind;
     TextTable arrays({{"array", Kind::name},
@@ -57,8 +55,8 @@ void tell(const SubmitOutcome& outcome, const SubmitRequest& request, const Task
     for (std::size_t i = 0; i < std::min(most_shown, outcome.wave.arrays.size()); ++i)
     {
         const JobArray& array = outcome.wave.arrays[i];
-        arrays.add({array.name, std::to_string(array.elements.size()), duration_text(60.0 * array.minutes),
-                    size_text(array.memory_mb), std::to_string(array.threads), array.gpu ? "GPU" : ""});
+        arrays.add({array.name, std::to_string(array.elements.size()), duration_text(60.0 * array.limits.minutes),
+                    size_text(array.limits.memory_mb), std::to_string(array.limits.threads), array.limits.gpu ? "GPU" : ""});
     }
     if (request.dry_run && !outcome.wave.arrays.empty())
         fmt::print("{}{}{}\n", arrays.text(terminal_width(STDOUT_FILENO)),
@@ -91,7 +89,7 @@ int submit(const SubmitArguments& arguments)
     SubmitRequest request{fs::absolute(arguments.table.pipeline.file).lexically_normal(), arguments.dry_run, arguments.continued};
     const bool begins = !fs::is_directory(request.folder);
     if (begins)
-        request.folder = arguments.table.folder_path();
+        request.folder = guarded_task_folder(arguments.table.folder);
     if (const std::string problem = script_problem(arguments.settings, request.folder); !problem.empty())
         throw UsageError("error: " + problem);
     if (!begins)
@@ -128,17 +126,74 @@ int submit(const SubmitArguments& arguments)
 
 int export_snakemake(const TableArguments& arguments)
 {
-    if (const std::string problem = script_problem("--folder", arguments.folder_path().string()); !problem.empty())
+    const fs::path folder = guarded_task_folder(arguments.folder);
+    if (const std::string problem = script_problem("--folder", folder.string()); !problem.empty())
         throw UsageError("error: " + problem);
     if (const int code = write_tasks(arguments); code != 0)
         return code;
-    const fs::path file = arguments.folder_path() / "Snakefile";
-    write_file(file, snakefile(read_task_head(arguments.folder_path()), arguments.folder_path(), own_program()));
+    const fs::path file = folder / "Snakefile";
+    write_file(file, snakefile(read_task_head(folder), folder, own_program()));
     print_line(path_text(file));
     return 0;
 }
 
 }  // namespace
+
+void TableArguments::add_to(CLI::App& command, const std::string& file_help)
+{
+    pipeline.add_to(command);
+    places.add_store_to(command);
+    places.add_out_to(command);
+    pipeline.add_until_to(command);
+    command.add_option("--folder", folder, "Folder for the tasks")->capture_default_str();
+    command.add_option("--pack", pack_minutes, "Estimated minutes of work to put into one task; 0: one combination each")
+        ->check(CLI::Range(0.0, 1e6))
+        ->capture_default_str();
+    command.add_option("--cores", cores, "Processor cores of each task")->check(CLI::Range(1, 4096))->capture_default_str();
+    for (const char* name : {"--set", "--preview", "--store", "--out", "--until", "--folder", "--pack", "--cores"})
+        options_.push_back(command.get_option(name));
+    command.get_option("pipeline")->description(file_help);
+}
+
+fs::path guarded_task_folder(const fs::path& folder)
+{
+    const fs::path whole = fs::absolute(folder).lexically_normal();
+    forbid_links_below(whole, "choose another folder");
+    return whole;
+}
+
+std::string TableArguments::set_option() const
+{
+    for (const CLI::Option* option : options_)
+        if (option->count() > 0)
+            return option->get_name();
+    return "";
+}
+
+TaskTable planned_tasks(const PipelineArguments& arguments, const Pipeline& pipeline, const PlaceArguments& places,
+                        double pack_minutes, int cores)
+{
+    constexpr double seconds_per_minute = 60;
+    return plan_tasks(arguments.request(), pipeline, places.store_folder(), places.out_folder(),
+                      {pack_minutes * seconds_per_minute, cores});
+}
+
+int write_tasks(const TableArguments& arguments)
+{
+    const auto loaded = load_and_report(arguments.pipeline.request());
+    if (!loaded->result.problems.empty())
+        return loaded->result.exit_code();
+    arguments.places.check();
+    write_task_table(
+        planned_tasks(arguments.pipeline, loaded->result.pipeline, arguments.places, arguments.pack_minutes, arguments.cores),
+        guarded_task_folder(arguments.folder));
+    return 0;
+}
+
+std::unique_ptr<LoadedPipeline> load_tasks(const fs::path& folder)
+{
+    return load_and_report(read_task_head(folder).pipeline);
+}
 
 void add_submit_commands(CLI::App& app, int& exit_code)
 {

@@ -29,7 +29,6 @@ void add_inspect_commands(CLI::App& app, int& exit_code);
 void add_plan_command(CLI::App& app, int& exit_code);
 void add_submit_commands(CLI::App& app, int& exit_code);
 void add_task_commands(CLI::App& app, const std::vector<std::string>& words, int& exit_code);
-void add_log_command(CLI::App& app, int& exit_code);
 void add_store_command(CLI::App& app, int& exit_code);
 void add_doctor_command(CLI::App& app, int& exit_code);
 void add_reference_command(CLI::App& app, int& exit_code);
@@ -97,6 +96,9 @@ struct PlaceArguments
     const CLI::App* command_ = nullptr;  ///< With --out.
 };
 
+/// Prints JSON for machines, indented.
+void print_value(const Value& value);
+
 /// A checked pipeline with the catalog that it points into.
 struct LoadedPipeline
 {
@@ -125,7 +127,6 @@ struct TableArguments
 
     /// `file_help`: of the pipeline file.
     void add_to(CLI::App& command, const std::string& file_help);
-    std::filesystem::path folder_path() const;
     /// The first of these options that was set, but the file: with a folder that has its tasks already they mean nothing.
     std::string set_option() const;
 
@@ -135,6 +136,9 @@ struct TableArguments
 
 /// The absolute path of a task folder as the user names it, below which no link is followed any more.
 std::filesystem::path guarded_task_folder(const std::filesystem::path& folder);
+/// The tasks of a pipeline that is loaded. `pack_minutes`: of work to put into one task.
+TaskTable planned_tasks(const PipelineArguments& arguments, const Pipeline& pipeline, const PlaceArguments& places,
+                        double pack_minutes, int cores);
 /// Writes the folder of tasks; the exit code. Prints what is wrong with the pipeline or the places.
 int write_tasks(const TableArguments& arguments);
 /// The pipeline as it was when the folder's tasks were made. Prints every problem to standard error.

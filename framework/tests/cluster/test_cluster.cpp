@@ -1,3 +1,4 @@
+#include "base/common.h"
 #include "catch.h"
 #include "cluster/job_arrays.h"
 #include "cluster/slurm.h"
@@ -21,7 +22,7 @@ using Numbers = std::vector<std::size_t>;
 
 QueuedTask task(std::size_t number, const std::string& group, std::vector<std::size_t> needs = {})
 {
-    return {number, group, fmt::format("{}@{}", group, number), std::move(needs), 10, 500, 1, false};
+    return {number, group, fmt::format("{}@{}", group, number), std::move(needs), {10, 500, 1, false}};
 }
 
 /// For each task of a submission that can run, the tasks that the scheduler makes it wait for.
@@ -96,16 +97,10 @@ struct FakeSlurm
 Wave wave_in(const fs::path& folder)
 {
     Wave wave{folder, 0, {}, true};
-    wave.arrays.push_back({"scan-0", "scan", {{0, 0, "scan@a"}, {1, 1, "scan@b"}}, {}, 5, 500, 2, false});
-    wave.arrays.push_back({"paint-0", "paint", {{0, 2, "paint@a,x"}}, {{"scan-0", false, false, {0}}}, 40, 800, 1, true});
-    wave.arrays.push_back({"paint-1",
-                           "paint",
-                           {{1, 3, "paint@b,x"}},
-                           {{"scan-0", false, true, {}}, {"99", true, false, {4, 5}}},
-                           40,
-                           800,
-                           1,
-                           true});
+    wave.arrays.push_back({"scan-0", {{0, 0, "scan@a"}, {1, 1, "scan@b"}}, {}, {5, 500, 2, false}});
+    wave.arrays.push_back({"paint-0", {{0, 2, "paint@a,x"}}, {{"scan-0", false, false, {0}}}, {40, 800, 1, true}});
+    wave.arrays.push_back(
+        {"paint-1", {{1, 3, "paint@b,x"}}, {{"scan-0", false, true, {}}, {"99", true, false, {4, 5}}}, {40, 800, 1, true}});
     return wave;
 }
 
@@ -153,7 +148,7 @@ TEST_CASE("a task waits for exactly what it needs, in few arrays")
     SECTION("tasks with other limits are in arrays of their own")
     {
         add(4, "scan", nothing);
-        tasks[2].memory_mb = 1000;
+        tasks[2].limits.memory_mb = 1000;
         count = 2;
     }
     const auto arrays = job_arrays(tasks, {}, array_size);
@@ -162,7 +157,7 @@ TEST_CASE("a task waits for exactly what it needs, in few arrays")
         for (const auto& element : array.elements)
         {
             CHECK(element.index < array_size);
-            CHECK(array.memory_mb == tasks.at(element.task).memory_mb);
+            CHECK(array.limits == tasks.at(element.task).limits);
         }
     const auto waits = told(arrays);
     REQUIRE(waits.size() == tasks.size());
@@ -201,24 +196,14 @@ TEST_CASE("what is missing is queued in the order of its needs, as much as there
                    {5, 1, {"texture@b,y", "texture@b,z"}, {{"scan", "b"}}, {1}, 1200, 100}};
     TaskKnowledge known;
     known.done.resize(6);
-    const auto numbers = [](const MissingTasks& missing)
-    {
-        Numbers result;
-        for (const auto& one : missing.tasks)
-            result.push_back(one.number);
-        return result;
-    };
+    const auto numbers = [](const MissingTasks& missing) { return each(missing.tasks, &QueuedTask::number); };
 
     const auto all = missing_tasks(table, known, folder.path(), 1, 100);
     CHECK(numbers(all) == Numbers{0, 1, 2, 3, 4, 5});
     CHECK(all.tasks[0].name == "scan@a");
-    CHECK(all.tasks[0].minutes == 5);
-    CHECK(all.tasks[0].memory_mb == 1300);
-    CHECK(all.tasks[0].threads == 4);
+    CHECK(all.tasks[0].limits == JobLimits{5, 1300, 4, false});
     CHECK(all.tasks[2].group == "scan+picture");
-    CHECK(all.tasks[2].minutes == 40);
-    CHECK(all.tasks[2].memory_mb == 500);
-    CHECK(all.tasks[2].gpu);
+    CHECK(all.tasks[2].limits == JobLimits{40, 500, 2, true});
     CHECK(all.tasks[5].name == "scan,picture@b.5");
 
     const auto some = missing_tasks(table, known, folder.path(), 1, 3);
@@ -239,7 +224,7 @@ TEST_CASE("what is missing is queued in the order of its needs, as much as there
     fresco::write_file(folder.path() / "logs" / "scan@b.log",
                        "== task 1 (scan@b), job 7_1 on n, start 1\nslurmstepd: error: Detected 1 "
                        "oom-kill event(s) in step 7.batch\n");
-    CHECK(missing_tasks(table, known, folder.path(), 2, 100).tasks.at(0).memory_mb == 2600);
+    CHECK(missing_tasks(table, known, folder.path(), 2, 100).tasks.at(0).limits.memory_mb == 2600);
 
     // Still in the queue: others wait for it there.
     known.queue.elements[{"7", 1}] = "RUNNING";
@@ -297,9 +282,9 @@ TEST_CASE("a wave is submitted once, whenever its script is killed")
     CHECK(Submission(folder).next_wave() == 1);
     CHECK(fs::read_symlink(wave / "paint-1.1.log") == "../../logs/paint@b,x.log");
     const std::string script = fresco::read_text_file(wave / "paint-1.sbatch");
-    CHECK(script.find("#SBATCH --partition=\"fast\"\n") != std::string::npos);
-    CHECK(script.find("#SBATCH --cpus-per-task=1 --mem=800M --gres=gpu:1\n") != std::string::npos);
-    CHECK(script.find("a folder, 100 %%/slurm/wave-000/paint-1.%a.log\"\n") != std::string::npos);
+    for (const char* line : {"#SBATCH --partition=\"fast\"\n", "#SBATCH --cpus-per-task=1 --mem=800M --gres=gpu:1\n",
+                             "a folder, 100 %%/slurm/wave-000/paint-1.%a.log\"\n"})
+        CHECK_THAT(script, Catch::Contains(line));
 }
 
 TEST_CASE("an array whose id was not written is found by its name; a wave that was not submitted does not count")
@@ -345,15 +330,13 @@ TEST_CASE("a Snakefile has a rule per group, with its resources")
     table.groups = {{"scan", {"scan"}, false, {"mesh", "atlas"}, {}, 0, 2, 100, 1000, 4},
                     {"scan,picture-gpu", {"scan", "picture"}, true, {"texture"}, {0}, 2, 4, 1200, 100, 2}};
     const std::string text = snakefile(table, "/data/a {b} 'c'", "/usr/bin/fresco");
-    CHECK(text.find("rule group_0: # scan: mesh, atlas\n") != std::string::npos);
-    CHECK(
-        text.find("    threads: 4\n    resources:\n        mem_mb=lambda wildcards, attempt: 1300 * 2 ** (attempt - 1),\n        "
-                  "runtime=5,\n        gpu=0\n    retries: 2\n") != std::string::npos);
-    CHECK(text.find("output: touch(\"done/scan,picture-gpu/{task}\")\n") != std::string::npos);
-    CHECK(text.find("runtime=40,\n        gpu=1\n") != std::string::npos);
-    CHECK(text.find(R"("task={wildcards.task}; " + "/usr/bin/fresco" + " run --task ${{task%%.*}} --cores {threads} ")") !=
-          std::string::npos);
-    CHECK(text.find("a {{b}} ") != std::string::npos);
+    for (const char* part :
+         {"rule group_0: # scan: mesh, atlas\n",
+          "    threads: 4\n    resources:\n        mem_mb=lambda wildcards, attempt: 1300 * 2 ** (attempt - 1),\n        "
+          "runtime=5,\n        gpu=0\n    retries: 2\n",
+          "output: touch(\"done/scan,picture-gpu/{task}\")\n", "runtime=40,\n        gpu=1\n",
+          R"("task={wildcards.task}; " + "/usr/bin/fresco" + " run --task ${{task%%.*}} --cores {threads} ")", "a {{b}} "})
+        CHECK_THAT(text, Catch::Contains(part));
 }
 
 TEST_CASE("what a program printed begins no line of a message")

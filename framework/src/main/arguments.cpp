@@ -3,13 +3,13 @@
 #include "main/commands.h"
 #include "pipeline/problems.h"
 #include "pipeline/yaml_document.h"
-
 #include "plugins/plugin_search.h"
 #include <fresco/error.h>
 
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <fmt/format.h>
 #include <unistd.h>
 
 namespace fresco::host
@@ -51,6 +51,14 @@ std::string writing_problem(const std::string& option, const std::filesystem::pa
     if (access(there.c_str(), W_OK | X_OK) != 0)
         return option + ": " + there.string() + " cannot be written: " + std::strerror(errno) + other;
     return "";
+}
+
+fs::path existing_store_folder(const std::string& folder, const std::string& option)
+{
+    fs::path whole = fs::absolute(folder).lexically_normal();
+    if (!Store::is_at(whole))
+        throw MissingInput(whole.string() + ": not a store; set its folder with " + option);
+    return whole;
 }
 }  // namespace
 
@@ -127,20 +135,12 @@ std::filesystem::path PlaceArguments::store_folder() const
 
 std::filesystem::path PlaceArguments::upstream_folder() const
 {
-    if (upstream.empty())
-        return {};
-    std::filesystem::path folder = std::filesystem::absolute(upstream).lexically_normal();
-    if (!Store::is_at(folder))
-        throw MissingInput(folder.string() + ": not a store; set its folder with --upstream");
-    return folder;
+    return upstream.empty() ? fs::path() : existing_store_folder(upstream, "--upstream");
 }
 
 Store PlaceArguments::existing_store() const
 {
-    const std::filesystem::path folder = store_folder();
-    if (!Store::is_at(folder))
-        throw MissingInput(folder.string() + ": not a store; set its folder with --store");
-    return Store(folder);
+    return Store(existing_store_folder(store, "--store"));
 }
 
 void PlaceArguments::check() const
@@ -149,6 +149,11 @@ void PlaceArguments::check() const
                               writing_problem("--store", store_folder()), writing_problem("--out", out_folder())})
         if (!found.empty())
             throw UsageError("error: " + found);
+}
+
+void print_value(const Value& value)
+{
+    fmt::print("{}\n", to_json(value, 2));
 }
 
 void warn_of_plugin_folders()

@@ -27,7 +27,7 @@ using Words = std::vector<std::string>;
 const Words any_file{":files"};
 const Words any_folder{":folders"};
 
-/// The command that the words before `current` have come to, and how many words of its own it has got.
+/// The command that the words before the last have come to, and how many words of its own it has got.
 struct Place
 {
     const CLI::App* command = nullptr;
@@ -43,28 +43,29 @@ const CLI::Option* option_named(const CLI::App& command, const std::string& word
     return nullptr;
 }
 
-bool takes_value(const CLI::Option& option)
+/// bash cuts `--set a.b=4` and `--out=a` at the sign of equality.
+Words whole_words(const Words& words)
 {
-    return option.get_items_expected_max() > 0;
+    Words whole{words.front()};
+    for (std::size_t i = 1; i < words.size(); ++i)
+        if (i > 1 && (words[i] == "=" || words[i - 1] == "="))
+            whole.back() += words[i];
+        else
+            whole.push_back(words[i]);
+    return whole;
 }
 
-Place place_of(const CLI::App& app, const Words& words, std::size_t current)
+/// The last word is the one that is completed.
+Place place_of(const CLI::App& app, const Words& words)
 {
     Place place{&app, nullptr, {}};
-    for (std::size_t i = 1; i < std::min(current, words.size()); ++i)
-    {
-        // bash cuts `--set a.b=4` and `--out=a` at the sign of equality.
-        const bool cut = words[i] == "=" || words[i - 1] == "=";
-        if (place.waiting != nullptr && words[i] == "=" && words[i - 1].starts_with("-"))
-            continue;
+    for (std::size_t i = 1; i + 1 < words.size(); ++i)
         if (place.waiting != nullptr)
             place.waiting = nullptr;
-        else if (cut)
-            continue;
         else if (words[i].starts_with("-"))
         {
             const CLI::Option* option = option_named(*place.command, words[i]);
-            place.waiting = option != nullptr && takes_value(*option) ? option : nullptr;
+            place.waiting = option != nullptr && option->get_items_expected_max() > 0 ? option : nullptr;
         }
         else if (const auto subcommands = place.command->get_subcommands(
                      [&](const CLI::App* each) { return each->get_name() == words[i] && place.given.empty(); });
@@ -72,7 +73,6 @@ Place place_of(const CLI::App& app, const Words& words, std::size_t current)
             place.command = subcommands.front();
         else
             place.given.push_back(words[i]);
-    }
     return place;
 }
 
@@ -136,62 +136,34 @@ Words positional(const Place& place)
     return {};
 }
 
-/// The word that is completed: its beginning where it is one of its own, and the part that can grow.
-struct Typed
+Words offered(const CLI::App& app, Words asked, std::size_t current)
 {
-    std::string option;  ///< "--out" of `--out=a`.
-    std::string word;
-    bool setting = false;  ///< The value of `--set a=b`, b.
-};
-
-Typed typed_at(const Words& words, std::size_t current, const Place& place)
-{
-    Typed typed;
-    typed.word = current < words.size() ? words[current] : "";
-    const bool behind_sign = typed.word == "=" || (current > 0 && words[current - 1] == "=");
-    if (typed.word == "=")
-        typed.word.clear();
-    const std::size_t sign = typed.word.find('=');
-    const bool set = place.waiting != nullptr && place.waiting->check_lname("set");
-    if (place.waiting == nullptr && typed.word.starts_with("--") && sign != std::string::npos)
-    {
-        typed.option = typed.word.substr(0, sign);
-        typed.word = typed.word.substr(sign + 1);
-    }
-    else if (set && sign != std::string::npos)
-    {
-        typed.setting = true;
-        typed.word = typed.word.substr(sign + 1);
-    }
-    else
-        typed.setting = behind_sign && place.waiting == nullptr;
-    return typed;
-}
-
-Words offered(const CLI::App& app, const Words& words, std::size_t current)
-{
-    if (current > 1 && words.size() > 1 && !words[1].starts_with("-") &&
-        app.get_subcommands([&](const CLI::App* each) { return each->get_name() == words[1]; }).empty())
-    {
-        Words own(words.begin() + 1, words.begin() + static_cast<std::ptrdiff_t>(std::min(current + 1, words.size())));
-        own.resize(current);
-        return program_completions(own);
-    }
-    const Place place = place_of(app, words, current);
-    const Typed typed = typed_at(words, current, place);
+    asked.resize(current + 1);
+    if (current > 1 && !asked[1].starts_with("-") &&
+        app.get_subcommands([&](const CLI::App* each) { return each->get_name() == asked[1]; }).empty())
+        return program_completions({asked.begin() + 1, asked.end()});
+    const Words words = whole_words(asked);
+    const Place place = place_of(app, words);
+    // Of `--out=a` and of `--set a=b` only what is behind the sign is completed.
+    std::string word = words.back();
+    const std::size_t sign = word.find('=');
+    const bool with_option = place.waiting == nullptr && word.starts_with("--") && sign != std::string::npos;
+    const bool of_setting = place.waiting != nullptr && place.waiting->check_lname("set") && sign != std::string::npos;
+    const CLI::Option* option = with_option ? option_named(*place.command, word.substr(0, sign)) : place.waiting;
+    if (with_option || of_setting)
+        word = word.substr(sign + 1);
     Words result;
-    const CLI::Option* option = typed.option.empty() ? place.waiting : option_named(*place.command, typed.option);
-    if (typed.setting)
+    if (of_setting)
         result = any_file;
     else if (option != nullptr)
         result = values_of(*option, place);
-    else if (typed.word.starts_with("-"))
+    else if (word.starts_with("-"))
     {
         for (const CLI::Option* each : place.command->get_options())
             for (const auto& name : each->get_lnames())
                 result.push_back("--" + name);
     }
-    else if (typed.option.empty())
+    else if (!with_option)
     {
         for (const CLI::App* command :
              place.command->get_subcommands([](const CLI::App* each) { return !each->get_group().empty(); }))
@@ -203,16 +175,9 @@ Words offered(const CLI::App& app, const Words& words, std::size_t current)
             result = positional(place);
     }
     if (result != any_file && result != any_folder)
-        std::erase_if(result, [&](const std::string& each) { return !each.starts_with(typed.word); });
+        std::erase_if(result, [&](const std::string& each) { return !each.starts_with(word); });
     return result;
 }
-
-struct CompletionArguments
-{
-    std::string shell;
-    std::size_t current = 0;
-    std::vector<std::string> words;
-};
 
 }  // namespace
 
@@ -225,7 +190,7 @@ std::vector<std::string> completions(const CLI::App& app, const std::vector<std:
     try
     {
         Words result = offered(app, words, current);
-        std::sort(result.begin(), result.end());
+        std::ranges::sort(result);
         return result;
     }
     catch (const std::exception&)
@@ -306,18 +271,20 @@ fi
 
 void add_completion_commands(CLI::App& app)
 {
-    const auto arguments = std::make_shared<CompletionArguments>();
+    const auto shell = std::make_shared<std::string>();
     CLI::App* script = app.add_subcommand("completion", "Print a completion script for the shell");
-    script->add_option("shell", arguments->shell, "bash, fish or zsh")->required()->check(CLI::IsMember({"bash", "fish", "zsh"}));
-    script->callback([arguments] { std::fputs(completion_script(arguments->shell), stdout); });
+    script->add_option("shell", *shell, "bash, fish or zsh")->required()->check(CLI::IsMember({"bash", "fish", "zsh"}));
+    script->callback([shell] { std::fputs(completion_script(*shell), stdout); });
 
     CLI::App* ask = app.add_subcommand("internal-complete", "Offer words; the shell calls this")->group("");
-    ask->add_option("current", arguments->current)->required();
-    ask->add_option("words", arguments->words);
+    const auto current = std::make_shared<std::size_t>();
+    const auto words = std::make_shared<Words>();
+    ask->add_option("current", *current)->required();
+    ask->add_option("words", *words);
     ask->callback(
-        [arguments, &app]
+        [current, words, &app]
         {
-            for (const auto& word : completions(app, arguments->words, arguments->current))
+            for (const auto& word : completions(app, *words, *current))
                 std::puts(word.c_str());
         });
 }

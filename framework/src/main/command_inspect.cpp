@@ -1,13 +1,16 @@
 #include "base/process.h"
+#include "base/text.h"
 #include "main/commands.h"
 #include "pipeline/schema.h"
-
-#include "base/text.h"
 #include "plugins/plugin_search.h"
 #include "run/commands_inspect.h"
+#include "store/stage_log.h"
 #include <fresco/error.h>
+#include <fresco/files_io.h>
+#include <fresco/wording.h>
 
 #include <cstdio>
+#include <ranges>
 #include <sstream>
 #include <unistd.h>
 
@@ -51,6 +54,39 @@ struct Printed
             print_message(line);
     }
 };
+
+struct LogArguments
+{
+    std::string file;
+    std::string stage;
+    PlaceArguments places;
+};
+
+int print_log(const LogArguments& arguments)
+{
+    const Store store = arguments.places.existing_store();
+    if (!std::filesystem::exists(arguments.file))
+        throw MissingInput(arguments.file + ": no such file");
+    const auto logs = stage_logs(store, std::filesystem::absolute(arguments.file));
+    if (logs.empty())
+        throw MissingInput(arguments.file + ": none of its stages has run with the store " + store.root().string() +
+                           "; set its folder with --store");
+    const auto found = logs.find(arguments.stage);
+    if (found == logs.end())
+    {
+        const auto names = std::views::keys(logs);
+        throw MissingInput(arguments.file + ": no stage '" + arguments.stage + "' has run" +
+                           suggestion(arguments.stage, {names.begin(), names.end()}));
+    }
+    if (!std::filesystem::exists(found->second))
+        throw MissingInput("the log of the stage '" + arguments.stage + "' was removed with its result");
+    const std::string text = read_text_file(found->second);
+    // A file or a pipe gets what the stage printed, colors included.
+    std::fputs((isatty(STDOUT_FILENO) != 0 ? harmless(text, LineEnds::all) : text).c_str(), stdout);
+    if (text.empty())
+        std::fputs("the stage printed nothing\n", stderr);
+    return 0;
+}
 
 }  // namespace
 
@@ -117,6 +153,13 @@ void add_inspect_commands(CLI::App& app, int& exit_code)
                                return 0;
                            });
     schema->add_flag("--json", arguments->json, "Print a schema instead, with the types of your own plugins");
+
+    CLI::App* log = app.add_subcommand("log", "Show what a stage printed when its result was made");
+    const auto of_log = std::make_shared<LogArguments>();
+    log->add_option("file", of_log->file, "Pipeline file (YAML)")->required();
+    log->add_option("stage", of_log->stage, "Stage, as in the file; of a matrix also texture@waves")->required();
+    of_log->places.add_store_to(*log);
+    log->callback([of_log, &exit_code] { exit_code = print_log(*of_log); });
 }
 
 std::filesystem::path installed_schema()

@@ -73,27 +73,16 @@ void print_table(const RunSummary& summary)
 
 void print_files(const RunSummary& summary)
 {
-    constexpr std::size_t shown_per_stage = 8;
-    std::string stage;
-    std::size_t count = 0;
-    const auto close = [&]
+    constexpr std::ptrdiff_t shown_per_stage = 8;
+    for (auto begin = summary.files.begin(); begin != summary.files.end();)
     {
-        if (count > shown_per_stage)
-            fmt::print("… and {} more files of {}\n", count - shown_per_stage, stage);
-    };
-    for (const auto& file : summary.files)
-    {
-        if (file.stage != stage)
-        {
-            close();
-            stage = file.stage;
-            count = 0;
-        }
-        if (++count > shown_per_stage)
-            continue;
-        print_line(path_text(file.path) + (file.written ? "" : "  (unchanged)"));
+        const auto end = std::find_if(begin, summary.files.end(), [&](const auto& file) { return file.stage != begin->stage; });
+        for (auto file = begin; file != begin + std::min(shown_per_stage, end - begin); ++file)
+            print_line(path_text(file->path) + (file->written ? "" : "  (unchanged)"));
+        if (end - begin > shown_per_stage)
+            fmt::print("… and {} more files of {}\n", end - begin - shown_per_stage, begin->stage);
+        begin = end;
     }
-    close();
 }
 
 void print_json(const RunSummary& summary, const std::vector<ReportOutcome>& reports)

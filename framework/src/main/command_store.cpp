@@ -6,7 +6,6 @@
 #include "store/presence.h"
 #include "store/publish.h"
 #include "store/store_tidy.h"
-#include <fresco/error.h>
 
 #include <ctime>
 #include <fmt/format.h>
@@ -61,7 +60,7 @@ int list(const StoreArguments& arguments)
                                    : ""});
     }
     if (arguments.json)
-        fmt::print("{}\n", to_json(Value::Map{{"objects", std::move(values)}, {"disk_mb", total}}, 2));
+        print_value(Value::Map{{"objects", std::move(values)}, {"disk_mb", total}});
     else
         fmt::print("{}{} results, {}\n", table.text(terminal_width(STDOUT_FILENO)), objects.size(), size_text(total));
     return 0;
@@ -80,11 +79,11 @@ int verify(const StoreArguments& arguments)
             print_line("damaged: " + damage.text + (made_anew ? "; a run has since recomputed it" : ""));
     }
     if (arguments.json)
-        fmt::print("{}\n", to_json(Value::Map{{"damaged", std::move(values)}, {"removed", arguments.remove}}, 2));
+        print_value(Value::Map{{"damaged", std::move(values)}, {"removed", arguments.remove}});
     else if (damages.empty())
         fmt::print("no result is damaged\n");
     else
-        fmt::print("{} damaged {}: {}\n", damages.size(), damages.size() == 1 ? "result" : "results",
+        fmt::print("{}: {}\n", counted(damages.size(), "damaged result"),
                    arguments.remove ? "removed; the next run recomputes those it needs"
                                     : "a run that reads one recomputes it; --remove removes them now");
     return damages.empty() || arguments.remove ? 0 : 1;
@@ -97,12 +96,11 @@ int tidy(const StoreArguments& arguments)
     if (arguments.json)
     {
         Value::List removed = each<Value>(result.removed, [&](const auto& object) { return to_value(object); });
-        fmt::print("{}\n", to_json(Value::Map{{"removed", std::move(removed)},
-                                              {"freed_mb", result.freed_mb},
-                                              {"checkpoints", result.checkpoints},
-                                              {"leftovers", result.leftovers},
-                                              {"dry_run", arguments.dry_run}},
-                                   2));
+        print_value(Value::Map{{"removed", std::move(removed)},
+                               {"freed_mb", result.freed_mb},
+                               {"checkpoints", result.checkpoints},
+                               {"leftovers", result.leftovers},
+                               {"dry_run", arguments.dry_run}});
         return 0;
     }
     const std::size_t width = terminal_width(STDOUT_FILENO);
@@ -131,11 +129,8 @@ int copy(const StoreArguments& arguments)
         Value::List damages;
         for (const auto& damage : done.damages)
             damages.push_back(Value::Map{{"object", damage.object}, {"text", damage.text}});
-        fmt::print("{}\n", to_json(Value::Map{{"copied", done.copied},
-                                              {"there", done.there},
-                                              {"copied_mb", done.copied_mb},
-                                              {"damaged", std::move(damages)}},
-                                   2));
+        print_value(Value::Map{
+            {"copied", done.copied}, {"there", done.there}, {"copied_mb", done.copied_mb}, {"damaged", std::move(damages)}});
     }
     else
     {

@@ -164,7 +164,6 @@ int run_command_line(int argc, char** argv)
     fresco::host::add_submit_commands(app, exit_code);
     fresco::host::add_task_commands(app, {argv, argv + argc}, exit_code);
     fresco::host::add_inspect_commands(app, exit_code);
-    fresco::host::add_log_command(app, exit_code);
     fresco::host::add_store_command(app, exit_code);
     fresco::host::add_doctor_command(app, exit_code);
     fresco::host::add_reference_command(app, exit_code);

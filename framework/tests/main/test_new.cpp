@@ -12,19 +12,15 @@ namespace
 
 const TextFile& file_of(const std::vector<TextFile>& files, const std::string& path)
 {
-    for (const auto& file : files)
-        if (file.path == path)
-            return file;
-    FAIL("no file " << path);
-    return files.front();
+    const auto file = std::ranges::find(files, path, &TextFile::path);
+    REQUIRE(file != files.end());
+    return *file;
 }
 
-std::size_t files_below(const fs::path& folder)
+std::ptrdiff_t files_below(const fs::path& folder)
 {
-    std::size_t count = 0;
-    for (const auto& entry : fs::recursive_directory_iterator(folder))
-        count += entry.is_regular_file() ? 1 : 0;
-    return count;
+    return std::ranges::count_if(fs::recursive_directory_iterator(folder),
+                                 [](const auto& entry) { return entry.is_regular_file(); });
 }
 
 }  // namespace
@@ -71,7 +67,7 @@ TEST_CASE("fresco new writes a folder, whole or not at all, and never over one")
     CAPTURE(made.err);
     REQUIRE(made.code == 0);
     CHECK_THAT(made.out, Contains("paint_dots/component.cpp") && Contains("FRESCO_PLUGIN_PATH=paint_dots/build"));
-    CHECK(files_below(place.file("paint_dots")) == new_plugin("loss", "paint.dots").size());
+    CHECK(files_below(place.file("paint_dots")) == std::ssize(new_plugin("loss", "paint.dots")));
 
     place.write("paint_dots/component.cpp", "mine");
     const auto again = place.run({"new", "loss", "paint.dots"});

@@ -47,8 +47,8 @@ std::map<std::string, std::filesystem::path> read_inputs(const PipelineDocument&
         const YamlNode value = variables.substitute(document.vars.find(name)->value);
         const bool is_path = value.is_scalar() && !value.text.empty();
         if (document.matrix.find(name) || (value.is_valid() && !value.is_null() && !is_path))
-            problems.add(value.position(), "the input '" + name + "' must be the path of one folder, got " +
-                                               (document.matrix.find(name) ? "the values of an axis" : value.summary()));
+            problems.add(value, "the input '" + name + "' must be the path of one folder, got " +
+                                    (document.matrix.find(name) ? "the values of an axis" : value.summary()));
         else if (is_path)
         {
             const std::filesystem::path folder = (value.path_base() / value.text).lexically_normal();
@@ -77,14 +77,14 @@ void load(const PipelineRequest& request, const Catalog& catalog, PipelineResult
 
 const PipelineStage* Pipeline::find(std::string_view name) const
 {
-    const auto found = std::find_if(stages.begin(), stages.end(), [&](const PipelineStage& stage) { return stage.name == name; });
+    const auto found = std::ranges::find(stages, name, &PipelineStage::name);
     return found == stages.end() ? nullptr : &*found;
 }
 
 int PipelineResult::exit_code() const
 {
     for (const ProblemKind kind : {ProblemKind::invalid, ProblemKind::plugin, ProblemKind::missing_input})
-        if (std::any_of(problems.begin(), problems.end(), [&](const Problem& problem) { return problem.kind == kind; }))
+        if (std::ranges::find(problems, kind, &Problem::kind) != problems.end())
             return static_cast<int>(kind);
     return 0;
 }

@@ -16,15 +16,9 @@ constexpr std::size_t base_limit = 16;
 /// One file, before it is merged with its base.
 struct Layer
 {
-    std::string text;
-    YamlNode vars;
-    YamlNode inputs;
-    YamlNode matrix;
-    YamlNode stages;
-    YamlNode preview;  ///< Null: none.
-    YamlNode base;     ///< Null: none.
+    PipelineDocument content;
+    YamlNode base;  ///< Null: none.
     bool has_stages = false;
-    bool complete = true;
 };
 
 void check_version(const YamlNode& root, bool complete, ProblemList& problems)
@@ -33,10 +27,10 @@ void check_version(const YamlNode& root, bool complete, ProblemList& problems)
     if (!version)
     {
         if (complete)
-            problems.add(root.position(), "missing 'version: 1'");
+            problems.add(root, "missing 'version: 1'");
     }
     else if (!version->value.is_word("1") && version->value.is_valid())
-        problems.add(version->value.position(), "version must be 1, got " + version->value.summary());
+        problems.add(version->value, "version must be 1, got " + version->value.summary());
 }
 
 /// The map under `key`, checked entry by entry; an empty map where there is none.
@@ -47,16 +41,14 @@ YamlNode section(const YamlNode& root, std::string_view key, ProblemList& proble
         return YamlNode(YamlNode::Kind::map, root);
     if (!entry->value.is_map())
     {
-        problems.add(entry->value.position(),
-                     "'" + std::string(key) + "' must be a map {name: …}, got " + entry->value.summary());
+        problems.add(entry->value, "'" + std::string(key) + "' must be a map {name: …}, got " + entry->value.summary());
         return YamlNode(YamlNode::Kind::map, root);
     }
     YamlNode map = entry->value;
     for (const YamlNode::Entry& named : map.entries)
         if (!is_name(named.key))
-            problems.add(named.position(), "'" + named.key + "' cannot name a " +
-                                               (key == "stages" || key == "preview" ? "stage" : "var") +
-                                               ": a name has letters, digits, '_' and '-' and begins with a letter or '_'");
+            problems.add(named, "'" + named.key + "' cannot name a " + (key == "stages" || key == "preview" ? "stage" : "var") +
+                                    ": a name has letters, digits, '_' and '-' and begins with a letter or '_'");
     return map;
 }
 
@@ -90,39 +82,42 @@ Layer read_layer(const fs::path& file, const std::vector<PipelineText>& texts, c
     Layer layer;
     const auto given = std::ranges::find(texts, file, &PipelineText::file);
     const std::optional<std::string> text = given != texts.end() ? given->text : text_on_disk(file, shown, wanted_at, problems);
-    layer.complete = text.has_value();
+    PipelineDocument& content = layer.content;
+    content.complete = text.has_value();
+    content.texts.push_back({file, text.value_or("")});
     if (!text)
         return layer;
-    layer.text = *text;
     const auto source = std::make_shared<const YamlSource>(YamlSource{shown, file.parent_path(), false});
-    YamlNode root = parse_yaml(layer.text, source, problems, layer.complete);
+    YamlNode root = parse_yaml(*text, source, problems, content.complete);
     if (!root.is_map())
     {
-        if (layer.complete)
-            problems.add(root.position(), root.is_null()
-                                              ? "the file is empty: a pipeline has 'version: 1' and 'stages:'"
+        if (content.complete)
+            problems.add(root, root.is_null() ? "the file is empty: a pipeline has 'version: 1' and 'stages:'"
                                               : "a pipeline is a map with 'version: 1' and 'stages:', got " + root.summary());
-        layer.complete = false;
+        content.complete = false;
         return layer;
     }
     static const std::vector<std::string> keys{"version", "base", "inputs", "vars", "matrix", "stages", "preview"};
     for (const YamlNode::Entry& entry : root.entries)
-        if (std::find(keys.begin(), keys.end(), entry.key) == keys.end())
-            problems.add(entry.position(), "unknown key '" + entry.key + "'" + suggestion(entry.key, keys));
-    check_version(root, layer.complete, problems);
-    layer.vars = section(root, "vars", problems);
-    layer.inputs = section(root, "inputs", problems);
-    for (const YamlNode::Entry& input : layer.inputs.entries)
-        if (layer.vars.find(input.key))
-            problems.add(input.position(), "'" + input.key + "' is under 'vars', too: an input is a var by itself");
+        if (std::ranges::find(keys, entry.key) == keys.end())
+            problems.add(entry, "unknown key '" + entry.key + "'" + suggestion(entry.key, keys));
+    check_version(root, content.complete, problems);
+    content.vars = section(root, "vars", problems);
+    const YamlNode inputs = section(root, "inputs", problems);
+    for (const YamlNode::Entry& input : inputs.entries)
+    {
+        content.inputs.insert(input.key);
+        if (content.vars.find(input.key))
+            problems.add(input, "'" + input.key + "' is under 'vars', too: an input is a var by itself");
         else
-            layer.vars.entries.push_back(input);
-    layer.matrix = section(root, "matrix", problems);
-    layer.stages = section(root, "stages", problems);
+            content.vars.entries.push_back(input);
+    }
+    content.matrix = section(root, "matrix", problems);
+    content.stages = section(root, "stages", problems);
     const YamlNode::Entry* stages = root.find("stages");
-    layer.has_stages = stages && !stages->value.is_null() && !(stages->value.is_map() && layer.stages.entries.empty());
+    layer.has_stages = stages && !stages->value.is_null() && !(stages->value.is_map() && content.stages.entries.empty());
     if (root.find("preview"))
-        layer.preview = section(root, "preview", problems);
+        content.preview = section(root, "preview", problems);
     if (const YamlNode::Entry* base = root.find("base"))
     {
         const bool usable =
@@ -130,9 +125,8 @@ Layer read_layer(const fs::path& file, const std::vector<PipelineText>& texts, c
         if (usable)
             layer.base = base->value;
         else if (base->value.is_valid())
-            problems.add(base->value.position(),
-                         "'base' must be the path of a pipeline file, without vars, got " + base->value.summary());
-        layer.complete = layer.complete && usable;
+            problems.add(base->value, "'base' must be the path of a pipeline file, without vars, got " + base->value.summary());
+        content.complete = content.complete && usable;
     }
     return layer;
 }
@@ -165,8 +159,7 @@ void merge_entry(YamlNode& below, YamlNode::Entry above, Level level, ProblemLis
         if (old)
             below.erase(above.key);
         else
-            problems.add(above.position(),
-                         "an empty value removes what the base has, but the base has no '" + above.key + "' here");
+            problems.add(above, "an empty value removes what the base has, but the base has no '" + above.key + "' here");
     }
     else if (!old)
         below.entries.push_back(std::move(above));
@@ -219,15 +212,27 @@ void merge_matrix(YamlNode& below, YamlNode above, const YamlNode& vars_above, P
 }
 
 /// Brings a base's preview to a file above it. What the base's preview changes in a stage means nothing to another type.
-void merge_preview(YamlNode& below, Layer& layer, const YamlNode& stages_below, ProblemList& problems)
+void merge_preview(PipelineDocument& below, PipelineDocument& above, ProblemList& problems)
 {
-    for (const YamlNode::Entry& stage : layer.stages.entries)
-        if (const YamlNode::Entry* old = stages_below.find(stage.key); old && type_changes(old->value, stage.value))
-            below.erase(stage.key);
-    if (layer.preview.is_null())
+    for (const YamlNode::Entry& stage : above.stages.entries)
+        if (const YamlNode::Entry* old = below.stages.find(stage.key); old && type_changes(old->value, stage.value))
+            below.preview.erase(stage.key);
+    if (above.preview.is_null())
         return;
-    below.kind = YamlNode::Kind::map;
-    merge(below, std::move(layer.preview), Level::stages, problems);
+    below.preview.kind = YamlNode::Kind::map;
+    merge(below.preview, std::move(above.preview), Level::stages, problems);
+}
+
+/// Puts a file above its base.
+void merge_documents(PipelineDocument& below, PipelineDocument above, ProblemList& problems)
+{
+    merge_matrix(below.matrix, std::move(above.matrix), above.vars, problems);
+    merge_vars(below.vars, std::move(above.vars));
+    merge_preview(below, above, problems);
+    if (above.stages.is_map())
+        merge(below.stages, std::move(above.stages), Level::stages, problems);
+    below.inputs.merge(above.inputs);
+    below.texts.insert(below.texts.begin(), above.texts.begin(), above.texts.end());
 }
 
 /// The base's name as the user would write it from where the upper file's name counts from.
@@ -248,28 +253,25 @@ void check_preview(const YamlNode& preview, const YamlNode& stages, const std::s
 {
     for (const YamlNode::Entry& entry : preview.entries)
         if (!entry.value.is_map() && entry.value.is_valid())
-            problems.add(entry.position(),
-                         "the preview of '" + entry.key + "' must be a map {option: …}, got " + entry.value.summary());
+            problems.add(entry, "the preview of '" + entry.key + "' must be a map {option: …}, got " + entry.value.summary());
         else if (entry.value.find("type"))
-            problems.add(entry.value.find("type")->position(), "a preview cannot change the type of a stage");
+            problems.add(*entry.value.find("type"), "a preview cannot change the type of a stage");
         else if (entry.source == own && !stages.entries.empty() && !stages.find(entry.key))
-            problems.add(entry.position(), "unknown stage '" + entry.key + "'" +
-                                               (problems.takes_hints() ? suggestion(entry.key, stages.keys()) : ""));
+            problems.add(entry, "unknown stage '" + entry.key + "'" +
+                                    (problems.takes_hints() ? suggestion(entry.key, stages.keys()) : ""));
 }
 
 void check_stages(const YamlNode& stages, const YamlNode& vars, ProblemList& problems)
 {
     for (const YamlNode::Entry& stage : stages.entries)
         if (!stage.value.is_map() && stage.value.is_valid())
-            problems.add(stage.position(),
-                         "stage '" + stage.key + "' must be a map {type: …, option: …}, got " + stage.value.summary());
+            problems.add(stage, "stage '" + stage.key + "' must be a map {type: …, option: …}, got " + stage.value.summary());
     for (const YamlNode::Entry& var : vars.entries)
         if (const YamlNode::Entry* stage = stages.find(var.key))
             problems.add(
-                var.position(),
-                fmt::format(
-                    "the var '{}' has the name of the stage on line {}: rename one of them, so that --set {} is unambiguous",
-                    var.key, stage->line, var.key));
+                var, fmt::format(
+                         "the var '{}' has the name of the stage on line {}: rename one of them, so that --set {} is unambiguous",
+                         var.key, stage->line, var.key));
 }
 }  // namespace
 
@@ -280,48 +282,35 @@ PipelineDocument read_pipeline_document(const fs::path& file, const std::string&
     std::vector<fs::path> files{file.lexically_normal()};
     std::string name = shown;
     Position wanted_at{shown, 0, 0};
-    PipelineDocument document;
+    bool complete = true;
     while (true)
     {
         layers.push_back(read_layer(files.back(), texts, name, wanted_at, problems));
-        document.texts.push_back({files.back(), layers.back().text});
-        document.complete = document.complete && layers.back().complete;
-        for (const YamlNode::Entry& input : layers.back().inputs.entries)
-            document.inputs.insert(input.key);
+        complete = complete && layers.back().content.complete;
         const YamlNode& base = layers.back().base;
         if (base.is_null())
             break;
         const fs::path next = (base.path_base() / base.text).lexically_normal();
-        wanted_at = base.position();
-        const bool again = std::any_of(files.begin(), files.end(), [&](const fs::path& seen) { return same_file(seen, next); });
+        wanted_at = base;
+        const bool again = std::ranges::any_of(files, [&](const fs::path& seen) { return same_file(seen, next); });
         if (again || files.size() >= base_limit)
         {
             problems.add(wanted_at, again ? "cycle: 'base: " + base.text + "' leads back to this file"
                                           : fmt::format("more than {} nested base files", base_limit));
-            document.complete = false;
+            complete = false;
             break;
         }
         name = fs::path(base.text).is_absolute() ? base.text : shown_beside(name, base.text);
         files.push_back(next);
     }
-    if (document.complete && std::ranges::none_of(layers, &Layer::has_stages))
-        problems.add(layers.front().stages.position(), "missing stages: a pipeline needs 'stages: {name: {type: …}}'");
-    const std::shared_ptr<const YamlSource> own = layers.front().stages.source;
-    document.vars = std::move(layers.back().vars);
-    document.matrix = std::move(layers.back().matrix);
-    document.stages = std::move(layers.back().stages);
-    document.preview = std::move(layers.back().preview);
+    if (complete && std::ranges::none_of(layers, &Layer::has_stages))
+        problems.add(layers.front().content.stages, "missing stages: a pipeline needs 'stages: {name: {type: …}}'");
+    const std::shared_ptr<const YamlSource> own = layers.front().content.stages.source;
+    PipelineDocument document = std::move(layers.back().content);
     document.vars.kind = document.matrix.kind = document.stages.kind = YamlNode::Kind::map;
-    layers.pop_back();
-    while (!layers.empty())
-    {
-        merge_matrix(document.matrix, std::move(layers.back().matrix), layers.back().vars, problems);
-        merge_vars(document.vars, std::move(layers.back().vars));
-        merge_preview(document.preview, layers.back(), document.stages, problems);
-        if (layers.back().stages.is_map())
-            merge(document.stages, std::move(layers.back().stages), Level::stages, problems);
-        layers.pop_back();
-    }
+    for (layers.pop_back(); !layers.empty(); layers.pop_back())
+        merge_documents(document, std::move(layers.back().content), problems);
+    document.complete = complete;
     if (document.complete)
         check_preview(document.preview, document.stages, own, problems);
     check_stages(document.stages, document.vars, problems);

@@ -54,9 +54,7 @@ std::string end_of_path(const std::string& text, std::size_t parts)
         path = path.parent_path();
     if (parts == 0)
         return path.stem().string();
-    std::vector<std::string> names;
-    for (const fs::path& part : path)
-        names.push_back(part.string());
+    const std::vector<std::string> names(path.begin(), path.end());
     std::string result;
     for (std::size_t i = names.size() - std::min(parts, names.size()); i < names.size(); ++i)
         result += (result.empty() ? "" : "-") + names[i];
@@ -108,75 +106,43 @@ void label(MatrixAxis& axis)
     }
 }
 
-std::string place_text(const YamlNode& node)
-{
-    return node.line > 0 ? "on line " + std::to_string(node.line) : "before it";
-}
-
-/// Whether every value of the axis is one, and no two are the same.
-bool check_values(const MatrixAxis& axis, ProblemList& problems)
-{
-    bool good = true;
-    const auto report = [&](const YamlNode& value, const std::string& text)
-    {
-        problems.add(value.position(), "axis '" + axis.var + "': " + text);
-        good = false;
-    };
-    std::map<std::string, const YamlNode*> seen;
-    for (const MatrixAxis::Choice& choice : axis.choices)
-    {
-        const YamlNode& value = choice.value;
-        if (value.is_null())
-            report(value, "empty value");
-        else if (const auto [first, fresh] = seen.emplace(value.identity(), &value); !fresh)
-            report(value, value.summary() + " appears twice; the first is " + place_text(*first->second));
-        good = good && value.is_valid();
-    }
-    return good;
-}
-
-bool read_named(MatrixAxis& axis, const YamlNode& map, ProblemList& problems)
-{
-    bool good = true;
-    std::set<std::string> seen;
-    for (const YamlNode::Entry& entry : map.entries)
-    {
-        const bool fits = label_of(entry.key) == entry.key && !is_taken(entry.key);
-        if (!fits)
-            problems.add(entry.position(), fmt::format("axis '{}': '{}' cannot name a folder of results: use letters, digits, "
-                                                       "'_', '-', '.', '+' and '=', at most {}, and none of fresco's own names",
-                                                       axis.var, entry.key, longest_label));
-        const bool fresh = seen.insert(lower_case(entry.key)).second;
-        if (!fresh)
-            problems.add(entry.position(), "axis '" + axis.var + "': '" + entry.key + "' differs from another name only in case");
-        good = good && fits && fresh;
-        axis.choices.push_back({entry.key, entry.value});
-    }
-    return good;
-}
-
+/// Whether every value of the axis is one, no two are the same, and all names fit.
 bool read_axis(MatrixAxis& axis, const YamlNode& values, ProblemList& problems)
 {
     if (!values.is_valid())
         return false;
+    const std::size_t before = problems.size();
+    const auto report = [&](const YamlPlace& at, const std::string& text) { problems.add(at, "axis '" + axis.var + "'" + text); };
+    std::set<std::string> names;
+    for (const YamlNode::Entry& entry : values.entries)
+    {
+        if (label_of(entry.key) != entry.key || is_taken(entry.key))
+            report(entry, fmt::format(": '{}' cannot name a folder of results: use letters, digits, '_', '-', '.', '+' and '=', "
+                                      "at most {}, and none of fresco's own names",
+                                      entry.key, longest_label));
+        if (!names.insert(lower_case(entry.key)).second)
+            report(entry, ": '" + entry.key + "' differs from another name only in case");
+        axis.choices.push_back({entry.key, entry.value});
+    }
+    for (const YamlNode& value : values.items)
+        axis.choices.push_back({"", value});
+    if (!values.is_map() && !values.is_list())
+        report(values, " must be a list of values or a map {name: value}, got " + values.summary());
+    else if (axis.choices.empty())
+        report(values, " has no values");
     bool good = true;
-    if (values.is_map())
-        good = read_named(axis, values, problems);
-    else if (values.is_list())
-        for (const YamlNode& value : values.items)
-            axis.choices.push_back({"", value});
-    else
+    std::map<std::string, const YamlNode*> seen;
+    for (const auto& [name, value, chosen] : axis.choices)
     {
-        problems.add(values.position(),
-                     "axis '" + axis.var + "' must be a list of values or a map {name: value}, got " + values.summary());
-        return false;
+        good = good && value.is_valid();
+        const auto [first, fresh] = seen.emplace(value.identity(), &value);
+        if (value.is_null())
+            report(value, ": empty value");
+        else if (!fresh)
+            report(value, fmt::format(": {} appears twice; the first is {}", value.summary(),
+                                      first->second->line > 0 ? fmt::format("on line {}", first->second->line) : "before it"));
     }
-    if (axis.choices.empty())
-    {
-        problems.add(values.position(), "axis '" + axis.var + "' has no values");
-        return false;
-    }
-    good = check_values(axis, problems) && good;
+    good = good && problems.size() == before;
     if (good && values.is_list())
         label(axis);
     return good;
@@ -195,7 +161,7 @@ std::vector<MatrixAxis> read_matrix(PipelineDocument& document, ProblemList& pro
             std::string hint = vars.empty() ? ": declare it under 'vars'" : "";
             if (problems.takes_hints())
                 hint += suggestion(entry.key, vars);
-            problems.add(entry.position(), "matrix: unknown var '" + entry.key + "'" + hint);
+            problems.add(entry, "matrix: unknown var '" + entry.key + "'" + hint);
         }
         MatrixAxis axis{entry.key, {}};
         const bool good = read_axis(axis, entry.value, problems);
@@ -206,7 +172,7 @@ std::vector<MatrixAxis> read_matrix(PipelineDocument& document, ProblemList& pro
     }
     if (axes.size() > axis_limit)
     {
-        problems.add(document.matrix.entries.front().position(),
+        problems.add(document.matrix.entries.front(),
                      fmt::format("a matrix of more than {} axes: put some into files of their own", axis_limit));
         axes.resize(axis_limit);
     }
@@ -222,22 +188,19 @@ void set_axis(MatrixAxis& axis, const YamlNode& value, ProblemList& problems)
             axis = std::move(fresh);
         return;
     }
-    std::vector<std::string> labels;
-    for (const MatrixAxis::Choice& choice : axis.choices)
-        labels.push_back(choice.label);
+    const std::vector<std::string> labels = each(axis.choices, &MatrixAxis::Choice::label);
     // One value may be called what another is.
-    const bool is_label = std::find(labels.begin(), labels.end(), value.text) != labels.end();
+    const bool is_label = std::ranges::find(labels, value.text) != labels.end();
     const auto fits = [&](const MatrixAxis::Choice& choice)
     {
         const bool same = is_label ? choice.label == value.text : choice.value.is_scalar() && choice.value.text == value.text;
         return value.is_scalar() && same;
     };
-    if (std::none_of(axis.choices.begin(), axis.choices.end(), fits))
+    if (std::ranges::none_of(axis.choices, fits))
     {
         const std::string what = value.is_scalar() ? "'" + value.text + "'" : value.summary();
-        problems.add(value.position(), "the axis '" + axis.var + "' of the matrix has no value " + what +
-                                           suggestion(value.text, labels) + "; for other values, set a list: --set '" + axis.var +
-                                           "=[A, B]'");
+        problems.add(value, "the axis '" + axis.var + "' of the matrix has no value " + what + suggestion(value.text, labels) +
+                                "; for other values, set a list: --set '" + axis.var + "=[A, B]'");
         return;
     }
     for (MatrixAxis::Choice& choice : axis.choices)

@@ -91,7 +91,7 @@ std::string hint(OptionKind kind, const YamlNode& node, const Value& value)
     {
         YamlNode retry = node;
         retry.plain = true;
-        std::replace(retry.text.begin(), retry.text.end(), ',', '.');
+        std::ranges::replace(retry.text, ',', '.');
         std::erase(retry.text, '_');
         std::erase(retry.text, ' ');
         const ResolvedScalar resolved = resolve_scalar(retry);
@@ -185,13 +185,13 @@ Value OptionChecker::complete(const KnownType& type, YamlNode config, const std:
     std::vector<std::string> known = type.declaration->option_names();
     for (const YamlNode::Entry& entry : config.entries)
     {
-        const bool is_taken = std::find(taken.begin(), taken.end(), entry.key) != taken.end();
+        const bool is_taken = std::ranges::find(taken, entry.key) != taken.end();
         if (is_taken || type.declaration->option(entry.key))
             continue;
         std::vector<std::string> spellings = known;
         spellings.insert(spellings.end(), taken.begin(), taken.end());
-        problems_.add(entry.position(), user + " has no option '" + entry.key + "'" +
-                                            (known.empty() ? ": it has none" : suggestion(entry.key, spellings)));
+        problems_.add(entry, user + " has no option '" + entry.key + "'" +
+                                 (known.empty() ? ": it has none" : suggestion(entry.key, spellings)));
     }
     expand_auto(*type.declaration, config);
     Value result = Value::Map{};
@@ -200,14 +200,14 @@ Value OptionChecker::complete(const KnownType& type, YamlNode config, const std:
         const YamlNode::Entry* written = config.find(option.name);
         if (written && written->value.is_null())
         {
-            problems_.add(written->position(), user + ": option '" + option.name + "' has no value: leave the line out" +
-                                                   default_text(option) + ", or set " + option.accepted());
+            problems_.add(*written, user + ": option '" + option.name + "' has no value: leave the line out" +
+                                        default_text(option) + ", or set " + option.accepted());
             continue;
         }
         if (!written && option.required)
         {
-            problems_.add(config.position(), user + " needs the option '" + option.name + "': " + option.accepted() +
-                                                 (option.help.empty() ? "" : " (" + option.help + ")"));
+            problems_.add(config, user + " needs the option '" + option.name + "': " + option.accepted() +
+                                      (option.help.empty() ? "" : " (" + option.help + ")"));
             continue;
         }
         if (!written && (option.default_value.is_null() || !is_needed(option, *type.declaration, result)))
@@ -243,7 +243,7 @@ void OptionChecker::check_folder(const OptionDeclaration& option, const fs::path
         meant = "; set it to '" + other.string() + "'";
     else if (has_option)
         meant = "; put it there, or set option '" + option.contains_unless + "'";
-    problems_.add(node.position(),
+    problems_.add(node,
                   user + ": option '" + option.name + "': '" + folder.string() + "' does not contain " + join(missing, " or ") +
                       meant,
                   ProblemKind::missing_input);
@@ -275,7 +275,7 @@ Value OptionChecker::check_plain(const OptionDeclaration& option, const YamlNode
     else if (option.kind == OptionKind::input_folder)
         check_input_path(node, true, owner, problems_);
     else if (option.kind == OptionKind::output_name)
-        uses.output_names.push_back({option.name, value.as_string(), !option.extensions.empty(), node.position()});
+        uses.output_names.push_back({option.name, value.as_string(), !option.extensions.empty(), node});
     return value;
 }
 
@@ -291,7 +291,7 @@ Value OptionChecker::complete_slot(const OptionDeclaration& option, const YamlNo
         if (is_formed || (!node.find("type") && (entry.value.is_map() || entry.value.is_scalar())))
             result.emplace_back(entry.key,
                                 complete_component(option.component_kind, entry.value, {}, owner + "." + entry.key + "'", uses));
-    std::sort(result.begin(), result.end(), [](const Value::Entry& a, const Value::Entry& b) { return a.first < b.first; });
+    std::ranges::sort(result, [](const Value::Entry& a, const Value::Entry& b) { return a.first < b.first; });
     return is_formed ? Value(std::move(result)) : Value();
 }
 
@@ -304,7 +304,7 @@ Value OptionChecker::complete_component(std::string_view kind, const YamlNode& c
     if (!name)
         return {};
     const YamlNode::Entry* written = config.is_map() ? config.find("type") : nullptr;
-    const Position at = written ? written->value.position() : config.position();
+    const Position at = written ? written->value : config;
     const KnownType type = types_.require(*name, kind, user, at, problems_);
     if (!type)
         return {};
@@ -336,7 +336,7 @@ Value value_of(const OptionDeclaration& option, const YamlNode& node, const std:
     CheckedValue checked = check_value(option, plain_value(node, reading_of(option.kind)));
     for (const ValueProblem& problem : checked.problems)
         if (const YamlNode& part = part_of(node, problem.place); part.is_valid())
-            problems.add(part.position(), user + ": option '" + option.name + "': " + problem_text(option, problem, part));
+            problems.add(part, user + ": option '" + option.name + "': " + problem_text(option, problem, part));
     const bool is_path = option.kind == OptionKind::input_file || option.kind == OptionKind::input_folder;
     if (is_path && checked.value.is_string() && !checked.value.as_string().empty())
         return (node.path_base() / checked.value.as_string()).lexically_normal().string();
@@ -346,8 +346,7 @@ Value value_of(const OptionDeclaration& option, const YamlNode& node, const std:
 fs::path check_input_path(const YamlNode& node, bool folder, const std::string& user, ProblemList& problems)
 {
     const fs::path path = (node.path_base() / node.text).lexically_normal();
-    const auto report = [&](const std::string& text)
-    { problems.add(node.position(), user + ": " + text, ProblemKind::missing_input); };
+    const auto report = [&](const std::string& text) { problems.add(node, user + ": " + text, ProblemKind::missing_input); };
     const std::string shown = "'" + path.string() + "'";
     std::error_code failure;
     const fs::file_status status = fs::status(path, failure);
@@ -371,7 +370,7 @@ void check_contents(const YamlNode& node, const fs::path& file, const std::vecto
 {
     const auto others = [&] { return types.formats(); };
     if (const std::string problem = extensions.empty() ? "" : file_problem(file, extensions, formats, others); !problem.empty())
-        problems.add(node.position(), user + ": " + problem, ProblemKind::missing_input);
+        problems.add(node, user + ": " + problem, ProblemKind::missing_input);
 }
 
 std::string device_option(const TypeDescription& type)

@@ -3,6 +3,8 @@
 #include <fresco/wording.h>
 
 #include <algorithm>
+#include <fmt/ranges.h>
+#include <span>
 
 namespace fresco::host
 {
@@ -12,10 +14,7 @@ using Path = std::vector<std::string>;
 
 std::string joined(const Path& path, std::size_t count)
 {
-    std::string text;
-    for (std::size_t i = 0; i < count; ++i)
-        text += (i == 0 ? "" : ".") + path[i];
-    return text;
+    return fmt::format("{}", fmt::join(std::span(path).first(count), "."));
 }
 
 YamlNode parse_value(const std::string& text, const std::shared_ptr<const YamlSource>& source, ProblemList& problems)
@@ -54,7 +53,7 @@ class Setter
     }
 
   private:
-    void report(const std::string& text) { problems_.add(value_.position(), text); }
+    void report(const std::string& text) { problems_.add(value_, text); }
 
     void set_input(YamlNode& stage)
     {
@@ -195,7 +194,7 @@ Settings::Settings(const std::vector<std::pair<std::string, std::string>>& sets,
         problems.announce_file(shown);
         const auto source = std::make_shared<const YamlSource>(YamlSource{shown, working_directory, true});
         Path path = split(name, '.');
-        if (std::find(path.begin(), path.end(), "") != path.end())
+        if (std::ranges::find(path, "") != path.end())
         {
             problems.add({shown, 0, 0}, "expected NAME=VALUE or STAGE.OPTION=VALUE");
             continue;
@@ -217,10 +216,9 @@ void Settings::set_vars(PipelineDocument& document, std::vector<MatrixAxis>& axe
         else if (YamlNode::Entry* var = document.vars.find(name))
             var->value = setting.value;
         else if (document.stages.find(name))
-            problems_.add(setting.value.position(), stage_in_place_of_var(name));
+            problems_.add(setting.value, stage_in_place_of_var(name));
         else if (document.complete)
-            problems_.add(setting.value.position(),
-                          "unknown var '" + name + "' in the pipeline" + suggestion(name, document.vars.keys()));
+            problems_.add(setting.value, "unknown var '" + name + "' in the pipeline" + suggestion(name, document.vars.keys()));
     }
 }
 
@@ -228,7 +226,7 @@ void Settings::check_stages(const YamlNode& stages) const
 {
     for (const Setting& setting : settings_)
         if (setting.path.size() > 1 && !stages.find(setting.path.front()))
-            problems_.add(setting.value.position(),
+            problems_.add(setting.value,
                           "unknown stage '" + setting.path.front() + "'" + suggestion(setting.path.front(), stages.keys()));
 }
 

@@ -245,7 +245,7 @@ class StageDrafts
         const YamlNode::Entry& entry = document_.stages.entries[stage];
         StageDraft draft;
         draft.name = entry.key;
-        draft.position = entry.position();
+        draft.position = entry;
         draft.config = std::move(config);
         CheckedStage& checked = stages_.emplace_back();
         if (draft.config.is_map())
@@ -253,7 +253,7 @@ class StageDrafts
             // What the stage lacks is reported at its name.
             draft.config.stand_at(entry);
             if (const auto type = type_named_by(draft.config, draft.title(), &problems))
-                draft.type = types_.require(*type, "stage", draft.title(), draft.config.find("type")->value.position(), problems);
+                draft.type = types_.require(*type, "stage", draft.title(), draft.config.find("type")->value, problems);
             if (draft.type)
             {
                 draft.options = checker.complete(draft.type, draft.config, {"type", "input"}, draft.title(), draft.uses);
@@ -350,8 +350,8 @@ class SweepBuilder
             for (std::size_t axis = 0; axis < matrix_.size() && members.size() < members_.size(); ++axis)
             {
                 const std::size_t choice = members_[members.front()].choices[axis];
-                const bool same = std::all_of(members.begin(), members.end(),
-                                              [&](std::size_t member) { return members_[member].choices[axis] == choice; });
+                const bool same =
+                    std::ranges::all_of(members, [&](std::size_t member) { return members_[member].choices[axis] == choice; });
                 if (same)
                     common += (common.empty() ? " (with " : ", ") + matrix_[axis].var + " '" +
                               matrix_[axis].choices[choice].label + "'";
@@ -479,7 +479,7 @@ class SweepBuilder
         }
         const TypeDeclaration& type = *drafts_.shape(checked.shape).type.declaration;
         const auto place = [&](const Wire& wire) { return type.input(wire.port) - type.inputs.data(); };
-        std::sort(stage.wires.begin(), stage.wires.end(), [&](const Wire& a, const Wire& b) { return place(a) < place(b); });
+        std::ranges::sort(stage.wires, [&](const Wire& a, const Wire& b) { return place(a) < place(b); });
         return stage;
     }
 
@@ -531,7 +531,7 @@ std::map<std::string, AxisSet> axis_sets(const SweepPart& part, const std::vecto
     std::map<std::string, AxisSet> result;
     for (const auto& [stage, names] : part.stage_axes)
         for (std::size_t axis = 0; axis < matrix.size(); ++axis)
-            if (std::find(names.begin(), names.end(), matrix[axis].var) != names.end())
+            if (std::ranges::find(names, matrix[axis].var) != names.end())
                 result[stage].set(axis);
     return result;
 }
@@ -547,7 +547,7 @@ void load_stages(const PipelineDocument& document, const std::vector<MatrixAxis>
     }
     catch (const Error& error)
     {
-        problems.add(document.matrix.entries.front().position(), error.what());
+        problems.add(document.matrix.entries.front(), error.what());
         return;
     }
     StageDrafts drafts(document, matrix, settings, types);
@@ -560,9 +560,9 @@ void load_stages(const PipelineDocument& document, const std::vector<MatrixAxis>
     builder.build(pipeline, part ? axis_sets(*part, matrix) : std::map<std::string, AxisSet>{});
     for (const MatrixAxis& axis : matrix)
         pipeline.sweep.axes.push_back(axis.var);
-    pipeline.sweep.narrowed = part || std::any_of(matrix.begin(), matrix.end(),
-                                                  [](const MatrixAxis& axis)
-                                                  { return !std::ranges::all_of(axis.choices, &MatrixAxis::Choice::chosen); });
+    pipeline.sweep.narrowed =
+        part || std::ranges::any_of(matrix, [](const MatrixAxis& axis)
+                                    { return !std::ranges::all_of(axis.choices, &MatrixAxis::Choice::chosen); });
 }
 
 }  // namespace fresco::host

@@ -5,6 +5,7 @@
 #include <fresco/wording.h>
 
 #include <algorithm>
+#include <boost/algorithm/string/replace.hpp>
 
 namespace fresco::host
 {
@@ -15,7 +16,7 @@ namespace
 const Refusal* probable_refusal(const Catalog& catalog, const std::string& type)
 {
     std::string name = type;
-    std::replace(name.begin(), name.end(), '.', '_');
+    std::ranges::replace(name, '.', '_');
     for (const Refusal& refusal : catalog.refusals())
         if (refusal.library.stem() == name || (" " + refusal.reason + " ").find(" " + type + " ") != std::string::npos)
             return &refusal;
@@ -62,9 +63,7 @@ void put_in(YamlNode& node, const std::string& reference, const YamlNode& value)
         return;
     }
     if (node.is_scalar() && value.is_scalar())
-        for (std::size_t at = node.text.find(reference); at != std::string::npos;
-             at = node.text.find(reference, at + value.text.size()))
-            node.text.replace(at, reference.size(), value.text);
+        boost::replace_all(node.text, reference, value.text);
     for (YamlNode& item : node.items)
         put_in(item, reference, value);
     for (YamlNode::Entry& entry : node.entries)
@@ -186,7 +185,7 @@ std::optional<std::string> type_named_by(const YamlNode& config, const std::stri
     const auto report = [&](const YamlNode& at, const std::string& text)
     {
         if (problems)
-            problems->add(at.position(), user + ": " + text);
+            problems->add(at, user + ": " + text);
     };
     const YamlNode::Entry* entry = config.is_map() ? config.find("type") : nullptr;
     if (config.is_map() && !entry)

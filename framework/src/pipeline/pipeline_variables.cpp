@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <fmt/format.h>
 #include <optional>
+#include <ranges>
 
 namespace fresco::host
 {
@@ -54,20 +55,18 @@ std::optional<std::vector<Piece>> split_references(const std::string& text)
     return pieces;
 }
 
-/// The value of a var as it stands where the var is used: placed there, its paths counted from where it was written.
-YamlNode placed(const YamlNode& value, const YamlPlace& use)
+/// Has the value of a var stand where the var is used, its paths counted from where it was written.
+void place(YamlNode& node, const YamlPlace& use)
 {
-    YamlNode node(value.kind, use);
-    node.text = value.text;
-    node.plain = value.plain;
-    node.origin = value.written_in();
-    node.items.reserve(value.items.size());
-    for (const YamlNode& item : value.items)
-        node.items.push_back(placed(item, use));
-    node.entries.reserve(value.entries.size());
-    for (const YamlNode::Entry& entry : value.entries)
-        node.entries.push_back({use, entry.key, placed(entry.value, use)});
-    return node;
+    node.origin = node.written_in();
+    node.stand_at(use);
+    for (YamlNode& item : node.items)
+        place(item, use);
+    for (YamlNode::Entry& entry : node.entries)
+    {
+        static_cast<YamlPlace&>(entry) = use;
+        place(entry.value, use);
+    }
 }
 
 std::size_t weight(const YamlNode& node)
@@ -104,25 +103,18 @@ void Variables::check_unused(const std::set<std::string>& names)
             value_of(name, *var.written);
 }
 
-std::vector<std::string> Variables::names() const
+const YamlNode* Variables::used_value(const std::string& name, const YamlNode& use)
 {
-    std::vector<std::string> result;
-    for (const auto& [name, var] : vars_)
-        result.push_back(name);
-    return result;
-}
-
-bool Variables::spend(std::size_t amount, const YamlNode& use)
-{
+    const YamlNode* value = value_of(name, use);
+    const std::size_t amount = value ? weight(*value) : 0;
     if (amount <= budget_)
     {
         budget_ -= amount;
-        return true;
+        return value;
     }
-    if (!reported_budget_)
-        problems_.add(use.position(), fmt::format("the vars grow to more than {} MiB of text", substitution_limit >> 20U));
-    reported_budget_ = true;
-    return false;
+    if (!std::exchange(reported_budget_, true))
+        problems_.add(use, fmt::format("the vars grow to more than {} MiB of text", substitution_limit >> 20U));
+    return nullptr;
 }
 
 const YamlNode* Variables::value_of(const std::string& name, const YamlNode& use)
@@ -132,17 +124,20 @@ const YamlNode* Variables::value_of(const std::string& name, const YamlNode& use
     {
         std::string hint = vars_.empty() ? ": declare it under 'vars'" : "";
         if (problems_.takes_hints())
-            hint += suggestion(name, names());
-        problems_.add(use.position(), "unknown var '" + name + "'" + hint);
+        {
+            const auto names = std::views::keys(vars_);
+            hint += suggestion(name, {names.begin(), names.end()});
+        }
+        problems_.add(use, "unknown var '" + name + "'" + hint);
         return nullptr;
     }
     Var& var = found->second;
     if (var.state == State::in_progress)
     {
         std::string chain;
-        for (auto step = std::find(in_progress_.begin(), in_progress_.end(), name); step != in_progress_.end(); ++step)
+        for (auto step = std::ranges::find(in_progress_, name); step != in_progress_.end(); ++step)
             chain += *step + " → ";
-        problems_.add(use.position(), "cycle of vars: " + chain + name);
+        problems_.add(use, "cycle of vars: " + chain + name);
         return nullptr;
     }
     if (var.state == State::untouched)
@@ -150,7 +145,7 @@ const YamlNode* Variables::value_of(const std::string& name, const YamlNode& use
         // Every name takes a level of the machine's stack.
         if (in_progress_.size() >= yaml_depth_limit)
         {
-            problems_.add(use.position(), fmt::format("more than {} nested vars", yaml_depth_limit));
+            problems_.add(use, fmt::format("more than {} nested vars", yaml_depth_limit));
             return nullptr;
         }
         var.state = State::in_progress;
@@ -160,8 +155,7 @@ const YamlNode* Variables::value_of(const std::string& name, const YamlNode& use
         var.state = State::done;
     }
     if (var.value.is_null())
-        problems_.add(use.position(), "the var '" + name + "' has no value: set it with --set " + name + "=…",
-                      ProblemKind::missing_input);
+        problems_.add(use, "the var '" + name + "' has no value: set it with --set " + name + "=…", ProblemKind::missing_input);
     return var.value.is_null() || !var.value.is_valid() ? nullptr : &var.value;
 }
 
@@ -170,15 +164,17 @@ YamlNode Variables::substitute_scalar(const YamlNode& node)
     const std::optional<std::vector<Piece>> pieces = split_references(node.text);
     if (!pieces)
     {
-        problems_.add(node.position(), "a '${' is not closed by '}' (write '$${' for the characters themselves)");
+        problems_.add(node, "a '${' is not closed by '}' (write '$${' for the characters themselves)");
         return YamlNode(YamlNode::Kind::invalid, node);
     }
     if (pieces->size() == 1 && pieces->front().is_var)
     {
-        const YamlNode* value = value_of(pieces->front().text, node);
-        if (!value || !spend(weight(*value), node))
+        const YamlNode* value = used_value(pieces->front().text, node);
+        if (!value)
             return YamlNode(YamlNode::Kind::invalid, node);
-        return placed(*value, node);
+        YamlNode placed = *value;
+        place(placed, node);
+        return placed;
     }
     YamlNode result = node;
     result.text.clear();
@@ -192,19 +188,12 @@ YamlNode Variables::substitute_scalar(const YamlNode& node)
             result.text += piece.text;
             continue;
         }
-        const YamlNode* value = value_of(piece.text, node);
-        if (!value || !spend(weight(*value), node))
-        {
-            good = false;
+        const YamlNode* value = used_value(piece.text, node);
+        if (value && !value->is_scalar())
+            problems_.add(node, "the var '" + piece.text + "' is " + value->summary() + " and cannot be a part of a text");
+        good = good && value && value->is_scalar();
+        if (!good)
             continue;
-        }
-        if (!value->is_scalar())
-        {
-            problems_.add(node.position(),
-                          "the var '" + piece.text + "' is " + value->summary() + " and cannot be a part of a text");
-            good = false;
-            continue;
-        }
         if (i == 0)
             result.origin = value->written_in();
         result.text += value->text;
@@ -224,7 +213,7 @@ YamlNode Variables::substitute(const YamlNode& node)
     // Lists of vars that are lists nest deeper than any file may.
     if (depth(result) > yaml_depth_limit)
     {
-        problems_.add(node.position(), fmt::format("the vars nest deeper than {} levels", yaml_depth_limit));
+        problems_.add(node, fmt::format("the vars nest deeper than {} levels", yaml_depth_limit));
         return YamlNode(YamlNode::Kind::invalid, node);
     }
     return result;

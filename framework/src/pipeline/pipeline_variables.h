@@ -28,7 +28,6 @@ class Variables
     void choose(const std::string& name, const YamlNode& value) { vars_.at(name).written = &value; }
     /// Reports what is wrong with those of the vars that nothing used so far.
     void check_unused(const std::set<std::string>& names);
-    std::vector<std::string> names() const;
 
   private:
     enum class State
@@ -45,8 +44,9 @@ class Variables
     };
 
     const YamlNode* value_of(const std::string& name, const YamlNode& use);
+    /// The same, as far as the budget allows it.
+    const YamlNode* used_value(const std::string& name, const YamlNode& use);
     YamlNode substitute_scalar(const YamlNode& node);
-    bool spend(std::size_t amount, const YamlNode& use);
 
     std::map<std::string, Var> vars_;
     std::vector<std::string> in_progress_;

@@ -68,9 +68,9 @@ void check_commands(const StageDraft& stage, ProblemList& problems)
     for (const CommandLineProblem& problem : check_command_line(stage.type.declaration->options, stage.options, folder_of))
     {
         const YamlNode::Entry* option = stage.config.find(problem.option);
-        Position at = option ? option->position() : stage.position;
+        Position at = option ? *option : stage.position;
         if (option && problem.word >= 0)
-            at = option->value.items[static_cast<std::size_t>(problem.word)].position();
+            at = option->value.items[static_cast<std::size_t>(problem.word)];
         problems.add(std::move(at), stage.title() + ": " + problem.text,
                      problem.is_missing ? ProblemKind::missing_input : ProblemKind::invalid);
     }
@@ -84,7 +84,7 @@ void append_named_inputs(StageDraft& stage, TypeDescription& type, const OptionD
     {
         const YamlNode::Entry* written = stage.config.find(option.name);
         const YamlNode::Entry* rule = written ? written->value.find(part) : nullptr;
-        return rule ? rule->position() : stage.position;
+        return rule ? *rule : stage.position;
     };
     for (const auto& [part, rule] : rules.as_map())
     {
@@ -137,7 +137,7 @@ class Wiring
     {
         gave_up_ = true;
         if (node.is_valid())
-            report(stage, node.position(), ": " + expected + ", got " + node.summary());
+            report(stage, node, ": " + expected + ", got " + node.summary());
     }
 
     void wire(StageDraft& stage)
@@ -147,11 +147,11 @@ class Wiring
         if (input && !stage.type)
             follow_blindly(stage, input->value);
         else if (input && input->value.is_null())
-            report(stage, input->position(), ": 'input' has no value: set a stage's name, or {port: stage, …}");
+            report(stage, *input, ": 'input' has no value: set a stage's name, or {port: stage, …}");
         else if (input)
-            wire_input(stage, input->value, input->position());
+            wire_input(stage, input->value, *input);
         if (stage.type && !gave_up_ && !(input && input->value.is_null()))
-            unwired_.emplace_back(&stage, input ? input->position() : stage.position);
+            unwired_.emplace_back(&stage, input ? *input : stage.position);
     }
 
     void wire_input(StageDraft& stage, const YamlNode& node, const Position& at)
@@ -178,7 +178,7 @@ class Wiring
         const PortDeclaration* port = type.input(entry.key);
         if (!port)
         {
-            report(stage, entry.position(), " has no input '" + entry.key + "'" + suggestion(entry.key, names_of(type.inputs)));
+            report(stage, entry, " has no input '" + entry.key + "'" + suggestion(entry.key, names_of(type.inputs)));
             follow_blindly(stage, entry.value);
         }
         else if (entry.value.is_scalar())
@@ -196,12 +196,12 @@ class Wiring
         if (found == index_.end())
         {
             const auto names = problems_.takes_hints() ? each(stages_, &StageDraft::name) : std::vector<std::string>{};
-            report(stage, node.position(),
+            report(stage, node,
                    ": unknown stage '" + name + "'" + suggestion(name, names) +
                        (looks_like_path(node.text) ? "; a file is written {file: " + node.text + "}" : ""));
             return {};
         }
-        stage.sources.emplace_back(found->second, node.position());
+        stage.sources.emplace_back(found->second, node);
         return {&stages_[found->second], dot == std::string::npos ? "" : node.text.substr(dot + 1)};
     }
 
@@ -215,7 +215,7 @@ class Wiring
         const TypeDeclaration& type = *from->type.declaration;
         const PortDeclaration* named = type.output(from_port);
         if (!named && !from_port.empty())
-            return report(stage, node.position(),
+            return report(stage, node,
                           ": " + from->title() + " has no output '" + from_port + "'" +
                               suggestion(from_port, names_of(type.outputs)));
         const Ports outputs = named ? Ports{named} : pointers(type.outputs);
@@ -242,12 +242,12 @@ class Wiring
         const std::string takes = inputs.size() == 1 ? ": input '" + inputs[0]->name + "' takes " + inputs[0]->artifact_text()
                                                      : " takes " + listed(inputs);
         if (pairs.empty())
-            return report(stage, node.position(), takes + ", but " + makes);
+            return report(stage, node, takes + ", but " + makes);
         // Several inputs that fit one output are all meant to be named; else one of several ways is.
         const std::vector<std::string> ways = each(
             pairs, [&, &from = from](const auto& pair)
             { return (all ? "" : "{") + pair.second->name + ": " + from->name + "." + pair.first->name + (all ? "" : "}"); });
-        report(stage, node.position(),
+        report(stage, node,
                ": '" + node.text + "' is ambiguous: name the port" + (inputs.size() == 1 ? ": " : "s: ") +
                    (all ? "{" + join(ways, ", ") + "}" : join(ways, " or ")));
     }
@@ -340,7 +340,7 @@ class FileInputs
         const OptionDeclaration declared{.name = "file", .kind = OptionKind::input_file};
         const Value path = file.is_null() ? Value() : value_of(declared, file, user, problems_);
         if (file.is_null())
-            problems_.add(file.position(), user + ": 'file' has no value: set it to " + declared.accepted());
+            problems_.add(file, user + ": 'file' has no value: set it to " + declared.accepted());
         if (path.is_null())
             return false;
         // An empty text says: not given. The port is then missing, or an optional one left out.
@@ -350,7 +350,7 @@ class FileInputs
         if (const YamlNode::Entry* wanted = node.find("type"))
         {
             const auto type = type_named_by(node, user, &problems_);
-            if (!type || !types_.require(*type, "reader", user, wanted->value.position(), problems_))
+            if (!type || !types_.require(*type, "reader", user, wanted->value, problems_))
                 return false;
         }
         const auto readers = readers_for(inputs, lower_extension(absolute), node);
@@ -359,7 +359,7 @@ class FileInputs
             const std::vector<std::string> ways =
                 each(readers, [&](const auto& way)
                      { return (inputs.size() == 1 ? "type: " : way.second->name + " by ") + way.first.description->type; });
-            problems_.add(node.position(), user + ": the file can be read in several ways; choose one: " + join(ways, " or "));
+            problems_.add(node, user + ": the file can be read in several ways; choose one: " + join(ways, " or "));
         }
         if (readers.size() != 1)
             return false;
@@ -399,7 +399,7 @@ class FileInputs
         }
         if (fitting.empty())
             problems_.add(
-                node.find("file")->value.position(),
+                node.find("file")->value,
                 stage_.title() + ": " + (wanted ? "'" + wanted->value.text + "' makes no " : "no reader makes ") +
                     join(each(inputs, &PortDeclaration::artifact)) + " from " +
                     (extension.empty() ? "a file without an extension" : "'" + extension + "' files") +

@@ -23,11 +23,11 @@ std::vector<Problem> ProblemList::sorted() const
 {
     const auto place = [this](const Problem& problem)
     {
-        const auto file = std::find(files_.begin(), files_.end(), problem.position.file) - files_.begin();
+        const auto file = std::ranges::find(files_, problem.position.file) - files_.begin();
         return std::tuple(file, problem.position.line, problem.position.column);
     };
     std::vector<Problem> result = problems_;
-    std::stable_sort(result.begin(), result.end(), [&](const Problem& a, const Problem& b) { return place(a) < place(b); });
+    std::ranges::stable_sort(result, [&](const Problem& a, const Problem& b) { return place(a) < place(b); });
     const auto same = [&](const Problem& a, const Problem& b)
     { return a.text == b.text && a.position.file == b.position.file && place(a) == place(b); };
     result.erase(std::unique(result.begin(), result.end(), same), result.end());

@@ -5,6 +5,7 @@
 #include <fresco/files_io.h>
 #include <fresco/wording.h>
 
+#include <boost/algorithm/string/replace.hpp>
 #include <map>
 #include <set>
 #include <system_error>
@@ -33,9 +34,7 @@ std::string cell(const std::string& text)
 
 std::string code(const std::string& text)
 {
-    std::string quoted;
-    for (const char c : text)
-        quoted += c == '|' ? std::string("\\|") : std::string(1, c);
+    const std::string quoted = boost::replace_all_copy(text, "|", "\\|");
     return quoted.find('`') == std::string::npos ? "`" + quoted + "`" : "`` " + quoted + " ``";
 }
 

@@ -274,7 +274,7 @@ class SchemaWriter
         ways.push_back(closed_map(std::move(named)));
         List distinct;
         for (Value& way : ways)
-            if (std::find(distinct.begin(), distinct.end(), way) == distinct.end())
+            if (std::ranges::find(distinct, way) == distinct.end())
                 distinct.push_back(std::move(way));
         return any_of(std::move(distinct));
     }

@@ -144,10 +144,10 @@ class TreeBuilder final : public YAML::EventHandler
     void report(std::size_t offset, const std::string& text)
     {
         const auto lines = std::ranges::count(text_.substr(0, offset), '\n');
-        problems_.add(place(offset, static_cast<int>(lines)).position(), text);
+        problems_.add(place(offset, static_cast<int>(lines)), text);
     }
 
-    void report(const YAML::Mark& mark, const std::string& text) { problems_.add(place(mark).position(), text); }
+    void report(const YAML::Mark& mark, const std::string& text) { problems_.add(place(mark), text); }
     void report_syntax(const YAML::Exception& error)
     {
         const std::size_t begin = line_begin(offset_of(error.mark));
@@ -297,16 +297,14 @@ class TreeBuilder final : public YAML::EventHandler
         map.drop_entry = true;
         map.entry = {key, key.text, {}};
         if (key.is_scalar() && key.plain && key.text == "<<")
-            problems_.add(key.position(),
-                          "merge keys (<<) are not allowed in a pipeline file: use 'base: FILE', or repeat the text");
+            problems_.add(key, "merge keys (<<) are not allowed in a pipeline file: use 'base: FILE', or repeat the text");
         else if (!key.is_scalar())
         {
             if (key.is_valid())
-                odd_keys_.emplace_back(key.position(), "a key must be a word, not " + key.summary());
+                odd_keys_.emplace_back(key, "a key must be a word, not " + key.summary());
         }
         else if (const auto [first, fresh] = map.keys.emplace(key.text, key.line); !fresh)
-            problems_.add(key.position(),
-                          fmt::format("the key '{}' appears twice; the first is on line {}", key.text, first->second));
+            problems_.add(key, fmt::format("the key '{}' appears twice; the first is on line {}", key.text, first->second));
         else
             map.drop_entry = false;
     }

@@ -31,7 +31,7 @@ struct YamlPlace
     int column = 0;
     std::shared_ptr<const YamlSource> source;
 
-    Position position() const { return {source ? source->name : std::string(), line, column}; }
+    operator Position() const { return {source ? source->name : std::string(), line, column}; }
 };
 
 /// One node of a YAML document, not yet resolved to a type: what a plain word means depends on the option that it is given to.

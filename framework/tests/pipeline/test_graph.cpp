@@ -73,7 +73,7 @@ TEST_CASE("Order and reach agree with an obvious twin on random graphs", "[graph
                 if (i != j)
                 {
                     const Nodes above = graph.ancestors(j);
-                    CHECK((std::find(above.begin(), above.end(), i) != above.end()) == reach[i][j]);
+                    CHECK((std::ranges::find(above, i) != above.end()) == reach[i][j]);
                 }
         }
         const auto cycles = graph.cycles();

@@ -37,10 +37,7 @@ class SchemaCheck
 
     static bool all_differ(const Value::List& values)
     {
-        for (auto value = values.begin(); value != values.end(); ++value)
-            if (std::find(values.begin(), value, *value) != value)
-                return false;
-        return true;
+        return std::ranges::all_of(values, [&](const Value& value) { return std::ranges::count(values, value) == 1; });
     }
 
     static bool has_at_least(const Value& value, const Value& rule)
@@ -119,21 +116,12 @@ class SchemaCheck
 
 Value value_of(const YamlNode& node)
 {
-    if (node.is_scalar())
-        return resolve_scalar(node).value;
-    if (node.is_list())
-    {
-        Value::List list;
-        for (const YamlNode& item : node.items)
-            list.push_back(value_of(item));
-        return list;
-    }
-    if (!node.is_map())
-        return {};
-    Value map = Value::Map{};
+    Value::Map map;
     for (const YamlNode::Entry& entry : node.entries)
-        map.set(entry.key, value_of(entry.value));
-    return map;
+        map.emplace_back(entry.key, value_of(entry.value));
+    if (node.is_list())
+        return each<Value>(node.items, value_of);
+    return node.is_map() ? Value(std::move(map)) : node.is_scalar() ? resolve_scalar(node).value : Value();
 }
 
 Value yaml(const std::string& text)

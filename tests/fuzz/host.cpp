@@ -101,7 +101,7 @@ std::string filled_in(std::string text, const std::filesystem::path& here)
     };
     replace("\"HERE\"", to_json(Value(here.string())));
     replace("\"STAMP\"", fmt::format("[{},{},{},{},{},{},{}]", stamp.size, stamp.mtime_ns, stamp.ctime_ns, stamp.inode,
-                                     stamp.device, stamp.file_system, static_cast<std::int64_t>(stamp.file_system_id)));
+                                     stamp.device, stamp.file_system, stamp.file_system_id));
     return text;
 }
 

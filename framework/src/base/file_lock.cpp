@@ -1,6 +1,8 @@
 #include "base/file_lock.h"
+#include "base/common.h"
 #include <fresco/error.h>
 #include <fresco/file_access.h>
+#include <fresco/files_io.h>
 
 #include <cerrno>
 #include <csignal>
@@ -121,13 +123,9 @@ void FileLock::sign() const
 std::string FileLock::holder_of(const std::filesystem::path& file)
 {
     constexpr std::size_t longest = 400;
-    char text[longest];
-    const FileDescriptor fd = is_file(file) ? open_file(file, O_RDONLY) : FileDescriptor();
-    const ssize_t count = fd.valid() ? uninterrupted([&] { return read(fd.get(), text, longest); }) : -1;
-    std::string line(text, static_cast<std::size_t>(std::max<ssize_t>(count, 0)));
-    const std::size_t end = line.find('\n');
-    line.resize(std::min(end, line.size()));
-    const bool fits = end != std::string::npos && line.starts_with(holder_begin) &&
+    const std::string text = attempt([&] { return read_text_file(file, longest); }).value_or("");
+    const std::string line = text.substr(0, text.find('\n'));
+    const bool fits = line.size() < text.size() && line.starts_with(holder_begin) &&
                       std::ranges::all_of(line, [](char c) { return c >= ' ' && c <= '~'; });
     return fits ? line : "";
 }

@@ -33,7 +33,7 @@ std::string names_hash(const std::filesystem::path& folder, const std::string& p
     for (const auto& entry : entries)
         if (std::string name = entry.path().filename().string(); name_matches(name, pattern))
             names.push_back(std::move(name));
-    std::sort(names.begin(), names.end());
+    std::ranges::sort(names);
     std::string joined;
     for (const auto& name : names)
         joined += name + '\0';
@@ -80,7 +80,7 @@ constexpr std::array<std::int64_t, 17> own_ctime{
 struct FileSystem
 {
     std::int64_t type = 0;
-    std::uint64_t id = 0;
+    std::int64_t id = 0;
     bool read_only = false;
 };
 
@@ -114,7 +114,7 @@ FileSystem file_system_of(const std::filesystem::path& file, dev_t device)
     if (statfs(file.c_str(), &status) != 0)
         return {};
     const bool read_only = (status.f_flags & ST_RDONLY) != 0 && !is_mounted_for_writing(device);
-    answer = {{status.f_type, std::bit_cast<std::uint64_t>(status.f_fsid), read_only}, now + std::chrono::seconds(1)};
+    answer = {{status.f_type, std::bit_cast<std::int64_t>(status.f_fsid), read_only}, now + std::chrono::seconds(1)};
     return answer.file_system;
 }
 
@@ -133,8 +133,9 @@ std::optional<Seen> look_at(const std::filesystem::path& file)
         return std::nullopt;
     const FileSystem file_system = file_system_of(file, status.st_dev);
     const bool has_device = major(status.st_dev) != 0;
-    return Seen{{static_cast<std::uint64_t>(status.st_size), nanoseconds(status.st_mtim), nanoseconds(status.st_ctim),
-                 status.st_ino, has_device ? status.st_dev : 0, file_system.type, has_device ? file_system.id : 0},
+    return Seen{{status.st_size, nanoseconds(status.st_mtim), nanoseconds(status.st_ctim),
+                 static_cast<std::int64_t>(status.st_ino), has_device ? static_cast<std::int64_t>(status.st_dev) : 0,
+                 file_system.type, has_device ? file_system.id : 0},
                 file_system.read_only};
 }
 
@@ -158,13 +159,8 @@ bool is_as(const std::optional<FileStamp>& known, const std::filesystem::path& p
 
 Value to_value(const FileStamp& stamp)
 {
-    return Value::List{static_cast<std::int64_t>(stamp.size),
-                       stamp.mtime_ns,
-                       stamp.ctime_ns,
-                       static_cast<std::int64_t>(stamp.inode),
-                       static_cast<std::int64_t>(stamp.device),
-                       stamp.file_system,
-                       static_cast<std::int64_t>(stamp.file_system_id)};
+    return Value::List{stamp.size,   stamp.mtime_ns,    stamp.ctime_ns,      stamp.inode,
+                       stamp.device, stamp.file_system, stamp.file_system_id};
 }
 
 /// Nothing for the stamp of another version of fresco: the contents are read once more.
@@ -173,13 +169,8 @@ std::optional<FileStamp> stamp_from(const Value& value)
     const auto& list = value.as_list();
     if (list.size() != 7)
         return std::nullopt;
-    return FileStamp{static_cast<std::uint64_t>(list[0].as_int()),
-                     list[1].as_int(),
-                     list[2].as_int(),
-                     static_cast<std::uint64_t>(list[3].as_int()),
-                     static_cast<std::uint64_t>(list[4].as_int()),
-                     list[5].as_int(),
-                     static_cast<std::uint64_t>(list[6].as_int())};
+    const std::vector<std::int64_t> numbers = each(list, &Value::as_int);
+    return FileStamp{numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers[5], numbers[6]};
 }
 
 }  // namespace

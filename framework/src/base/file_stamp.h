@@ -19,13 +19,13 @@ namespace fresco::host
 /// the file system keeps that time itself (see tells_changes).
 struct FileStamp
 {
-    std::uint64_t size = 0;
+    std::int64_t size = 0;
     std::int64_t mtime_ns = 0;
     std::int64_t ctime_ns = 0;
-    std::uint64_t inode = 0;
-    std::uint64_t device = 0;
-    std::int64_t file_system = 0;      ///< statfs: f_type
-    std::uint64_t file_system_id = 0;  ///< f_fsid
+    std::int64_t inode = 0;
+    std::int64_t device = 0;
+    std::int64_t file_system = 0;     ///< statfs: f_type
+    std::int64_t file_system_id = 0;  ///< f_fsid
 
     friend bool operator==(const FileStamp&, const FileStamp&) = default;
 };

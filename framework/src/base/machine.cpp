@@ -178,7 +178,7 @@ Value processor_capability()
     const std::vector<std::string> all{std::istream_iterator<std::string>(words), {}};
     std::string features;
     for (const auto& name : telling)
-        if (std::find(all.begin(), all.end(), name) != all.end())
+        if (std::ranges::find(all, name) != all.end())
             features += (features.empty() ? "" : " ") + name;
     return Value::Map{{"model", line_of("/proc/cpuinfo", "model name")}, {"features", features}};
 }

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <csignal>
 #include <cstring>
 #include <ctime>
@@ -15,6 +14,7 @@
 #include <fstream>
 #include <poll.h>
 #include <regex>
+#include <sstream>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -129,17 +129,15 @@ std::uint64_t start_of(pid_t pid)
     std::string text;
     std::getline(file, text);
     // The name, in parentheses, may hold anything.
-    const std::size_t name_end = text.rfind(')');
-    if (name_end == std::string::npos || name_end + 2 >= text.size() || text[name_end + 2] == 'Z' || text[name_end + 2] == 'X')
-        return 0;
-    constexpr int fields_before = 19;
-    std::size_t at = name_end + 1;
-    for (int i = 0; i < fields_before && at != std::string::npos; ++i)
-        at = text.find(' ', at + 1);
+    std::istringstream fields(text.substr(std::min(text.size(), text.rfind(')') + 1)));
+    constexpr int fields_between = 18;
+    std::string state, skipped;
+    fields >> state;
+    for (int i = 0; i < fields_between; ++i)
+        fields >> skipped;
     std::uint64_t start = 0;
-    if (at != std::string::npos)
-        std::from_chars(text.data() + at + 1, text.data() + text.size(), start);
-    return start;
+    fields >> start;
+    return state == "Z" || state == "X" ? 0 : start;
 }
 
 }  // namespace
@@ -209,7 +207,7 @@ void Orphans::end(const std::vector<pid_t>& own) const
         bool left = false;
         for (const pid_t child : children_of(getpid()))
         {
-            if (std::find(own.begin(), own.end(), child) != own.end())
+            if (std::ranges::find(own, child) != own.end())
                 continue;
             left = true;
             signal_descendants(child, SIGKILL);

@@ -2,6 +2,7 @@
 #include "base/common.h"
 
 #include <algorithm>
+#include <boost/algorithm/string/replace.hpp>
 #include <cctype>
 #include <charconv>
 #include <cmath>
@@ -227,10 +228,7 @@ std::string shell_word(const std::string& text)
     { return std::isalnum(static_cast<unsigned char>(c)) != 0 || std::strchr("_./+-,@=", c) != nullptr; };
     if (!text.empty() && std::ranges::all_of(text, is_plain))
         return text;
-    std::string result = "'";
-    for (const char c : text)
-        result += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    return result + "'";
+    return "'" + boost::replace_all_copy(text, "'", "'\\''") + "'";
 }
 
 std::string script_problem(const std::string& name, const std::string& text)
@@ -443,7 +441,7 @@ std::string TextTable::in_columns(const std::vector<std::size_t>& widths, std::s
         for (std::size_t i = 0; i < row.size(); ++i)
         {
             const Column& column = columns_[i];
-            const std::size_t here = width == without_end ? without_end : width - text_at;
+            const std::size_t here = width - text_at;
             // A path may be wider than its column but not than the terminal.
             if (column.kind == Kind::text && (text_at == 0 || widest_word(row[i]) > here))
             {
@@ -454,12 +452,7 @@ std::string TextTable::in_columns(const std::vector<std::size_t>& widths, std::s
             const bool last = i + 1 == row.size();
             line += blanks(i > 0 ? gap : 0);
             if (column.kind == Kind::text && last)
-            {
-                std::string text = folded(row[i], here);
-                for (std::size_t at = text.find('\n'); at != std::string::npos; at = text.find('\n', at + 1))
-                    text.insert(at + 1, blanks(text_at));
-                line += text;
-            }
+                line += boost::replace_all_copy(folded(row[i], here), "\n", "\n" + blanks(text_at));
             else
                 line += padded(column.kind == Kind::name ? shortened(row[i], widths[i]) : row[i], widths[i],
                                column.kind == Kind::number);

@@ -8,7 +8,6 @@
 #include "run/commands_inspect.h"
 #include <fresco/wording.h>
 
-#include <algorithm>
 #include <boost/version.hpp>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -53,12 +52,10 @@ void print_json(const Catalog& catalog)
     Value::Map libraries;
     for (const auto& [name, versions] : library_versions(catalog))
         libraries.emplace_back(name, Value::List(versions.begin(), versions.end()));
-    Value::List folders;
-    for (const auto& folder : plugin_folders())
-        folders.push_back(Value::Map{{"path", folder.path.string()}, {"origin", folder.origin}});
-    Value::List plugins;
-    for (const auto& [library, count] : types_per_library(catalog))
-        plugins.push_back(Value::Map{{"library", library}, {"types", count}});
+    const auto folder_value = [](const auto& folder) {
+        return Value::Map{{"path", folder.path.string()}, {"origin", folder.origin}};
+    };
+    const auto plugin_value = [](const auto& plugin) { return Value::Map{{"library", plugin.first}, {"types", plugin.second}}; };
     Value::Map all{{"version", program_version()},
                    {"compiler", host_stamp().compiler},
                    {"standard_library", host_stamp().standard_library},
@@ -66,10 +63,10 @@ void print_json(const Catalog& catalog)
                    {"cores", available_cores()},
                    {"cuda", cuda_text()},
                    {"libraries", std::move(libraries)},
-                   {"folders", std::move(folders)},
-                   {"plugins", std::move(plugins)}};
+                   {"folders", each<Value>(plugin_folders(), folder_value)},
+                   {"plugins", each<Value>(types_per_library(catalog), plugin_value)}};
     std::ranges::move(unusable_types(catalog, "refusals"), std::back_inserter(all));
-    fmt::print("{}\n", to_json(all, 2));
+    print_value(all);
 }
 
 void print_text(const Catalog& catalog)

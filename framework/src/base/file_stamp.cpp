@@ -201,19 +201,12 @@ Change compare(Dependency& dependency)
 {
     if (is_as(dependency.stamp, place_of(dependency.path, dependency.folder)))
         return Change::none;
-    try
-    {
-        const Dependency taken = take_dependency(dependency.path, dependency.folder);
-        if (taken.hash != dependency.hash)
-            return Change::contents;
-        const bool renewed = taken.stamp != dependency.stamp;
-        dependency.stamp = taken.stamp;
-        return renewed ? Change::stamp : Change::none;
-    }
-    catch (const Error&)
-    {
+    const auto taken = attempt([&] { return take_dependency(dependency.path, dependency.folder); });
+    if (!taken || taken->hash != dependency.hash)
         return Change::contents;
-    }
+    const bool renewed = taken->stamp != dependency.stamp;
+    dependency.stamp = taken->stamp;
+    return renewed ? Change::stamp : Change::none;
 }
 
 Value to_value(const Dependency& dependency)

@@ -101,14 +101,15 @@ std::vector<TaskStatus> task_status(const TaskTable& table, const TaskKnowledge&
         status.name = task_name(table, task);
         status.log = folder / "logs" / (status.name + ".log");
         const auto attempts = known.attempts.find(task.id);
-        const Attempt* attempt = known.in_queue(task.id);
-        if (attempt == nullptr && attempts != known.attempts.end())
-            attempt = &attempts->second.back();
-        if (attempt != nullptr)
-            status.job = attempt->element.first + "_" + std::to_string(attempt->element.second);
+        const Attempt* queued = known.in_queue(task.id);
+        if (attempts != known.attempts.end())
+        {
+            const ElementId& element = (queued ? *queued : attempts->second.back()).element;
+            status.job = element.first + "_" + std::to_string(element.second);
+        }
         if (known.done[task.id])
             status.state = TaskState::done;
-        else if (const Attempt* queued = known.in_queue(task.id))
+        else if (queued)
             status.state = known.queue.elements.at(queued->element) == "PENDING" ? TaskState::queued : TaskState::running;
         else
             explain(status, folder, task.id);

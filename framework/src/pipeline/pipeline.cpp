@@ -15,13 +15,6 @@ namespace fresco::host
 
 namespace
 {
-void check_until(const std::string& until, const YamlNode& stages, ProblemList& problems)
-{
-    if (until.empty() || !stages.is_map() || stages.find(until))
-        return;
-    problems.add({"--until " + until, 0, 0}, "unknown stage '" + until + "'" + suggestion(until, stages.keys()));
-}
-
 StageGraph graph_of(const std::vector<PipelineStage>& stages)
 {
     StageGraph graph(stages.size());
@@ -68,7 +61,9 @@ void load(const PipelineRequest& request, const Catalog& catalog, PipelineResult
     std::vector<MatrixAxis> matrix = read_matrix(document, problems);
     settings.set_vars(document, matrix);
     settings.check_stages(document.stages);
-    check_until(request.until, document.stages, problems);
+    if (!request.until.empty() && !document.stages.find(request.until))
+        problems.add({"--until " + request.until, 0, 0},
+                     "unknown stage '" + request.until + "'" + suggestion(request.until, document.stages.keys()));
     result.pipeline.inputs = read_inputs(document, problems);
     TypeTable types(catalog);
     load_stages(document, matrix, request.part, settings, types, result.pipeline, problems);

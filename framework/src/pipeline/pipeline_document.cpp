@@ -37,13 +37,10 @@ void check_version(const YamlNode& root, bool complete, ProblemList& problems)
 YamlNode section(const YamlNode& root, std::string_view key, ProblemList& problems)
 {
     const YamlNode::Entry* entry = root.find(key);
-    if (!entry || entry->value.is_null() || !entry->value.is_valid())
-        return YamlNode(YamlNode::Kind::map, root);
-    if (!entry->value.is_map())
-    {
+    if (entry && !entry->value.is_map() && !entry->value.is_null() && entry->value.is_valid())
         problems.add(entry->value, "'" + std::string(key) + "' must be a map {name: …}, got " + entry->value.summary());
+    if (!entry || !entry->value.is_map())
         return YamlNode(YamlNode::Kind::map, root);
-    }
     YamlNode map = entry->value;
     for (const YamlNode::Entry& named : map.entries)
         if (!is_name(named.key))

@@ -314,21 +314,13 @@ Value OptionChecker::complete_component(std::string_view kind, const YamlNode& c
         return {};
     }
     uses.components.insert(type.description);
-    YamlNode options = config;
-    if (!options.is_map())
-    {
-        options.kind = YamlNode::Kind::map;
-        options.text.clear();
-    }
     std::vector<std::string> keys = taken;
     keys.emplace_back("type");
     ++depth_;
-    Value completed = complete(type, std::move(options), keys, user + " (" + *name + ")", uses);
+    Value completed = complete(type, config, keys, user + " (" + *name + ")", uses);
     --depth_;
-    Value::Map result{{"type", *name}};
-    for (Value::Entry& entry : completed.as_map())
-        result.push_back(std::move(entry));
-    return result;
+    completed.as_map().insert(completed.as_map().begin(), {"type", *name});
+    return completed;
 }
 
 Value value_of(const OptionDeclaration& option, const YamlNode& node, const std::string& user, ProblemList& problems)

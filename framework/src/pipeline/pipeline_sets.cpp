@@ -61,15 +61,11 @@ class Setter
         for (std::size_t i = 1; i + 1 < path_.size(); ++i)
         {
             YamlNode::Entry* entry = node->find(path_[i]);
-            if (!entry)
-            {
-                node->set(path_[i], YamlNode(YamlNode::Kind::map, {0, 0, value_.source}));
-                entry = node->find(path_[i]);
-            }
-            if (!entry->value.is_map())
-                return report("'" + joined(path_, i + 1) + "' is " + entry->value.summary() + " in the file, not a map with '" +
+            YamlNode& inner = entry ? entry->value : node->set(path_[i], YamlNode(YamlNode::Kind::map, {0, 0, value_.source}));
+            if (!inner.is_map())
+                return report("'" + joined(path_, i + 1) + "' is " + inner.summary() + " in the file, not a map with '" +
                               path_[i + 1] + "': set it as a whole");
-            node = &entry->value;
+            node = &inner;
         }
         node->set(path_.back(), value_);
     }
@@ -77,10 +73,10 @@ class Setter
     /// `config` holds options (and `type`); path_[at] names one of them.
     void set_in_config(YamlNode& config, std::string_view kind, std::size_t at)
     {
-        if (path_[at] == "type" && at + 1 == path_.size())
-            return set_type(config, kind);
         if (at + 1 == path_.size())
         {
+            if (path_[at] == "type")
+                drop_options(config, kind);
             config.set(path_[at], value_);
             return;
         }
@@ -108,19 +104,14 @@ class Setter
     /// The value of a slot as written, else its default. A slot without either can be given a type.
     YamlNode* written_out(YamlNode& config, const OptionDeclaration& option)
     {
-        if (!config.find(option.name))
-        {
-            YamlNode place = config;
-            place.items.clear();
-            place.entries.clear();
-            YamlNode value = yaml_from_value(option.default_value, place);
-            if (value.is_null() && option.kind == OptionKind::component && path_.back() != "type")
-                return nullptr;
-            if (value.is_null())
-                value.kind = YamlNode::Kind::map;
-            config.set(option.name, std::move(value));
-        }
-        return &config.find(option.name)->value;
+        if (YamlNode::Entry* written = config.find(option.name))
+            return &written->value;
+        YamlNode value = yaml_from_value(option.default_value, config);
+        if (value.is_null() && option.kind == OptionKind::component && path_.back() != "type")
+            return nullptr;
+        if (value.is_null())
+            value.kind = YamlNode::Kind::map;
+        return &config.set(option.name, std::move(value));
     }
 
     void set_in_component(YamlNode& config, std::string_view kind, std::size_t at)
@@ -155,15 +146,13 @@ class Setter
         set_in_component(named.find(path_[at])->value, kind, at + 1);
     }
 
-    void set_type(YamlNode& config, std::string_view kind)
+    /// An option of the old type means nothing to the new one; where a stage's inputs come from still does.
+    void drop_options(YamlNode& config, std::string_view kind)
     {
         const YamlNode::Entry* old = config.find("type");
-        const bool changes = old && old->value.is_scalar() && old->value.text != value_.text;
-        if (changes)
-            // An option of the old type means nothing to the new one; where a stage's inputs come from still does.
+        if (old && old->value.is_scalar() && old->value.text != value_.text)
             std::erase_if(config.entries,
                           [&](const YamlNode::Entry& entry) { return !(kind == "stage" && entry.key == "input"); });
-        config.set("type", value_);
     }
 
     const Path& path_;

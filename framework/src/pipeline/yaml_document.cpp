@@ -238,7 +238,9 @@ class TreeBuilder final : public YAML::EventHandler
 
     std::size_t offset_of(const YAML::Mark& mark) const
     {
-        return std::min(static_cast<std::size_t>(std::max(mark.pos, 0)), text_.size());
+        // At the end of the text, yaml-cpp moves the column alone back to the line's beginning.
+        const std::size_t begin = line_begin(std::min(static_cast<std::size_t>(std::max(mark.pos, 0)), text_.size()));
+        return std::min(begin + static_cast<std::size_t>(std::max(mark.column, 0)), text_.size());
     }
 
     std::size_t line_begin(std::size_t offset) const { return text_.substr(0, offset).rfind('\n') + 1; }
@@ -343,12 +345,13 @@ YamlNode::Entry* YamlNode::find(std::string_view key)
     return entry == entries.end() ? nullptr : &*entry;
 }
 
-void YamlNode::set(std::string_view key, YamlNode value)
+YamlNode& YamlNode::set(std::string_view key, YamlNode value)
 {
     Entry* entry = find(key);
     if (!entry)
         entry = &entries.emplace_back();
     *entry = {value, std::string(key), std::move(value)};
+    return entry->value;
 }
 
 std::string YamlNode::identity() const

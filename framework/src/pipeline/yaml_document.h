@@ -72,8 +72,8 @@ struct YamlNode : YamlPlace
     std::vector<std::string> keys() const;
     Entry* find(std::string_view key);
     const Entry* find(std::string_view key) const { return const_cast<YamlNode*>(this)->find(key); }
-    /// Replaces the value of a key, or appends the entry with its key placed where the value is.
-    void set(std::string_view key, YamlNode value);
+    /// Replaces the value of a key, or appends the entry with its key placed where the value is. The value in its place.
+    YamlNode& set(std::string_view key, YamlNode value);
     void erase(std::string_view key);
     /// Equal for two trees that hold the same, wherever they stand.
     std::string identity() const;

@@ -307,32 +307,31 @@ TEST_CASE("At 80 and at 40 columns no line is wider, and no word is split")
                             "  bad: {type: test.fail, input: slow, how: error}\n");
     place.write("wrong.yaml",
                 "version: 1\nstages:\n  slow: {type: test.slow, steps: many, stepms: 3}\n  two: {type: test.nothin}\n");
-    const std::vector<Words> commands{
-        {"plan", "room.yaml"},
-        {"run", "room.yaml"},
-        {"run", "one.yaml"},
-        {"plan", "one.yaml"},
-        {"check", "wrong.yaml"},
-        {"run", "wrong.yaml"},
-        {"stages"},
-        {"describe", "test.add"},
-        {"describe", "read.number"},
-        {"store", "ls"},
-        {"log", "room.yaml", "slow@the_first_of_two_values"},
-        {"doctor"},
-        {"--help"},
-        {"run", "--help"},
-        {"store", "gc", "--help"},
-        {"submit", "slurm", "--help"},
-        {"run", "room.yaml", "--nothing", "that", "it", "has", "for", "an", "argument", "of", "this", "name"},
-        {"new", "stage", "my.dots"}};
+    const Words commands{"plan room.yaml",
+                         "run room.yaml",
+                         "run one.yaml",
+                         "plan one.yaml",
+                         "check wrong.yaml",
+                         "run wrong.yaml",
+                         "stages",
+                         "describe test.add",
+                         "describe read.number",
+                         "store ls",
+                         "log room.yaml slow@the_first_of_two_values",
+                         "doctor",
+                         "--help",
+                         "run --help",
+                         "store gc --help",
+                         "submit slurm --help",
+                         "run room.yaml --nothing that it has for an argument of this name",
+                         "new stage my.dots"};
     for (const unsigned width : {80U, 40U})
     {
         fs::remove_all(place.file(".fresco"));
         fs::remove_all(place.file("my_dots"));
-        for (const Words& command : commands)
+        for (const std::string& command : commands)
         {
-            Terminal terminal(place, command, static_cast<unsigned short>(width), 24);
+            Terminal terminal(place, split(command, ' '), static_cast<unsigned short>(width), 24);
             terminal.finish();
             const Words lines = written_lines(terminal.written());
             CAPTURE(width, command, terminal.text());

@@ -1,4 +1,7 @@
+#include "base/text.h"
 #include "program.h"
+
+using fresco::host::split;
 
 namespace
 {
@@ -104,45 +107,29 @@ TEST_CASE("Exit codes; what the command line names must be there, and the neares
     place.write("notastore", "text");
     struct Row
     {
-        Words words;
         int code;
+        Words commands;
         std::string problem{};
     };
-    for (const auto& [words, code, problem] :
-         std::vector<Row>{{{"run", "room.yaml", "--quiet"}, 0},
-                          {{"check", "room.yaml"}, 0},
-                          {{"--help"}, 0},
-                          {{"version"}, 0},
-                          {{"stages", "--json"}, 0},
-                          {{"describe", "test.source"}, 0},
-                          {{"doctor", "--json"}, 0},
-                          {{"run", "bad.yaml"}, 2},
-                          {{"check", "bad.yaml"}, 2},
-                          {{"plan", "missing.yaml"}, 3},
-                          {{"run", "nowhere.yaml"}, 3},
-                          {{"run"}, 2},
-                          {{"run", "room.yaml", "--cores", "0"}, 2},
-                          {{"run", "room.yaml", "--set", "nonsense"}, 2},
-                          {{"run", "room.yaml", "--out", ""}, 2},
-                          {{"run", "room.yaml", "--store", ""}, 2},
-                          {{"run", "room.yaml", "--store", "notastore"}, 2},
-                          {{"run", "room.yaml", "--until", "sorce"},
-                           2,
-                           "--until sorce: error: unknown stage 'sorce' (did you mean 'source'?)"},
-                          {{"plan", "room.yaml", "--until", "sorce"},
-                           2,
-                           "--until sorce: error: unknown stage 'sorce' (did you mean 'source'?)"},
-                          {{"describe", "test.sorce"}, 2},
-                          {{"chekc", "room.yaml"}, 2, "unknown command 'chekc' (did you mean 'check'?)"},
-                          {{"store", "ls", "--store", "nowhere"}, 3, "not a store"},
-                          {{"store", "verify", "--store", "nowhere"}, 3, "not a store"},
-                          {{"store", "gc", "--store", "nowhere"}, 3, "not a store"}})
-    {
-        CAPTURE(words);
-        const Finished finished = place.run(words);
-        CHECK(finished.code == code);
-        CHECK(contains(finished.err, problem));
-    }
+    const std::string until = "--until sorce: error: unknown stage 'sorce' (did you mean 'source'?)";
+    for (const auto& [code, commands, problem] : std::vector<Row>{
+             {0,
+              {"run room.yaml --quiet", "check room.yaml", "--help", "version", "stages --json", "describe test.source",
+               "doctor --json"}},
+             {2,
+              {"run bad.yaml", "check bad.yaml", "run", "run room.yaml --cores 0", "run room.yaml --set nonsense",
+               "run room.yaml --out ", "run room.yaml --store ", "run room.yaml --store notastore", "describe test.sorce"}},
+             {3, {"plan missing.yaml", "run nowhere.yaml"}},
+             {2, {"run room.yaml --until sorce", "plan room.yaml --until sorce"}, until},
+             {2, {"chekc room.yaml"}, "unknown command 'chekc' (did you mean 'check'?)"},
+             {3, {"store ls --store nowhere", "store verify --store nowhere", "store gc --store nowhere"}, "not a store"}})
+        for (const std::string& command : commands)
+        {
+            CAPTURE(command);
+            const Finished finished = place.run(split(command, ' '));
+            CHECK(finished.code == code);
+            CHECK(contains(finished.err, problem));
+        }
     CHECK(place.logged("source") == 1);
     CHECK(!fs::exists(place.file("nowhere")));
     CHECK(contains(place.run({"graph", "room.yaml"}).out, "digraph"));

@@ -22,7 +22,8 @@
 namespace fresco::host::testing
 {
 
-inline TypeDescription described(const std::string& type, const std::string& kind, const std::string& json, const Cost& cost = {})
+inline TypeDescription described(const std::string& type, const std::string& kind, const std::string& json, const Cost& cost = {},
+                                 const std::vector<FileFormat>& formats = {})
 {
     TypeDescription description;
     description.type = type;
@@ -31,19 +32,10 @@ inline TypeDescription described(const std::string& type, const std::string& kin
     description.declaration = parse_json(json, type);
     if (kind == "stage")
         description.declaration.set("cost", describe_cost(type, cost, description.declaration.at("options")));
+    if (!formats.empty())
+        description.declaration.set("formats", each<Value>(formats, &FileFormat::describe));
     description.library = "/plugins/" + type + ".so";
     description.library_hash = "00";
-    return description;
-}
-
-inline TypeDescription described(const std::string& type, const std::string& kind, const std::string& json,
-                                 const std::vector<FileFormat>& formats)
-{
-    TypeDescription description = described(type, kind, json);
-    Value::List all;
-    for (const FileFormat& format : formats)
-        all.push_back(format.describe());
-    description.declaration.set("formats", std::move(all));
     return description;
 }
 
@@ -146,10 +138,10 @@ inline Catalog hand_made_catalog()
     catalog.add(described("read.image", "reader", R"json({
         "options": [{"name": "max_px", "kind": "int", "default": 100, "help": "Largest side"}],
         "inputs": [], "outputs": [], "artifact": "image", "extensions": [".png", ".jpg"]})json",
-                          picture_formats()));
+                          {}, picture_formats()));
     catalog.add(described("read.mesh", "reader", R"json({
         "options": [], "inputs": [], "outputs": [], "artifact": "mesh", "extensions": [".ply"]})json",
-                          {ply_format()}));
+                          {}, {ply_format()}));
     return catalog;
 }
 

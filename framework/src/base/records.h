@@ -5,12 +5,10 @@
 #include <filesystem>
 #include <vector>
 
-/// Small facts that the host writes down: maps as lines of JSON that carry their checksum, so that damage is found, never
-/// believed.
+/// \file Small facts that the host writes down beside results: maps as lines of JSON that carry their checksum, so that damage is
+/// found and costs time, never a wrong result.
 ///   write_record  one map, the whole file: manifests, keys, task ends. Durable.
 ///   Journal       many maps, appended by many processes: caches and statistics. May be lost.
-/// \file Small JSON files with a checksum, and journals of lines: whatever fresco keeps beside results. A damaged one is
-/// noticed and costs time, never a wrong result.
 
 namespace fresco::host
 {

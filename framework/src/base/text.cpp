@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <boost/algorithm/string/replace.hpp>
+#include <boost/locale/utf.hpp>
 #include <cctype>
 #include <charconv>
 #include <cmath>
@@ -24,24 +25,14 @@ struct Character
 {
     explicit Character(std::string_view text) : bytes(text.substr(0, 1)), code(static_cast<unsigned char>(text.front()))
     {
-        const unsigned lead = code;
-        const std::size_t length = lead < 0x80 ? 1 : lead >= 0xF0 ? 4 : lead >= 0xE0 ? 3 : 2;
-        if (length > text.size() || (length > 1 && (lead < 0xC2 || lead > 0xF4)))
-            return;
-        unsigned number = length == 1 ? lead : lead & (0x7FU >> length);
-        for (const char c : text.substr(1, length - 1))
-        {
-            const auto follow = static_cast<unsigned char>(c);
-            if ((follow & 0xC0U) != 0x80U)
-                return;
-            number = (number << 6U) | (follow & 0x3FU);
-        }
-        const bool too_long = (length == 3 && number < 0x800) || (length == 4 && number < 0x10000);
-        is_valid = !too_long && number <= 0x10FFFF && (number < 0xD800 || number > 0xDFFF);
+        using Utf8 = boost::locale::utf::utf_traits<char>;
+        auto next = text.begin();
+        const boost::locale::utf::code_point point = Utf8::decode(next, text.end());
+        is_valid = point != boost::locale::utf::illegal && point != boost::locale::utf::incomplete;
         if (is_valid)
         {
-            bytes = text.substr(0, length);
-            code = number;
+            bytes = {text.begin(), next};
+            code = point;
         }
     }
 
@@ -316,9 +307,7 @@ Line& Line::pad_to(std::size_t column)
 
 std::string Line::take()
 {
-    while (!text_.empty() && text_.back() == ' ')
-        text_.pop_back();
-    return std::move(text_);
+    return without_end_blanks(std::move(text_));
 }
 
 std::size_t terminal_width(int descriptor)

@@ -133,8 +133,8 @@ Submission::WrittenWave Submission::read_wave(const fs::path& folder)
     {
         const std::string& name = array.at("name").as_string();
         const auto job = jobs.find(name);
-        wave.arrays.push_back({name, static_cast<int>(array.at("minutes").as_int()),
-                               static_cast<int>(array.at("memory_mb").as_int()), elements_in(folder / (name + ".list")),
+        const JobLimits limits{static_cast<int>(array.at("minutes").as_int()), static_cast<int>(array.at("memory_mb").as_int())};
+        wave.arrays.push_back({{name, elements_in(folder / (name + ".list")), {}, limits},
                                job == jobs.end() || job->second == "submitting" ? "" : job->second});
     }
     return wave;
@@ -144,15 +144,15 @@ std::map<std::size_t, std::vector<Attempt>> Submission::attempts(const SlurmQueu
 {
     std::map<std::size_t, std::vector<Attempt>> result;
     for (const WrittenWave& wave : waves_)
-        for (const WrittenArray& array : wave.arrays)
+        for (const auto& [array, written_job] : wave.arrays)
         {
-            std::string job = array.job;
+            std::string job = written_job;
             if (const auto found = queue.jobs.find(job_name(settings_, wave.number, array.name));
                 job.empty() && found != queue.jobs.end())
                 job = found->second;
             if (!job.empty())
                 for (const ArrayElement& element : array.elements)
-                    result[element.task].push_back({{job, element.index}, wave.round, array.minutes, array.memory_mb});
+                    result[element.task].push_back({{job, element.index}, wave.round, array.limits});
         }
     return result;
 }

@@ -26,8 +26,7 @@ struct Attempt
 {
     ElementId element;
     std::size_t round = 0;
-    int minutes = 0;
-    int memory_mb = 0;
+    JobLimits limits;
 };
 
 class Submission
@@ -53,10 +52,7 @@ class Submission
   private:
     struct WrittenArray
     {
-        std::string name;
-        int minutes = 0;
-        int memory_mb = 0;
-        std::vector<ArrayElement> elements;
+        JobArray array;   ///< Without what it waited for.
         std::string job;  ///< Empty: not submitted, or its id was not written.
     };
     struct WrittenWave

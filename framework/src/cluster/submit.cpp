@@ -164,7 +164,7 @@ JobLimits limits_of(const TaskGroup& group, const Attempt* last, const TaskLog& 
 {
     const int minutes = std::max(least_minutes, static_cast<int>(std::ceil(time_factor * group.seconds / 60)));
     const int memory_mb = std::max(least_memory_mb, static_cast<int>(std::ceil(memory_factor * group.memory_mb)));
-    const Attempt tried = last == nullptr ? Attempt{} : *last;
+    const JobLimits tried = last == nullptr ? JobLimits{} : last->limits;
     return {std::max(minutes, tried.minutes * (log.time_ran_out() ? 2 : 1)),
             std::max(memory_mb, tried.memory_mb * (log.memory_ran_out() ? 2 : 1)), group.threads, group.gpu};
 }

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <fmt/format.h>
 #include <map>
+#include <set>
 #include <unistd.h>
 
 namespace fresco::host
@@ -37,18 +38,13 @@ void show_queue(std::vector<CombinationOutcome>& outcomes, const Pipeline& pipel
     {
         if (outcome.state != "not run")
             continue;
-        const auto any = [&](TaskState state)
-        {
-            return std::ranges::any_of(outcome.combination->stages,
-                                       [&](std::size_t stage)
-                                       {
-                                           const auto found = states.find(pipeline.stages[stage].name);
-                                           return found != states.end() && found->second == state;
-                                       });
-        };
+        std::set<TaskState> found;
+        for (const std::size_t stage : outcome.combination->stages)
+            if (const auto state = states.find(pipeline.stages[stage].name); state != states.end())
+                found.insert(state->second);
         // A task that could not say which of its stages it was at.
         for (const TaskState state : {TaskState::running, TaskState::queued, TaskState::failed})
-            if (any(state))
+            if (found.contains(state))
             {
                 outcome.state = to_string(state);
                 break;

@@ -110,8 +110,6 @@ void warn_of_plugin_folders();
 /// The same, and prints every problem to standard error.
 std::unique_ptr<LoadedPipeline> load_and_report(const PipelineRequest& request);
 
-/// What the commands about tasks and combinations share: run, status and submit.
-///
 /// Of a matrix that has run: writes sweep.json and its page beside the results; prints a line per combination if `print`.
 /// `thumbnails`: the stage whose pictures the page shows, see write_sweep_summary.
 void tell_combinations(const ReportRequest& run, const std::string& thumbnails, bool print);

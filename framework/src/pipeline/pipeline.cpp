@@ -8,6 +8,7 @@
 #include <fresco/wording.h>
 
 #include <algorithm>
+#include <fmt/format.h>
 #include <ostream>
 
 namespace fresco::host
@@ -60,7 +61,6 @@ void load(const PipelineRequest& request, const Catalog& catalog, PipelineResult
     Settings settings(request.sets, request.working_directory, problems);
     std::vector<MatrixAxis> matrix = read_matrix(document, problems);
     settings.set_vars(document, matrix);
-    settings.check_stages(document.stages);
     if (!request.until.empty() && !document.stages.find(request.until))
         problems.add({"--until " + request.until, 0, 0},
                      "unknown stage '" + request.until + "'" + suggestion(request.until, document.stages.keys()));
@@ -138,32 +138,26 @@ void write_dot(const Pipeline& pipeline, std::ostream& out)
 {
     out << "digraph pipeline {\n    rankdir=LR;\n    node [shape=box, style=rounded];\n";
     // A stage and a file may have one name: numbers keep them apart.
-    std::map<std::string, std::size_t> numbers;
+    std::map<std::string, std::size_t> stages, files;
     for (const PipelineStage& stage : pipeline.stages)
-    {
-        const std::size_t number = numbers.emplace(stage.name, numbers.size()).first->second;
-        const std::string type = stage.type ? stage.type->type : "";
-        out << "    stage" << number << " [label=" << dot_quoted(stage.name + "\n" + type) << "];\n";
-    }
-    std::map<std::string, std::size_t> files;
+        out << fmt::format("    stage{} [label={}];\n", stages.emplace(stage.name, stages.size()).first->second,
+                           dot_quoted(stage.name + "\n" + (stage.type ? stage.type->type : "")));
     for (const PipelineStage& stage : pipeline.stages)
         for (const Wire& wire : stage.wires)
         {
-            std::string from;
-            if (wire.from_stage.empty())
+            std::string from = wire.from_stage.empty() ? "" : fmt::format("stage{}", stages.at(wire.from_stage));
+            if (from.empty())
             {
                 const auto [file, fresh] = files.emplace(wire.file.string(), files.size());
-                from = "file" + std::to_string(file->second);
+                from = fmt::format("file{}", file->second);
                 if (fresh)
-                    out << "    " << from << " [shape=note, style=\"\", label=" << dot_quoted(wire.file.filename().string())
-                        << ", tooltip=" << dot_quoted(wire.file.string()) << "];\n";
+                    out << fmt::format("    {} [shape=note, style=\"\", label={}, tooltip={}];\n", from,
+                                       dot_quoted(wire.file.filename().string()), dot_quoted(wire.file.string()));
             }
-            else
-                from = "stage" + std::to_string(numbers.at(wire.from_stage));
             const std::string ports =
                 wire.from_port.empty() || wire.from_port == wire.port ? wire.port : wire.from_port + " → " + wire.port;
-            out << "    " << from << " -> stage" << numbers.at(stage.name) << " [label=" << dot_quoted(ports)
-                << ", tooltip=" << dot_quoted(wire.artifact) << "];\n";
+            out << fmt::format("    {} -> stage{} [label={}, tooltip={}];\n", from, stages.at(stage.name), dot_quoted(ports),
+                               dot_quoted(wire.artifact));
         }
     out << "}\n";
 }

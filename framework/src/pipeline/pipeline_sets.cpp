@@ -161,11 +161,6 @@ class Setter
     ProblemList& problems_;
 };
 
-std::string stage_in_place_of_var(const std::string& name)
-{
-    return "'" + name + "' is a stage: set one of its options, --set " + name + ".OPTION=VALUE";
-}
-
 std::string shown_value(const std::string& value)
 {
     constexpr std::size_t longest = 40;
@@ -198,25 +193,21 @@ void Settings::set_vars(PipelineDocument& document, std::vector<MatrixAxis>& axe
     {
         const std::string& name = setting.path.front();
         if (setting.path.size() > 1)
+        {
+            if (!document.stages.find(name))
+                problems_.add(setting.value, "unknown stage '" + name + "'" + suggestion(name, document.stages.keys()));
             continue;
-        const auto axis = std::ranges::find_if(axes, [&](const MatrixAxis& candidate) { return candidate.var == name; });
+        }
+        const auto axis = std::ranges::find(axes, name, &MatrixAxis::var);
         if (axis != axes.end())
             set_axis(*axis, setting.value, problems_);
         else if (YamlNode::Entry* var = document.vars.find(name))
             var->value = setting.value;
         else if (document.stages.find(name))
-            problems_.add(setting.value, stage_in_place_of_var(name));
+            problems_.add(setting.value, "'" + name + "' is a stage: set one of its options, --set " + name + ".OPTION=VALUE");
         else if (document.complete)
             problems_.add(setting.value, "unknown var '" + name + "' in the pipeline" + suggestion(name, document.vars.keys()));
     }
-}
-
-void Settings::check_stages(const YamlNode& stages) const
-{
-    for (const Setting& setting : settings_)
-        if (setting.path.size() > 1 && !stages.find(setting.path.front()))
-            problems_.add(setting.value,
-                          "unknown stage '" + setting.path.front() + "'" + suggestion(setting.path.front(), stages.keys()));
 }
 
 void Settings::set_options(const std::string& name, YamlNode& stage, Variables& variables, TypeTable& types,

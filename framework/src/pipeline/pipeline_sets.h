@@ -23,10 +23,8 @@ class Settings
     Settings(const std::vector<std::pair<std::string, std::string>>& sets, const std::filesystem::path& working_directory,
              ProblemList& problems);
 
-    /// Replaces the values of vars and narrows axes. An unknown name is reported, with the nearest.
+    /// Replaces the values of vars and narrows axes. An unknown name, of a stage too, is reported, with the nearest.
     void set_vars(PipelineDocument& document, std::vector<MatrixAxis>& axes);
-    /// Reports options that are set in stages which the document does not have.
-    void check_stages(const YamlNode& stages) const;
     /// Replaces options, `input` and `type` in a substituted stage. Inside a component that the file does not give, the default
     /// (and what `auto` stands for) is written out first, so that one of its options can be changed.
     void set_options(const std::string& name, YamlNode& stage, Variables& variables, TypeTable& types,

@@ -276,7 +276,7 @@ TEST_CASE("a wave is submitted once, whenever its script is killed")
     const auto attempts = Submission(folder).attempts({});
     REQUIRE(attempts.size() == 4);
     CHECK(attempts.at(3).back().element == ElementId{"103", 1});
-    CHECK(attempts.at(3).back().memory_mb == 800);
+    CHECK(attempts.at(3).back().limits.memory_mb == 800);
     CHECK(attempts.at(3).back().round == 1);
     CHECK(Submission(folder).round() == 1);
     CHECK(Submission(folder).next_wave() == 1);

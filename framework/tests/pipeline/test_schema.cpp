@@ -40,12 +40,6 @@ class SchemaCheck
         return std::ranges::all_of(values, [&](const Value& value) { return std::ranges::count(values, value) == 1; });
     }
 
-    static bool has_at_least(const Value& value, const Value& rule)
-    {
-        const std::size_t size = value.is_list() ? value.as_list().size() : value.as_map().size();
-        return size >= static_cast<std::size_t>(rule.as_int());
-    }
-
     bool accepts(const Value& schema, const Value& value) const
     {
         return std::ranges::all_of(schema.as_map(),
@@ -55,6 +49,7 @@ class SchemaCheck
     bool obeys(const Value& schema, const std::string& key, const Value& rule, const Value& value) const
     {
         const auto accepted = [&](const Value& way) { return accepts(way, value); };
+        const auto each_entry = [&](const auto& fits) { return !value.is_map() || std::ranges::all_of(value.as_map(), fits); };
         if (key == "$ref")
             return accepted(root_.at("$defs").at(rule.as_string().substr(std::string("#/$defs/").size())));
         if (key == "type")
@@ -79,36 +74,35 @@ class SchemaCheck
             return !branch || accepted(*branch);
         }
         if (key == "minItems")
-            return !value.is_list() || has_at_least(value, rule);
+            return !value.is_list() || std::ssize(value.as_list()) >= rule.as_int();
         if (key == "uniqueItems")
             return !value.is_list() || all_differ(value.as_list());
         if (key == "items")
             return !value.is_list() ||
                    std::ranges::all_of(value.as_list(), [&](const Value& item) { return accepts(rule, item); });
         if (key == "minProperties")
-            return !value.is_map() || has_at_least(value, rule);
+            return !value.is_map() || std::ssize(value.as_map()) >= rule.as_int();
         if (key == "required")
             return !value.is_map() ||
                    std::ranges::all_of(rule.as_list(), [&](const Value& name) { return value.find(name.as_string()); });
-        if (key == "properties" || key == "additionalProperties" || key == "propertyNames")
-            return !value.is_map() ||
-                   std::ranges::all_of(value.as_map(), [&](const auto& entry) { return obeys_entry(schema, key, rule, entry); });
+        if (key == "propertyNames")
+            return each_entry([&](const auto& entry) { return accepts(rule, Value(entry.first)); });
+        if (key == "properties")
+            return each_entry([&](const auto& entry)
+                              { return !rule.find(entry.first) || accepts(rule.at(entry.first), entry.second); });
+        if (key == "additionalProperties")
+        {
+            const Value* properties = schema.find("properties");
+            return each_entry(
+                [&](const auto& entry) {
+                    return (properties && properties->find(entry.first)) ||
+                           (rule.is_bool() ? rule.as_bool() : accepts(rule, entry.second));
+                });
+        }
         const Words without_effect{"$schema", "$defs", "title", "description", "default", "then", "else"};
         if (std::ranges::count(without_effect, key) == 0)
             throw std::runtime_error("the schema has the unknown key " + key);
         return true;
-    }
-
-    bool obeys_entry(const Value& schema, const std::string& key, const Value& rule,
-                     const std::pair<std::string, Value>& entry) const
-    {
-        const Value* properties = schema.find("properties");
-        const bool named = properties && properties->find(entry.first);
-        if (key == "propertyNames")
-            return accepts(rule, Value(entry.first));
-        if (key == "properties")
-            return !named || accepts(rule.at(entry.first), entry.second);
-        return named || (rule.is_bool() ? rule.as_bool() : accepts(rule, entry.second));
     }
 
     Value root_;

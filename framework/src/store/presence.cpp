@@ -52,13 +52,12 @@ std::map<fs::path, std::int64_t> unlocked_strangers(const Store& store, const fs
     for (const fs::path& file : entries_of(store.root() / "runs"))
     {
         const auto process = process_named_by(file.filename().string());
-        if (file == own || (process && process->is_on_this_machine() && process->is_running()))
-            continue;
-        if (!process)
+        if (file == own || !process)
             continue;
         if (process->is_on_this_machine())
         {
-            remove_quietly(file);
+            if (!process->is_running())
+                remove_quietly(file);
             continue;
         }
         const auto beat = last_beat(file);
@@ -76,10 +75,8 @@ std::map<fs::path, std::int64_t> unlocked_strangers(const Store& store, const fs
 
 void check_locks(const Store& store)
 {
-    const fs::path folder = store.make_temporary();
-    const std::string problem = broken_lock(folder / "lock");
-    remove_quietly(folder);
-    if (!problem.empty())
+    const WorkFolder folder(store);
+    if (const std::string problem = broken_lock(folder.path() / "lock"); !problem.empty())
         throw Error(store.root().string() + ": " + problem + lock_advice);
 }
 

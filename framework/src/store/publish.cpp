@@ -49,7 +49,7 @@ Tree list_tree(const fs::path& root, const std::vector<std::string>& outputs)
         }
     }
     tree.folders.push_back(root);
-    std::sort(tree.files.begin(), tree.files.end());
+    std::ranges::sort(tree.files);
     return tree;
 }
 
@@ -140,12 +140,15 @@ void copy_files_of(const fs::path& from, const fs::path& to, const std::function
     copy_files(copies);
 }
 
-void take_lock(FileLock& lock, const fs::path& file, const std::function<void()>& wait)
+/// copy_result of an object with this manifest, with the lock of its key.
+bool copy_locked(const Store& from, const Store& to, const std::string& object, const Value& manifest,
+                 const std::function<void()>& wait, CopiedResults& done)
 {
-    lock = FileLock(file);
+    FileLock lock(to.lock_file(manifest.at("key").as_string()));
     for (Backoff backoff; !lock.try_exclusive();)
         backoff.wait(wait);
     lock.sign();
+    return copy_result(from, to, object, wait, done);
 }
 
 }  // namespace
@@ -164,13 +167,14 @@ StoredResult publish(const Store& store, const fs::path& folder, const Publicati
         bytes += hashed.size;
         files.push_back(to_value(hashed));
     }
-    Value::List dependencies;
-    for (const auto& dependency : publication.dependencies)
-        dependencies.push_back(
-            to_value(Dependency{dependency.path, dependency.folder, std::nullopt, dependency.hash, dependency.name}));
+    const auto without_stamp = [](Dependency dependency)
+    {
+        dependency.stamp.reset();
+        return to_value(dependency);
+    };
     manifest.set("key", publication.key);
     manifest.set("references", Value::List(result.references.begin(), result.references.end()));
-    manifest.set("dependencies", std::move(dependencies));
+    manifest.set("dependencies", each<Value>(publication.dependencies, without_stamp));
     if (!result.roots.is_null())
         manifest.set("roots", result.roots);
     manifest.set("bytes", bytes);
@@ -179,14 +183,6 @@ StoredResult publish(const Store& store, const fs::path& folder, const Publicati
     fault_point("publish.written");
     put_in_place(store, folder, tree, result, manifest);
     return result;
-}
-
-void put_in_place(const Store& store, const fs::path& folder, const StoredResult& result, const Value& manifest)
-{
-    std::vector<std::string> outputs;
-    for (const auto& output : entries_of(folder))
-        outputs.push_back(output.filename().string());
-    put_in_place(store, folder, list_tree(folder, outputs), result, manifest);
 }
 
 bool copy_result(const Store& from, const Store& to, const std::string& object, const std::function<void()>& wait,
@@ -214,9 +210,7 @@ bool copy_result(const Store& from, const Store& to, const std::string& object, 
                 {object, from.object(below).string() + ": is missing or damaged; " + object + " refers to it"});
             return false;
         }
-        FileLock its_lock;
-        take_lock(its_lock, to.lock_file(its->at("key").as_string()), wait);
-        if (!copy_result(from, to, below, wait, done))
+        if (!copy_locked(from, to, below, *its, wait, done))
             return false;
     }
     to.look_again();
@@ -227,33 +221,24 @@ bool copy_result(const Store& from, const Store& to, const std::string& object, 
         ++done.there;
         return true;
     }
-    const fs::path folder = to.make_temporary();
-    try
+    const WorkFolder folder(to);
+    copy_files_of(from.object(object), folder.path(), wait);
+    fault_point("copy.written");
+    for (const auto& entry : manifest.at("files").as_list())
     {
-        copy_files_of(from.object(object), folder, wait);
-        fault_point("copy.written");
-        for (const auto& entry : manifest.at("files").as_list())
+        wait();
+        if (auto damage = find_damage(folder.path(), stored_file_from(entry)))
         {
-            wait();
-            if (auto damage = find_damage(folder, stored_file_from(entry)))
-            {
-                done.damages.push_back({object, from.object(object).string() + ": was not copied: " + *damage});
-                remove_quietly(folder);
-                return false;
-            }
+            done.damages.push_back({object, from.object(object).string() + ": was not copied: " + *damage});
+            return false;
         }
-        const double bytes = static_cast<double>(manifest.at("bytes").as_int());
-        manifest.as_map().pop_back();  // Its checksum.
-        put_in_place(to, folder, result, manifest);
-        ++done.copied;
-        done.copied_mb += bytes / (1024.0 * 1024.0);
-        return true;
     }
-    catch (...)
-    {
-        remove_quietly(folder);
-        throw;
-    }
+    manifest.as_map().pop_back();  // Its checksum.
+    const auto outputs = each(entries_of(folder.path()), [](const fs::path& output) { return output.filename().string(); });
+    put_in_place(to, folder.path(), list_tree(folder.path(), outputs), result, manifest);
+    ++done.copied;
+    done.copied_mb += static_cast<double>(manifest.at("bytes").as_int()) / (1024.0 * 1024.0);
+    return true;
 }
 
 CopiedResults copy_results(const Store& from, const Store& to, const std::vector<std::string>& objects,
@@ -270,11 +255,10 @@ CopiedResults copy_results(const Store& from, const Store& to, const std::vector
     CopiedResults done;
     for (const auto& object : chosen)
     {
-        const std::optional<Value> manifest = from.whole_manifest(object);
-        FileLock its_lock;
-        if (manifest)
-            take_lock(its_lock, to.lock_file(manifest->at("key").as_string()), wait);
-        copy_result(from, to, object, wait, done);
+        if (const std::optional<Value> manifest = from.whole_manifest(object))
+            copy_locked(from, to, object, *manifest, wait, done);
+        else
+            copy_result(from, to, object, wait, done);  // Says what is wrong with it.
     }
     return done;
 }

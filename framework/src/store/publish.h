@@ -29,17 +29,13 @@ struct Publication
 /// Throws Error if a file cannot be written or is of a kind that cannot be stored; nothing is published then.
 StoredResult publish(const Store& store, const std::filesystem::path& folder, const Publication& publication);
 
-/// The last steps of that, for a folder with the files of a manifest that is known: flushes them to the disk, renames the folder,
-/// remembers the result under its key, writes the manifest last.
-void put_in_place(const Store& store, const std::filesystem::path& folder, const StoredResult& result, const Value& manifest);
-
 struct CopiedResults
 {
     std::size_t copied = 0;
     std::size_t there = 0;  ///< Were there before.
     double copied_mb = 0;
-    std::vector<Damage>
-        damages;  ///< Of results that were not copied, as they, or those that they refer to, are damaged in `from`.
+    /// Of results that were not copied, as they, or those that they refer to, are damaged in `from`.
+    std::vector<Damage> damages;
 };
 
 /// Copies a result, and before it those that it refers to, from one store to another: its files first, verified against its

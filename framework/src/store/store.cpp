@@ -16,8 +16,6 @@
 #include <random>
 #include <sys/stat.h>
 
-// What keys led to.
-
 namespace fresco::host
 {
 
@@ -121,12 +119,22 @@ bool change_results(const Store& store, const std::string& key, const std::funct
     return locked && done;
 }
 
-bool contains_all(const std::vector<Dependency>& dependencies, const std::vector<fs::path>& files)
+/// Why a result does not serve a stage with these input files now; empty: it does. `renewed`: a stamp of its dependencies was.
+std::string misfit_of(StoredResult& result, const std::vector<fs::path>& files, bool& renewed)
 {
-    return std::all_of(
-        files.begin(), files.end(),
-        [&](const fs::path& file)
-        { return std::ranges::any_of(dependencies, [&](const Dependency& dependency) { return dependency.path == file; }); });
+    const auto is_listed = [&](const fs::path& file)
+    { return std::ranges::find(result.dependencies, file, &Dependency::path) != result.dependencies.end(); };
+    const bool is_here = result.roots.is_null() || result.roots == roots_of_process();
+    if (!result.dependencies.empty() && !(is_here && std::ranges::all_of(files, is_listed)))
+        return (files.empty() ? "an input" : files.front().string()) + " has another path, and the stage reads more than it";
+    for (Dependency& dependency : result.dependencies)
+    {
+        const Change change = compare(dependency);
+        if (change == Change::contents)
+            return dependency.path.string() + (dependency.folder ? ": other files in the folder" : " changed");
+        renewed = renewed || change == Change::stamp;
+    }
+    return "";
 }
 
 }  // namespace
@@ -145,13 +153,17 @@ Store::Store(fs::path root) : root_(std::move(root))
         make_folder(root_ / folder);
 }
 
-fs::path Store::make_temporary(std::string prefix) const
+WorkFolder::~WorkFolder()
 {
-    if (prefix.empty())
-        prefix = this_process().text();
+    remove_quietly(path_);
+}
+
+fs::path Store::make_temporary(const std::string& prefix) const
+{
+    const std::string begin = prefix.empty() ? this_process().text() : prefix;
     for (std::random_device random;;)
     {
-        const fs::path folder = root_ / "tmp" / fmt::format("{}.{:08x}{:08x}", prefix, random(), random());
+        const fs::path folder = root_ / "tmp" / fmt::format("{}.{:08x}{:08x}", begin, random(), random());
         const PathEntry entry(folder);
         // Nobody else's business before it is published: another user could swap a file for a link while a plugin writes it.
         if (entry.valid() && mkdirat(entry.folder(), entry.name(), 0700) == 0)
@@ -243,8 +255,7 @@ Value Store::manifest(std::string_view object) const
 {
     const fs::path file = manifest_file(object);
     Value manifest = read_record(file);
-    const std::vector<Dependency> dependencies = each<Dependency>(manifest.at("dependencies").as_list(), dependency_from);
-    if (object_id(manifest.at("key").as_string(), dependencies) != object)
+    if (object_id(manifest.at("key").as_string(), each(manifest.at("dependencies").as_list(), dependency_from)) != object)
         throw Error(file.string() + ": is the manifest of another result");
     return manifest;
 }
@@ -358,44 +369,23 @@ Value roots_for(const std::vector<Dependency>& dependencies)
 
 StoredResult result_of(const std::string& object, const Value& value)
 {
-    StoredResult result{object, {}, {}};
-    for (const auto& reference : value.at("references").as_list())
-        result.references.push_back(reference.as_string());
-    if (const Value* roots = value.find("roots"))
-        result.roots = *roots;
-    for (const auto& dependency : value.at("dependencies").as_list())
-        result.dependencies.push_back(dependency_from(dependency));
-    return result;
+    const Value* roots = value.find("roots");
+    return {object, each(value.at("references").as_list(), &Value::as_string),
+            each(value.at("dependencies").as_list(), dependency_from), roots != nullptr ? *roots : Value()};
 }
 
 std::optional<StoredResult> Store::lookup(const std::string& key, std::string* why_not, const std::vector<fs::path>& files) const
 {
     // A record that cannot be used counts as empty: the stage runs again.
-    std::vector<StoredResult> results = attempt([&] { return read_results(*this, key); }).value_or(std::vector<StoredResult>{});
-    for (std::size_t i = 0; i < results.size(); ++i)
+    for (StoredResult& result : attempt([&] { return read_results(*this, key); }).value_or(std::vector<StoredResult>{}))
     {
         bool renewed = false;
-        bool fits = results[i].dependencies.empty() || (contains_all(results[i].dependencies, files) &&
-                                                        (results[i].roots.is_null() || results[i].roots == roots_of_process()));
-        if (!fits && why_not != nullptr && why_not->empty())
-            *why_not =
-                (files.empty() ? "an input" : files.front().string()) + " has another path, and the stage reads more than it";
-        if (!fits)
-            continue;
-        for (auto& dependency : results[i].dependencies)
+        if (const std::string misfit = misfit_of(result, files, renewed); !misfit.empty())
         {
-            const Change change = compare(dependency);
-            renewed = renewed || change == Change::stamp;
-            fits = change != Change::contents;
-            if (!fits)
-            {
-                if (why_not != nullptr && why_not->empty())
-                    *why_not = dependency.path.string() + (dependency.folder ? ": other files in the folder" : " changed");
-                break;
-            }
-        }
-        if (!fits)
+            if (why_not != nullptr && why_not->empty())
+                *why_not = misfit;
             continue;
+        }
         // Where the new stamps cannot be written, the next look-up reads the files once more.
         if (renewed)
             change_results(*this, key,
@@ -403,11 +393,11 @@ std::optional<StoredResult> Store::lookup(const std::string& key, std::string* w
                            {
                                std::vector<StoredResult> now = read_results(*this, key);
                                for (auto& other : now)
-                                   if (other.object == results[i].object)
-                                       other.dependencies = results[i].dependencies;
+                                   if (other.object == result.object)
+                                       other.dependencies = result.dependencies;
                                return now;
                            });
-        return results[i];
+        return std::move(result);
     }
     return std::nullopt;
 }

@@ -91,8 +91,8 @@ class Store
     std::filesystem::path file_index() const { return root_ / "files.jsonl"; }
     std::filesystem::path lock_file(std::string_view key) const { return root_ / "locks" / key; }
     /// A new empty folder below tmp/, only for this user, whose name begins with `prefix` and a dot; without one, with this
-    /// process's identity.
-    std::filesystem::path make_temporary(std::string prefix = {}) const;
+    /// process's identity. See WorkFolder.
+    std::filesystem::path make_temporary(const std::string& prefix = {}) const;
     /// Removes every temporary folder whose name begins with `prefix`, and what is in it.
     void remove_temporaries(const std::string& prefix) const;
 
@@ -126,6 +126,21 @@ class Store
   private:
     std::filesystem::path root_;
     mutable std::optional<std::set<std::string>> objects_;  ///< Names, as `restore` found them.
+};
+
+/// A temporary folder that is removed with the object, unless it has another place by then.
+class WorkFolder
+{
+  public:
+    /// As Store::make_temporary.
+    explicit WorkFolder(const Store& store, const std::string& prefix = {}) : path_(store.make_temporary(prefix)) {}
+    ~WorkFolder();
+    WorkFolder(const WorkFolder&) = delete;
+    WorkFolder& operator=(const WorkFolder&) = delete;
+    const std::filesystem::path& path() const { return path_; }
+
+  private:
+    std::filesystem::path path_;
 };
 
 /// The object's name: 16 digits of the key's hash, then 16 of the hash of the key and the contents of its dependencies.

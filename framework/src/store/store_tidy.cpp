@@ -18,9 +18,10 @@ namespace fresco::host
 namespace
 {
 
-/// Adds what the used objects refer to.
-void add_references(const Store& store, UsedResults& used)
+/// With what the used objects refer to.
+UsedResults all_used(const Store& store)
 {
+    UsedResults used = used_results(store);
     for (const std::string& object : std::vector<std::string>(used.objects.begin(), used.objects.end()))
     {
         try
@@ -38,6 +39,7 @@ void add_references(const Store& store, UsedResults& used)
             continue;  // Damaged: what it refers to cannot be told; its makers have their own records.
         }
     }
+    return used;
 }
 
 double folder_mb(const fs::path& folder)
@@ -108,17 +110,15 @@ void remove_leftovers(const Store& store, const UsedResults& used)
     {
         const std::string prefix = object_prefix(file.stem().string());
         const auto object = objects.lower_bound(prefix);
-        if (!is_stored_name(file.stem().native()))
-            continue;
-        if (object == objects.end() || !object->starts_with(prefix))
+        const bool leads_on = object != objects.end() && object->starts_with(prefix);
+        if (is_stored_name(file.stem().native()) && !leads_on)
             remove_quietly(file);
     }
     for (const auto& file : entries_of(store.root() / "locks"))
         if (is_stored_name(file.filename().native()) && FileLock(file).try_exclusive())
             remove_quietly(file);
-    std::vector<fs::path> folders{store.root(), store.root() / "keys", store.root() / "checkpoints"};
-    for (const auto& folder : entries_of(store.root() / "stages"))
-        folders.push_back(folder);
+    std::vector<fs::path> folders = entries_of(store.root() / "stages");
+    folders.insert(folders.end(), {store.root(), store.root() / "keys", store.root() / "checkpoints"});
     for (const auto& folder : folders)
         for (const auto& file : entries_of(folder))
             if (const std::string name = file.filename();
@@ -152,21 +152,8 @@ std::vector<StoredObject> objects_of(const Store& store, const UsedResults& used
         object.in_use = used.objects.contains(object.id) || used.stages.contains(object.stage);
         objects.push_back(std::move(object));
     }
-    std::stable_sort(objects.begin(), objects.end(), [](const auto& a, const auto& b) { return a.time_s > b.time_s; });
+    std::ranges::stable_sort(objects, std::greater(), &StoredObject::time_s);
     return objects;
-}
-
-UsedResults all_used(const Store& store)
-{
-    UsedResults used = used_results(store);
-    add_references(store, used);
-    return used;
-}
-
-std::string other_run(const fs::path& lock)
-{
-    const std::string holder = FileLock::holder_of(lock);
-    return "another run" + (holder.empty() ? "" : " (" + holder + ")");
 }
 
 }  // namespace
@@ -202,8 +189,12 @@ bool discard_damaged(const Store& store, const std::string& object, int threads)
             if (!store.present(object))
                 return true;
             if (tries == patience)
-                throw Error(store.object(object).string() + ": is damaged, and " + other_run(store.lock_file(*key)) +
+            {
+                const std::string holder = FileLock::holder_of(store.lock_file(*key));
+                throw Error(store.object(object).string() + ": is damaged, and another run" +
+                            (holder.empty() ? "" : " (" + holder + ")") +
                             " is at work on the same result; run again when that one has ended");
+            }
             std::this_thread::sleep_for(std::chrono::milliseconds(20));
         }
     }

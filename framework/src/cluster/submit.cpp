@@ -238,13 +238,8 @@ RunSummary summary_of(const std::vector<StageNode>& stages, const std::vector<Ta
 {
     RunSummary summary;
     for (const StageNode& node : stages)
-    {
-        if (node.state == StageState::not_selected)
-            continue;
-        StageOutcome& outcome = summary.stages.emplace_back();
-        identify(outcome, node);
-        outcome.error = node.error;
-    }
+        if (node.state != StageState::not_selected)
+            summary.stages.push_back(outcome_of(node));
     mark_failed(summary, tasks);
     return summary;
 }

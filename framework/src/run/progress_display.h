@@ -17,7 +17,7 @@ struct StageOutcome
 {
     std::string stage;
     std::string type;
-    StageState state = StageState::waiting;
+    StageState state = StageState::not_selected;
     std::string key;  ///< That its result has, or would have; empty: not known.
     std::string object;
     double seconds = 0;
@@ -25,6 +25,12 @@ struct StageOutcome
     double disk_mb = 0;
     int threads = 0;
     std::string error;
+
+    /// Whether it ran, and the figures are those of this run.
+    bool is_of_this_run() const
+    {
+        return state == StageState::done || state == StageState::failed || state == StageState::interrupted;
+    }
 };
 
 /// How a stage of a run stands.

@@ -63,59 +63,28 @@ std::vector<std::string> names_of_parts(const std::filesystem::path& file)
 
 }  // namespace
 
-RunState::RunState(const Pipeline& pipeline, const Store& store, FileHashes& hashes, const Store* upstream)
-    : store_(store), upstream_(upstream), hashes_(hashes)
+RunState::RunState(const Pipeline& pipeline, const Store& store, FileHashes& hashes, const std::string& until,
+                   const Store* upstream, const RunPart* part)
+    : store_(store), upstream_(upstream), hashes_(hashes), part_(part)
 {
+    std::vector<std::size_t> open;  // First the ends.
     for (const auto& stage : pipeline.stages)
     {
         const std::size_t place = nodes_.size();
-        StageNode node;
+        StageNode& node = nodes_.emplace_back();
         node.stage = &stage;
         node.producers = pipeline.graph->needs(place);
         node.consumers = pipeline.graph->needed_by(place);
-        node.exports_files = !files_outputs(stage).empty();
-        nodes_.push_back(std::move(node));
+        node.may_run = part == nullptr || part->stages.contains(stage.name);
+        node.exports_files = node.may_run && !files_outputs(stage).empty();
+        if (part != nullptr ? node.may_run : until.empty() || stage.own_name == until)
+            open.push_back(place);
     }
-}
-
-RunState::RunState(const Pipeline& pipeline, const Store& store, FileHashes& hashes, const std::string& until,
-                   const Store* upstream)
-    : RunState(pipeline, store, hashes, upstream)
-{
-    if (until.empty())
-        return;
-    std::vector<std::size_t> ends;
-    for (std::size_t i = 0; i < nodes_.size(); ++i)
-        if (nodes_[i].stage->own_name == until)
-            ends.push_back(i);
-    if (ends.empty())
-        throw Error("--until " + until + ": the pipeline has no stage of this name");
-    select_with_ancestors(ends);
-}
-
-RunState::RunState(const Pipeline& pipeline, const Store& store, FileHashes& hashes, const RunPart& part, const Store* upstream)
-    : RunState(pipeline, store, hashes, upstream)
-{
-    part_ = &part;
-    std::vector<std::size_t> ends;
-    for (std::size_t i = 0; i < nodes_.size(); ++i)
-    {
-        StageNode& node = nodes_[i];
-        node.may_run = part.stages.contains(node.stage->name);
-        node.exports_files = node.exports_files && node.may_run;
-        if (node.may_run)
-            ends.push_back(i);
-    }
-    if (ends.size() != part.stages.size())
+    if (part != nullptr && open.size() != part->stages.size())
         throw Error("the pipeline doesn't have all stages of the part that is to be run");
-    select_with_ancestors(ends);
-}
-
-void RunState::select_with_ancestors(const std::vector<std::size_t>& ends)
-{
-    for (StageNode& node : nodes_)
-        node.selected = false;
-    for (std::vector<std::size_t> open = ends; !open.empty();)
+    if (part == nullptr && open.empty() && !until.empty())
+        throw Error("--until " + until + ": the pipeline has no stage of this name");
+    while (!open.empty())
     {
         StageNode& node = nodes_[open.back()];
         open.pop_back();

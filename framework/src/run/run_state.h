@@ -41,7 +41,7 @@ struct StageNode
     const PipelineStage* stage = nullptr;
     std::vector<std::size_t> producers;
     std::vector<std::size_t> consumers;
-    bool selected = true;
+    bool selected = false;
     bool may_run = true;  ///< False: its result must be in the store where something reads it.
     bool exports_files = false;
     StageState state = StageState::waiting;
@@ -58,6 +58,8 @@ struct StageNode
     bool elsewhere = false;  ///< Not here, but in the upstream store, from where it can be copied.
     std::string why_not;     ///< Which outside file changed, where that is why there is no result.
 
+    CostFigures took;   ///< In this run.
+    int threads = 0;    ///< The same.
     std::string error;  ///< Of a failed one.
     int error_code = 0;
 };
@@ -78,13 +80,10 @@ struct RunPart
 class RunState
 {
   public:
-    /// `until`: that stage and what it needs; empty: all. The pipeline and the store must outlive it.
-    /// `upstream`: a store that lends the results that this one lacks; null: none. Must outlive it, too.
+    /// `until`: that stage and what it needs; empty: all. `upstream`: a store that lends the results that this one lacks; null:
+    /// none. `part`: those stages and no others, whatever `until` says; null: no part. All must outlive it.
     RunState(const Pipeline& pipeline, const Store& store, FileHashes& hashes, const std::string& until,
-             const Store* upstream = nullptr);
-    /// Those that `part` names, and no others. It must outlive the object.
-    RunState(const Pipeline& pipeline, const Store& store, FileHashes& hashes, const RunPart& part,
-             const Store* upstream = nullptr);
+             const Store* upstream = nullptr, const RunPart* part = nullptr);
 
     const Store* upstream() const { return upstream_; }
     std::vector<StageNode>& nodes() { return nodes_; }
@@ -100,9 +99,6 @@ class RunState
     std::vector<std::size_t> take_arrived() { return std::exchange(arrived_, {}); }
 
   private:
-    RunState(const Pipeline& pipeline, const Store& store, FileHashes& hashes, const Store* upstream);
-    void select_with_ancestors(const std::vector<std::size_t>& ends);
-
     /// What others see of a stage.
     struct View
     {
@@ -125,7 +121,7 @@ class RunState
     const Store& store_;
     const Store* upstream_;
     FileHashes& hashes_;
-    const RunPart* part_ = nullptr;
+    const RunPart* part_;
     std::vector<StageNode> nodes_;
     std::vector<View> views_;
     std::set<std::size_t> to_look_at_;

@@ -1,7 +1,6 @@
 #include "run/running_stage.h"
 #include "base/common.h"
 #include "base/text.h"
-#include "run/stage_choice.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/process.h>
@@ -17,10 +16,12 @@ namespace fresco::host
 namespace
 {
 
+constexpr std::size_t tail_lines = 12;
+
 /// Environment of the libraries behind a stage. What the user has set stays, except the number of threads.
-std::vector<std::pair<std::string, std::string>> library_environment(int threads)
+EnvironmentChanges library_environment(int threads)
 {
-    std::vector<std::pair<std::string, std::string>> changes;
+    EnvironmentChanges changes;
     for (const char* name : {"OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OPENCV_FOR_THREADS_NUM"})
         changes.emplace_back(name, std::to_string(threads));
     const auto propose = [&](const char* name, const char* value)
@@ -37,36 +38,12 @@ std::vector<std::pair<std::string, std::string>> library_environment(int threads
     return changes;
 }
 
-/// What it did not say itself.
-std::string end_text(const RunningStage& running)
-{
-    const ProcessEnd& end = running.end();
-    const std::string report = "; please report it to the author of the plugin " + running.node().stage->type->library.string();
-    std::string text;
-    if (end.exit_code == worker_lost_channel)
-        text = "it closed descriptor " + std::to_string(child_channel) + ", by which it speaks to the host" + report;
-    else if (end.signal == SIGKILL && running.memory_ran_out())
-        text = "its process was killed, most likely because the machine ran out of memory (it had used " +
-               size_text(end.peak_memory_mb) + "): close other programs or ask for less";
-    else if (end.signal == SIGKILL)
-        text = "its process was killed from outside: by a user, a debugger, or the system (it had used " +
-               size_text(end.peak_memory_mb) + " of memory); run again to resume";
-    else if (end.signal == SIGABRT && memory_limit_mb() > 0)
-        text = "its process ended itself, most likely because it may use no more than " + size_text(memory_limit_mb()) +
-               " of memory: raise the limit (ulimit -d, ulimit -v)";
-    else if (end.signal != 0)
-        text = "its process crashed: " + signal_text(end.signal) + report;
-    else
-        text = "its process ended with exit code " + std::to_string(end.exit_code) + " before the stage was done" + report;
-    if (running.limits().memory_mb > 0 && end.signal != 0)
-        text += "; it had used " + size_text(end.peak_memory_mb) + " of its limit of " + size_text(running.limits().memory_mb) +
-                " (--isolate-memory)";
-    if (const std::string tail = running.printed_tail(); !tail.empty())
-        text += "; the last it printed:" + tail;
-    return text;
-}
-
 }  // namespace
+
+std::filesystem::path preview_folder(const std::filesystem::path& out, const PipelineStage& stage)
+{
+    return out / stage.place / "preview" / stage.own_name;
+}
 
 WorkerRequest make_worker_request(const StageNode& node, const RunState& state, const Store& store, const fs::path& out,
                                   int threads, FileHashes& hashes)
@@ -90,7 +67,7 @@ WorkerRequest make_worker_request(const StageNode& node, const RunState& state, 
     }
     for (const auto& wire : stage.wires)
     {
-        WorkerInput input{wire.port, wire.artifact, wire.file.string(), "", wire.from_port, {}, wire.file, wire.reader};
+        WorkerInput input{wire.port, "", "", wire.from_port, {}, wire.file, wire.reader};
         if (!wire.from_stage.empty())
         {
             input.from = wire.from_stage + "." + wire.from_port;
@@ -208,34 +185,29 @@ void RunningStage::take_event(const std::string& line)
         display_->stage_says(stage, text, name == "warning");
     }
     else if (name == "damaged" && inputs_.contains(event.at("object").as_string()))
-        damage_ = Damage{event.at("object").as_string(), event.at("text").as_string()};
+        answer_.damage = Damage{event.at("object").as_string(), event.at("text").as_string()};
     else if (name == "not_fetched")
-        not_fetched_ = event.at("text").as_string();
+        answer_.not_fetched = event.at("text").as_string();
     else if (name == "failed")
     {
-        failure_ = event.at("text").as_string();
-        log_.add("error: " + failure_);
+        answer_.failure = event.at("text").as_string();
+        log_.add("error: " + answer_.failure);
     }
     else if (name == "canceled")
-        was_canceled_ = true;
+        answer_.was_canceled = true;
     else if (name == "done")
         take_result(event);
 }
 
 void RunningStage::take_result(const Value& event)
 {
-    StoredResult result;
-    result.object = event.at("object").as_string();
+    const std::string& object = event.at("object").as_string();
     // The plugin can write to the channel, too: no stage gets another's result by that.
-    if (!result.object.starts_with(object_prefix(node_->key)))
+    if (!object.starts_with(object_prefix(node_->key)))
         return;
-    for (const auto& reference : event.at("references").as_list())
-        result.references.push_back(reference.as_string());
-    result_ = std::move(result);
-    was_stored_ = event.at("stored").as_bool();
-    seconds_ = event.at("seconds").as_double();
-    memory_mb_ = event.at("memory_mb").as_double();
-    disk_mb_ = event.at("disk_mb").as_double();
+    answer_.result = StoredResult{object, each(event.at("references").as_list(), &Value::as_string), {}};
+    answer_.was_stored = event.at("stored").as_bool();
+    answer_.cost = {event.at("seconds").as_double(), event.at("memory_mb").as_double(), event.at("disk_mb").as_double()};
 }
 
 void RunningStage::take_print(const std::string& line)
@@ -286,12 +258,53 @@ bool RunningStage::ended()
     return true;
 }
 
-std::string RunningStage::printed_tail() const
+/// What the process did not say itself.
+std::string RunningStage::end_text() const
 {
+    const std::string report = "; please report it to the author of the plugin " + node_->stage->type->library.string();
     std::string text;
+    if (end_.exit_code == worker_lost_channel)
+        text = "it closed descriptor " + std::to_string(child_channel) + ", by which it speaks to the host" + report;
+    else if (end_.signal == SIGKILL && oom_kills() > oom_kills_)
+        text = "its process was killed, most likely because the machine ran out of memory (it had used " +
+               size_text(end_.peak_memory_mb) + "): close other programs or ask for less";
+    else if (end_.signal == SIGKILL)
+        text = "its process was killed from outside: by a user, a debugger, or the system (it had used " +
+               size_text(end_.peak_memory_mb) + " of memory); run again to resume";
+    else if (end_.signal == SIGABRT && memory_limit_mb() > 0)
+        text = "its process ended itself, most likely because it may use no more than " + size_text(memory_limit_mb()) +
+               " of memory: raise the limit (ulimit -d, ulimit -v)";
+    else if (end_.signal != 0)
+        text = "its process crashed: " + signal_text(end_.signal) + report;
+    else
+        text = "its process ended with exit code " + std::to_string(end_.exit_code) + " before the stage was done" + report;
+    if (limits_.memory_mb > 0 && end_.signal != 0)
+        text += "; it had used " + size_text(end_.peak_memory_mb) + " of its limit of " + size_text(limits_.memory_mb) +
+                " (--isolate-memory)";
+    if (!tail_.empty())
+        text += "; the last it printed:";
     for (const auto& line : tail_)
         text += "\n    | " + line;
     return text;
+}
+
+std::string RunningStage::failure_text(const fs::path& pipeline) const
+{
+    const bool said = exceeded_limit() || !answer_.failure.empty();
+    const std::string text = !said ? end_text() : exceeded_limit() ? limit_text_ : answer_.failure;
+    const bool shown = !said && printed_lines_ <= tail_lines;
+    if (shown || printed_lines_ == 0)
+        return text;
+    const std::string place = path_text(store_->root());
+    return text + "\n    all that it printed: fresco log " + shell_word(path_text(pipeline)) + " " +
+           shell_word(node_->stage->name) + (place == default_store ? "" : " --store " + shell_word(place));
+}
+
+int RunningStage::failure_code() const
+{
+    // Of a code without a word about it anything in the process may be the cause.
+    const int code = answer_.failure.empty() || exceeded_limit() ? worker_failed : end_.exit_code;
+    return code == worker_missing_input || code == worker_plugin ? code : worker_failed;
 }
 
 std::string stage_error_text(const PipelineStage& stage, const std::string& text)
@@ -323,25 +336,6 @@ std::string repeated_damage_text(const Damage& damage, const RunState& state)
             text += ", and whether stage " + node.stage->name + " (plugin " + node.stage->type->library.string() +
                     ") leaves threads that write into its outputs";
     return text;
-}
-
-std::string failure_text(const RunningStage& running, const std::filesystem::path& pipeline, const std::filesystem::path& store)
-{
-    const bool said = !running.limit_text().empty() || !running.failure().empty();
-    const std::string text = !said ? end_text(running) : running.limit_text().empty() ? running.failure() : running.limit_text();
-    const bool shown = !said && running.printed_lines() <= RunningStage::tail_lines;
-    if (shown || running.printed_lines() == 0)
-        return text;
-    const std::string place = path_text(store);
-    return text + "\n    all that it printed: fresco log " + shell_word(path_text(pipeline)) + " " +
-           shell_word(running.node().stage->name) + (place == default_store ? "" : " --store " + shell_word(place));
-}
-
-int failure_code(const RunningStage& running)
-{
-    // Of a code without a word about it anything in the process may be the cause.
-    const int code = running.failure().empty() || !running.limit_text().empty() ? worker_failed : running.end().exit_code;
-    return code == worker_missing_input || code == worker_plugin ? code : worker_failed;
 }
 
 }  // namespace fresco::host

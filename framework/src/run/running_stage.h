@@ -25,6 +25,21 @@ namespace fresco::host
 WorkerRequest make_worker_request(const StageNode& node, const RunState& state, const Store& store,
                                   const std::filesystem::path& out, int threads, FileHashes& hashes);
 
+/// Where a stage's previews go while it runs.
+std::filesystem::path preview_folder(const std::filesystem::path& out, const PipelineStage& stage);
+
+/// What a worker said of its stage.
+struct StageAnswer
+{
+    std::optional<StoredResult> result;
+    bool was_stored = false;  ///< The result was there already.
+    CostFigures cost;         ///< Of making the result.
+    std::optional<Damage> damage;
+    std::string not_fetched;  ///< Why a result could not be copied from another store; empty: it could.
+    std::string failure;
+    bool was_canceled = false;  ///< It stopped on request.
+};
+
 /// A stage at work in its process.
 class RunningStage
 {
@@ -52,29 +67,16 @@ class RunningStage
     void hold_to_limits();
 
     const ProcessEnd& end() const { return end_; }
-    const std::optional<StoredResult>& result() const { return result_; }
-    bool was_stored() const { return was_stored_; }
-    const std::optional<Damage>& damage() const { return damage_; }
-    /// Why a result could not be copied from another store; empty: it could.
-    const std::string& not_fetched() const { return not_fetched_; }
-    const std::string& failure() const { return failure_; }
-    /// Which limit it was ended for, in words; or empty.
-    const std::string& limit_text() const { return limit_text_; }
-    const StageLimits& limits() const { return limits_; }
-    /// The system killed some process since the start, because memory ran out.
-    bool memory_ran_out() const { return oom_kills() > oom_kills_; }
-    /// It said that it stopped on request.
-    bool was_canceled() const { return was_canceled_; }
-    /// The last lines that it printed, tail_lines at most.
-    std::string printed_tail() const;
-    static constexpr std::size_t tail_lines = 12;
-    std::size_t printed_lines() const { return printed_lines_; }
+    const StageAnswer& answer() const { return answer_; }
+    bool exceeded_limit() const { return !limit_text_.empty(); }
     double elapsed() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
-    double seconds() const { return seconds_; }
-    double memory_mb() const { return memory_mb_; }
-    double disk_mb() const { return disk_mb_; }
+    /// Why the process ended without a result, in words, and the command that shows all it printed, where that is more.
+    std::string failure_text(const std::filesystem::path& pipeline) const;
+    /// The host's exit code for it.
+    int failure_code() const;
 
   private:
+    std::string end_text() const;
     void take_event(const std::string& line);
     void take_print(const std::string& line);
     void take_result(const Value& event);
@@ -91,25 +93,17 @@ class RunningStage
     Child child_;
     LineBuffer events_{std::size_t{1} << 24U};
     LineBuffer output_;
-    std::deque<std::string> tail_;
+    std::deque<std::string> tail_;  ///< The last lines that it printed.
     std::size_t printed_lines_ = 0;
     bool resumes_;
     StageLog log_;
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
     ProcessEnd end_;
-    std::optional<StoredResult> result_;
-    std::optional<Damage> damage_;
-    std::string not_fetched_;
-    std::string failure_;
-    std::string limit_text_;
+    StageAnswer answer_;
+    std::string limit_text_;  ///< Which limit it was ended for, in words; or empty.
     std::chrono::steady_clock::time_point kill_time_;
     std::chrono::steady_clock::time_point memory_time_;
     bool runs_ = false;
-    bool was_canceled_ = false;
-    bool was_stored_ = false;
-    double seconds_ = 0;
-    double memory_mb_ = 0;
-    double disk_mb_ = 0;
 };
 
 /// "room.yaml:7:3: error: stage mesh (mesh.decimate): TEXT" and the inputs it worked on.
@@ -117,10 +111,5 @@ std::string stage_error_text(const PipelineStage& stage, const std::string& text
 
 /// Of a result that is damaged again after it was recomputed: what may do that.
 std::string repeated_damage_text(const Damage& damage, const RunState& state);
-
-/// Why a stage's process ended without a result, in words, and the command that shows all it printed, where that is more.
-std::string failure_text(const RunningStage& running, const std::filesystem::path& pipeline, const std::filesystem::path& store);
-/// The host's exit code for it.
-int failure_code(const RunningStage& running);
 
 }  // namespace fresco::host

@@ -80,58 +80,6 @@ class StopSignals
     bool told_to_end_ = false;
 };
 
-/// What the stages of one run came to, shown as each ends. One thread.
-class RunOutcomes
-{
-  public:
-    /// The display must outlive it.
-    explicit RunOutcomes(ProgressDisplay& display) : display_(display) {}
-
-    /// What it took, of a stage whose process ended well.
-    void take_figures(const RunningStage& running)
-    {
-        StageOutcome& outcome = of(running.node());
-        outcome.seconds = running.seconds();
-        outcome.memory_mb = running.memory_mb();
-        outcome.disk_mb = running.disk_mb();
-        outcome.threads = running.threads();
-    }
-
-    /// Where the figures of any other are put before it ends.
-    StageOutcome& of(const StageNode& node) { return outcomes_[node.stage->name]; }
-
-    /// The stage has come to its state: shows it.
-    void end(const StageNode& node)
-    {
-        StageOutcome& outcome = of(node);
-        identify(outcome, node);
-        if (node.state == StageState::failed)
-            outcome.error = stage_error_text(*node.stage, node.error);
-        display_.stage_ends(outcome);
-    }
-
-    /// Of all stages that were selected, in their order; what failed before it could begin is shown now.
-    std::vector<StageOutcome> all(const std::vector<StageNode>& nodes)
-    {
-        std::vector<StageOutcome> result;
-        for (const StageNode& node : nodes)
-        {
-            if (node.state == StageState::not_selected)
-                continue;
-            if (node.state == StageState::failed && !outcomes_.contains(node.stage->name))
-                end(node);
-            StageOutcome outcome = of(node);
-            identify(outcome, node);
-            result.push_back(std::move(outcome));
-        }
-        return result;
-    }
-
-  private:
-    ProgressDisplay& display_;
-    std::map<std::string, StageOutcome> outcomes_;
-};
-
 /// The exit code for what failed, 0 if nothing did. That a stage itself failed counts for more than that an input was missing.
 int exit_code_of(const std::vector<StageNode>& nodes)
 {
@@ -152,9 +100,10 @@ class Scheduler
     Scheduler(const RunRequest& request, ProgressDisplay& display)
         : request_(request), display_(display), store_(request.store),
           upstream_(request.upstream.empty() ? std::nullopt : std::optional<Store>(request.upstream)),
-          hashes_(store_.file_index()), state_(make_state()), turns_(request.pipeline->sweep, request.jobs, request.keep_going),
-          costs_(store_, request.estimates), standings_(display, costs_, request.out), exporter_(store_, request.out, hashes_),
-          outcomes_(display)
+          hashes_(store_.file_index()),
+          state_(*request.pipeline, store_, hashes_, request.until, upstream(), request.part ? &*request.part : nullptr),
+          turns_(request.pipeline->sweep, request.jobs, request.keep_going), costs_(store_, request.estimates),
+          exporter_(store_, request.out, hashes_)
     {
     }
 
@@ -167,7 +116,7 @@ class Scheduler
             for (;;)
             {
                 const bool tried = dispatch();
-                standings_.show(state_.nodes(), !running_.empty(), request_.cores);
+                show_states();
                 if (running_.empty() && !tried)
                     break;
                 if (running_.empty())
@@ -181,19 +130,13 @@ class Scheduler
     }
 
   private:
-    RunState make_state()
-    {
-        const Store* const upstream = upstream_ ? &*upstream_ : nullptr;
-        return request_.part ? RunState(*request_.pipeline, store_, hashes_, *request_.part, upstream)
-                             : RunState(*request_.pipeline, store_, hashes_, request_.until, upstream);
-    }
-
+    const Store* upstream() const { return upstream_ ? &*upstream_ : nullptr; }
     bool stopping() const { return stops_ > 0; }
 
     /// Waits until nobody tidies up the store; false if told to stop before.
     bool enter_store()
     {
-        use_.emplace(store_, upstream_ ? &*upstream_ : nullptr);
+        use_.emplace(store_, upstream());
         const auto begin = Clock::now();
         Backoff backoff;
         for (bool told = false; !use_->try_enter();)
@@ -257,6 +200,23 @@ class Scheduler
         {
             fail(node, error.what(), worker_failed);
         }
+    }
+
+    /// Shows the stages whose state has changed. There may be thousands: while some are running, ten times a second at most.
+    void show_states()
+    {
+        if (!running_.empty() && Clock::now() - last_shown_ < std::chrono::milliseconds(100))
+            return;
+        last_shown_ = Clock::now();
+        const std::vector<StageNode>& nodes = state_.nodes();
+        shown_.resize(nodes.size());
+        std::vector<StageStanding> changed;
+        for (std::size_t i = 0; i < nodes.size(); ++i)
+            if (const StageNode& node = nodes[i]; std::exchange(shown_[i], node.state) != node.state)
+                changed.push_back(
+                    {node.stage->name, node.state, costs_.expected(node).seconds, preview_folder(request_.out, *node.stage)});
+        if (!changed.empty())
+            display_.stages(changed, request_.cores);
     }
 
     void wait()
@@ -332,45 +292,55 @@ class Scheduler
     {
         StageNode& node = running.node();
         const ProcessEnd& end = running.end();
-        if (running.result() && end.exit_code == 0 && store_.present(*running.result()))
+        const StageAnswer& answer = running.answer();
+        if (answer.result && end.exit_code == 0 && store_.present(*answer.result))
         {
-            node.result = running.result();
+            node.result = answer.result;
             node.present = true;
-            node.state = running.was_stored() ? StageState::stored : StageState::done;
-            outcomes_.take_figures(running);
-            if (!running.was_stored())
-                keep_books([&] { costs_.remember(node, {running.seconds(), running.memory_mb(), running.disk_mb()}); });
-            outcomes_.end(node);
+            node.state = answer.was_stored ? StageState::stored : StageState::done;
+            node.took = answer.cost;
+            node.threads = running.threads();
+            if (!answer.was_stored)
+                keep_books([&] { costs_.remember(node, answer.cost); });
+            show_end(node);
         }
-        else if (!running.not_fetched().empty())
+        else if (!answer.not_fetched.empty())
         {
-            display_.note(running.not_fetched() + ": stage " + node.stage->name + " runs instead");
+            display_.note(answer.not_fetched + ": stage " + node.stage->name + " runs instead");
             node.state = StageState::waiting;
             node.elsewhere = false;
         }
-        else if (running.damage())
-            repair(*running.damage(), node);
-        else if (running.limit_text().empty() && (running.was_canceled() || (stopping() && end.signal != 0)))
+        else if (answer.damage)
+            repair(*answer.damage, node);
+        else if (!running.exceeded_limit() && (answer.was_canceled || (stopping() && end.signal != 0)))
         {
             node.state = StageState::interrupted;
             if (!stopping())
                 stop_in_order("stage " + node.stage->name + " was told to stop from outside: stopping");
-            outcomes_.of(node).seconds = running.elapsed();
-            outcomes_.end(node);
+            node.took.seconds = running.elapsed();
+            show_end(node);
         }
         else
         {
-            outcomes_.of(node).seconds = running.elapsed();
-            fail(node, failure_text(running, request_.pipeline->file, store_.root()), failure_code(running));
-            end_orphans();
+            node.took.seconds = running.elapsed();
+            fail(node, running.failure_text(request_.pipeline->file), running.failure_code());
+            orphans_.end(each(running_, &RunningStage::process));
         }
         state_.update(node);
     }
 
-    void end_orphans() const
+    static StageOutcome outcome(const StageNode& node)
     {
-        const std::vector<pid_t> own = each<pid_t>(running_, [&](const auto& running) { return running.process(); });
-        orphans_.end(own);
+        StageOutcome outcome = outcome_of(node);
+        if (node.state == StageState::failed)
+            outcome.error = stage_error_text(*node.stage, node.error);
+        return outcome;
+    }
+
+    void show_end(const StageNode& node)
+    {
+        ended_.insert(&node);
+        display_.stage_ends(outcome(node));
     }
 
     /// What is written about results, not the results: no run ends because there is no room for it.
@@ -414,7 +384,7 @@ class Scheduler
         node.state = StageState::failed;
         node.error = text;
         node.error_code = code;
-        outcomes_.end(node);
+        show_end(node);
         state_.update(node);
     }
 
@@ -483,7 +453,15 @@ class Scheduler
             if (node.state == StageState::not_needed && node.may_run && node.result)
                 record(node);
         RunSummary result;
-        result.stages = outcomes_.all(state_.nodes());
+        for (const auto& node : state_.nodes())
+        {
+            if (node.state == StageState::not_selected)
+                continue;
+            // What failed before it could begin.
+            if (node.state == StageState::failed && !ended_.contains(&node))
+                show_end(node);
+            result.stages.push_back(outcome(node));
+        }
         result.files = exporter_.files();
         result.exit_code = stopping() ? int{worker_canceled} : exit_code_of(state_.nodes());
         const bool whole =
@@ -508,12 +486,13 @@ class Scheduler
     RunState state_;
     SweepTurns turns_;
     StageCosts costs_;
-    StageStandings standings_;
     Exporter exporter_;
     StopSignals signals_;
     Orphans orphans_;
     std::list<RunningStage> running_;
-    RunOutcomes outcomes_;
+    std::set<const StageNode*> ended_;
+    std::vector<std::optional<StageState>> shown_;
+    Clock::time_point last_shown_;
     std::map<std::string, std::string> taken_;
     std::map<std::string, int> repairs_;
     int stops_ = 0;
@@ -522,13 +501,18 @@ class Scheduler
 
 }  // namespace
 
-void identify(StageOutcome& outcome, const StageNode& node)
+StageOutcome outcome_of(const StageNode& node)
 {
-    outcome.stage = node.stage->name;
-    outcome.type = node.stage->type->type;
-    outcome.state = node.state == StageState::waiting ? StageState::blocked : node.state;
-    outcome.key = node.key;
-    outcome.object = node.present && node.result ? node.result->object : "";
+    return {node.stage->name,
+            node.stage->type->type,
+            node.state == StageState::waiting ? StageState::blocked : node.state,
+            node.key,
+            node.present && node.result ? node.result->object : "",
+            node.took.seconds,
+            node.took.memory_mb,
+            node.took.disk_mb,
+            node.threads,
+            node.error};
 }
 
 const StageOutcome* RunSummary::outcome_of(const std::string& stage) const

@@ -35,8 +35,8 @@ struct RunRequest
     std::optional<RunPart> part;                   ///< Stages to run in place of all or `until`; others only give their results.
 };
 
-/// Says which stage it is, and how it and its result stand at the end of a run.
-void identify(StageOutcome& outcome, const StageNode& node);
+/// How the stage and its result stand at the end of a run; one that still waits is blocked.
+StageOutcome outcome_of(const StageNode& node);
 
 struct RunSummary
 {

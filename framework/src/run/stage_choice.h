@@ -1,20 +1,15 @@
 #pragma once
 
 #include "pipeline/pipeline.h"
-#include "run/progress_display.h"
 #include "run/run_state.h"
 #include "store/statistics.h"
 
-#include <chrono>
-#include <filesystem>
 #include <map>
-#include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
-/// \file Which stages begin next: whose turn it is in a matrix, what fits the cores and the memory, and what is known of
-/// costs and waiting. Used by the scheduler.
+/// \file Which stages begin next: whose turn it is in a matrix, what they should take, and what fits the cores and the memory.
+/// Used by the scheduler.
 
 namespace fresco::host
 {
@@ -45,32 +40,6 @@ class StageCosts
     const std::map<std::string, CostFigures>& estimates_;
     Statistics statistics_;
     std::map<const StageNode*, Answer> answers_;
-};
-
-/// Where a stage's previews go while it runs.
-std::filesystem::path preview_folder(const std::filesystem::path& out, const PipelineStage& stage);
-
-/// Keeps a display informed of the states of all stages. One thread.
-class StageStandings
-{
-  public:
-    /// The display and the costs must outlive it. `out`: where the run exports to.
-    StageStandings(ProgressDisplay& display, StageCosts& costs, std::filesystem::path out)
-        : display_(display), costs_(costs), out_(std::move(out))
-    {
-    }
-
-    /// Shows the stages whose state has changed. There may be thousands: while some are `running`, ten times a second at most.
-    void show(const std::vector<StageNode>& nodes, bool running, int cores);
-
-  private:
-    using Clock = std::chrono::steady_clock;
-
-    ProgressDisplay& display_;
-    StageCosts& costs_;
-    std::filesystem::path out_;
-    std::vector<std::optional<StageState>> shown_;
-    Clock::time_point last_;
 };
 
 /// Whose turn it is among the combinations of a matrix: they begin in their order, so many at once; a stage may begin with the

@@ -54,9 +54,7 @@ Value told_option(const Value& key, const Value* given)
     if ((key.is_list() && key.as_list().size() > most_entries) || (key.is_map() && key.as_map().size() > most_entries))
         return "more than " + std::to_string(most_entries) + " entries";
     if (key.is_list())
-    {
         return each<Value>(key.as_list(), [&](const Value& entry) { return told_option(entry, nullptr); });
-    }
     if (!key.is_map())
         return key;
     const Value* options = key.find("type") != nullptr ? key.find("options") : nullptr;
@@ -78,6 +76,8 @@ bool is_plain(const Value& value)
     return value.is_bool() || value.is_number() || value.is_string();
 }
 
+Value lasting_entries(const Value::Map& map);
+
 /// Null: nothing to keep.
 Value lasting(const Value& value)
 {
@@ -87,10 +87,14 @@ Value lasting(const Value& value)
         return value;
     if (value.is_list() && value.as_list().size() <= longest_list && std::ranges::all_of(value.as_list(), is_plain))
         return told_option(value, nullptr);
-    if (!value.is_map() || value.as_map().size() > longest_map)
-        return {};
+    return value.is_map() && value.as_map().size() <= longest_map ? lasting_entries(value.as_map()) : Value();
+}
+
+/// The same.
+Value lasting_entries(const Value::Map& map)
+{
     Value::Map kept;
-    for (const auto& [name, entry] : value.as_map())
+    for (const auto& [name, entry] : map)
         if (Value figure = is_time(name) ? Value() : lasting(entry); !figure.is_null())
             kept.emplace_back(name, std::move(figure));
     return kept.empty() ? Value() : Value(std::move(kept));
@@ -108,20 +112,13 @@ Value::List earlier_stages(const Store& store, const std::string& object)
     return stages;
 }
 
-std::vector<fs::path> paths_of(const std::vector<Dependency>& files)
-{
-    return each(files, &Dependency::path);
-}
-
 /// The stage of one request, from the lock to the published result.
 class StageRun
 {
   public:
     StageRun(WorkerRequest request, std::string temporary, WorkerChannel& channel)
         : request_(std::move(request)), temporary_(std::move(temporary)), channel_(channel), store_(request_.store),
-          input_files_(paths_of(request_.files)), factory_(request_.libraries, request_.key_document.at("libraries")),
-          context_(channel_, store_, request_.key, temporary_, request_.preview_folder, request_.threads, input_files_,
-                   computing_place(request_.options))
+          factory_(request_.libraries, request_.key_document.at("libraries")), context_(channel_, store_, request_, temporary_)
     {
     }
 
@@ -129,26 +126,22 @@ class StageRun
     {
         forbid_links_below(request_.out, another_out);
         lock_key();
-        if (const auto stored = store_.lookup(request_.key, nullptr, input_files_); stored && store_.present(*stored))
-        {
-            tell_done(*stored, true);
-            return;
-        }
+        const std::vector<fs::path> files = each(request_.files, &Dependency::path);
+        if (const auto stored = store_.lookup(request_.key, nullptr, files); stored && store_.present(*stored))
+            return tell_done(*stored, true);
         if (!request_.fetch.empty())
             return fetch();
         channel_.send("running");
         start_ = std::chrono::steady_clock::now();
         verify_inputs();
         factory_.open_all();
-        std::unique_ptr<Configurable> object = factory_.make(request_.type, "stage");
-        auto* stage = dynamic_cast<Stage*>(object.get());
-        if (stage == nullptr)
-            throw PluginFailure("plugin " + request_.libraries.at(request_.type).string() + ": " + request_.type +
-                                " is not a stage");
-        stage->configure(request_.options, factory_);
+        std::unique_ptr<Configurable> object = factory_.make(request_.type);
+        // The probe has seen that it is one, as for readers.
+        auto& stage = dynamic_cast<Stage&>(*object);
+        stage.configure(request_.options, factory_);
         try
         {
-            load_inputs(*stage);
+            load_inputs(stage);
             origin_ = origin_of(request_, store_, versions());
         }
         catch (const Error&)
@@ -159,16 +152,7 @@ class StageRun
         }
         context_.set_origin(told_origin(origin_));
         umask(mask_);
-        folder_ = store_.make_temporary(temporary_);
-        try
-        {
-            run_and_publish(*stage);
-        }
-        catch (...)
-        {
-            remove_quietly(folder_);
-            throw;
-        }
+        run_and_publish(stage);
         // Values may be large, and freeing them helps nobody now.
         (void)object.release();
     }
@@ -238,17 +222,13 @@ class StageRun
         {
             context_.check_canceled();
             const auto& ports = stage.inputs();
-            const auto port = std::find_if(ports.begin(), ports.end(),
-                                           [&](const InputPort* candidate) { return candidate->name() == input.port; });
+            const auto port = std::ranges::find(ports, input.port, &InputPort::name);
             if (port == ports.end())
                 throw PluginFailure("the stage has no input " + input.port + ": its plugin changed; run again");
             if (input.object.empty())
             {
-                const auto reader =
-                    std::dynamic_pointer_cast<FileReader>(factory_.create(FileReader::component_kind, input.reader));
-                if (reader == nullptr)
-                    throw PluginFailure(input.reader.at("type").as_string() + " is not a reader");
-                (*port)->set(reader->read(input.file));
+                const auto reader = factory_.create(FileReader::component_kind, input.reader);
+                (*port)->set(dynamic_cast<FileReader&>(*reader).read(input.file));
             }
             else if (const fs::path folder = store_.object(input.object) / input.output; fs::is_directory(folder))
                 (*port)->load({folder, store_.root()});
@@ -260,11 +240,13 @@ class StageRun
 
     void run_and_publish(Stage& stage)
     {
+        const WorkFolder work(store_, temporary_);
+        const fs::path& folder = work.path();
         Publication publication;
         for (OutputPort* output : stage.outputs())
         {
-            make_folder(folder_ / output->name());
-            output->set_folder({folder_ / output->name(), store_.root()});
+            make_folder(folder / output->name());
+            output->set_folder({folder / output->name(), store_.root()});
         }
         fault_point("stage.started");
         run_alone(stage);
@@ -274,7 +256,7 @@ class StageRun
         {
             if (output->is_left_out())
             {
-                remove_path(folder_ / output->name());
+                remove_path(folder / output->name());
                 continue;
             }
             output->save();
@@ -286,7 +268,7 @@ class StageRun
         publication.key = request_.key;
         publication.dependencies = dependencies();
         publication.facts = facts();
-        const StoredResult result = publish(store_, folder_, publication);
+        const StoredResult result = publish(store_, folder, publication);
         store_.remove_checkpoint(request_.key);
         fault_point("publish.done");
         tell_done(result, false);
@@ -322,7 +304,7 @@ class StageRun
         std::vector<Dependency> all = context_.settled_dependencies();
         if (!all.empty())
             for (const Dependency& file : request_.files)
-                if (std::none_of(all.begin(), all.end(), [&](const Dependency& other) { return other.path == file.path; }))
+                if (std::ranges::find(all, file.path, &Dependency::path) == all.end())
                     all.push_back(file);
         for (Dependency& dependency : all)
             dependency.name = input_name(dependency.path);
@@ -383,14 +365,12 @@ class StageRun
     std::string temporary_;
     WorkerChannel& channel_;
     Store store_;
-    std::vector<fs::path> input_files_;
     const pid_t process_ = getpid();
     const mode_t mask_ = current_mask();  ///< Before any code of a plugin.
     WorkerFactory factory_;
     WorkerContext context_;
     Value origin_;
     FileLock key_lock_;
-    fs::path folder_;
     std::chrono::steady_clock::time_point start_;
 };
 
@@ -420,22 +400,20 @@ std::string without_folders(std::string_view text)
 
 Value origin_of(const WorkerRequest& request, const Store& store, Value versions)
 {
-    std::vector<const WorkerInput*> inputs;
-    for (const WorkerInput& input : request.inputs)
-        inputs.push_back(&input);
+    std::vector<WorkerInput> inputs = request.inputs;
     std::ranges::sort(inputs, {}, &WorkerInput::port);
     Value::List stages;
     std::set<std::string> known;
     Value::Map from;
-    for (const WorkerInput* input : inputs)
+    for (const WorkerInput& input : inputs)
     {
-        if (input->object.empty())
+        if (input.object.empty())
         {
-            from.emplace_back(input->port, named_file(request.key_document.at("inputs").at(input->port), input->file.string()));
+            from.emplace_back(input.port, named_file(request.key_document.at("inputs").at(input.port), input.file.string()));
             continue;
         }
-        from.emplace_back(input->port, Value::Map{{"result", input->object}, {"output", input->output}});
-        for (Value& stage : earlier_stages(store, input->object))
+        from.emplace_back(input.port, Value::Map{{"result", input.object}, {"output", input.output}});
+        for (Value& stage : earlier_stages(store, input.object))
             if (known.insert(stage.at("result").as_string()).second)
                 stages.push_back(std::move(stage));
     }
@@ -450,11 +428,7 @@ Value origin_of(const WorkerRequest& request, const Store& store, Value versions
 
 Value with_figures(Value origin, const Value& report)
 {
-    Value figures = Value::Map{};
-    for (const auto& [name, value] : report.as_map())
-        if (Value figure = is_time(name) ? Value() : lasting(value); !figure.is_null())
-            figures.set(name, std::move(figure));
-    if (!figures.as_map().empty())
+    if (Value figures = lasting_entries(report.as_map()); !figures.is_null())
         origin.as_list().back().set("figures", std::move(figures));
     return origin;
 }

@@ -1,9 +1,8 @@
 #include "worker/worker_context.h"
 #include "base/common.h"
-#include "base/process.h"
+#include "base/machine.h"
 #include "base/records.h"
 #include "base/text.h"
-#include "worker/worker.h"
 #include <fresco/error.h>
 #include <fresco/file_access.h>
 #include <fresco/files_io.h>
@@ -33,80 +32,6 @@ void ask_to_stop(int)
 }
 
 constexpr std::size_t checksum_digits = 32;
-}  // namespace
-
-bool MetricCurves::add(double done, const Value& metrics)
-{
-    if (!metrics.is_map() || metrics.as_map().empty())
-        return false;
-    while (!points_.empty() && points_.back().done >= done)
-        points_.pop_back();
-    if (!points_.empty() && done - points_.back().done < least_step_)
-        return false;
-    points_.push_back({done, metrics});
-    if (points_.size() > most_points)
-        thin();
-    return true;
-}
-
-void MetricCurves::thin()
-{
-    // A little less than twice the step, so that rounding takes no third point.
-    least_step_ = 1.999 * (points_.back().done - points_.front().done) / static_cast<double>(points_.size() - 1);
-    std::vector<Point> kept;
-    for (Point& point : points_)
-        if (kept.empty() || point.done - kept.back().done >= least_step_)
-            kept.push_back(std::move(point));
-    points_ = std::move(kept);
-}
-
-Value MetricCurves::to_value(std::string_view unit) const
-{
-    if (points_.empty())
-        return {};
-    std::vector<std::string> names;
-    for (const Point& point : points_)
-        for (const auto& [name, value] : point.metrics.as_map())
-            if (std::ranges::find(names, name) == names.end())
-                names.push_back(name);
-    Value::List done = each<Value>(points_, &Point::done);
-    Value::Map metrics;
-    for (const std::string& name : names)
-    {
-        Value::List values;
-        for (const Point& point : points_)
-        {
-            const Value* value = point.metrics.find(name);
-            values.push_back(value != nullptr ? *value : Value());
-        }
-        metrics.emplace_back(name, std::move(values));
-    }
-    return Value::Map{{"unit", unit}, {"done", std::move(done)}, {"metrics", std::move(metrics)}};
-}
-
-std::string MetricCurves::line(double done, const Value& metrics)
-{
-    const std::string text = to_json(Value::Map{{"done", done}, {"metrics", metrics}});
-    return content_hash(text) + text + "\n";
-}
-
-void MetricCurves::load(const std::filesystem::path& file)
-{
-    std::istringstream lines;
-    if (is_file(file))
-        lines.str(read_text_file(file));
-    for (std::string text; std::getline(lines, text);)
-    {
-        const std::string point = text.substr(std::min(text.size(), checksum_digits));
-        if (!text.starts_with(content_hash(point)))
-            continue;  // Damaged, or the line that a killed run was writing.
-        const Value value = parse_json(point);
-        add(value.at("done").as_double(), value.at("metrics"));
-    }
-}
-
-namespace
-{
 
 /// In the manifest, which is read as a whole.
 constexpr std::size_t most_messages = 1000;
@@ -142,6 +67,67 @@ void add_line(const fs::path& file, const std::string& line)
 
 }  // namespace
 
+bool MetricCurves::add(double done, const Value& metrics)
+{
+    if (!metrics.is_map() || metrics.as_map().empty())
+        return false;
+    while (!points_.empty() && points_.back().done >= done)
+        points_.pop_back();
+    if (!points_.empty() && done - points_.back().done < least_step_)
+        return false;
+    points_.push_back({done, metrics});
+    if (points_.size() > most_points)
+        thin();
+    return true;
+}
+
+void MetricCurves::thin()
+{
+    // A little less than twice the step, so that rounding takes no third point.
+    least_step_ = 1.999 * (points_.back().done - points_.front().done) / static_cast<double>(points_.size() - 1);
+    std::vector<Point> kept;
+    for (Point& point : points_)
+        if (kept.empty() || point.done - kept.back().done >= least_step_)
+            kept.push_back(std::move(point));
+    points_ = std::move(kept);
+}
+
+Value MetricCurves::to_value(std::string_view unit) const
+{
+    if (points_.empty())
+        return {};
+    Value metrics = Value::Map{};
+    for (std::size_t i = 0; i < points_.size(); ++i)
+        for (const auto& [name, value] : points_[i].metrics.as_map())
+        {
+            if (metrics.find(name) == nullptr)
+                metrics.set(name, Value::List(points_.size()));
+            metrics.find(name)->as_list()[i] = value;
+        }
+    return Value::Map{{"unit", unit}, {"done", each<Value>(points_, &Point::done)}, {"metrics", std::move(metrics)}};
+}
+
+std::string MetricCurves::line(double done, const Value& metrics)
+{
+    const std::string text = to_json(Value::Map{{"done", done}, {"metrics", metrics}});
+    return content_hash(text) + text + "\n";
+}
+
+void MetricCurves::load(const std::filesystem::path& file)
+{
+    std::istringstream lines;
+    if (is_file(file))
+        lines.str(read_text_file(file));
+    for (std::string text; std::getline(lines, text);)
+    {
+        const std::string point = text.substr(std::min(text.size(), checksum_digits));
+        if (!text.starts_with(content_hash(point)))
+            continue;  // Damaged, or the line that a killed run was writing.
+        const Value value = parse_json(point);
+        add(value.at("done").as_double(), value.at("metrics"));
+    }
+}
+
 void WorkerChannel::send(std::string_view event, Value::Map entries)
 {
     entries.insert(entries.begin(), Value::Entry{"event", event});
@@ -167,11 +153,9 @@ bool stop_requested()
     return stop;
 }
 
-WorkerContext::WorkerContext(WorkerChannel& channel, const Store& store, std::string key, std::string temporary,
-                             fs::path preview_folder, int threads, std::vector<fs::path> input_files, Value place)
-    : channel_(channel), store_(store), key_(std::move(key)), temporary_(std::move(temporary)),
-      preview_folder_(std::move(preview_folder)), threads_(threads), input_files_(std::move(input_files)),
-      place_(std::move(place))
+WorkerContext::WorkerContext(WorkerChannel& channel, const Store& store, const WorkerRequest& request, std::string temporary)
+    : channel_(channel), store_(store), request_(request), key_(request.key), temporary_(std::move(temporary)),
+      place_(computing_place(request.options))
 {
 }
 
@@ -254,8 +238,8 @@ void WorkerContext::report(std::string_view key, Value value)
 
 fs::path WorkerContext::preview_folder()
 {
-    make_folder(preview_folder_);
-    return preview_folder_;
+    make_folder(request_.preview_folder);
+    return request_.preview_folder;
 }
 
 fs::path WorkerContext::scratch_folder()
@@ -284,17 +268,12 @@ bool WorkerContext::checkpoint_fits() const
 
 Value WorkerContext::input_file_names() const
 {
-    Value::List names;
-    for (const fs::path& file : input_files_)
-        names.emplace_back(file.string());
-    return names;
+    return each<Value>(request_.files, [](const Dependency& file) { return file.path.string(); });
 }
 
 void WorkerContext::record_dependencies() const
 {
-    Value::List dependencies;
-    for (const auto& [place, dependency] : dependencies_)
-        dependencies.push_back(to_value(dependency));
+    Value dependencies = each<Value>(dependencies_, [](const auto& entry) { return to_value(entry.second); });
     write_record(store_.checkpoint_file(key_, ".dependencies"), Value::Map{{"key", key_},
                                                                            {"place", place_},
                                                                            {"input_files", input_file_names()},

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "store/store.h"
+#include "worker/worker.h"
 #include <fresco/run_context.h>
 #include <fresco/value.h>
 
@@ -73,14 +73,13 @@ class MetricCurves
 class WorkerContext final : public RunContext
 {
   public:
-    /// `temporary`: how the names of temporary folders begin. `place`: see computing_place.
-    WorkerContext(WorkerChannel& channel, const Store& store, std::string key, std::string temporary,
-                  std::filesystem::path preview_folder, int threads, std::vector<std::filesystem::path> input_files, Value place);
+    /// `temporary`: how the names of temporary folders begin. All but that must outlive it.
+    WorkerContext(WorkerChannel& channel, const Store& store, const WorkerRequest& request, std::string temporary);
     ~WorkerContext() override;
 
     void progress(double done, double total, std::string_view unit) override;
     void check_canceled() const override;
-    int threads() const override { return threads_; }
+    int threads() const override { return request_.threads; }
     void message(std::string_view text) override;
     void warning(std::string_view text) override;
     void metric(std::string_view name, double value) override;
@@ -114,19 +113,17 @@ class WorkerContext final : public RunContext
 
     WorkerChannel& channel_;
     const Store& store_;
-    std::string key_;
+    const WorkerRequest& request_;
+    const std::string& key_;
     std::string temporary_;
-    std::filesystem::path preview_folder_;
-    int threads_;
+    Value place_;  ///< See computing_place.
     std::mutex mutex_;
     std::filesystem::path scratch_;
     bool checkpointing_ = false;
     std::int64_t checkpoint_time_ = 0;  ///< When its folder changed last.
     double done_share_ = 0;             ///< By the last progress.
-    std::vector<std::filesystem::path> input_files_;
-    Value place_;
-    std::map<std::pair<std::filesystem::path, bool>, Dependency>
-        dependencies_;  ///< By path, and whether it is a pattern of names.
+    /// By path, and whether it is a pattern of names.
+    std::map<std::pair<std::filesystem::path, bool>, Dependency> dependencies_;
     Value origin_{Value::Map{}};
     Value report_{Value::Map{}};
     Value messages_{Value::List{}};

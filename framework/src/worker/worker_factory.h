@@ -25,7 +25,8 @@ class PluginFailure : public std::runtime_error
 class WorkerFactory final : public ComponentFactory
 {
   public:
-    /// `identities` is the key document's map of libraries: a plugin that was rebuilt since is refused.
+    /// `identities` is the key document's map of libraries: a plugin that was rebuilt since is refused. Both have all types
+    /// that are asked for.
     WorkerFactory(std::map<std::string, std::filesystem::path> libraries, Value identities)
         : libraries_(std::move(libraries)), identities_(std::move(identities))
     {
@@ -34,15 +35,15 @@ class WorkerFactory final : public ComponentFactory
 
     std::shared_ptr<Component> create(std::string_view kind, const Value& config) override;
     /// An object that is not configured yet. Throws PluginFailure naming the file.
-    std::unique_ptr<Configurable> make(const std::string& type, std::string_view kind);
+    std::unique_ptr<Configurable> make(const std::string& type);
     /// Opens every library, and with it the artifact types that it has. Throws PluginFailure naming the file.
     void open_all();
     /// Versions of the libraries behind all plugins opened so far.
     Value versions() const;
 
   private:
+    /// Throws PluginFailure, also where the plugin is not the one that the result is named by.
     const PluginLibrary& open(const std::string& type, const std::filesystem::path& library);
-    void check_unchanged(const std::string& type, const PluginLibrary& plugin);
 
     std::map<std::string, std::filesystem::path> libraries_;
     Value identities_;

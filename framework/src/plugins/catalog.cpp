@@ -28,7 +28,7 @@ void Catalog::add(TypeDescription description)
 
 const UnbuiltPlugin* Catalog::find_unbuilt(std::string_view type) const
 {
-    const auto found = std::find_if(unbuilt_.begin(), unbuilt_.end(), [&](const auto& plugin) { return plugin.type == type; });
+    const auto found = std::ranges::find(unbuilt_, type, &UnbuiltPlugin::type);
     return found != unbuilt_.end() ? &*found : nullptr;
 }
 
@@ -66,11 +66,8 @@ std::vector<ShadowedType> Catalog::shadowed() const
 
 std::vector<std::filesystem::path> Catalog::libraries_of(std::string_view type) const
 {
-    std::vector<std::filesystem::path> libraries;
-    if (const auto found = types_.find(type); found != types_.end())
-        for (const TypeDescription& description : found->second)
-            libraries.push_back(description.library);
-    return libraries;
+    const auto found = types_.find(type);
+    return found == types_.end() ? std::vector<std::filesystem::path>() : each(found->second, &TypeDescription::library);
 }
 
 namespace
@@ -84,17 +81,8 @@ std::string text_at(const Value& map, std::string_view key)
 
 std::vector<std::string> texts_at(const Value& map, std::string_view key)
 {
-    std::vector<std::string> texts;
-    if (const Value* list = map.find(key))
-        for (const Value& entry : list->as_list())
-            texts.push_back(entry.as_string());
-    return texts;
-}
-
-bool flag_at(const Value& map, std::string_view key, bool otherwise)
-{
-    const Value* entry = map.find(key);
-    return entry ? entry->as_bool() : otherwise;
+    const Value* list = map.find(key);
+    return list ? each(list->as_list(), &Value::as_string) : std::vector<std::string>();
 }
 
 std::vector<PortDeclaration> read_ports(const Value& declaration, std::string_view key)
@@ -104,8 +92,9 @@ std::vector<PortDeclaration> read_ports(const Value& declaration, std::string_vi
         for (const Value& description : list->as_list())
         {
             const Value* version = description.find("version");
+            const Value* optional = description.find("optional");
             ports.push_back({description.at("name").as_string(), description.at("artifact").as_string(),
-                             version ? static_cast<int>(version->as_int()) : 1, flag_at(description, "optional", false),
+                             version ? static_cast<int>(version->as_int()) : 1, optional && optional->as_bool(),
                              text_at(description, "help"), texts_at(description, "parts")});
         }
     return ports;
@@ -114,7 +103,7 @@ std::vector<PortDeclaration> read_ports(const Value& declaration, std::string_vi
 template <class T>
 const T* by_name(const std::vector<T>& list, std::string_view name)
 {
-    const auto found = std::find_if(list.begin(), list.end(), [&](const T& entry) { return entry.name == name; });
+    const auto found = std::ranges::find(list, name, &T::name);
     return found == list.end() ? nullptr : &*found;
 }
 
@@ -263,15 +252,13 @@ TypeDeclaration read_declaration(const TypeDescription& type)
     {
         TypeDeclaration result;
         if (const Value* options = type.declaration.find("options"))
-            for (const Value& description : options->as_list())
-                result.options.push_back(OptionDeclaration::from(description));
+            result.options = each(options->as_list(), OptionDeclaration::from);
         result.inputs = read_ports(type.declaration, "inputs");
         result.outputs = read_ports(type.declaration, "outputs");
         result.artifact = text_at(type.declaration, "artifact");
         result.extensions = texts_at(type.declaration, "extensions");
         if (const Value* formats = type.declaration.find("formats"))
-            for (const Value& format : formats->as_list())
-                result.formats.push_back(FileFormat::from(format));
+            result.formats = each(formats->as_list(), FileFormat::from);
         return result;
     }
     catch (const Error& error)

@@ -9,17 +9,18 @@
 #include <algorithm>
 #include <boost/dll/shared_library.hpp>
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 #include <dlfcn.h>
 #include <elf.h>
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <link.h>
 #include <list>
 #include <map>
 #include <new>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <tuple>
 #include <unistd.h>
 
 #define BOOST_DLL_USE_STD_FS
@@ -72,13 +73,6 @@ std::string cut_short(std::uint64_t needed, std::uint64_t size)
     return "is cut short: its headers speak of " + std::to_string(needed) + " bytes, it has " + std::to_string(size);
 }
 
-std::string hexadecimal(std::uint32_t value)
-{
-    char text[16];
-    std::snprintf(text, sizeof text, "0x%08X", value);
-    return text;
-}
-
 std::string text_of(const char* text)
 {
     return text != nullptr ? text : "";
@@ -127,6 +121,10 @@ std::set<fs::path> own_folders(const fs::path& library)
             fs::weakly_canonical(own_program().parent_path() / ".." / "lib", error)};
 }
 
+namespace
+{
+
+/// Of the libraries that an open library needs, directly or not, those that belong to fresco. `handle` is what dlopen gave.
 std::vector<fs::path> own_libraries_of(void* handle, const fs::path& library)
 {
     link_map* own = nullptr;
@@ -153,12 +151,14 @@ std::vector<fs::path> own_libraries_of(void* handle, const fs::path& library)
     for (const link_map* entry : seen)
     {
         const fs::path file = fs::weakly_canonical(entry->l_name, error);
-        if (file.filename().string().starts_with("libfresco_") || folders.count(file.parent_path()) != 0)
+        if (file.filename().string().starts_with("libfresco_") || folders.contains(file.parent_path()))
             result.push_back(file);
     }
-    std::sort(result.begin(), result.end());
+    std::ranges::sort(result);
     return result;
 }
+
+}  // namespace
 
 std::optional<std::string> library_file_problem(const std::filesystem::path& file)
 {
@@ -232,32 +232,22 @@ std::optional<std::string> handshake_problem(const fresco_plugin_info& plugin, c
         return "its " + what + " is \"" + found + "\", this fresco needs \"" + expected + "\": rebuild it with this fresco's SDK";
     };
     if (plugin.magic != host.magic)
-        return differs("magic number", hexadecimal(plugin.magic), hexadecimal(host.magic));
+        return differs("magic number", fmt::format("0x{:08X}", plugin.magic), fmt::format("0x{:08X}", host.magic));
     if (plugin.abi != host.abi)
         return differs("SDK ABI number", std::to_string(plugin.abi), std::to_string(host.abi));
-    struct Field
-    {
-        const char* name;
-        const char* found;
-        const char* expected;
-    };
-    const Field fields[] = {{"compiler", plugin.compiler, host.compiler},
-                            {"standard library", plugin.standard_library, host.standard_library},
-                            {"kind of containers", plugin.containers, host.containers},
-                            {"libtorch version", plugin.torch, torch != nullptr ? torch->torch : plugin.torch},
-                            {"CUDA version", plugin.cuda, torch != nullptr ? torch->cuda : plugin.cuda}};
-    const bool uses_torch = !text_of(plugin.torch).empty();
-    for (const auto& field : fields)
-    {
-        const bool tensor_field =
-            field.name == std::string_view("libtorch version") || field.name == std::string_view("CUDA version");
-        if ((!tensor_field || uses_torch) && text_of(field.found) != text_of(field.expected))
-            return differs(field.name, text_of(field.found), text_of(field.expected));
-    }
+    // What does not use tensors runs with any.
+    const fresco_plugin_info& tensors = torch == nullptr || text_of(plugin.torch).empty() ? plugin : *torch;
+    for (const auto& [what, found, expected] : {std::tuple("compiler", plugin.compiler, host.compiler),
+                                                {"standard library", plugin.standard_library, host.standard_library},
+                                                {"kind of containers", plugin.containers, host.containers},
+                                                {"libtorch version", plugin.torch, tensors.torch},
+                                                {"CUDA version", plugin.cuda, tensors.cuda}})
+        if (text_of(found) != text_of(expected))
+            return differs(what, text_of(found), text_of(expected));
     return std::nullopt;
 }
 
-PluginLibrary::PluginLibrary(const fs::path& file) : file_(file)
+PluginLibrary::PluginLibrary(const fs::path& file)
 {
     // Never destroyed, so never unloaded: what a library made may be in use to the last moment of the process.
     static auto& loaded = *new std::list<boost::dll::shared_library>;
@@ -283,7 +273,6 @@ PluginLibrary::PluginLibrary(const fs::path& file) : file_(file)
     torch_ = text_of(info->torch);
     std::size_t count = 0;
     const fresco_plugin_entry* list = list_entries(&count);
-    std::set<std::string> seen;
     for (std::size_t i = 0; i < count; ++i)
     {
         const std::string type = text_of(list[i].type);
@@ -295,7 +284,7 @@ PluginLibrary::PluginLibrary(const fs::path& file) : file_(file)
         if (!is_type_name(type) || list[i].create == nullptr)
             throw Error("registers the type \"" + type +
                         "\"; a type reads like mesh.decimate (lower case, digits, '_', dots between words)");
-        if (!seen.insert(type).second)
+        if (std::ranges::find(entries_, type, &Entry::type) != entries_.end())
             throw Error("registers the type \"" + type + "\" twice");
         entries_.push_back({type, text_of(list[i].kind), text_of(list[i].help), list[i].create});
     }
@@ -321,28 +310,26 @@ const PluginLibrary& PluginLibrary::open(const fs::path& file)
 
 std::unique_ptr<Configurable> PluginLibrary::make(std::string_view type) const
 {
-    for (const Entry& entry : entries_)
+    const auto entry = std::ranges::find(entries_, type, &Entry::type);
+    if (entry == entries_.end())
+        throw Error("holds no type \"" + std::string(type) + "\"");
+    const std::string constructor = "the constructor of " + entry->type;
+    try
     {
-        if (entry.type != type)
-            continue;
-        try
-        {
-            return std::unique_ptr<Configurable>(static_cast<Configurable*>(entry.create()));
-        }
-        catch (const std::bad_alloc&)
-        {
-            throw Error("the constructor of " + std::string(type) + " cannot be run: memory ran out");
-        }
-        catch (const std::exception& error)
-        {
-            throw Error("the constructor of " + std::string(type) + " throws: " + error.what());
-        }
-        catch (...)
-        {
-            throw Error("the constructor of " + std::string(type) + " throws something other than an exception");
-        }
+        return std::unique_ptr<Configurable>(static_cast<Configurable*>(entry->create()));
     }
-    throw Error("holds no type \"" + std::string(type) + "\"");
+    catch (const std::bad_alloc&)
+    {
+        throw Error(constructor + " cannot be run: memory ran out");
+    }
+    catch (const std::exception& error)
+    {
+        throw Error(constructor + " throws: " + error.what());
+    }
+    catch (...)
+    {
+        throw Error(constructor + " throws something other than an exception");
+    }
 }
 
 }  // namespace fresco::host

@@ -18,11 +18,8 @@
 namespace fresco::host
 {
 
-/// Of the libraries that an open library needs, directly or not: those that belong to fresco (named libfresco_*, or lying in the
-/// library's folder, the folder above it, or the installation's lib folder). Sorted. `handle` is what dlopen gave.
-std::vector<std::filesystem::path> own_libraries_of(void* handle, const std::filesystem::path& library);
-
-/// Those folders, canonical.
+/// Where libraries lie that belong to fresco: the library's folder, the folder above it, and the installation's lib folder.
+/// Canonical.
 std::set<std::filesystem::path> own_folders(const std::filesystem::path& library);
 
 /// What this program was built as; a plugin must say the same.
@@ -55,12 +52,11 @@ class PluginLibrary
         std::string help;
         void* (*create)();
     };
-    const std::filesystem::path& file() const { return file_; }
     const std::vector<Entry>& entries() const { return entries_; }
     /// Map name -> version of the libraries behind the plugin.
     const Value& versions() const { return versions_; }
     const std::string& torch() const { return torch_; }
-    /// fresco's own libraries that it runs with (the SDK, artifact types), sorted.
+    /// fresco's own libraries that it runs with (the SDK, artifact types): named libfresco_*, or in own_folders. Sorted.
     const std::vector<std::filesystem::path>& own_libraries() const { return own_libraries_; }
 
     /// A new object of a type it holds. Throws Error if its constructor throws or it holds no such type.
@@ -69,7 +65,6 @@ class PluginLibrary
   private:
     explicit PluginLibrary(const std::filesystem::path& file);
 
-    std::filesystem::path file_;
     std::vector<Entry> entries_;
     Value versions_{Value::Map{}};
     std::string torch_;

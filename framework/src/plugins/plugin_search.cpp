@@ -50,19 +50,14 @@ class DescriptorCache
   public:
     DescriptorCache() : folder_(descriptor_cache_folder()), hashes_(folder_.empty() ? fs::path() : folder_ / "stamps.json")
     {
-        try
+        const auto prepare = [&]
         {
-            // Who has no home has no cache.
-            if (!folder_.empty())
-            {
-                forbid_links_below(folder_.parent_path(), "set another cache folder with XDG_CACHE_HOME");
-                make_folder(folder_);
-            }
-        }
-        catch (const Error&)
-        {
+            forbid_links_below(folder_.parent_path(), "set another cache folder with XDG_CACHE_HOME");
+            make_folder(folder_);
+        };
+        // Who has no home has no cache.
+        if (!folder_.empty() && !attempt(prepare))
             folder_.clear();
-        }
         sdk_hash_ = hash(sdk_library());
     }
 
@@ -78,34 +73,25 @@ class DescriptorCache
     /// The remembered probe, or nothing where the file was never seen or a library behind it may be another.
     std::optional<Probe> find(const fs::path& library)
     {
-        try
+        const auto read = [&]() -> std::optional<Probe>
         {
-            if (folder_.empty())
-                return std::nullopt;
-            const Entry entry = entry_of(library);
-            if (!is_file(entry.file))
-                return std::nullopt;
-            const Value value = read_record(entry.file);
-            if (value.at("key").as_string() != entry.key)
-                return std::nullopt;
-            for (const auto& [file, hash] : value.at("own_hashes").as_map())
-                if (!fs::exists(file) || this->hash(file) != hash.as_string())
-                    return std::nullopt;
-            if (!(value.at("own_names") == own_names(library)))
+            const std::string key = key_of(library);
+            const Value value = read_record(file_of(key));
+            const auto is_as_it_was = [&](const Value::Entry& own)
+            { return fs::exists(own.first) && hash(own.first) == own.second.as_string(); };
+            if (value.at("key").as_string() != key || !std::ranges::all_of(value.at("own_hashes").as_map(), is_as_it_was) ||
+                value.at("own_names") != own_names(library))
                 return std::nullopt;
             return Probe{library, value.at("description"), value.at("refusal").as_string(), true};
-        }
-        catch (const Error&)
-        {
-            return std::nullopt;
-        }
+        };
+        return folder_.empty() ? std::nullopt : attempt(read).value_or(std::nullopt);
     }
 
     void remember(const Probe& probe)
     {
         if (folder_.empty() || (!probe.refusal.empty() && !probe.lasting))
             return;
-        try
+        const auto write = [&]
         {
             Value::Map own;
             if (probe.refusal.empty())
@@ -114,34 +100,28 @@ class DescriptorCache
             // It may have been replaced while it was asked.
             if (file_hash(probe.library) != hash(probe.library))
                 return;
-            const Entry entry = entry_of(probe.library);
-            write_record(entry.file, Value::Map{{"key", entry.key},
-                                                {"description", probe.description},
-                                                {"refusal", probe.refusal},
-                                                {"own_hashes", std::move(own)},
-                                                {"own_names", own_names(probe.library)}});
-        }
-        catch (const Error&)
-        {
-            return;  // A cache that cannot be written costs time, nothing else.
-        }
+            const std::string key = key_of(probe.library);
+            write_record(file_of(key), Value::Map{{"key", key},
+                                                  {"description", probe.description},
+                                                  {"refusal", probe.refusal},
+                                                  {"own_hashes", std::move(own)},
+                                                  {"own_names", own_names(probe.library)}});
+        };
+        // A cache that cannot be written costs time, nothing else.
+        attempt(write);
     }
 
     void save() { hashes_.save(); }
 
   private:
-    struct Entry
-    {
-        std::string key;
-        fs::path file;
-    };
-    Entry entry_of(const fs::path& library)
+    std::string key_of(const fs::path& library)
     {
         const char* path = std::getenv("LD_LIBRARY_PATH");
-        const std::string key = std::to_string(cache_format) + "/" + std::to_string(FRESCO_ABI) + "/" + sdk_hash_ + "/" +
-                                hash(library) + "/" + library.string() + ":" + (path != nullptr ? path : "");
-        return {key, folder_ / (content_hash(key) + ".json")};
+        return std::to_string(cache_format) + "/" + std::to_string(FRESCO_ABI) + "/" + sdk_hash_ + "/" + hash(library) + "/" +
+               library.string() + ":" + (path != nullptr ? path : "");
     }
+
+    fs::path file_of(const std::string& key) const { return folder_ / (content_hash(key) + ".json"); }
 
     /// Of the libraries in the folders of fresco's own: where one is added, the loader may choose it instead of another.
     Value own_names(const fs::path& library)
@@ -171,10 +151,9 @@ void add_to_catalog(Catalog& catalog, const Probe& probe, std::size_t place, Des
         catalog.add(Refusal{probe.library, probe.refusal});
         return;
     }
-    std::vector<std::string> own_hashes;
-    for (const auto& file : probe.description.at("own_libraries").as_list())
-        own_hashes.push_back(cache.hash(file.as_string()));
-    const std::string hash = combined_library_hash(cache.hash(probe.library), own_hashes);
+    const auto hash_of = [&](const Value& file) { return cache.hash(file.as_string()); };
+    const std::string hash =
+        combined_library_hash(cache.hash(probe.library), each(probe.description.at("own_libraries").as_list(), hash_of));
     for (const auto& type : probe.description.at("types").as_list())
         catalog.add(TypeDescription{type.at("type").as_string(), type.at("kind").as_string(), type.at("help").as_string(),
                                     type.at("declaration"), probe.library, hash, probe.description.at("versions"), place});
@@ -211,7 +190,7 @@ std::map<fs::path, std::size_t> candidates(Catalog& catalog)
                 found.push_back(entry.path());
         if (found.empty() && folder.origin == named_by_user)
             catalog.add(Refusal{folder.path, "FRESCO_PLUGIN_PATH names this folder, which holds no plugin (NAME.so)", true});
-        std::sort(found.begin(), found.end());
+        std::ranges::sort(found);
         for (const auto& file : found)
         {
             const fs::path real = fs::weakly_canonical(file, error);
@@ -315,7 +294,7 @@ Catalog load_catalog(bool again)
     }
     const int cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
     std::vector<Probe> probes = probe_plugins(unknown, cores);
-    std::sort(probes.begin(), probes.end(), [](const Probe& a, const Probe& b) { return a.library < b.library; });
+    std::ranges::sort(probes, {}, &Probe::library);
     for (const auto& probe : probes)
     {
         cache.remember(probe);

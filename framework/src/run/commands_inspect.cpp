@@ -20,6 +20,17 @@ namespace fresco::host
 namespace
 {
 
+using Map = Value::Map;
+using List = Value::List;
+using Kind = TextTable::Kind;
+
+/// Indented, without titles.
+TextTable table_of(const std::vector<Kind>& kinds)
+{
+    constexpr std::size_t indent = 2;
+    return TextTable(each(kinds, [](Kind kind) { return TextTable::Column{"", kind}; }), indent);
+}
+
 /// What the process that opens the library says of the file.
 Value answer_of(const Child& child)
 {
@@ -48,10 +59,8 @@ std::string input_text(const Value& input)
 
 void write_stage(const Value& stage, std::size_t width, std::ostream& out)
 {
-    using Kind = TextTable::Kind;
-    constexpr std::size_t indent = 2;
     out << '\n' << stage.at("stage").as_string() << '\n';
-    TextTable table({{"", Kind::figure}, {"", Kind::figure}, {"", Kind::text}}, indent);
+    TextTable table = table_of({Kind::figure, Kind::figure, Kind::text});
     for (const auto& [name, input] : stage.at("inputs").as_map())
         table.add({"input", name, input_text(input)});
     for (const auto& [name, option] : stage.at("options").as_map())
@@ -62,15 +71,10 @@ void write_stage(const Value& stage, std::size_t width, std::ostream& out)
     out << table.text(width);
 }
 
-using Map = Value::Map;
-using List = Value::List;
-
 const char* kind_name(ProblemKind kind)
 {
     return kind == ProblemKind::invalid ? "invalid" : kind == ProblemKind::plugin ? "plugin" : "missing_input";
 }
-
-constexpr std::size_t table_indent = 2;
 
 Value stages_as_value(const Catalog& catalog, bool all)
 {
@@ -120,7 +124,7 @@ void write_ports(const char* title, const std::vector<PortDeclaration>& ports, s
     if (ports.empty())
         return;
     out << '\n' << title << ":\n";
-    TextTable table({{"", TextTable::Kind::figure}, {"", TextTable::Kind::figure}, {"", TextTable::Kind::text}}, table_indent);
+    TextTable table = table_of({Kind::figure, Kind::figure, Kind::text});
     for (const PortDeclaration& port : ports)
         table.add({port.name, port.artifact_text() + (port.is_optional ? ", optional" : ""), port.help});
     out << table.text(width);
@@ -131,9 +135,7 @@ void write_options(const TypeDeclaration& declaration, const TypeTable& types, s
     if (declaration.options.empty())
         return;
     out << "\noptions (name, default, accepted, what it is):\n";
-    TextTable table(
-        {{"", TextTable::Kind::figure}, {"", TextTable::Kind::figure}, {"", TextTable::Kind::text}, {"", TextTable::Kind::text}},
-        table_indent);
+    TextTable table = table_of({Kind::figure, Kind::figure, Kind::text, Kind::text});
     constexpr std::size_t most_columns = 24;
     for (const OptionDeclaration& option : declaration.options)
     {
@@ -207,14 +209,9 @@ void write_file_origin(const TypeDescription& reader, const std::filesystem::pat
         out << to_json(origin, 2) << '\n';
         return;
     }
-    out << file.string() << ": made with";
-    const char* separator = " ";
-    for (const auto& [library, version] : origin.at("versions").as_map())
-    {
-        out << separator << library << ' ' << version.as_string();
-        separator = ", ";
-    }
-    out << '\n';
+    const auto versions = each(origin.at("versions").as_map(),
+                               [](const Value::Entry& entry) { return entry.first + " " + entry.second.as_string(); });
+    out << file.string() << ": made with " << join(versions, ", ") << '\n';
     for (const Value& stage : origin.at("stages").as_list())
         write_stage(stage, width, out);
 }
@@ -251,7 +248,7 @@ void write_run_origin(const std::filesystem::path& file, bool json, std::ostream
         return;
     }
     out << file.string() << ": report of a run of " << run.at("pipeline").at("file").as_string() << '\n';
-    TextTable table({{"", TextTable::Kind::figure}, {"", TextTable::Kind::text}}, 2);
+    TextTable table = table_of({Kind::figure, Kind::text});
     table.add({"format", format->as_string() + ", version " + std::to_string(run.at("version").as_int()) +
                              ": pipelines/results.md says what is in it"});
     table.add({"fresco", run.at("fresco").as_string()});
@@ -263,51 +260,48 @@ void write_run_origin(const std::filesystem::path& file, bool json, std::ostream
 
 Value::Map unusable_types(const Catalog& catalog, const char* refused_name)
 {
-    List ambiguous;
-    for (const std::string& type : catalog.ambiguous())
+    const auto ambiguous = [&](const std::string& type)
     {
-        List libraries = each<Value>(catalog.libraries_of(type), [](const auto& library) { return library.string(); });
-        ambiguous.push_back(Map{{"type", type}, {"libraries", std::move(libraries)}});
-    }
-    List shadowed;
-    for (const ShadowedType& type : catalog.shadowed())
-        shadowed.push_back(Map{{"type", type.type}, {"library", type.library.string()}, {"by", type.by.string()}});
-    List refused;
-    for (const Refusal& refusal : catalog.refusals())
-        refused.push_back(Map{{"library", refusal.library.string()}, {"reason", refusal.reason}});
-    List unbuilt;
-    for (const UnbuiltPlugin& plugin : catalog.unbuilt())
-        unbuilt.push_back(Map{{"type", plugin.type}, {"reason", plugin.reason}});
-    return {{"ambiguous", std::move(ambiguous)},
-            {"shadowed", std::move(shadowed)},
-            {refused_name, std::move(refused)},
-            {"unbuilt", std::move(unbuilt)}};
+        const List libraries = each<Value>(catalog.libraries_of(type), [](const auto& library) { return library.string(); });
+        return Map{{"type", type}, {"libraries", libraries}};
+    };
+    const auto shadowed = [](const ShadowedType& type) {
+        return Map{{"type", type.type}, {"library", type.library.string()}, {"by", type.by.string()}};
+    };
+    const auto refused = [](const Refusal& refusal) {
+        return Map{{"library", refusal.library.string()}, {"reason", refusal.reason}};
+    };
+    const auto unbuilt = [](const UnbuiltPlugin& plugin) { return Map{{"type", plugin.type}, {"reason", plugin.reason}}; };
+    return {{"ambiguous", each<Value>(catalog.ambiguous(), ambiguous)},
+            {"shadowed", each<Value>(catalog.shadowed(), shadowed)},
+            {refused_name, each<Value>(catalog.refusals(), refused)},
+            {"unbuilt", each<Value>(catalog.unbuilt(), unbuilt)}};
 }
 
 Value problems_as_value(const std::vector<Problem>& problems)
 {
-    List result;
-    for (const Problem& problem : problems)
-        result.push_back(Map{{"file", problem.position.file},
-                             {"line", problem.position.line},
-                             {"column", problem.position.column},
-                             {"kind", kind_name(problem.kind)},
-                             {"text", problem.text}});
-    return result;
+    return each<Value>(problems,
+                       [](const Problem& problem)
+                       {
+                           return Map{{"file", problem.position.file},
+                                      {"line", problem.position.line},
+                                      {"column", problem.position.column},
+                                      {"kind", kind_name(problem.kind)},
+                                      {"text", problem.text}};
+                       });
 }
 
 int write_check(const PipelineResult& result, bool json, std::ostream& out)
 {
     if (json)
     {
-        List stages;
-        for (const PipelineStage& stage : result.pipeline.stages)
-            stages.push_back(Map{{"name", stage.name}, {"type", stage.type->type}, {"options", *stage.options}});
-        List combinations = each<Value>(result.pipeline.sweep.combinations, &Combination::name);
+        const auto told = [](const PipelineStage& stage) {
+            return Map{{"name", stage.name}, {"type", stage.type->type}, {"options", *stage.options}};
+        };
         out << to_json(Map{{"file", result.pipeline.file.string()},
                            {"ok", result.problems.empty()},
-                           {"stages", std::move(stages)},
-                           {"combinations", std::move(combinations)},
+                           {"stages", each<Value>(result.pipeline.stages, told)},
+                           {"combinations", each<Value>(result.pipeline.sweep.combinations, &Combination::name)},
                            {"problems", problems_as_value(result.problems)}},
                        2)
             << '\n';
@@ -334,10 +328,9 @@ int write_stages(const Catalog& catalog, bool all, bool json, std::size_t width,
     // Stages first: they are what a pipeline is made of.
     std::vector<const TypeDescription*> types = catalog.types();
     std::stable_partition(types.begin(), types.end(), [](const TypeDescription* type) { return type->kind == "stage"; });
-    TextTable table({{"", TextTable::Kind::figure}, {"", TextTable::Kind::figure}, {"", TextTable::Kind::text}}, table_indent);
+    TextTable table = table_of({Kind::figure, Kind::figure, Kind::text});
     for (const TypeDescription* type : types)
-        table.add(all ? std::vector<std::string>{type->type, type->kind, type->help + " [" + type->library.string() + "]"}
-                      : std::vector<std::string>{type->type, type->kind, type->help});
+        table.add({type->type, type->kind, type->help + (all ? " [" + type->library.string() + "]" : "")});
     out << table.text(width);
     if (types.empty())
         out << "no stages: no plugin was found that can be used\n";
@@ -358,8 +351,7 @@ int write_description(const Catalog& catalog, const std::string& type, bool json
     const KnownType known = types.require(type, "", "describe", {"fresco", 0, 0}, problems);
     if (!known)
     {
-        PipelineResult result;
-        result.problems = problems.sorted();
+        const PipelineResult result{{}, problems.sorted()};
         write_problems(result.problems, errors);
         return result.exit_code();
     }

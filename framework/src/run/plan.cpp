@@ -38,26 +38,10 @@ Counts counts_of(const Pipeline& pipeline)
     return counts;
 }
 
-/// Each once, in their order.
-class Notes
-{
-  public:
-    void add(const std::string& note)
-    {
-        if (known_.insert(note).second)
-            list.push_back(note);
-    }
-
-    std::vector<std::string> list;
-
-  private:
-    std::set<std::string> known_;
-};
-
 class StageEstimator
 {
   public:
-    StageEstimator(const PipelineStage& stage, const Counts& counts, Sizes incoming, int cores, Notes& notes)
+    StageEstimator(const PipelineStage& stage, const Counts& counts, Sizes incoming, int cores, std::vector<std::string>& notes)
         : stage_(stage), counts_(counts), incoming_(std::move(incoming)), cores_(cores), notes_(notes)
     {
     }
@@ -92,6 +76,13 @@ class StageEstimator
     }
 
   private:
+    /// Each once.
+    void note(const std::string& text)
+    {
+        if (std::ranges::find(notes_, text) == notes_.end())
+            notes_.push_back(text);
+    }
+
     double number(const Value& option) const { return stage_.options->at(option.as_string()).as_double(); }
 
     /// The size, or what is assumed, which is noted.
@@ -100,18 +91,15 @@ class StageEstimator
         if (const auto size = sizes.find(name); size != sizes.end())
             return size->second;
         const double assumed = counts_.at(name)->at("assumed").as_double();
-        notes_.add(stage_.own_name + ": " + number_text(assumed) + " " + name + " assumed: no input says how many");
+        note(stage_.own_name + ": " + number_text(assumed) + " " + name + " assumed: no input says how many");
         return assumed;
     }
 
     double squares(const Value& option) const
     {
-        const auto square = [](const Value& value) { return value.as_double() * value.as_double(); };
-        if (!option.is_list())
-            return square(option);
         double sum = 0;
-        for (const Value& entry : option.as_list())
-            sum += square(entry);
+        for (const Value& side : option.is_list() ? option.as_list() : Value::List{option})
+            sum += side.as_double() * side.as_double();
         return sum;
     }
 
@@ -120,7 +108,7 @@ class StageEstimator
         const std::string folder = stage_.options->at(size.at("files").as_string()).as_string();
         const GlobMeasure measure = measure_files(folder, size.at("pattern").as_string());
         if (measure.cut_short)
-            notes_.add(stage_.name + ": '" + folder + "' holds more files than were counted");
+            note(stage_.name + ": '" + folder + "' holds more files than were counted");
         const double each = size.at("bytes_each").as_double();
         return each > 0 ? static_cast<double>(measure.bytes) / each : static_cast<double>(measure.files);
     }
@@ -186,7 +174,7 @@ class StageEstimator
     const Counts& counts_;
     Sizes incoming_;
     int cores_;
-    Notes& notes_;
+    std::vector<std::string>& notes_;
     Value steps_;
 };
 
@@ -216,28 +204,22 @@ Sizes carried(const PipelineStage& stage, const Counts& counts, const std::map<s
     return own;
 }
 
-std::string running_producers(const StageNode& node, const RunState& state)
-{
-    std::string names;
-    for (const std::size_t producer : node.producers)
-        if (state.nodes()[producer].state == StageState::waiting)
-            names += (names.empty() ? "" : ", ") + state.nodes()[producer].stage->name;
-    return names;
-}
-
 std::string reason_to_run(const StageNode& node, const RunState& state, const Pipeline& pipeline, const Store& store)
 {
-    const std::string above = running_producers(node, state);
     if (!node.resolved)
+    {
+        std::string above;
+        for (const std::size_t producer : node.producers)
+            if (state.nodes()[producer].state == StageState::waiting)
+                above += (above.empty() ? "" : ", ") + state.nodes()[producer].stage->name;
         return "runs after " + above;
+    }
     if (!node.why_not.empty())
         return node.why_not;
     const auto record = read_stage_record(store, pipeline.file, node.stage->name);
-    if (node.result)
-        return "its result was removed from the store";
-    if (!record)
+    if (!node.result && !record)
         return "not stored yet";
-    const std::string difference = explain_difference(record->key_document, node.key_document, *node.stage);
+    const std::string difference = node.result ? "" : explain_difference(record->key_document, node.key_document, *node.stage);
     return difference.empty() ? "its result was removed from the store" : difference;
 }
 
@@ -272,20 +254,18 @@ std::size_t files_to_copy(const StageNode& node, const Exporter& exporter)
 /// name have the same, so that a device that depends on an axis is not touched.
 std::vector<std::pair<std::string, std::string>> settled_devices(const Pipeline& pipeline)
 {
-    std::map<std::string, std::optional<std::string>> devices;
+    std::map<std::string, std::set<std::pair<std::string, std::string>>> devices;
     for (const PipelineStage& stage : pipeline.stages)
     {
         const std::string option = device_option(*stage.type);
         const Value* device = option.empty() ? nullptr : stage.options->find(option);
-        const std::string set = device && device->is_string() ? option + "=" + device->as_string() : "";
-        const auto [known, fresh] = devices.try_emplace(stage.own_name, set);
-        if (!fresh && known->second != set)
-            known->second.reset();
+        const bool is_named = device && device->is_string();
+        devices[stage.own_name].emplace(is_named ? stage.own_name + "." + option : "", is_named ? device->as_string() : "");
     }
     std::vector<std::pair<std::string, std::string>> sets;
-    for (const auto& [stage, set] : devices)
-        if (set && !set->empty())
-            sets.emplace_back(stage + "." + set->substr(0, set->find('=')), set->substr(set->find('=') + 1));
+    for (const auto& [stage, found] : devices)
+        if (found.size() == 1 && !found.begin()->first.empty())
+            sets.push_back(*found.begin());
     return sets;
 }
 
@@ -294,13 +274,11 @@ std::vector<std::pair<std::string, std::string>> settled_devices(const Pipeline&
 PipelineEstimate estimate_pipeline(const Pipeline& pipeline, int cores)
 {
     PipelineEstimate result;
-    Notes notes;
     const Counts counts = counts_of(pipeline);
     std::map<std::string, Sizes> made;
     for (const PipelineStage& stage : pipeline.stages)
         result.stages[stage.name] =
-            StageEstimator(stage, counts, carried(stage, counts, made), std::max(cores, 1), notes).run(made[stage.name]);
-    result.notes = std::move(notes.list);
+            StageEstimator(stage, counts, carried(stage, counts, made), std::max(cores, 1), result.notes).run(made[stage.name]);
     return result;
 }
 

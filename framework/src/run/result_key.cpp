@@ -21,8 +21,8 @@ Value file_identity(const std::filesystem::path& file, FileHashes& hashes)
 
 Value sorted_map(Value::Map map)
 {
-    std::sort(map.begin(), map.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-    return Value(std::move(map));
+    std::ranges::sort(map, {}, &Value::Entry::first);
+    return map;
 }
 
 class KeyMaker
@@ -47,8 +47,7 @@ class KeyMaker
     Value component(const Value& config)
     {
         const std::string& type = config.at("type").as_string();
-        const auto found = std::find_if(stage_.components.begin(), stage_.components.end(),
-                                        [&](const TypeDescription* description) { return description->type == type; });
+        const auto found = std::ranges::find(stage_.components, type, &TypeDescription::type);
         if (found == stage_.components.end())
             throw Error("the stage " + stage_.name + " does not list its component " + type);
         return Value::Map{{"type", type}, {"options", options(config, (*found)->declaration)}};
@@ -71,9 +70,7 @@ class KeyMaker
         if (kind == "number")
             return value.as_double();
         if (kind == "numbers")
-        {
-            return each<Value>(value.as_list(), [&](const auto& number) { return number.as_double(); });
-        }
+            return each<Value>(value.as_list(), &Value::as_double);
         if (kind == "component")
             return component(value);
         if (kind == "components")
@@ -119,15 +116,14 @@ std::string explain_option(const std::string& name, const Value& before, const V
 {
     const Value* old = before.find(name);
     const Value* current = now.find(name);
-    const auto lists_files = [](const Value* value) {
-        return value != nullptr && value->is_map() && !value->as_map().empty() && value->as_map().front().second.find("contents");
-    };
+    const auto is_file = [](const Value* value) { return value != nullptr && value->find("contents") != nullptr; };
+    const auto lists_files = [&](const Value* value)
+    { return value != nullptr && value->is_map() && !value->as_map().empty() && is_file(&value->as_map().front().second); };
     if (lists_files(old) && lists_files(current))
         return "among the " + name + ", " + differing_entries(*old, *current).front() + " changed";
-    const bool file = current != nullptr && current->find("contents") != nullptr;
-    if (file && old != nullptr && old->find("contents") != nullptr)
+    if (is_file(old) && is_file(current))
         return "the file of option " + name + " changed";
-    if (file || (old != nullptr && old->find("contents") != nullptr))
+    if (is_file(old) || is_file(current))
         return "option " + name + " names another file";
     return "option " + name + " was " + shown(old) + ", is " + shown(current);
 }
@@ -186,11 +182,12 @@ std::string explain_difference(const Value& before, const Value& now, const Pipe
         reasons.push_back(explain_option(name, before.at("options"), now.at("options")));
     for (const auto& port : differing_entries(before.at("inputs"), now.at("inputs")))
     {
-        std::string origin;
-        for (const auto& wire : stage.wires)
-            if (wire.port == port)
-                origin = wire.from_stage.empty() ? " (" + wire.file.string() + ")" : " (from " + wire.from_stage + ")";
-        reasons.push_back("the input " + port + origin + " changed");
+        const auto wire = std::ranges::find(stage.wires, port, &Wire::port);
+        reasons.push_back("the input " + port +
+                          (wire == stage.wires.end()  ? ""
+                           : wire->from_stage.empty() ? " (" + wire->file.string() + ")"
+                                                      : " (from " + wire->from_stage + ")") +
+                          " changed");
     }
     for (const auto& type : differing_entries(before.at("libraries"), now.at("libraries")))
         reasons.push_back(explain_library(type, before.at("libraries").find(type), now.at("libraries").find(type)));

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 #include <map>
+#include <set>
 
 namespace fresco::host
 {
@@ -14,7 +15,7 @@ namespace
 /// Of a stored result, what it took when it was made.
 double seconds_of(const StageOutcome& stage, const Store& store)
 {
-    if (stage.state == StageState::done || stage.state == StageState::failed || stage.state == StageState::interrupted)
+    if (stage.is_of_this_run())
         return stage.seconds;
     return attempt([&] { return store.manifest(stage.object).at("seconds").as_double(); }).value_or(0);
 }
@@ -30,8 +31,7 @@ std::vector<CombinationOutcome> combination_outcomes(const Pipeline& pipeline, c
     for (const Combination& combination : pipeline.sweep.combinations)
     {
         CombinationOutcome outcome{&combination, "done", "", 0, 0, 0, {}};
-        bool interrupted = false;
-        bool left = false;
+        std::set<StageState> states;
         for (const std::size_t number : combination.stages)
         {
             const StageOutcome* stage = summary.outcome_of(pipeline.stages[number].name);
@@ -43,16 +43,15 @@ std::vector<CombinationOutcome> combination_outcomes(const Pipeline& pipeline, c
             outcome.stored_count += stage->state == StageState::stored ? 1 : 0;
             if (stage->state == StageState::failed && outcome.stage.empty())
                 outcome.stage = stage->stage;
-            interrupted = interrupted || stage->state == StageState::interrupted;
-            left = left || stage->state == StageState::blocked;
+            states.insert(stage->state);
             const auto& made = files[stage->stage];
             outcome.files.insert(outcome.files.end(), made.begin(), made.end());
         }
         if (!outcome.stage.empty())
             outcome.state = "failed";
-        else if (interrupted)
+        else if (states.contains(StageState::interrupted))
             outcome.state = "interrupted";
-        else if (left)
+        else if (states.contains(StageState::blocked))
             outcome.state = "not run";
         result.push_back(std::move(outcome));
     }

@@ -35,14 +35,11 @@ std::string copy_name(std::size_t number, const fs::path& file)
     return fmt::format("pipeline/{}-{}", number, file.filename().string());
 }
 
-Value texts_value(const std::vector<std::string>& texts)
+/// Of texts or numbers.
+template <class Item>
+Value list_value(const std::vector<Item>& items)
 {
-    return List(texts.begin(), texts.end());
-}
-
-Value numbers_value(const std::vector<std::size_t>& numbers)
-{
-    return List(numbers.begin(), numbers.end());
+    return List(items.begin(), items.end());
 }
 
 Value task_value(const Task& task)
@@ -53,8 +50,8 @@ Value task_value(const Task& task)
     return Map{{"id", task.id},
                {"group", task.group},
                {"axes", std::move(axes)},
-               {"stages", texts_value(task.stages)},
-               {"needs", numbers_value(task.needs)},
+               {"stages", list_value(task.stages)},
+               {"needs", list_value(task.needs)},
                {"seconds", task.seconds},
                {"memory_mb", task.memory_mb}};
 }
@@ -62,10 +59,10 @@ Value task_value(const Task& task)
 Value group_value(const TaskGroup& group)
 {
     return Map{{"name", group.name},
-               {"axes", texts_value(group.axes)},
+               {"axes", list_value(group.axes)},
                {"gpu", group.gpu},
-               {"stages", texts_value(group.stages)},
-               {"needs", numbers_value(group.needs)},
+               {"stages", list_value(group.stages)},
+               {"needs", list_value(group.needs)},
                {"first", group.first},
                {"count", group.count},
                {"seconds", group.seconds},
@@ -80,12 +77,10 @@ Value pipeline_value(const PipelineRequest& pipeline)
         files.push_back(Map{{"file", pipeline.texts[i].file.string()},
                             {"copy", copy_name(i, pipeline.texts[i].file)},
                             {"hash", content_hash(pipeline.texts[i].text)}});
-    List sets;
-    for (const auto& [name, value] : pipeline.sets)
-        sets.push_back(Map{{"name", name}, {"value", value}});
+    const auto set_value = [](const auto& set) { return Map{{"name", set.first}, {"value", set.second}}; };
     return Map{{"file", pipeline.file.string()}, {"working_directory", pipeline.working_directory.string()},
                {"until", pipeline.until},        {"preview", pipeline.preview},
-               {"files", std::move(files)},      {"sets", std::move(sets)}};
+               {"files", std::move(files)},      {"sets", each<Value>(pipeline.sets, set_value)}};
 }
 
 Value head_value(const TaskTable& table)
@@ -93,18 +88,21 @@ Value head_value(const TaskTable& table)
     Map plugins;
     for (const auto& [type, plugin] : table.plugins)
         plugins.emplace_back(type, Map{{"library", plugin.library.string()}, {"hash", plugin.hash}});
-    List axes;
-    for (const TaskAxis& axis : table.axes)
-        axes.push_back(Map{{"name", axis.name}, {"labels", texts_value(axis.labels)}});
+    const auto axis_value = [](const TaskAxis& axis) { return Map{{"name", axis.name}, {"labels", list_value(axis.labels)}}; };
     Map stage_axes;
     for (const auto& [stage, names] : table.stage_axes)
-        stage_axes.emplace_back(stage, texts_value(names));
-    List groups = each<Value>(table.groups, group_value);
-    return Map{
-        {"version", table_version},       {"fresco", program_version()},         {"pipeline", pipeline_value(table.pipeline)},
-        {"plugins", std::move(plugins)},  {"store", table.store.string()},       {"out", table.out.string()},
-        {"axes", std::move(axes)},        {"stage_axes", std::move(stage_axes)}, {"groups", std::move(groups)},
-        {"task_count", table.task_count}, {"chunk_size", table.chunk_size}};
+        stage_axes.emplace_back(stage, list_value(names));
+    return Map{{"version", table_version},
+               {"fresco", program_version()},
+               {"pipeline", pipeline_value(table.pipeline)},
+               {"plugins", std::move(plugins)},
+               {"store", table.store.string()},
+               {"out", table.out.string()},
+               {"axes", each<Value>(table.axes, axis_value)},
+               {"stage_axes", std::move(stage_axes)},
+               {"groups", each<Value>(table.groups, group_value)},
+               {"task_count", table.task_count},
+               {"chunk_size", table.chunk_size}};
 }
 
 /// JsonPlace::integer for sizes.
@@ -154,7 +152,7 @@ PipelineRequest read_pipeline(const JsonPlace& place, const fs::path& folder)
     return pipeline;
 }
 
-TaskGroup read_group(const JsonPlace& place, const TaskTable& table, std::size_t task_count)
+TaskGroup read_group(const JsonPlace& place, const TaskTable& table)
 {
     place.has_only({"name", "axes", "gpu", "stages", "needs", "first", "count", "seconds", "memory_mb", "threads"});
     constexpr std::size_t most_threads = 1U << 16U;
@@ -166,9 +164,9 @@ TaskGroup read_group(const JsonPlace& place, const TaskTable& table, std::size_t
     group.stages = place["stages"].texts();
     group.needs = ascending(place["needs"], table.groups.size());
     group.first = size_in(place["first"], first, first);
-    if (first >= task_count)
-        place.fail("first", fmt::format("expected a number below the {} tasks", task_count));
-    group.count = size_in(place["count"], 1, task_count - first);
+    if (first >= table.task_count)
+        place.fail("first", fmt::format("expected a number below the {} tasks", table.task_count));
+    group.count = size_in(place["count"], 1, table.task_count - first);
     group.seconds = place["seconds"].amount();
     group.memory_mb = place["memory_mb"].amount();
     group.threads = static_cast<int>(size_in(place["threads"], 1, most_threads));
@@ -216,8 +214,7 @@ std::vector<Task> read_chunk(const fs::path& folder, const TaskTable& head, std:
 Value to_value(const TaskTable& table)
 {
     Value value = head_value(table);
-    List tasks = each<Value>(table.tasks, task_value);
-    value.set("tasks", std::move(tasks));
+    value.set("tasks", each<Value>(table.tasks, task_value));
     return value;
 }
 
@@ -271,7 +268,7 @@ TaskTable read_task_head(const fs::path& folder)
     table.task_count = size_in(place["task_count"], 0, most_tasks);
     table.chunk_size = size_in(place["chunk_size"], 1, most_tasks);
     for (const JsonPlace& group : place["groups"].list())
-        table.groups.push_back(read_group(group, table, table.task_count));
+        table.groups.push_back(read_group(group, table));
     const std::size_t count = table.groups.empty() ? 0 : table.groups.back().first + table.groups.back().count;
     if (count != table.task_count)
         place.fail("groups", fmt::format("they have {} tasks, expected {}", count, table.task_count));

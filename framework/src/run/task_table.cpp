@@ -4,6 +4,7 @@
 #include "pipeline/pipeline_options.h"
 
 #include <algorithm>
+#include <fmt/format.h>
 #include <optional>
 #include <set>
 #include <tuple>
@@ -71,7 +72,7 @@ class TaskMaker
         std::vector<std::size_t> axes;
         const auto known = pipeline_.sweep.stage_axes.find(stage.own_name);
         for (std::size_t axis = 0; axis < table_.axes.size() && known != pipeline_.sweep.stage_axes.end(); ++axis)
-            if (std::find(known->second.begin(), known->second.end(), table_.axes[axis].name) != known->second.end())
+            if (std::ranges::find(known->second, table_.axes[axis].name) != known->second.end())
                 axes.push_back(axis);
         return axes;
     }
@@ -169,8 +170,8 @@ class TaskMaker
                 if (needs && needs_of(units_[units[end]]) != *needs)
                     needs.reset();
             }
-            const bool joins =
-                is_open(group) && needs && *needs == open_needs_ && open_seconds() + seconds <= settings_.pack_seconds;
+            const bool is_open = table_.tasks.size() > group.first;
+            const bool joins = is_open && needs && *needs == open_needs_ && open_seconds() + seconds <= settings_.pack_seconds;
             for (std::size_t i = begin; i < end; ++i)
             {
                 const bool first = i == begin ? !joins : open_seconds() + units_[units[i]].seconds > settings_.pack_seconds;
@@ -185,7 +186,6 @@ class TaskMaker
         return units_[a].labels.empty() || units_[a].labels.front() == units_[b].labels.front();
     }
 
-    bool is_open(const TaskGroup& group) const { return table_.tasks.size() > group.first; }
     double open_seconds() const { return table_.tasks.back().seconds; }
 
     /// To the task that was begun last, or to a new one.
@@ -203,16 +203,15 @@ class TaskMaker
         unit.task = task.id;
         for (const std::size_t stage : unit.stages)
             task.stages.push_back(pipeline_.stages[stage].name);
-        std::erase_if(task.axes, [&](const auto& axis) { return unit.labels[axis_place(group, axis.first)] != axis.second; });
+        const auto is_other = [&](const auto& axis) {
+            return unit.labels[static_cast<std::size_t>(std::ranges::find(group.axes, axis.first) - group.axes.begin())] !=
+                   axis.second;
+        };
+        std::erase_if(task.axes, is_other);
         open_needs_.merge(needs_of(unit));
         task.needs.assign(open_needs_.begin(), open_needs_.end());
         task.seconds += unit.seconds;
         task.memory_mb = std::max(task.memory_mb, unit.memory_mb);
-    }
-
-    static std::size_t axis_place(const TaskGroup& group, const std::string& axis)
-    {
-        return static_cast<std::size_t>(std::find(group.axes.begin(), group.axes.end(), axis) - group.axes.begin());
     }
 
     void describe(TaskGroup& group, const std::vector<std::size_t>& units) const
@@ -248,12 +247,99 @@ class TaskMaker
     std::set<std::size_t> open_needs_;
 };
 
+/// "kitchen,waves" of "texture@kitchen,waves".
+std::string place_of(const std::string& stage)
+{
+    const std::size_t at = stage.find('@');
+    return at == std::string::npos ? "" : stage.substr(at + 1);
+}
+
+/// The label of each axis.
+std::map<std::string, std::string> combination(const std::vector<std::string>& axes, const std::string& place)
+{
+    std::map<std::string, std::string> labels;
+    const std::vector<std::string> values = split(place, ',');
+    for (std::size_t axis = 0; axis < axes.size(); ++axis)
+        labels[axes[axis]] = axis < values.size() ? values[axis] : "";
+    return labels;
+}
+
+/// "atlas (data=kitchen)"
+std::string shown(const PipelineStage& stage, const TaskTable& head)
+{
+    const auto axes = head.stage_axes.find(stage.own_name);
+    if (axes == head.stage_axes.end())
+        return stage.own_name;
+    const auto labels = combination(axes->second, stage.place);
+    std::string text;
+    for (const std::string& axis : axes->second)
+    {
+        // The label of a number says its axis already.
+        const std::string& label = labels.at(axis);
+        text += (text.empty() ? "" : ", ") + (label.starts_with(axis + "=") ? label : axis + "=" + label);
+    }
+    return stage.own_name + " (" + text + ")";
+}
+
 }  // namespace
 
 TaskTable make_task_table(const Pipeline& pipeline, const std::vector<bool>& runs,
                           const std::map<std::string, CostFigures>& estimates, const TaskSettings& settings)
 {
     return TaskMaker(pipeline, runs, estimates, settings).make();
+}
+
+PipelineRequest task_request(const TaskTable& head, const Task& task)
+{
+    PipelineRequest request = head.pipeline;
+    request.until.clear();
+    SweepPart& part = request.part.emplace();
+    part.stage_axes = head.stage_axes;
+    std::set<std::string> seen;
+    for (const std::string& stage : task.stages)
+        if (seen.insert(place_of(stage)).second)
+            part.combinations.push_back(combination(head.groups.at(task.group).axes, place_of(stage)));
+    return request;
+}
+
+std::string changed_plugin(const TaskTable& head, const Pipeline& pipeline)
+{
+    for (const PipelineStage& stage : pipeline.stages)
+    {
+        std::vector<const TypeDescription*> types = stage.components;
+        types.push_back(stage.type);
+        for (const TypeDescription* type : types)
+        {
+            const auto frozen = head.plugins.find(type->type);
+            if (frozen == head.plugins.end() || frozen->second.hash != type->library_hash)
+                return fmt::format(
+                    "the plugin of {}, {}, is not the one that the tasks were made with{}: make the tasks again, or "
+                    "use that plugin",
+                    type->type, type->library.string(),
+                    frozen == head.plugins.end() || frozen->second.library == type->library
+                        ? ""
+                        : " (" + frozen->second.library.string() + ")");
+        }
+    }
+    return "";
+}
+
+RunPart task_part(const std::filesystem::path& folder, const TaskTable& head, const Task& task)
+{
+    std::map<std::string, std::size_t> makers;
+    for (const std::size_t need : task.needs)
+        for (const std::string& stage : read_task(folder, head, need).stages)
+            makers[stage] = need;
+    RunPart part;
+    part.stages.insert(task.stages.begin(), task.stages.end());
+    part.missing_text = [&head, id = task.id, makers = std::move(makers)](const PipelineStage& stage)
+    {
+        const auto maker = makers.find(stage.name);
+        return fmt::format("task {} needs {}, which {}", id, shown(stage, head),
+                           maker == makers.end() ? "was stored when the tasks were made and is gone: make the tasks again"
+                                                 : fmt::format("task {} makes: run it first", maker->second));
+    };
+    return part;
 }
 
 }  // namespace fresco::host

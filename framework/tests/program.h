@@ -82,15 +82,22 @@ class Workplace
         return std::make_unique<Background>(arguments, environment, work(), root() / ("out" + number), root() / ("err" + number));
     }
     Finished run(const Words& arguments) { return start(arguments)->wait(); }
+    /// It must end with this code.
+    Finished run(const Words& arguments, int code)
+    {
+        Finished finished = run(arguments);
+        INFO(finished.err);
+        REQUIRE(finished.code == code);
+        return finished;
+    }
     /// `fresco run room.yaml` with more words, which must end well.
     Finished make(Words more = {})
     {
         more.insert(more.begin(), {"run", "room.yaml"});
-        Finished finished = run(more);
-        INFO(finished.err);
-        REQUIRE(finished.code == 0);
-        return finished;
+        return run(more, 0);
     }
+    /// Makes these the stages of room.yaml, from line 3 on.
+    void write_stages(const std::string& stages) const { write("room.yaml", "version: 1\nstages:" + stages); }
     /// Commands in a shell; the program is $F.
     Finished in_shell(const std::string& commands)
     {

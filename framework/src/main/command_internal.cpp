@@ -2,7 +2,6 @@
 
 #include "plugins/plugin_probe.h"
 #include "report/report.h"
-#include "report/sweep_summary.h"
 #include "run/commands_inspect.h"
 #include "worker/worker.h"
 

@@ -8,7 +8,6 @@
 #include "base/machine.h"
 #include "pipeline/pipeline_wiring.h"
 #include "report/report.h"
-#include "report/sweep_summary.h"
 #include "run/commands_inspect.h"
 #include "run/plan.h"
 #include "run/scheduler.h"

@@ -6,6 +6,7 @@
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 
+#include <algorithm>
 #include <fstream>
 
 namespace fresco::host
@@ -52,33 +53,18 @@ std::string json_lines(const Value& data)
     return text + "\n}\n";
 }
 
-/// In the store, which is in use as long as it is there: nobody tidies up or removes results meanwhile.
-class RequestFolder
-{
-  public:
-    explicit RequestFolder(const Store& store) : in_use_(store_lock(store))
-    {
-        in_use_.wait_shared();
-        path_ = store.make_temporary();
-    }
-    ~RequestFolder() { remove_quietly(path_); }
-    RequestFolder(const RequestFolder&) = delete;
-    RequestFolder& operator=(const RequestFolder&) = delete;
-    fs::path file() const { return path_ / "request.json"; }
-
-  private:
-    FileLock in_use_;
-    fs::path path_;
-};
-
 /// What went wrong; empty: nothing.
 std::string run_child(const Value& request, const Store& store)
 {
-    const RequestFolder folder(store);
+    // Nobody tidies up or removes results meanwhile.
+    FileLock in_use = store_lock(store);
+    in_use.wait_shared();
+    const WorkFolder folder(store);
+    const fs::path file = folder.path() / "request.json";
     Value whole = request;
     whole.set("roots", to_value(input_roots()));
-    write_file(folder.file(), to_json(whole));
-    return wait_for_page(start_child({"internal-page", folder.file().string()}), std::chrono::minutes(2));
+    write_file(file, to_json(whole));
+    return wait_for_page(start_child({"internal-page", file.string()}), std::chrono::minutes(2));
 }
 
 }  // namespace
@@ -113,11 +99,15 @@ std::string page_version()
     return program_version() + " " + content_hash(std::string(report_css) + std::string(report_js));
 }
 
-void check_replaceable(const Page& page)
+void check_replaceable(const Page& page, const std::vector<Exporter::File>& exported)
 {
     for (const auto& [file, begin] : {std::pair(page.json, json_begin), std::pair(page.html, html_begin)})
+    {
+        if (const auto own = std::ranges::find(exported, file, &Exporter::File::path); own != exported.end())
+            throw Error("the stage " + own->stage + " writes " + file.filename().string() + " itself");
         if (fs::is_regular_file(file) && !begins_with(file, begin))
             throw Error(file.string() + ": was not written by fresco and stays; move it away, or give another --out");
+    }
 }
 
 bool is_current(const Page& page)

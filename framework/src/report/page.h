@@ -3,6 +3,7 @@
 #include "base/process.h"
 #include "pipeline/pipeline.h"
 #include "plugins/catalog.h"
+#include "run/exports.h"
 #include "store/store.h"
 #include <fresco/value.h>
 #include <fresco/viewer.h>
@@ -29,8 +30,8 @@ struct Page
     std::string hurry;      ///< Why no pictures are made; empty: they are.
 };
 
-/// Throws Error where one of the two files is there and fresco did not write it.
-void check_replaceable(const Page& page);
+/// Throws Error where one of the two files is among those that stages exported, or is there and fresco did not write it.
+void check_replaceable(const Page& page, const std::vector<Exporter::File>& exported);
 
 /// Whether both files are there, and of results with this signature.
 bool is_current(const Page& page);

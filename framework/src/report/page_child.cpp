@@ -1,3 +1,4 @@
+#include "base/common.h"
 #include "report/page.h"
 #include "worker/worker_factory.h"
 
@@ -17,13 +18,11 @@ namespace fresco::host
 namespace
 {
 
+/// As long as the factory. The probe has seen that it is a T.
 template <class T>
-std::shared_ptr<T> component(WorkerFactory& factory, const Value& config)
+T& component(WorkerFactory& factory, const Value& config)
 {
-    auto made = std::dynamic_pointer_cast<T>(factory.create(T::component_kind, config));
-    if (made == nullptr)
-        throw PluginFailure(config.at("type").as_string() + " is not a component of the kind " + std::string(T::component_kind));
-    return made;
+    return dynamic_cast<T&>(*factory.create(T::component_kind, config));
 }
 
 WorkerFactory factory_for(const Value& libraries)
@@ -38,7 +37,7 @@ std::shared_ptr<const Artifact> artifact_of(const Value& request, const Viewer& 
                                             const Store& store)
 {
     if (const Value* file = request.find("file"))
-        return component<FileReader>(factory, request.at("reader"))->read(file->as_string());
+        return component<FileReader>(factory, request.at("reader")).read(file->as_string());
     return viewer.type().load({store.object(request.at("object").as_string()) / request.at("port").as_string(), store.root()});
 }
 
@@ -68,16 +67,15 @@ PageMedia make_previews(const Value& requests, const Store& store)
         page.last = request.at("last").as_bool();
         page.most_pictures = static_cast<std::size_t>(request.at("most").as_int());
         page.video_bytes = video_bytes;
-        for (const Value& name : request.at("names").as_list())
-            page.names.push_back(name.as_string());
+        page.names = each(request.at("names").as_list(), &Value::as_string);
         page.most_pictures = std::max(page.most_pictures, page.names.size());
         for (const Value& reader : request.at("readers").as_list())
             std::ranges::copy(shown[reader.as_string()], std::back_inserter(page.names));
         send_all(child_channel, title_of(request) + "\n");
         try
         {
-            const auto viewer = component<Viewer>(factory, request.at("viewer"));
-            viewer->show(*artifact_of(request, *viewer, factory, store), page);
+            const auto& viewer = component<Viewer>(factory, request.at("viewer"));
+            viewer.show(*artifact_of(request, viewer, factory, store), page);
         }
         catch (const std::exception& error)
         {

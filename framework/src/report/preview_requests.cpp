@@ -68,25 +68,19 @@ class Requests
         for (const Value& output : stage.type->declaration.at("outputs").as_list())
         {
             const std::string& name = output.at("name").as_string();
-            const std::string& artifact = output.at("artifact").as_string();
             const bool exports = std::ranges::find(exported, name) != exported.end();
-            const auto viewer = viewers_.find(artifact);
+            const auto viewer = viewers_.find(output.at("artifact").as_string());
             if (viewer == viewers_.end() || (!shown.names.empty() && !exports) ||
                 !fs::is_directory(store_.object(shown.object) / name))
                 continue;
-            Value request = Value::Map{{"stage", stage.name},
-                                       {"port", name},
-                                       {"artifact", artifact},
-                                       {"viewer", used(*viewer->second)},
-                                       {"object", shown.object},
-                                       {"readers", readers(stage.name, name)},
-                                       {"names", Value::List(shown.names.begin(), shown.names.end())}};
-            if (exports)
-            {
-                const fs::path folder = (page_.out / stage.place).lexically_normal().lexically_relative(page_.folder);
-                request.set("folder", folder == "." ? "" : folder.generic_string());
-            }
-            artifacts_.push_back(std::move(request));
+            Value& request = add(stage.name, name, *viewer);
+            request.set("object", shown.object);
+            request.set("readers", readers(stage.name, name));
+            request.set("names", Value::List(shown.names.begin(), shown.names.end()));
+            if (!exports)
+                continue;
+            const fs::path folder = (page_.out / stage.place).lexically_normal().lexically_relative(page_.folder);
+            request.set("folder", folder == "." ? "" : folder.generic_string());
         }
     }
 
@@ -99,15 +93,22 @@ class Requests
                 continue;
             for (const TypeDescription* component : stage.components)
                 use(*component);
-            artifacts_.push_back(Value::Map{{"stage", stage.name},
-                                            {"port", wire.port},
-                                            {"artifact", wire.artifact},
-                                            {"viewer", used(*viewer->second)},
-                                            {"file", wire.file.string()},
-                                            {"reader", wire.reader},
-                                            {"readers", Value::List{}},
-                                            {"names", Value::List{}}});
+            Value& request = add(stage.name, wire.port, *viewer);
+            request.set("file", wire.file.string());
+            request.set("reader", wire.reader);
         }
+    }
+
+    /// For an artifact and its viewer.
+    Value& add(const std::string& stage, const std::string& port,
+               const std::pair<const std::string, const TypeDescription*>& viewer)
+    {
+        return artifacts_.emplace_back(Value::Map{{"stage", stage},
+                                                  {"port", port},
+                                                  {"artifact", viewer.first},
+                                                  {"viewer", used(*viewer.second)},
+                                                  {"readers", Value::List{}},
+                                                  {"names", Value::List{}}});
     }
 
     Value::List readers(const std::string& stage, const std::string& port) const

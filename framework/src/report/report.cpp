@@ -35,21 +35,15 @@ struct Subject
 
 std::vector<Subject> subjects_of(const RunRequest& run)
 {
-    const Pipeline& pipeline = *run.pipeline;
-    std::vector<Subject> subjects;
-    for (const Combination& combination : pipeline.sweep.combinations)
+    const std::vector<PipelineStage>& stages = run.pipeline->stages;
+    if (run.pipeline->sweep.combinations.empty())
+        return {{each(stages, [](const PipelineStage& stage) { return &stage; }), nullptr, run.out}};
+    const auto subject_of = [&](const Combination& combination) -> Subject
     {
-        Subject subject{{}, &combination, run.out / combination.name};
-        for (const std::size_t number : combination.stages)
-            subject.stages.push_back(&pipeline.stages.at(number));
-        subjects.push_back(std::move(subject));
-    }
-    if (!subjects.empty())
-        return subjects;
-    Subject whole{{}, nullptr, run.out};
-    for (const PipelineStage& stage : pipeline.stages)
-        whole.stages.push_back(&stage);
-    return {std::move(whole)};
+        return {each(combination.stages, [&](std::size_t number) { return &stages.at(number); }), &combination,
+                run.out / combination.name};
+    };
+    return each(run.pipeline->sweep.combinations, subject_of);
 }
 
 /// Those whose result is read by one that has a result.
@@ -85,23 +79,23 @@ std::string signature_of(const ReportRequest& request, const Subject& subject)
                                            {"stages", std::move(stages)}}));
 }
 
-bool any_is(const ReportRequest& request, const Subject& subject, std::initializer_list<StageState> states)
+bool any_is(const ReportRequest& request, const Subject& subject, StageState state)
 {
-    return std::ranges::any_of(subject.stages,
-                               [&](const PipelineStage* stage)
-                               {
-                                   const StageOutcome* outcome = request.summary->outcome_of(stage->name);
-                                   return outcome != nullptr && std::ranges::find(states, outcome->state) != states.end();
-                               });
+    const auto is_so = [&](const PipelineStage* stage)
+    {
+        const StageOutcome* outcome = request.summary->outcome_of(stage->name);
+        return outcome != nullptr && outcome->state == state;
+    };
+    return std::ranges::any_of(subject.stages, is_so);
 }
 
 const char* outcome_text(const ReportRequest& request, const Subject& subject)
 {
-    if (any_is(request, subject, {StageState::failed}))
+    if (any_is(request, subject, StageState::failed))
         return "failed";
     // Of a single pipeline also where all is stored: its files may not have been copied to their end.
-    if ((request.interrupted && subject.combination == nullptr) ||
-        any_is(request, subject, {StageState::interrupted, StageState::blocked}))
+    if ((request.interrupted && subject.combination == nullptr) || any_is(request, subject, StageState::interrupted) ||
+        any_is(request, subject, StageState::blocked))
         return request.interrupted ? "interrupted" : "not finished";
     return "done";
 }
@@ -157,21 +151,20 @@ Value run_data(const ReportRequest& request, const Subject& subject, const Store
 
 Value previews_of(const ReportRequest& request, const Subject& subject, const Store& store)
 {
-    std::vector<ShownStage> shown;
-    for (const PipelineStage* stage : subject.stages)
+    const auto shown = [&](const PipelineStage* stage) -> ShownStage
     {
         const StageOutcome* outcome = request.summary->outcome_of(stage->name);
-        shown.push_back({stage, outcome != nullptr ? outcome->object : "", {}});
-    }
-    return preview_requests(shown, *request.catalog, store, {request.run->out, subject.out});
+        return {stage, outcome != nullptr ? outcome->object : "", {}};
+    };
+    return preview_requests(each(subject.stages, shown), *request.catalog, store, {request.run->out, subject.out});
 }
 
 void write(const ReportRequest& request, const Subject& subject, ReportOutcome& outcome)
 {
     Page page{subject.out / "run.json", outcome.file, {}, {}, signature_of(request, subject), ""};
-    check_replaceable(page);
+    check_replaceable(page, request.summary->files);
     outcome.there = true;
-    if (!any_is(request, subject, {StageState::done}) && is_current(page))
+    if (!any_is(request, subject, StageState::done) && is_current(page))
         return;
     const Store store(request.run->store);
     page.data = run_data(request, subject, store);
@@ -188,9 +181,6 @@ ReportOutcome write_report(const ReportRequest& request, const Subject& subject)
     ReportOutcome outcome{subject.out / "report.html", false, false, ""};
     try
     {
-        for (const auto& file : request.summary->files)
-            if (file.path == outcome.file || file.path == subject.out / "run.json")
-                throw Error("the stage " + file.stage + " writes " + file.path.filename().string() + " itself");
         write(request, subject, outcome);
     }
     catch (const std::exception& error)
@@ -206,9 +196,7 @@ ReportOutcome write_report(const ReportRequest& request, const Subject& subject)
 Value::Map origin_data(const ReportRequest& request, const char* format)
 {
     const Pipeline& pipeline = *request.run->pipeline;
-    Value::List texts;
-    for (const PipelineText& text : pipeline.texts)
-        texts.push_back(Value::Map{{"file", text.file.string()}, {"text", text.text}});
+    const auto text_data = [](const PipelineText& text) { return Value::Map{{"file", text.file.string()}, {"text", text.text}}; };
     return {{"format", format},
             {"version", data_version},
             {"fresco", program_version()},
@@ -225,47 +213,41 @@ Value::Map origin_data(const ReportRequest& request, const char* format)
             {"pipeline", Value::Map{{"name", pipeline.file.filename().string()},
                                     {"file", pipeline.file.string()},
                                     {"combination", Value::Map{}},
-                                    {"texts", std::move(texts)}}}};
+                                    {"texts", each<Value>(pipeline.texts, text_data)}}}};
 }
 
 Value stage_data(const PipelineStage& stage, const StageOutcome* outcome, const Store& store)
 {
     const StageOutcome none;
     const StageOutcome& shown = outcome != nullptr ? *outcome : none;
-    const StageState state = outcome != nullptr ? outcome->state : StageState::not_selected;
     const Value manifest = store.whole_manifest(shown.object).value_or(Value::Map{});
     const auto entry = [&](std::string_view name, const Value& otherwise)
     {
         const Value* found = manifest.find(name);
         return found != nullptr ? *found : otherwise;
     };
-    // Of a stored result, what it took when it was made.
-    const bool now = state == StageState::done || state == StageState::failed || state == StageState::interrupted;
+    // Of a result that is stored, what it took when it was made.
     const auto cost = [&](double measured, std::string_view stored)
-    { return now ? measured : entry(stored, measured).as_double(); };
-    Value::List inputs;
-    for (const Wire& wire : stage.wires)
+    { return shown.is_of_this_run() ? measured : entry(stored, measured).as_double(); };
+    const auto input_data = [](const Wire& wire)
     {
-        Value input = Value::Map{{"port", wire.port}, {"artifact", wire.artifact}};
+        Value::Map input{{"port", wire.port}, {"artifact", wire.artifact}};
         if (!wire.file.empty())
-            input.set("file", wire.file.string());
+            input.emplace_back("file", wire.file.string());
         else
-        {
-            input.set("stage", wire.from_stage);
-            input.set("output", wire.from_port);
-        }
-        inputs.push_back(std::move(input));
-    }
-    Value::List outputs;
-    for (const Value& output : stage.type->declaration.at("outputs").as_list())
-        outputs.push_back(Value::Map{{"name", output.at("name")}, {"artifact", output.at("artifact")}});
+            input.insert(input.end(), {{"stage", wire.from_stage}, {"output", wire.from_port}});
+        return input;
+    };
+    const auto output_data = [](const Value& output) {
+        return Value::Map{{"name", output.at("name")}, {"artifact", output.at("artifact")}};
+    };
     const Value made = entry("time_s", {});
     const std::filesystem::path log = shown.key.empty() ? "" : store.log_file(shown.key);
     return Value::Map{{"name", stage.name},
                       {"own_name", stage.own_name},
                       {"type", stage.type->type},
                       {"help", stage.type->help},
-                      {"state", to_string(state)},
+                      {"state", to_string(shown.state)},
                       {"seconds", cost(shown.seconds, "seconds")},
                       {"memory_mb", cost(shown.memory_mb, "memory_mb")},
                       {"disk_mb", entry("bytes", 0).as_double() / (1024.0 * 1024.0)},
@@ -275,8 +257,8 @@ Value stage_data(const PipelineStage& stage, const StageOutcome* outcome, const 
                       {"made", made.is_null() ? made : Value(utc(made.as_int()))},
                       {"threads", entry("threads", {})},
                       {"options", *stage.options},
-                      {"inputs", std::move(inputs)},
-                      {"outputs", std::move(outputs)},
+                      {"inputs", each<Value>(stage.wires, input_data)},
+                      {"outputs", each<Value>(stage.type->declaration.at("outputs").as_list(), output_data)},
                       {"figures", entry("report", Value::Map{})},
                       {"messages", entry("messages", Value::List{})},
                       {"curves", entry("curves", {})},

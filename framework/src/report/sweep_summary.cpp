@@ -1,7 +1,7 @@
 #include "base/common.h"
 #include "report/page.h"
 
-#include "report/sweep_summary.h"
+#include "report/report.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 
@@ -29,8 +29,7 @@ class Summary
           summary_(*request.summary), store_(run_.store)
     {
         for (const TypeDescription* type : request.catalog->types(Viewer::component_kind))
-            for (const Value& extension : type->declaration.at("extensions").as_list())
-                extensions_.push_back(extension.as_string());
+            std::ranges::copy(read_declaration(*type).extensions, std::back_inserter(extensions_));
         for (const PipelineStage& stage : pipeline_.stages)
             stages_.push_back(stage_data(stage, summary_.outcome_of(stage.name), store_));
         for (const CombinationOutcome& outcome : outcomes)
@@ -40,7 +39,7 @@ class Summary
     SweepSummaryFiles write()
     {
         Page page{run_.out / "sweep.json", run_.out / "sweep.html", {}, {}, signature(), ""};
-        check_replaceable(page);
+        check_replaceable(page, summary_.files);
         page.data = origin_data(request_, "fresco-sweep");
         page.data.set("axes", Value::List(pipeline_.sweep.axes.begin(), pipeline_.sweep.axes.end()));
         page.data.set("combinations", combinations_);
@@ -66,8 +65,8 @@ class Summary
             values.emplace_back(pipeline_.sweep.axes[axis], own.values[axis]);
         Value::List stages;
         for (const std::size_t number : own.stages)
-            if (summary_.outcome_of(pipeline_.stages[number].name) != nullptr)
-                stages.emplace_back(pipeline_.stages[number].name);
+            if (const std::string& name = pipeline_.stages[number].name; summary_.outcome_of(name) != nullptr)
+                stages.emplace_back(name);
         Value::List pictures;
         for (const std::size_t file :
              pictures_of(pipeline_, summary_, outcome, extensions_, pictures_, pictures_per_combination(outcomes_.size())))
@@ -75,7 +74,6 @@ class Summary
             pictures.emplace_back(below_out(file));
             shown_[summary_.files[file].stage].push_back(file);
         }
-        Value::List files = each<Value>(outcome.files, [&](const std::size_t file) { return below_out(file); });
         const StageOutcome* failed = outcome.stage.empty() ? nullptr : summary_.outcome_of(outcome.stage);
         const std::string report = own.name + "/report.html";
         return {{"name", own.name},
@@ -89,24 +87,20 @@ class Summary
                 {"report", fs::exists(run_.out / report) ? report : ""},
                 {"stages", std::move(stages)},
                 {"pictures", std::move(pictures)},
-                {"files", std::move(files)}};
+                {"files", each<Value>(outcome.files, [&](const std::size_t file) { return below_out(file); })}};
     }
 
     /// Of all but what differs in a run with nothing to do: times, and what ran.
     std::string signature() const
     {
-        Value::List combinations;
-        for (Value combination : combinations_)
-        {
+        Value::List combinations = combinations_;
+        for (Value& combination : combinations)
             for (const char* name : {"own_seconds", "ran", "stored"})
                 combination.set(name, {});
-            combinations.push_back(std::move(combination));
-        }
-        Value::List objects = each<Value>(summary_.stages, &StageOutcome::object);
         return content_hash(to_json(Value::Map{{"version", page_version()},
                                                {"file", pipeline_.file.string()},
                                                {"combinations", std::move(combinations)},
-                                               {"objects", std::move(objects)},
+                                               {"objects", each<Value>(summary_.stages, &StageOutcome::object)},
                                                {"viewers", viewers_of(*request_.catalog)}}));
     }
 
@@ -178,12 +172,8 @@ std::vector<std::size_t> pictures_of(const Pipeline& pipeline, const RunSummary&
 SweepSummaryFiles write_sweep_summary(const ReportRequest& run, const std::vector<CombinationOutcome>& outcomes,
                                       const std::string& pictures)
 {
-    const fs::path& out = run.run->out;
     try
     {
-        for (const Exporter::File& file : run.summary->files)
-            if (file.path == out / "sweep.json" || file.path == out / "sweep.html")
-                throw Error("the stage " + file.stage + " writes " + file.path.filename().string() + " itself");
         return Summary(run, outcomes, pictures).write();
     }
     catch (const Error& error)

@@ -145,17 +145,14 @@ TEST_CASE("Of a type that two libraries have, neither is used")
     place.put("good/test_stages.so", "two.so");
     std::ofstream(place.plugins / "two.so", std::ios::app) << "other";
     place.put("note/test_note.so", "test_note.so");
-    const Finished needed = place.run({"run", "room.yaml"});
-    CHECK(needed.code == 4);
+    const Finished needed = place.run({"run", "room.yaml"}, 4);
     for (const char* name : {"one.so", "two.so"})
     {
         CHECK(contains(place.listed(), name));
         CHECK(contains(needed.err, name));
     }
-    const Finished doctor = place.run({"doctor"});
-    CHECK(doctor.code == 4);
-    CHECK(contains(doctor.out, "not used, because several plugins have it: "));
-    place.write("room.yaml", "version: 1\nstages:\n  note: {type: test.note}\n");
+    CHECK(contains(place.run({"doctor"}, 4).out, "not used, because several plugins have it: "));
+    place.write_stages("\n  note: {type: test.note}\n");
     place.make();
 }
 
@@ -170,9 +167,7 @@ TEST_CASE("A folder of FRESCO_PLUGIN_PATH shadows the installation, and doctor s
         return fresco::parse_json(place.run({"describe", "--json", "test.source"}).out).at("library").as_string();
     };
     CHECK(library() == built);
-    const Finished doctor = place.run({"doctor"});
-    CHECK(doctor.code == 0);
-    CHECK(contains(doctor.out, "shadowed: test.source of " + fs::canonical(installed).string() + ", by "));
+    CHECK(contains(place.run({"doctor"}, 0).out, "shadowed: test.source of " + fs::canonical(installed).string() + ", by "));
     CHECK(contains(place.run({"stages", "--all"}).out, "shadowed by another of the type:"));
     place.environment["FRESCO_PLUGIN_PATH"] = "";
     CHECK(library() == fs::canonical(installed));
@@ -186,7 +181,7 @@ TEST_CASE("A plugin that was not built is named with the reason, until it is the
     std::ofstream(folder / "plugins.txt") << "test_source\nloss_gram\ntest_in_the_tree: libtorch was not found\n";
     const auto errors = [&](const std::string& type)
     {
-        place.write("room.yaml", "version: 1\nstages:\n  source: {type: " + type + "}\n");
+        place.write_stages("\n  source: {type: " + type + "}\n");
         const Finished finished = place.run({"check", "room.yaml"});
         return std::to_string(finished.code) + " " + finished.err;
     };
@@ -212,7 +207,7 @@ TEST_CASE("A plugin that was not built is named with the reason, until it is the
 TEST_CASE("Equal plugins of two installations are each described with the libraries beside them")
 {
     OwnPlugins place;
-    place.write("room.yaml", "version: 1\nstages:\n  side: {type: test.sided}\n");
+    place.write_stages("\n  side: {type: test.sided}\n");
     for (const char* name : {"one", "other"})
         fs::copy(test_plugin("sided"), place.root() / name);
     std::ofstream(place.root() / "other" / "libside.so", std::ios::app) << "another build";
@@ -226,7 +221,7 @@ TEST_CASE("Equal plugins of two installations are each described with the librar
 TEST_CASE("A folder of FRESCO_PLUGIN_PATH without plugins is named where a type is unknown, and by doctor")
 {
     Workplace place({"good", "misbehaving"});
-    place.write("room.yaml", "version: 1\nstages:\n  room: {type: paint.walls}\n");
+    place.write_stages("\n  room: {type: paint.walls}\n");
     place.write("near.yaml", "version: 1\nstages:\n  room: {type: test.sorce}\n");
     const std::string usual = place.environment["FRESCO_PLUGIN_PATH"];
     const std::string nowhere = place.root() / "nowhere";

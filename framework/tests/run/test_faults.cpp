@@ -39,8 +39,7 @@ std::vector<std::string> names_below(const fs::path& folder)
 TEST_CASE("Exports touch neither the user's files next to them nor each other's")
 {
     Workplace place;
-    place.write("room.yaml", R"(version: 1
-stages:
+    place.write_stages(R"(
   source: {type: test.source}
   one:    {type: test.sink, input: source, path: a}
   two:    {type: test.sink, input: source, path: a.tmp}
@@ -67,7 +66,7 @@ stages:
 TEST_CASE("Without a home nothing is written to the working directory")
 {
     Workplace place;
-    place.write("room.yaml", "version: 1\nstages:\n  source: {type: test.source}\n");
+    place.write_stages("\n  source: {type: test.source}\n");
     for (const char* name : {"HOME", "XDG_CACHE_HOME", "XDG_DATA_HOME"})
         place.environment[name] = "";
     CHECK(place.run({"check", "room.yaml"}).code == 0);
@@ -99,8 +98,7 @@ TEST_CASE("Locks that fail, that everybody gets, or that nobody comes back from,
                                                                         {"granted", "was locked twice at once"},
                                                                         {"blocks", "flock did not return within 3 seconds"}}));
     place.environment["LACKING_FLOCK"] = how;
-    const Finished finished = place.run({"run", "room.yaml"});
-    CHECK(finished.code == 1);
+    const Finished finished = place.run({"run", "room.yaml"}, 1);
     CHECK(contains(finished.err, words));
     CHECK(contains(finished.err, "--store"));
     CHECK(place.log().empty());
@@ -151,9 +149,8 @@ TEST_CASE("A full temporary folder is not called a full store")
 {
     Workplace place({"misbehaving"});
     place.environment["TMPDIR"] = place.root();
-    place.write("room.yaml", "version: 1\nstages:\n  bad: {type: test.misbehave, how: full_scratch}\n");
-    const Finished finished = place.run({"run", "room.yaml"});
-    CHECK(finished.code == 1);
+    place.write_stages("\n  bad: {type: test.misbehave, how: full_scratch}\n");
+    const Finished finished = place.run({"run", "room.yaml"}, 1);
     CHECK(contains(finished.err, "free some space in " + place.root().string() + ", or set TMPDIR to another folder"));
     CHECK_FALSE(contains(finished.err, "--store"));
 }
@@ -164,7 +161,6 @@ TEST_CASE("A path that is not UTF-8 is shown by its bytes")
     place.write("caf\xe9.number", "3");
     place.write("room.yaml",
                 "version: 1\nvars: {file: a.number}\nstages:\n  sum: {type: test.add, input: {left: {file: \"${file}\"}}}\n");
-    const Finished finished = place.run({"run", "room.yaml", "--set", "file=caf\xe9.number"});
-    CHECK(finished.code == 3);
-    CHECK(contains(finished.err, "caf\\xe9.number': the name is not UTF-8"));
+    CHECK(contains(place.run({"run", "room.yaml", "--set", "file=caf\xe9.number"}, 3).err,
+                   "caf\\xe9.number': the name is not UTF-8"));
 }

@@ -60,8 +60,7 @@ TEST_CASE("A store lends its results to others, which copy what they need")
 {
     Workplace place;
     place.write("extra", "123");
-    place.write("room.yaml", R"(version: 1
-stages:
+    place.write_stages(R"(
   source: {type: test.source, file: extra, log: log}
   add:    {type: test.add, input: {left: source}, plus: 1, log: log}
   text:   {type: test.sink, input: add, path: x.txt, log: log}

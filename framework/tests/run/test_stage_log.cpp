@@ -23,8 +23,7 @@ TEST_CASE("What a stage prints is kept, to a megabyte, with a line that says wha
     Workplace place({"good", "misbehaving"});
     place.write("room.yaml", printing_room);
     place.make();
-    const Finished shown = place.run({"log", "room.yaml", "talker"});
-    REQUIRE(shown.code == 0);
+    const Finished shown = place.run({"log", "room.yaml", "talker"}, 0);
     CHECK(shown.out.size() > (std::size_t{1} << 19U));
     CHECK(shown.out.size() <= (std::size_t{1} << 20U));
     const Words lines = lines_of(shown.out);
@@ -68,8 +67,7 @@ TEST_CASE("The log of a stage that failed is kept, and the error names the comma
     place.write("room.yaml", printing_room);
     const auto failed = [&](const std::string& how, const std::string& store)
     {
-        const Finished finished = place.run({"run", "room.yaml", "--set", "talker.how=" + how, "--store", store});
-        CHECK(finished.code == 1);
+        const Finished finished = place.run({"run", "room.yaml", "--set", "talker.how=" + how, "--store", store}, 1);
         return finished.err;
     };
     const auto log = [&] { return place.run({"log", "room.yaml", "talker"}); };
@@ -87,12 +85,11 @@ TEST_CASE("The log of a stage that failed is kept, and the error names the comma
 TEST_CASE("fresco log says what there is where it finds none", "[log]")
 {
     Workplace place;
-    place.write("room.yaml", "version: 1\nstages:\n  source: {type: test.source}\n");
+    place.write_stages("\n  source: {type: test.source}\n");
     place.write("other.yaml", "version: 1\nstages: {}\n");
     const auto problem = [&](const std::string& pipeline, const std::string& stage)
     {
-        const Finished finished = place.run({"log", pipeline, stage});
-        CHECK(finished.code == 3);
+        const Finished finished = place.run({"log", pipeline, stage}, 3);
         return finished.err;
     };
     CHECK(contains(problem("room.yaml", "source"), "not a store; set its folder with --store"));

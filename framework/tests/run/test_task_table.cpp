@@ -18,8 +18,6 @@ using fresco::Value;
 namespace
 {
 
-using Numbers = std::vector<std::size_t>;
-
 Catalog catalog_with_painter()
 {
     Catalog catalog = hand_made_catalog();
@@ -163,35 +161,24 @@ Words packed(const TaskTable& table, std::size_t group)
 TEST_CASE("stages with the same axes on the same kind of machine are a group, one combination after the other", "[tasks]")
 {
     const Loaded loaded(painting(2, 2));
-    const TaskTable table = make_task_table(loaded.pipeline(), loaded.all(), loaded.each(10), {0, 4});
-    REQUIRE(table.groups.size() == 4);
-    const auto& [once, prepared, painted, baked] = std::tie(table.groups[0], table.groups[1], table.groups[2], table.groups[3]);
-    CHECK(once.name == "once");
-    CHECK(once.stages == Words{"legend"});
-    CHECK(prepared.name == "scan");
-    CHECK(prepared.axes == Words{"scan"});
-    CHECK(prepared.stages == Words{"scan_of", "mesh"});
-    CHECK(prepared.needs.empty());
-    CHECK(std::pair(prepared.first, prepared.count) == std::pair<std::size_t, std::size_t>(1, 2));
-    CHECK(prepared.seconds == Approx(20.6));
-    CHECK(prepared.memory_mb == 100);
-    CHECK(prepared.threads == 4);
-    CHECK(painted.name == "scan,picture-gpu");
-    CHECK(painted.gpu);
-    CHECK(painted.needs == Numbers{1});
-    CHECK(baked.name == "scan,picture-2");
-    CHECK_FALSE(baked.gpu);
-    CHECK(baked.needs == Numbers{2});
-    REQUIRE(table.tasks.size() == 11);
-    CHECK(table.tasks[2].stages == Words{"scan_of@s1", "mesh@s1"});
-    const Task& task = table.tasks[6];
-    CHECK(task.id == 6);
-    CHECK(task.group == 2);
-    CHECK(task.stages == Words{"paint@s1,p1"});
-    CHECK(task.needs == Numbers{2});
-    CHECK(task.axes == std::vector<std::pair<std::string, std::string>>{{"scan", "s1"}, {"picture", "p1"}});
-    CHECK(table.tasks[10].needs == Numbers{6});
-    CHECK(table.axes.at(1).labels == Words{"p0", "p1"});
+    const Value table = to_value(make_task_table(loaded.pipeline(), loaded.all(), loaded.each(10), {0, 4}));
+    CHECK(table.at("groups") == fresco::parse_json(R"([
+        {"name": "once", "axes": [], "gpu": false, "stages": ["legend"], "needs": [],
+         "first": 0, "count": 1, "seconds": 10.3, "memory_mb": 100.0, "threads": 4},
+        {"name": "scan", "axes": ["scan"], "gpu": false, "stages": ["scan_of", "mesh"], "needs": [],
+         "first": 1, "count": 2, "seconds": 20.6, "memory_mb": 100.0, "threads": 4},
+        {"name": "scan,picture-gpu", "axes": ["scan", "picture"], "gpu": true, "stages": ["paint"], "needs": [1],
+         "first": 3, "count": 4, "seconds": 10.3, "memory_mb": 100.0, "threads": 4},
+        {"name": "scan,picture-2", "axes": ["scan", "picture"], "gpu": false, "stages": ["bake"], "needs": [2],
+         "first": 7, "count": 4, "seconds": 10.3, "memory_mb": 100.0, "threads": 4}])"));
+    const Value::List& tasks = table.at("tasks").as_list();
+    REQUIRE(tasks.size() == 11);
+    CHECK(tasks[2].at("stages") == Value::List{"scan_of@s1", "mesh@s1"});
+    CHECK(tasks[6] ==
+          fresco::parse_json(R"({"id": 6, "group": 2, "axes": {"scan": "s1", "picture": "p1"}, "stages": ["paint@s1,p1"],
+                                             "needs": [2], "seconds": 10.3, "memory_mb": 100.0})"));
+    CHECK(tasks[10].at("needs") == Value::List{6});
+    CHECK(table.at("axes").as_list()[1].at("labels") == Value::List{"p0", "p1"});
 }
 
 TEST_CASE("neighbors of one scan are packed first, and no scan waits for another's preparation", "[tasks]")

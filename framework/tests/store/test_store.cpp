@@ -182,18 +182,6 @@ TEST_CASE("Results refer to other results, and are there only if those are")
     CHECK(!store.present(top));
 }
 
-TEST_CASE("Text that looks like a path into the store is not a reference")
-{
-    const TemporaryFolder folder;
-    const Store store(folder.path());
-    const fs::path temporary = store.make_temporary("run");
-    write(temporary / "out" / "a.json",
-          R"(["store:objects/0123456789abcdef0123456789abcdef/out", "tmp/)" + temporary.filename().string() + R"(/out"])");
-    const auto result = publish(store, temporary, {"key", {"out"}, {}, fresco::Value::Map{}});
-    CHECK(result.references.empty());
-    CHECK(store.present(store.lookup("key").value()));
-}
-
 TEST_CASE("What cannot be stored is refused by name and nothing is published")
 {
     const TemporaryFolder folder;

@@ -17,8 +17,7 @@ void check(const Mesh& mesh)
             "written and read, the same mesh");
 }
 
-template <class Parse>
-void read(Bytes bytes, const Parse& parse)
+void read(Bytes bytes, const auto& parse)
 {
     MeshReadReport report;
     check(parse(bytes, source, MeshLimits{}, &report));
@@ -32,14 +31,8 @@ void read_ply(Bytes bytes)
     read(bytes, [](auto&&... arguments) { return parse_ply(std::forward<decltype(arguments)>(arguments)...); });
     PlyIntegers integers{.property = "chart", .of_vertex = {}, .of_face = {}};
     Mesh mesh;
-    try
-    {
-        mesh = parse_ply(bytes, source, MeshLimits{}, nullptr, integers);
-    }
-    catch (const Error&)
-    {
+    if (refused([&] { mesh = parse_ply(bytes, source, MeshLimits{}, nullptr, integers); }))
         return;  // Most files have no such property.
-    }
     require(integers.of_face.empty() || integers.of_face.size() == mesh.triangles.size(), "an integer per face");
     require(integers.of_vertex.empty() || integers.of_vertex.size() == mesh.positions.size(), "an integer per vertex");
 }

@@ -8,26 +8,17 @@
 
 namespace fresco::fuzz
 {
-namespace
-{
 
-std::vector<Parser>& list()
+std::vector<Parser>& parsers()
 {
     static std::vector<Parser> parsers;
     return parsers;
 }
 
-}  // namespace
-
-const std::vector<Parser>& parsers()
+Registered::Registered(std::initializer_list<Parser> more)
 {
-    return list();
-}
-
-Registered::Registered(std::initializer_list<Parser> parsers)
-{
-    list().insert(list().end(), parsers);
-    std::ranges::sort(list(), {}, &Parser::name);
+    parsers().insert(parsers().end(), more);
+    std::ranges::sort(parsers(), {}, &Parser::name);
 }
 
 void require(bool holds, const std::string& what)

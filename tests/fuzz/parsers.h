@@ -26,12 +26,12 @@ struct Parser
 };
 
 /// By name.
-const std::vector<Parser>& parsers();
+std::vector<Parser>& parsers();
 
 /// Puts parsers into the list before main().
 struct Registered
 {
-    Registered(std::initializer_list<Parser> parsers);
+    Registered(std::initializer_list<Parser> more);
 };
 
 /// Where files are shown to come from in errors.

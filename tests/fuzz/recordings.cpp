@@ -62,22 +62,10 @@ void read_sens_depth(Bytes bytes)
 template <class First, class Second>
 void read_by_either(const First& first, const Second& second)
 {
-    try
-    {
-        first();
-    }
-    catch (const Error&)
-    {
-        return second();
-    }
-    try
-    {
+    if (refused(first))
         second();
-    }
-    catch (const Error&)
-    {
-        return;
-    }
+    else
+        refused(second);
 }
 
 void read_colmap(Bytes bytes)

@@ -8,7 +8,6 @@
 #include <ctime>
 #include <map>
 #include <random>
-#include <set>
 #include <sys/resource.h>
 
 namespace fs = std::filesystem;
@@ -102,25 +101,9 @@ void change(std::vector<std::byte>& bytes, std::mt19937& random)
 
 }  // namespace
 
-TEST_CASE("Every folder of the corpus is a parser's")
-{
-    std::set<std::string> known;
-    for (const Parser& parser : fresco::fuzz::parsers())
-        known.emplace(parser.name);
-    std::size_t folders = 0;
-    for (const auto& entry : fs::directory_iterator(corpus))
-    {
-        CAPTURE(entry.path());
-        // A build without all plugins has fewer parsers, never others.
-        CHECK(entry.is_directory());
-        ++folders;
-    }
-    CHECK(folders >= known.size());
-    CHECK(known.size() >= 5);
-}
-
 TEST_CASE("Every file of the corpus is read or refused, as its name says")
 {
+    CHECK(fresco::fuzz::parsers().size() >= 5);
     for (const Parser& parser : fresco::fuzz::parsers())
     {
         std::map<bool, int> count;

@@ -18,6 +18,7 @@
 #include <list>
 #include <map>
 #include <new>
+#include <regex>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <tuple>
@@ -207,15 +208,7 @@ std::optional<std::string> library_file_problem(const std::filesystem::path& fil
 
 bool is_type_name(const std::string& type)
 {
-    char last = '.';
-    for (const char c : type)
-    {
-        const bool word = (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
-        if (!word && (c != '.' || last == '.'))
-            return false;
-        last = c;
-    }
-    return last != '.';
+    return std::regex_match(type, std::regex("[a-z0-9_]+(\\.[a-z0-9_]+)*"));
 }
 
 const fresco_plugin_info& host_stamp()
@@ -270,7 +263,6 @@ PluginLibrary::PluginLibrary(const fs::path& file)
     if (const auto problem = handshake_problem(*info, host_stamp(), torch))
         throw Error(*problem);
 
-    torch_ = text_of(info->torch);
     std::size_t count = 0;
     const fresco_plugin_entry* list = list_entries(&count);
     for (std::size_t i = 0; i < count; ++i)
@@ -290,10 +282,9 @@ PluginLibrary::PluginLibrary(const fs::path& file)
     }
     if (entries_.empty())
         throw Error("registers no stage and no component");
-    if (!torch_.empty())
-        versions_.set("libtorch", torch_);
-    if (const std::string cuda = text_of(info->cuda); !cuda.empty())
-        versions_.set("cuda", cuda);
+    for (const auto& [library_name, version] : {std::pair("libtorch", info->torch), {"cuda", info->cuda}})
+        if (!text_of(version).empty())
+            versions_.set(library_name, version);
     own_libraries_ = own_libraries_of(library->native(), file);
 }
 

@@ -55,7 +55,6 @@ class PluginLibrary
     const std::vector<Entry>& entries() const { return entries_; }
     /// Map name -> version of the libraries behind the plugin.
     const Value& versions() const { return versions_; }
-    const std::string& torch() const { return torch_; }
     /// fresco's own libraries that it runs with (the SDK, artifact types): named libfresco_*, or in own_folders. Sorted.
     const std::vector<std::filesystem::path>& own_libraries() const { return own_libraries_; }
 
@@ -67,7 +66,6 @@ class PluginLibrary
 
     std::vector<Entry> entries_;
     Value versions_{Value::Map{}};
-    std::string torch_;
     std::vector<std::filesystem::path> own_libraries_;
 };
 

@@ -247,8 +247,7 @@ int internal_probe(const std::filesystem::path& library)
         Value description =
             Value::Map{{"types", std::move(types)},
                        {"versions", plugin.versions()},
-                       {"own_libraries", each<Value>(plugin.own_libraries(), [&](const auto& file) { return file.string(); })},
-                       {"torch", plugin.torch()}};
+                       {"own_libraries", each<Value>(plugin.own_libraries(), [&](const auto& file) { return file.string(); })}};
         tell(Value::Map{{"description", std::move(description)}});
         // Static destructors of libraries have nothing to do here that is worth a crash.
         std::_Exit(0);

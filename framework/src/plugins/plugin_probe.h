@@ -16,7 +16,7 @@ namespace fresco::host
 struct Probe
 {
     std::filesystem::path library;
-    /// Map: types (list of type, kind, help, declaration), versions, own_libraries, torch. Null if it is refused.
+    /// Map: types (list of type, kind, help, declaration), versions, own_libraries. Null if it is refused.
     Value description;
     std::string refusal;
     /// The refusal lies in the file itself (and not, say, in a library that is not installed): it may be remembered.

@@ -247,13 +247,8 @@ void RunState::ask_for(std::size_t place)
     StageNode& node = nodes_[place];
     if (node.state != StageState::waiting && node.state != StageState::not_needed)
         return;
-    bool end = true;
-    bool read = false;
-    for (const std::size_t consumer : node.consumers)
-    {
-        end = end && !nodes_[consumer].selected;
-        read = read || views_[consumer].reads;
-    }
+    const bool end = std::ranges::none_of(node.consumers, [&](std::size_t consumer) { return nodes_[consumer].selected; });
+    const bool read = std::ranges::any_of(node.consumers, [&](std::size_t consumer) { return views_[consumer].reads; });
     node.state = end || read || node.exports_files ? StageState::waiting : StageState::not_needed;
     if (node.state == StageState::waiting && !node.may_run && !node.elsewhere)
     {

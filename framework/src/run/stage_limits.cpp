@@ -5,9 +5,8 @@
 #include <fresco/wording.h>
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
-#include <optional>
+#include <regex>
 
 namespace fresco::host
 {
@@ -18,30 +17,20 @@ constexpr double share_of_machine = 0.9;
 constexpr double times_expected = 10;
 constexpr double shortest_s = 600;
 
-/// Takes a number without a sign from the front of `text`.
-std::optional<double> take_number(std::string_view& text)
+/// Of the whole text, without regard to case; empty where it does not match.
+std::cmatch matched(std::string_view text, const char* pattern)
 {
-    if (text.empty() || std::isdigit(static_cast<unsigned char>(text.front())) == 0)
-        return std::nullopt;  // from_chars knows "inf", too.
-    double number = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number, std::chars_format::fixed);
-    if (error != std::errc())
-        return std::nullopt;
-    text.remove_prefix(static_cast<std::size_t>(end - text.data()));
-    return number;
+    std::cmatch match;
+    std::regex_match(text.data(), text.data() + text.size(), match, std::regex(pattern, std::regex::icase));
+    return match;
 }
 
-/// Takes what is no digit from the front, in lower case, without blanks.
-std::string take_unit(std::string_view& text)
+/// 0 where the part did not match.
+double number_in(const std::csub_match& part)
 {
-    std::string unit;
-    while (!text.empty() && std::isdigit(static_cast<unsigned char>(text.front())) == 0)
-    {
-        if (text.front() != ' ')
-            unit += static_cast<char>(std::tolower(static_cast<unsigned char>(text.front())));
-        text.remove_prefix(1);
-    }
-    return unit;
+    double number = 0;
+    std::from_chars(part.first, part.second, number);
+    return number;
 }
 
 /// In the file, or of one combination of a matrix.
@@ -86,17 +75,11 @@ void put_in(std::map<std::string, StageLimits>& limits, const Pipeline& pipeline
 
 double parse_memory_mb(std::string_view text)
 {
-    std::optional<double> number = take_number(text);
-    std::string unit = take_unit(text);
-    if (unit.ends_with("b"))
-        unit.pop_back();
-    if (unit.ends_with("i"))
-        unit.pop_back();
-    const auto power = std::string_view("kmgt").find(unit);
-    if (!number || unit.size() != 1 || power == std::string_view::npos || !text.empty())
+    const std::cmatch match = matched(text, R"((\d+\.?\d*) *(?:(k)|(m)|(g)|(t)) *i? *b? *)");
+    if (match.empty())
         throw Error("expected an amount of memory such as 4G or 500M");
-    double megabytes = *number / 1024;
-    for (std::size_t i = 0; i < power; ++i)
+    double megabytes = number_in(match[1]) / 1024;
+    for (std::size_t unit = 2; !match[unit].matched; ++unit)
         megabytes *= 1024;
     constexpr double least_mb = 16;
     constexpr double most_mb = 1e9;
@@ -107,22 +90,9 @@ double parse_memory_mb(std::string_view text)
 
 double parse_seconds(std::string_view text)
 {
-    double sum = 0;
-    std::size_t next_unit = 0;
-    bool good = !text.empty();
-    while (good && !text.empty())
-    {
-        const auto number = take_number(text);
-        const std::string unit = take_unit(text);
-        constexpr std::string_view units = "hms";
-        const std::size_t place = unit.empty() ? 2 : units.find(unit);
-        good = number && unit.size() <= 1 && place != std::string_view::npos && place >= next_unit;
-        if (!good)
-            break;
-        sum += *number * (place == 0 ? 3600 : place == 1 ? 60 : 1);
-        next_unit = place + 1;
-    }
-    if (!good || sum <= 0)
+    const std::cmatch match = matched(text, R"((?:(\d+\.?\d*) *h *)?(?:(\d+\.?\d*) *m *)?(?:(\d+\.?\d*) *s? *)?)");
+    const double sum = match.empty() ? 0 : 3600 * number_in(match[1]) + 60 * number_in(match[2]) + number_in(match[3]);
+    if (sum <= 0)
         throw Error("expected a time such as 90s, 10m or 1h30m");
     return sum;
 }

@@ -18,27 +18,37 @@ namespace fresco::host
 namespace
 {
 
-/// With what the used objects refer to.
+/// Uses the manifest. False where it is gone or damaged; throws what hinders from reading one that is there.
+template <class Use>
+bool with_manifest(const Store& store, const std::string& object, const Use& use)
+{
+    try
+    {
+        use(store.manifest(object));
+        return true;
+    }
+    catch (const MissingInput&)
+    {
+        rethrow_if_there(store.manifest_file(object));
+    }
+    catch (const Error&)
+    {
+        return false;
+    }
+    return false;
+}
+
+/// With what the used objects refer to. Of damaged ones that cannot be told; its makers have their own records.
 UsedResults all_used(const Store& store)
 {
     UsedResults used = used_results(store);
-    for (const std::string& object : std::vector<std::string>(used.objects.begin(), used.objects.end()))
+    const auto add_references = [&](const Value& manifest)
     {
-        try
-        {
-            const Value manifest = store.manifest(object);
-            for (const auto& reference : manifest.at("references").as_list())
-                used.objects.insert(reference.as_string());
-        }
-        catch (const MissingInput&)
-        {
-            rethrow_if_there(store.manifest_file(object));
-        }
-        catch (const Error&)
-        {
-            continue;  // Damaged: what it refers to cannot be told; its makers have their own records.
-        }
-    }
+        for (const auto& reference : manifest.at("references").as_list())
+            used.objects.insert(reference.as_string());
+    };
+    for (const std::string& object : std::set<std::string>(used.objects))
+        with_manifest(store, object, add_references);
     return used;
 }
 
@@ -133,22 +143,17 @@ std::vector<StoredObject> objects_of(const Store& store, const UsedResults& used
     {
         StoredObject object;
         object.id = path.filename().string();
-        try
+        const auto describe = [&](const Value& manifest)
         {
-            const Value manifest = store.manifest(object.id);
             object.stage = manifest.at("stage").as_string();
             object.type = manifest.at("type").as_string();
             object.key = manifest.at("key").as_string();
             object.time_s = manifest.at("time_s").as_int();
             object.disk_mb = static_cast<double>(manifest.at("bytes").as_int()) / (1024.0 * 1024.0);
-        }
-        catch (const Error& error)
-        {
-            if (dynamic_cast<const MissingInput*>(&error) != nullptr)
-                rethrow_if_there(store.manifest_file(object.id));
-            object.whole = false;
+        };
+        object.whole = with_manifest(store, object.id, describe);
+        if (!object.whole)
             object.disk_mb = folder_mb(path);
-        }
         object.in_use = used.objects.contains(object.id) || used.stages.contains(object.stage);
         objects.push_back(std::move(object));
     }

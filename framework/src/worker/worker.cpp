@@ -100,63 +100,59 @@ std::string memory_text()
 
 int guarded_run(const fs::path& request_file, WorkerChannel& channel)
 {
-    std::string failed;
-    int code = worker_failed;
+    const auto fail = [&](const std::string& text, int code)
+    {
+        channel.send("failed", {{"text", text}});
+        return code;
+    };
     try
     {
         WorkerRequest request = worker_request_from(parse_json(read_text_file(request_file), request_file.string()));
         set_fault_stage(request.stage);
         set_input_roots(request.roots);
-        try
-        {
-            run_stage(std::move(request), request_file.parent_path().filename().string(), channel);
-            return channel.lost() ? worker_lost_channel : 0;
-        }
-        catch (const Damage& damage)
-        {
-            channel.send("damaged", {{"object", damage.object}, {"text", damage.text}});
-            return worker_damaged_input;
-        }
-        catch (const Canceled&)
-        {
-            if (channel.lost())
-                return worker_lost_channel;
-            channel.send("canceled");
-            return worker_canceled;
-        }
+        run_stage(std::move(request), request_file.parent_path().filename().string(), channel);
+        return channel.lost() ? worker_lost_channel : 0;
+    }
+    catch (const Damage& damage)
+    {
+        channel.send("damaged", {{"object", damage.object}, {"text", damage.text}});
+        return worker_damaged_input;
+    }
+    catch (const Canceled&)
+    {
+        if (channel.lost())
+            return worker_lost_channel;
+        channel.send("canceled");
+        return worker_canceled;
     }
     catch (const PluginFailure& error)
     {
-        failed = error.what();
-        code = worker_plugin;
+        return fail(error.what(), worker_plugin);
     }
     catch (const MissingInput& error)
     {
-        failed = error.what();
-        code = worker_missing_input;
+        return fail(error.what(), worker_missing_input);
     }
     catch (const Error& error)
     {
-        failed = with_advice(error.what());
+        return fail(with_advice(error.what()), worker_failed);
     }
     catch (const std::bad_alloc&)
     {
-        failed = memory_text();
+        return fail(memory_text(), worker_failed);
     }
     catch (const std::system_error& error)
     {
-        failed = with_advice(error.what());
+        return fail(with_advice(error.what()), worker_failed);
     }
     catch (const std::exception& error)
     {
-        failed = std::string("unexpected error, please report it to the plugin's author: ") + error.what();
+        return fail(std::string("unexpected error, please report it to the plugin's author: ") + error.what(), worker_failed);
     }
     catch (...)
     {
-        failed = "something other than an exception was thrown; please report it to the plugin's author";
+        return fail("something other than an exception was thrown; please report it to the plugin's author", worker_failed);
     }
-    channel.send("failed", {{"text", failed}});
-    return code;
 }
 
 }  // namespace

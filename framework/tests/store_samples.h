@@ -41,6 +41,12 @@ inline std::vector<std::string> names_in(const fs::path& folder)
     return names;
 }
 
+/// A store that goes away with the object. It is the folder "store" of a folder of its own, for what lies beside it.
+struct OwnStore : fresco::testing::TemporaryFolder, Store
+{
+    OwnStore() : Store(path() / "store") {}
+};
+
 /// The result of a key: one output, out/a.json with `text`.
 inline StoredResult publish_text(const Store& store, const std::string& key, const std::string& text,
                                  const std::vector<Dependency>& dependencies = {}, const std::set<std::string>& references = {})

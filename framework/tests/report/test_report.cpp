@@ -148,7 +148,7 @@ TEST_CASE("a failed run's report names what went wrong and what did not run")
   bad:    {type: test.fail, input: source}
   text:   {type: test.sink, input: bad, path: x.txt}
 )");
-    const Finished failed = place.run({"run", "room.yaml"}, 1);
+    place.run({"run", "room.yaml"}, 1);
     const auto data = data_of(place);
     CHECK(data.at("outcome").as_string() == "failed");
     CHECK(data.at("exit_code").as_int() == 1);

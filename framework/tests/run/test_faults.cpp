@@ -9,8 +9,7 @@
 namespace
 {
 
-const char* const chain = R"(version: 1
-stages:
+const char* const chain = R"(
   source: {type: test.source, file: extra, value: 0, log: log}
   add:    {type: test.add, input: {left: source}, plus: 1, log: log}
   text:   {type: test.sink, input: add, path: x.txt, log: log}
@@ -22,7 +21,7 @@ struct ChainPlace : Workplace
     ChainPlace()
     {
         write("extra", "123");
-        write("room.yaml", chain);
+        write_stages(chain);
     }
 };
 

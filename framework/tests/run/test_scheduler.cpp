@@ -5,8 +5,7 @@
 namespace
 {
 
-const char* const diamond = R"(version: 1
-stages:
+const char* const diamond = R"(
   source: {type: test.source, value: 5, log: log}
   left:   {type: test.add, input: {left: source}, plus: 1, wait_ms: 300, log: log}
   right:  {type: test.add, input: {left: source}, plus: 2, wait_ms: 300, log: log}
@@ -20,7 +19,7 @@ stages:
 TEST_CASE("Each stage of a diamond runs once, all ends are reached, branches run side by side")
 {
     Workplace place;
-    place.write("room.yaml", diamond);
+    place.write_stages(diamond);
     const Finished first = place.make({"--cores", "2", "--json-log"});
     CHECK(place.read("out/sum.txt") == "16.000000\n");
     CHECK(place.read("out/deep/left.txt") == "6.000000\n");

@@ -5,8 +5,7 @@
 namespace
 {
 
-const char* const printing_room = R"(version: 1
-stages:
+const char* const printing_room = R"(
   talker: {type: test.misbehave, how: print_lines}
   silent: {type: test.source}
 )";
@@ -21,7 +20,7 @@ std::size_t log_count(const Workplace& place)
 TEST_CASE("What a stage prints is kept, to a megabyte, with a line that says what was left out", "[log]")
 {
     Workplace place({"good", "misbehaving"});
-    place.write("room.yaml", printing_room);
+    place.write_stages(printing_room);
     place.make();
     const Finished shown = place.run({"log", "room.yaml", "talker"}, 0);
     CHECK(shown.out.size() > (std::size_t{1} << 19U));
@@ -43,7 +42,7 @@ TEST_CASE("What a stage prints is kept, to a megabyte, with a line that says wha
 TEST_CASE("A log belongs to a result: who finds the result finds the log, and it is removed with it", "[log]")
 {
     Workplace place({"good", "misbehaving"});
-    place.write("room.yaml", printing_room);
+    place.write_stages(printing_room);
     const Words quiet{"--set", "talker.how=nothing"};
     place.make(quiet);
     place.make();
@@ -64,7 +63,7 @@ TEST_CASE("A log belongs to a result: who finds the result finds the log, and it
 TEST_CASE("The log of a stage that failed is kept, and the error names the command that shows it", "[log]")
 {
     Workplace place({"good", "misbehaving"});
-    place.write("room.yaml", printing_room);
+    place.write_stages(printing_room);
     const auto failed = [&](const std::string& how, const std::string& store)
     {
         const Finished finished = place.run({"run", "room.yaml", "--set", "talker.how=" + how, "--store", store}, 1);

@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 using namespace fresco::host;
-using fresco::testing::TemporaryFolder;
 
 namespace
 {
@@ -48,8 +47,7 @@ extern "C" int renameat(int from_folder, const char* from, int to_folder, const 
 
 TEST_CASE("What is published is on the disk before a record names it")
 {
-    const TemporaryFolder folder;
-    const Store store(folder.path());
+    const OwnStore store;
     const bool many = GENERATE(false, true);
     const fs::path made = store.make_temporary();
     for (int i = 0; i < (many ? 65 : 1); ++i)
@@ -61,7 +59,7 @@ TEST_CASE("What is published is on the disk before a record names it")
     for (std::string& call : found)
     {
         for (const auto& [part, by] : {std::pair<std::string, const char*>{made.string(), "NEW"},
-                                       {folder.path().string() + "/", ""},
+                                       {store.root().string() + "/", ""},
                                        {result.object, "ID"}})
             if (const std::size_t at = call.find(part); at != std::string::npos)
                 call.replace(at, part.size(), by);

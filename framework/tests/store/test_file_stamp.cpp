@@ -221,8 +221,7 @@ TEST_CASE("A line that was cut takes no other with it")
 
 TEST_CASE("Costs that many tasks measure at once are all kept until they are tidied up")
 {
-    const TemporaryFolder folder;
-    const Store store(folder.path());
+    const OwnStore store;
     in_processes(4,
                  [&](int process)
                  {

@@ -10,8 +10,7 @@ using fresco::testing::TemporaryFolder;
 
 TEST_CASE("A published result is found by its key, whole, and damage to it is named")
 {
-    const TemporaryFolder folder;
-    const Store store(folder.path());
+    const OwnStore store;
     CHECK(!store.lookup("key"));
     const StoredResult result = publish_text(store, "key", "[1]");
     const auto found = store.lookup("key");
@@ -19,7 +18,7 @@ TEST_CASE("A published result is found by its key, whole, and damage to it is na
     CHECK(found->object == result.object);
     CHECK(store.present(*found));
     CHECK(!store.verify(result.object, 2));
-    CHECK(fs::is_empty(folder.path() / "tmp"));
+    CHECK(fs::is_empty(store.root() / "tmp"));
 
     const fs::path file = store.object(result.object) / "out" / "a.json";
     const auto damage = [&](const std::string& output = "")
@@ -62,7 +61,7 @@ TEST_CASE("A published result is found by its key, whole, and damage to it is na
     SECTION("another result's folder")
     {
         const StoredResult other = publish_text(store, "other", "[2]");
-        fs::rename(store.object(result.object), folder.path() / "aside");
+        fs::rename(store.object(result.object), store.root() / "aside");
         fs::rename(store.object(other.object), store.object(result.object));
         CHECK(contains(damage("out"), "the manifest of another result"));
     }
@@ -80,8 +79,8 @@ TEST_CASE("A published result is found by its key, whole, and damage to it is na
     {
         store.discard(result.object);
         CHECK(!store.present(*store.lookup("key")));
-        CHECK(fs::is_empty(folder.path() / "tmp"));
-        CHECK(fs::is_empty(folder.path() / "objects"));
+        CHECK(fs::is_empty(store.root() / "tmp"));
+        CHECK(fs::is_empty(store.root() / "objects"));
     }
 }
 
@@ -113,9 +112,8 @@ TEST_CASE("Files of several pieces are verified piece by piece")
 
 TEST_CASE("Outside files: touched is the same, changed is another, changed back is the first again")
 {
-    const TemporaryFolder folder;
-    const Store store(folder.path() / "store");
-    const fs::path input = folder.path() / "input";
+    const OwnStore store;
+    const fs::path input = store.path() / "input";
     write(input, "one");
     const auto first = publish_text(store, "key", "[1]", {take_dependency(input, false)});
     touch(input, 1);
@@ -142,15 +140,14 @@ TEST_CASE("Outside files: touched is the same, changed is another, changed back 
 
 TEST_CASE("Files read next to an input do not stand for those next to an equal input")
 {
-    const TemporaryFolder folder;
-    const Store store(folder.path() / "store");
-    const fs::path one = folder.path() / "one/model";
-    const fs::path other = folder.path() / "other/model";
-    for (const fs::path& file : {one, other, folder.path() / "one/color"})
+    const OwnStore store;
+    const fs::path one = store.path() / "one/model";
+    const fs::path other = store.path() / "other/model";
+    for (const fs::path& file : {one, other, store.path() / "one/color"})
         write(file, "equal");
     publish_text(store, "alone", "[1]");
     CHECK(store.lookup("alone", nullptr, {other}));
-    publish_text(store, "key", "[1]", {take_dependency(folder.path() / "one/color", false), take_dependency(one, false)});
+    publish_text(store, "key", "[1]", {take_dependency(store.path() / "one/color", false), take_dependency(one, false)});
     std::string why;
     CHECK(store.lookup("key", &why, {one}));
     CHECK(!store.lookup("key", &why, {other}));
@@ -159,8 +156,7 @@ TEST_CASE("Files read next to an input do not stand for those next to an equal i
 
 TEST_CASE("A key keeps its last eight results")
 {
-    const TemporaryFolder folder;
-    const Store store(folder.path());
+    const OwnStore store;
     for (int i = 0; i < 10; ++i)
         store.remember("key", {object_prefix("key") + std::to_string(i), {}, {}});
     CHECK(store.lookup("key").value().object == object_prefix("key") + "9");
@@ -170,8 +166,7 @@ TEST_CASE("A key keeps its last eight results")
 
 TEST_CASE("Results refer to other results, and are there only if those are")
 {
-    const TemporaryFolder folder;
-    const Store store(folder.path());
+    const OwnStore store;
     const auto below = publish_text(store, "below", "[1]");
     const auto middle = publish_text(store, "middle", "[2]", {}, {below.object});
     CHECK(middle.references == std::vector<std::string>{below.object});
@@ -184,8 +179,7 @@ TEST_CASE("Results refer to other results, and are there only if those are")
 
 TEST_CASE("What cannot be stored is refused by name and nothing is published")
 {
-    const TemporaryFolder folder;
-    const Store store(folder.path());
+    const OwnStore store;
     const fs::path made = store.make_temporary();
     write(made / "out" / "a.json", "1");
     std::string name;
@@ -207,9 +201,8 @@ TEST_CASE("What cannot be stored is refused by name and nothing is published")
 
 TEST_CASE("Results are copied with what they refer to, once")
 {
-    const TemporaryFolder folder;
-    const Store from(folder.path() / "from");
-    const Store to(folder.path() / "to");
+    const OwnStore from;
+    const OwnStore to;
     const auto below = publish_text(from, "below", "[1]");
     const auto top = publish_text(from, "top", "[2]", {}, {below.object});
     const auto other = publish_text(from, "other", "[3]");
@@ -236,9 +229,8 @@ TEST_CASE("Results are copied with what they refer to, once")
 
 TEST_CASE("A damaged result is not copied, nor what refers to it")
 {
-    const TemporaryFolder folder;
-    const Store from(folder.path() / "from");
-    const Store to(folder.path() / "to");
+    const OwnStore from;
+    const OwnStore to;
     const auto below = publish_text(from, "below", "[1]");
     const auto top = publish_text(from, "top", "[2]", {}, {below.object});
     SECTION("a file")
@@ -259,9 +251,8 @@ TEST_CASE("A damaged result is not copied, nor what refers to it")
 
 TEST_CASE("Copies of the same results at once leave each whole, once")
 {
-    const TemporaryFolder folder;
-    const Store from(folder.path() / "from");
-    const Store to(folder.path() / "to");
+    const OwnStore from;
+    const OwnStore to;
     for (int i = 0; i < 20; ++i)
         publish_text(from, "key" + std::to_string(i), "[" + std::to_string(i) + "]");
     in_processes(3,

@@ -69,9 +69,8 @@ TEST_CASE("A store of another format is refused with both and with what to do")
 
 TEST_CASE("A lost record of a key is written again from the results")
 {
-    const TemporaryFolder folder;
-    const Store store(folder.path() / "store");
-    const fs::path input = folder.path() / "input";
+    const OwnStore store;
+    const fs::path input = store.path() / "input";
     write(input, "one");
     const auto first = publish_text(store, "key", "[1]", {take_dependency(input, false)});
     write(input, "two");
@@ -89,9 +88,8 @@ TEST_CASE("A lost record of a key is written again from the results")
 
 TEST_CASE("What is published can be read by those whom the umask lets")
 {
-    const TemporaryFolder folder;
     const mode_t before = umask(022);
-    const Store store(folder.path());
+    const OwnStore store;
     const auto result = publish_text(store, "key", "[1]");
     umask(before);
     CHECK(fs::status(store.object(result.object)).permissions() == fs::perms(0755));
@@ -99,18 +97,17 @@ TEST_CASE("What is published can be read by those whom the umask lets")
 
 TEST_CASE("Tidying up keeps what is in use, and leaves nothing that serves nobody")
 {
-    const TemporaryFolder folder;
-    const Store store(folder.path() / "store");
-    const fs::path pipeline = folder.path() / "room.yaml";
+    const OwnStore store;
+    const fs::path pipeline = store.path() / "room.yaml";
     write(pipeline, "version: 1");
-    write(folder.path() / "gone.yaml", "version: 1");
+    write(store.path() / "gone.yaml", "version: 1");
     const std::string used_key = content_hash("used");
     const std::string unused_key = content_hash("unused");
     const auto used = publish_text(store, used_key, "[1]");
     const auto unused = publish_text(store, unused_key, "[2]");
     write_stage_record(store, pipeline, {"s", used_key, used.object, {}});
-    write_stage_record(store, folder.path() / "gone.yaml", {"s", unused_key, unused.object, {}});
-    fs::remove(folder.path() / "gone.yaml");
+    write_stage_record(store, store.path() / "gone.yaml", {"s", unused_key, unused.object, {}});
+    fs::remove(store.path() / "gone.yaml");
     for (const std::string& key : {used_key, unused_key, std::string("store"), std::string("thesis")})
         FileLock(store.lock_file(key)).try_exclusive();
     write(store.root() / "keys" / (".fresco-" + unused_key), "left by a killed writer");
@@ -154,8 +151,7 @@ TEST_CASE("Tidying up keeps what is in use, and leaves nothing that serves nobod
 
 TEST_CASE("A lock that was tidied away is made again")
 {
-    const TemporaryFolder folder;
-    const Store store(folder.path());
+    const OwnStore store;
     FileLock first(store.lock_file("key"));
     FileLock second(store.lock_file("key"));
     REQUIRE(first.try_exclusive());
@@ -168,8 +164,7 @@ TEST_CASE("A lock that was tidied away is made again")
 
 TEST_CASE("A process of another machine that goes on although its lock is free here is named, and the store refused")
 {
-    const TemporaryFolder folder;
-    const Store store(folder.path());
+    const OwnStore store;
     const fs::path file = sign_as_stranger(store);
     SECTION("its lock is free")
     {
@@ -202,8 +197,7 @@ TEST_CASE("A process of another machine that goes on although its lock is free h
 
 TEST_CASE("Temporary folders are left to processes of other machines")
 {
-    const TemporaryFolder folder;
-    const Store store(folder.path());
+    const OwnStore store;
     ProcessIdentity ended = this_process();
     ++ended.start;
     const auto make = [&](const std::string& name) { fs::create_directory(store.root() / "tmp" / name); };

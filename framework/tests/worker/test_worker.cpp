@@ -42,8 +42,7 @@ std::string told(Workplace& place)
     return place.read("out/origin.json");
 }
 
-const char* const three_stages = R"(version: 1
-stages:
+const char* const three_stages = R"(
   source: {type: test.source, value: 4, log: log}
   add:    {type: test.add, input: {left: source}, plus: 1, log: log}
   text:   {type: test.sink, input: add, path: x.txt, log: log}
@@ -144,7 +143,7 @@ TEST_CASE("Equal components are one object, a file goes through its reader")
 TEST_CASE("A damaged result is named and made again in the same run; store verify finds it too")
 {
     Workplace place;
-    place.write("room.yaml", three_stages);
+    place.write_stages(three_stages);
     place.make();
     const fs::path source = object_with(place, "table");
     const auto damage = [&] { std::ofstream(source / "table/table.json") << R"({"columns":["value"],"rows":[[9]]})"; };
@@ -167,7 +166,7 @@ TEST_CASE("A damaged result is named and made again in the same run; store verif
 TEST_CASE("A damaged result that another run is already making again is left to that run")
 {
     Workplace place;
-    place.write("room.yaml", three_stages);
+    place.write_stages(three_stages);
     place.make();
     const fs::path table = object_with(place, "table") / "table/table.json";
     const std::string whole = fresco::read_text_file(table);

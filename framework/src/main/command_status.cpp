@@ -55,20 +55,7 @@ void show_queue(std::vector<CombinationOutcome>& outcomes, const Pipeline& pipel
 void print_json(const TaskFolder& tasks, const std::vector<CombinationOutcome>& outcomes, const RunSummary& summary,
                 const Pipeline& pipeline)
 {
-    Value::List combinations;
-    for (const CombinationOutcome& outcome : outcomes)
-    {
-        Value::Map values;
-        for (std::size_t axis = 0; axis < pipeline.sweep.axes.size(); ++axis)
-            values.emplace_back(pipeline.sweep.axes[axis], outcome.combination->values[axis]);
-        const StageOutcome* failed = outcome.stage.empty() ? nullptr : summary.outcome_of(outcome.stage);
-        combinations.push_back(Value::Map{{"name", outcome.combination->name},
-                                          {"values", std::move(values)},
-                                          {"state", outcome.state},
-                                          {"failed_stage", outcome.stage},
-                                          {"error", failed == nullptr ? "" : failed->error},
-                                          {"own_seconds", outcome.own_seconds}});
-    }
+    const auto told = [&](const CombinationOutcome& outcome) { return combination_data(pipeline.sweep, summary, outcome); };
     Value::List list;
     for (const Task& task : tasks.table.tasks)
     {
@@ -82,7 +69,7 @@ void print_json(const TaskFolder& tasks, const std::vector<CombinationOutcome>& 
     }
     print_value(Value::Map{{"store", tasks.table.store.string()},
                            {"out", tasks.table.out.string()},
-                           {"combinations", std::move(combinations)},
+                           {"combinations", each<Value>(outcomes, told)},
                            {"tasks", std::move(list)}});
 }
 

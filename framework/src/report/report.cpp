@@ -121,10 +121,7 @@ Value run_data(const ReportRequest& request, const Subject& subject, const Store
 {
     Value data = origin_data(request, "fresco-run");
     if (subject.combination != nullptr)
-        for (std::size_t axis = 0; axis < subject.combination->values.size(); ++axis)
-            data.find("pipeline")
-                ->find("combination")
-                ->set(request.run->pipeline->sweep.axes[axis], subject.combination->values[axis]);
+        *data.find("pipeline")->find("combination") = values_of(request.run->pipeline->sweep, *subject.combination);
     Value::List stages;
     std::set<std::string> names;
     for (const PipelineStage* stage : subject.stages)

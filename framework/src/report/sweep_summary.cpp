@@ -60,9 +60,6 @@ class Summary
     Value::Map combination(const CombinationOutcome& outcome)
     {
         const Combination& own = *outcome.combination;
-        Value::Map values;
-        for (std::size_t axis = 0; axis < pipeline_.sweep.axes.size(); ++axis)
-            values.emplace_back(pipeline_.sweep.axes[axis], own.values[axis]);
         Value::List stages;
         for (const std::size_t number : own.stages)
             if (const std::string& name = pipeline_.stages[number].name; summary_.outcome_of(name) != nullptr)
@@ -74,20 +71,15 @@ class Summary
             pictures.emplace_back(below_out(file));
             shown_[summary_.files[file].stage].push_back(file);
         }
-        const StageOutcome* failed = outcome.stage.empty() ? nullptr : summary_.outcome_of(outcome.stage);
         const std::string report = own.name + "/report.html";
-        return {{"name", own.name},
-                {"values", std::move(values)},
-                {"state", outcome.state},
-                {"failed_stage", outcome.stage},
-                {"error", failed != nullptr ? failed->error : ""},
-                {"own_seconds", outcome.own_seconds},
-                {"ran", outcome.ran_count},
-                {"stored", outcome.stored_count},
-                {"report", fs::exists(run_.out / report) ? report : ""},
-                {"stages", std::move(stages)},
-                {"pictures", std::move(pictures)},
-                {"files", each<Value>(outcome.files, [&](const std::size_t file) { return below_out(file); })}};
+        Value::Map data = combination_data(pipeline_.sweep, summary_, outcome);
+        data.insert(data.end(), {{"ran", outcome.ran_count},
+                                 {"stored", outcome.stored_count},
+                                 {"report", fs::exists(run_.out / report) ? report : ""},
+                                 {"stages", std::move(stages)},
+                                 {"pictures", std::move(pictures)},
+                                 {"files", each<Value>(outcome.files, [&](std::size_t file) { return below_out(file); })}});
+        return data;
     }
 
     /// Of all but what differs in a run with nothing to do: times, and what ran.

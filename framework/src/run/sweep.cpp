@@ -58,6 +58,25 @@ std::vector<CombinationOutcome> combination_outcomes(const Pipeline& pipeline, c
     return result;
 }
 
+Value::Map values_of(const Sweep& sweep, const Combination& combination)
+{
+    Value::Map values;
+    for (std::size_t axis = 0; axis < combination.values.size(); ++axis)
+        values.emplace_back(sweep.axes[axis], combination.values[axis]);
+    return values;
+}
+
+Value::Map combination_data(const Sweep& sweep, const RunSummary& summary, const CombinationOutcome& outcome)
+{
+    const StageOutcome* failed = outcome.stage.empty() ? nullptr : summary.outcome_of(outcome.stage);
+    return {{"name", outcome.combination->name},
+            {"values", values_of(sweep, *outcome.combination)},
+            {"state", outcome.state},
+            {"failed_stage", outcome.stage},
+            {"error", failed != nullptr ? failed->error : ""},
+            {"own_seconds", outcome.own_seconds}};
+}
+
 std::string sweep_table(const Sweep& sweep, const std::vector<CombinationOutcome>& outcomes, std::size_t width)
 {
     using Kind = TextTable::Kind;

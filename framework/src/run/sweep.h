@@ -26,6 +26,11 @@ struct CombinationOutcome
 /// One for each combination, in their order. The pipeline must outlive the result.
 std::vector<CombinationOutcome> combination_outcomes(const Pipeline& pipeline, const RunSummary& summary, const Store& store);
 
+/// Axis -> label.
+Value::Map values_of(const Sweep& sweep, const Combination& combination);
+/// What JSON says of one first: name, values, state, failed_stage, error, own_seconds.
+Value::Map combination_data(const Sweep& sweep, const RunSummary& summary, const CombinationOutcome& outcome);
+
 /// The table that ends a run on a terminal of this width: a line per combination.
 std::string sweep_table(const Sweep& sweep, const std::vector<CombinationOutcome>& outcomes, std::size_t width);
 

@@ -83,12 +83,9 @@ struct ShowingPage
     int longest_px = 720;          ///< Of its pictures.
 };
 
-/// Requests for make_previews: the artifacts of the stages, and those read from users' files, that a viewer shows. The stages are
-/// in a topological order.
+/// What internal_page is asked to show: the artifacts of the stages, and those read from users' files, that have a viewer. The
+/// stages are in a topological order.
 Value preview_requests(const std::vector<ShownStage>& stages, const Catalog& catalog, const Store& store,
                        const ShowingPage& page);
-
-/// In a process of its own: opens plugins, loads the artifacts and lets their viewers show them. What cannot be shown has a note.
-PageMedia make_previews(const Value& requests, const Store& store);
 
 }  // namespace fresco::host

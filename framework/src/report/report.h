@@ -68,7 +68,8 @@ Value::Map origin_data(const ReportRequest& request, const char* format);
 /// A stage's entry of "stages": what it came to, and how it was made. A manifest that cannot be read leaves its figures empty.
 Value stage_data(const PipelineStage& stage, const StageOutcome* outcome, const Store& store);
 
-/// The child: `fresco internal-page REQUEST.json`. Makes the pictures of a page and writes it; its exit code.
+/// The child: `fresco internal-page REQUEST.json`. Opens plugins, loads artifacts, lets their viewers show them, and writes the
+/// page; its exit code.
 int internal_page(const std::filesystem::path& request_file);
 
 }  // namespace fresco::host

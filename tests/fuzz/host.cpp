@@ -19,6 +19,7 @@
 #include "plugins/texture_synthesize/checkpoint.h"
 
 #include <bit>
+#include <boost/algorithm/string/replace.hpp>
 #include <fmt/format.h>
 #include <sstream>
 
@@ -94,14 +95,10 @@ std::string sealed(std::string_view line)
 std::string filled_in(std::string text, const std::filesystem::path& here)
 {
     const FileStamp stamp = stamp_of(here).value();
-    const auto replace = [&](std::string_view word, const std::string& by)
-    {
-        for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + by.size()))
-            text.replace(at, word.size(), by);
-    };
-    replace("\"HERE\"", to_json(Value(here.string())));
-    replace("\"STAMP\"", fmt::format("[{},{},{},{},{},{},{}]", stamp.size, stamp.mtime_ns, stamp.ctime_ns, stamp.inode,
-                                     stamp.device, stamp.file_system, stamp.file_system_id));
+    boost::replace_all(text, "\"HERE\"", to_json(Value(here.string())));
+    boost::replace_all(text, "\"STAMP\"",
+                       fmt::format("[{},{},{},{},{},{},{}]", stamp.size, stamp.mtime_ns, stamp.ctime_ns, stamp.inode,
+                                   stamp.device, stamp.file_system, stamp.file_system_id));
     return text;
 }
 

@@ -27,15 +27,12 @@ bool with_manifest(const Store& store, const std::string& object, const Use& use
         use(store.manifest(object));
         return true;
     }
-    catch (const MissingInput&)
+    catch (const Error& error)
     {
-        rethrow_if_there(store.manifest_file(object));
-    }
-    catch (const Error&)
-    {
+        if (dynamic_cast<const MissingInput*>(&error) != nullptr)
+            rethrow_if_there(store.manifest_file(object));
         return false;
     }
-    return false;
 }
 
 /// With what the used objects refer to. Of damaged ones that cannot be told; its makers have their own records.

@@ -52,14 +52,13 @@ std::vector<std::string> needed_by(const link_map& library)
 
 const char* kind_of(mode_t mode)
 {
-    if (S_ISDIR(mode))
-        return "a folder";
-    if (S_ISFIFO(mode))
-        return "a FIFO";
-    if (S_ISSOCK(mode))
-        return "a socket";
-    if (S_ISCHR(mode) || S_ISBLK(mode))
-        return "a device";
+    for (const auto& [kind, name] : {std::pair(S_IFDIR, "a folder"),
+                                     {S_IFIFO, "a FIFO"},
+                                     {S_IFSOCK, "a socket"},
+                                     {S_IFCHR, "a device"},
+                                     {S_IFBLK, "a device"}})
+        if ((mode & S_IFMT) == static_cast<mode_t>(kind))
+            return name;
     return "no regular file";
 }
 

@@ -60,13 +60,15 @@ class KeyMaker
             return value.as_string().empty() ? value : file_identity(value.as_string(), hashes_);
         if (kind == "input_folder")
             return input_name(value.as_string());
-        if (kind == "input_files")
+        const auto of_each = [&](const auto& make)
         {
             Value::Map map;
-            for (const auto& [name, file] : value.as_map())
-                map.emplace_back(name, file_identity(file.as_string(), hashes_));
+            for (const auto& [name, entry] : value.as_map())
+                map.emplace_back(name, make(entry));
             return sorted_map(std::move(map));
-        }
+        };
+        if (kind == "input_files")
+            return of_each([&](const Value& file) { return file_identity(file.as_string(), hashes_); });
         if (kind == "number")
             return value.as_double();
         if (kind == "numbers")
@@ -74,12 +76,7 @@ class KeyMaker
         if (kind == "component")
             return component(value);
         if (kind == "components")
-        {
-            Value::Map map;
-            for (const auto& [name, config] : value.as_map())
-                map.emplace_back(name, component(config));
-            return sorted_map(std::move(map));
-        }
+            return of_each([&](const Value& config) { return component(config); });
         return value;
     }
 

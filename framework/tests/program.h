@@ -116,12 +116,13 @@ class Workplace
     int count_ = 0;
 };
 
-/// The events of `--json-log`.
-inline std::vector<fresco::Value> events(const std::string& out)
+/// The events of `--json-log`; with `name`, those of this name.
+inline std::vector<fresco::Value> events(const std::string& out, const std::string& name = "")
 {
     std::vector<fresco::Value> list;
     for (const std::string& line : lines_of(out))
-        list.push_back(fresco::parse_json(line, "event"));
+        if (fresco::Value event = fresco::parse_json(line, "event"); name.empty() || event.at("event").as_string() == name)
+            list.push_back(std::move(event));
     return list;
 }
 

@@ -118,18 +118,8 @@ TEST_CASE("A cost that does not fit its stage is refused", "[estimate]")
 {
     const Value options = parse_json(R"([{"name": "path", "kind": "input_folder"}, {"name": "size_px", "kind": "int"},
                                          {"name": "heights_px", "kind": "ints"}])");
-    const auto refusal = [&](const Cost& cost) -> std::string
-    {
-        try
-        {
-            describe_cost("odd.stage", cost, options);
-            return "";
-        }
-        catch (const Error& error)
-        {
-            return error.what();
-        }
-    };
+    const auto refusal = [&](const Cost& cost)
+    { return fresco::testing::error_of([&] { describe_cost("odd.stage", cost, options); }); };
     CHECK(refusal({.makes = {{count::frames, {.files = "path"}},
                              {count::texels, {.squares_of = "size_px"}},
                              {count::pixels, {.squares_of = "heights_px"}}},

@@ -73,9 +73,8 @@ TEST_CASE("Each stage of a diamond runs once, all ends are reached, branches run
         const Finished finished = place.make({"--set", "right.plus=10", "--json-log"});
         CHECK(outcomes(finished)["join"] == "ran");
         std::string notes;
-        for (const auto& event : events(finished.out))
-            if (event.at("event").as_string() == "note")
-                notes += event.at("text").as_string() + "\n";
+        for (const auto& event : events(finished.out, "note"))
+            notes += event.at("text").as_string() + "\n";
         CHECK(contains(notes, "stats.jsonl"));
         CHECK(contains(notes, records.filename().string()));
     }

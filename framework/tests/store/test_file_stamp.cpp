@@ -1,5 +1,6 @@
 #include "store_samples.h"
 
+#include "base/common.h"
 #include "base/file_stamp.h"
 #include "base/records.h"
 #include "store/statistics.h"
@@ -31,10 +32,7 @@ Value numbered(int number)
 
 std::vector<std::int64_t> numbers(const Journal& journal)
 {
-    std::vector<std::int64_t> found;
-    for (const Value& map : journal.read())
-        found.push_back(map.at("number").as_int());
-    return found;
+    return each(journal.read(), [](const Value& map) { return map.at("number").as_int(); });
 }
 
 /// A thread asks for the file system again.

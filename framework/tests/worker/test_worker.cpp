@@ -1,5 +1,6 @@
 #include "program.h"
 
+#include "base/common.h"
 #include "store/store.h"
 #include "worker/stage_run.h"
 #include "worker/worker_context.h"
@@ -118,10 +119,7 @@ TEST_CASE("The manifest says how a result came about; a figure that is not a num
     const Finished finished = other.make({"--json-log"});
     CHECK(manifest_with(other, "table").at("report") ==
           Value(Value::Map{{"mean", Value()}, {"ranges", Value::Map{{"list", Value::List{1.5, Value()}}, {"count", 3}}}}));
-    std::vector<Value> progress;
-    for (const auto& event : events(finished.out))
-        if (event.at("event").as_string() == "progress")
-            progress.push_back(event);
+    const std::vector<Value> progress = events(finished.out, "progress");
     REQUIRE(progress.size() == 1);
     CHECK(progress[0].at("done").as_double() == 1);
     CHECK(progress[0].at("metrics").at("loss").is_null());
@@ -234,10 +232,8 @@ TEST_CASE("A stage learns how its result comes about, from options to figures, w
     CHECK(origin.at("versions").find("fresco") != nullptr);
 
     const Value::List& stages = origin.at("stages").as_list();
-    std::vector<std::string> names;
-    for (const Value& stage : stages)
-        names.push_back(stage.at("stage").as_string());
-    REQUIRE(names == Words{"test.source", "test.scale", "test.add", "test.source 2", "test.add 2", "test.told"});
+    REQUIRE(each(stages, [](const Value& stage) { return stage.at("stage").as_string(); }) ==
+            Words{"test.source", "test.scale", "test.add", "test.source 2", "test.add 2", "test.told"});
     const Value& options = stages[0].at("options");
     CHECK(options.at("value") == Value(3.0));
     CHECK(options.at("folder") == Value("scan"));

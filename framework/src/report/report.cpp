@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <ctime>
+#include <fmt/chrono.h>
 #include <set>
 
 namespace fresco::host
@@ -18,11 +19,7 @@ constexpr int data_version = 1;
 
 std::string utc(std::time_t time)
 {
-    std::tm parts{};
-    char text[64] = "";
-    if (gmtime_r(&time, &parts) != nullptr)
-        std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts);
-    return text;
+    return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(time));
 }
 
 /// What one report is about: all of a pipeline, or one combination of its matrix.

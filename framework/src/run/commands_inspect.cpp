@@ -96,27 +96,22 @@ Value stages_as_value(const Catalog& catalog, bool all)
 
 void write_refused(const Catalog& catalog, std::ostream& out)
 {
+    const auto list = [&](const std::string& title, const auto& items, const auto& text)
+    {
+        if (!items.empty())
+            out << '\n' << title << '\n';
+        for (const auto& item : items)
+            out << "  " << harmless(text(item), LineEnds::none) << '\n';
+    };
     for (const std::string& type : catalog.ambiguous())
-    {
-        out << "\nnot used, because several plugins have it: " << type << '\n';
-        for (const auto& library : catalog.libraries_of(type))
-            out << "  " << harmless(library.string(), LineEnds::none) << '\n';
-    }
-    if (const auto shadowed = catalog.shadowed(); !shadowed.empty())
-    {
-        out << "\nshadowed by another of the type:\n";
-        for (const ShadowedType& type : shadowed)
-            out << "  " << harmless(type.type + " of " + type.library.string() + ", by " + type.by.string(), LineEnds::none)
-                << '\n';
-    }
-    if (!catalog.refusals().empty())
-        out << "\ncannot be loaded:\n";
-    for (const Refusal& refusal : catalog.refusals())
-        out << "  " << harmless(refusal.library.string() + ": " + refusal.reason, LineEnds::none) << '\n';
-    if (!catalog.unbuilt().empty())
-        out << "\nnot built; ./bootstrap build builds them:\n";
-    for (const UnbuiltPlugin& plugin : catalog.unbuilt())
-        out << "  " << plugin.type << (plugin.reason.empty() ? "" : ": " + plugin.reason) << '\n';
+        list("not used, because several plugins have it: " + type, catalog.libraries_of(type),
+             [](const fs::path& library) { return library.string(); });
+    list("shadowed by another of the type:", catalog.shadowed(),
+         [](const ShadowedType& type) { return type.type + " of " + type.library.string() + ", by " + type.by.string(); });
+    list("cannot be loaded:", catalog.refusals(),
+         [](const Refusal& refusal) { return refusal.library.string() + ": " + refusal.reason; });
+    list("not built; ./bootstrap build builds them:", catalog.unbuilt(),
+         [](const UnbuiltPlugin& plugin) { return plugin.type + (plugin.reason.empty() ? "" : ": " + plugin.reason); });
 }
 
 void write_ports(const char* title, const std::vector<PortDeclaration>& ports, std::size_t width, std::ostream& out)

@@ -58,10 +58,9 @@ std::vector<StageState> expected_states(const std::vector<StageNode>& nodes)
     std::vector<StageState> states;
     for (const StageNode& node : nodes)
     {
-        const bool broken =
-            std::any_of(node.producers.begin(), node.producers.end(),
-                        [&](std::size_t producer)
-                        { return states[producer] == StageState::failed || states[producer] == StageState::blocked; });
+        const auto is_broken = [&](std::size_t stage)
+        { return states[stage] == StageState::failed || states[stage] == StageState::blocked; };
+        const bool broken = std::ranges::any_of(node.producers, is_broken);
         states.push_back(!node.selected   ? StageState::not_selected
                          : is_fixed(node) ? node.state
                          : node.present   ? (node.state == StageState::done ? StageState::done : StageState::stored)
@@ -72,13 +71,10 @@ std::vector<StageState> expected_states(const std::vector<StageNode>& nodes)
     {
         if (states[i] != StageState::waiting || nodes[i].exports_files)
             continue;
-        bool needed = true;
-        for (const std::size_t consumer : nodes[i].consumers)
-            needed = needed && !nodes[consumer].selected;
-        for (const std::size_t consumer : nodes[i].consumers)
-            needed =
-                needed || (nodes[consumer].selected && !nodes[consumer].present && states[consumer] != StageState::not_needed);
-        if (!needed)
+        const auto is_selected = [&](std::size_t stage) { return nodes[stage].selected; };
+        const auto reads = [&](std::size_t stage)
+        { return nodes[stage].selected && !nodes[stage].present && states[stage] != StageState::not_needed; };
+        if (std::ranges::any_of(nodes[i].consumers, is_selected) && std::ranges::none_of(nodes[i].consumers, reads))
             states[i] = StageState::not_needed;
     }
     return states;
@@ -97,9 +93,8 @@ void check_against_whole_update(const RunState& state)
         REQUIRE(node.state == expected[i]);
         REQUIRE(node.present == next.nodes()[i].present);
         REQUIRE(node.key == next.nodes()[i].key);
-        if (expected[i] == StageState::waiting &&
-            std::all_of(node.producers.begin(), node.producers.end(),
-                        [&](std::size_t producer) { return next.nodes()[producer].present; }))
+        const auto is_present = [&](std::size_t producer) { return next.nodes()[producer].present; };
+        if (expected[i] == StageState::waiting && std::ranges::all_of(node.producers, is_present))
             ready.insert(i);
     }
     REQUIRE(state.ready() == ready);

@@ -92,7 +92,7 @@ Words packed_slowly(const Loaded& loaded, const TaskTable& table, std::size_t gr
     const auto task_of = [&](const std::string& name) -> std::size_t
     {
         for (const Task& task : table.tasks)
-            if (std::find(task.stages.begin(), task.stages.end(), name) != task.stages.end())
+            if (std::ranges::find(task.stages, name) != task.stages.end())
                 return task.id;
         return table.tasks.size();
     };
@@ -102,7 +102,7 @@ Words packed_slowly(const Loaded& loaded, const TaskTable& table, std::size_t gr
         const std::size_t task = task_of(stage.name);
         if (task == table.tasks.size() || table.tasks[task].group != group)
             continue;
-        auto piece = std::find_if(pieces.begin(), pieces.end(), [&](const Piece& other) { return other.place == stage.place; });
+        auto piece = std::ranges::find(pieces, stage.place, &Piece::place);
         if (piece == pieces.end())
             piece = pieces.insert(pieces.end(), {stage.place, 0, {}});
         piece->seconds += 0.3 + estimates.at(stage.name).seconds;

@@ -44,30 +44,22 @@ Value answer_of(const Child& child)
                 (end.signal != 0 ? "ended by " + signal_text(end.signal) : "ended with code " + std::to_string(end.exit_code)));
 }
 
+/// "waves.jpg (xxh128 0123…)", a stage, a number …
 std::string value_text(const Value& value)
 {
+    if (const Value* hash = value.find("xxh128"))
+        return value.at("file").as_string() + " (xxh128 " + hash->as_string() + ")";
     return value.is_string() ? value.as_string() : to_json(value);
-}
-
-/// "waves.jpg (xxh128 0123…)", or the stage.
-std::string input_text(const Value& input)
-{
-    if (const Value* name = input.find("file"))
-        return name->as_string() + " (xxh128 " + input.at("xxh128").as_string() + ")";
-    return value_text(input);
 }
 
 void write_stage(const Value& stage, std::size_t width, std::ostream& out)
 {
     out << '\n' << stage.at("stage").as_string() << '\n';
     TextTable table = table_of({Kind::figure, Kind::figure, Kind::text});
-    for (const auto& [name, input] : stage.at("inputs").as_map())
-        table.add({"input", name, input_text(input)});
-    for (const auto& [name, option] : stage.at("options").as_map())
-        table.add({"option", name, input_text(option)});
-    if (const Value* figures = stage.find("figures"))
-        for (const auto& [name, figure] : figures->as_map())
-            table.add({"figure", name, value_text(figure)});
+    for (const auto& [what, all] : {std::pair("input", "inputs"), {"option", "options"}, {"figure", "figures"}})
+        if (const Value* entries = stage.find(all))
+            for (const auto& [name, entry] : entries->as_map())
+                table.add({what, name, value_text(entry)});
     out << table.text(width);
 }
 
@@ -78,19 +70,16 @@ const char* kind_name(ProblemKind kind)
 
 Value stages_as_value(const Catalog& catalog, bool all)
 {
-    List types;
-    for (const TypeDescription* type : catalog.types())
+    const auto told = [&](const TypeDescription* type)
     {
-        Value entry = Map{{"type", type->type}, {"kind", type->kind}, {"help", type->help}};
+        Map entry{{"type", type->type}, {"kind", type->kind}, {"help", type->help}};
         if (all)
-            entry.set("library", type->library.string());
-        types.push_back(std::move(entry));
-    }
-    Value result = Map{{"types", std::move(types)}};
-    if (!all)
-        return result;
-    for (auto& [name, list] : unusable_types(catalog, "refused"))
-        result.set(name, std::move(list));
+            entry.emplace_back("library", type->library.string());
+        return entry;
+    };
+    Map result{{"types", each<Value>(catalog.types(), told)}};
+    if (all)
+        std::ranges::move(unusable_types(catalog, "refused"), std::back_inserter(result));
     return result;
 }
 

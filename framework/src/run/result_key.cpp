@@ -62,10 +62,8 @@ class KeyMaker
             return input_name(value.as_string());
         const auto of_each = [&](const auto& make)
         {
-            Value::Map map;
-            for (const auto& [name, entry] : value.as_map())
-                map.emplace_back(name, make(entry));
-            return sorted_map(std::move(map));
+            const auto made = [&](const Value::Entry& entry) { return Value::Entry{entry.first, make(entry.second)}; };
+            return sorted_map(each<Value::Entry>(value.as_map(), made));
         };
         if (kind == "input_files")
             return of_each([&](const Value& file) { return file_identity(file.as_string(), hashes_); });

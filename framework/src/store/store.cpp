@@ -346,10 +346,7 @@ FileLock store_lock(const Store& store)
 
 Value to_value(const InputRoots& roots)
 {
-    Value::Map map;
-    for (const auto& [name, folder] : roots)
-        map.emplace_back(name, folder.string());
-    return map;
+    return each<Value::Entry>(roots, [](const auto& root) { return Value::Entry{root.first, root.second.string()}; });
 }
 
 InputRoots input_roots_from(const Value& value)

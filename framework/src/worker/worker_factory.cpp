@@ -19,9 +19,9 @@ Value sorted(const Value& value)
         return each<Value>(value.as_list(), sorted);
     if (!value.is_map())
         return value;
-    Value::Map map;
-    for (const auto& [key, entry] : value.as_map())
-        map.emplace_back(key, sorted(entry));
+    Value::Map map = value.as_map();
+    for (auto& [key, entry] : map)
+        entry = sorted(entry);
     std::ranges::sort(map, {}, &Value::Entry::first);
     return map;
 }

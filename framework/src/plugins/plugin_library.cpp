@@ -18,7 +18,6 @@
 #include <list>
 #include <map>
 #include <new>
-#include <regex>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <tuple>
@@ -207,7 +206,8 @@ std::optional<std::string> library_file_problem(const std::filesystem::path& fil
 
 bool is_type_name(const std::string& type)
 {
-    return std::regex_match(type, std::regex("[a-z0-9_]+(\\.[a-z0-9_]+)*"));
+    const bool is_spelled = type.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_.") == std::string::npos;
+    return is_spelled && !type.empty() && !type.starts_with('.') && !type.ends_with('.') && type.find("..") == std::string::npos;
 }
 
 const fresco_plugin_info& host_stamp()

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <regex>
 #include <set>
 #include <string_view>
 #include <utility>
@@ -80,7 +79,8 @@ std::vector<TextFile> new_plugin(const std::string& kind, const std::string& typ
 {
     if (!is_type_name(type) || type.find('.') == std::string::npos)
         throw Error("invalid type name '" + type + "': use lowercase letters, digits and '_', and a dot, such as my." + kind);
-    if (!std::regex_match(type, std::regex("[a-z]([._]?[a-z0-9])*_?")))
+    if (std::isdigit(static_cast<unsigned char>(type.front())) != 0 || type.front() == '_' ||
+        type.find("__") != std::string::npos || type.find("_.") != std::string::npos || type.find("._") != std::string::npos)
         throw Error("'" + type +
                     "': its folder, files and namespace are named after it, so it begins with a letter and has no two '_' or '.' "
                     "beside each other");

@@ -21,7 +21,9 @@ constexpr double shortest_s = 600;
 std::cmatch matched(std::string_view text, const char* pattern)
 {
     std::cmatch match;
-    std::regex_match(text.data(), text.data() + text.size(), match, std::regex(pattern, std::regex::icase));
+    constexpr std::size_t longest = 100;  // Matching takes stack for each character.
+    if (text.size() <= longest)
+        std::regex_match(text.data(), text.data() + text.size(), match, std::regex(pattern, std::regex::icase));
     return match;
 }
 

@@ -66,6 +66,7 @@ TEST_CASE("Amounts of memory and times are read as people write them", "[isolati
         CHECK_THROWS_AS(parse_memory_mb(text), fresco::Error);
     for (const char* text : {"", "m", "5d", "3s2m", "-1s", "0", "1m 2m", "inf"})
         CHECK_THROWS_AS(parse_seconds(text), fresco::Error);
+    CHECK_THROWS_AS(parse_seconds(std::string(1'000'000, '9')), fresco::Error);
 }
 
 TEST_CASE("Without words an isolated stage gets most of the machine and ten times what is expected", "[isolation]")

@@ -1,8 +1,7 @@
 #include "arap.h"
 #include "catch.h"
+#include "flat_charts_check.h"
 #include "known_atlases.h"
-
-#include <numeric>
 
 using fresco::Mesh;
 using fresco::Vec2d;
@@ -10,13 +9,6 @@ using namespace fresco::geometry;
 
 namespace
 {
-
-Disk disk_of(const Mesh& mesh)
-{
-    std::vector<std::uint32_t> faces(mesh.triangles.size());
-    std::iota(faces.begin(), faces.end(), 0u);
-    return cut_to_disk(Surface(mesh), faces);
-}
 
 std::vector<Vec2d> seen_from_above(const Disk& disk)
 {
@@ -37,7 +29,7 @@ TEST_CASE("bent sheets and those with holes unroll without any stretch")
 {
     for (auto sheet : {shapes::bent_sheet(12), shapes::holed_sheet()})
     {
-        const auto disk = disk_of(sheet);
+        const auto disk = whole_disk(sheet);
         const auto places = arap_map(disk, seen_from_above(disk));
         REQUIRE(places);
         for (const auto& t : disk.triangles)
@@ -52,7 +44,7 @@ TEST_CASE("bent sheets and those with holes unroll without any stretch")
 
 TEST_CASE("a square pulled askew goes back, wherever it lies")
 {
-    const auto disk = disk_of(shapes::grid(6, [](float, float) { return 0.0F; }));
+    const auto disk = whole_disk(shapes::grid(6, [](float, float) { return 0.0F; }));
     auto from = seen_from_above(disk);
     for (auto& p : from)
         p = {3 * p.x + 0.8 * p.y + 100, 0.5 * p.y - 7};

@@ -8,6 +8,7 @@
 #include <functional>
 #include <map>
 #include <queue>
+#include <set>
 
 namespace fresco::geometry
 {
@@ -60,9 +61,7 @@ std::vector<std::uint32_t> seed_order(const Surface& surface, const std::vector<
             area_of_cell[direction_cell(normals[f])] += surface.areas[f];
             order.push_back(f);
         }
-    std::stable_sort(order.begin(), order.end(),
-                     [&](auto a, auto b)
-                     { return area_of_cell[direction_cell(normals[a])] > area_of_cell[direction_cell(normals[b])]; });
+    std::ranges::stable_sort(order, std::greater<>(), [&](auto f) { return area_of_cell[direction_cell(normals[f])]; });
     return order;
 }
 
@@ -160,9 +159,7 @@ void settle_borders(const Surface& surface, const std::vector<Vec3d>& normals, d
     {
         if (lists[c].size() < small_chart_faces)
             continue;
-        const auto best = *std::min_element(lists[c].begin(), lists[c].end(),
-                                            [&](auto a, auto b)
-                                            { return dot(normals[a], partition.axes[c]) > dot(normals[b], partition.axes[c]); });
+        const auto best = *std::ranges::max_element(lists[c], {}, [&](auto f) { return dot(normals[f], partition.axes[c]); });
         queue.push({0, best, c});
     }
     std::vector<std::uint32_t> owner(normals.size(), none);
@@ -242,8 +239,8 @@ constexpr int merging_rounds = 4;
 
 bool all_within(const std::vector<std::uint32_t>& faces, const std::vector<Vec3d>& normals, Vec3d axis, double cosine)
 {
-    return std::all_of(faces.begin(), faces.end(),
-                       [&](auto f) { return dot(normals[f], normals[f]) == 0 || dot(normals[f], axis) >= cosine; });
+    return std::ranges::all_of(faces,
+                               [&](auto f) { return dot(normals[f], normals[f]) == 0 || dot(normals[f], axis) >= cosine; });
 }
 
 /// One round: every chart joins at most once, and none joins a chart that has itself moved. Returns how many joined.
@@ -259,7 +256,7 @@ std::size_t merge_once(const Surface& surface, const std::vector<Vec3d>& normals
             area[c] += surface.areas[f];
     std::vector<std::uint32_t> order(lists.size());
     std::iota(order.begin(), order.end(), 0u);
-    std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return area[a] < area[b]; });
+    std::ranges::stable_sort(order, {}, [&](auto c) { return area[c]; });
 
     std::vector<std::uint32_t> target(lists.size());
     std::iota(target.begin(), target.end(), 0u);
@@ -349,20 +346,12 @@ class Cutter
         for (std::uint32_t h = 0; h < mate_.size(); ++h)
             if (mate_[h] == none)
                 lines.join(corners.find(h), corners.find(next(h)));
-        const auto vertices = static_cast<std::ptrdiff_t>(corners.count());
-        std::ptrdiff_t borders = 0;
-        std::vector<bool> counted(mate_.size(), false);
+        std::set<std::uint32_t> borders;
         for (std::uint32_t h = 0; h < mate_.size(); ++h)
-        {
-            if (mate_[h] != none)
-                continue;
-            const auto line = lines.find(corners.find(h));
-            borders += counted[line] ? 0 : 1;
-            counted[line] = true;
-        }
-        const auto edges = static_cast<std::ptrdiff_t>(mate_.size() - inner / 2);
-        const auto euler = vertices - edges + static_cast<std::ptrdiff_t>(faces_.size());
-        return borders > 0 && euler == 2 - borders;
+            if (mate_[h] == none)
+                borders.insert(lines.find(corners.find(h)));
+        const std::size_t edges = mate_.size() - inner / 2;
+        return !borders.empty() && corners.count() + faces_.size() + borders.size() == edges + 2;
     }
 
     void join_tree()
@@ -394,9 +383,8 @@ class Cutter
                     open[v].push_back(h);
         const bool closed = std::find(mate_.begin(), mate_.end(), none) == mate_.end();
         auto cuts = std::count(joined_.begin(), joined_.end(), false) / 2;
-        std::deque<std::size_t> ends;
-        for (std::size_t v = 0; v < open.size(); ++v)
-            ends.push_back(v);
+        std::deque<std::size_t> ends(open.size());
+        std::iota(ends.begin(), ends.end(), std::size_t{0});
         while (!ends.empty())
         {
             const auto v = ends.front();

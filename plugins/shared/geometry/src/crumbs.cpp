@@ -21,13 +21,6 @@ namespace
 
 using FaceList = std::vector<std::uint32_t>;
 
-/// Up to what size a chart is a crumb.
-struct CrumbLimits
-{
-    std::size_t faces = crumb_faces;
-    double area_m2 = 0;
-};
-
 /// About a face's size, and so large that all faces together touch a few cells each, however large some of them are.
 double cell_size(const FlatCharts& flat)
 {
@@ -51,7 +44,7 @@ class MovingCharts
 {
   public:
     MovingCharts(const Surface& surface, FlatCharts& flat)
-        : surface_(surface), flat_(flat), faces_(Partition{flat.chart_of_face, flat.axes}.faces()), cell_m_(cell_size(flat))
+        : surface_(surface), flat_(flat), faces_(flat.faces()), cell_m_(cell_size(flat))
     {
         cells_.reserve(flat.chart_of_face.size());
         for (std::uint32_t f = 0; f < flat.chart_of_face.size(); ++f)
@@ -61,25 +54,25 @@ class MovingCharts
     const Surface& surface() const { return surface_; }
     const FlatCharts& flat() const { return flat_; }
     const FaceList& faces(std::uint32_t chart) const { return faces_[chart]; }
-    bool is_crumb(std::uint32_t chart, const CrumbLimits& limits) const
-    {
-        if (faces_[chart].empty() || faces_[chart].size() > limits.faces)
-            return false;
-        double area = 0;
-        for (const auto f : faces_[chart])
-            area += surface_.areas[f];
-        return area <= limits.area_m2;
-    }
 
-    /// All crumbs, those of the fewest faces first.
-    std::vector<std::uint32_t> crumbs(const CrumbLimits& limits) const
+    /// Calls place(crumb) for each chart of a few faces and at most so large an area, those of the fewest faces first. Returns
+    /// how many found a place.
+    template <class Place>
+    std::size_t place_crumbs(double largest_m2, const Progress& progress, const Place& place) const
     {
-        std::vector<std::uint32_t> found;
+        std::vector<std::uint32_t> crumbs;
         for (std::uint32_t c = 0; c < faces_.size(); ++c)
-            if (is_crumb(c, limits))
-                found.push_back(c);
-        std::stable_sort(found.begin(), found.end(), [&](auto a, auto b) { return faces_[a].size() < faces_[b].size(); });
-        return found;
+            if (is_crumb(c, largest_m2))
+                crumbs.push_back(c);
+        std::ranges::stable_sort(crumbs, {}, [&](std::uint32_t c) { return faces_[c].size(); });
+        std::size_t placed = 0;
+        for (const auto crumb : crumbs)
+        {
+            progress.check_canceled();
+            // It may have grown by others, or be gone.
+            placed += is_crumb(crumb, largest_m2) && place(crumb) ? 1 : 0;
+        }
+        return placed;
     }
 
     /// The charts of no fewer faces that share edges with this one, longest common border first.
@@ -135,6 +128,17 @@ class MovingCharts
 
   private:
     using Key = std::uint64_t;
+
+    bool is_crumb(std::uint32_t chart, double largest_m2) const
+    {
+        if (faces_[chart].empty() || faces_[chart].size() > crumb_faces)
+            return false;
+        double area = 0;
+        for (const auto f : faces_[chart])
+            area += surface_.areas[f];
+        return area <= largest_m2;
+    }
+
     template <class Act>
     void each_cell(std::uint32_t chart, std::span<const Vec2d, 3> t, Act act) const
     {
@@ -336,12 +340,10 @@ class PatchMaker
 void contract(CrumbPatch& patch)
 {
     auto& places = patch.shape.places;
-    std::vector<Vec2d> sum(places.size());
-    std::vector<double> count(places.size());
     for (int i = 0; i < contractions; ++i)
     {
-        std::fill(sum.begin(), sum.end(), Vec2d{});
-        std::fill(count.begin(), count.end(), 0.0);
+        std::vector<Vec2d> sum(places.size());
+        std::vector<double> count(places.size());
         for (const auto& t : patch.shape.triangles)
             for (std::size_t k = 0; k < 3; ++k)
                 for (std::size_t m = 1; m < 3; ++m)
@@ -384,19 +386,21 @@ class Attacher
 {
   public:
     Attacher(const Surface& surface, FlatCharts& flat, double texel_m)
-        : charts_(surface, flat), limits_{.area_m2 = attached_texels * texel_m * texel_m}, tolerance_m_(1e-3 * texel_m)
+        : charts_(surface, flat), largest_m2_(attached_texels * texel_m * texel_m), tolerance_m_(1e-3 * texel_m)
     {
     }
 
     /// Returns how many crumbs found a place.
-    std::size_t round(const Progress& progress)
+    std::size_t run(const Progress& progress)
     {
         std::size_t placed = 0;
-        for (const auto crumb : charts_.crumbs(limits_))
+        for (int i = 0; i < rounds; ++i)
         {
-            progress.check_canceled();
-            if (charts_.is_crumb(crumb, limits_) && place(crumb))
-                ++placed;
+            const std::size_t now =
+                charts_.place_crumbs(largest_m2_, progress, [&](std::uint32_t crumb) { return place(crumb); });
+            placed += now;
+            if (now == 0)
+                break;
         }
         return placed;
     }
@@ -422,7 +426,7 @@ class Attacher
         for (const auto chart : charts_.neighbors(crumb))
         {
             auto& edges = seams[chart];
-            std::stable_sort(edges.begin(), edges.end(), [](const Seam& a, const Seam& b) { return a.length_m > b.length_m; });
+            std::ranges::stable_sort(edges, std::greater<>(), &Seam::length_m);
             for (std::size_t i = 0; i < std::min(tried_edges, edges.size()); ++i)
                 if (place_at(crumb, chart, edges[i]))
                     return true;
@@ -457,7 +461,7 @@ class Attacher
     }
 
     MovingCharts charts_;
-    CrumbLimits limits_;
+    double largest_m2_;
     double tolerance_m_;
 };
 
@@ -465,16 +469,7 @@ class Attacher
 
 std::size_t attach_crumbs(const Surface& surface, FlatCharts& flat, double texel_m, const Progress& progress)
 {
-    Attacher attacher(surface, flat, texel_m);
-    std::size_t placed = 0;
-    for (int i = 0; i < rounds; ++i)
-    {
-        const std::size_t now = attacher.round(progress);
-        placed += now;
-        if (now == 0)
-            break;
-    }
-    return placed;
+    return Attacher(surface, flat, texel_m).run(progress);
 }
 
 namespace
@@ -494,22 +489,14 @@ class Joiner
 {
   public:
     Joiner(const Surface& surface, FlatCharts& flat, double texel_m)
-        : charts_(surface, flat), patches_(charts_), limits_{.area_m2 = joined_texels * texel_m * texel_m},
-          tolerance_m_(1e-3 * texel_m), in_patch_(surface.areas.size(), false)
+        : charts_(surface, flat), patches_(charts_), largest_m2_(joined_texels * texel_m * texel_m), tolerance_m_(1e-3 * texel_m),
+          in_patch_(surface.areas.size(), false)
     {
     }
 
     std::size_t run(const Progress& progress)
     {
-        std::size_t joined = 0;
-        for (const auto crumb : charts_.crumbs(limits_))
-        {
-            progress.check_canceled();
-            // It may have grown by others, or be gone.
-            if (charts_.is_crumb(crumb, limits_) && join(crumb))
-                ++joined;
-        }
-        return joined;
+        return charts_.place_crumbs(largest_m2_, progress, [&](std::uint32_t crumb) { return join(crumb); });
     }
 
   private:
@@ -573,7 +560,7 @@ class Joiner
 
     MovingCharts charts_;
     PatchMaker patches_;
-    CrumbLimits limits_;
+    double largest_m2_;
     double tolerance_m_;
     std::vector<bool> in_patch_;
 };

@@ -158,9 +158,7 @@ std::uint32_t best_seed(const Surface& surface, const std::vector<std::uint32_t>
             if (j != none && clean[i] && clean[j])
                 parts.join(i, j);
     std::vector<double> area(faces.size(), 0.0);
-    bool any_clean = false;
-    for (std::uint32_t i = 0; i < faces.size(); ++i)
-        any_clean = any_clean || clean[i];
+    const bool any_clean = std::ranges::find(clean, true) != clean.end();
     for (std::uint32_t i = 0; i < faces.size(); ++i)
         if (clean[i] || !any_clean)
             area[parts.find(i)] += surface.areas[faces[i]];
@@ -232,13 +230,6 @@ std::vector<std::uint32_t> injective_part(const Surface& surface, const Corners&
     return kept;
 }
 
-PlaneFrame::PlaneFrame(Vec3d axis)
-{
-    const Vec3d helper = std::abs(axis.z) < 0.9 ? Vec3d{0, 0, 1} : Vec3d{1, 0, 0};
-    u = normalized(cross(helper, axis));
-    v = cross(axis, u);
-}
-
 namespace
 {
 
@@ -277,12 +268,10 @@ class Flattener
                 flat_.axes.push_back(pending[i].axis);
                 for (const auto f : kept[i])
                     flat_.chart_of_face[f] = chart;
-                std::set_difference(pending[i].faces.begin(), pending[i].faces.end(), kept[i].begin(), kept[i].end(),
-                                    std::back_inserter(rest));
+                std::ranges::set_difference(pending[i].faces, kept[i], std::back_inserter(rest));
             }
             pending = regrow(rest);
         }
-        flat_.count = flat_.axes.size();
     }
 
     /// Joins crumbs with neighbors that suit them, and lays the joined charts again.
@@ -313,7 +302,6 @@ class Flattener
         join_crumbs(surface_, flat_, options_.texel_m, progress_);
         attach_crumbs(surface_, flat_, options_.texel_m, progress_);
         renumber_charts(flat_.chart_of_face, flat_.axes);
-        flat_.count = flat_.axes.size();
     }
 
     static std::vector<Pending> pending_of(const Partition& partition)
@@ -346,12 +334,10 @@ class Flattener
     {
         chart.axis = mean_normal(chart.faces);
         FaceList fitting;
-        std::copy_if(chart.faces.begin(), chart.faces.end(), std::back_inserter(fitting),
-                     [&](auto f) { return fits(f, chart.axis); });
+        std::ranges::copy_if(chart.faces, std::back_inserter(fitting), [&](auto f) { return fits(f, chart.axis); });
         if (fitting.empty() || dot(chart.axis, chart.axis) == 0)
         {
-            const auto largest = *std::max_element(chart.faces.begin(), chart.faces.end(),
-                                                   [&](auto a, auto b) { return surface_.areas[a] < surface_.areas[b]; });
+            const auto largest = *std::ranges::max_element(chart.faces, {}, [&](auto f) { return surface_.areas[f]; });
             fitting = {largest};
             chart.axis = surface_.normals[largest];
         }
@@ -363,13 +349,17 @@ class Flattener
 
     void project(const FaceList& faces, Vec3d axis)
     {
-        const PlaneFrame frame(axis);
+        const Vec3d helper = std::abs(axis.z) < 0.9 ? Vec3d{0, 0, 1} : Vec3d{1, 0, 0};
+        const Vec3d u = normalized(cross(helper, axis));
+        const Vec3d v = cross(axis, u);
         for (const auto f : faces)
         {
             flat_.projected[f] = 1;
             for (std::size_t k = 0; k < 3; ++k)
-                flat_.corners[3 * std::size_t{f} + k] =
-                    frame.project(vec_cast<double>(surface_.mesh.positions[surface_.mesh.triangles[f][k]]));
+            {
+                const auto p = vec_cast<double>(surface_.mesh.positions[surface_.mesh.triangles[f][k]]);
+                flat_.corners[3 * std::size_t{f} + k] = {dot(u, p), dot(v, p)};
+            }
         }
     }
 

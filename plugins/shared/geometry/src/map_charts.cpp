@@ -77,7 +77,8 @@ class Mender
         for (const auto f : bad)
             patch_of_[f] = 0;
         for (int ring = 0; ring < mended_rings; ++ring)
-            widen(bad);
+            for (std::size_t i = 0, count = bad.size(); i < count; ++i)
+                add_around(bad[i], none, 0, bad);
         std::uint32_t patch = 0;
         for (const auto f : bad)
             if (patch_of_[f] == 0)
@@ -88,17 +89,16 @@ class Mender
     }
 
   private:
-    void widen(FaceList& faces)
+    /// Adds the faces beside face `f` that are marked `from`, and marks them `to`.
+    void add_around(std::uint32_t f, std::uint32_t from, std::uint32_t to, FaceList& faces)
     {
-        const auto count = faces.size();
-        for (std::size_t i = 0; i < count; ++i)
-            for (const auto v : disk_.triangles[faces[i]])
-                for (const auto g : around_[v])
-                    if (patch_of_[g] == none)
-                    {
-                        patch_of_[g] = 0;
-                        faces.push_back(g);
-                    }
+        for (const auto v : disk_.triangles[f])
+            for (const auto g : around_[v])
+                if (patch_of_[g] == from)
+                {
+                    patch_of_[g] = to;
+                    faces.push_back(g);
+                }
     }
 
     /// The faces to mend that hang together with this one by vertices.
@@ -107,13 +107,7 @@ class Mender
         FaceList faces{seed};
         patch_of_[seed] = patch;
         for (std::size_t i = 0; i < faces.size(); ++i)
-            for (const auto v : disk_.triangles[faces[i]])
-                for (const auto g : around_[v])
-                    if (patch_of_[g] == 0)
-                    {
-                        patch_of_[g] = patch;
-                        faces.push_back(g);
-                    }
+            add_around(faces[i], 0, patch, faces);
         return faces;
     }
 
@@ -328,7 +322,7 @@ class ChartMapper
 
 MapCounts map_charts(const Surface& surface, FlatCharts& flat, const DiskMap& map, double tolerance_m, Progress& progress)
 {
-    const auto lists = Partition{flat.chart_of_face, flat.axes}.faces();
+    const auto lists = flat.faces();
     const ChartMapper mapper(surface, flat, map, tolerance_m);
     std::vector<ChartResult> results(lists.size());
     std::atomic<std::size_t> done{0};
@@ -365,7 +359,6 @@ MapCounts map_charts(const Surface& surface, FlatCharts& flat, const DiskMap& ma
             flat.axes.push_back(axes[c]);
         }
     }
-    flat.count = flat.axes.size();
     return total;
 }
 

@@ -1,5 +1,6 @@
 #include <fresco/geometry/atlas_figures.h>
 #include <fresco/geometry/mesh_stages.h>
+#include <fresco/geometry/packing.h>
 #include <fresco/geometry/repair.h>
 #include <fresco/geometry/topology.h>
 #include <fresco/numerics/numerics.h>
@@ -7,19 +8,11 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <numbers>
+#include <numeric>
 #include <string>
 
 namespace fresco::geometry
 {
-
-Mesh with_atlas(const Mesh& mesh, const FlatCharts& flat, const Packing& packing)
-{
-    Mesh out = mesh;
-    out.texcoords = packing.texcoords;
-    out.charts = flat.chart_of_face;
-    numerics::number_by_first(out.charts, flat.count);
-    return out;
-}
 
 double largest_angle_deg(const Surface& surface, const FlatCharts& flat)
 {
@@ -30,13 +23,17 @@ double largest_angle_deg(const Surface& surface, const FlatCharts& flat)
     return std::acos(std::max(least_cosine, -1.0)) * 180 / std::numbers::pi;
 }
 
+namespace
+{
+
+/// The size of a texel (meters) when 70 % of the texture are used.
 double expected_texel_m(const Surface& surface, int size_px)
 {
-    double area = 0;
-    for (const auto a : surface.areas)
-        area += a;
+    const double area = std::accumulate(surface.areas.begin(), surface.areas.end(), 0.0);
     return std::sqrt(area / 0.7) / size_px;
 }
+
+}  // namespace
 
 void AtlasStage::run(RunContext& run)
 {
@@ -57,7 +54,10 @@ void AtlasStage::run(RunContext& run)
     const auto flat = project_charts(surface, cut_into_charts(surface, charts, run), options, run,
                                      [&](FlatCharts& projected) { lay_flat(surface, projected, options, run); });
     const auto packing = pack_charts(flat, {.size_px = *size_px_, .gutter_px = *gutter_px_}, run);
-    auto result = with_atlas(*mesh_, flat, packing);
+    Mesh result = *mesh_;
+    result.texcoords = packing.texcoords;
+    result.charts = flat.chart_of_face;
+    numerics::number_by_first(result.charts, flat.axes.size());
     result.texture_px = *size_px_;
     report_atlas(run, atlas_figures(result, *size_px_));
     run.report("largest_angle_deg", largest_angle_deg(surface, flat));

@@ -22,37 +22,27 @@ using Words = std::vector<std::uint64_t>;
 /// target |= source moved `by` bits toward bit 0.
 void or_down(std::span<std::uint64_t> target, std::span<const std::uint64_t> source, int by)
 {
-    const auto words = static_cast<std::size_t>(by) / 64;
     const int bits = by % 64;
+    source = source.subspan(std::min(static_cast<std::size_t>(by) / 64, source.size()));
     const auto count = std::min(target.size(), source.size());
-    if (words >= count)
+    if (count == 0)
         return;
     if (bits == 0)
     {
-        for (std::size_t i = 0; i + words < count; ++i)
-            target[i] |= source[i + words];
+        for (std::size_t i = 0; i < count; ++i)
+            target[i] |= source[i];
         return;
     }
-    for (std::size_t i = 0; i + words + 1 < count; ++i)
-        target[i] |= source[i + words] >> bits | source[i + words + 1] << (64 - bits);
-    target[count - words - 1] |= source[count - 1] >> bits;
+    for (std::size_t i = 0; i + 1 < count; ++i)
+        target[i] |= source[i] >> bits | source[i + 1] << (64 - bits);
+    target[count - 1] |= source[count - 1] >> bits | (count < source.size() ? source[count] << (64 - bits) : 0);
 }
 
 /// target |= source moved `by` bits away from bit 0; by may be negative.
 void or_at(std::span<std::uint64_t> target, std::span<const std::uint64_t> source, int by)
 {
     if (by < 0)
-    {
-        const auto words = static_cast<std::size_t>(-by) / 64;
-        const int bits = -by % 64;
-        for (std::size_t i = words; i < source.size() && i - words < target.size(); ++i)
-        {
-            target[i - words] |= source[i] >> bits;
-            if (bits > 0 && i > words)
-                target[i - words - 1] |= source[i] << (64 - bits);
-        }
-        return;
-    }
+        return or_down(target, source, -by);
     const auto words = static_cast<std::size_t>(by) / 64;
     const int bits = by % 64;
     for (std::size_t i = 0; i < source.size() && i + words < target.size(); ++i)
@@ -318,9 +308,8 @@ class Packer
 {
   public:
     Packer(const FlatCharts& flat, const PackOptions& options, Progress& progress)
-        : options_(options), progress_(progress), corners_(flat.corners),
-          lists_(Partition{flat.chart_of_face, std::vector<Vec3d>(flat.count)}.faces()),
-          cell_px_((options.size_px + largest_grid - 1) / largest_grid), extent_(flat.count)
+        : options_(options), progress_(progress), corners_(flat.corners), lists_(flat.faces()),
+          cell_px_((options.size_px + largest_grid - 1) / largest_grid), extent_(lists_.size())
     {
         parallel_items(lists_.size(), 1, progress, [&](std::size_t c) { turn(c); });
         for (std::uint32_t c = 0; c < lists_.size(); ++c)

@@ -30,16 +30,17 @@ std::size_t weld_zero_edges(Mesh& mesh)
     return welded;
 }
 
-std::size_t remove_degenerate(Mesh& mesh)
+/// Removes the faces for which `drop(face)` holds. Returns how many.
+template <class Drop>
+std::size_t remove_faces(Mesh& mesh, const Drop& drop)
 {
-    std::vector<Triangle> kept;
-    kept.reserve(mesh.triangles.size());
-    for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
-        if (length(area_vector(mesh, f)) > 0)
-            kept.push_back(mesh.triangles[f]);
-    const auto removed = mesh.triangles.size() - kept.size();
-    mesh.triangles = std::move(kept);
-    return removed;
+    const std::size_t before = mesh.triangles.size();
+    std::size_t next = 0;
+    for (std::size_t f = 0; f < before; ++f)
+        if (!drop(f))
+            mesh.triangles[next++] = mesh.triangles[f];
+    mesh.triangles.resize(next);
+    return before - next;
 }
 
 /// F: the same corners in the same direction as an earlier face.
@@ -70,17 +71,6 @@ std::vector<bool> duplicates(const Mesh& mesh)
                 duplicate[around[i]] = true;
     }
     return duplicate;
-}
-
-std::size_t remove_duplicates(Mesh& mesh)
-{
-    const auto drop = duplicates(mesh);
-    std::size_t next = 0;
-    for (std::size_t f = 0; f < drop.size(); ++f)
-        if (!drop[f])
-            mesh.triangles[next++] = mesh.triangles[f];
-    mesh.triangles.resize(next);
-    return drop.size() - next;
 }
 
 /// Which half of an edge (face * 3 + corner) is joined with which; `none` at borders.
@@ -181,8 +171,9 @@ Mesh repaired(const Mesh& input, RepairReport& report, const Progress& progress)
     mesh.colors = input.colors;
     mesh.triangles = input.triangles;
     report.vertices_welded = weld_zero_edges(mesh);
-    report.degenerate_faces = remove_degenerate(mesh);
-    report.duplicate_faces = remove_duplicates(mesh);
+    report.degenerate_faces = remove_faces(mesh, [&](std::size_t f) { return !(length(area_vector(mesh, f)) > 0); });
+    const auto copies = duplicates(mesh);
+    report.duplicate_faces = remove_faces(mesh, [&](std::size_t f) { return copies[f]; });
     progress.check_canceled();
 
     Mates mates(mesh.triangles.size() * 3, none);

@@ -91,12 +91,12 @@ struct FacingAreas
             bin.normal = normalized(bin.sum);
     }
 
-    /// That faces along the axis, to either side or only to its positive one.
-    double along(Vec3d axis, bool either_side = true) const
+    /// That faces along the axis, to either side.
+    double along(Vec3d axis) const
     {
         double sum = 0;
         for (const Facing& bin : bins)
-            if (const double cosine = dot(bin.normal, axis); (either_side ? std::abs(cosine) : cosine) > cosine_deg(level_deg))
+            if (std::abs(dot(bin.normal, axis)) > cosine_deg(level_deg))
                 sum += bin.area;
         return sum;
     }
@@ -183,25 +183,6 @@ struct FacingAreas
         }
         return axis;
     }
-
-    /// Of directions all over half a sphere, and of `direction`, the one that most area faces along among those that `allowed`
-    /// accepts; refined. Nothing where it accepts none.
-    template <class Allowed>
-    std::optional<Vec3d> best(std::optional<Vec3d> direction, const Allowed& allowed) const
-    {
-        double most = direction ? along(*direction) : -1;
-        for (const Vec3d axis : half_sphere())
-        {
-            if (!allowed(axis))
-                continue;
-            if (const double area_along = along(axis); area_along > most)
-            {
-                most = area_along;
-                direction = axis;
-            }
-        }
-        return direction ? std::optional(refined(*direction)) : std::nullopt;
-    }
 };
 
 /// Area of the mesh's largest plane that faces along `up`.
@@ -238,17 +219,12 @@ double largest_plane(const Mesh& mesh, Vec3d up)
     return most;
 }
 
-std::array<double, 3> parts(Vec3d v)
-{
-    return {v.x, v.y, v.z};
-}
-
 /// The coordinate axis that `direction` is nearest to, with its sign.
 Vec3d nearest_axis(Vec3d direction)
 {
-    const std::array<double, 3> of = parts(direction);
-    const auto larger = [](double a, double b) { return std::abs(a) < std::abs(b); };
-    const auto main = static_cast<std::size_t>(std::ranges::max_element(of, larger) - of.begin());
+    const std::array of{direction.x, direction.y, direction.z};
+    const auto size = [](double part) { return std::abs(part); };
+    const auto main = static_cast<std::size_t>(std::ranges::max_element(of, {}, size) - of.begin());
     std::array<double, 3> axis{};
     axis[main] = of[main] < 0 ? -1 : 1;
     return {axis[0], axis[1], axis[2]};
@@ -318,7 +294,16 @@ Upward find_up(const Mesh& mesh, const std::optional<Vec3d>& by_cameras)
     else
     {
         const auto near_cameras = [&](Vec3d axis) { return std::abs(dot(axis, *by_cameras)) > cosine_deg(cameras_deg); };
-        const Vec3d axis = *areas.best(by_cameras, near_cameras);
+        Vec3d axis = *by_cameras;
+        double most = areas.along(axis);
+        for (const Vec3d direction : half_sphere())
+            if (near_cameras(direction))
+                if (const double area = areas.along(direction); area > most)
+                {
+                    most = area;
+                    axis = direction;
+                }
+        axis = areas.refined(axis);
         const double cosine = dot(axis, *by_cameras);
         if (near_cameras(axis) && areas.along(axis) > least_level_share * areas.area)
             result = {axis * (cosine < 0 ? -1.0 : 1.0), UpEvidence::cameras_and_plane,
@@ -372,21 +357,8 @@ namespace
 
 constexpr std::array<double, 4> no_turn{0, 0, 0, 1};
 
-const char* text_of(UpEvidence evidence)
-{
-    switch (evidence)
-    {
-    case UpEvidence::cameras_and_plane:
-        return "cameras and plane";
-    case UpEvidence::cameras:
-        return "cameras";
-    case UpEvidence::shape:
-        return "shape";
-    case UpEvidence::nothing:
-        return "nothing";
-    }
-    return "";
-}
+/// By UpEvidence.
+constexpr std::array evidence_names{"cameras and plane", "cameras", "shape", "nothing"};
 
 std::string percent(double share)
 {
@@ -422,11 +394,6 @@ std::string sentence(const Upward& up)
     }
     return not_shown(up) + ": its axes are kept; wire 'frames', whose cameras show it, or set up: z";
 }
-
-}  // namespace
-
-namespace
-{
 
 /// The axis that x, y, z, -x, -y or -z names.
 Vec3d named_axis(std::string_view name)
@@ -487,7 +454,7 @@ Upward found_up(const Mesh& mesh, const Input<Frames>& frames, RunContext& run)
         for (const Frame& frame : frames->frames)
             poses.push_back(frame.color.world_from_camera);
     const Upward up = find_up(mesh, poses.empty() ? std::nullopt : cameras_up(poses));
-    run.report("up_from", text_of(up.from));
+    run.report("up_from", evidence_names[static_cast<std::size_t>(up.from)]);
     run.report("up_plane_share", up.plane_share);
     if (up.shape_share > 0)
     {

@@ -9,7 +9,6 @@
 
 #include <atomic>
 #include <limits>
-#include <numeric>
 #include <set>
 
 using fresco::Mesh;
@@ -19,13 +18,6 @@ using fresco::Vec3d;
 
 namespace
 {
-
-std::vector<std::uint32_t> all_faces(const Mesh& mesh)
-{
-    std::vector<std::uint32_t> faces(mesh.triangles.size());
-    std::iota(faces.begin(), faces.end(), 0u);
-    return faces;
-}
 
 /// Euler's number and the count of closed border lines: 1 and 1 for a disk.
 std::pair<long, std::size_t> shape_of(const Disk& disk)
@@ -59,13 +51,13 @@ using Shape = std::pair<long, std::size_t>;
 TEST_CASE("a disk stays whole, and one with holes too")
 {
     const auto sheet = shapes::bent_sheet(6);
-    const auto whole = cut_to_disk(Surface(sheet), all_faces(sheet));
+    const auto whole = whole_disk(sheet);
     CHECK(whole.cut_edges == 0);
     CHECK(whole.points.size() == sheet.positions.size());
     CHECK(shape_of(whole) == Shape{1, 1});
 
     const auto holed = shapes::holed_sheet();
-    const auto kept = cut_to_disk(Surface(holed), all_faces(holed));
+    const auto kept = whole_disk(holed);
     CHECK(kept.cut_edges == 0);
     CHECK(shape_of(kept) == Shape{2 - 3, 3});
 }
@@ -73,24 +65,24 @@ TEST_CASE("a disk stays whole, and one with holes too")
 TEST_CASE("what is closed or has handles is cut open")
 {
     const auto torus = shapes::torus(8);
-    const auto opened = cut_to_disk(Surface(torus), all_faces(torus));
+    const auto opened = whole_disk(torus);
     CHECK(opened.cut_edges >= 16);  // two cuts that cross
     CHECK(shape_of(opened) == Shape{1, 1});
 
     auto holed_torus = torus;
     holed_torus.triangles.resize(holed_torus.triangles.size() - 2);
-    const auto handle = cut_to_disk(Surface(holed_torus), all_faces(holed_torus));
+    const auto handle = whole_disk(holed_torus);
     CHECK(handle.cut_edges > 0);
     CHECK(shape_of(handle) == Shape{1, 1});
 
     const auto ball = shapes::sphere(6, 8);
-    const auto open = cut_to_disk(Surface(ball), all_faces(ball));
+    const auto open = whole_disk(ball);
     CHECK(open.cut_edges == 2);
     CHECK(shape_of(open) == Shape{1, 1});
 
     // No outside: its faces disagree along one edge, where the surface ends for us.
     const auto band = shapes::moebius_strip(20);
-    const auto strip = cut_to_disk(Surface(band), all_faces(band));
+    const auto strip = whole_disk(band);
     CHECK(strip.cut_edges == 0);
     CHECK(shape_of(strip) == Shape{1, 1});
 }
@@ -105,11 +97,16 @@ FlatCharts one_chart(const Mesh& mesh)
     flat.chart_of_face.assign(mesh.triangles.size(), 0);
     flat.projected.assign(mesh.triangles.size(), 1);
     flat.axes = {Vec3d{0, 0, 1}};
-    flat.count = 1;
     for (const auto& t : mesh.triangles)
         for (const auto v : t)
             flat.corners.push_back({mesh.positions[v].x, mesh.positions[v].y});
     return flat;
+}
+
+MapCounts mapped(const Surface& surface, FlatCharts& flat, const DiskMap& map, int threads = 1)
+{
+    fresco::testing::TestRun progress(threads);
+    return map_charts(surface, flat, map, 1e-6, progress);
 }
 
 double share_of(const Surface& surface, const FlatCharts& flat, std::size_t f)
@@ -134,8 +131,7 @@ TEST_CASE("a map takes the place of the projection, at the surface's scale")
     const auto mesh = shapes::bent_sheet(12);
     const Surface surface(mesh);
     auto flat = one_chart(mesh);
-    fresco::testing::TestRun progress(2);
-    const auto counts = map_charts(surface, flat, unroll, 1e-6, progress);
+    const auto counts = mapped(surface, flat, unroll, 2);
     CHECK(counts.mapped_charts == 1);
     CHECK(counts.projected_charts == 0);
     CHECK(counts.cut_off_faces == 0);
@@ -153,16 +149,13 @@ TEST_CASE("a folded vertex of a map is mended")
     const auto mesh = shapes::bent_sheet(12);
     const Surface surface(mesh);
     auto flat = one_chart(mesh);
-    fresco::testing::TestRun progress(1);
-    const auto counts = map_charts(
-        surface, flat,
-        [](const Disk& disk, const auto& projected)
-        {
-            auto places = unroll(disk, projected);
-            (*places)[6 * 13 + 6] = (*places)[6 * 13 + 8];
-            return places;
-        },
-        1e-6, progress);
+    const auto counts = mapped(surface, flat,
+                               [](const Disk& disk, const auto& projected)
+                               {
+                                   auto places = unroll(disk, projected);
+                                   (*places)[6 * 13 + 6] = (*places)[6 * 13 + 8];
+                                   return places;
+                               });
     CHECK(counts.mapped_charts == 1);
     CHECK(counts.cut_off_faces == 0);
     CHECK(overlap_free(flat));
@@ -175,23 +168,17 @@ TEST_CASE("a chart that a map cannot lay as a whole is halved until it can")
     const auto mesh = shapes::bent_sheet(16);  // 512 faces
     const Surface surface(mesh);
     auto flat = one_chart(mesh);
-    fresco::testing::TestRun progress(1);
-    const auto limited = [](const Disk& disk, const auto& projected) -> std::optional<std::vector<Vec2d>>
-    {
-        if (disk.triangles.size() > 300)
-            return std::nullopt;
-        return unroll(disk, projected);
-    };
-    const auto counts = map_charts(surface, flat, limited, 1e-6, progress);
+    const auto limited = [](const Disk& disk, const auto& projected)
+    { return disk.triangles.size() > 300 ? std::nullopt : unroll(disk, projected); };
+    const auto counts = mapped(surface, flat, limited);
     CHECK(counts.halved_charts == 1);
     CHECK(counts.mapped_charts == 2);
-    CHECK(flat.count == 2);
+    CHECK(flat.axes.size() == 2);
     CHECK(counts.mapped_area_share == Approx(1));
     CHECK(overlap_free(flat));
 
     auto again = one_chart(mesh);
-    fresco::testing::TestRun two(2);
-    map_charts(surface, again, limited, 1e-6, two);
+    mapped(surface, again, limited, 2);
     CHECK(again.corners == flat.corners);
     CHECK(again.chart_of_face == flat.chart_of_face);
 }
@@ -199,22 +186,10 @@ TEST_CASE("a chart that a map cannot lay as a whole is halved until it can")
 TEST_CASE("a map that comes back over itself is cut where it does")
 {
     // A strip of 100 x 4 squares, laid out as a ring that closes after 60 of them.
-    auto mesh = shapes::grid(1, [](float, float) { return 0.0F; });
-    mesh = {};
-    for (std::uint32_t x = 0; x <= 100; ++x)
-        for (std::uint32_t y = 0; y <= 4; ++y)
-            mesh.positions.push_back({0.1F * static_cast<float>(x), 0.1F * static_cast<float>(y), 0});
-    for (std::uint32_t x = 0; x < 100; ++x)
-        for (std::uint32_t y = 0; y < 4; ++y)
-        {
-            const auto v = 5 * x + y;
-            mesh.triangles.push_back({v, v + 5, v + 1});
-            mesh.triangles.push_back({v + 5, v + 6, v + 1});
-        }
+    const auto mesh = fresco::testing::rectangle({}, {10, 0, 0}, {0, 0.4F, 0}, 100, 4);
     const Surface surface(mesh);
     auto flat = one_chart(mesh);
-    fresco::testing::TestRun progress(2);
-    const auto counts = map_charts(
+    const auto counts = mapped(
         surface, flat,
         [](const Disk& disk, const auto&)
         {
@@ -223,7 +198,7 @@ TEST_CASE("a map that comes back over itself is cut where it does")
                 places.push_back(Vec2d{std::cos(p.x), std::sin(p.x)} * (1.2 - p.y));
             return std::optional(places);
         },
-        1e-6, progress);
+        2);
     CHECK(counts.halved_charts == 1);
     CHECK(counts.mapped_charts == 2);
     CHECK(overlap_free(flat));
@@ -234,7 +209,6 @@ TEST_CASE("a map that is of no use leaves the projection as it was")
     const auto mesh = shapes::bent_sheet(16);
     const Surface surface(mesh);
     const auto before = one_chart(mesh);
-    fresco::testing::TestRun progress(1);
     const auto nowhere = [](double value) {
         return [value](const Disk& disk, const auto&) {
             return std::optional(std::vector<Vec2d>(disk.points.size(), {value, 0}));
@@ -251,7 +225,7 @@ TEST_CASE("a map that is of no use leaves the projection as it was")
          {DiskMap(nowhere(0)), DiskMap(nowhere(std::numeric_limits<double>::quiet_NaN())), DiskMap(mirrored)})
     {
         auto flat = before;
-        const auto counts = map_charts(surface, flat, map, 1e-6, progress);
+        const auto counts = mapped(surface, flat, map);
         CHECK(counts.mapped_charts == 0);
         CHECK(counts.projected_charts == 1);
         CHECK(counts.halved_charts == 0);

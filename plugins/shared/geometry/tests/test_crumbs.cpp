@@ -5,8 +5,6 @@
 #include <fresco/geometry/flatten.h>
 #include <fresco/numerics/numerics.h>
 
-#include <set>
-
 using namespace fresco::geometry;
 using namespace fresco;
 
@@ -29,7 +27,6 @@ FlatCharts each_alone(const Surface& surface)
         for (std::size_t k = 0; k < 3; ++k)
             flat.corners.push_back({dot(at(k) - at(0), along), dot(at(k) - at(0), up)});
     }
-    flat.count = flat.axes.size();
     return flat;
 }
 
@@ -51,10 +48,7 @@ bool connected(const Surface& surface, const FlatCharts& flat)
             if (agree)
                 sets.join(f, g);
         }
-    std::set<std::uint32_t> roots;
-    for (std::uint32_t f = 0; f < flat.chart_of_face.size(); ++f)
-        roots.insert(sets.find(f));
-    return roots.size() == charts_of(flat);
+    return sets.count() == charts_of(flat);
 }
 
 }  // namespace
@@ -124,12 +118,11 @@ FlatCharts seen_from_above(const Mesh& mesh, CrumbOf crumb_of)
     for (std::uint32_t f = 0; f < mesh.triangles.size(); ++f)
     {
         flat.chart_of_face.push_back(crumb_of(f));
-        flat.count = std::max(flat.count, std::size_t{flat.chart_of_face.back()} + 1);
         for (const auto v : mesh.triangles[f])
             flat.corners.push_back({mesh.positions[v].x, mesh.positions[v].y});
     }
     flat.projected.assign(mesh.triangles.size(), 1);
-    flat.axes.assign(flat.count, Vec3d{0, 0, 1});
+    flat.axes.assign(std::size_t{std::ranges::max(flat.chart_of_face)} + 1, Vec3d{0, 0, 1});
     return flat;
 }
 

@@ -115,7 +115,7 @@ TEST_CASE("equal squares fill the texture, keep their gutter and one scale")
             mesh.triangles.push_back({0, 1, 2});
         }
     }
-    flat.count = 16;
+    flat.axes.resize(16);
     fresco::Progress progress;
     // Cells of one texel, and of two.
     for (const auto& [size_px, gutter_px, cell_px] : {std::tuple{256, 4, 1}, {1100, 3, 2}})
@@ -139,8 +139,8 @@ TEST_CASE("equal squares fill the texture, keep their gutter and one scale")
 TEST_CASE("more charts than texels is an error that says so; charts without area are placed")
 {
     FlatCharts flat;
-    flat.count = 3000;
-    for (std::uint32_t c = 0; c < flat.count; ++c)
+    flat.axes.resize(3000);
+    for (std::uint32_t c = 0; c < flat.axes.size(); ++c)
     {
         flat.corners.insert(flat.corners.end(), {{0, 0}, {1, 0}, {0, 1}});
         flat.chart_of_face.push_back(c);
@@ -149,7 +149,7 @@ TEST_CASE("more charts than texels is an error that says so; charts without area
     CHECK_THROWS_WITH(pack_charts(flat, {.size_px = 64, .gutter_px = 4}, progress), Catch::Contains("size_px"));
 
     FlatCharts point;
-    point.count = 1;
+    point.axes.resize(1);
     point.chart_of_face = {0};
     point.corners = {{1, 1}, {1, 1}, {1, 1}};
     const auto packing = pack_charts(point, {.size_px = 64, .gutter_px = 4}, progress);

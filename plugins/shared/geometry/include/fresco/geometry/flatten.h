@@ -29,11 +29,13 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> find_overlaps(const Corners
 struct FlatCharts
 {
     std::vector<std::uint32_t> chart_of_face;  ///< F
-    std::size_t count = 0;
-    Corners corners;                      ///< 3F, meters, in the plane of the face's chart.
-    std::vector<Vec3d> axes;              ///< Per chart: the direction it was projected along.
-    std::vector<std::uint8_t> projected;  ///< F: 1 if the corners are the plain projection, 0 if they were moved.
-    std::size_t unfolded_faces = 0;       ///< Crumbs that went into a chart beside them.
+    Corners corners;                           ///< 3F, meters, in the plane of the face's chart.
+    std::vector<Vec3d> axes;                   ///< One per chart: the direction it was projected along.
+    std::vector<std::uint8_t> projected;       ///< F: 1 if the corners are the plain projection, 0 if they were moved.
+    std::size_t unfolded_faces = 0;            ///< Crumbs that went into a chart beside them.
+
+    /// The faces of every chart, ascending.
+    std::vector<std::vector<std::uint32_t>> faces() const { return Partition{chart_of_face, axes}.faces(); }
 };
 
 struct FlattenOptions
@@ -42,14 +44,6 @@ struct FlattenOptions
     double texel_m;  ///< The size of a texel to expect: crumbs are small in texels, and depths below a thousandth are rounding.
 
     double tolerance_m() const { return 1e-3 * texel_m; }
-};
-
-/// Two unit vectors that make a right-handed frame (u, v, axis); the same for the same axis.
-struct PlaneFrame
-{
-    Vec3d u, v;
-    explicit PlaneFrame(Vec3d axis);
-    Vec2d project(Vec3d point) const { return {dot(u, point), dot(v, point)}; }
 };
 
 /// Lays projected charts better where it can: moves corners, cuts charts up. No two faces of a chart overlap afterward and all

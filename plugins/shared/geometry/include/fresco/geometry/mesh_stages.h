@@ -1,7 +1,6 @@
 #pragma once
 
 #include <fresco/geometry/flatten.h>
-#include <fresco/geometry/packing.h>
 #include <fresco/mesh.h>
 #include <fresco/stage.h>
 
@@ -13,15 +12,9 @@
 namespace fresco::geometry
 {
 
-/// A copy of the mesh with texcoords and charts, numbered without gaps by first face.
-Mesh with_atlas(const Mesh& mesh, const FlatCharts& flat, const Packing& packing);
-
 /// The largest angle, in degrees, between a projected face that has an area and its chart's direction of projection; 0 without
 /// such faces.
 double largest_angle_deg(const Surface& surface, const FlatCharts& flat);
-
-/// The size of a texel (meters) when 70 % of the texture are used.
-double expected_texel_m(const Surface& surface, int size_px);
 
 /// A stage with the ports and options of `atlas.project`: cuts the mesh into charts, lays each flat by projection, packs them and
 /// reports figures. A parametrizer derives from it and needs no more than `lay_flat` and its costs.

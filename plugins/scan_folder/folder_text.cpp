@@ -26,12 +26,9 @@ std::vector<double> with_last_row(std::vector<double> matrix)
 long rows_of(std::string_view text)
 {
     long rows = 0;
-    while (!text.empty())
-    {
-        const auto end = text.find('\n');
-        rows += words_of(text.substr(0, end)).empty() ? 0 : 1;
-        text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
-    }
+    LineReader lines(text, "", LastLine::any);
+    while (const auto line = lines.next())
+        rows += words_of(*line).empty() ? 0 : 1;
     return rows;
 }
 

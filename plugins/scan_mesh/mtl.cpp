@@ -1,10 +1,10 @@
 #include "mtl.h"
 
 #include <fresco/error.h>
+#include <fresco/recordings/parsing.h>
 
 #include <charconv>
 #include <cmath>
-#include <fmt/format.h>
 #include <utility>
 
 namespace scan_mesh
@@ -39,25 +39,25 @@ bool parse_number(std::string_view word, double& value)
 class MtlReader
 {
   public:
-    explicit MtlReader(std::string_view source) : source_(source) {}
-
-    void statement(std::string_view line, std::size_t number)
+    MtlReader(std::string_view text, std::string_view source) : lines_(text, source, fresco::recordings::LastLine::any)
     {
-        line_ = number;
-        std::string_view rest = line;
-        const std::string_view keyword = next_word(rest);
-        if (keyword == "newmtl")
-            materials.emplace_back().name = trimmed(rest);
-        else if (keyword == "Kd")
-            color(rest);
-        else if (keyword == "map_Kd")
-            picture(rest);
+        while (const auto line = lines_.next())
+        {
+            std::string_view rest = *line;
+            const std::string_view keyword = next_word(rest);
+            if (keyword == "newmtl")
+                materials.emplace_back().name = trimmed(rest);
+            else if (keyword == "Kd")
+                color(rest);
+            else if (keyword == "map_Kd")
+                picture(rest);
+        }
     }
 
     std::vector<MtlMaterial> materials;
 
   private:
-    [[noreturn]] void fail(const std::string& what) const { throw fresco::Error(fmt::format("{}:{}: {}", source_, line_, what)); }
+    [[noreturn]] void fail(const std::string& what) const { throw fresco::Error(lines_.place() + ": " + what); }
 
     MtlMaterial& current()
     {
@@ -103,7 +103,7 @@ class MtlReader
         while (trimmed(rest).starts_with('-'))
             option(next_word(rest), rest, material);
         material.picture = trimmed(rest);
-        material.picture_line = line_;
+        material.picture_line = lines_.line();
         if (material.picture.empty())
             fail("expected the name of a picture after map_Kd");
     }
@@ -132,22 +132,14 @@ class MtlReader
             fail("unknown option \"" + std::string(name.substr(0, 40)) + "\" of map_Kd");
     }
 
-    std::string_view source_;
-    std::size_t line_ = 0;
+    fresco::recordings::LineReader lines_;
 };
 
 }  // namespace
 
 std::vector<MtlMaterial> parse_mtl(std::string_view text, std::string_view source)
 {
-    MtlReader reader(source);
-    for (std::size_t number = 1; !text.empty(); ++number)
-    {
-        const std::size_t end = std::min(text.find('\n'), text.size());
-        reader.statement(text.substr(0, end), number);
-        text.remove_prefix(std::min(end + 1, text.size()));
-    }
-    return std::move(reader.materials);
+    return MtlReader(text, source).materials;
 }
 
 }  // namespace scan_mesh

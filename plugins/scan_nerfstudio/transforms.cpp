@@ -94,7 +94,7 @@ fresco::recordings::Lens lens_of(const JsonPlace& record)
     if (model == panorama_model)
         return {};
     constexpr std::array known{"PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV", "FULL_OPENCV", "OPENCV_FISHEYE"};
-    if (std::find(known.begin(), known.end(), model) == known.end())
+    if (std::ranges::find(known, model) == known.end())
         record.fail("camera_model",
                     "is " + model +
                         "; PINHOLE, SIMPLE_PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV, FULL_OPENCV, "
@@ -129,15 +129,15 @@ fresco::recordings::Lens lens_of(const JsonPlace& record)
 struct WorldChange
 {
     fresco::RigidTransform original_from_saved;
-    double scale = 1;  ///< Meters per saved unit.
+    double applied_scale = 1;
+    double unit_m = 1;
 
-    fresco::RigidTransform operator()(const fresco::RigidTransform& saved, double applied_scale) const
+    fresco::RigidTransform operator()(fresco::RigidTransform pose) const
     {
-        auto moved = saved;
-        moved.translation = moved.translation * (1 / applied_scale);
-        moved = original_from_saved * moved;
-        moved.translation = moved.translation * scale;
-        return moved;
+        pose.translation = pose.translation * (1 / applied_scale);
+        pose = original_from_saved * pose;
+        pose.translation = pose.translation * unit_m;
+        return pose;
     }
 };
 
@@ -202,8 +202,7 @@ std::vector<RecordedView> parse_transforms(std::string_view text, const fs::path
     const JsonPlace whole(root, file.string());
     auto chosen = chosen_frames(whole, reading.split);
     const std::vector<JsonPlace> frames = list_of(whole, chosen.key);
-    WorldChange world{{}, reading.unit_m};
-    double applied_scale = 1;
+    WorldChange world{.original_from_saved = {}, .unit_m = reading.unit_m};
     if (reading.world == World::original)
     {
         if (root.find("applied_transform") == nullptr && root.find("applied_scale") == nullptr)
@@ -213,7 +212,7 @@ std::vector<RecordedView> parse_transforms(std::string_view text, const fs::path
             world.original_from_saved =
                 fresco::recordings::rigid_transform(matrix(whole["applied_transform"]), whole["applied_transform"].place())
                     .inverse();
-        applied_scale = applied_scale_of(whole);
+        world.applied_scale = applied_scale_of(whole);
     }
 
     std::vector<RecordedView> views;
@@ -248,8 +247,7 @@ std::vector<RecordedView> parse_transforms(std::string_view text, const fs::path
         view.camera = intrinsics_of(own, record);
         view.lens = lens_of(record);
         view.world_from_camera =
-            world(fresco::recordings::opencv_pose(matrix(record["transform_matrix"]), record["transform_matrix"].place()),
-                  applied_scale);
+            world(fresco::recordings::opencv_pose(matrix(record["transform_matrix"]), record["transform_matrix"].place()));
         views.push_back(std::move(view));
     }
     if (chosen.names && !chosen.names->empty())

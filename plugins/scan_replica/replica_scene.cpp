@@ -7,6 +7,8 @@
 namespace replica
 {
 
+using namespace fresco::recordings;
+
 SceneCamera parse_camera(std::string_view text, std::string_view source)
 {
     const auto root = fresco::parse_json(text, source);
@@ -25,11 +27,10 @@ SceneCamera parse_camera(std::string_view text, std::string_view source)
 
 std::vector<fresco::RigidTransform> parse_trajectory(std::string_view text, std::string_view source)
 {
-    fresco::recordings::LineReader lines(text, source);
+    LineReader lines(text, source);
     std::vector<fresco::RigidTransform> poses;
     while (const auto line = lines.next())
-        poses.push_back(
-            fresco::recordings::rigid_transform(fresco::recordings::parse_numbers(*line, 16, lines.place()), lines.place()));
+        poses.push_back(rigid_transform(parse_numbers(*line, 16, lines.place()), lines.place()));
     return poses;
 }
 

@@ -3,9 +3,8 @@
 #include <fresco/error.h>
 #include <fresco/recordings/recording_stage.h>
 
-#include <fmt/format.h>
-
 namespace fs = std::filesystem;
+using namespace fresco::recordings;
 
 namespace scannet
 {
@@ -30,29 +29,28 @@ double number_property(const Properties& properties, const std::string& key, con
         throw fresco::Error(
             file.string() + ": the property " + key +
             " is missing; expected it there, or a folder intrinsic with intrinsic_color.txt and intrinsic_depth.txt");
-    return fresco::recordings::parse_numbers(found->second, 1, file.string() + ": " + key)[0];
+    return parse_numbers(found->second, 1, file.string() + ": " + key)[0];
 }
 
-fresco::recordings::CameraMatrix camera_of_properties(const Properties& properties, const std::string& camera,
-                                                      const fs::path& file)
+CameraMatrix camera_of_properties(const Properties& properties, const std::string& camera, const fs::path& file)
 {
     const auto get = [&](const std::string& name) { return number_property(properties, name + "_" + camera, file); };
     return {{get("fx"), 0, get("mx"), 0, 0, get("fy"), get("my"), 0, 0, 0, 1, 0, 0, 0, 0, 1}, file.string()};
 }
 
-fresco::recordings::CameraMatrix camera_of_file(const fs::path& file, fresco::RunContext& run)
+CameraMatrix camera_of_file(const fs::path& file, fresco::RunContext& run)
 {
     run.reads_file(file);
-    return {fresco::recordings::read_matrix_text(file, 4, 4), file.string()};
+    return {read_matrix_text(file, 4, 4), file.string()};
 }
 
 fresco::RigidTransform extrinsic_of_file(const fs::path& file, fresco::RunContext& run)
 {
-    fresco::recordings::looks_for(file, run);
+    looks_for(file, run);
     if (!fs::exists(file))
         return {};
     run.reads_file(file);
-    return fresco::recordings::read_rigid_transform(file);
+    return read_rigid_transform(file);
 }
 
 /// A number that is cut is another number.
@@ -66,22 +64,20 @@ bool is_read(std::string_view key)
 Properties parse_properties(std::string_view text, std::string_view source)
 {
     Properties properties;
-    for (int line_number = 1; !text.empty(); ++line_number)
+    LineReader lines(text, source, LastLine::any);
+    while (const auto line = lines.next())
     {
-        const auto end = text.find('\n');
-        const auto line = text.substr(0, end);
-        text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
-        if (trimmed(line).empty())
+        if (trimmed(*line).empty())
             continue;
-        const std::string place = fmt::format("{}:{}", source, line_number);
-        const auto equals = line.find('=');
+        const std::string place = lines.place();
+        const auto equals = line->find('=');
         if (equals == std::string_view::npos)
             throw fresco::Error(place + ": expected \"key = value\"");
-        const auto key = trimmed(line.substr(0, equals));
-        if (end == std::string_view::npos && is_read(key))
+        const auto key = trimmed(line->substr(0, equals));
+        if (text.find('\n', static_cast<std::size_t>(line->end() - text.begin())) == std::string_view::npos && is_read(key))
             throw fresco::Error(place + ": the file ends inside the line of " + key +
                                 ": it may be truncated; copy it again (if it is complete, add a final newline)");
-        if (!properties.emplace(key, trimmed(line.substr(equals + 1))).second)
+        if (!properties.emplace(key, trimmed(line->substr(equals + 1))).second)
             throw fresco::Error(place + ": the property " + key + " appears twice");
     }
     return properties;
@@ -92,9 +88,9 @@ SceneCalibration read_scene_calibration(const fs::path& path, const fs::path& pr
     SceneCalibration calibration;
     Properties properties;
     if (!properties_file.empty())
-        properties = parse_properties(fresco::recordings::recorded_text(properties_file, run), properties_file.string());
+        properties = parse_properties(recorded_text(properties_file, run), properties_file.string());
     const fs::path folder = path / "intrinsic";
-    fresco::recordings::looks_for(folder, run);
+    looks_for(folder, run);
     if (fs::is_directory(folder))
     {
         calibration.color = camera_of_file(folder / "intrinsic_color.txt", run);
@@ -114,8 +110,7 @@ SceneCalibration read_scene_calibration(const fs::path& path, const fs::path& pr
     if (const auto found = properties.find("axisAlignment"); found != properties.end())
     {
         const auto source = properties_file.string() + ": axisAlignment";
-        calibration.aligned_from_world =
-            fresco::recordings::rigid_transform(fresco::recordings::parse_numbers(found->second, 16, source), source);
+        calibration.aligned_from_world = rigid_transform(parse_numbers(found->second, 16, source), source);
     }
     return calibration;
 }

@@ -11,12 +11,11 @@
 #include <string_view>
 #include <vector>
 
-namespace scannet
-{
 namespace
 {
 
 namespace fs = std::filesystem;
+using namespace fresco::recordings;
 
 constexpr std::string_view full_mesh = "_vh_clean.ply";
 constexpr std::string_view reduced_mesh = "_vh_clean_2.ply";
@@ -61,14 +60,6 @@ fs::path find_properties(const fs::path& path, fresco::RunContext& run)
     return files.size() == 1 ? files[0] : fs::path{};
 }
 
-}  // namespace
-}  // namespace scannet
-
-namespace
-{
-
-using namespace fresco::recordings;
-
 class ScanScannet final : public RecordingStage
 {
   public:
@@ -99,7 +90,7 @@ class ScanScannet final : public RecordingStage
             view.name = std::to_string(view.number);
             view.depth_unit_m = *depth_unit_m;
         }
-        calibration_ = scannet::read_scene_calibration(path(), scannet::find_properties(path(), run), run);
+        calibration_ = scannet::read_scene_calibration(path(), find_properties(path(), run), run);
         if (*align_axes && !calibration_.aligned_from_world)
             throw fresco::Error(path().string() + ": the scene has no axisAlignment; set align_axes: false");
         read_surface(run);
@@ -108,7 +99,7 @@ class ScanScannet final : public RecordingStage
 
     void read_surface(fresco::RunContext& run)
     {
-        const auto file = mesh.given().empty() ? scannet::find_mesh(path(), *mesh_kind, run) : mesh.given().path;
+        const auto file = mesh.given().empty() ? find_mesh(path(), *mesh_kind, run) : mesh.given().path;
         if (file.empty())
             return mesh.leave_out(path().string() + "/*_vh_clean.ply or *_vh_clean_2.ply, or set option \"mesh\"", run);
         run.reads_file(file);
@@ -128,7 +119,7 @@ class ScanScannet final : public RecordingStage
             cameras_ = {intrinsics_for(calibration_.color, *pixel_center, codec().header(view.color), view.color),
                         intrinsics_for(calibration_.depth, *pixel_center, codec().header(view.depth), view.depth),
                         calibration_.depth_from_color};
-        const auto pose = tracked_pose(fresco::recordings::read_matrix_text(view.pose, 4, 4), view.source);
+        const auto pose = tracked_pose(read_matrix_text(view.pose, 4, 4), view.source);
         if (!pose)
             return false;
         cameras_.place(view, *pose);

@@ -107,10 +107,9 @@ class ScanSens final : public RecordingStage
     {
         file_.emplace(path());
         index_ = read_index(*file_);
-        cameras_ = {
-            intrinsics(index_.color, "the color camera"), intrinsics(index_.depth, "the depth camera"),
-            fresco::recordings::rigid_transform(index_.depth.extrinsics, source("the depth camera's extrinsics")).inverse() *
-                fresco::recordings::rigid_transform(index_.color.extrinsics, source("the color camera's extrinsics"))};
+        cameras_ = {intrinsics(index_.color, "the color camera"), intrinsics(index_.depth, "the depth camera"),
+                    rigid_transform(index_.depth.extrinsics, source("the depth camera's extrinsics")).inverse() *
+                        rigid_transform(index_.color.extrinsics, source("the color camera's extrinsics"))};
         Recording recording{.files = "a pose and two pictures", .note = fmt::format(", {} recorded", index_.frames.size())};
         for (std::size_t i = 0; i < index_.frames.size(); ++i)
         {
@@ -145,8 +144,7 @@ class ScanSens final : public RecordingStage
     std::string source(const std::string& what) const { return path().string() + ": " + what; }
     fresco::Intrinsics intrinsics(const SensCamera& camera, const std::string& what) const
     {
-        return intrinsics_for({camera.intrinsics, source(what)}, fresco::recordings::PixelCenter::integer,
-                              {camera.width, camera.height}, path());
+        return intrinsics_for({camera.intrinsics, source(what)}, PixelCenter::integer, {camera.width, camera.height}, path());
     }
 
     fresco::Cost cost() const override

@@ -30,17 +30,24 @@ std::string shown(std::string_view word)
     return "\"" + std::string(word.substr(0, shown_word)) + "\"";
 }
 
+/// With four decimals at most, in any locale.
+std::string number_text(double number)
+{
+    constexpr double decimals = 1e4;
+    return to_json(std::round(number * decimals) / decimals);
+}
+
 /// The length of the run of digits at the front.
 std::size_t digits_at(std::string_view text)
 {
-    return static_cast<std::size_t>(std::find_if_not(text.begin(), text.end(), is_digit) - text.begin());
+    return static_cast<std::size_t>(std::ranges::find_if_not(text, is_digit) - text.begin());
 }
 
 }  // namespace
 
-LineReader::LineReader(std::string_view text, std::string_view source) : rest_(text), source_(source)
+LineReader::LineReader(std::string_view text, std::string_view source, LastLine last) : rest_(text), source_(source)
 {
-    if (text.empty() || text.back() != '\n')
+    if (last == LastLine::ended && !text.ends_with('\n'))
         throw Error(
             source_ +
             ": the last line has no newline: the file may be truncated; copy it again (if it is complete, add a final newline)");
@@ -50,9 +57,8 @@ std::optional<std::string_view> LineReader::next()
 {
     if (rest_.empty())
         return std::nullopt;
-    const auto end = rest_.find('\n');
-    auto line = rest_.substr(0, end);
-    rest_.remove_prefix(end + 1);
+    auto line = rest_.substr(0, rest_.find('\n'));
+    rest_.remove_prefix(std::min(line.size() + 1, rest_.size()));
     ++line_;
     if (line.ends_with('\r'))
         line.remove_suffix(1);
@@ -109,7 +115,7 @@ RigidTransform quaternion_transform(double w, double x, double y, double z, Vec3
     const double norm = std::sqrt(w * w + x * x + y * y + z * z);
     if (!(std::abs(norm - 1) <= 0.01))
         throw Error(place + ": expected a rotation, a quaternion of length 1; its length is " +
-                    (std::isfinite(norm) ? to_json(std::round(norm * 1e4) / 1e4) : "none") + "; check the order of the columns");
+                    (std::isfinite(norm) ? number_text(norm) : "none") + "; check the order of the columns");
     if (!std::isfinite(translation.x) || !std::isfinite(translation.y) || !std::isfinite(translation.z))
         throw Error(place + ": the translation is not finite");
     return {numerics::rotation_of(w / norm, x / norm, y / norm, z / norm), translation};
@@ -184,7 +190,7 @@ double parse_number(std::string_view word, const std::string& place)
     if (code == std::errc::result_out_of_range)
         throw Error(place + ": \"" + std::string(word) + "\" is out of range for a double");
     if (code != std::errc{} || end != digits.data() + digits.size())
-        throw Error(place + ": \"" + std::string(word.substr(0, 40)) + "\" is not a number");
+        throw Error(place + ": " + shown(word) + " is not a number");
     return number;
 }
 
@@ -196,13 +202,6 @@ std::vector<double> parse_row(std::string_view line, const std::string& place)
     return row;
 }
 
-/// With four decimals at most, in any locale.
-std::string number_text(double number)
-{
-    constexpr double decimals = 1e4;
-    return to_json(std::round(number * decimals) / decimals);
-}
-
 }  // namespace
 
 std::vector<double> parse_matrix_text(std::string_view text, int rows, int columns, std::string_view source)
@@ -210,13 +209,11 @@ std::vector<double> parse_matrix_text(std::string_view text, int rows, int colum
     const std::string shape = fmt::format("{}x{}", rows, columns);
     std::vector<double> values;
     int rows_read = 0;
-    for (int line_number = 1; !text.empty(); ++line_number)
+    LineReader lines(text, source, LastLine::any);
+    while (const auto line = lines.next())
     {
-        const auto end = text.find('\n');
-        const auto line = text.substr(0, end);
-        text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
-        const std::string place = fmt::format("{}:{}", source, line_number);
-        const auto row = parse_row(line, place);
+        const std::string place = lines.place();
+        const auto row = parse_row(*line, place);
         if (row.empty())
             continue;
         if (rows_read == rows)
@@ -266,9 +263,8 @@ RigidTransform rigid_transform(const std::vector<double>& matrix, std::string_vi
     const std::string name(source);
     if (matrix.size() != 16)
         throw Error(fmt::format("{}: {} numbers; expected a 4x4 matrix", name, matrix.size()));
-    for (const double entry : matrix)
-        if (!std::isfinite(entry))
-            throw Error(name + ": the transform has an entry that is not finite; leave this frame out");
+    if (!std::ranges::all_of(matrix, [](double entry) { return std::isfinite(entry); }))
+        throw Error(name + ": the transform has an entry that is not finite; leave this frame out");
     for (std::size_t i = 12; i < 16; ++i)
         if (std::abs(matrix[i] - (i == 15 ? 1.0 : 0.0)) > exactness)
             throw Error(name + ": expected 0 0 0 1 as the last row of a rigid transform");

@@ -15,29 +15,20 @@
 
 namespace fresco::recordings
 {
-
 namespace
 {
 
-constexpr std::size_t files_named = 5;
+namespace fs = std::filesystem;
 
-}  // namespace
-
+/// "640x480"
 std::string size_text(int width, int height)
 {
     return fmt::format("{}x{}", width, height);
 }
 
-void refuse_missing(const std::vector<std::string>& missing, std::string_view rule)
-{
-    if (missing.empty())
-        return;
-    const auto named = std::span(missing).first(std::min(missing.size(), files_named));
-    throw MissingInput(fmt::format("{} {} missing: {}{}; {}", missing.size(), missing.size() == 1 ? "file is" : "files are",
-                                   fmt::join(named, ", "), missing.size() > files_named ? ", …" : "", rule));
-}
-
-void check_center(const Intrinsics& k, const std::string& source, const std::filesystem::path& picture)
+/// Throws Error naming `source` if the principal point is outside of `picture`, for which `k` is: then the intrinsics are for
+/// pictures of another size.
+void check_center(const Intrinsics& k, const std::string& source, const fs::path& picture)
 {
     if (k.cx <= 0 || k.cy <= 0 || k.cx >= k.width || k.cy >= k.height)
         throw Error(source + ": the principal point (" + to_json(k.cx) + ", " + to_json(k.cy) + ") is outside " +
@@ -45,7 +36,17 @@ void check_center(const Intrinsics& k, const std::string& source, const std::fil
                     "; use intrinsics for pictures of this size");
 }
 
-void check_not_turned(const std::filesystem::path& file, const ImageHeader& header, const std::string& source)
+/// Throws Error naming `file` unless ImageIo::check found 16-bit gray in it, or did not look.
+void check_depth_kind(const fs::path& file, const ImageHeader& header)
+{
+    if (header.bits > 0 && (header.bits != 16 || !header.gray))
+        throw Error(fmt::format("{}: expected a depth picture (PNG, one channel of 16 bits), found {} bits{}", file.string(),
+                                header.bits, header.gray ? "" : " and colors"));
+}
+
+}  // namespace
+
+void check_not_turned(const fs::path& file, const ImageHeader& header, const std::string& source)
 {
     if (header.orientation != 1)
         throw Error(fmt::format("{}: its EXIF data rotates it (orientation {}), but {} is for the pixels as stored; remove the "
@@ -53,15 +54,7 @@ void check_not_turned(const std::filesystem::path& file, const ImageHeader& head
                                 file.string(), header.orientation, source));
 }
 
-void check_depth_kind(const std::filesystem::path& file, const ImageHeader& header)
-{
-    if (header.bits > 0 && (header.bits != 16 || !header.gray))
-        throw Error(fmt::format("{}: expected a depth picture (PNG, one channel of 16 bits), found {} bits{}", file.string(),
-                                header.bits, header.gray ? "" : " and colors"));
-}
-
-Intrinsics intrinsics_for(const CameraMatrix& matrix, PixelCenter center, const ImageHeader& size,
-                          const std::filesystem::path& picture)
+Intrinsics intrinsics_for(const CameraMatrix& matrix, PixelCenter center, const ImageHeader& size, const fs::path& picture)
 {
     const auto k = intrinsics_from_matrix(matrix.values, center, size.width, size.height, matrix.source);
     check_center(k, matrix.source, picture);
@@ -77,7 +70,7 @@ void RecorderCameras::place(RecordedView& view, const RigidTransform& world_from
 
 std::optional<RigidTransform> tracked_pose(const std::vector<double>& matrix, const std::string& source)
 {
-    if (!std::all_of(matrix.begin(), matrix.end(), [](double entry) { return std::isfinite(entry); }))
+    if (!std::ranges::all_of(matrix, [](double entry) { return std::isfinite(entry); }))
         return std::nullopt;
     return rigid_transform(matrix, source);
 }
@@ -92,8 +85,6 @@ RigidTransform opencv_pose(std::vector<double> matrix, const std::string& source
 
 namespace
 {
-
-namespace fs = std::filesystem;
 
 constexpr int jpeg_quality = 95;
 /// Recorders round the size of depth pictures.
@@ -272,13 +263,10 @@ class FrameMaker
             check_shape(view.depth, depth, view.camera, view.source);
             frame.depth.intrinsics = frame.color.intrinsics.scaled_to(depth.width, depth.height);
         }
+        frame.depth_picture = reference(view.depth);
         const bool has_lens = view.lens.distorts() && !view.depth_camera;
         if (!has_lens && mask.empty())
-        {
-            frame.depth_picture = reference(view.depth);
             return frame;
-        }
-        frame.depth_picture = reference(view.depth);
         auto steps = load_depth_steps(frame, &images_);
         if (has_lens)
             steps = undistorted_depth(steps, view.camera, view.lens, frame.color.intrinsics);
@@ -330,13 +318,9 @@ class FrameMaker
     /// A resampled mask with 0 for all that ignored pixels are part of; empty if nothing is ignored.
     static Raster8 ignoring(Raster8 mask)
     {
-        bool ignores = false;
         for (auto& value : mask.values)
-        {
             value = value == 255 ? 255 : 0;
-            ignores = ignores || value == 0;
-        }
-        return ignores ? mask : Raster8{};
+        return std::ranges::find(mask.values, 0) != mask.values.end() ? mask : Raster8{};
     }
     PictureFile write_mask(const Frame& frame, const Raster8& mask) const
     {

@@ -7,6 +7,7 @@
 #include <array>
 #include <fmt/format.h>
 #include <map>
+#include <ranges>
 #include <utility>
 
 namespace fresco::recordings
@@ -88,6 +89,10 @@ void looks_for(const fs::path& pattern, RunContext& run)
     run.reads_folder(name.parent_path(), name.filename().string());
 }
 
+namespace
+{
+
+/// The file that an option gives, else the first of `candidates` that is there; else none.
 std::optional<fs::path> find_file(const InputFile& given, const std::vector<fs::path>& candidates, RunContext& run)
 {
     if (!given.empty())
@@ -104,13 +109,14 @@ std::optional<fs::path> find_file(const InputFile& given, const std::vector<fs::
     return std::nullopt;
 }
 
+/// FILE or FILE, or set option "OPTION".
 std::string expected_files(const std::vector<fs::path>& candidates, std::string_view option)
 {
-    std::string names;
-    for (const auto& candidate : candidates)
-        names += (names.empty() ? "" : " or ") + candidate.string();
-    return fmt::format("{}, or set option \"{}\"", names, option);
+    const auto name = [](const fs::path& file) { return file.string(); };
+    return fmt::format("{}, or set option \"{}\"", fmt::join(candidates | std::views::transform(name), " or "), option);
 }
+
+}  // namespace
 
 fs::path first_file(const InputFile& given, const std::vector<fs::path>& candidates, std::string_view what,
                     std::string_view option, RunContext& run)
@@ -128,8 +134,6 @@ std::string recorded_text(const fs::path& file, RunContext& run)
 
 namespace
 {
-
-namespace fs = std::filesystem;
 
 using PathOption = std::variant<Option<InputFolder>, Option<InputFile>>;
 
@@ -165,6 +169,7 @@ std::vector<fs::path> files_of(const RecordedView& view)
 
 void refuse_missing_files(const std::vector<RecordedView>& views, const std::string& files)
 {
+    constexpr std::size_t most_named = 5;
     std::vector<std::string> missing;
     std::string source;
     for (const auto& view : views)
@@ -175,8 +180,14 @@ void refuse_missing_files(const std::vector<RecordedView>& views, const std::str
                     source = view.source;
                 missing.push_back(file.string());
             }
-    refuse_missing(missing, files.empty() ? source + (missing.size() == 1 ? " lists it" : " lists the first")
-                                          : "each view needs " + files);
+    if (missing.empty())
+        return;
+    const bool is_one = missing.size() == 1;
+    const auto named = std::span(missing).first(std::min(missing.size(), most_named));
+    throw MissingInput(
+        fmt::format("{} {} missing: {}{}; {}", missing.size(), is_one ? "file is" : "files are", fmt::join(named, ", "),
+                    missing.size() > most_named ? ", …" : "",
+                    files.empty() ? source + (is_one ? " lists it" : " lists the first") : "each view needs " + files));
 }
 
 }  // namespace

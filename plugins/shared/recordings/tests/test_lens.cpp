@@ -6,7 +6,7 @@
 #include <cmath>
 
 using Catch::Contains;
-using fresco::recordings::Lens;
+using namespace fresco::recordings;
 
 namespace
 {
@@ -60,7 +60,7 @@ TEST_CASE("a fisheye's radius is the angle to its axis", "[recordings]")
     const auto bent = Lens{.k1 = 0.1, .k4 = 0.01, .is_fisheye = true}.distorted({1, 0});
     CHECK(bent.x == Approx(angle * (1 + 0.1 * std::pow(angle, 2) + 0.01 * std::pow(angle, 8))));
     CHECK(Lens{.k3 = 0.1, .is_fisheye = true}.distorted({1, 0}).x == Approx(angle * (1 + 0.1 * std::pow(angle, 6))));
-    CHECK_THROWS_WITH(fresco::recordings::pinhole_without({.k1 = -40, .is_fisheye = true}, camera, "cam.txt:3"),
+    CHECK_THROWS_WITH(pinhole_without({.k1 = -40, .is_fisheye = true}, camera, "cam.txt:3"),
                       Contains("cam.txt:3: the lens' coefficients fold"));
 }
 
@@ -79,10 +79,10 @@ TEST_CASE("a pinhole picture is what is left when the lens is undone", "[recordi
                 picture.at(x, y) = static_cast<std::uint8_t>(scene(p.x, p.y) + 0.5);
                 depth.at(x / 2, y / 2) = 1000;
             }
-        const auto pinhole = fresco::recordings::pinhole_without(lens, camera, "test");
+        const auto pinhole = pinhole_without(lens, camera, "test");
         CHECK(pinhole.fx / camera.fx == Approx(pinhole.fy / camera.fy));
         CHECK((pinhole.cx == camera.cx && pinhole.cy == camera.cy && pinhole.width == 64));
-        const auto straight = fresco::recordings::undistorted(picture, camera, lens, pinhole);
+        const auto straight = undistorted(picture, camera, lens, pinhole);
         double worst = 0;
         for (int y = 0; y < 48; ++y)
             for (int x = 0; x < 64; ++x)
@@ -92,12 +92,12 @@ TEST_CASE("a pinhole picture is what is left when the lens is undone", "[recordi
             }
         CHECK(worst < 2.5);
         // Nothing is empty, and a little less focal length would leave something so.
-        const auto full = fresco::recordings::undistorted_depth(depth, camera, lens, pinhole);
+        const auto full = undistorted_depth(depth, camera, lens, pinhole);
         CHECK(full == fresco::Raster16(32, 24, 1, 1000));
         auto wider = pinhole;
         wider.fx *= 0.9;
         wider.fy *= 0.9;
-        CHECK(fresco::recordings::undistorted_depth(depth, camera, lens, wider) != full);
+        CHECK(undistorted_depth(depth, camera, lens, wider) != full);
     }
 }
 
@@ -111,7 +111,7 @@ TEST_CASE("depth is that of the pixel that the lens shows there", "[recordings]"
     fresco::Raster16 depth(8, 6);
     for (std::size_t i = 0; i < depth.values.size(); ++i)
         depth.values[i] = static_cast<std::uint16_t>(i);
-    const auto straight = fresco::recordings::undistorted_depth(depth, whole, {}, pinhole);
+    const auto straight = undistorted_depth(depth, whole, {}, pinhole);
     for (int y = 0; y < 6; ++y)
         for (int x = 0; x < 8; ++x)
             CHECK(straight.at(x, y) == depth.at(static_cast<int>(0.75 * x + 1.375), static_cast<int>(0.75 * y + 1.125)));
@@ -119,9 +119,8 @@ TEST_CASE("depth is that of the pixel that the lens shows there", "[recordings]"
 
 TEST_CASE("a lens that folds the picture is refused", "[recordings]")
 {
-    CHECK_THROWS_WITH(fresco::recordings::pinhole_without({.k1 = -40}, camera, "cam.txt:3"),
-                      Contains("cam.txt:3: the lens' coefficients fold"));
-    CHECK_THROWS_AS(fresco::recordings::pinhole_without({.p1 = 1e30}, camera, "x"), fresco::Error);
-    CHECK_THROWS_AS(fresco::recordings::pinhole_without({.k4 = -1e9}, camera, "x"), fresco::Error);
-    CHECK_THROWS_AS(fresco::recordings::pinhole_without({.k1 = 1e300, .k2 = 1e300}, camera, "x"), fresco::Error);
+    CHECK_THROWS_WITH(pinhole_without({.k1 = -40}, camera, "cam.txt:3"), Contains("cam.txt:3: the lens' coefficients fold"));
+    CHECK_THROWS_AS(pinhole_without({.p1 = 1e30}, camera, "x"), fresco::Error);
+    CHECK_THROWS_AS(pinhole_without({.k4 = -1e9}, camera, "x"), fresco::Error);
+    CHECK_THROWS_AS(pinhole_without({.k1 = 1e300, .k2 = 1e300}, camera, "x"), fresco::Error);
 }

@@ -1,6 +1,7 @@
 #include "catch.h"
 
 #include <fresco/recordings/panorama.h>
+#include <fresco/testing_scenes.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +12,8 @@ using fresco::Raster16;
 using fresco::Raster8;
 using fresco::Vec2d;
 using fresco::Vec3d;
-using fresco::recordings::PanoramaFace;
+using namespace fresco::recordings;
+using fresco::testing::noise_picture;
 using std::numbers::pi;
 
 namespace
@@ -43,18 +45,6 @@ Seen seen_in_room(Vec3d direction)
     return {distance, 128 + 50 * std::sin(2 * p.x + 0.3) * std::cos(1.5 * p.y) + 50 * std::cos(1.7 * p.z - p.y)};
 }
 
-Raster8 noise(int width, int height, int channels)
-{
-    Raster8 picture(width, height, channels);
-    std::uint32_t state = 1;
-    for (auto& value : picture.values)
-    {
-        state = state * 1664525U + 1013904223U;
-        value = static_cast<std::uint8_t>(state >> 24U);
-    }
-    return picture;
-}
-
 /// Yaw to the right, then pitch upward, degrees, of the views in order.
 constexpr std::array<std::array<double, 2>, 6> turns{{{0, 0}, {90, 0}, {180, 0}, {-90, 0}, {0, 90}, {0, -90}}};
 
@@ -71,47 +61,14 @@ Vec2d place_of(const PanoramaFace& face, std::size_t index, double x, double y, 
 
 }  // namespace
 
-TEST_CASE("the middles of a panorama's quarters are the middles of its views", "[recordings]")
-{
-    const auto faces = fresco::recordings::panorama_faces(64);
-    const auto middle_of = [&](std::size_t face, std::initializer_list<int> columns, std::initializer_list<int> rows)
-    {
-        Raster8 panorama(64, 32);
-        for (const int x : columns)
-            for (const int y : rows)
-                panorama.at(x, y) = 200;
-        const auto view = fresco::recordings::face_of(panorama, faces[face]);
-        // 64 * tan(48 degrees) / pi.
-        REQUIRE((view.width == 23 && view.height == 23));
-        return static_cast<int>(view.at(11, 11));
-    };
-    CHECK(middle_of(0, {31, 32}, {15, 16}) == 200);
-    CHECK(middle_of(1, {47, 48}, {15, 16}) == 200);
-    CHECK(middle_of(2, {0, 63}, {15, 16}) == 200);
-    CHECK(middle_of(3, {15, 16}, {15, 16}) == 200);
-    // The poles are the whole first and last row; the front is below in the view up, above in the view down.
-    const auto front = Raster8(64, 32, 1, 0);
-    Raster8 above = front, below = front;
-    std::fill_n(above.values.begin(), 64, std::uint8_t{200});
-    std::fill_n(below.values.end() - 64, 64, std::uint8_t{200});
-    CHECK(fresco::recordings::face_of(above, faces[4]).at(11, 11) == 200);
-    CHECK(fresco::recordings::face_of(below, faces[5]).at(11, 11) == 200);
-    for (int y = 0; y < 32; ++y)
-        for (int x = 24; x < 40; ++x)
-            above.at(x, y) = below.at(x, y) = 100;
-    CHECK(fresco::recordings::face_of(above, faces[4]).at(11, 20) == 100);
-    CHECK(fresco::recordings::face_of(above, faces[4]).at(11, 2) == 0);
-    CHECK(fresco::recordings::face_of(below, faces[5]).at(11, 2) == 100);
-    CHECK(fresco::recordings::face_of(below, faces[5]).at(11, 20) == 0);
-}
-
 TEST_CASE("views are what the obvious formulas sample, pixel by pixel", "[recordings]")
 {
-    const auto panorama = noise(100, 50, 3);
+    const auto panorama = noise_picture(100, 50, 1);
     Raster16 depth(100, 50);
     for (std::size_t i = 0; i < depth.values.size(); ++i)
         depth.values[i] = i % 7 == 0 ? 0 : i % 11 == 0 ? 65535 : static_cast<std::uint16_t>(500 + 11 * i);
-    const auto faces = fresco::recordings::panorama_faces(100);
+    const auto faces = panorama_faces(100);
+    CHECK((faces[0].camera.width == 35 && faces[0].camera.height == 35));  // 100 * tan(48 degrees) / pi.
     // The sphere once more around each side, and over the poles on the other side.
     const auto at = [&](const auto& picture, int x, int y, int c)
     {
@@ -120,8 +77,8 @@ TEST_CASE("views are what the obvious formulas sample, pixel by pixel", "[record
     };
     for (std::size_t i = 0; i < faces.size(); ++i)
     {
-        const auto view = fresco::recordings::face_of(panorama, faces[i]);
-        const auto depth_view = fresco::recordings::depth_face_of(depth, faces[i]);
+        const auto view = face_of(panorama, faces[i]);
+        const auto depth_view = depth_face_of(depth, faces[i]);
         const auto& k = faces[i].camera;
         double worst = 0;
         int wrong_depths = 0;
@@ -155,9 +112,9 @@ TEST_CASE("views are what the obvious formulas sample, pixel by pixel", "[record
 
 TEST_CASE("rows near the poles are averaged over what a pixel of the view covers", "[recordings]")
 {
-    const auto panorama = noise(96, 48, 3);
+    const auto panorama = noise_picture(96, 48, 1);
     auto widened = panorama;
-    fresco::recordings::widen_at_poles(widened);
+    widen_at_poles(widened);
     double worst = 0;
     for (int y = 0; y < 48; ++y)
     {
@@ -188,22 +145,20 @@ TEST_CASE("rows near the poles are averaged over what a pixel of the view covers
 TEST_CASE("the views of a room's panorama are what pinhole cameras see in it", "[recordings]")
 {
     constexpr int width = 1024, height = 512;
-    Raster8 panorama(width, height);
+    Raster8 panorama = fresco::testing::picture(
+        width, height, [](int x, int y, int) { return seen_in_room(panorama_ray(x + 0.5, y + 0.5, width, height)).brightness; },
+        1);
     Raster16 depth(width / 2, height / 2);
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x)
-            panorama.at(x, y) =
-                static_cast<std::uint8_t>(seen_in_room(panorama_ray(x + 0.5, y + 0.5, width, height)).brightness + 0.5);
     for (int y = 0; y < depth.height; ++y)
         for (int x = 0; x < depth.width; ++x)
             depth.at(x, y) = static_cast<std::uint16_t>(
                 1000 * seen_in_room(panorama_ray(x + 0.5, y + 0.5, depth.width, depth.height)).distance + 0.5);
-    fresco::recordings::widen_at_poles(panorama);
-    const auto faces = fresco::recordings::panorama_faces(width), depth_faces = fresco::recordings::panorama_faces(depth.width);
+    widen_at_poles(panorama);
+    const auto faces = panorama_faces(width), depth_faces = panorama_faces(depth.width);
     for (std::size_t i = 0; i < faces.size(); ++i)
     {
-        const auto view = fresco::recordings::face_of(panorama, faces[i]);
-        const auto depth_view = fresco::recordings::depth_face_of(depth, depth_faces[i]);
+        const auto view = face_of(panorama, faces[i]);
+        const auto depth_view = depth_face_of(depth, depth_faces[i]);
         double worst = 0, worst_depth = 0;
         for (int y = 0; y < view.height; ++y)
             for (int x = 0; x < view.width; ++x)
@@ -228,7 +183,7 @@ TEST_CASE("the views of a room's panorama are what pinhole cameras see in it", "
 
 TEST_CASE("a picture of less than the whole sphere is refused", "[recordings]")
 {
-    CHECK_NOTHROW(fresco::recordings::check_panorama("a.jpg", {.width = 64, .height = 32}));
-    CHECK_THROWS_WITH(fresco::recordings::check_panorama("a.jpg", {.width = 64, .height = 31}),
+    CHECK_NOTHROW(check_panorama("a.jpg", {.width = 64, .height = 32}));
+    CHECK_THROWS_WITH(check_panorama("a.jpg", {.width = 64, .height = 31}),
                       Catch::Contains("a.jpg: 64x31 pixels; a 360° picture (equirectangular) is twice as wide as high"));
 }

@@ -20,21 +20,18 @@ TEST_CASE("numbers are whole words, finite and within their range", "[recordings
 
 TEST_CASE("a rigid transform is rotation and translation, anything else is refused", "[matrix_text]")
 {
-    const auto t = fresco::recordings::rigid_transform({0, -1, 0, 5, 1, 0, 0, 6, 0, 0, 1, 7, 0, 0, 0, 1}, "p");
+    const auto t = rigid_transform({0, -1, 0, 5, 1, 0, 0, 6, 0, 0, 1, 7, 0, 0, 0, 1}, "p");
     CHECK(t.point({1, 0, 0}) == fresco::Vec3d{5, 7, 7});
     // Turned by 30 degrees, written with three digits.
-    const auto rounded = fresco::recordings::rigid_transform({0.866, -0.5, 0, 0, 0.5, 0.866, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, "p");
+    const auto rounded = rigid_transform({0.866, -0.5, 0, 0, 0.5, 0.866, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, "p");
     CHECK(rounded.rotation_error() < 1e-14);
     CHECK(rounded.rotation(0, 0) == Approx(std::cos(std::atan2(0.5, 0.866))).epsilon(1e-12));
-    CHECK_THROWS_WITH(fresco::recordings::rigid_transform({-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, "p"),
-                      Contains("not a rotation"));
-    CHECK_THROWS_WITH(fresco::recordings::rigid_transform({-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, "p"),
-                      Contains("(it mirrors)"));
-    CHECK_THROWS_WITH(fresco::recordings::rigid_transform({2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1}, "p"),
+    CHECK_THROWS_WITH(rigid_transform({-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, "p"), Contains("not a rotation"));
+    CHECK_THROWS_WITH(rigid_transform({-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, "p"), Contains("(it mirrors)"));
+    CHECK_THROWS_WITH(rigid_transform({2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1}, "p"),
                       Contains("not a rotation (it is off by 3.0)"));
-    CHECK_THROWS_WITH(fresco::recordings::rigid_transform({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 1, 1}, "p"),
-                      Contains("0 0 0 1"));
-    CHECK_THROWS_WITH(fresco::recordings::rigid_transform({1, 0, 0}, "p"), Contains("4x4"));
+    CHECK_THROWS_WITH(rigid_transform({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 1, 1}, "p"), Contains("0 0 0 1"));
+    CHECK_THROWS_WITH(rigid_transform({1, 0, 0}, "p"), Contains("4x4"));
 }
 
 TEST_CASE("intrinsics of 3x3 and 4x4 matrices, with both conventions of the pixel center", "[matrix_text]")
@@ -42,15 +39,13 @@ TEST_CASE("intrinsics of 3x3 and 4x4 matrices, with both conventions of the pixe
     const std::vector<double> small{500, 0, 319.5, 0, 510, 239.5, 0, 0, 1};
     const std::vector<double> large{500, 0, 319.5, 0, 0, 510, 239.5, 0, 0, 0, 1, 0, 0, 0, 0, 1};
     const fresco::Intrinsics centerd{640, 480, 500, 510, 320, 240};
-    CHECK(fresco::recordings::intrinsics_from_matrix(small, fresco::recordings::PixelCenter::integer, 640, 480, "k") == centerd);
-    CHECK(fresco::recordings::intrinsics_from_matrix(large, fresco::recordings::PixelCenter::integer, 640, 480, "k") == centerd);
-    CHECK(fresco::recordings::intrinsics_from_matrix(small, fresco::recordings::PixelCenter::half, 640, 480, "k").cx == 319.5);
+    CHECK(intrinsics_from_matrix(small, PixelCenter::integer, 640, 480, "k") == centerd);
+    CHECK(intrinsics_from_matrix(large, PixelCenter::integer, 640, 480, "k") == centerd);
+    CHECK(intrinsics_from_matrix(small, PixelCenter::half, 640, 480, "k").cx == 319.5);
     auto skewed = small;
     skewed[1] = 0.5;
-    CHECK_THROWS_WITH(fresco::recordings::intrinsics_from_matrix(skewed, fresco::recordings::PixelCenter::half, 640, 480, "k"),
-                      Contains("row 1, column 2"));
+    CHECK_THROWS_WITH(intrinsics_from_matrix(skewed, PixelCenter::half, 640, 480, "k"), Contains("row 1, column 2"));
     auto negative = small;
     negative[4] = -510;
-    CHECK_THROWS_WITH(fresco::recordings::intrinsics_from_matrix(negative, fresco::recordings::PixelCenter::half, 640, 480, "k"),
-                      Contains("positive"));
+    CHECK_THROWS_WITH(intrinsics_from_matrix(negative, PixelCenter::half, 640, 480, "k"), Contains("positive"));
 }

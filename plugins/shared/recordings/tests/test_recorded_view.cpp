@@ -7,18 +7,17 @@
 
 namespace fs = std::filesystem;
 using Catch::Contains;
-using fresco::recordings::RecordedView;
-using fresco::testing::RawImages;
-using fresco::testing::TestRun;
+using namespace fresco::recordings;
+using namespace fresco::testing;
 
 namespace
 {
 
 struct Recording
 {
-    fresco::testing::TemporaryFolder folder;
+    TemporaryFolder folder;
     RawImages images;
-    fresco::Frames frames = fresco::testing::tiny_recording(folder.path(), images);
+    fresco::Frames frames = tiny_recording(folder.path(), images);
     std::vector<RecordedView> views;
 
     Recording()
@@ -26,7 +25,7 @@ struct Recording
         for (const auto& frame : frames.frames)
         {
             RecordedView view;
-            fresco::recordings::name_by_picture(view, "run/" + frame.name + ".png");
+            name_by_picture(view, "run/" + frame.name + ".png");
             view.number = frame.number;
             view.color = frame.color_picture.path;
             view.depth = frame.depth_picture.path;
@@ -40,11 +39,11 @@ struct Recording
     fresco::Frames read(int threads = 2) const
     {
         TestRun run(threads);
-        return fresco::recordings::recorded_frames(views, images, folder.path() / "out", run);
+        return recorded_frames(views, images, folder.path() / "out", run);
     }
     std::string error() const
     {
-        return fresco::testing::error_of([&] { read(); });
+        return error_of([&] { read(); });
     }
 };
 
@@ -59,12 +58,12 @@ TEST_CASE("views with a lens get pictures of their own, the same for any thread 
     const auto out = recording.folder.path() / "out/run";
     CHECK(read.frames[2].color_picture.path == out / "frame-000002.color.jpg");
     CHECK(read.frames[2].depth_picture.path == out / "frame-000002.depth.png");
-    const auto pinhole = fresco::recordings::pinhole_without({.k1 = 0.1}, recording.views[0].camera, "x");
+    const auto pinhole = pinhole_without({.k1 = 0.1}, recording.views[0].camera, "x");
     CHECK(pinhole.fx > recording.views[0].camera.fx);
     CHECK(read.frames[2].color.intrinsics == pinhole);
     CHECK(read.frames[2].depth.intrinsics == pinhole.scaled_to(16, 12));
-    const auto expected = fresco::recordings::undistorted(fresco::load_color(recording.frames.frames[2], &recording.images),
-                                                          recording.views[2].camera, {.k1 = 0.1}, pinhole);
+    const auto expected = undistorted(fresco::load_color(recording.frames.frames[2], &recording.images),
+                                      recording.views[2].camera, {.k1 = 0.1}, pinhole);
     CHECK(fresco::load_color(read.frames[2], &recording.images) == expected);
     const auto bytes = fresco::read_file(out / "frame-000001.depth.png");
     fs::remove_all(out);
@@ -124,14 +123,14 @@ TEST_CASE("what a mask ignores is neither color nor depth, with a lens and witho
 TEST_CASE("a panorama gives six frames, with depth and masks, the same for any thread count", "[recordings]")
 {
     Recording recording;
-    fresco::testing::make_panoramas(recording.frames, recording.images);
+    make_panoramas(recording.frames, recording.images);
     for (auto& view : recording.views)
     {
         view.is_panorama = true;
         view.camera = {.width = 64, .height = 32};
     }
     const auto read = recording.read();
-    fresco::testing::check_panoramas(read, recording.frames, recording.images);
+    check_panoramas(read, recording.frames, recording.images);
     const auto out = recording.folder.path() / "out";
     CHECK(read.frames[16].color_picture.path == out / "run_down/frame-000001.color.jpg");
     CHECK(read.frames[16].mask.empty());
@@ -175,8 +174,8 @@ TEST_CASE("views are named and ordered by their pictures", "[recordings]")
     std::vector<RecordedView> views(4);
     const char* const names[] = {"a/f10.jpg", "./a/f9.jpg", "../b x/.f1.png", "f3.png"};
     for (std::size_t i = 0; i < 4; ++i)
-        fresco::recordings::name_by_picture(views[i], names[i]);
-    fresco::recordings::order_by_name(views);
+        name_by_picture(views[i], names[i]);
+    order_by_name(views);
     const auto shown = [&](std::size_t i)
     { return views[i].sequence + "/" + views[i].name + "/" + std::to_string(views[i].number); };
     CHECK(shown(0) == "_._b_x/_f1/1");
@@ -184,8 +183,8 @@ TEST_CASE("views are named and ordered by their pictures", "[recordings]")
     CHECK(shown(2) == "a/f10/10");
     CHECK(shown(3) == "scan/f3/3");
     // Numbers that are not unique in a sequence count for none.
-    fresco::recordings::name_by_picture(views[3], "a/g9.png");
-    fresco::recordings::order_by_name(views);
+    name_by_picture(views[3], "a/g9.png");
+    order_by_name(views);
     CHECK(shown(3) == "a/g9/3");
 }
 

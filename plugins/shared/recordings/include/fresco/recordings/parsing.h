@@ -21,18 +21,27 @@
 namespace fresco::recordings
 {
 
+/// What a LineReader makes of a text that does not end in a line's end.
+enum class LastLine
+{
+    ended,  ///< It is taken as cut.
+    any
+};
+
 /// Walks the lines of a text. The text must outlive it.
 class LineReader
 {
   public:
-    /// Throws Error naming `source` if the text does not end in a line's end: then it is taken as cut.
-    LineReader(std::string_view text, std::string_view source);
+    /// Throws Error naming `source` if the last line is not as `last` wants it.
+    LineReader(std::string_view text, std::string_view source, LastLine last = LastLine::ended);
     /// The next line without its end; nothing after the last one.
     std::optional<std::string_view> next();
     /// The next line that is not blank and does not begin with '#'.
     std::optional<std::string_view> next_record();
     /// "source:line" of the line that was read last.
     std::string place() const;
+    /// Its number, from 1.
+    std::size_t line() const { return line_; }
 
   private:
     std::string_view rest_;

@@ -76,7 +76,8 @@ struct CameraMatrix
     std::string source;          ///< The file or option it is from, for errors.
 };
 
-/// Intrinsics for pictures of `size`, such as `picture`. Throws Error as intrinsics_from_matrix and check_center do.
+/// Intrinsics for pictures of `size`, such as `picture`. Throws Error as intrinsics_from_matrix does, and if the principal point
+/// is outside of the picture: then they are for pictures of another size.
 Intrinsics intrinsics_for(const CameraMatrix& matrix, PixelCenter center, const ImageHeader& size,
                           const std::filesystem::path& picture);
 
@@ -99,21 +100,8 @@ std::optional<RigidTransform> tracked_pose(const std::vector<double>& matrix, co
 /// up, z backward). Throws Error naming `source` as rigid_transform does.
 RigidTransform opencv_pose(std::vector<double> matrix, const std::string& source);
 
-/// "640x480"
-std::string size_text(int width, int height);
-
-/// Throws MissingInput that counts `missing`, names the first of them and says `rule`; does nothing if it is empty.
-void refuse_missing(const std::vector<std::string>& missing, std::string_view rule);
-
-/// Throws Error naming `source` if the principal point is outside of `picture`, for which `k` is: then the intrinsics are for
-/// pictures of another size.
-void check_center(const Intrinsics& k, const std::string& source, const std::filesystem::path& picture);
-
 /// Throws Error naming `file` if its EXIF data turns it, as ImageIo::check reports: the pose and lens that `source` states are
 /// for the pixels as they are stored.
 void check_not_turned(const std::filesystem::path& file, const ImageHeader& header, const std::string& source);
-
-/// Throws Error naming `file` unless ImageIo::check found 16-bit gray in it, or did not look.
-void check_depth_kind(const std::filesystem::path& file, const ImageHeader& header);
 
 }  // namespace fresco::recordings

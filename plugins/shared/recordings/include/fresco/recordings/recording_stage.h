@@ -39,13 +39,8 @@ std::vector<RecordedView> numbered_views(const NumberedFiles& color, const Numbe
 /// be there.
 void looks_for(const std::filesystem::path& pattern, RunContext& run);
 
-/// The file that an option gives, else the first of `candidates` that is there; else none.
-std::optional<std::filesystem::path> find_file(const InputFile& given, const std::vector<std::filesystem::path>& candidates,
-                                               RunContext& run);
-/// FILE or FILE, or set option "OPTION".
-std::string expected_files(const std::vector<std::filesystem::path>& candidates, std::string_view option);
-
-/// As find_file. Throws MissingInput that names the candidates and the option, and says that `what` is missing.
+/// The file that an option gives, else the first of `candidates` that is there. Throws MissingInput that names the candidates and
+/// the option, and says that `what` is missing.
 std::filesystem::path first_file(const InputFile& given, const std::vector<std::filesystem::path>& candidates,
                                  std::string_view what, std::string_view option, RunContext& run);
 
@@ -107,7 +102,7 @@ class RecordedMesh
     RecordedMesh(Configurable* owner, std::string option_help, std::string output_help);
 
     const InputFile& given() const { return *file_; }
-    /// Reads the mesh that find_file finds, if any.
+    /// Reads the mesh that the option gives, else the first of `candidates` that is there, if any.
     void read(const std::vector<std::filesystem::path>& candidates, RunContext& run);
     /// Warns that the mesh is missing: the output stays empty.
     void leave_out(const std::string& expected, RunContext& run);

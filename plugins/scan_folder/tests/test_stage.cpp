@@ -1,17 +1,10 @@
-#include "catch.h"
 #include "folder_text.h"
-
-#include "reader_checks.h"
-
-namespace fs = std::filesystem;
-using Catch::Contains;
-using fresco::Value;
-using namespace fresco::testing;
+#include "reader_test.h"
 
 namespace
 {
 
-fs::path write_folder(const fresco::Frames& frames, const fs::path& folder, bool one_list)
+fs::path write_folder(const Frames& frames, const fs::path& folder, bool one_list)
 {
     std::string list = "# camera to world\n";
     for (std::size_t i = 0; i < frames.frames.size(); ++i)
@@ -26,23 +19,22 @@ fs::path write_folder(const fresco::Frames& frames, const fs::path& folder, bool
         if (!one_list)
         {
             fs::create_directories(folder / "poses");
-            fresco::write_file(folder / "poses" / (name + ".txt"), rows_of(m, 4));
+            write_file(folder / "poses" / (name + ".txt"), rows_of(m, 4));
         }
     }
     if (one_list)
-        fresco::write_file(folder / "poses.txt", list);
+        write_file(folder / "poses.txt", list);
     const auto& k = frames.frames.front().color.intrinsics;
-    fresco::write_file(folder / "K.txt",
-                       one_list ? joined({k.fx, k.fy, k.cx, k.cy}) + "\n" : rows_of({k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1}, 3));
+    write_file(folder / "K.txt",
+               one_list ? joined({k.fx, k.fy, k.cx, k.cy}) + "\n" : rows_of({k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1}, 3));
     write_mesh(folder / "mesh.ply");
     return folder;
 }
 
 ReaderUnderTest reader_of(bool one_list)
 {
-    return {.plugin = FRESCO_PLUGIN_FILE,
-            .type = "scan.folder",
-            .write = [one_list](const fresco::Frames& frames, const fs::path& folder, const fresco::ImageIo&)
+    return {.type = "scan.folder",
+            .write = [one_list](const Frames& frames, const fs::path& folder, const ImageIo&)
             { return write_folder(frames, folder, one_list); },
             .color = "images/v9.png",
             .depth = "depth/v9.png",
@@ -76,12 +68,11 @@ TEST_CASE("poses are turned as their conventions say", "[scan.folder]")
     const std::vector<double> at{1, 0, 0, 1, 0, 1, 0, 2, 0, 0, 1, 3, 0, 0, 0, 1};
     const std::vector<double> back{1, 0, 0, -1, 0, 1, 0, -2, 0, 0, 1, -3, 0, 0, 0, 1};
     const auto gl = folder::pose_of(at, {.opengl = true}, "x");
-    CHECK(gl.direction({0, 0, 1}) == fresco::Vec3d{0, 0, -1});
-    CHECK(gl.direction({0, 1, 0}) == fresco::Vec3d{0, -1, 0});
-    CHECK(gl.translation == fresco::Vec3d{1, 2, 3});
-    CHECK(folder::pose_of(back, {.opengl = true, .camera_from_world = true}, "x").direction({0, 0, 1}) ==
-          fresco::Vec3d{0, 0, -1});
-    CHECK(folder::pose_of(back, {.camera_from_world = true}, "x").translation == fresco::Vec3d{1, 2, 3});
+    CHECK(gl.direction({0, 0, 1}) == Vec3d{0, 0, -1});
+    CHECK(gl.direction({0, 1, 0}) == Vec3d{0, -1, 0});
+    CHECK(gl.translation == Vec3d{1, 2, 3});
+    CHECK(folder::pose_of(back, {.opengl = true, .camera_from_world = true}, "x").direction({0, 0, 1}) == Vec3d{0, 0, -1});
+    CHECK(folder::pose_of(back, {.camera_from_world = true}, "x").translation == Vec3d{1, 2, 3});
     CHECK(folder::pose_of(at, {.unit_m = 0.001}, "x").translation.y == Approx(0.002));
 }
 
@@ -117,28 +108,24 @@ TEST_CASE("intrinsics, lens, units and a mask", "[scan.folder]")
     recording.remove("K.txt");
     CHECK_THAT(recording.error(), Contains("K.txt, or set option \"intrinsics\""));
     const Value k = Value::List{30.5, 31.25, 15.25, 12.0};
-    fresco::Raster8 mask(32, 24, 3, 255);
-    for (int c = 0; c < 3; ++c)
-        mask.at(9, 4, c) = 0;
-    fs::create_directories(recording.path / "masks");
-    for (const char* name : {"v8", "v9", "v10"})
-        fresco::write_file(recording.path / "masks" / (std::string(name) + ".png"), recording.images.encode_png(mask));
+    for (const char* file : {"masks/v8.png", "masks/v9.png", "masks/v10.png"})
+        recording.write_mask(file, 9, 4);
     TestRun run;
     const auto frames =
         recording.read(run, Value::Map{{"intrinsics", k}, {"pixel_center", "integer"}, {"depth_unit_m", 0.0002}}).frames->frames;
     CHECK(frames[0].color.intrinsics == recording.frames.frames[0].color.intrinsics);
     CHECK(frames[0].depth_unit_m == 0.0002);
     CHECK(run.reported.at("masked").as_int() == 3);
-    CHECK(fresco::load_mask(frames[1]).at(9, 4) == 0);
+    CHECK(load_mask(frames[1]).at(9, 4) == 0);
     const auto bent =
         recording.read(Value::Map{{"intrinsics", k}, {"distortion", Value::List{0.05, 0.0, 0.001, 0.0, 0.0}}}).frames->frames;
     CHECK(bent[0].color.intrinsics ==
-          fresco::recordings::pinhole_without({.k1 = 0.05, .p1 = 0.001}, {32, 24, 30.5, 31.25, 15.25, 12}, "x"));
+          recordings::pinhole_without({.k1 = 0.05, .p1 = 0.001}, {32, 24, 30.5, 31.25, 15.25, 12}, "x"));
 }
 
 TEST_CASE("360° pictures are cut", "[scan.folder]")
 {
-    const WrittenRecording recording(file_reader, [](fresco::Frames& frames) { make_panoramas(frames, RawImages()); });
+    const WrittenRecording recording(file_reader, [](Frames& frames) { make_panoramas(frames, RawImages()); });
     recording.write("K.txt", "equirectangular\n");
     check_panoramas(*recording.read().frames, recording.frames, recording.images);
     CHECK_THAT(recording.error(Value::Map{{"distortion", Value::List{0.05, 0.0, 0.0, 0.0, 0.0}}}),

@@ -1,25 +1,18 @@
-#include "catch.h"
-#include "reader_checks.h"
+#include "reader_test.h"
 
 #include <fresco/files_io.h>
 #include <fresco/npy.h>
 
 #include <set>
 
-namespace fs = std::filesystem;
-using Catch::Contains;
-using fresco::Value;
-using namespace fresco::testing;
-
 namespace
 {
 
-const ReaderUnderTest reader{.plugin = FRESCO_PLUGIN_FILE,
-                             .type = "scan.frames",
+const ReaderUnderTest reader{.type = "scan.frames",
                              .write =
-                                 [](const fresco::Frames& frames, const fs::path& folder, const fresco::ImageIo&)
+                                 [](const Frames& frames, const fs::path& folder, const ImageIo&)
                              {
-                                 fresco::Frames listed = frames;
+                                 Frames listed = frames;
                                  for (auto& frame : listed.frames)
                                      for (auto* picture : {&frame.color_picture, &frame.depth_picture})
                                      {
@@ -54,7 +47,7 @@ TEST_CASE("a frames.json holds what every recording does", "[scan.frames]")
         CHECK(frames[i].depth == recording.frames.frames[i].depth);
         CHECK(frames[i].name == recording.frames.frames[i].name);
     }
-    CHECK(frames[1].color_picture.hash == fresco::file_hash(recording.path / reader.color));
+    CHECK(frames[1].color_picture.hash == file_hash(recording.path / reader.color));
     CHECK(found.mesh->triangles.size() == 1);
     recording.remove("mesh.ply");
     check_no_mesh(recording, "mesh.ply");
@@ -64,35 +57,34 @@ TEST_CASE("pictures may be NPY files, and a mask may be either", "[scan.frames]"
 {
     const WrittenRecording recording(reader);
     const auto& written = recording.frames.frames[1];
-    const auto color = fresco::load_color(written, &recording.images);
-    const auto steps = fresco::load_depth_steps(written, &recording.images);
+    const auto color = load_color(written, &recording.images);
+    const auto steps = load_depth_steps(written, &recording.images);
     const std::vector<std::size_t> color_shape{24, 32, 3}, depth_shape{12, 16}, mask_shape{24, 32};
     std::vector<std::uint8_t> mask(24 * 32, 1);
     mask[5 * 32 + 7] = 0;
-    fresco::write_npy(recording.path / "c.npy", color_shape, std::span(color.values));
-    fresco::write_npy(recording.path / "d.npy", depth_shape, std::span(steps.values));
-    fresco::write_npy(recording.path / "m.npy", mask_shape, std::span<const std::uint8_t>(mask));
+    write_npy(recording.path / "c.npy", color_shape, std::span(color.values));
+    write_npy(recording.path / "d.npy", depth_shape, std::span(steps.values));
+    write_npy(recording.path / "m.npy", mask_shape, std::span<const std::uint8_t>(mask));
     const auto own = [](const char* name) { return Value(Value::Map{{"ref", std::string("own:") + name}}); };
     recording.set_in_frame(list, 1, "color_picture", own("c.npy"));
     recording.set_in_frame(list, 1, "depth_picture", own("d.npy"));
     check_same_recording(*recording.read().frames, recording.frames, recording.images);
     recording.set_in_frame(list, 1, "mask", own("m.npy"));
     const auto frames = recording.read().frames->frames;
-    const auto read = fresco::load_mask(frames[1]);
+    const auto read = load_mask(frames[1]);
     CHECK(std::ranges::count(read.values, 0) == 1);
     CHECK(read.at(7, 5) == 0);
     CHECK(frames[0].mask.empty());
-    fresco::write_npy(recording.path / "m.npy", depth_shape, std::span<const std::uint8_t>(mask).first(12 * 16));
+    write_npy(recording.path / "m.npy", depth_shape, std::span<const std::uint8_t>(mask).first(12 * 16));
     CHECK_THAT(recording.error(), Contains("m.npy: the mask is 16x12; the picture of") && Contains("frame 1 is 32x24"));
-    fresco::write_npy(recording.path / "c.npy", mask_shape, std::span<const std::uint8_t>(mask));
+    write_npy(recording.path / "c.npy", mask_shape, std::span<const std::uint8_t>(mask));
     CHECK_THAT(recording.error(), Contains("c.npy: ") && Contains("uint8 of height x width x 3"));
 }
 
 TEST_CASE("the schema knows the entries that are written, and requires those that are needed", "[scan.frames]")
 {
     const WrittenRecording recording(reader);
-    const auto schema =
-        fresco::parse_json(fresco::read_text_file(fs::path(FRESCO_SOURCE_FOLDER) / "sdk/docs/frames.schema.json"));
+    const auto schema = parse_json(read_text_file(fs::path(FRESCO_SOURCE_FOLDER) / "sdk/docs/frames.schema.json"));
     const auto names = [](const Value& map)
     {
         std::set<std::string> keys;
@@ -119,7 +111,7 @@ TEST_CASE("the schema knows the entries that are written, and requires those tha
                         : std::string_view(part) == "camera" ? *edited.find("color_camera")
                                                              : *edited.find("color_picture");
             std::erase_if(map.as_map(), [&](const auto& entry) { return entry.first == key; });
-            without.write("frames.json", fresco::to_json(json));
+            without.write("frames.json", to_json(json));
             INFO(key);
             CHECK((without.error() != "no error") == is_required);
         }

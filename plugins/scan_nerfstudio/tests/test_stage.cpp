@@ -1,14 +1,7 @@
-#include "catch.h"
+#include "reader_test.h"
 #include "transforms.h"
 
-#include "reader_checks.h"
-
 #include <cmath>
-
-namespace fs = std::filesystem;
-using Catch::Contains;
-using fresco::Value;
-using namespace fresco::testing;
 
 namespace
 {
@@ -16,10 +9,9 @@ namespace
 /// With other values at the head of the file.
 ReaderUnderTest reader_of(const Value& head)
 {
-    return {.plugin = FRESCO_PLUGIN_FILE,
-            .type = "scan.nerfstudio",
+    return {.type = "scan.nerfstudio",
             .write =
-                [head](const fresco::Frames& frames, const fs::path& folder, const fresco::ImageIo&)
+                [head](const Frames& frames, const fs::path& folder, const ImageIo&)
             {
                 write_nerfstudio(frames, folder, head);
                 return folder;
@@ -58,9 +50,9 @@ TEST_CASE("camera axes are OpenGL's", "[scan.nerfstudio]")
         "/data/transforms.json", {});
     REQUIRE(views.size() == 1);
     const auto& view = views[0];
-    CHECK(view.world_from_camera.direction({0, 0, 1}) == fresco::Vec3d{0, 0, -1});
-    CHECK(view.world_from_camera.direction({0, 1, 0}) == fresco::Vec3d{0, -1, 0});
-    CHECK(view.world_from_camera.translation == fresco::Vec3d{4, 5, 6});
+    CHECK(view.world_from_camera.direction({0, 0, 1}) == Vec3d{0, 0, -1});
+    CHECK(view.world_from_camera.direction({0, 1, 0}) == Vec3d{0, -1, 0});
+    CHECK(view.world_from_camera.translation == Vec3d{4, 5, 6});
     // A right angle across 8 pixels; the middle where nothing is said.
     CHECK(view.camera.fx == Approx(4));
     CHECK(view.camera.fy == Approx(4));
@@ -86,9 +78,9 @@ TEST_CASE("the recorder's own world is had back, in meters", "[scan.nerfstudio]"
     CHECK(pose.translation.y == Approx(0.6));
     CHECK(pose.translation.z == Approx(0.7));
     // It looks along the file's -z, which is the recorder's z; the file's x is the recorder's y.
-    CHECK(pose.direction({0, 0, 1}) == fresco::Vec3d{0, 0, 1});
-    CHECK(pose.direction({1, 0, 0}) == fresco::Vec3d{0, 1, 0});
-    CHECK(scan.read(run).frames->frames[0].color.world_from_camera.translation == fresco::Vec3d{12, 10, -14});
+    CHECK(pose.direction({0, 0, 1}) == Vec3d{0, 0, 1});
+    CHECK(pose.direction({1, 0, 0}) == Vec3d{0, 1, 0});
+    CHECK(scan.read(run).frames->frames[0].color.world_from_camera.translation == Vec3d{12, 10, -14});
 }
 
 TEST_CASE("a frame's own values go before the file's", "[scan.nerfstudio]")
@@ -126,7 +118,7 @@ TEST_CASE("the file and the pictures may be elsewhere", "[scan.nerfstudio]")
 
 TEST_CASE("a lens is undone, a fisheye in nerfstudio's word for it and in instant-ngp's", "[scan.nerfstudio]")
 {
-    using fresco::recordings::Lens;
+    using recordings::Lens;
     const Lens bent{.k1 = 0.08, .p1 = 0.001};
     const Lens fisheye{.k1 = 0.03, .k2 = 0.005, .k3 = 0.001, .k4 = -0.001, .is_fisheye = true};
     const Value::Map fisheye_k{{"k1", fisheye.k1}, {"k2", fisheye.k2}, {"k3", fisheye.k3}, {"k4", fisheye.k4}};
@@ -146,11 +138,11 @@ TEST_CASE("a lens is undone, a fisheye in nerfstudio's word for it and in instan
         const auto frames = *scan.read(run).frames;
         CHECK(run.reported.at("undistorted").as_int() == 3);
         const auto& k = scan.frames.frames[0].color.intrinsics;
-        const auto pinhole = fresco::recordings::pinhole_without(lens, k, "x");
+        const auto pinhole = recordings::pinhole_without(lens, k, "x");
         CHECK(frames.frames[0].color.intrinsics == pinhole);
-        CHECK(fresco::load_color(frames.frames[1], &scan.images) ==
-              fresco::recordings::undistorted(fresco::load_color(scan.frames.frames[1], &scan.images), k, lens, pinhole));
-        CHECK_NOTHROW(fresco::load_depth(frames.frames[1], &scan.images));
+        CHECK(load_color(frames.frames[1], &scan.images) ==
+              recordings::undistorted(load_color(scan.frames.frames[1], &scan.images), k, lens, pinhole));
+        CHECK_NOTHROW(load_depth(frames.frames[1], &scan.images));
     }
 }
 
@@ -158,7 +150,7 @@ TEST_CASE("360° pictures are cut", "[scan.nerfstudio]")
 {
     // A lens is written beside them by some programs, and means nothing.
     const auto made = reader_of(Value::Map{{"camera_model", "EQUIRECTANGULAR"}, {"k1", 0.1}});
-    const WrittenRecording scan(made, [](fresco::Frames& frames) { make_panoramas(frames, RawImages()); });
+    const WrittenRecording scan(made, [](Frames& frames) { make_panoramas(frames, RawImages()); });
     TestRun run;
     const auto read = scan.read(run);
     check_panoramas(*read.frames, scan.frames, scan.images);
@@ -173,18 +165,14 @@ TEST_CASE("360° pictures are cut", "[scan.nerfstudio]")
 TEST_CASE("masks are read, from where mask_path is relative to", "[scan.nerfstudio]")
 {
     const WrittenRecording scan(reader);
-    fresco::Raster8 mask(32, 24, 3, 255);
-    for (int c = 0; c < 3; ++c)
-        mask.at(3, 20, c) = 0;
-    fs::create_directories(scan.path / "masks");
-    fresco::write_file(scan.path / "masks/a.png", scan.images.encode_png(mask));
+    scan.write_mask("masks/a.png", 3, 20);
     scan.set_in_frame(list, 1, "mask_path", "a.png");
     CHECK_THAT(scan.error(), Contains("1 file is missing") && Contains("frame 1 lists it"));
     TestRun run;
     const auto frames = scan.read(run, Value::Map{{"masks", (scan.path / "masks").string()}}).frames->frames;
     CHECK(run.reported.at("masked").as_int() == 1);
     CHECK(frames[0].mask.empty());
-    CHECK(fresco::load_mask(frames[1]).at(3, 20) == 0);
+    CHECK(load_mask(frames[1]).at(3, 20) == 0);
     CHECK(std::ranges::count(run.files_read, scan.path / "masks/a.png") == 1);
 }
 
@@ -216,28 +204,24 @@ TEST_CASE("the DSLR folder of ScanNet++ is found, with its masks and test frames
     const WrittenRecording scan(reader);
     auto json = scan.json(list);
     auto& frames = json.find("frames")->as_list();
-    fresco::Raster8 mask(32, 24, 3, 255);
-    mask.values.assign(3 * 5, 0);
-    mask.values.resize(std::size_t{3} * 32 * 24, 255);
-    fs::create_directories(scan.path / "resized_anon_masks");
     for (std::size_t i = 0; i < 3; ++i)
     {
         const auto name = "frame_0000" + std::to_string(i + 1) + ".png";
         frames[i].set("file_path", name);
         frames[i].set("mask_path", name);
         std::erase_if(frames[i].as_map(), [](const auto& entry) { return entry.first == "depth_file_path"; });
-        fresco::write_file(scan.path / "resized_anon_masks" / name, scan.images.encode_png(mask));
+        scan.write_mask("resized_anon_masks/" + name, 0, 0, 5);
     }
     json.set("test_frames", Value::List{frames[2]});
     frames.pop_back();
     fs::create_directories(scan.path / "nerfstudio");
     fs::remove(scan.path / "transforms.json");
     fs::rename(scan.path / "images", scan.path / "resized_images");
-    scan.write("nerfstudio/transforms.json", fresco::to_json(json));
+    scan.write("nerfstudio/transforms.json", to_json(json));
     const auto train = scan.read(Value::Map{{"split", "train"}}).frames->frames;
     REQUIRE(train.size() == 2);
     CHECK(train[1].color_picture.path == scan.path / "resized_images/frame_00002.png");
-    CHECK(std::ranges::count(fresco::load_mask(train[1]).values, 0) == 5);
+    CHECK(std::ranges::count(load_mask(train[1]).values, 0) == 5);
     const auto test = scan.read(Value::Map{{"split", "test"}}).frames->frames;
     REQUIRE(test.size() == 1);
     CHECK(test[0].name == "frame_00003");
@@ -249,7 +233,7 @@ TEST_CASE("frames without depth are given as such", "[scan.nerfstudio]")
     auto json = scan.json(list);
     for (auto& frame : json.find("frames")->as_list())
         std::erase_if(frame.as_map(), [](const auto& entry) { return entry.first == "depth_file_path"; });
-    scan.write("transforms.json", fresco::to_json(json));
+    scan.write("transforms.json", to_json(json));
     TestRun run;
     const auto frames = *scan.read(run).frames;
     CHECK(frames.frames[0].depth_picture.empty());
@@ -292,7 +276,7 @@ TEST_CASE("the recorder's own world is asked for in vain where the file does not
 {
     const auto made = reader_of(Value::Map{{"camera_model", "OPENCV"}});
     const WrittenRecording scan(made);
-    const auto text = fresco::read_text_file(scan.path / "transforms.json");
+    const auto text = read_text_file(scan.path / "transforms.json");
     CHECK_THROWS_WITH(nerfstudio::parse_transforms(text, scan.path / "transforms.json", {.world = nerfstudio::World::original}),
                       Contains("applied_transform: is missing, so the recorder's own world is unknown"));
     CHECK_NOTHROW(nerfstudio::parse_transforms(text, scan.path / "transforms.json", {}));

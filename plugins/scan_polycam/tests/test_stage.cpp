@@ -1,20 +1,12 @@
-#include "catch.h"
 #include "keyframes.h"
-
-#include "reader_checks.h"
-
-namespace fs = std::filesystem;
-using Catch::Contains;
-using fresco::Value;
-using namespace fresco::testing;
+#include "reader_test.h"
 
 namespace
 {
 
-const ReaderUnderTest reader{.plugin = FRESCO_PLUGIN_FILE,
-                             .type = "scan.polycam",
+const ReaderUnderTest reader{.type = "scan.polycam",
                              .write =
-                                 [](const fresco::Frames& frames, const fs::path& folder, const fresco::ImageIo&)
+                                 [](const Frames& frames, const fs::path& folder, const ImageIo&)
                              {
                                  write_polycam(frames, folder);
                                  return folder;
@@ -62,12 +54,12 @@ TEST_CASE("frames are brought into the mesh's world", "[scan.polycam]")
 {
     const WrittenRecording capture(reader);
     CHECK_THAT(capture.error(Value::Map{{"world", "mesh"}}), Contains("mesh_info.json"));
-    CHECK(polycam::parse_alignment(alignment, "x").point({1, 2, 3}) == fresco::Vec3d{6, -3, 2});
+    CHECK(polycam::parse_alignment(alignment, "x").point({1, 2, 3}) == Vec3d{6, -3, 2});
     capture.write("mesh_info.json", alignment);
     TestRun run;
     const auto moved = capture.read(run, Value::Map{{"world", "mesh"}}).frames->frames[0].color.world_from_camera.translation;
     const auto& place = capture.frames.frames[0].color.world_from_camera.translation;
-    CHECK(length(moved - fresco::Vec3d{place.x + 5, -place.z, place.y}) < 1e-9);
+    CHECK(length(moved - Vec3d{place.x + 5, -place.z, place.y}) < 1e-9);
     capture.write("mesh_info.json", R"({"alignmentTransform": [1, 2]})");
     CHECK_THAT(capture.error(Value::Map{{"world", "mesh"}}),
                Contains("mesh_info.json: alignmentTransform: expected a list of 16"));

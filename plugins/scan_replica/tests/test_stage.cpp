@@ -1,20 +1,12 @@
-#include "catch.h"
+#include "reader_test.h"
 #include "replica_scene.h"
-
-#include "reader_checks.h"
-
-namespace fs = std::filesystem;
-using Catch::Contains;
-using fresco::Value;
-using namespace fresco::testing;
 
 namespace
 {
 
-const ReaderUnderTest reader{.plugin = FRESCO_PLUGIN_FILE,
-                             .type = "scan.replica",
+const ReaderUnderTest reader{.type = "scan.replica",
                              .write =
-                                 [](const fresco::Frames& frames, const fs::path& folder, const fresco::ImageIo&)
+                                 [](const Frames& frames, const fs::path& folder, const ImageIo&)
                              {
                                  write_replica(frames, folder / "room0");
                                  write_mesh(folder / "room0_mesh.ply");
@@ -45,10 +37,10 @@ TEST_CASE("pixel centers count from 0 and depth in steps per meter", "[scan.repl
 {
     const auto camera = replica::parse_camera(
         R"({"camera": {"w": 1200, "h": 680, "fx": 600.0, "fy": 601.0, "cx": 599.5, "cy": 339.5, "scale": 6553.5}})", "x");
-    CHECK(camera.intrinsics == fresco::Intrinsics{1200, 680, 600, 601, 600, 340});
+    CHECK(camera.intrinsics == Intrinsics{1200, 680, 600, 601, 600, 340});
     CHECK(camera.depth_unit_m == Approx(0.000152590));
     const auto poses = replica::parse_trajectory("0 -1 0 4 1 0 0 5 0 0 1 6 0 0 0 1\n", "x");
-    CHECK(poses.at(0).point({1, 0, 0}) == fresco::Vec3d{4, 6, 6});
+    CHECK(poses.at(0).point({1, 0, 0}) == Vec3d{4, 6, 6});
 }
 
 TEST_CASE("the mesh and the camera may be elsewhere, frames may be left out", "[scan.replica]")

@@ -1,12 +1,6 @@
-#include "catch.h"
-#include "reader_checks.h"
+#include "reader_test.h"
 
 #include <algorithm>
-
-namespace fs = std::filesystem;
-using Catch::Contains;
-using fresco::Value;
-using namespace fresco::testing;
 
 namespace
 {
@@ -15,7 +9,7 @@ const char* const lost_pose = "-inf -inf -inf -inf\n-inf -inf -inf -inf\n-inf -i
 const char* const properties = "scene0000_00.txt";
 
 /// A scene of the views 0, 2, 10, with its full mesh and a reduced one of twice its size.
-fs::path write_scannet(const fresco::Frames& frames, const fs::path& scene)
+fs::path write_scannet(const Frames& frames, const fs::path& scene)
 {
     const char* const numbers[] = {"0", "2", "10"};
     fs::create_directories(scene / "pose");
@@ -26,30 +20,29 @@ fs::path write_scannet(const fresco::Frames& frames, const fs::path& scene)
         const std::string name = numbers[i];
         copy_picture(frame.color_picture.path, scene / "color" / (name + ".jpg"));
         copy_picture(frame.depth_picture.path, scene / "depth" / (name + ".png"));
-        fresco::write_file(scene / "pose" / (name + ".txt"), rows_of(matrix_of(frame.depth.world_from_camera), 4));
+        write_file(scene / "pose" / (name + ".txt"), rows_of(matrix_of(frame.depth.world_from_camera), 4));
     }
     const auto& first = frames.frames.front();
     // The recorder's own frame is a centimeter beside the depth camera's.
-    const fresco::RigidTransform rig_from_depth{{}, {0.01, 0, 0}};
+    const RigidTransform rig_from_depth{{}, {0.01, 0, 0}};
     const auto rig_from_color = rig_from_depth * first.depth.world_from_camera.inverse() * first.color.world_from_camera;
     for (const auto& [name, k, rig_from_camera] : {std::tuple{"color.txt", first.color.intrinsics, rig_from_color},
                                                    std::tuple{"depth.txt", first.depth.intrinsics, rig_from_depth}})
     {
-        fresco::write_file(scene / "intrinsic" / (std::string("intrinsic_") + name),
-                           rows_of({k.fx, 0, k.cx - 0.5, 0, 0, k.fy, k.cy - 0.5, 0, 0, 0, 1, 0, 0, 0, 0, 1}, 4));
-        fresco::write_file(scene / "intrinsic" / (std::string("extrinsic_") + name), rows_of(matrix_of(rig_from_camera), 4));
+        write_file(scene / "intrinsic" / (std::string("intrinsic_") + name),
+                   rows_of({k.fx, 0, k.cx - 0.5, 0, 0, k.fy, k.cy - 0.5, 0, 0, 0, 1, 0, 0, 0, 0, 1}, 4));
+        write_file(scene / "intrinsic" / (std::string("extrinsic_") + name), rows_of(matrix_of(rig_from_camera), 4));
     }
-    fresco::write_file(scene / properties,
-                       "axisAlignment = 0 1 0 0 -1 0 0 0 0 0 1 2 0 0 0 1 \ncolorWidth = 64\nfx_color = 40\nfy_color = 41\n"
-                       "mx_color = 15.5\nmy_color = 12.5\nfx_depth = 20\nfy_depth = 21\nmx_depth = 7.5\nmy_depth = 6.5\n");
+    write_file(scene / properties,
+               "axisAlignment = 0 1 0 0 -1 0 0 0 0 0 1 2 0 0 0 1 \ncolorWidth = 64\nfx_color = 40\nfy_color = 41\n"
+               "mx_color = 15.5\nmy_color = 12.5\nfx_depth = 20\nfy_depth = 21\nmx_depth = 7.5\nmy_depth = 6.5\n");
     write_mesh(scene / "scene0000_00_vh_clean.ply");
     write_mesh(scene / "scene0000_00_vh_clean_2.ply", 1, 2);
     return scene;
 }
 
-const ReaderUnderTest reader{.plugin = FRESCO_PLUGIN_FILE,
-                             .type = "scan.scannet",
-                             .write = [](const fresco::Frames& frames, const fs::path& folder, const fresco::ImageIo&)
+const ReaderUnderTest reader{.type = "scan.scannet",
+                             .write = [](const Frames& frames, const fs::path& folder, const ImageIo&)
                              { return write_scannet(frames, folder / "scene0000_00"); },
                              .color = "color/2.jpg",
                              .depth = "depth/2.png",
@@ -72,7 +65,7 @@ TEST_CASE("an exported scene holds what every recording does, with both cameras"
     CHECK(frames[2].name == "10");
     CHECK(frames[2].sequence == "scene");
     CHECK(run.reported.at("mesh").as_string() == "scene0000_00_vh_clean.ply");
-    CHECK(result.mesh->positions[1] == fresco::Vec3f{1, 0, 0});
+    CHECK(result.mesh->positions[1] == Vec3f{1, 0, 0});
     CHECK(run.files_read.size() == 3 * 3 + 4 + 1 + 1);
     for (const char* pattern : {"color/*.jpg", "color/*.png", "depth/*.png", "pose/*.txt", "intrinsic", "*_vh_clean.ply"})
         CHECK(std::ranges::count(run.folders_read, scene.path / pattern) == 1);
@@ -85,8 +78,8 @@ TEST_CASE("the extrinsics lead to the recorder's frame, poses are the depth came
     scene.write("intrinsic/extrinsic_color.txt", "1 0 0 0.03\n0 1 0 0\n0 0 1 0\n0 0 0 1\n");
     // In the recorder's frame color is at x = 0.03 and depth at 0.01; the pose turns x into y.
     const auto frame = scene.read().frames->frames[0];
-    CHECK(frame.depth.world_from_camera.translation == fresco::Vec3d{5, 6, 7});
-    CHECK(length(frame.color.world_from_camera.translation - fresco::Vec3d{5, 6.02, 7}) < 1e-12);
+    CHECK(frame.depth.world_from_camera.translation == Vec3d{5, 6, 7});
+    CHECK(length(frame.color.world_from_camera.translation - Vec3d{5, 6.02, 7}) < 1e-12);
 }
 
 TEST_CASE("views without a pose are left out, every counts them", "[scan.scannet]")
@@ -137,10 +130,10 @@ TEST_CASE("axis alignment moves cameras and mesh alike", "[scan.scannet]")
         for (const auto& [one, other] : {std::pair{read.color, written.color}, std::pair{read.depth, written.depth}})
         {
             const auto place = other.world_from_camera.translation;
-            CHECK(length(one.world_from_camera.translation - fresco::Vec3d{place.y, -place.x, place.z + 2}) < 1e-9);
+            CHECK(length(one.world_from_camera.translation - Vec3d{place.y, -place.x, place.z + 2}) < 1e-9);
         }
     }
-    CHECK(result.mesh->positions[1] == fresco::Vec3f{0, -1, 2});
+    CHECK(result.mesh->positions[1] == Vec3f{0, -1, 2});
     scene.remove(properties);
     CHECK_THAT(scene.error(Value::Map{{"align_axes", true}}), Contains("no axisAlignment"));
 }
@@ -150,7 +143,7 @@ TEST_CASE("without the folder intrinsic the scene's properties are used", "[scan
     const WrittenRecording scene(reader);
     scene.remove("intrinsic");
     const auto frame = scene.read(Value::Map{{"pixel_center", "half"}}).frames->frames[0];
-    CHECK(frame.color.intrinsics == fresco::Intrinsics{32, 24, 40, 41, 15.5, 12.5});
+    CHECK(frame.color.intrinsics == Intrinsics{32, 24, 40, 41, 15.5, 12.5});
     CHECK(frame.color.world_from_camera == frame.depth.world_from_camera);
     check_damage(scene, {properties});
     scene.write(properties, "fx_color = 40\nfy_color = 41\n");

@@ -1,14 +1,8 @@
-#include "catch.h"
+#include "reader_test.h"
 #include "sens_file.h"
-
-#include "reader_checks.h"
 
 #include <limits>
 #include <zlib.h>
-
-namespace fs = std::filesystem;
-using Catch::Contains;
-using namespace fresco::testing;
 
 namespace
 {
@@ -25,10 +19,9 @@ constexpr std::size_t at_color_bytes = at_frames + 64 + 16;
 /// With poses that `edit` may change.
 ReaderUnderTest reader_of(const std::function<void(std::size_t, std::vector<double>&)>& edit)
 {
-    return {.plugin = FRESCO_PLUGIN_FILE,
-            .type = "scan.sens",
+    return {.type = "scan.sens",
             .write =
-                [edit](const fresco::Frames& frames, const fs::path& folder, const fresco::ImageIo& images)
+                [edit](const Frames& frames, const fs::path& folder, const ImageIo& images)
             {
                 write_sens(frames, folder / "scene0000_00.sens", images, edit);
                 return folder / "scene0000_00.sens";
@@ -63,7 +56,7 @@ TEST_CASE("a recording holds what every recording does, with both cameras", "[sc
     CHECK(frames[1].name == "frame-000001");
     CHECK(frames[1].sequence == "scene");
     CHECK(frames[1].depth_unit_m == Approx(0.001));
-    CHECK(fresco::read_file(frames[1].color_picture.path) == fresco::read_file(recording.frames.frames[1].color_picture.path));
+    CHECK(read_file(frames[1].color_picture.path) == read_file(recording.frames.frames[1].color_picture.path));
 }
 
 TEST_CASE("the unit of depth is that of the file's head", "[scan.sens]")
@@ -93,10 +86,10 @@ TEST_CASE("frames that the recorder had lost are left out", "[scan.sens]")
 
 TEST_CASE("depth that zlib compressed is unpacked, and nothing beyond the picture", "[scan.sens]")
 {
-    fresco::Raster16 depth(40, 30);
+    Raster16 depth(40, 30);
     for (std::size_t i = 0; i < depth.values.size(); ++i)
         depth.values[i] = static_cast<std::uint16_t>(i * i % 5000);
-    const auto pack = [](const fresco::Raster16& picture)
+    const auto pack = [](const Raster16& picture)
     {
         uLongf size = compressBound(picture.values.size() * 2);
         std::vector<std::byte> packed(size);
@@ -112,9 +105,9 @@ TEST_CASE("depth that zlib compressed is unpacked, and nothing beyond the pictur
                       Contains("f: byte 3: more; expected a zlib-compressed depth picture of 2320"));
     CHECK_THROWS_WITH(sens::unpack_depth(packed, 40, 31, "x"), Contains("x: 2400 bytes; expected"));
     CHECK_THROWS_WITH(sens::unpack_depth(std::span(packed).first(packed.size() - 5), 40, 30, "x"), Contains("x: "));
-    CHECK_THROWS_AS(sens::unpack_depth({}, 40, 30, "x"), fresco::Error);
+    CHECK_THROWS_AS(sens::unpack_depth({}, 40, 30, "x"), Error);
     // A thousand times its size if it were let.
-    CHECK_THROWS_WITH(sens::unpack_depth(pack(fresco::Raster16(2000, 2000)), 2, 2, "x"), Contains("x: more; expected"));
+    CHECK_THROWS_WITH(sens::unpack_depth(pack(Raster16(2000, 2000)), 2, 2, "x"), Contains("x: more; expected"));
 }
 
 TEST_CASE("a file that cannot be used is refused by byte", "[scan.sens]")
@@ -135,8 +128,8 @@ TEST_CASE("a file that cannot be used is refused by byte", "[scan.sens]")
                          {with(at_matrices + 8, 640.0F), {"the color camera: the principal point (640.5, 12.5) is outside"}},
                          {with(at_color_bytes + 16, 0.0F),
                           {"byte " + std::to_string(at_color_bytes + 16) + ", frame-000000: a picture in it cannot be used"}}});
-    CHECK_THROWS_AS(sens::SensFile("/none.sens"), fresco::MissingInput);
-    CHECK_THROWS_AS(sens::SensFile("/"), fresco::MissingInput);
+    CHECK_THROWS_AS(sens::SensFile("/none.sens"), MissingInput);
+    CHECK_THROWS_AS(sens::SensFile("/"), MissingInput);
 }
 
 TEST_CASE("pictures may be raw", "[scan.sens]")
@@ -144,8 +137,8 @@ TEST_CASE("pictures may be raw", "[scan.sens]")
     // One frame by hand: 32x24 RGB and 16x12 of 16 bits behind the head of the sample.
     const WrittenRecording recording(reader);
     auto bytes = recording.text("").substr(0, at_color_bytes);
-    const auto color = fresco::load_color(recording.frames.frames[0], &recording.images);
-    const auto depth = fresco::load_depth_steps(recording.frames.frames[0], &recording.images);
+    const auto color = load_color(recording.frames.frames[0], &recording.images);
+    const auto depth = load_depth_steps(recording.frames.frames[0], &recording.images);
     const std::uint64_t sizes[] = {color.values.size(), depth.values.size() * 2};
     bytes.append(reinterpret_cast<const char*>(sizes), sizeof sizes);
     bytes.append(reinterpret_cast<const char*>(color.values.data()), sizes[0]);
@@ -156,8 +149,8 @@ TEST_CASE("pictures may be raw", "[scan.sens]")
     const auto result = recording.read();
     const auto& frames = *result.frames;
     REQUIRE(frames.frames.size() == 1);
-    CHECK(fresco::load_color(frames.frames[0], &recording.images) == color);
-    CHECK(fresco::load_depth_steps(frames.frames[0], &recording.images) == depth);
+    CHECK(load_color(frames.frames[0], &recording.images) == color);
+    CHECK(load_depth_steps(frames.frames[0], &recording.images) == depth);
     set(recording, at_sizes + 4, std::uint32_t{25});
     CHECK_THAT(recording.error(), Contains("2304 bytes; expected a raw picture of 2400"));
 }

@@ -1,41 +1,34 @@
-#include "catch.h"
-#include "reader_checks.h"
+#include "reader_test.h"
 #include "shared_data.h"
 
 #include <fresco/files_io.h>
 
 #include <algorithm>
 
-namespace fs = std::filesystem;
-using Catch::Contains;
-using fresco::Value;
-using namespace fresco::testing;
-
 namespace
 {
 
 /// The layout of 7-Scenes, with the names and numbers of the frames.
-fs::path write_seven_scenes(const fresco::Frames& frames, const fs::path& folder)
+fs::path write_seven_scenes(const Frames& frames, const fs::path& folder)
 {
     for (const auto& frame : frames.frames)
     {
         const auto stem = (folder / frame.sequence / frame.name).string();
         copy_picture(frame.color_picture.path, stem + ".color.png");
         copy_picture(frame.depth_picture.path, stem + ".depth.png");
-        fresco::write_file(stem + ".pose.txt", rows_of(matrix_of(frame.depth.world_from_camera), 4));
+        write_file(stem + ".pose.txt", rows_of(matrix_of(frame.depth.world_from_camera), 4));
     }
     const auto& first = frames.frames.front();
     for (const auto& [name, k] : {std::pair{"color", first.color.intrinsics}, std::pair{"depth", first.depth.intrinsics}})
-        fresco::write_file(folder / (std::string(name) + "-intrinsics.txt"), rows_of({k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1}, 3));
+        write_file(folder / (std::string(name) + "-intrinsics.txt"), rows_of({k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1}, 3));
     const auto color_from_depth = first.color.world_from_camera.inverse() * first.depth.world_from_camera;
-    fresco::write_file(folder / "color_from_depth.txt", rows_of(matrix_of(color_from_depth), 4));
+    write_file(folder / "color_from_depth.txt", rows_of(matrix_of(color_from_depth), 4));
     write_mesh(folder / "mesh.ply");
     return folder;
 }
 
-const ReaderUnderTest reader{.plugin = FRESCO_PLUGIN_FILE,
-                             .type = "scan.seven_scenes",
-                             .write = [](const fresco::Frames& frames, const fs::path& folder, const fresco::ImageIo&)
+const ReaderUnderTest reader{.type = "scan.seven_scenes",
+                             .write = [](const Frames& frames, const fs::path& folder, const ImageIo&)
                              { return write_seven_scenes(frames, folder); },
                              .color = "seq-01/frame-000001.color.png",
                              .depth = "seq-01/frame-000001.depth.png",
@@ -45,7 +38,7 @@ const ReaderUnderTest reader{.plugin = FRESCO_PLUGIN_FILE,
                              .has_depth_camera = true};
 
 /// The frames 0 and 1 in seq-02, frame 10 in seq-10.
-void spread(fresco::Frames& frames)
+void spread(Frames& frames)
 {
     for (auto& frame : frames.frames)
         frame.sequence = "seq-02";
@@ -67,7 +60,7 @@ TEST_CASE("a scan holds what every recording does, with both cameras", "[scan.se
     CHECK(frames[2].sequence == "seq-10");
     CHECK(frames[2].name == "frame-000010");
     CHECK(frames[2].number == 10);
-    CHECK(frames[1].color_picture.hash == fresco::file_hash(scan.path / "seq-02/frame-000001.color.png"));
+    CHECK(frames[1].color_picture.hash == file_hash(scan.path / "seq-02/frame-000001.color.png"));
     CHECK(result.mesh->triangles.size() == 1);
     CHECK(run.messages == std::vector<std::string>{"3 frames of 2 sequences"});
 }
@@ -80,8 +73,8 @@ TEST_CASE("the color camera is where color_from_depth puts it", "[scan.seven_sce
     // The pose turns by 90 degrees about z and is the depth camera's. The color camera's center, X_color = 0, lies at
     // X_depth = (0.026, 0, -0.002), in the world at R X + t = (5, 6 + 0.026, 7 - 0.002).
     const auto frame = scan.read().frames->frames[0];
-    CHECK(frame.depth.world_from_camera.translation == fresco::Vec3d{5, 6, 7});
-    CHECK(length(frame.color.world_from_camera.translation - fresco::Vec3d{5, 6.026, 6.998}) < 1e-12);
+    CHECK(frame.depth.world_from_camera.translation == Vec3d{5, 6, 7});
+    CHECK(length(frame.color.world_from_camera.translation - Vec3d{5, 6.026, 6.998}) < 1e-12);
 }
 
 TEST_CASE("every file and name that was looked for is recorded", "[scan.seven_scenes]")
@@ -144,7 +137,7 @@ TEST_CASE("options go before calibration files", "[scan.seven_scenes]")
                                             {"pixel_center", "integer"},
                                             {"depth_unit_m", 0.0002}})
                            .frames->frames[0];
-    CHECK(frame.color.intrinsics == fresco::Intrinsics{32, 24, 40, 41, 31.5, 23.5});
+    CHECK(frame.color.intrinsics == Intrinsics{32, 24, 40, 41, 31.5, 23.5});
     CHECK(frame.depth_unit_m == 0.0002);
     CHECK_THAT(scan.error(Value::Map{{"color_from_depth", Value::List{1, 0}}}), Contains("option color_from_depth"));
     CHECK_THAT(scan.error(Value::Map{{"color_intrinsics", Value::List{1, 2, 3}}}),
@@ -161,12 +154,12 @@ TEST_CASE("without calibration 640x480 is assumed with warnings and another size
     for (int i = 0; i < 3; ++i)
     {
         const auto stem = (scan.path / ("seq-01/frame-00000" + std::to_string(i))).string();
-        fresco::write_file(stem + ".color.png", scan.images.encode_png(fresco::Raster8(640, 480, 3, 7)));
-        fresco::write_file(stem + ".depth.png", scan.images.encode_png(fresco::Raster16(640, 480, 1, 1500)));
+        write_file(stem + ".color.png", scan.images.encode_png(Raster8(640, 480, 3, 7)));
+        write_file(stem + ".depth.png", scan.images.encode_png(Raster16(640, 480, 1, 1500)));
     }
     TestRun run;
     const auto frame = scan.read(run).frames->frames[0];
-    CHECK(frame.color.intrinsics == fresco::Intrinsics{640, 480, 585, 585, 320, 240});
+    CHECK(frame.color.intrinsics == Intrinsics{640, 480, 585, 585, 320, 240});
     CHECK(frame.color == frame.depth);
     CHECK(std::count_if(run.messages.begin(), run.messages.end(),
                         [](const std::string& line) { return line.starts_with("warning: "); }) == 3);
@@ -224,15 +217,15 @@ TEST_CASE("the kitchen has 125 frames of two cameras 2.6 cm apart", "[scan.seven
     const TemporaryFolder out;
     TestRun run;
     run_stage(FRESCO_PLUGIN_FILE, "scan.seven_scenes", Value::Map{{"path", path.string()}}, {}, out.path(), run,
-              {{"images", make_from_plugin<fresco::ImageIo>(codec, "image.opencv")}});
-    const auto frames = fresco::Frames::load({out.path() / "frames", out.path()})->frames;
+              {{"images", make_from_plugin<ImageIo>(codec, "image.opencv")}});
+    const auto frames = Frames::load({out.path() / "frames", out.path()})->frames;
     REQUIRE(frames.size() == 125);
     CHECK(run.messages == std::vector<std::string>{"125 frames of 1 sequences"});
     CHECK(frames.back().number == 992);
-    CHECK(frames.back().depth.intrinsics == fresco::Intrinsics{640, 480, 585, 585, 320, 240});
+    CHECK(frames.back().depth.intrinsics == Intrinsics{640, 480, 585, 585, 320, 240});
     for (const auto& frame : frames)
     {
         const auto apart = frame.color.world_from_camera.translation - frame.depth.world_from_camera.translation;
-        CHECK(fresco::length(apart) == Approx(std::sqrt(0.026 * 0.026 + 0.002 * 0.002)).epsilon(1e-4));
+        CHECK(length(apart) == Approx(std::sqrt(0.026 * 0.026 + 0.002 * 0.002)).epsilon(1e-4));
     }
 }

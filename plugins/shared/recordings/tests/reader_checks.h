@@ -21,13 +21,13 @@ namespace fresco::testing
 {
 
 /// A mesh of `faces` triangles, at most 2, as a PLY file.
-inline void write_mesh(const std::filesystem::path& file, std::size_t faces = 1, float size = 1)
+inline void write_mesh(const fs::path& file, std::size_t faces = 1, float size = 1)
 {
     Mesh mesh;
     mesh.positions = {{0, 0, 0}, {size, 0, 0}, {0, size, 0}, {size, size, 0}};
     mesh.triangles = {{0, 1, 2}, {1, 3, 2}};
     mesh.triangles.resize(faces);
-    std::filesystem::create_directories(file.parent_path());
+    fs::create_directories(file.parent_path());
     write_file(file, to_ply(mesh));
 }
 
@@ -46,7 +46,7 @@ inline void check_no_mesh(const WrittenRecording& recording, const std::string& 
 
 /// Cuts each of `files` at 40 places, changes a byte at 100 others, and runs the reader each time. It must throw fresco::Error,
 /// or give frames that can be used: of a cut file, nothing but frames of the whole recording, and its mesh.
-inline void check_damage(const WrittenRecording& recording, const std::vector<std::filesystem::path>& files,
+inline void check_damage(const WrittenRecording& recording, const std::vector<fs::path>& files,
                          const Value& options = Value::Map{})
 {
     const auto read = [&]
@@ -112,16 +112,15 @@ struct Flaw
 };
 
 /// One flaw: a file rewritten, a part of it replaced, a file or folder removed. Paths are below the recording's.
-inline std::function<void(WrittenRecording&)> writing(const std::filesystem::path& file, const std::string& text)
+inline std::function<void(WrittenRecording&)> writing(const fs::path& file, const std::string& text)
 {
     return [=](WrittenRecording& it) { it.write(file, text); };
 }
-inline std::function<void(WrittenRecording&)> replacing(const std::filesystem::path& file, const std::string& from,
-                                                        const std::string& to)
+inline std::function<void(WrittenRecording&)> replacing(const fs::path& file, const std::string& from, const std::string& to)
 {
     return [=](WrittenRecording& it) { it.replace(file, from, to); };
 }
-inline std::function<void(WrittenRecording&)> removing(const std::filesystem::path& file)
+inline std::function<void(WrittenRecording&)> removing(const fs::path& file)
 {
     return [=](WrittenRecording& it) { it.remove(file); };
 }
@@ -144,8 +143,8 @@ inline void check_flaws(const ReaderUnderTest& reader, const std::vector<Flaw>& 
 inline std::vector<Flaw> picture_flaws(const ReaderUnderTest& reader)
 {
     const std::string color = reader.color.filename().string(), depth = reader.depth.filename().string();
-    const auto cut = [](const std::filesystem::path& file) { std::filesystem::resize_file(file, file_size(file) - 1); };
-    const auto with = [](const std::filesystem::path& file, const auto& picture)
+    const auto cut = [](const fs::path& file) { fs::resize_file(file, file_size(file) - 1); };
+    const auto with = [](const fs::path& file, const auto& picture)
     { return [file, picture](WrittenRecording& it) { write_file(it.path / file, it.images.encode_png(picture)); }; };
     return {{removing(reader.color), {color, "1 file is missing"}},
             {removing(reader.depth), {depth, "1 file is missing"}},
@@ -158,9 +157,9 @@ inline std::vector<Flaw> picture_flaws(const ReaderUnderTest& reader)
 }
 
 /// The files and folders below the recording's that an entry of its reader's folder_with names.
-inline std::vector<std::filesystem::path> found_entries(const std::filesystem::path& folder, const std::string& entry)
+inline std::vector<fs::path> found_entries(const fs::path& folder, const std::string& entry)
 {
-    std::vector<std::filesystem::path> found;
+    std::vector<fs::path> found;
     for (const auto name : std::views::split(entry, '|'))
     {
         const std::string pattern = (folder / std::string_view(name.begin(), name.end())).string();
@@ -188,7 +187,7 @@ inline void check_declared_entries(const ReaderUnderTest& reader)
         const auto found = found_entries(recording.path, entry);
         CHECK_FALSE(found.empty());
         for (const auto& file : found)
-            std::filesystem::remove_all(file);
+            fs::remove_all(file);
         CHECK(recording.error() != "no error");
     }
 }
@@ -214,7 +213,7 @@ inline void check_reader(const ReaderUnderTest& reader)
         REQUIRE(chosen.size() == 2);
         CHECK(chosen[1].name == frames[2].name);
         CHECK(chosen[1].number == frames[2].number);
-        const auto count = [](const TestRun& of, const std::filesystem::path& file) {
+        const auto count = [](const TestRun& of, const fs::path& file) {
             return std::ranges::count(of.files_read, file.lexically_normal(), [](const auto& f) { return f.lexically_normal(); });
         };
         for (const auto& file : {reader.color, reader.depth})
@@ -231,12 +230,12 @@ inline void check_reader(const ReaderUnderTest& reader)
     }
     {
         WrittenRecording empty(reader);
-        const bool is_file = std::filesystem::is_regular_file(empty.path);
-        std::filesystem::remove_all(empty.path);
+        const bool is_file = fs::is_regular_file(empty.path);
+        fs::remove_all(empty.path);
         if (is_file)
             write_file(empty.path, "");
         else
-            std::filesystem::create_directory(empty.path);
+            fs::create_directory(empty.path);
         CHECK_THAT(empty.error(), Catch::Contains(empty.path.string()));
         if (!is_file)
             CHECK_THROWS_AS(empty.read(), MissingInput);

@@ -9,6 +9,7 @@
 #include <fresco/testing_scenes.h>
 #include <fresco/value.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
@@ -93,27 +94,14 @@ inline std::vector<double> opengl_matrix_of(const RigidTransform& t)
     return m;
 }
 
-/// w, x, y, z of a rotation of less than half a turn about any axis; by its largest component.
+/// w, x, y, z of a rotation of less than half a turn.
 inline std::array<double, 4> quaternion_of(const Mat3& r)
 {
-    const double trace = r(0, 0) + r(1, 1) + r(2, 2);
-    std::array<double, 4> q{};
-    if (trace > 0)
-    {
-        const double s = 2 * std::sqrt(trace + 1);
-        q = {s / 4, (r(2, 1) - r(1, 2)) / s, (r(0, 2) - r(2, 0)) / s, (r(1, 0) - r(0, 1)) / s};
-    }
-    else
-    {
-        const int i = r(0, 0) > r(1, 1) && r(0, 0) > r(2, 2) ? 0 : r(1, 1) > r(2, 2) ? 1 : 2;
-        const int j = (i + 1) % 3, k = (i + 2) % 3;
-        const double s = 2 * std::sqrt(1 + r(i, i) - r(j, j) - r(k, k));
-        q[0] = (r(k, j) - r(j, k)) / s;
-        q[static_cast<std::size_t>(i + 1)] = s / 4;
-        q[static_cast<std::size_t>(j + 1)] = (r(i, j) + r(j, i)) / s;
-        q[static_cast<std::size_t>(k + 1)] = (r(i, k) + r(k, i)) / s;
-    }
-    return q;
+    const auto half_root = [](double square) { return std::sqrt(std::max(square, 0.0)) / 2; };
+    return {half_root(1 + r(0, 0) + r(1, 1) + r(2, 2)),
+            std::copysign(half_root(1 + r(0, 0) - r(1, 1) - r(2, 2)), r(2, 1) - r(1, 2)),
+            std::copysign(half_root(1 - r(0, 0) + r(1, 1) - r(2, 2)), r(0, 2) - r(2, 0)),
+            std::copysign(half_root(1 - r(0, 0) - r(1, 1) + r(2, 2)), r(1, 0) - r(0, 1))};
 }
 
 inline std::string joined(const std::vector<double>& numbers)

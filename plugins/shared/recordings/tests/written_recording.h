@@ -8,6 +8,7 @@
 #include <fresco/stage.h>
 #include <fresco/testing.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -19,19 +20,21 @@
 namespace fresco::testing
 {
 
+namespace fs = std::filesystem;
+
 /// A reader, and how a recording is written in its layout.
 struct ReaderUnderTest
 {
-    std::filesystem::path plugin;
-    std::string type;
+    fs::path plugin{FRESCO_PLUGIN_FILE};
+    std::string type{};
     /// Writes the frames below `folder`, an empty one, and returns what the option `path` is to be.
-    std::function<std::filesystem::path(const Frames& frames, const std::filesystem::path& folder, const ImageIo& images)> write;
+    std::function<fs::path(const Frames& frames, const fs::path& folder, const ImageIo& images)> write;
     /// Files of the second view, below `path`; empty: they are within another file.
-    std::filesystem::path color{};
-    std::filesystem::path depth{};
-    std::string pose_source{};                     ///< What errors call the source of the second view's pose.
-    std::vector<std::filesystem::path> damaged{};  ///< Files to be damaged, other than those pictures.
-    std::function<Value(const Frames& frames, const std::filesystem::path& path)> options{};
+    fs::path color{};
+    fs::path depth{};
+    std::string pose_source{};        ///< What errors call the source of the second view's pose.
+    std::vector<fs::path> damaged{};  ///< Files to be damaged, other than those pictures.
+    std::function<Value(const Frames& frames, const fs::path& path)> options{};
     double depth_step_m = 0.001;
     bool has_depth_camera = false;  ///< The layout has a depth camera of its own.
 };
@@ -67,7 +70,7 @@ class WrittenRecording
   public:
     RawImages images;
     Frames frames;
-    std::filesystem::path path;
+    fs::path path;
 
     explicit WrittenRecording(const ReaderUnderTest& reader, const std::function<void(Frames&)>& edit = {})
         : reader_(reader), frames(tiny_recording(folder_.path(), images))
@@ -80,7 +83,7 @@ class WrittenRecording
         path = reader.write(frames, folder_.path() / "recording", images);
     }
 
-    std::filesystem::path out() const { return folder_.path() / "out"; }
+    fs::path out() const { return folder_.path() / "out"; }
 
     /// Runs the reader. What it made is saved and loaded again, unless `saved` is false: saving waits for the disk.
     ReadScan read(TestRun& run, const Value& more = Value::Map{}, bool saved = true) const
@@ -103,7 +106,7 @@ class WrittenRecording
         stage.configure(options, factory);
         for (OutputPort* port : stage.outputs())
         {
-            std::filesystem::create_directories(out() / port->name());
+            fs::create_directories(out() / port->name());
             port->set_folder({out() / port->name(), out()});
         }
         stage.run(run);
@@ -134,30 +137,39 @@ class WrittenRecording
     }
 
     /// A file of the recording, by its path below `path`; an empty one for `path` itself.
-    std::filesystem::path at(const std::filesystem::path& file) const { return file.empty() ? path : path / file; }
-    std::string text(const std::filesystem::path& file) const { return read_text_file(at(file)); }
-    void write(const std::filesystem::path& file, std::string_view text) const
+    fs::path at(const fs::path& file) const { return file.empty() ? path : path / file; }
+    std::string text(const fs::path& file) const { return read_text_file(at(file)); }
+    void write(const fs::path& file, std::string_view text) const
     {
-        std::filesystem::create_directories(at(file).parent_path());
+        fs::create_directories(at(file).parent_path());
         write_file(at(file), text);
     }
     /// The first `from` in a file replaced.
-    void replace(const std::filesystem::path& file, std::string_view from, std::string_view to) const
+    void replace(const fs::path& file, std::string_view from, std::string_view to) const
     {
         auto content = text(file);
         const auto at = content.find(from);
         REQUIRE(at != std::string::npos);
         write(file, content.replace(at, from.size(), to));
     }
-    Value json(const std::filesystem::path& file) const { return parse_json(text(file)); }
+    Value json(const fs::path& file) const { return parse_json(text(file)); }
     /// The value of `key` in one of a JSON file's "frames".
-    void set_in_frame(const std::filesystem::path& file, std::size_t frame, std::string_view key, Value value) const
+    void set_in_frame(const fs::path& file, std::size_t frame, std::string_view key, Value value) const
     {
         auto root = json(file);
         root.find("frames")->as_list()[frame].set(key, std::move(value));
         write(file, to_json(root));
     }
-    void remove(const std::filesystem::path& file) const { REQUIRE(std::filesystem::remove_all(path / file) > 0); }
+    void remove(const fs::path& file) const { REQUIRE(fs::remove_all(path / file) > 0); }
+
+    /// A mask of the color pictures' size in which the first `ignored` pixels behind (x, y) are black.
+    void write_mask(const fs::path& file, int x = 0, int y = 0, std::size_t ignored = 1) const
+    {
+        Raster8 mask(32, 24, 3, 255);
+        std::fill_n(mask.values.begin() + static_cast<std::ptrdiff_t>(mask.index(x, y)), 3 * ignored, std::uint8_t{0});
+        fs::create_directories(at(file).parent_path());
+        write_file(at(file), images.encode_png(mask));
+    }
 };
 
 }  // namespace fresco::testing

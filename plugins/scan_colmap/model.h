@@ -4,7 +4,6 @@
 #include <fresco/math.h>
 #include <fresco/recordings/lens.h>
 #include <fresco/recordings/recorded_view.h>
-#include <fresco/run_context.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -15,8 +14,8 @@
 #include <string_view>
 #include <vector>
 
-/// \file Reads a reconstruction of COLMAP: finds its two files, parses them as text (model_text.cpp) or binary
-/// (model_binary.cpp), and turns them into recorded views. The stage does this in one go; the fuzzer calls the parsers.
+/// \file Reads a reconstruction of COLMAP: parses its two files, text or binary, and turns them into recorded views. The stage
+/// finds the files; the fuzzer calls the parsers.
 
 namespace colmap
 {
@@ -68,21 +67,6 @@ std::vector<ModelImage> parse_images_text(std::string_view text, std::string_vie
 /// "source: byte offset: …", also for a truncated file and for bytes after its end.
 Cameras parse_cameras_binary(std::span<const std::byte> bytes, std::string_view source);
 std::vector<ModelImage> parse_images_binary(std::span<const std::byte> bytes, std::string_view source);
-
-/// The two files of a reconstruction.
-struct ModelFiles
-{
-    std::filesystem::path cameras;
-    std::filesystem::path images;
-};
-
-/// cameras.bin and images.bin, or else cameras.txt and images.txt, in the first of the usual folders below `path`.
-/// Throws MissingInput if none has them.
-ModelFiles find_model(const std::filesystem::path& path, fresco::RunContext& run);
-
-/// Throw like the parsers.
-Cameras read_cameras(const std::filesystem::path& file);
-std::vector<ModelImage> read_images(const std::filesystem::path& file);
 
 struct ViewOptions
 {

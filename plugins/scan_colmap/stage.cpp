@@ -1,12 +1,19 @@
 #include "model.h"
 
+#include <fresco/files_io.h>
 #include <fresco/recordings/recording_stage.h>
+
+#include <algorithm>
+#include <array>
 
 namespace
 {
 
 namespace fs = std::filesystem;
 using namespace fresco::recordings;
+
+// Points of a thousand pictures with ten thousand each, as text.
+constexpr std::size_t images_limit = std::size_t{1} << 32U;
 
 class ScanColmap final : public RecordingStage
 {
@@ -34,17 +41,46 @@ class ScanColmap final : public RecordingStage
 
     Recording list(fresco::RunContext& run) override
     {
-        const auto files = colmap::find_model(path(), run);
-        const auto cameras = colmap::read_cameras(files.cameras);
+        const auto [cameras_file, images_file] = find_model(run);
+        const bool is_binary = cameras_file.extension() == ".bin";
+        const auto cameras = is_binary ? colmap::parse_cameras_binary(fresco::read_file(cameras_file), cameras_file.string())
+                                       : colmap::parse_cameras_text(fresco::read_text_file(cameras_file), cameras_file.string());
+        const auto placed =
+            is_binary ? colmap::parse_images_binary(fresco::read_file(images_file, images_limit), images_file.string())
+                      : colmap::parse_images_text(fresco::read_text_file(images_file, images_limit), images_file.string());
         run.report("cameras", cameras.size());
         if (!masks->empty())
             looks_for(masks->path / "*.png", run);
-        return {.views = colmap::model_views(cameras, colmap::read_images(files.images), files.images,
+        return {.views = colmap::model_views(cameras, placed, images_file,
                                              {.pictures = picture_folder(run),
                                               .depth = depth->path,
                                               .masks = masks->path,
                                               .unit_m = *unit_m,
                                               .depth_unit_m = *depth_unit_m})};
+    }
+
+    /// cameras.bin and images.bin, or else cameras.txt and images.txt, in the first of the usual folders.
+    std::array<fs::path, 2> find_model(fresco::RunContext& run) const
+    {
+        std::string names;
+        for (const char* place : {"", "sparse/0", "sparse", "colmap/sparse/0", "colmap", "colmap_sparse/0", "colmap_sparse"})
+        {
+            const auto folder = *place == '\0' ? path() : path() / place;
+            for (const char* ending : {".bin", ".txt"})
+            {
+                const std::array files{folder / ("cameras" + std::string(ending)), folder / ("images" + std::string(ending))};
+                for (const auto& file : files)
+                    looks_for(file, run);
+                if (!std::ranges::all_of(files, [](const auto& file) { return fs::is_regular_file(file); }))
+                    continue;
+                for (const auto& file : files)
+                    run.reads_file(file);
+                return files;
+            }
+            names += (names.empty() ? "" : ", ") + folder.string();
+        }
+        throw fresco::MissingInput(
+            "no COLMAP reconstruction; expected cameras.bin and images.bin, or cameras.txt and images.txt, in " + names);
     }
 
     fs::path picture_folder(fresco::RunContext& run) const

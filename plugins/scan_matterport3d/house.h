@@ -1,9 +1,12 @@
 #pragma once
 
+#include <fresco/camera.h>
+
 #include <filesystem>
 #include <map>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace matterport3d
 {
@@ -16,5 +19,39 @@ std::map<std::string, int> parse_regions(std::string_view text, std::string_view
 /// The house's camera file, undistorted_camera_parameters/<house>.conf; its stem is the house's name. Throws MissingInput if
 /// there is none, Error if there are several.
 std::filesystem::path camera_file(const std::filesystem::path& folder);
+
+/// Where the intrinsics of a house count rows from.
+enum class ImageOrigin
+{
+    bottom_left,  ///< As the data set documents it: the lower left pixel's center is at (0, 0).
+    top_left      ///< The upper left pixel's center is.
+};
+
+/// A line of undistorted_camera_parameters/<house>.conf.
+struct ListedView
+{
+    std::string panorama;  ///< "03a8…", the tripod's place.
+    std::string depth;     ///< File names.
+    std::string color;
+    std::vector<double> intrinsics;            ///< Row-major 3x3, as in the file.
+    fresco::RigidTransform world_from_camera;  ///< OpenCV axes, meters.
+    std::string source;                        ///< "file:line".
+};
+
+struct HouseCameras
+{
+    std::string depth_folder = "undistorted_depth_images";
+    std::string color_folder = "undistorted_color_images";
+    std::vector<ListedView> views;
+};
+
+/// Reads the lines `dataset`, `n_images`, `depth_directory`, `color_directory`, `intrinsics_matrix` (of the views below it) and
+/// `scan`; poses have OpenGL axes there and are turned to OpenCV's. Throws Error "source:line: …": another line, a name that is
+/// no plain file name, a view before any intrinsics, a pose that is no rigid transform, a number of views that is not `n_images`,
+/// a file that is cut.
+HouseCameras parse_cameras(std::string_view text, std::string_view source);
+
+/// The camera of a view, pictures of width x height. Throws Error naming its source.
+fresco::Intrinsics camera_of(const ListedView& view, int width, int height, ImageOrigin origin);
 
 }  // namespace matterport3d

@@ -1,5 +1,4 @@
 #include "house.h"
-#include "house_cameras.h"
 
 #include <fresco/error.h>
 #include <fresco/recordings/recording_stage.h>

@@ -1,5 +1,4 @@
-#include "tum_camera.h"
-#include "tum_lists.h"
+#include "tum.h"
 
 #include <fresco/recordings/recording_stage.h>
 #include <fresco/value.h>

@@ -2,13 +2,12 @@
 
 #include "plugins/scan_colmap/model.h"
 #include "plugins/scan_matterport3d/house.h"
-#include "plugins/scan_matterport3d/house_cameras.h"
 #include "plugins/scan_nerfstudio/transforms.h"
 #include "plugins/scan_polycam/keyframes.h"
 #include "plugins/scan_replica/replica_scene.h"
 #include "plugins/scan_scannet/scene_calibration.h"
 #include "plugins/scan_sens/sens_file.h"
-#include "plugins/scan_tum/tum_lists.h"
+#include "plugins/scan_tum/tum.h"
 
 #include <fresco/error.h>
 #include <fresco/recordings/lens.h>
@@ -195,12 +194,12 @@ void read_replica(Bytes bytes)
 const Registered registered{
     {"sens", "plugins/scan_sens/sens_file\\.cpp", read_sens},
     {"sens_depth", "plugins/scan_sens/sens_file\\.cpp", read_sens_depth},
-    {"colmap_binary", "plugins/scan_colmap/model_binary\\.cpp|plugins/shared/recordings/src/parsing\\.cpp", read_colmap},
-    {"colmap_text", "plugins/scan_colmap/model_text\\.cpp", read_colmap_text},
-    {"poses_tum", "plugins/scan_tum/tum_lists\\.cpp|plugins/shared/recordings/src/parsing\\.cpp", read_tum},
+    {"colmap_binary", "plugins/scan_colmap/model\\.cpp|plugins/shared/recordings/src/parsing\\.cpp", read_colmap},
+    {"colmap_text", "plugins/scan_colmap/model\\.cpp", read_colmap_text},
+    {"poses_tum", "plugins/scan_tum/tum\\.cpp|plugins/shared/recordings/src/parsing\\.cpp", read_tum},
     {"poses_matrix", "plugins/shared/recordings/src/parsing\\.cpp", read_matrix},
     {"poses_scannet", "plugins/scan_scannet/scene_calibration\\.cpp", read_scannet},
-    {"poses_matterport", "plugins/scan_matterport3d/house_cameras\\.cpp", read_matterport_cameras},
+    {"poses_matterport", "plugins/scan_matterport3d/house\\.cpp", read_matterport_cameras},
     {"house_matterport", "plugins/scan_matterport3d/house\\.cpp", read_matterport_house},
     {"poses_nerfstudio", "plugins/scan_nerfstudio/transforms\\.cpp|plugins/shared/recordings/src/parsing\\.cpp", read_nerfstudio},
     {"poses_polycam", "plugins/scan_polycam/keyframes\\.cpp", read_polycam},

@@ -1,12 +1,5 @@
-#include "catch.h"
 #include "model.h"
-
-#include "reader_checks.h"
-
-namespace fs = std::filesystem;
-using Catch::Contains;
-using fresco::Value;
-using namespace fresco::testing;
+#include "reader_test.h"
 
 namespace
 {
@@ -14,10 +7,9 @@ namespace
 ReaderUnderTest reader(bool binary)
 {
     const std::string ending = binary ? ".bin" : ".txt";
-    return {.plugin = FRESCO_PLUGIN_FILE,
-            .type = "scan.colmap",
+    return {.type = "scan.colmap",
             .write =
-                [binary](const fresco::Frames& frames, const fs::path& folder, const fresco::ImageIo&)
+                [binary](const Frames& frames, const fs::path& folder, const ImageIo&)
             {
                 write_colmap(frames, folder, binary);
                 return folder;
@@ -27,7 +19,7 @@ ReaderUnderTest reader(bool binary)
             .pose_source = "images" + ending + ":",
             .damaged = {"sparse/0/cameras" + ending, "sparse/0/images" + ending},
             .options =
-                [](const fresco::Frames&, const fs::path& path) {
+                [](const Frames&, const fs::path& path) {
                     return Value::Map{{"depth", (path / "depth").string()}};
                 }};
 }
@@ -58,8 +50,8 @@ TEST_CASE("a camera of the world's own axes at (1, 2, 3) is where its file says"
     // A point X is at R X + t in the camera: the identity and t = -(1, 2, 3) put the camera at (1, 2, 3).
     const auto images = colmap::parse_images_text("1 1 0 0 0 -1 -2 -3 5 a b.png\n\n", "images.txt");
     REQUIRE(images.size() == 1);
-    CHECK(images[0].world_from_camera.translation == fresco::Vec3d{1, 2, 3});
-    CHECK(images[0].world_from_camera.direction({0, 0, 1}) == fresco::Vec3d{0, 0, 1});
+    CHECK(images[0].world_from_camera.translation == Vec3d{1, 2, 3});
+    CHECK(images[0].world_from_camera.direction({0, 0, 1}) == Vec3d{0, 0, 1});
     CHECK(images[0].name == "a b.png");
     CHECK(images[0].camera == 5);
 }
@@ -75,10 +67,10 @@ TEST_CASE("the models' parameters find their places", "[scan.colmap]")
                                    "9 RADIAL_FISHEYE 8 6 10 4 3 1 2\n10 SIMPLE_FISHEYE 8 6 10 4 3\n11 FISHEYE 8 6 10 11 4 3\n"
                                    "12 EQUIRECTANGULAR 8 4 8 4\n13 SPHERICAL 8 4 8 4\n",
                                    "cameras.txt");
-    using fresco::recordings::Lens;
+    using recordings::Lens;
     REQUIRE(cameras.size() == 13);
-    CHECK(cameras.at(1).intrinsics == fresco::Intrinsics{8, 6, 10, 10, 4, 3});
-    CHECK(cameras.at(2).intrinsics == fresco::Intrinsics{8, 6, 10, 11, 4, 3});
+    CHECK(cameras.at(1).intrinsics == Intrinsics{8, 6, 10, 10, 4, 3});
+    CHECK(cameras.at(2).intrinsics == Intrinsics{8, 6, 10, 11, 4, 3});
     CHECK_FALSE(cameras.at(2).lens.distorts());
     CHECK(cameras.at(3).lens == Lens{.k1 = 0.1});
     CHECK(cameras.at(4).lens == Lens{.k1 = 0.1, .k2 = 0.2});
@@ -88,13 +80,13 @@ TEST_CASE("the models' parameters find their places", "[scan.colmap]")
     CHECK(cameras.at(8).lens == Lens{.k1 = 1, .is_fisheye = true});
     CHECK(cameras.at(9).lens == Lens{.k1 = 1, .k2 = 2, .is_fisheye = true});
     CHECK(cameras.at(10).lens == Lens{.is_fisheye = true});
-    CHECK(cameras.at(11).intrinsics == fresco::Intrinsics{8, 6, 10, 11, 4, 3});
+    CHECK(cameras.at(11).intrinsics == Intrinsics{8, 6, 10, 11, 4, 3});
     CHECK(cameras.at(11).lens == Lens{.is_fisheye = true});
     CHECK_FALSE(cameras.at(11).is_panorama);
     for (const int panorama : {12, 13})
     {
         CHECK(cameras.at(panorama).is_panorama);
-        CHECK(cameras.at(panorama).intrinsics == fresco::Intrinsics{.width = 8, .height = 4});
+        CHECK(cameras.at(panorama).intrinsics == Intrinsics{.width = 8, .height = 4});
     }
     CHECK(cameras.at(6).source == "cameras.txt:6");
 }
@@ -112,7 +104,7 @@ TEST_CASE("depth, unit and lens", "[scan.colmap]")
     const WrittenRecording project(text_reader);
     project.replace(cameras_file, "7 PINHOLE 32 24 30.5 31.25 15.75 12.5", "7 RADIAL 32 24 30.5 15.75 12.5 0.05 0.01");
     const auto frames = project.read(run, Value::Map{{"depth_unit_m", 0.0002}}).frames->frames;
-    const auto pinhole = fresco::recordings::pinhole_without({.k1 = 0.05, .k2 = 0.01}, {32, 24, 30.5, 30.5, 15.75, 12.5}, "x");
+    const auto pinhole = recordings::pinhole_without({.k1 = 0.05, .k2 = 0.01}, {32, 24, 30.5, 30.5, 15.75, 12.5}, "x");
     CHECK(frames[1].color.intrinsics == pinhole);
     CHECK(frames[1].depth.intrinsics == pinhole.scaled_to(16, 12));
     CHECK(frames[1].depth_unit_m == 0.0002);
@@ -123,7 +115,7 @@ TEST_CASE("360° pictures are cut, text and binary", "[scan.colmap]")
 {
     for (const auto* reader : {&text_reader, &binary_reader})
     {
-        const WrittenRecording project(*reader, [](fresco::Frames& frames) { make_panoramas(frames, RawImages()); });
+        const WrittenRecording project(*reader, [](Frames& frames) { make_panoramas(frames, RawImages()); });
         TestRun run;
         const auto read = project.read(run);
         check_panoramas(*read.frames, project.frames, project.images);
@@ -133,7 +125,7 @@ TEST_CASE("360° pictures are cut, text and binary", "[scan.colmap]")
         CHECK(run.reported.at("panoramas").as_int() == 3);
         CHECK(project.read(Value::Map{{"every", 2}}).frames->frames.size() == 12);
     }
-    const WrittenRecording project(text_reader, [](fresco::Frames& frames) { make_panoramas(frames, RawImages()); });
+    const WrittenRecording project(text_reader, [](Frames& frames) { make_panoramas(frames, RawImages()); });
     project.replace(cameras_file, " 64 32 64.0 32.0", " 64 32 128 64");
     CHECK_THAT(project.error(), Contains("cameras.txt:3: the parameter w is 128; expected the size of the picture, 64x32"));
 }
@@ -166,17 +158,13 @@ TEST_CASE("a reconstruction without its pictures says where to put them, or what
 TEST_CASE("masks have COLMAP's names, or those of the pictures", "[scan.colmap]")
 {
     const WrittenRecording project(text_reader);
-    fs::create_directories(project.path / "masks");
-    fresco::Raster8 mask(32, 24, 3, 255);
-    fresco::write_file(project.path / "masks/view 000.png", project.images.encode_png(mask));
-    fresco::write_file(project.path / "masks/view 002.png.png", project.images.encode_png(mask));
-    for (int c = 0; c < 3; ++c)
-        mask.at(0, 0, c) = 0;
-    fresco::write_file(project.path / "masks/view 001.png.png", project.images.encode_png(mask));
+    project.write_mask("masks/view 000.png", 0, 0, 0);
+    project.write_mask("masks/view 001.png.png");
+    project.write_mask("masks/view 002.png.png", 0, 0, 0);
     TestRun run;
     const auto frames = project.read(run, Value::Map{{"masks", (project.path / "masks").string()}}).frames->frames;
     CHECK(run.reported.at("masked").as_int() == 1);
-    CHECK(fresco::load_mask(frames[1]).at(0, 0) == 0);
+    CHECK(load_mask(frames[1]).at(0, 0) == 0);
 }
 
 TEST_CASE("text that cannot be used is refused by line", "[scan.colmap]")
@@ -215,7 +203,7 @@ TEST_CASE("hostile counts are refused before anything is allocated", "[scan.colm
 TEST_CASE("what the iPhone of ScanNet++ recorded is read from its three folders", "[scan.colmap]")
 {
     auto iphone = text_reader;
-    iphone.write = [](const fresco::Frames& frames, const fs::path& folder, const fresco::ImageIo&)
+    iphone.write = [](const Frames& frames, const fs::path& folder, const ImageIo&)
     {
         write_colmap(frames, folder, false);
         fs::rename(folder / "sparse/0", folder / "colmap");

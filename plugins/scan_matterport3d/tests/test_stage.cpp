@@ -1,15 +1,7 @@
-#include "catch.h"
 #include "house.h"
-#include "house_cameras.h"
-
-#include "reader_checks.h"
+#include "reader_test.h"
 
 #include <algorithm>
-
-namespace fs = std::filesystem;
-using Catch::Contains;
-using fresco::Value;
-using namespace fresco::testing;
 
 namespace
 {
@@ -17,10 +9,9 @@ namespace
 const char* const cameras_file = "undistorted_camera_parameters/tiny.conf";
 const char* const house_file = "house_segmentations/tiny.house";
 
-const ReaderUnderTest reader{.plugin = FRESCO_PLUGIN_FILE,
-                             .type = "scan.matterport3d",
+const ReaderUnderTest reader{.type = "scan.matterport3d",
                              .write =
-                                 [](const fresco::Frames& frames, const fs::path& folder, const fresco::ImageIo& images)
+                                 [](const Frames& frames, const fs::path& folder, const ImageIo& images)
                              {
                                  write_matterport3d(frames, folder, images);
                                  write_mesh(folder / "house_segmentations/tiny.ply", 2);
@@ -97,8 +88,8 @@ TEST_CASE("rows count from the bottom, axes are OpenGL's", "[scan.matterport3d]"
     CHECK(k.cy == Approx(1024 - 509.702));
     CHECK(matterport3d::camera_of(view, 1280, 1024, matterport3d::ImageOrigin::top_left).cy == Approx(509.702));
     // It looks along its own -z, which is the world's y, and the world's z is up in its picture.
-    CHECK(view.world_from_camera.point({0, 0, 1}) == fresco::Vec3d{4, 6, 6});
-    CHECK(view.world_from_camera.direction({0, -1, 0}) == fresco::Vec3d{0, 0, 1});
+    CHECK(view.world_from_camera.point({0, 0, 1}) == Vec3d{4, 6, 6});
+    CHECK(view.world_from_camera.direction({0, -1, 0}) == Vec3d{0, 0, 1});
     CHECK(view.source == "x.conf:5");
 
     const auto regions = matterport3d::parse_regions("ASCII 1.1\nH h - 3 2 0 0 0 0 0 4 1 1\nP 0 2 3 - 1 2 3 4 5 6 0 0 0 0\n"

@@ -1,23 +1,14 @@
-#include "catch.h"
-#include "tum_camera.h"
-#include "tum_lists.h"
-
-#include "reader_checks.h"
-
-namespace fs = std::filesystem;
-using Catch::Contains;
-using fresco::Value;
-using namespace fresco::testing;
+#include "reader_test.h"
+#include "tum.h"
 
 namespace
 {
 
 // Cut behind a line, a list is one of a shorter recording.
 const ReaderUnderTest reader{
-    .plugin = FRESCO_PLUGIN_FILE,
     .type = "scan.tum",
     .write =
-        [](const fresco::Frames& frames, const fs::path& folder, const fresco::ImageIo&)
+        [](const Frames& frames, const fs::path& folder, const ImageIo&)
     {
         write_tum(frames, folder / "desk");
         return folder / "desk";
@@ -27,7 +18,7 @@ const ReaderUnderTest reader{
     .pose_source = ".txt:",
     .damaged = {"rgb.txt", "depth.txt", "groundtruth.txt"},
     .options =
-        [](const fresco::Frames& frames, const fs::path&)
+        [](const Frames& frames, const fs::path&)
     {
         const auto& k = frames.frames[0].color.intrinsics;
         return Value::Map{{"intrinsics", Value::List{k.fx, k.fy, k.cx - 0.5, k.cy - 0.5}}, {"depth_unit_m", 0.001}};
@@ -54,7 +45,7 @@ TEST_CASE("pictures and poses find each other by time", "[scan.tum]")
     {
         std::vector<tum::StampedPicture> list;
         for (const double time : times)
-            list.push_back({time, "p/" + fresco::to_json(time) + ".png", "l:" + std::to_string(list.size() + 1)});
+            list.push_back({time, "p/" + to_json(time) + ".png", "l:" + std::to_string(list.size() + 1)});
         return list;
     };
     std::vector<tum::StampedPose> poses;
@@ -113,22 +104,22 @@ TEST_CASE("a quaternion has its scalar last", "[scan.tum]")
 TEST_CASE("the makers' cameras go by name", "[scan.tum]")
 {
     const auto first = tum::recording_camera("auto", {}, {}, "/data/rgbd_dataset_freiburg1_desk/");
-    CHECK(first.intrinsics == fresco::Intrinsics{640, 480, 517.3, 516.5, 319.1, 255.8});
-    CHECK(first.lens == fresco::recordings::Lens{.k1 = 0.2624, .k2 = -0.9531, .k3 = 1.1633, .p1 = -0.0054, .p2 = 0.0026});
+    CHECK(first.intrinsics == Intrinsics{640, 480, 517.3, 516.5, 319.1, 255.8});
+    CHECK(first.lens == recordings::Lens{.k1 = 0.2624, .k2 = -0.9531, .k3 = 1.1633, .p1 = -0.0054, .p2 = 0.0026});
     CHECK(tum::recording_camera("freiburg2", {}, {}, "/x").lens.k3 == 0.9172);
     CHECK_FALSE(tum::recording_camera("freiburg3", {}, {}, "/data/freiburg1").lens.distorts());
     CHECK(tum::recording_camera("ros_default", {}, {}, "/x").intrinsics.cx == 320);
     CHECK_THROWS_WITH(tum::recording_camera("auto", {}, {}, "/data/desk"), Contains("set option \"camera\""));
     const auto own = tum::recording_camera("freiburg1", {1, 2, 3, 4}, {0.1, 0.2, 0.3, 0.4, 0.5}, "/x");
-    CHECK(own.intrinsics == fresco::Intrinsics{0, 0, 1, 2, 3.5, 4.5});
-    CHECK(own.lens == fresco::recordings::Lens{.k1 = 0.1, .k2 = 0.2, .k3 = 0.5, .p1 = 0.3, .p2 = 0.4});
+    CHECK(own.intrinsics == Intrinsics{0, 0, 1, 2, 3.5, 4.5});
+    CHECK(own.lens == recordings::Lens{.k1 = 0.1, .k2 = 0.2, .k3 = 0.5, .p1 = 0.3, .p2 = 0.4});
     CHECK_THROWS_WITH(tum::recording_camera("auto", {1, 2}, {}, "/x"), Contains("option \"intrinsics\": 2 numbers"));
     CHECK_THROWS_WITH(tum::recording_camera("freiburg1", {}, {1}, "/x"), Contains("option \"distortion\": 1 numbers"));
     // Their lenses can be undone, at about their own focal length.
     for (const char* name : {"freiburg1", "freiburg2"})
     {
         const auto camera = tum::recording_camera(name, {}, {}, "/x");
-        const auto pinhole = fresco::recordings::pinhole_without(camera.lens, camera.intrinsics, name);
+        const auto pinhole = recordings::pinhole_without(camera.lens, camera.intrinsics, name);
         CHECK(pinhole.fx / camera.intrinsics.fx > 0.95);
         CHECK(pinhole.fx / camera.intrinsics.fx < 1.15);
     }
@@ -139,7 +130,7 @@ TEST_CASE("a lens is undone, and pictures for another camera are refused", "[sca
     const WrittenRecording recording(reader);
     const auto result = recording.read(Value::Map{{"distortion", Value::List{0.05, 0.0, 0.0, 0.0, 0.0}}});
     CHECK(result.frames->frames[0].color.intrinsics ==
-          fresco::recordings::pinhole_without({.k1 = 0.05}, {32, 24, 30.5, 31.25, 15.75, 12.5}, "x"));
+          recordings::pinhole_without({.k1 = 0.05}, {32, 24, 30.5, 31.25, 15.75, 12.5}, "x"));
     const Value none = Value::List{};
     CHECK_THAT(recording.error(Value::Map{{"intrinsics", none}, {"camera", "freiburg1"}}),
                Contains("the picture is 32x24") && Contains("rgb.txt:3 with the camera freiburg1) is for pictures of 640x480"));

@@ -14,6 +14,9 @@ namespace fresco::inspect
 namespace
 {
 
+constexpr double full_agreement = 0.01;
+constexpr double no_agreement = 0.04;
+
 /// w, x, y, z.
 using Quaternion = std::array<double, 4>;
 
@@ -38,17 +41,12 @@ Quaternion quaternion(const Mat3& r)
     return q;
 }
 
-Mat3 rotation(const Quaternion& q)
+/// The pose whose quaternion was read in the other order.
+RigidTransform reordered(const RigidTransform& recorded, bool scalar_first)
 {
-    return numerics::rotation_of(q[0], q[1], q[2], q[3]);
-}
-
-/// The rotation whose quaternion was read in the other order.
-Mat3 reordered(const Mat3& recorded, bool scalar_first)
-{
-    const auto [w, x, y, z] = quaternion(recorded);
+    const auto [w, x, y, z] = quaternion(recorded.rotation);
     // Read as x y z w, the file's four numbers were x y z w; read as w x y z, they were w x y z.
-    return scalar_first ? rotation({x, y, z, w}) : rotation({z, w, x, y});
+    return {scalar_first ? numerics::rotation_of(x, y, z, w) : numerics::rotation_of(z, w, x, y), recorded.translation};
 }
 
 RigidTransform between(const RigidTransform& a, const RigidTransform& b, double share)
@@ -67,7 +65,8 @@ RigidTransform between(const RigidTransform& a, const RigidTransform& b, double 
     }
     for (double& value : middle)
         value /= std::sqrt(norm);
-    return {rotation(middle), a.translation * (1 - share) + b.translation * share};
+    return {numerics::rotation_of(middle[0], middle[1], middle[2], middle[3]),
+            a.translation * (1 - share) + b.translation * share};
 }
 
 RigidTransform delayed(const PoseTrack& track, Reading reading, double lag)
@@ -102,11 +101,6 @@ std::vector<Mat3> make_axis_rotations()
 
 RigidTransform meant(const RigidTransform& recorded, Reading reading)
 {
-    const auto ordered = [](RigidTransform pose, bool scalar_first)
-    {
-        pose.rotation = reordered(pose.rotation, scalar_first);
-        return pose;
-    };
     switch (reading)
     {
     case Reading::inverted:
@@ -114,13 +108,13 @@ RigidTransform meant(const RigidTransform& recorded, Reading reading)
     case Reading::transposed:
         return {transposed(recorded.rotation), recorded.translation};
     case Reading::scalar_first:
-        return ordered(recorded, true);
+        return reordered(recorded, true);
     case Reading::scalar_last:
-        return ordered(recorded, false);
+        return reordered(recorded, false);
     case Reading::inverted_scalar_first:
-        return ordered(recorded.inverse(), true).inverse();
+        return reordered(recorded.inverse(), true).inverse();
     case Reading::inverted_scalar_last:
-        return ordered(recorded.inverse(), false).inverse();
+        return reordered(recorded.inverse(), false).inverse();
     default:
         return recorded;
     }
@@ -171,14 +165,6 @@ double usual_scale(double scale)
             return usual;
     return scale;
 }
-
-namespace
-{
-
-constexpr double full_agreement = 0.01;
-constexpr double no_agreement = 0.04;
-
-}  // namespace
 
 bool one_camera(const DepthView& view)
 {
@@ -373,11 +359,7 @@ double agreement_at(double ratio)
 
 Agreement& Agreement::operator+=(const Agreement& other)
 {
-    samples += other.samples;
-    agreeing += other.agreeing;
-    in_front += other.in_front;
-    behind += other.behind;
-    return *this;
+    return *this = {samples + other.samples, agreeing + other.agreeing, in_front + other.in_front, behind + other.behind};
 }
 
 std::vector<Agreement> agreement(const std::vector<FrameRatios>& frames, double scale)

@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 
 namespace fresco::inspect
 {
@@ -129,7 +128,8 @@ class Judge
             result_.assumption = explain_depths(scene_, depths_, progress_);
         if (scene_ == nullptr)
             choose_unit();
-        judge_recorded();
+        result_.recorded = fit({});
+        result_.outline_points = points_of(edge_views(result_.assumption));
         if (depths_.empty() && scene_ != nullptr)
             explain_edges();
         result_.explained = fit(result_.assumption);
@@ -181,12 +181,6 @@ class Judge
         }
         fit.edge_response = edge_response(edge_views(assumption), {});
         return fit;
-    }
-
-    void judge_recorded()
-    {
-        result_.recorded = fit({});
-        result_.outline_points = points_of(edge_views(result_.assumption));
     }
 
     /// The color pictures and what should lie on their edges.
@@ -246,8 +240,10 @@ class Judge
 
     static std::size_t points_of(const std::vector<EdgeView>& views)
     {
-        return std::accumulate(views.begin(), views.end(), std::size_t{0},
-                               [](std::size_t sum, const EdgeView& view) { return sum + view.outline.size(); });
+        std::size_t points = 0;
+        for (const EdgeView& view : views)
+            points += view.outline.size();
+        return points;
     }
 
     /// Whether `after` is better than `before` by more than chance, and fits.
@@ -263,19 +259,14 @@ class Judge
         if (result_.recorded.edge_response >= fair_response && result_.outline_points >= fair_outline_points)
             return;
         outline_step_ = 2;
-        find_by_edges();
-        outline_step_ = 1;
-    }
-
-    void find_by_edges()
-    {
         const auto recorded = edge_views({});
         const double before = edge_response(recorded, {});
         const Look seen = look({});
         const double least_seen = std::max(0.1 * seen.pixels, 0.5 * seen.fronts);
+        const bool has_tracks = std::ranges::any_of(views_, [](const View& view) { return view.depth.track.poses.size() > 1; });
         Assumption best;
         double most = before;
-        for (const Hypothesis& hypothesis : edge_hypotheses(views_))
+        for (const Hypothesis& hypothesis : common_hypotheses(has_tracks))
             for (const Assumption& variant : hypothesis.variants)
             {
                 if (look(variant).fronts < least_seen)
@@ -290,14 +281,7 @@ class Judge
             }
         if (clearly_better(before, most, edge_responses(recorded, {}), edge_responses(edge_views(best), {})))
             result_.assumption = best;
-    }
-
-    std::vector<Hypothesis> edge_hypotheses(const std::vector<View>& views) const
-    {
-        std::vector<DepthView> tracks;
-        for (const View& view : views)
-            tracks.push_back({view.depth.track, view.depth.depth, view.depth.color, view.depth.depth_from_color, {}});
-        return common_hypotheses(tracks);
+        outline_step_ = 1;
     }
 
     struct Look

@@ -99,11 +99,6 @@ Hypothesis lags(const Assumption& assumed, double reach, double step)
     return {.variants = around(assumed, reach, step, [](Assumption& a, double offset) { a.lag_frames = offset; })};
 }
 
-bool has_tracks(const std::vector<DepthView>& views)
-{
-    return std::ranges::any_of(views, [](const DepthView& view) { return view.track.poses.size() > 1; });
-}
-
 /// Likely mistakes of a recording that partly agrees, the most likely first, each on top of `assumed`: another depth unit, the
 /// color camera's intrinsics, pictures that are upside down, distances along rays, intrinsics of another size, focal lengths,
 /// poses of other times, another unit of the poses.
@@ -130,7 +125,7 @@ std::vector<Hypothesis> small_hypotheses(const Assumption& assumed, const std::v
     if (assumed.focal_scale == 1)
         table.push_back({.variants = around(assumed, focal_reach, 0.03,
                                             [](Assumption& a, double offset) { a.focal_scale = std::exp(offset); })});
-    if (assumed.lag_frames == 0 && has_tracks(views))
+    if (assumed.lag_frames == 0 && std::ranges::any_of(views, [](const DepthView& view) { return view.track.poses.size() > 1; }))
         table.push_back(lags(assumed, lag_reach, 0.25));
     if (assumed.pose_scale == 1)
         table.push_back(
@@ -150,7 +145,7 @@ std::vector<Hypothesis> large_hypotheses(double reach, bool with_mesh)
 
 }  // namespace
 
-std::vector<Hypothesis> common_hypotheses(const std::vector<DepthView>& views)
+std::vector<Hypothesis> common_hypotheses(bool has_tracks)
 {
     const auto& turns = axis_rotations();
     std::vector<Hypothesis> table(2);  // Conventions and mirrored meshes.
@@ -161,7 +156,7 @@ std::vector<Hypothesis> common_hypotheses(const std::vector<DepthView>& views)
     for (const int axis : {0, 1, 2})
         table[1].variants.emplace_back().world_turn(axis, axis) = -1;
     table.push_back(rotations());
-    if (has_tracks(views))
+    if (has_tracks)
         table.push_back(lags({}, 2, 0.5));
     return table;
 }
@@ -196,8 +191,9 @@ std::vector<Pair> pairs_of(const raycast::Scene& scene, const std::vector<DepthV
     return pairs;
 }
 
-}  // namespace
-
+/// The mesh's displacement against the frames: the rotation and shift that bring measured points onto the faces that their rays
+/// meet (point to plane; Chen and Medioni, "Object modelling by registration of multiple range images", 1992), starting at
+/// assumption.move. For displacements of some decimeters. Uses every `stride`-th sample. Single-threaded.
 RigidTransform best_move(const raycast::Scene& scene, const std::vector<DepthView>& views, const Assumption& assumption,
                          std::size_t stride)
 {
@@ -236,9 +232,6 @@ RigidTransform best_move(const raycast::Scene& scene, const std::vector<DepthVie
     }
     return moved.move;
 }
-
-namespace
-{
 
 /// Samples of all frames that a first look takes.
 constexpr std::size_t rough_samples = 1600;

@@ -27,14 +27,8 @@ struct Hypothesis
 inline constexpr double focal_reach = 0.75;  ///< Natural logarithm.
 inline constexpr double lag_reach = 4;       ///< Frames; tracks reach one frame further.
 
-/// The most likely mistakes, for recordings without depth, where each hypothesis costs more.
-std::vector<Hypothesis> common_hypotheses(const std::vector<DepthView>& views);
-
-/// The mesh's displacement against the frames: the rotation and shift that bring measured points onto the faces that their rays
-/// meet (point to plane; Chen and Medioni, "Object modelling by registration of multiple range images", 1992), starting at
-/// assumption.move. For displacements of some decimeters. Uses every `stride`-th sample. Single-threaded.
-RigidTransform best_move(const raycast::Scene& scene, const std::vector<DepthView>& views, const Assumption& assumption,
-                         std::size_t stride);
+/// The most likely mistakes, for recordings without depth, where each hypothesis costs more. `has_tracks`: poses have neighbors.
+std::vector<Hypothesis> common_hypotheses(bool has_tracks);
 
 /// The mistakes that explain the measured depths clearly better than the recorded values (see explains()), or the default: the
 /// best hypothesis, and up to two more on top of it. A mistake that the others make superfluous is dropped. The same for any

@@ -60,20 +60,19 @@ class ScanInspect final : public Stage
         for (const inspect::Chosen& one : chosen)
         {
             run.check_canceled();
-            views.push_back(inspect::view_of(*frames, one.frame, *images.get()));
-            views.back().depth.group = one.group;
+            views.push_back(inspect::view_of(*frames, one, *images.get()));
             run.progress(static_cast<double>(views.size()), static_cast<double>(chosen.size()), "frames");
         }
         const auto found = inspect::diagnose(scene, views, run);
-        tell(found, chosen.size(), run);
+        tell(found, views.size(), run);
 
-        const auto sheet = images->encode_png(inspect::draw(panels(scene, views, chosen, found, run)));
+        const auto sheet = images->encode_png(inspect::draw(panels(scene, views, found, run)));
         Files result;
         result.names = {path->path, json.generic_string()};
         const auto folder = pictures.folder().path;
         std::filesystem::create_directories((folder / path->path).parent_path());
         write_file(folder / path->path, sheet);
-        write_file(folder / json, to_json(figures(found, scene, views, chosen), 1) + "\n");
+        write_file(folder / json, to_json(figures(found, scene, views), 1) + "\n");
         const auto certain = std::ranges::find_if(found.findings, [](const auto& finding) { return finding.certain; });
         if (*fail && certain != found.findings.end())
         {
@@ -85,18 +84,17 @@ class ScanInspect final : public Stage
     }
 
     std::vector<inspect::Panel> panels(const raycast::Scene* scene, const std::vector<inspect::View>& views,
-                                       const std::vector<inspect::Chosen>& chosen, const inspect::Diagnosis& found,
-                                       RunContext& run) const
+                                       const inspect::Diagnosis& found, RunContext& run) const
     {
-        const auto count = std::min(static_cast<std::size_t>(*pictures_count), chosen.size());
+        const auto count = std::min(static_cast<std::size_t>(*pictures_count), views.size());
         std::vector<inspect::Panel> all;
         for (std::size_t i = 0; i < count; ++i)
         {
-            const std::size_t place = (2 * i + 1) * chosen.size() / (2 * count);
-            all.push_back(panel(scene, place, views, chosen, {}, run));
+            const std::size_t place = (2 * i + 1) * views.size() / (2 * count);
+            all.push_back(panel(scene, place, views, {}, run));
             if (!found.explains())
                 continue;
-            all.push_back(panel(scene, place, views, chosen, found, run));
+            all.push_back(panel(scene, place, views, found, run));
             all.back().suggested = true;
         }
         return all;
@@ -104,8 +102,7 @@ class ScanInspect final : public Stage
 
     /// What the mesh, or without one another frame of the group, shows from this frame.
     RasterF compared(const raycast::Scene* scene, const Camera& camera, std::size_t place,
-                     const std::vector<inspect::View>& views, const std::vector<inspect::Chosen>& chosen,
-                     const inspect::Diagnosis& assumed, RunContext& run) const
+                     const std::vector<inspect::View>& views, const inspect::Diagnosis& assumed, RunContext& run) const
     {
         if (scene != nullptr)
             return inspect::mesh_depth(*scene, camera, run);
@@ -113,7 +110,7 @@ class ScanInspect final : public Stage
             if (other < views.size() && views[other].depth.group == views[place].depth.group &&
                 !views[other].depth.samples.empty())
             {
-                RasterF measured = load_depth(frames->frames[chosen[other].frame], images.get().get());
+                RasterF measured = load_depth(frames->frames[views[other].frame], images.get().get());
                 inspect::correct_depth(assumed, views[other], measured);
                 return inspect::seen_from(camera, inspect::explained_cameras(assumed, views[other]).second, measured);
             }
@@ -121,10 +118,10 @@ class ScanInspect final : public Stage
     }
 
     inspect::Panel panel(const raycast::Scene* scene, std::size_t place, const std::vector<inspect::View>& views,
-                         const std::vector<inspect::Chosen>& chosen, const inspect::Diagnosis& assumed, RunContext& run) const
+                         const inspect::Diagnosis& assumed, RunContext& run) const
     {
-        const Frame& frame = frames->frames[chosen[place].frame];
         const inspect::View& view = views[place];
+        const Frame& frame = frames->frames[view.frame];
         const auto [color, depth] = inspect::explained_cameras(assumed, view);
         inspect::Panel result;
         if (!frame.color_picture.empty())
@@ -133,7 +130,7 @@ class ScanInspect final : public Stage
             result.picture = resized(load_color(frame, images.get().get()), camera.intrinsics.width, camera.intrinsics.height);
             if (assumed.color_change.upside_down)
                 turn(result.picture);
-            result.outlined = inspect::outline(compared(scene, camera, place, views, chosen, assumed, run), scene != nullptr);
+            result.outlined = inspect::outline(compared(scene, camera, place, views, assumed, run), scene != nullptr);
         }
         if (!frame.depth_picture.empty())
         {
@@ -141,19 +138,17 @@ class ScanInspect final : public Stage
             RasterF measured = load_depth(frame, images.get().get());
             inspect::correct_depth(assumed, view, measured);
             result.measured = inspect::nearest_sampled(measured, camera.intrinsics.width, camera.intrinsics.height);
-            result.mesh = compared(scene, camera, place, views, chosen, assumed, run);
+            result.mesh = compared(scene, camera, place, views, assumed, run);
         }
         return result;
     }
 
-    static void turn(Raster8& picture)
+    /// By 180 degrees.
+    static void turn(Raster8& rgb)
     {
-        Raster8 turned = picture;
-        for (int y = 0; y < picture.height; ++y)
-            for (int x = 0; x < picture.width; ++x)
-                for (int c = 0; c < picture.channels; ++c)
-                    turned.at(picture.width - 1 - x, picture.height - 1 - y, c) = picture.at(x, y, c);
-        picture = std::move(turned);
+        std::ranges::reverse(rgb.values);
+        for (std::size_t i = 0; i < rgb.values.size(); i += 3)
+            std::swap(rgb.values[i], rgb.values[i + 2]);
     }
 
     static Value figures(const inspect::Fit& fit)
@@ -163,8 +158,7 @@ class ScanInspect final : public Stage
                           {"depth_median_error", fit.median_error}, {"edge_response", fit.edge_response}};
     }
 
-    Value figures(const inspect::Diagnosis& found, const raycast::Scene* scene, const std::vector<inspect::View>& views,
-                  const std::vector<inspect::Chosen>& chosen) const
+    Value figures(const inspect::Diagnosis& found, const raycast::Scene* scene, const std::vector<inspect::View>& views) const
     {
         Value::List findings;
         for (const auto& finding : found.findings)
@@ -177,7 +171,7 @@ class ScanInspect final : public Stage
         Value::List looked_at;
         for (std::size_t i = 0; i < views.size(); ++i)
         {
-            const Frame& frame = frames->frames[chosen[i].frame];
+            const Frame& frame = frames->frames[views[i].frame];
             looked_at.emplace_back(Value::Map{{"sequence", frame.sequence},
                                               {"frame", frame.name},
                                               {"depths", depths[i].samples.size()},

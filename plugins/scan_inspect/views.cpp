@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace fresco::inspect
 {
@@ -189,16 +190,15 @@ namespace
 constexpr std::size_t fewest_points = 20;
 constexpr std::size_t rough_stride = 4;
 
-/// Bilinear; false outside.
-bool look_up(const RasterF& raster, double x, double y, double& value)
+/// Bilinear; nothing outside.
+std::optional<double> look_up(const RasterF& raster, double x, double y)
 {
     x -= 0.5;
     y -= 0.5;
     if (!(x >= 0 && y >= 0 && x < raster.width - 1 && y < raster.height - 1))
-        return false;
-    value = numerics::bilinear(numerics::between(x), numerics::between(y),
-                               [&](int column, int row) { return static_cast<double>(raster.at(column, row)); });
-    return true;
+        return std::nullopt;
+    return numerics::bilinear(numerics::between(x), numerics::between(y),
+                              [&](int column, int row) { return static_cast<double>(raster.at(column, row)); });
 }
 
 double response(const EdgeView& view, const CameraChange& change, std::size_t stride = 1)
@@ -217,22 +217,10 @@ double response(const EdgeView& view, const CameraChange& change, std::size_t st
             x = k.width - x;
             y = k.height - y;
         }
-        if (double strength = 0; look_up(*view.edges, x, y, strength))
-            sum += strength - 1;
+        if (const auto strength = look_up(*view.edges, x, y))
+            sum += *strength - 1;
     }
     return sum / static_cast<double>((view.outline.size() + stride - 1) / stride);
-}
-
-double mean_response(const std::vector<EdgeView>& views, const CameraChange& change, std::size_t stride)
-{
-    double sum = 0;
-    std::size_t telling = 0;
-    for (const EdgeView& view : views)
-    {
-        sum += response(view, change, stride);
-        telling += view.outline.size() >= fewest_points;
-    }
-    return views.empty() ? 0 : sum / std::max(static_cast<double>(telling), 0.5 * static_cast<double>(views.size()));
 }
 
 }  // namespace
@@ -260,9 +248,16 @@ std::vector<double> edge_responses(const std::vector<EdgeView>& views, const Cam
     return responses;
 }
 
-double edge_response(const std::vector<EdgeView>& views, const CameraChange& change)
+double edge_response(const std::vector<EdgeView>& views, const CameraChange& change, std::size_t stride)
 {
-    return mean_response(views, change, 1);
+    double sum = 0;
+    std::size_t telling = 0;
+    for (const EdgeView& view : views)
+    {
+        sum += response(view, change, stride);
+        telling += view.outline.size() >= fewest_points;
+    }
+    return views.empty() ? 0 : sum / std::max(static_cast<double>(telling), 0.5 * static_cast<double>(views.size()));
 }
 
 CameraChange best_change(const std::vector<EdgeView>& views, const CameraChange& start, const Progress& progress)
@@ -271,7 +266,7 @@ CameraChange best_change(const std::vector<EdgeView>& views, const CameraChange&
     const auto search =
         [&](double furthest_focal, double focal_step, double furthest_shift, double shift_step, std::size_t stride)
     {
-        double most = mean_response(views, best, stride);
+        double most = edge_response(views, best, stride);
         const CameraChange middle = best;
         const auto focal_steps = static_cast<int>(std::lround(furthest_focal / focal_step));
         const auto shift_steps = static_cast<int>(std::lround(furthest_shift / shift_step));
@@ -288,7 +283,7 @@ CameraChange best_change(const std::vector<EdgeView>& views, const CameraChange&
                                    change.focal_scale *= std::exp(focal_step * (static_cast<int>(focal) - focal_steps));
                                    change.shift_x += shift_step * x;
                                    change.shift_y += shift_step * y;
-                                   if (const double found = mean_response(views, change, stride); found > mosts[focal])
+                                   if (const double found = edge_response(views, change, stride); found > mosts[focal])
                                    {
                                        mosts[focal] = found;
                                        bests[focal] = change;
@@ -413,19 +408,22 @@ std::vector<Chosen> chosen_frames(const Frames& frames, std::size_t count, bool 
     return chosen;
 }
 
-View view_of(const Frames& frames, std::size_t index, const ImageIo& images)
+View view_of(const Frames& frames, const Chosen& chosen, const ImageIo& images)
 {
+    const std::size_t index = chosen.frame;
     const Frame& frame = frames.frames[index];
     check_camera(frame.color, "the color camera of " + frame.sequence + "/" + frame.name);
     check_camera(frame.depth, "the depth camera of " + frame.sequence + "/" + frame.name);
     const bool has_depth = !frame.depth_picture.empty();
     View view;
+    view.frame = index;
     const Camera& depth = has_depth ? frame.depth : frame.color;
     view.depth = {track_of(frames, index, has_depth ? &Frame::depth : &Frame::color),
                   depth.intrinsics,
                   frame.color.intrinsics,
                   depth.world_from_camera.inverse() * frame.color.world_from_camera,
-                  {}};
+                  {},
+                  chosen.group};
     view.color = at_height(frame.color, edge_height).intrinsics;
     if (has_depth)
     {

@@ -70,8 +70,9 @@ void add_outline(EdgeView& view, const std::vector<Vec3d>& points);
 /// outside the picture and for views with fewer than 20 points.
 std::vector<double> edge_responses(const std::vector<EdgeView>& views, const CameraChange& change);
 
-/// Mean over the views with at least 20 points, divided by at least half the number of views; 0 without any.
-double edge_response(const std::vector<EdgeView>& views, const CameraChange& change);
+/// Mean over the views with at least 20 points, divided by at least half the number of views; 0 without any. Of every `stride`-th
+/// point.
+double edge_response(const std::vector<EdgeView>& views, const CameraChange& change, std::size_t stride = 1);
 
 /// best_change searches focal lengths up to this natural logarithm of their factor, and a little beyond in finer steps.
 inline constexpr double color_focal_reach = 0.3;
@@ -90,7 +91,8 @@ struct ColorSample
 /// A frame as the diagnosis sees it.
 struct View
 {
-    DepthView depth;  ///< Without samples if the frame has no depth picture; its camera is the color camera then.
+    std::size_t frame = 0;  ///< Index into Frames::frames.
+    DepthView depth;        ///< Without samples if the frame has no depth picture; its camera is the color camera then.
     std::vector<DepthSample> silhouette;  ///< Of the depth picture, in its pixels.
     Intrinsics color;                     ///< At the size of `edges`.
     RasterF edges;                        ///< edge_strength; empty if the frame has no color picture.
@@ -114,9 +116,9 @@ struct Chosen
 /// pixels, so that the views of a group differ, and overlap. Throws as load_depth does. \pre frames
 std::vector<Chosen> chosen_frames(const Frames& frames, std::size_t count, bool with_mesh, const ImageIo& images);
 
-/// Frame `index`: depths on a grid of 40 columns, silhouettes and edges at a height of 120 px, at which a tenth of a focal length
+/// The frame: depths on a grid of 40 columns, silhouettes and edges at a height of 120 px, at which a tenth of a focal length
 /// moves them by four pixels and a color camera that is not synchronized by one or two. Throws as check_camera, load_color and
 /// load_depth do. Thread-safe.
-View view_of(const Frames& frames, std::size_t index, const ImageIo& images);
+View view_of(const Frames& frames, const Chosen& chosen, const ImageIo& images);
 
 }  // namespace fresco::inspect

@@ -31,9 +31,9 @@ std::string percent(double share)
     return std::to_string(std::lround(100 * share)) + " %";
 }
 
-void tell(Findings& findings, const char* cause, std::string text)
+void tell(Findings& findings, const char* cause, std::string text, bool certain = true)
 {
-    findings.push_back({cause, std::move(text), true});
+    findings.push_back({cause, std::move(text), certain});
 }
 
 void tell_reading(const Assumption& a, Findings& findings)
@@ -165,11 +165,6 @@ std::string how_to_resize(double factor)
 
 const char* const turn_pictures = " pictures are turned by 180 degrees: turn them, or turn the poses' cameras about their axes";
 
-bool alike_factors(double a, double b)
-{
-    return std::abs(std::log(a / b)) < alike;
-}
-
 void replace(Findings& findings, const char* cause, const char* by, const std::string& text)
 {
     for (Finding& finding : findings)
@@ -179,7 +174,7 @@ void replace(Findings& findings, const char* cause, const char* by, const std::s
 
 void tell_both_cameras(const Assumption& a, const CameraChange& color, Findings& findings)
 {
-    if (a.focal_scale != 1 && color.focal_scale != 1 && alike_factors(a.focal_scale, color.focal_scale))
+    if (a.focal_scale != 1 && color.focal_scale != 1 && std::abs(std::log(a.focal_scale / color.focal_scale)) < alike)
         for (const char* cause : {"depth_focal_length", "depth_taken_for_color"})
             replace(findings, cause, "focal_length",
                     "the focal length of both cameras is " + how_to_mend(a.focal_scale, focal_reach));
@@ -315,11 +310,10 @@ void tell_inside_out(Findings& findings)
 
 void tell_uncovered(bool by_mesh, Findings& findings)
 {
-    findings.push_back(
-        {"uncovered",
+    tell(findings, "uncovered",
          by_mesh ? "no inspected frame sees the mesh, and no usual mistake explains it: do mesh and frames belong together?"
                  : "no inspected frame sees what another one does, and no usual mistake explains it: are the poses in order?",
-         false});
+         false);
 }
 
 void tell_disagreement(const Fit& fit, bool by_mesh, bool certain, Findings& findings)
@@ -328,33 +322,27 @@ void tell_disagreement(const Fit& fit, bool by_mesh, bool certain, Findings& fin
     {
         const std::string views = percent(fit.agreement) + " of the depths agree with those of other frames; " +
                                   percent(fit.in_front) + " are seen through";
-        findings.push_back({certain ? "unexplained" : "agree_in_part",
-                            certain
-                                ? "the frames contradict each other: " + views + ", and no usual mistake explains it"
-                                : "the frames agree in part: " + views + ". No usual mistake explains it; look at the picture",
-                            certain});
-        return;
+        return tell(findings, certain ? "unexplained" : "agree_in_part",
+                    certain ? "the frames contradict each other: " + views + ", and no usual mistake explains it"
+                            : "the frames agree in part: " + views + ". No usual mistake explains it; look at the picture",
+                    certain);
     }
     const std::string figures = "where the mesh is, " + percent(fit.agreement) +
                                 " of the depths agree with it; it lies in front of " + percent(fit.in_front) +
                                 " of the measured surface and behind " + percent(fit.behind);
     if (certain)
-        findings.push_back(
-            {"unexplained", figures + ", and no usual mistake explains it: do mesh and frames belong together?", true});
+        tell(findings, "unexplained", figures + ", and no usual mistake explains it: do mesh and frames belong together?");
     else if (fit.behind > 4 * fit.in_front)
-        findings.push_back({"incomplete_mesh", figures + ": does it lack what stands there? Otherwise, check its unit", false});
+        tell(findings, "incomplete_mesh", figures + ": does it lack what stands there? Otherwise, check its unit", false);
     else
-        findings.push_back({"agree_in_part",
-                            "mesh and frames agree in part: " + figures + ". No usual mistake explains it; look at the picture",
-                            false});
+        tell(findings, "agree_in_part",
+             "mesh and frames agree in part: " + figures + ". No usual mistake explains it; look at the picture", false);
 }
 
 void tell_no_edges(Findings& findings)
 {
-    findings.push_back({"unexplained_edges",
-                        "the color pictures have no edges along the outlines, and no usual mistake explains it: look at "
-                        "the pictures",
-                        false});
+    tell(findings, "unexplained_edges",
+         "the color pictures have no edges along the outlines, and no usual mistake explains it: look at the pictures", false);
 }
 
 }  // namespace fresco::inspect

@@ -3,6 +3,7 @@
 #include "agreement.h"
 #include "views.h"
 
+#include <fresco/numerics/numerics.h>
 #include <fresco/random.h>
 #include <fresco/testing.h>
 
@@ -47,15 +48,15 @@ inline Mat3 diagonal(double x, double y, double z)
     return m;
 }
 
+inline Change on_views(const std::function<void(View&)>& change)
+{
+    return [change](Looked& looked) { std::ranges::for_each(looked.views, change); };
+}
+
 /// Of the depth camera; the color camera is fixed to it.
 inline Change on_poses(const std::function<void(RigidTransform&)>& change)
 {
-    return [change](Looked& looked)
-    {
-        for (View& view : looked.views)
-            for (RigidTransform& pose : view.depth.track.poses)
-                change(pose);
-    };
+    return on_views([change](View& view) { std::ranges::for_each(view.depth.track.poses, change); });
 }
 
 inline void opengl(RigidTransform& pose)
@@ -75,11 +76,7 @@ inline Change read_as(Reading reading)
 
 inline Change on_mesh(const std::function<Vec3f(Vec3f)>& change)
 {
-    return [change](Looked& looked)
-    {
-        for (Vec3f& p : looked.mesh.positions)
-            p = change(p);
-    };
+    return [change](Looked& looked) { std::ranges::transform(looked.mesh.positions, looked.mesh.positions.begin(), change); };
 }
 
 inline Change scaled_mesh(float scale)
@@ -95,13 +92,13 @@ inline void turn_faces(Looked& looked)
 
 inline Change on_depths(const std::function<void(View&, DepthSample&)>& change)
 {
-    return [change](Looked& looked)
-    {
-        for (View& view : looked.views)
+    return on_views(
+        [change](View& view)
+        {
             for (auto* samples : {&view.depth.samples, &view.silhouette})
                 for (DepthSample& sample : *samples)
                     change(view, sample);
-    };
+        });
 }
 
 inline Change scaled_depths(float scale)
@@ -115,58 +112,50 @@ inline void measure_along_rays(View& view, DepthSample& sample)
     sample.depth *= static_cast<float>(length(measured_ray(view.depth, unit, {}).direction));
 }
 
-inline void turn_depth(Looked& looked)
+inline void turn_depth(View& view, DepthSample& sample)
 {
-    on_depths(
-        [](View& view, DepthSample& sample)
-        {
-            sample.x = static_cast<float>(view.depth.depth.width) - sample.x;
-            sample.y = static_cast<float>(view.depth.depth.height) - sample.y;
-        })(looked);
+    sample.x = static_cast<float>(view.depth.depth.width) - sample.x;
+    sample.y = static_cast<float>(view.depth.depth.height) - sample.y;
 }
 
-inline void turn_color(Looked& looked)
+inline void turn_color(View& view)
 {
-    for (View& view : looked.views)
+    for (RasterF* edges : {&view.edges, &view.edges_before, &view.edges_after})
+        std::ranges::reverse(edges->values);
+    for (ColorSample& sample : view.colors)
     {
-        for (RasterF* edges : {&view.edges, &view.edges_before, &view.edges_after})
-            std::ranges::reverse(edges->values);
-        for (ColorSample& sample : view.colors)
-        {
-            sample.x = static_cast<float>(view.color.width) - sample.x;
-            sample.y = static_cast<float>(view.color.height) - sample.y;
-        }
+        sample.x = static_cast<float>(view.color.width) - sample.x;
+        sample.y = static_cast<float>(view.color.height) - sample.y;
     }
 }
 
-inline void exchange_channels(Looked& looked)
+inline void exchange_channels(View& view)
 {
-    for (View& view : looked.views)
-        for (ColorSample& sample : view.colors)
-            std::swap(sample.color[0], sample.color[2]);
+    for (ColorSample& sample : view.colors)
+        std::swap(sample.color[0], sample.color[2]);
 }
 
 inline Change intrinsics(double color_size, double depth_size, double color_focal = 1, double depth_focal = 1)
 {
-    return [=](Looked& looked)
-    {
-        for (View& view : looked.views)
+    return on_views(
+        [=](View& view)
         {
             view.depth.depth = scaled(view.depth.depth, depth_size, depth_focal);
             view.depth.color = scaled(view.depth.color, color_size, color_focal);
             view.color = scaled(view.color, color_size, color_focal);
-        }
-    };
+        });
 }
 
-inline void color_as_depth(Looked& looked)
+inline void set_color_camera(View& view, const Intrinsics& k)
 {
-    for (View& view : looked.views)
-    {
-        view.depth.color = view.depth.depth.scaled_to(view.depth.color.width, view.depth.color.height);
-        view.color = view.depth.depth.scaled_to(view.color.width, view.color.height);
-        view.depth.depth_from_color = {};
-    }
+    view.depth.color = k.scaled_to(view.depth.color.width, view.depth.color.height);
+    view.color = k.scaled_to(view.color.width, view.color.height);
+}
+
+inline void color_as_depth(View& view)
+{
+    set_color_camera(view, view.depth.depth);
+    view.depth.depth_from_color = {};
 }
 
 inline void move_depth_to_color(View& view)
@@ -176,25 +165,18 @@ inline void move_depth_to_color(View& view)
     view.depth.depth = view.depth.color.scaled_to(view.depth.depth.width, view.depth.depth.height);
 }
 
-inline void depth_as_color(Looked& looked)
+inline void depth_as_color(View& view)
 {
-    for (View& view : looked.views)
-    {
-        move_depth_to_color(view);
-        view.depth.depth_from_color = {};
-    }
+    move_depth_to_color(view);
+    view.depth.depth_from_color = {};
 }
 
-inline void swap_cameras(Looked& looked)
+inline void swap_cameras(View& view)
 {
-    for (View& view : looked.views)
-    {
-        const Intrinsics depth = view.depth.depth;
-        move_depth_to_color(view);
-        view.depth.color = depth.scaled_to(view.depth.color.width, view.depth.color.height);
-        view.color = depth.scaled_to(view.color.width, view.color.height);
-        view.depth.depth_from_color = view.depth.depth_from_color.inverse();
-    }
+    const Intrinsics depth = view.depth.depth;
+    move_depth_to_color(view);
+    set_color_camera(view, depth);
+    view.depth.depth_from_color = view.depth.depth_from_color.inverse();
 }
 
 /// Depth as the color cameras would measure it, still said to be the depth cameras'.
@@ -208,67 +190,55 @@ inline void register_depth(Looked& looked)
         const RasterF depth = mesh_depth(scene, camera, testing::TestRun(2));
         view.depth.samples = sample_depth(depth, 40);
         view.silhouette = silhouette(depth);
-        for (auto* samples : {&view.depth.samples, &view.silhouette})
-            for (DepthSample& sample : *samples)
-            {
-                sample.x *= static_cast<float>(view.depth.depth.width) / 160;
-                sample.y *= static_cast<float>(view.depth.depth.height) / 120;
-            }
     }
+    on_depths(
+        [](View& view, DepthSample& sample)
+        {
+            sample.x *= static_cast<float>(view.depth.depth.width) / 160;
+            sample.y *= static_cast<float>(view.depth.depth.height) / 120;
+        })(looked);
+}
+
+/// Depth registered to color, and said to be.
+inline Change one_camera_recording()
+{
+    return both(register_depth, on_views(depth_as_color));
 }
 
 /// Each picture gets the pose so many frames before its own; between poses of the track.
 inline Change late_poses(double frames)
 {
-    return [=](Looked& looked)
-    {
-        for (View& view : looked.views)
+    return on_views(
+        [=](View& view)
         {
-            PoseTrack late = view.depth.track;
-            for (std::size_t i = 0; i < late.poses.size(); ++i)
-            {
-                PoseTrack around = view.depth.track;
-                around.own = i;
-                Assumption lag;
-                lag.lag_frames = -frames;
-                late.poses[i] = lag.pose(around);
-            }
-            view.depth.track = late;
-        }
-    };
+            PoseTrack around = view.depth.track;
+            for (around.own = 0; around.own < around.poses.size(); ++around.own)
+                view.depth.track.poses[around.own] = Assumption{.lag_frames = -frames}.pose(around);
+        });
 }
 
 /// Each frame has the color picture of the one before.
-inline void late_colors(Looked& looked)
+inline void late_colors(View& view)
 {
-    for (View& view : looked.views)
-    {
-        view.edges_after = std::move(view.edges);
-        view.edges = std::move(view.edges_before);
-        view.edges_before = {};
-    }
+    view.edges_after = std::move(view.edges);
+    view.edges = std::move(view.edges_before);
+    view.edges_before = {};
 }
 
-inline void drop_depth(Looked& looked)
+inline void drop_depth(View& view)
 {
-    for (View& view : looked.views)
-    {
-        for (RigidTransform& pose : view.depth.track.poses)
-            pose = pose * view.depth.depth_from_color;
-        view.depth.depth = view.depth.color;
-        view.depth.depth_from_color = {};
-        view.depth.samples.clear();
-        view.silhouette.clear();
-    }
+    for (RigidTransform& pose : view.depth.track.poses)
+        pose = pose * view.depth.depth_from_color;
+    view.depth.depth = view.depth.color;
+    view.depth.depth_from_color = {};
+    view.depth.samples.clear();
+    view.silhouette.clear();
 }
 
-inline void drop_color(Looked& looked)
+inline void drop_color(View& view)
 {
-    for (View& view : looked.views)
-    {
-        view.edges = view.edges_before = view.edges_after = {};
-        view.colors.clear();
-    }
+    view.edges = view.edges_before = view.edges_after = {};
+    view.colors.clear();
 }
 
 /// Keeps the faces for which `keep(center)` holds.
@@ -287,19 +257,17 @@ inline Change crop(Vec3f low, Vec3f high)
 {
     return [=](Looked& looked)
     {
-        Vec3f least = looked.mesh.positions.front();
-        Vec3f most = least;
+        numerics::Bounds<float> box;
         for (const Vec3f p : looked.mesh.positions)
-        {
-            least = {std::min(least.x, p.x), std::min(least.y, p.y), std::min(least.z, p.z)};
-            most = {std::max(most.x, p.x), std::max(most.y, p.y), std::max(most.z, p.z)};
-        }
-        const Vec3f size = most - least;
+            box.add(p);
+        const Vec3f size = box.high - box.low;
+        const auto within = [](float at, float from, float to) { return at >= from && at <= to; };
         keep_faces(
-            [=](Vec3f p)
+            [=](Vec3f center)
             {
-                return p.x >= least.x + low.x * size.x && p.x <= least.x + high.x * size.x && p.y >= least.y + low.y * size.y &&
-                       p.y <= least.y + high.y * size.y && p.z >= least.z + low.z * size.z && p.z <= least.z + high.z * size.z;
+                const Vec3f p = center - box.low;
+                return within(p.x, low.x * size.x, high.x * size.x) && within(p.y, low.y * size.y, high.y * size.y) &&
+                       within(p.z, low.z * size.z, high.z * size.z);
             })(looked);
     };
 }
@@ -312,9 +280,7 @@ inline Change holes(std::size_t count, float radius)
         Random random(7);
         std::vector<Vec3f> centers;
         for (std::size_t i = 0; i < count; ++i)
-            centers.push_back(
-                looked.mesh
-                    .positions[static_cast<std::size_t>(random.below(static_cast<std::int64_t>(looked.mesh.positions.size())))]);
+            centers.push_back(looked.mesh.positions[static_cast<std::size_t>(random.below(std::ssize(looked.mesh.positions)))]);
         keep_faces([&](Vec3f p)
                    { return std::ranges::none_of(centers, [&](Vec3f center) { return length(p - center) < radius; }); })(looked);
     };
@@ -411,11 +377,8 @@ inline std::vector<Case> named()
 {
     const auto turned = [](Vec3f p) { return Vec3f{p.x, p.z, -p.y}; };
     const auto mirrored = [](Vec3f p) { return Vec3f{-p.x, p.y, p.z}; };
-    const auto on_principal = [](Looked& looked)
-    {
-        for (View& view : looked.views)
-            view.color.cx += 0.04 * view.color.width;
-    };
+    const auto on_principal = on_views([](View& view) { view.color.cx += 0.04 * view.color.width; });
+    const auto depth_turned = on_depths(turn_depth), color_turned = on_views(turn_color);
     return {{"OpenGL axes", on_poses(opengl), {"opengl_axes"}},
             {"inverted poses", read_as(Reading::inverted), {"inverted_poses"}},
             {"inverted poses with OpenGL axes",
@@ -452,9 +415,9 @@ inline std::vector<Case> named()
             {"poses of the frame after", late_poses(-1), {"pose_lag"}},
             {"poses 2.4 frames late", late_poses(2.4), {"pose_lag"}},
             {"distances along rays", on_depths(measure_along_rays), {"ray_depth"}},
-            {"upside down", both(turn_depth, turn_color), {"upside_down"}},
-            {"depth upside down", turn_depth, {"depth_upside_down"}},
-            {"color upside down", turn_color, {"color_upside_down"}},
+            {"upside down", both(depth_turned, color_turned), {"upside_down"}},
+            {"depth upside down", depth_turned, {"depth_upside_down"}},
+            {"color upside down", color_turned, {"color_upside_down"}},
             {"intrinsics of pictures twice the size", intrinsics(2, 2), {"camera_size"}},
             {"intrinsics of pictures half the size", intrinsics(0.5, 0.5), {"camera_size"}},
             {"the depth camera's twice the size", intrinsics(1, 2), {"depth_camera_size"}},
@@ -462,9 +425,9 @@ inline std::vector<Case> named()
             {"the color camera's twice the size", intrinsics(2, 1), {"color_camera_size"}},
             {"the color camera's half the size", intrinsics(0.5, 1), {"color_camera_size"}},
             {"the color camera's for 1.5 times the size", intrinsics(1.5, 1), {"color_camera_size"}},
-            {"color taken for depth", color_as_depth, {"color_taken_for_depth"}},
-            {"depth taken for color", depth_as_color, {"depth_taken_for_color"}},
-            {"cameras swapped", swap_cameras, {"cameras_swapped"}},
+            {"color taken for depth", on_views(color_as_depth), {"color_taken_for_depth"}},
+            {"depth taken for color", on_views(depth_as_color), {"depth_taken_for_color"}},
+            {"cameras swapped", on_views(swap_cameras), {"cameras_swapped"}},
             {"color's principal point 4 % too far right", on_principal, {"color_shift"}},
             {"color's focal length 10 % too small", intrinsics(1, 1, 0.9, 1), {"color_focal_length"}},
             {"color's focal length 10 % too large", intrinsics(1, 1, 1.1, 1), {"color_focal_length"}},
@@ -479,17 +442,18 @@ inline std::vector<Case> named()
             {"OpenGL axes and a focal length",
              both(on_poses(opengl), intrinsics(1, 1, 1, 1.1)),
              {"opengl_axes", "depth_focal_length"}},
-            {"red and blue exchanged", exchange_channels, {"red_and_blue_exchanged"}},
+            {"red and blue exchanged", on_views(exchange_channels), {"red_and_blue_exchanged"}},
             {"depth registered to color", register_depth, {"depth_by_color_camera"}}};
 }
 
 /// What the pictures tell without depth.
 inline std::vector<Case> named_by_edges()
 {
-    return {{"no depth, OpenGL axes", both(drop_depth, on_poses(opengl)), {"opengl_axes"}},
-            {"no depth, poses in millimeters", both(drop_depth, scaled_poses(1000)), {"millimeter_poses"}},
-            {"no depth, a mesh in millimeters", both(drop_depth, scaled_mesh(1000)), {"millimeter_mesh"}},
-            {"no depth, upside down", both(drop_depth, turn_color), {"color_upside_down"}}};
+    const auto no_depth = on_views(drop_depth);
+    return {{"no depth, OpenGL axes", both(no_depth, on_poses(opengl)), {"opengl_axes"}},
+            {"no depth, poses in millimeters", both(no_depth, scaled_poses(1000)), {"millimeter_poses"}},
+            {"no depth, a mesh in millimeters", both(no_depth, scaled_mesh(1000)), {"millimeter_mesh"}},
+            {"no depth, upside down", both(no_depth, on_views(turn_color)), {"color_upside_down"}}};
 }
 
 /// One name for causes that only a mesh tells apart: a unit of poses, depths or both; a focal length or a size.
@@ -522,6 +486,7 @@ inline std::vector<Case> named_without_mesh()
 inline std::vector<std::pair<std::string, Change>> right()
 {
     const auto nothing = [](Looked&) {};
+    const auto no_depth = on_views(drop_depth), one_camera_only = one_camera_recording();
     const auto part_of_picture = [](const View& view, const DepthSample& sample, double)
     { return sample.x < 0.3F * static_cast<float>(view.depth.depth.width); };
     const auto near = [](float reach)
@@ -559,15 +524,15 @@ inline std::vector<std::pair<std::string, Change>> right()
             {"depth to 2 m", keep_depths(near(2))},
             {"little depth", keep_depths(few(0.1))},
             {"depth on the left only", keep_depths(part_of_picture)},
-            {"no depth", drop_depth},
-            {"no depth, the left half", both(drop_depth, crop({0, 0, 0}, {0.5F, 1, 1}))},
-            {"no pictures", drop_color},
+            {"no depth", no_depth},
+            {"no depth, the left half", both(no_depth, crop({0, 0, 0}, {0.5F, 1, 1}))},
+            {"no pictures", on_views(drop_color)},
             {"a mesh without colors", no_colors},
             {"a gray mesh", one_color},
             {"a mesh of another white balance", bluish},
             {"a board that was carried off", add_board},
-            {"one camera", both(register_depth, depth_as_color)},
-            {"one camera, the left half", both(both(register_depth, depth_as_color), crop({0, 0, 0}, {0.5F, 1, 1}))},
+            {"one camera", one_camera_only},
+            {"one camera, the left half", both(one_camera_only, crop({0, 0, 0}, {0.5F, 1, 1}))},
             {"focal lengths off by 1.5 %", intrinsics(1, 1, 1.015, 1.015)},
             {"poses 0.15 frames late", late_poses(0.15)}};
 }

@@ -43,7 +43,7 @@ Looked look_at(const recordings::Recording& recording, std::size_t count)
     const auto& frames = recording.frames->frames;
     count = std::min(count, frames.size());
     for (std::size_t i = 0; i < count; ++i)
-        right.views.push_back(view_of(*recording.frames, (2 * i + 1) * frames.size() / (2 * count), *recording.images));
+        right.views.push_back(view_of(*recording.frames, {(2 * i + 1) * frames.size() / (2 * count)}, *recording.images));
     return right;
 }
 
@@ -86,37 +86,51 @@ Diagnosis diagnose_after(const Looked& right, const raycast::Scene* scene, const
     return diagnose(&changed, looked.views, testing::TestRun(2));
 }
 
-/// The share of the mistakes that are found by their name, and nothing else.
-double share_named(Looked right, const Change& part, const std::vector<Case>& cases, const std::string& where)
+/// Passes on whether a diagnosis is right; shows those that are not, or all where TABLE is set.
+bool shown(bool is_right, const std::string& name, const Diagnosis& found)
 {
-    part(right);
-    const raycast::Scene scene(right.mesh);
-    std::size_t found = 0;
-    for (const Case& made : cases)
-    {
-        const Diagnosis diagnosis = diagnose_after(right, &scene, made.change);
-        const bool same = causes_of(diagnosis) == made.causes;
-        found += same;
-        if (std::getenv("TABLE") || !same)
-            std::cout << (same ? "right " : "WRONG ") << where << ": " << made.name << ": " << told(diagnosis) << std::endl;
-    }
+    if (std::getenv("TABLE") || !is_right)
+        std::cout << (is_right ? "right " : "WRONG ") << name << ": " << told(found) << std::endl;
+    return is_right;
+}
+
+/// The share of the mistakes of which `is_named` holds for the causes found.
+template <class Named>
+double share_named(const Looked& right, const raycast::Scene* scene, const std::vector<Case>& cases, const std::string& where,
+                   const Named& is_named)
+{
+    const auto found =
+        std::ranges::count_if(cases,
+                              [&](const Case& made)
+                              {
+                                  const Diagnosis diagnosis = diagnose_after(right, scene, made.change);
+                                  return shown(is_named(made, causes_of(diagnosis)), where + ": " + made.name, diagnosis);
+                              });
     return static_cast<double>(found) / static_cast<double>(cases.size());
 }
 
-std::size_t false_alarms(const Looked& right_one, const std::vector<std::pair<std::string, Change>>& changes)
+/// Of those that are found by their name, and nothing else.
+double share_named(
+    Looked right, const std::vector<Case>& cases, const std::string& where, const Change& part = [](Looked&) {})
 {
-    std::size_t alarms = 0;
+    part(right);
+    const raycast::Scene scene(right.mesh);
+    return share_named(right, &scene, cases, where,
+                       [](const Case& made, const std::vector<std::string>& causes) { return causes == made.causes; });
+}
+
+std::ptrdiff_t false_alarms(const Looked& right_one, const std::vector<std::pair<std::string, Change>>& changes)
+{
     std::optional<raycast::Scene> scene;
     if (!right_one.mesh.triangles.empty())
         scene.emplace(right_one.mesh);
-    for (const auto& [name, change] : changes)
-    {
-        const Diagnosis found = diagnose_after(right_one, scene ? &*scene : nullptr, change);
-        alarms += !found.findings.empty();
-        if (std::getenv("TABLE") || !found.findings.empty())
-            std::cout << (found.findings.empty() ? "right " : "ALARM ") << name << ": " << told(found) << std::endl;
-    }
-    return alarms;
+    return std::ranges::count_if(changes,
+                                 [&](const auto& one)
+                                 {
+                                     const auto& [name, change] = one;
+                                     const Diagnosis found = diagnose_after(right_one, scene ? &*scene : nullptr, change);
+                                     return !shown(found.findings.empty(), name, found);
+                                 });
 }
 
 }  // namespace
@@ -126,11 +140,9 @@ TEST_CASE("mistakes made on purpose in a generated room are named", "[scan.inspe
     if (recordings::room() == nullptr)
         return;
     const Looked room = look_at_generated(*recordings::room());
-    CHECK(share_named(
-              room, [](Looked&) {}, named(), "whole") >= 0.95);
-    CHECK(share_named(room, crop({0, 0, 0}, {0.5F, 1, 1}), named(), "part") >= 0.95);
-    CHECK(share_named(
-              room, [](Looked&) {}, named_by_edges(), "whole") == 1);
+    CHECK(share_named(room, named(), "whole") >= 0.95);
+    CHECK(share_named(room, named(), "part", crop({0, 0, 0}, {0.5F, 1, 1})) >= 0.95);
+    CHECK(share_named(room, named_by_edges(), "whole") == 1);
 }
 
 TEST_CASE("other mistakes are not passed over, and no name is guessed", "[scan.inspect]")
@@ -139,14 +151,7 @@ TEST_CASE("other mistakes are not passed over, and no name is guessed", "[scan.i
         return;
     const Looked room = look_at_generated(*recordings::room());
     const raycast::Scene scene(room.mesh);
-    const auto on_depth_camera = [](const std::function<void(Intrinsics&)>& change) -> Change
-    {
-        return [change](Looked& looked)
-        {
-            for (View& view : looked.views)
-                change(view.depth.depth);
-        };
-    };
+    const auto on_depth_camera = [](const auto& change) { return on_views([change](View& view) { change(view.depth.depth); }); };
     const std::vector<std::pair<std::string, Change>> others{
         {"another room", on_poses(
                              [](RigidTransform& pose) {
@@ -180,7 +185,7 @@ TEST_CASE("an object in a hall gives no alarm, and its mistakes are named", "[sc
         return;
     Looked hall = look_at_generated(*recordings::hall());
     const auto object = crop({0.3F, 0.3F, 0.02F}, {0.7F, 0.7F, 0.4F});
-    const auto one_camera = both(register_depth, depth_as_color);
+    const auto one_camera = one_camera_recording();
     CHECK(false_alarms(hall, {{"an object in a hall", object},
                               {"an object in a hall, one camera", both(one_camera, object)},
                               {"the near part of a hall", crop({0, 0, 0}, {0.4F, 0.4F, 0.6F})},
@@ -200,11 +205,9 @@ TEST_CASE("mistakes made on purpose in a real kitchen are named", "[.kitchen]")
     if (recordings::kitchen() == nullptr)
         return;
     const Looked kitchen = look_at(*recordings::kitchen(), 12);
-    CHECK(share_named(
-              kitchen, [](Looked&) {}, named(), "whole") >= 0.95);
-    CHECK(share_named(kitchen, crop({0, 0, 0}, {0.5F, 1, 1}), named(), "part") >= 0.95);
-    CHECK(share_named(
-              kitchen, [](Looked&) {}, named_by_edges(), "whole") >= 0.8);
+    CHECK(share_named(kitchen, named(), "whole") >= 0.95);
+    CHECK(share_named(kitchen, named(), "part", crop({0, 0, 0}, {0.5F, 1, 1})) >= 0.95);
+    CHECK(share_named(kitchen, named_by_edges(), "whole") >= 0.8);
 }
 
 TEST_CASE("a real kitchen that is right gives no alarm", "[.kitchen]")
@@ -221,28 +224,8 @@ Looked look_without_mesh(const recordings::Recording& recording)
 {
     Looked right;
     for (const Chosen& chosen : chosen_frames(*recording.frames, 12, false, *recording.images))
-    {
-        right.views.push_back(view_of(*recording.frames, chosen.frame, *recording.images));
-        right.views.back().depth.group = chosen.group;
-    }
+        right.views.push_back(view_of(*recording.frames, chosen, *recording.images));
     return right;
-}
-
-/// The share of the mistakes that are found by one of their names.
-double share_named_without_mesh(const Looked& right, const std::string& where)
-{
-    const auto cases = named_without_mesh();
-    std::size_t found = 0;
-    for (const Case& made : cases)
-    {
-        const Diagnosis diagnosis = diagnose_after(right, nullptr, made.change);
-        const bool named = std::ranges::any_of(causes_of(diagnosis), [&](const std::string& cause)
-                                               { return family(cause) == family(made.causes.front()); });
-        found += named;
-        if (std::getenv("TABLE") || !named)
-            std::cout << (named ? "right " : "WRONG ") << where << ": " << made.name << ": " << told(diagnosis) << std::endl;
-    }
-    return static_cast<double>(found) / static_cast<double>(cases.size());
 }
 
 /// Right subsets of a recording.
@@ -262,7 +245,11 @@ void check_without_mesh(const recordings::Recording* recording, const std::strin
     if (recording == nullptr)
         return;
     const Looked right = look_without_mesh(*recording);
-    CHECK(share_named_without_mesh(right, where) >= 0.9);
+    const auto is_named = [](const Case& made, const std::vector<std::string>& causes) {
+        return std::ranges::any_of(causes,
+                                   [&](const std::string& cause) { return family(cause) == family(made.causes.front()); });
+    };
+    CHECK(share_named(right, nullptr, named_without_mesh(), where, is_named) >= 0.9);
     CHECK(false_alarms(right, right_subsets()) == 0);
 }
 
@@ -285,7 +272,7 @@ TEST_CASE("color pictures of the frame before are named", "[.recordings]")
         if (recording != nullptr)
         {
             Looked late = look_without_mesh(*recording);
-            late_colors(late);
+            on_views(late_colors)(late);
             const Diagnosis found = diagnose(nullptr, late.views, testing::TestRun(2));
             INFO(told(found));
             CHECK(causes_of(found) == std::vector<std::string>{"color_lag"});

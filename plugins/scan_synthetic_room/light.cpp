@@ -14,11 +14,6 @@ namespace room
 namespace
 {
 
-Vec3f mix(Vec3f a, Vec3f b, float t)
-{
-    return a + (b - a) * t;
-}
-
 float fraction(float x)
 {
     return x - static_cast<float>(whole(x));

@@ -31,7 +31,9 @@ inline float smooth(float t)
     return t * t * (3 - 2 * t);
 }
 
-inline float mix(float a, float b, float t)
+/// Of numbers or colors.
+template <class T>
+T mix(T a, T b, float t)
 {
     return a + (b - a) * t;
 }

@@ -316,22 +316,19 @@ fresco::Mesh seen_part(const fresco::Mesh& mesh, const SeenVertices& seen, std::
 
     fresco::Mesh part;
     std::vector<Part> kept_parts;
-    std::vector<std::uint32_t> renamed(mesh.positions.size(), no_vertex);
+    std::vector<std::uint32_t> named;
     for (const std::size_t f : kept)
     {
-        auto& t = part.triangles.emplace_back(mesh.triangles[f]);
-        for (auto& v : t)
-        {
-            if (renamed[v] == no_vertex)
-            {
-                renamed[v] = static_cast<std::uint32_t>(part.positions.size());
-                part.positions.push_back(mesh.positions[v]);
-                part.colors.push_back(mesh.colors[v]);
-            }
-            v = renamed[v];
-        }
+        named.insert(named.end(), mesh.triangles[f].begin(), mesh.triangles[f].end());
         kept_parts.push_back(parts[f]);
     }
+    for (const auto v : fresco::numerics::number_by_first(named, mesh.positions.size()))
+    {
+        part.positions.push_back(mesh.positions[v]);
+        part.colors.push_back(mesh.colors[v]);
+    }
+    for (std::size_t i = 0; i < named.size(); i += 3)
+        part.triangles.push_back({named[i], named[i + 1], named[i + 2]});
     parts = std::move(kept_parts);
     return part;
 }

@@ -248,15 +248,22 @@ float component(Vec3f v, int axis)
 }
 
 /// Where a ray enters a box, or a large number if it misses it or does so beyond `limit`.
-[[gnu::always_inline]] inline float entry(const Vec3f& low, const Vec3f& high, const Vec3f& origin, const Vec3f& inverse,
+[[gnu::always_inline]] inline float entry(const fresco::numerics::Bounds<float>& box, const Vec3f& origin, const Vec3f& inverse,
                                           float limit)
 {
+    const auto& [low, high] = box;
     const float x0 = (low.x - origin.x) * inverse.x, x1 = (high.x - origin.x) * inverse.x;
     const float y0 = (low.y - origin.y) * inverse.y, y1 = (high.y - origin.y) * inverse.y;
     const float z0 = (low.z - origin.z) * inverse.z, z1 = (high.z - origin.z) * inverse.z;
     const float enter = std::max(std::max(std::min(x0, x1), std::min(y0, y1)), std::max(std::min(z0, z1), 0.0f));
     const float leave = std::min(std::min(std::max(x0, x1), std::max(y0, y1)), std::min(std::max(z0, z1), limit));
     return enter <= leave ? enter : 1e30f;
+}
+
+float surface(const fresco::numerics::Bounds<float>& box)
+{
+    const Vec3f d = box.high - box.low;
+    return d.x * d.y + d.y * d.z + d.z * d.x;
 }
 
 Vec3f inverse_of(Vec3f d)
@@ -266,12 +273,6 @@ Vec3f inverse_of(Vec3f d)
 }
 
 }  // namespace
-
-float Caster::surface(const Bounds& box)
-{
-    const Vec3f d = box.high - box.low;
-    return d.x * d.y + d.y * d.z + d.z * d.x;
-}
 
 Caster::Caster(const Scene& scene) : scene_(&scene)
 {
@@ -305,9 +306,7 @@ void Caster::sort_along(int axis, std::size_t begin, std::size_t end)
 /// Splits where the sum of surface times solids is least (the surface area heuristic), trying every place along each axis.
 void Caster::build(std::size_t node, std::size_t begin, std::size_t end)
 {
-    const auto box = bounds(begin, end);
-    nodes_[node].low = box.low;
-    nodes_[node].high = box.high;
+    nodes_[node].box = bounds(begin, end);
     if (end - begin <= leaf_size)
     {
         nodes_[node].first = static_cast<int>(begin);
@@ -350,7 +349,7 @@ SceneHit Caster::cast(const Ray& ray, int guess) const
     const Vec3f inverse = inverse_of(ray.direction);
     std::array<int, 64> stack{};
     std::size_t depth = 0;
-    if (!order_.empty() && entry(nodes_[0].low, nodes_[0].high, ray.origin, inverse, best.t) < 1e30f)
+    if (!order_.empty() && entry(nodes_[0].box, ray.origin, inverse, best.t) < 1e30f)
         stack[depth++] = 0;
     while (depth > 0)
     {
@@ -366,8 +365,8 @@ SceneHit Caster::cast(const Ray& ray, int guess) const
             continue;
         }
         const auto left = static_cast<std::size_t>(node.first);
-        const float near_left = entry(nodes_[left].low, nodes_[left].high, ray.origin, inverse, best.t);
-        const float near_right = entry(nodes_[left + 1].low, nodes_[left + 1].high, ray.origin, inverse, best.t);
+        const float near_left = entry(nodes_[left].box, ray.origin, inverse, best.t);
+        const float near_right = entry(nodes_[left + 1].box, ray.origin, inverse, best.t);
         const bool left_first = near_left <= near_right;
         if (std::max(near_left, near_right) < best.t)
             stack[depth++] = node.first + (left_first ? 1 : 0);
@@ -387,7 +386,7 @@ bool Caster::blocked(const Ray& ray, float limit, int ignored) const
     while (depth > 0)
     {
         const Node& node = nodes_[static_cast<std::size_t>(stack[--depth])];
-        if (entry(node.low, node.high, ray.origin, inverse, limit) >= 1e30f)
+        if (entry(node.box, ray.origin, inverse, limit) >= 1e30f)
             continue;
         if (node.count == 0)
         {

@@ -161,14 +161,13 @@ class Caster
     bool blocked(const Ray& ray, float limit, int ignored) const;
 
   private:
+    using Bounds = fresco::numerics::Bounds<float>;
     struct Node
     {
-        Vec3f low, high;
+        Bounds box;
         int first = 0;  ///< Leaf: index into order_; else the left child, the right one follows.
         int count = 0;  ///< 0: inner node.
     };
-    using Bounds = fresco::numerics::Bounds<float>;
-    static float surface(const Bounds& box);
     Bounds bounds(std::size_t begin, std::size_t end) const;
     void sort_along(int axis, std::size_t begin, std::size_t end);
     void build(std::size_t node, std::size_t begin, std::size_t end);

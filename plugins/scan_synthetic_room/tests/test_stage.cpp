@@ -11,45 +11,39 @@
 #include <algorithm>
 #include <cmath>
 
-namespace fs = std::filesystem;
-using fresco::testing::RawImages;
-using fresco::testing::TestRun;
+using namespace fresco;
+using testing::RawImages;
 
 namespace
 {
 
-struct Result
+/// What the stage makes of `options`.
+struct Recorded
 {
-    fresco::testing::TemporaryFolder out;
-    std::shared_ptr<fresco::Frames> frames;
-    std::shared_ptr<fresco::Mesh> mesh;
+    testing::TestRun run;
+    testing::TemporaryFolder out;
+    std::shared_ptr<Frames> frames;
+    std::shared_ptr<Mesh> mesh;
+
+    explicit Recorded(const Value& options)
+    {
+        testing::run_stage(FRESCO_PLUGIN_FILE, "scan.synthetic_room", options, {}, out.path(), run,
+                           {{"images", std::make_shared<RawImages>()}});
+        frames = Frames::load({out.path() / "frames", {}});
+        mesh = Mesh::load({out.path() / "mesh", {}});
+    }
 };
 
-void record(fresco::Value options, TestRun& run, Result& result)
+Value small(int frames = 6)
 {
-    fresco::testing::run_stage(FRESCO_PLUGIN_FILE, "scan.synthetic_room", options, {}, result.out.path(), run,
-                               {{"images", std::make_shared<RawImages>()}});
-    result.frames = fresco::Frames::load({result.out.path() / "frames", {}});
-    result.mesh = fresco::Mesh::load({result.out.path() / "mesh", {}});
-}
-
-fresco::Value small(int frames = 6)
-{
-    return fresco::Value::Map{{"frames_count", frames}, {"color_width_px", 64},  {"color_height_px", 48},
-                              {"depth_width_px", 80},   {"depth_height_px", 60}, {"edge_m", 0.06}};
+    return Value::Map{{"frames_count", frames}, {"color_width_px", 64},  {"color_height_px", 48},
+                      {"depth_width_px", 80},   {"depth_height_px", 60}, {"edge_m", 0.06}};
 }
 
 /// One recording for the tests that only look at it.
-struct Recorded
-{
-    TestRun run;
-    Result result;
-    Recorded() { record(small(), run, result); }
-};
-
 const Recorded& recorded()
 {
-    static const Recorded room;
+    static const Recorded room(small());
     return room;
 }
 
@@ -57,39 +51,39 @@ const Recorded& recorded()
 
 TEST_CASE("a room has frames of two cameras and a colored mesh that fits inside", "[scan.synthetic_room]")
 {
-    const auto& [run, result] = recorded();
+    const Recorded& result = recorded();
     REQUIRE(result.frames->frames.size() == 6);
     const RawImages images;
     for (const auto& frame : result.frames->frames)
     {
-        CHECK_NOTHROW(fresco::check_camera(frame.color, frame.name));
-        CHECK_NOTHROW(fresco::check_camera(frame.depth, frame.name));
+        CHECK_NOTHROW(check_camera(frame.color, frame.name));
+        CHECK_NOTHROW(check_camera(frame.depth, frame.name));
         const auto apart = frame.color.world_from_camera.translation - frame.depth.world_from_camera.translation;
-        CHECK(fresco::length(apart) == Approx(0.0251).epsilon(0.01));
+        CHECK(length(apart) == Approx(0.0251).epsilon(0.01));
         CHECK(frame.color.intrinsics.scaled_to(80, 60).fx != Approx(frame.depth.intrinsics.fx).epsilon(0.05));
-        const auto color = fresco::load_color(frame, &images);
+        const auto color = load_color(frame, &images);
         const auto [dark, light] = std::minmax_element(color.values.begin(), color.values.end());
         CHECK(*light - *dark > 100);
     }
-    CHECK_NOTHROW(fresco::check_mesh(*result.mesh, "mesh"));
+    CHECK_NOTHROW(check_mesh(*result.mesh, "mesh"));
     CHECK(result.mesh->colors.size() == result.mesh->positions.size());
     CHECK(result.mesh->triangles.size() > 10'000);
     for (const auto& p : result.mesh->positions)
         CHECK((p.x > -0.03f && p.y > -0.03f && p.z > -0.03f && p.x < 4.53f && p.y < 3.63f && p.z < 2.63f));
-    CHECK(run.reported.at("frames").as_int() == 6);
+    CHECK(result.run.reported.at("frames").as_int() == 6);
 }
 
 TEST_CASE("mesh and depth agree within the noise, but only through the depth camera", "[scan.synthetic_room]")
 {
-    const auto& [run, result] = recorded();
+    const Recorded& result = recorded();
     const RawImages images;
     std::size_t compared = 0, agreeing = 0, seen_with_color_camera = 0, in_front = 0;
     for (const auto& frame : result.frames->frames)
     {
-        const auto depth = fresco::load_depth(frame, &images);
+        const auto depth = load_depth(frame, &images);
         for (const auto& position : result.mesh->positions)
         {
-            const auto p = frame.depth.project(fresco::vec_cast<double>(position));
+            const auto p = frame.depth.project(vec_cast<double>(position));
             if (!(p.z > 0.4 && p.x >= 1 && p.y >= 1 && p.x < 79 && p.y < 59))
                 continue;
             const auto x = static_cast<int>(p.x), y = static_cast<int>(p.y);
@@ -106,7 +100,7 @@ TEST_CASE("mesh and depth agree within the noise, but only through the depth cam
                 continue;  // Hidden behind what the camera sees.
             ++compared;
             agreeing += std::abs(beyond) < 0.035 ? 1 : 0;
-            const auto wrong = frame.color.project(fresco::vec_cast<double>(position));
+            const auto wrong = frame.color.project(vec_cast<double>(position));
             seen_with_color_camera += std::abs(wrong.x - p.x) < 1 ? 1 : 0;
         }
     }
@@ -118,7 +112,7 @@ TEST_CASE("mesh and depth agree within the noise, but only through the depth cam
 
 TEST_CASE("pictures show the mesh's colors where the color camera stands", "[scan.synthetic_room]")
 {
-    const auto& [run, result] = recorded();
+    const Recorded& result = recorded();
     const RawImages images;
     const auto mean_difference = [&](bool use_color_camera)
     {
@@ -126,11 +120,11 @@ TEST_CASE("pictures show the mesh's colors where the color camera stands", "[sca
         std::size_t count = 0;
         for (const auto& frame : result.frames->frames)
         {
-            const auto color = fresco::load_color(frame, &images);
-            const auto depth = fresco::load_depth(frame, &images);
+            const auto color = load_color(frame, &images);
+            const auto depth = load_depth(frame, &images);
             for (std::size_t i = 0; i < result.mesh->positions.size(); ++i)
             {
-                const auto world = fresco::vec_cast<double>(result.mesh->positions[i]);
+                const auto world = vec_cast<double>(result.mesh->positions[i]);
                 const auto d = frame.depth.project(world);
                 if (!(d.z > 0.4 && d.x >= 0 && d.y >= 0 && d.x < 80 && d.y < 60) ||
                     std::abs(d.z - static_cast<double>(depth.at(static_cast<int>(d.x), static_cast<int>(d.y)))) > 0.03)
@@ -156,27 +150,21 @@ TEST_CASE("pictures show the mesh's colors where the color camera stands", "[sca
 
 TEST_CASE("another seed gives another room", "[scan.synthetic_room]")
 {
-    TestRun one, two;
-    Result a, b;
-    record(small(3), one, a);
     auto other = small(3);
     other.set("seed", 2);
-    record(other, two, b);
-    CHECK(a.mesh->positions != b.mesh->positions);
+    CHECK(Recorded(small(3)).mesh->positions != Recorded(other).mesh->positions);
 }
 
 TEST_CASE("unseen surfaces are left out unless asked for, and noise can be switched off", "[scan.synthetic_room]")
 {
-    TestRun first, second;
-    Result seen, whole;
     auto options = small(2);
     options.set("noise_m", 0.0);
-    record(options, first, seen);
+    const Recorded seen(options);
     options.set("keep_unseen", true);
-    record(options, second, whole);
+    const Recorded whole(options);
     CHECK(10 * seen.mesh->triangles.size() < 8 * whole.mesh->triangles.size());
-    CHECK(first.reported.at("unseen_share").as_double() > 0.2);
-    CHECK(second.reported.at("unseen_share").as_double() == 0);
+    CHECK(seen.run.reported.at("unseen_share").as_double() > 0.2);
+    CHECK(whole.run.reported.at("unseen_share").as_double() == 0);
     // Without noise the middle of the ceiling is exactly at the room's height.
     std::size_t on_ceiling = 0;
     for (const auto& p : whole.mesh->positions)

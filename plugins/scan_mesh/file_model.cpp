@@ -74,12 +74,11 @@ bool FileFolder::has(std::string_view name) const
     }
 }
 
-namespace fs = std::filesystem;
-using fresco::MeshMaterials;
-using fresco::ModelMaterial;
-
 namespace
 {
+
+using fresco::MeshMaterials;
+using fresco::ModelMaterial;
 
 fresco::Vec3f linear_color(const std::array<double, 3>& displayed)
 {

@@ -26,6 +26,14 @@ namespace scan_mesh
 namespace
 {
 
+namespace fs = std::filesystem;
+using fresco::Error;
+using fresco::Vec3d;
+using fresco::gltf::accessor_rows;
+using fresco::gltf::AccessorRows;
+using fresco::gltf::entry;
+using fresco::gltf::GltfFile;
+
 /// A material of a glTF file and how it places its picture.
 struct GltfLook
 {
@@ -34,38 +42,6 @@ struct GltfLook
     int texcoord_set = 0;
     std::array<double, 6> picture_from_uv{1, 0, 0, 0, 1, 0};  ///< Rows of a 2 x 3 matrix (KHR_texture_transform).
 };
-
-/// Adds pictures to a model, each once, since overlapping ones could take any amount of memory.
-class GltfPictures
-{
-  public:
-    GltfPictures(const fresco::gltf::GltfFile& gltf, const std::filesystem::path& file, FileModel& model)
-        : gltf_(gltf), file_(file), folder_(file), model_(model)
-    {
-    }
-
-    /// The index in FileModel::pictures. Throws MissingInput, Error.
-    int number_of(int image);
-
-  private:
-    int next() const { return static_cast<int>(model_.pictures.size()); }
-    int added(std::size_t image);
-    int added_view(std::size_t view, const std::string& name, const std::string& place);
-    int added(FilePicture picture, const std::string& place);
-
-    const fresco::gltf::GltfFile& gltf_;
-    const std::filesystem::path& file_;
-    FileFolder folder_;
-    FileModel& model_;
-    std::map<int, int> numbers_;  ///< Of images.
-    std::map<std::pair<const std::byte*, std::size_t>, int> of_bytes_;
-    std::map<std::filesystem::path, int> of_files_;
-    std::size_t taken_bytes_ = 0;  ///< From buffers.
-};
-
-using fresco::Error;
-using fresco::gltf::entry;
-using fresco::gltf::GltfFile;
 
 /// The numbers of an extension's entry; `otherwise` without one.
 template <std::size_t N>
@@ -213,69 +189,79 @@ GltfLook look_of(const GltfFile& gltf, int material, bool with_pictures)
     return look;
 }
 
-int GltfPictures::number_of(int image)
+/// Adds pictures to a model, each once, since overlapping ones could take any amount of memory.
+class GltfPictures
 {
-    const auto found = numbers_.find(image);
-    return found != numbers_.end() ? found->second
-                                   : numbers_.emplace(image, added(static_cast<std::size_t>(image))).first->second;
-}
-
-int GltfPictures::added(std::size_t image)
-{
-    const fresco::gltf::GltfImage& source = gltf_.images[image];
-    const std::string place = entry("images", image);
-    const std::string name = fmt::format("{}: image {}", file_.string(), image);
-    if (source.buffer_view >= 0)
-        return added_view(static_cast<std::size_t>(source.buffer_view), name, place);
-    if (fresco::gltf::is_data_uri(source.uri))
-        return added({name, {}, fresco::gltf::data_uri_bytes(source.uri, place)}, place);
-    const auto file = folder_.find(fresco::gltf::decoded_uri(source.uri), place + "uri", shape_only);
-    const auto [same, is_new] = of_files_.try_emplace(std::filesystem::canonical(file), next());
-    if (is_new)
+  public:
+    GltfPictures(const GltfFile& gltf, const fs::path& file, FileModel& model)
+        : gltf_(gltf), file_(file), folder_(file), model_(model)
     {
-        model_.pictures.push_back({file.string(), file, {}});
-        model_.files_read.push_back(file);
     }
-    return same->second;
-}
 
-int GltfPictures::added_view(std::size_t view, const std::string& name, const std::string& place)
-{
-    if (view >= gltf_.model.bufferViews.size())
-        throw Error(fmt::format("{}bufferView {} of {}", place, view, gltf_.model.bufferViews.size()));
-    const auto bytes = std::as_bytes(fresco::gltf::view_bytes(gltf_.model, view));
-    const auto [same, is_new] = of_bytes_.try_emplace({bytes.data(), bytes.size()}, next());
-    if (!is_new)
+    /// The index in FileModel::pictures. Throws MissingInput, Error.
+    int number_of(int image)
+    {
+        const auto found = numbers_.find(image);
+        return found != numbers_.end() ? found->second
+                                       : numbers_.emplace(image, added(static_cast<std::size_t>(image))).first->second;
+    }
+
+  private:
+    int next() const { return static_cast<int>(model_.pictures.size()); }
+
+    int added(std::size_t image)
+    {
+        const fresco::gltf::GltfImage& source = gltf_.images[image];
+        const std::string place = entry("images", image);
+        const std::string name = fmt::format("{}: image {}", file_.string(), image);
+        if (source.buffer_view >= 0)
+            return added_view(static_cast<std::size_t>(source.buffer_view), name, place);
+        if (fresco::gltf::is_data_uri(source.uri))
+            return added({name, {}, fresco::gltf::data_uri_bytes(source.uri, place)}, place);
+        const auto file = folder_.find(fresco::gltf::decoded_uri(source.uri), place + "uri", shape_only);
+        const auto [same, is_new] = of_files_.try_emplace(fs::canonical(file), next());
+        if (is_new)
+        {
+            model_.pictures.push_back({file.string(), file, {}});
+            model_.files_read.push_back(file);
+        }
         return same->second;
-    taken_bytes_ += bytes.size();
-    std::size_t all = 0;
-    for (const auto& buffer : gltf_.model.buffers)
-        all += buffer.data.size();
-    if (taken_bytes_ > all)
-        throw Error(fmt::format("{}bufferView {}: the pictures overlap; export the model again", place, view));
-    return added({name, {}, {bytes.begin(), bytes.end()}}, place);
-}
+    }
 
-int GltfPictures::added(FilePicture picture, const std::string& place)
-{
-    if (suffix_of(picture.bytes).empty())
-        throw Error(place + "not PNG, JPEG, WebP or AVIF; export the model with PNG or JPEG pictures");
-    model_.pictures.push_back(std::move(picture));
-    return next() - 1;
-}
+    int added_view(std::size_t view, const std::string& name, const std::string& place)
+    {
+        if (view >= gltf_.model.bufferViews.size())
+            throw Error(fmt::format("{}bufferView {} of {}", place, view, gltf_.model.bufferViews.size()));
+        const auto bytes = std::as_bytes(fresco::gltf::view_bytes(gltf_.model, view));
+        const auto [same, is_new] = of_bytes_.try_emplace({bytes.data(), bytes.size()}, next());
+        if (!is_new)
+            return same->second;
+        taken_bytes_ += bytes.size();
+        std::size_t all = 0;
+        for (const auto& buffer : gltf_.model.buffers)
+            all += buffer.data.size();
+        if (taken_bytes_ > all)
+            throw Error(fmt::format("{}bufferView {}: the pictures overlap; export the model again", place, view));
+        return added({name, {}, {bytes.begin(), bytes.end()}}, place);
+    }
 
-}  // namespace
+    int added(FilePicture picture, const std::string& place)
+    {
+        if (suffix_of(picture.bytes).empty())
+            throw Error(place + "not PNG, JPEG, WebP or AVIF; export the model with PNG or JPEG pictures");
+        model_.pictures.push_back(std::move(picture));
+        return next() - 1;
+    }
 
-namespace fs = std::filesystem;
-using fresco::Error;
-using fresco::Vec3d;
-using fresco::gltf::accessor_rows;
-using fresco::gltf::AccessorRows;
-using fresco::gltf::entry;
-using fresco::gltf::GltfFile;
-
-namespace
-{
+    const GltfFile& gltf_;
+    const fs::path& file_;
+    FileFolder folder_;
+    FileModel& model_;
+    std::map<int, int> numbers_;  ///< Of images.
+    std::map<std::pair<const std::byte*, std::size_t>, int> of_bytes_;
+    std::map<fs::path, int> of_files_;
+    std::size_t taken_bytes_ = 0;  ///< From buffers.
+};
 
 /// A node's place: world = linear * p + origin.
 struct Affine

@@ -1,6 +1,7 @@
 #include "world_mesh.h"
 
 #include <fresco/error.h>
+#include <fresco/numerics/numerics.h>
 
 #include <algorithm>
 #include <cmath>
@@ -27,8 +28,7 @@ std::vector<std::uint32_t> first_vertices(const fresco::Mesh& mesh)
     };
     std::vector<std::uint32_t> order(mesh.positions.size());
     std::iota(order.begin(), order.end(), 0U);
-    std::ranges::sort(order, [&](std::uint32_t a, std::uint32_t b)
-                      { return std::tuple_cat(key(a), std::tuple(a)) < std::tuple_cat(key(b), std::tuple(b)); });
+    std::ranges::sort(order, [&](std::uint32_t a, std::uint32_t b) { return std::pair(key(a), a) < std::pair(key(b), b); });
     std::vector<std::uint32_t> first(order.size());
     for (std::size_t i = 0; i < order.size(); ++i)
         first[order[i]] = i > 0 && key(order[i]) == key(order[i - 1]) ? first[order[i - 1]] : order[i];
@@ -142,15 +142,10 @@ void move_mesh(fresco::Mesh& mesh, double unit_m, const fresco::Mat3& axes, cons
 
 fresco::Vec3d extent_of(const fresco::Mesh& mesh)
 {
-    if (mesh.positions.empty())
-        return {};
-    auto low = mesh.positions.front(), high = low;
+    fresco::numerics::Bounds<float> box;
     for (const auto& p : mesh.positions)
-    {
-        low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-        high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-    }
-    return fresco::vec_cast<double>(high) - fresco::vec_cast<double>(low);
+        box.add(p);
+    return fresco::vec_cast<double>(box.high) - fresco::vec_cast<double>(box.low);
 }
 
 }  // namespace scan_mesh

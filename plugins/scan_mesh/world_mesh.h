@@ -25,7 +25,7 @@ fresco::Mat3 axes_rotation(std::string_view axes);
 /// float's range.
 void move_mesh(fresco::Mesh& mesh, double unit_m, const fresco::Mat3& axes, const fresco::RigidTransform& world_from_file);
 
-/// Edges of the box around the vertices, along the axes; meters.
+/// Edges of the box around the vertices, along the axes; meters. \pre vertices
 fresco::Vec3d extent_of(const fresco::Mesh& mesh);
 
 }  // namespace scan_mesh

@@ -36,9 +36,10 @@ class Folder
     testing::TemporaryFolder folder_;
 };
 
-Value vector(std::initializer_list<double> values)
+/// An entry of the document beside its meshes, accessors and views.
+void set(GltfSample& sample, const char* key, const std::string& json)
 {
-    return Value::List(values.begin(), values.end());
+    sample.rest.set(key, parse_json(json));
 }
 
 /// A triangle with texcoords (0.25, 0), (1, 0), (0, 1), in glTF's way, and a picture of one pixel.
@@ -48,27 +49,20 @@ TriangleSample textured_triangle()
     triangle.attributes.set("TEXCOORD_0",
                             triangle.sample.add_accessor(std::vector<float>{0.25F, 0, 1, 0, 0, 1}, "VEC2", 5126, 3));
     triangle.primitive.set("material", 0);
-    triangle.sample.rest.set("textures", Value::List{Value::Map{{"source", 0}, {"sampler", 0}}});
-    triangle.sample.rest.set("samplers", Value::List{Value::Map{{"wrapS", 33648}, {"wrapT", 33071}}});
-    triangle.sample.rest.set(
-        "images", Value::List{Value::Map{{"bufferView", triangle.sample.add_view(stored_png::encode(Raster8(1, 1, 3, 9)))},
-                                         {"mimeType", "image/png"}}});
+    set(triangle.sample, "textures", R"([{"source": 0, "sampler": 0}])");
+    set(triangle.sample, "samplers", R"([{"wrapS": 33648, "wrapT": 33071}])");
+    const int view = triangle.sample.add_view(stored_png::encode(Raster8(1, 1, 3, 9)));
+    set(triangle.sample, "images", R"([{"mimeType": "image/png", "bufferView": )" + std::to_string(view) + "}]");
     return triangle;
 }
 
-void set_material(TriangleSample& triangle, Value material)
+/// Its material, `texture` with more entries.
+void set_material(GltfSample& sample, const std::string& more_of_texture = "")
 {
-    triangle.sample.rest.set("materials", Value::List{std::move(material)});
-}
-
-Value textured_material(Value texture_extensions = {})
-{
-    Value texture = Value::Map{{"index", 0}};
-    if (!texture_extensions.is_null())
-        texture.set("extensions", std::move(texture_extensions));
-    return Value::Map{{"name", "paper"},
-                      {"pbrMetallicRoughness",
-                       Value::Map{{"baseColorFactor", vector({0.5, 1, 0.25, 1})}, {"baseColorTexture", std::move(texture)}}}};
+    set(sample, "materials",
+        R"([{"name": "paper", "pbrMetallicRoughness": {"baseColorFactor": [0.5, 1, 0.25, 1],
+        "baseColorTexture": {"index": 0)" +
+            more_of_texture + "}}}]");
 }
 
 }  // namespace
@@ -101,16 +95,11 @@ TEST_CASE("nodes place their meshes; a mirrored one keeps its outside", "[scan.m
 {
     const Folder folder;
     TriangleSample triangle;
-    const double half = std::sqrt(0.5);
     // A quarter turn about z, then twice as large, then moved; the child stands 1 along x.
-    triangle.sample.rest.set(
-        "nodes", Value::List{Value::Map{{"children", Value::List{1}},
-                                        {"translation", vector({10, 20, 30})},
-                                        {"rotation", vector({0, 0, half, half})},
-                                        {"scale", vector({2, 2, 2})}},
-                             Value::Map{{"mesh", 0}, {"matrix", vector({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 1, 0, 0, 1})}},
-                             Value::Map{{"mesh", 0}, {"scale", vector({-1, 1, 1})}}, Value::Map{{"mesh", 0}}});
-    triangle.sample.rest.set("scenes", Value::List{Value::Map{{"nodes", Value::List{0, 2}}}});
+    set(triangle.sample, "nodes", R"([
+        {"children": [1], "translation": [10, 20, 30], "rotation": [0, 0, 0.7071067811865476, 0.7071067811865476], "scale": [2, 2, 2]},
+        {"mesh": 0, "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 1, 0, 0, 1]}, {"mesh": 0, "scale": [-1, 1, 1]}, {"mesh": 0}])");
+    set(triangle.sample, "scenes", R"([{"nodes": [0, 2]}])");
     const FileModel model = folder.read(triangle.finished());
     REQUIRE(model.mesh.triangles.size() == 2);
     const auto near = [](Vec3f a, Vec3f b) { return length(a - b) < 1e-5F; };
@@ -121,7 +110,7 @@ TEST_CASE("nodes place their meshes; a mirrored one keeps its outside", "[scan.m
     CHECK(near(model.mesh.positions[4], {-1, 0, 0}));
     CHECK(face_normals(model.mesh)[1].z == Approx(1));
     // Without scenes: every node that is nobody's child.
-    triangle.sample.rest.set("scenes", Value::List{});
+    set(triangle.sample, "scenes", "[]");
     CHECK(folder.read(triangle.finished()).mesh.triangles.size() == 3);
 }
 
@@ -177,7 +166,7 @@ TEST_CASE("materials: factor, wrap modes, second texcoords, transformed texcoord
 {
     const Folder folder;
     TriangleSample triangle = textured_triangle();
-    set_material(triangle, textured_material());
+    set_material(triangle.sample);
     const FileModel plain = folder.read(triangle.finished());
     REQUIRE(plain.materials.size() == 1);
     CHECK(plain.materials[0].color == Vec3f{0.5F, 1, 0.25F});
@@ -188,9 +177,8 @@ TEST_CASE("materials: factor, wrap modes, second texcoords, transformed texcoord
     CHECK(folder.read(triangle.finished(), false).materials.at(0).picture == ModelMaterial::no_picture);
 
     // The specification's example: the lower left quarter of the picture, turned by 90 degrees.
-    set_material(triangle, textured_material(Value::Map{{"KHR_texture_transform", Value::Map{{"offset", vector({0, 1})},
-                                                                                             {"rotation", std::acos(-1.0) / 2},
-                                                                                             {"scale", vector({0.5, 0.5})}}}}));
+    set_material(triangle.sample, R"(, "extensions": {"KHR_texture_transform":
+        {"offset": [0, 1], "rotation": 1.5707963267948966, "scale": [0.5, 0.5]}})");
     const auto turned = folder.read(triangle.finished()).mesh.texcoords;
     CHECK(length(turned[0] - Vec2f{0, 0.125F}) < 1e-6F);
     CHECK(length(turned[1] - Vec2f{0, 0.5F}) < 1e-6F);
@@ -201,12 +189,11 @@ TEST_CASE("materials: factor, wrap modes, second texcoords, transformed texcoord
     triangle.sample.views.back().set("byteStride", 4);
     triangle.sample.binary.resize(triangle.sample.binary.size() + 8);
     triangle.sample.views.back().set("byteLength", 12);
-    set_material(triangle, textured_material(Value::Map{{"KHR_texture_transform", Value::Map{{"texCoord", 1}}}}));
+    set_material(triangle.sample, R"(, "extensions": {"KHR_texture_transform": {"texCoord": 1}})");
     CHECK(folder.read(triangle.finished()).mesh.texcoords.at(0) == Vec2f{1, 0});
 
-    set_material(triangle, Value::Map{{"extensions", Value::Map{{"KHR_materials_pbrSpecularGlossiness",
-                                                                 Value::Map{{"diffuseFactor", vector({0.25, 0.5, 1, 1})},
-                                                                            {"diffuseTexture", Value::Map{{"index", 0}}}}}}}});
+    set(triangle.sample, "materials", R"([{"extensions": {"KHR_materials_pbrSpecularGlossiness":
+        {"diffuseFactor": [0.25, 0.5, 1, 1], "diffuseTexture": {"index": 0}}}}])");
     const FileModel older = folder.read(triangle.finished());
     CHECK(older.materials.at(0).color == Vec3f{0.25F, 0.5F, 1});
     CHECK(older.materials.at(0).picture == 0);
@@ -225,8 +212,8 @@ TEST_CASE("quantized positions are read", "[scan.mesh]")
     triangle.attributes.set("POSITION", triangle.sample.add_accessor(
                                             std::vector<std::int16_t>{0, 0, 0, 0, 100, -200, 3, 0, 0, 7, 0, 0}, "VEC3", 5122, 3));
     triangle.sample.views.back().set("byteStride", 8);
-    triangle.sample.rest.set("extensionsRequired", Value::List{"KHR_mesh_quantization"});
-    triangle.sample.rest.set("nodes", Value::List{Value::Map{{"mesh", 0}, {"scale", vector({0.5, 0.5, 0.5})}}});
+    set(triangle.sample, "extensionsRequired", R"(["KHR_mesh_quantization"])");
+    set(triangle.sample, "nodes", R"([{"mesh": 0, "scale": [0.5, 0.5, 0.5]}])");
     CHECK(folder.read(triangle.finished()).mesh.positions[1] == Vec3f{50, -100, 1.5F});
 }
 
@@ -234,7 +221,7 @@ TEST_CASE("buffers and pictures lie in the file, beside it, or in its text", "[s
 {
     const Folder folder;
     TriangleSample triangle = textured_triangle();
-    set_material(triangle, textured_material());
+    set_material(triangle.sample);
     GltfSample sample = triangle.finished();
     std::filesystem::create_directories(folder.path() / "data files");
     auto longer = sample.binary;
@@ -271,18 +258,13 @@ TEST_CASE("a picture or buffer that many name is held once", "[scan.mesh]")
     const Folder folder;
     TriangleSample triangle = textured_triangle();
     GltfSample sample = triangle.finished();
-    const Value mesh = *sample.rest.find("meshes")->as_list().at(0).find("primitives");
-    Value::List primitives, materials, textures;
+    const Value::List primitives(3, sample.rest.at("meshes").as_list().at(0).at("primitives").as_list().at(0));
+    sample.rest.set("meshes", Value::List{Value::Map{{"primitives", primitives}}});
     for (std::size_t i = 0; i < 3; ++i)
-    {
-        primitives.push_back(mesh.as_list().at(0));
-        primitives.back().set("material", i);
-        materials.emplace_back(Value::Map{{"pbrMetallicRoughness", Value::Map{{"baseColorTexture", Value::Map{{"index", i}}}}}});
-        textures.emplace_back(Value::Map{{"source", i}});
-    }
-    sample.rest.set("meshes", Value::List{Value::Map{{"primitives", std::move(primitives)}}});
-    sample.rest.set("materials", std::move(materials));
-    sample.rest.set("textures", std::move(textures));
+        sample.rest.find("meshes")->as_list()[0].find("primitives")->as_list()[i].set("material", i);
+    set(sample, "materials", R"([{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}},
+        {"pbrMetallicRoughness": {"baseColorTexture": {"index": 1}}}, {"pbrMetallicRoughness": {"baseColorTexture": {"index": 2}}}])");
+    set(sample, "textures", R"([{"source": 0}, {"source": 1}, {"source": 2}])");
     const auto picture = sample.views.size() - 1;
     const auto of_views = [](std::size_t a, std::size_t b, std::size_t c)
     {
@@ -299,8 +281,7 @@ TEST_CASE("a picture or buffer that many name is held once", "[scan.mesh]")
 
     write_file(folder.path() / "paper.png", stored_png::Codec().encode_png(Raster8(2, 2, 3, 5)));
     GltfSample beside = sample;
-    beside.rest.set("images", Value::List{Value::Map{{"uri", "paper.png"}}, Value::Map{{"uri", "./paper.png"}},
-                                          Value::Map{{"uri", "%70aper.png"}}});
+    set(beside, "images", R"([{"uri": "paper.png"}, {"uri": "./paper.png"}, {"uri": "%70aper.png"}])");
     CHECK(folder.read(beside).pictures.size() == 1);
 
     // Three that each begin in the one before, and are nearly the whole file.

@@ -29,9 +29,9 @@ namespace
 /// The surface between two cuts into pieces.
 struct Surface
 {
-    std::vector<fresco::Vec3f> positions;
+    std::vector<Vec3f> positions;
     std::vector<VertexLoad> loads;
-    std::vector<fresco::Triangle> triangles;
+    std::vector<Triangle> triangles;
 };
 
 /// Faces sorted by position: the ranges of `order` are compact regions of at most `most` faces, split at fractions of the number
@@ -57,12 +57,6 @@ struct Range
     std::uint32_t begin, end;
 };
 
-Vec3f center(const Surface& surface, std::uint32_t face)
-{
-    const Triangle& t = surface.triangles[face];
-    return surface.positions[t[0]] + surface.positions[t[1]] + surface.positions[t[2]];
-}
-
 float along(Vec3f p, int axis)
 {
     return axis == 0 ? p.x : axis == 1 ? p.y : p.z;
@@ -71,25 +65,15 @@ float along(Vec3f p, int axis)
 /// Sorts the faces of a range to both sides of a plane across its longest extent; returns where they part.
 std::uint32_t split(const std::vector<Vec3f>& centers, std::vector<std::uint32_t>& order, Range range, double share)
 {
-    constexpr float far = std::numeric_limits<float>::infinity();
-    Vec3f low{far, far, far};
-    Vec3f high{-far, -far, -far};
+    fresco::numerics::Bounds<float> box;
     for (std::uint32_t i = range.begin; i < range.end; ++i)
-    {
-        const Vec3f p = centers[order[i]];
-        low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-        high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-    }
-    const Vec3f extent = high - low;
+        box.add(centers[order[i]]);
+    const Vec3f extent = box.high - box.low;
     const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : extent.y >= extent.z ? 1 : 2;
     const auto parting = range.begin + static_cast<std::uint32_t>(share * (range.end - range.begin));
     std::nth_element(order.begin() + range.begin, order.begin() + parting, order.begin() + range.end,
                      [&](std::uint32_t a, std::uint32_t b)
-                     {
-                         const float pa = along(centers[a], axis);
-                         const float pb = along(centers[b], axis);
-                         return pa != pb ? pa < pb : a < b;
-                     });
+                     { return std::pair(along(centers[a], axis), a) < std::pair(along(centers[b], axis), b); });
     return parting;
 }
 
@@ -97,7 +81,12 @@ Regions regions_of(const Surface& surface, std::size_t most, int turn, const fre
 {
     const auto faces = static_cast<std::uint32_t>(surface.triangles.size());
     std::vector<Vec3f> centers(faces);
-    fresco::parallel_items(faces, 65536, progress, [&](std::uint32_t f) { centers[f] = center(surface, f); });
+    fresco::parallel_items(faces, 65536, progress,
+                           [&](std::uint32_t f)
+                           {
+                               const auto& [a, b, c] = surface.triangles[f];
+                               centers[f] = surface.positions[a] + surface.positions[b] + surface.positions[c];
+                           });
     Regions regions;
     regions.order.resize(faces);
     std::iota(regions.order.begin(), regions.order.end(), 0U);
@@ -359,10 +348,7 @@ class Steps
             price >= prices[0].size() ? std::numeric_limits<float>::max() : std::bit_cast<float>((key - 1) & 0x7fffffffU);
         std::vector<std::size_t> removed(pieces_.size());
         each([&](std::size_t i) { removed[i] = queues_[i]->run(most, caps[i]); });
-        std::size_t sum = 0;
-        for (const std::size_t one : removed)
-            sum += one;
-        return sum;
+        return std::accumulate(removed.begin(), removed.end(), std::size_t{0});
     }
 
     std::vector<CutPiece>& pieces_;

@@ -86,15 +86,6 @@ const char* name(RTCError error)
                 "; decimate the mesh or give the stage more memory");
 }
 
-/// Calls `visit(columns, rows)` for the packets' pixel blocks of a strip: 4 x 4, smaller at the borders.
-template <class Visit>
-void for_each_block(int width, int first_row, int end_row, const Visit& visit)
-{
-    constexpr int side = 4;
-    for (int y = first_row; y < end_row; y += side)
-        for (int x = 0; x < width; x += side)
-            visit(x, std::min(x + side, width), y, std::min(y + side, end_row));
-}
 }  // namespace
 
 struct Scene::Embree
@@ -288,30 +279,32 @@ void cast_twice(RTCScene scene, Vec3d origin, std::span<const Vec3d> directions,
         found(second, i, ray[i]);
 }
 
-/// Calls `cast(directions, places)` for the packets of a camera's rows; a place is an index into the rows' pixels.
+/// Calls `cast(directions, places)` for the packets of a camera's rows, blocks of 4 x 4 pixels, smaller at the borders; a place
+/// is an index into the rows' pixels.
 template <class Cast>
 void for_each_packet(const Camera& camera, int first_row, int end_row, const Cast& cast)
 {
+    constexpr int side = 4;
     const int width = camera.intrinsics.width;
     std::array<Vec3d, Scene::packet_size> directions;
     std::array<std::size_t, Scene::packet_size> places;
     const Vec3d across = camera.world_from_camera.direction({1 / camera.intrinsics.fx, 0, 0});
-    for_each_block(width, first_row, end_row,
-                   [&](int begin_x, int end_x, int begin_y, int end_y)
-                   {
-                       std::size_t count = 0;
-                       for (int y = begin_y; y < end_y; ++y)
-                       {
-                           const Vec3d first = camera.ray(begin_x + 0.5, y + 0.5);
-                           for (int x = begin_x; x < end_x; ++x, ++count)
-                           {
-                               directions[count] = first + across * static_cast<double>(x - begin_x);
-                               places[count] = static_cast<std::size_t>(y - first_row) * static_cast<std::size_t>(width) +
-                                               static_cast<std::size_t>(x);
-                           }
-                       }
-                       cast(std::span<const Vec3d>(directions).first(count), std::span<const std::size_t>(places).first(count));
-                   });
+    for (int block_y = first_row; block_y < end_row; block_y += side)
+        for (int block_x = 0; block_x < width; block_x += side)
+        {
+            std::size_t count = 0;
+            for (int y = block_y; y < std::min(block_y + side, end_row); ++y)
+            {
+                const Vec3d first = camera.ray(block_x + 0.5, y + 0.5);
+                for (int x = block_x; x < std::min(block_x + side, width); ++x, ++count)
+                {
+                    directions[count] = first + across * static_cast<double>(x - block_x);
+                    places[count] =
+                        static_cast<std::size_t>(y - first_row) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+                }
+            }
+            cast(std::span<const Vec3d>(directions).first(count), std::span<const std::size_t>(places).first(count));
+        }
 }
 }  // namespace
 

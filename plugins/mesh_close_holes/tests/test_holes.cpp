@@ -68,8 +68,9 @@ double area(const Mesh& mesh)
     return sum;
 }
 
-Mesh closed_mesh(const Mesh& mesh, double max_width_m, Progress& progress, HoleFigures& figures)
+Mesh closed_mesh(const Mesh& mesh, double max_width_m, HoleFigures& figures)
 {
+    Progress progress;
     return with_patches(mesh, hole_patches(mesh, max_width_m, progress, figures), figures);
 }
 
@@ -82,8 +83,7 @@ TEST_CASE("a hole in a plane is closed flat, with faces as large as those around
     const Mesh whole = testing::grid(40, [](float, float) { return 0.0F; });
     const Mesh holed = without(whole, in_middle);
     HoleFigures figures;
-    Progress progress;
-    const Mesh closed = closed_mesh(holed, 0.3, progress, figures);
+    const Mesh closed = closed_mesh(holed, 0.3, figures);
     CHECK(figures.closed == 1);
     CHECK(figures.too_large == 1);
     CHECK(figures.faces_added == closed.triangles.size() - holed.triangles.size());
@@ -100,8 +100,7 @@ TEST_CASE("a patch bends on as the surface around it")
 {
     const Mesh holed = without(vault(60), [](Vec3f p) { return p.z > 0.97F && std::abs(p.y - 1) < 0.2F; });
     HoleFigures figures;
-    Progress progress;
-    const Mesh closed = closed_mesh(holed, 1, progress, figures);
+    const Mesh closed = closed_mesh(holed, 1, figures);
     REQUIRE(figures.closed == 1);
     CHECK(is_oriented(closed));
     double apart = 0;
@@ -113,13 +112,12 @@ TEST_CASE("a patch bends on as the surface around it")
 TEST_CASE("wide holes, loops around small pieces and edges of many faces stay as they are")
 {
     const Mesh holed = without(testing::grid(40, [](float, float) { return 0.0F; }), in_middle);
-    Progress progress;
     HoleFigures wide;
-    CHECK(closed_mesh(holed, 0.2, progress, wide).triangles.size() == holed.triangles.size());
+    CHECK(closed_mesh(holed, 0.2, wide).triangles.size() == holed.triangles.size());
     CHECK(wide.too_large == 2);
 
     HoleFigures piece;
-    CHECK(closed_mesh(testing::wall(0.1F), 1, progress, piece).triangles.size() == 2);
+    CHECK(closed_mesh(testing::wall(0.1F), 1, piece).triangles.size() == 2);
     CHECK(piece.outer == 1);
 
     Mesh fins = testing::grid(2, [](float, float) { return 0.0F; });
@@ -128,7 +126,7 @@ TEST_CASE("wide holes, loops around small pieces and edges of many faces stay as
     for (std::size_t k = 0; k < 3; ++k)
         fins.triangles.push_back({first[k], first[(k + 1) % 3], 9});
     HoleFigures many;
-    CHECK_NOTHROW(closed_mesh(fins, 0.01, progress, many));
+    CHECK_NOTHROW(closed_mesh(fins, 0.01, many));
     CHECK(many.closed == 0);
 }
 
@@ -144,8 +142,7 @@ TEST_CASE("two holes that meet at a vertex are closed each, with colors from aro
     for (const Vec3f& p : holed.positions)
         holed.colors.push_back({static_cast<std::uint8_t>(std::lround(200 * p.x)), 90, 0});
     HoleFigures figures;
-    Progress progress;
-    const Mesh closed = closed_mesh(holed, 0.35, progress, figures);
+    const Mesh closed = closed_mesh(holed, 0.35, figures);
     CHECK(figures.closed == 2);
     CHECK(boundary_edges(closed) == 40);
     REQUIRE(closed.colors.size() == closed.positions.size());

@@ -42,14 +42,7 @@ TEST_CASE("every component survives any target")
         for (std::size_t v = mesh.positions.size() - square.positions.size(); v < mesh.positions.size(); ++v)
             mesh.positions[v].z = static_cast<float>(copy);
     }
-    const auto n = static_cast<std::uint32_t>(mesh.positions.size());  // and a closed one: an octahedron
-    for (const fresco::Vec3f p : {fresco::Vec3f{1, 0, 9}, {0, 1, 9}, {-1, 0, 9}, {0, -1, 9}, {0, 0, 10}, {0, 0, 8}})
-        mesh.positions.push_back(p);
-    for (std::uint32_t k = 0; k < 4; ++k)
-    {
-        mesh.triangles.push_back({n + k, n + (k + 1) % 4, n + 4});
-        mesh.triangles.push_back({n + (k + 1) % 4, n + k, n + 5});
-    }
+    shapes::append(mesh, shapes::box({0, 0, 9}, {1, 1, 1}));  // and a closed one
     const auto out = decimate(mesh, 4);
     CHECK(count_surface(out).components == 6);
     CHECK(out.triangles.size() >= 9);

@@ -13,20 +13,11 @@ Camera camera(int width, double x = 0)
     return testing::camera(width, width * 3 / 4, 0.6 * width, {x, 0, 0});
 }
 
-/// A wall at z = 1 that faces the camera, one vertex per decimeter from -0.5 to 0.5, and one far behind it.
+/// A wall at z = 1 that faces the camera, one vertex per decimeter from -0.5 to 0.5 by column, and one far
+/// behind it.
 Mesh wall()
 {
-    Mesh mesh;
-    for (int y = 0; y <= 10; ++y)
-        for (int x = 0; x <= 10; ++x)
-            mesh.positions.push_back({0.1F * static_cast<float>(x - 5), 0.1F * static_cast<float>(y - 5), 1});
-    for (std::uint32_t y = 0; y < 10; ++y)
-        for (std::uint32_t x = 0; x < 10; ++x)
-        {
-            const std::uint32_t v = y * 11 + x;
-            mesh.triangles.push_back({v, v + 11, v + 1});
-            mesh.triangles.push_back({v + 1, v + 11, v + 12});
-        }
+    Mesh mesh = testing::rectangle({-0.5F, -0.5F, 1}, {0, 1, 0}, {1, 0, 0}, 10, 10);
     mesh.positions.push_back({0, 0, 2});
     return mesh;
 }
@@ -34,11 +25,7 @@ Mesh wall()
 /// Red is ten times the column.
 Raster8 columns(int width)
 {
-    Raster8 picture(width, width * 3 / 4, 3);
-    for (int y = 0; y < picture.height; ++y)
-        for (int x = 0; x < width; ++x)
-            picture.at(x, y, 0) = static_cast<std::uint8_t>(5 * x);
-    return picture;
+    return testing::picture(width, width * 3 / 4, [](int x, int, int c) { return c == 0 ? 5 * x : 0; });
 }
 
 }  // namespace
@@ -55,8 +42,8 @@ TEST_CASE("colors are those that the color camera sees, from where it is")
     for (std::size_t x = 2; x <= 8; ++x)
     {
         const double column = 19.2 * (0.1 * (static_cast<double>(x) - 5) - 0.2) + 16;
-        CHECK(result[5 * 11 + x][0] == Approx(5 * (column - 0.5)).margin(0.51));
-        CHECK(result[5 * 11 + x][1] == 0);
+        CHECK(result[x * 11 + 5][0] == Approx(5 * (column - 0.5)).margin(0.51));
+        CHECK(result[x * 11 + 5][1] == 0);
     }
 }
 
@@ -81,7 +68,7 @@ TEST_CASE("what is hidden, seen along itself or by nobody takes the color of its
             view.picture.at(x, y, 0) = 10;
     fuse::VertexColors half(mesh, 0.05);
     half.add(std::span(&view, 1), progress);
-    CHECK(half.colors()[5 * 11 + 9] == Rgb8{200, 200, 200});
+    CHECK(half.colors()[9 * 11 + 5] == Rgb8{200, 200, 200});
     // Another view does see it, from twice as near, and counts four times as much.
     fuse::ColorView other = view;
     other.depth = RasterF(160, 120, 1, 0.5F);
@@ -90,7 +77,7 @@ TEST_CASE("what is hidden, seen along itself or by nobody takes the color of its
     const std::array<fuse::ColorView, 2> both{view, other};
     fuse::VertexColors mean(mesh, 0.05);
     mean.add(both, progress);
-    CHECK(mean.colors()[5 * 11 + 4][1] == Approx((200 + 4 * 100) / 5.0).margin(1.5));
+    CHECK(mean.colors()[4 * 11 + 5][1] == Approx((200 + 4 * 100) / 5.0).margin(1.5));
     // A surface that faces away is not seen.
     Mesh turned = mesh;
     for (Triangle& t : turned.triangles)

@@ -172,12 +172,8 @@ TEST_CASE("several faces at one edge, and faces that are there twice, are seen o
     check_against_plain(mesh, straight(60, 60, 41.3), 60, 1);
 
     Mesh twice = wall();
-    const auto once = twice.triangles;
-    twice.triangles.insert(twice.triangles.end(), once.begin(), once.end());
-    const auto texcoords = twice.texcoords;
-    twice.texcoords.insert(twice.texcoords.end(), texcoords.begin(), texcoords.end());
-    const auto counts = one_map(twice, straight(60, 60, 40), 60).counts;
-    CHECK(counts.valid == 3600);
+    testing::append(twice, wall());
+    CHECK(one_map(twice, straight(60, 60, 40), 60).counts.valid == 3600);
 }
 
 TEST_CASE("whatever the mesh, every value is finite and every pixel is counted once")

@@ -37,23 +37,19 @@ std::shared_ptr<Frames> two_frames()
     return frames;
 }
 
-std::unique_ptr<Configurable> made;
-
-Stage& stage()
+/// The maps that the stage makes, below `folder`.
+std::shared_ptr<UvMaps> maps_of(const Value& options, const std::shared_ptr<Mesh>& mesh, const std::shared_ptr<Frames>& frames,
+                                const std::filesystem::path& folder, testing::TestRun& run)
 {
-    made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, stage_type);
-    return dynamic_cast<Stage&>(*made);
+    testing::run_stage(FRESCO_PLUGIN_FILE, stage_type, options, {{"mesh", mesh}, {"frames", frames}}, folder, run);
+    return UvMaps::load({folder / "uvmaps", folder});
 }
 
 std::string error_of(const Value& options, std::shared_ptr<Mesh> mesh, std::shared_ptr<Frames> frames)
 {
     testing::TemporaryFolder folder;
     testing::TestRun run;
-    testing::TestFactory factory;
-    return testing::error_of(
-        [&] {
-            testing::run_stage(stage(), options, {{"mesh", mesh}, {"frames", frames}}, folder.path(), run, factory);
-        });
+    return testing::error_of([&] { maps_of(options, mesh, frames, folder.path(), run); });
 }
 
 }  // namespace
@@ -62,12 +58,7 @@ TEST_CASE("the stage streams a map per frame and height and counts what it saw")
 {
     testing::TemporaryFolder folder;
     testing::TestRun run;
-    testing::TestFactory factory;
-    Value options{Value::Map{}};
-    options.set("heights_px", Value::List{24, 16});
-    testing::run_stage(stage(), options, {{"mesh", shared_wall()}, {"frames", two_frames()}}, folder.path(), run, factory);
-
-    const auto maps = UvMaps::load({folder.path() / "uvmaps", folder.path()});
+    const auto maps = maps_of(Value::Map{{"heights_px", Value::List{24, 16}}}, shared_wall(), two_frames(), folder.path(), run);
     CHECK(maps->heights_px == std::vector<int>{16, 24});
     REQUIRE(maps->views.size() == 2);
     CHECK(maps->views[0].frame == "frame-000000");
@@ -90,10 +81,8 @@ TEST_CASE("the stage streams a map per frame and height and counts what it saw")
 
 TEST_CASE("frames that an interrupted run had finished are not looked at again, and the maps are the same")
 {
-    const Value options = Value::Map{{"heights_px", Value::List{16, 24}}};
-    testing::TestFactory factory;
     const auto run_to = [&](const std::filesystem::path& folder, testing::TestRun& run) {
-        testing::run_stage(stage(), options, {{"mesh", shared_wall()}, {"frames", two_frames()}}, folder, run, factory);
+        maps_of(Value::Map{{"heights_px", Value::List{16, 24}}}, shared_wall(), two_frames(), folder, run);
     };
     testing::TemporaryFolder whole;
     testing::TestRun once(1);
@@ -128,7 +117,6 @@ TEST_CASE("pixels that a mask ignores are not seen, at any height")
 {
     testing::TemporaryFolder folder;
     testing::TestRun run;
-    testing::TestFactory factory;
     const auto frames = two_frames();
     // The left quarter of 64 x 48 and one pixel right of it.
     std::vector<std::uint8_t> mask(64 * 48, 255);
@@ -138,9 +126,7 @@ TEST_CASE("pixels that a mask ignores are not seen, at any height")
     frames->frames[0].mask = {folder.path() / "mask.npy", ""};
     const std::vector<std::size_t> shape{48, 64};
     write_npy(frames->frames[0].mask.path, shape, std::span<const std::uint8_t>(mask));
-    testing::run_stage(stage(), Value::Map{{"heights_px", Value::List{24, 96}}}, {{"mesh", shared_wall()}, {"frames", frames}},
-                       folder.path(), run, factory);
-    const auto maps = UvMaps::load({folder.path() / "uvmaps", folder.path()});
+    const auto maps = maps_of(Value::Map{{"heights_px", Value::List{24, 96}}}, shared_wall(), frames, folder.path(), run);
     CHECK(maps->views[0].valid_pixels == std::vector<std::int64_t>{24 * 24 - 1, 96 * 96 - 4});
     CHECK(run.reported.at("masked_pixels").as_int() == 24 * 8 + 1 + 96 * 32 + 4);
     const UvMap map = maps->load_map(0, 0);
@@ -163,10 +149,8 @@ TEST_CASE("angles are those of the vertices' normals or of the faces'")
     {
         testing::TemporaryFolder folder;
         testing::TestRun run;
-        testing::TestFactory factory;
-        testing::run_stage(stage(), Value::Map{{"heights_px", Value::List{48}}, {"normals", normals}},
-                           {{"mesh", roof}, {"frames", two_frames()}}, folder.path(), run, factory);
-        const UvMap map = UvMaps::load({folder.path() / "uvmaps", folder.path()})->load_map(0, 0);
+        const Value options = Value::Map{{"heights_px", Value::List{48}}, {"normals", normals}};
+        const UvMap map = maps_of(options, roof, two_frames(), folder.path(), run)->load_map(0, 0);
         REQUIRE(map.valid.at(32, 24) == 1);
         return map.cosine.at(32, 24);
     };
@@ -181,12 +165,9 @@ TEST_CASE("an atlas for a larger texture has its texcoords stored in smaller ste
     {
         testing::TemporaryFolder folder;
         testing::TestRun run;
-        testing::TestFactory factory;
         const auto wall = shared_wall();
         wall->texture_px = texture_px;
-        testing::run_stage(stage(), Value::Map{{"heights_px", Value::List{24}}}, {{"mesh", wall}, {"frames", two_frames()}},
-                           folder.path(), run, factory);
-        const auto maps = UvMaps::load({folder.path() / "uvmaps", folder.path()});
+        const auto maps = maps_of(Value::Map{{"heights_px", Value::List{24}}}, wall, two_frames(), folder.path(), run);
         CHECK(maps->texture_px == texture_px);
         CHECK(maps->uv_bits == uv_bits_of(maps->load_map(0, 0)));
         bits.push_back(maps->uv_bits);

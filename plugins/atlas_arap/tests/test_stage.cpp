@@ -3,8 +3,7 @@
 #include "flat_charts_check.h"
 #include "known_atlases.h"
 
-using fresco::Mesh;
-using fresco::Vec2d;
+using namespace fresco;
 using namespace fresco::geometry;
 
 namespace
@@ -18,11 +17,6 @@ std::vector<Vec2d> seen_from_above(const Disk& disk)
     return places;
 }
 
-std::shared_ptr<Mesh> atlas_of(const Mesh& mesh, const fresco::Value& options, fresco::testing::TestRun& run)
-{
-    return made_atlas(FRESCO_PLUGIN_FILE, "atlas.arap", mesh, options, run);
-}
-
 }  // namespace
 
 TEST_CASE("bent sheets and those with holes unroll without any stretch")
@@ -32,13 +26,7 @@ TEST_CASE("bent sheets and those with holes unroll without any stretch")
         const auto disk = whole_disk(sheet);
         const auto places = arap_map(disk, seen_from_above(disk));
         REQUIRE(places);
-        for (const auto& t : disk.triangles)
-            for (std::size_t k = 0; k < 3; ++k)
-            {
-                const auto a = t[k];
-                const auto b = t[(k + 1) % 3];
-                CHECK(length((*places)[b] - (*places)[a]) == Approx(length(disk.points[b] - disk.points[a])).epsilon(0.01));
-            }
+        check_lengths(disk, *places, 1, 0.01);
     }
 }
 
@@ -56,20 +44,19 @@ TEST_CASE("a square pulled askew goes back, wherever it lies")
 
 TEST_CASE("the stage: a ball at nearly one scale, without overlaps")
 {
-    fresco::testing::TestRun run;
-    const auto atlas = atlas_of(shapes::sphere(24, 48), fresco::Value::Map{{"size_px", 512}}, run);
-    CHECK(check_atlas(*atlas, 512, 4).none());
-    CHECK(run.reported.at("mapped_area_share").as_double() > 0.9);
-    CHECK(run.reported.at("density_variation").as_double() < 0.12);
-    CHECK(run.reported.at("stretch_l2").as_double() < 1.05);
+    const MadeAtlas atlas("atlas.arap", shapes::sphere(24, 48), Value::Map{{"size_px", 512}});
+    CHECK(check_atlas(*atlas.mesh, 512, 4).none());
+    CHECK(atlas.reported("mapped_area_share") > 0.9);
+    CHECK(atlas.reported("density_variation") < 0.12);
+    CHECK(atlas.reported("stretch_l2") < 1.05);
 }
 
 TEST_CASE("a noisy corner: nearly all of it is mapped, nothing overlaps, and threads do not matter")
 {
-    check_noisy_corner_atlas(FRESCO_PLUGIN_FILE, "atlas.arap");
+    check_noisy_corner_atlas("atlas.arap");
 }
 
 TEST_CASE("known meshes: every face keeps its place, and the report lists their faults")
 {
-    check_known_atlases(FRESCO_PLUGIN_FILE, "atlas.arap");
+    check_known_atlases("atlas.arap");
 }

@@ -63,11 +63,6 @@ constexpr std::uint64_t point_bytes = 24;  // Two doubles and a number of 64 bit
 constexpr std::int64_t most_ids = std::numeric_limits<std::int64_t>::max();
 constexpr std::size_t pose_words = 9;  // Before the name: id, quaternion, translation, camera.
 
-bool is_blank(std::string_view line)
-{
-    return line.find_first_not_of(" \t\r") == std::string_view::npos;
-}
-
 /// The count in a comment "# Number of images: 3, …".
 std::optional<std::int64_t> announced(std::string_view line, std::string_view what)
 {
@@ -94,20 +89,24 @@ std::string_view behind_words(std::string_view line, const std::vector<std::stri
     return line.substr(begin, end + 1 - begin);
 }
 
+/// Of QW QX QY QZ TX TY TZ, a camera's.
+fresco::RigidTransform pose_of(const std::array<double, 7>& n, const std::string& place)
+{
+    return quaternion_transform(n[0], n[1], n[2], n[3], {n[4], n[5], n[6]}, place).inverse();
+}
+
 ModelImage image_of(std::string_view line, const std::string& place)
 {
     const auto words = words_of(line);
     if (words.size() <= pose_words)
         throw fresco::Error(
             fmt::format("{}: {} words; expected IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME", place, words.size()));
-    std::vector<double> numbers;
-    for (std::size_t i = 1; i < 8; ++i)
-        numbers.push_back(number_of(words[i], place));
+    std::array<double, 7> numbers{};
+    for (std::size_t i = 0; i < numbers.size(); ++i)
+        numbers[i] = number_of(words[i + 1], place);
     integer_of(words[0], 0, most_ids, place);
     ModelImage image;
-    image.world_from_camera =
-        quaternion_transform(numbers[0], numbers[1], numbers[2], numbers[3], {numbers[4], numbers[5], numbers[6]}, place)
-            .inverse();
+    image.world_from_camera = pose_of(numbers, place);
     image.camera = integer_of(words[8], 0, most_ids, place);
     image.name = behind_words(line, words, pose_words);
     image.source = place;
@@ -147,38 +146,28 @@ ModelCamera model_camera(const CameraModel& model, std::uint64_t width, std::uin
     camera.lens.is_fisheye = model.is_fisheye;
     camera.intrinsics.width = static_cast<int>(width);
     camera.intrinsics.height = static_cast<int>(height);
+    auto& k = camera.intrinsics;
+    auto& lens = camera.lens;
+    constexpr std::array<std::string_view, 12> names{"fx", "fy", "cx", "cy", "k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2"};
+    const std::array<double*, 12> places{&k.fx,    &k.fy,    &k.cx,    &k.cy,    &lens.k1, &lens.k2,
+                                         &lens.k3, &lens.k4, &lens.k5, &lens.k6, &lens.p1, &lens.p2};
     for (std::size_t i = 0; i < parameters.size(); ++i)
     {
         const double value = parameters[i];
         const auto name = model.parameters[i];
         if (!std::isfinite(value))
             throw fresco::Error(place + ": the parameter " + std::string(name) + " is not finite");
-        auto& k = camera.intrinsics;
-        auto& lens = camera.lens;
         if (name == "f")
             k.fx = k.fy = value;
-        if (name == "w" || name == "h")
+        else if (name == "w" || name == "h")
         {
             camera.is_panorama = true;
             if (value != (name == "w" ? k.width : k.height))
                 throw fresco::Error(fmt::format("{}: the parameter {} is {}; expected the size of the picture, {}x{}", place,
                                                 name, value, width, height));
         }
-        const std::array<std::pair<std::string_view, double*>, 12> places{{{"fx", &k.fx},
-                                                                           {"fy", &k.fy},
-                                                                           {"cx", &k.cx},
-                                                                           {"cy", &k.cy},
-                                                                           {"k1", &lens.k1},
-                                                                           {"k2", &lens.k2},
-                                                                           {"k3", &lens.k3},
-                                                                           {"k4", &lens.k4},
-                                                                           {"k5", &lens.k5},
-                                                                           {"k6", &lens.k6},
-                                                                           {"p1", &lens.p1},
-                                                                           {"p2", &lens.p2}}};
-        for (const auto& [key, target] : places)
-            if (key == name)
-                *target = value;
+        else
+            *places[static_cast<std::size_t>(std::ranges::find(names, name) - names.begin())] = value;
     }
     camera.source = std::move(place);
     return camera;
@@ -219,9 +208,7 @@ std::vector<ModelImage> parse_images_binary(std::span<const std::byte> bytes, st
         std::array<double, 7> numbers{};
         for (double& number : numbers)
             number = cursor.read<double>("an image's pose");
-        image.world_from_camera = quaternion_transform(numbers[0], numbers[1], numbers[2], numbers[3],
-                                                       {numbers[4], numbers[5], numbers[6]}, image.source)
-                                      .inverse();
+        image.world_from_camera = pose_of(numbers, image.source);
         image.camera = cursor.read<std::uint32_t>("an image's camera");
         image.name = cursor.text("an image's name");
         if (image.name.empty())
@@ -248,10 +235,10 @@ Cameras parse_cameras_text(std::string_view text, std::string_view source)
     {
         if (const auto count = announced(*line, "cameras"))
             expected = count;
-        if (is_blank(*line) || line->starts_with('#'))
+        const auto words = words_of(*line);
+        if (words.empty() || line->starts_with('#'))
             continue;
         const auto place = lines.place();
-        const auto words = words_of(*line);
         if (words.size() < 4)
             throw fresco::Error(fmt::format("{}: {} words; expected CAMERA_ID MODEL WIDTH HEIGHT PARAMS…", place, words.size()));
         const auto id = integer_of(words[0], 0, most_ids, place);
@@ -278,7 +265,7 @@ std::vector<ModelImage> parse_images_text(std::string_view text, std::string_vie
     {
         if (const auto count = announced(*line, "images"))
             expected = count;
-        if (is_blank(*line) || line->starts_with('#'))
+        if (words_of(*line).empty() || line->starts_with('#'))
             continue;
         images.push_back(image_of(*line, lines.place()));
         // The line of its points, which may be empty.

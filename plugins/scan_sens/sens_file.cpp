@@ -116,8 +116,9 @@ DepthForm depth_form_of(std::int32_t code, const Walk& walk)
     return static_cast<DepthForm>(code);
 }
 
-void set_size(SensCamera& camera, std::uint64_t width, std::uint64_t height, const Walk& walk, const char* name)
+void read_size(ByteCursor& cursor, const Walk& walk, const char* name, SensCamera& camera)
 {
+    const std::uint64_t width = cursor.read<std::uint32_t>("a size"), height = cursor.read<std::uint32_t>("a size");
     if (width < 1 || height < 1 || width > 65536 || height > 65536 || width * height > most_pixels)
         walk.fail(fmt::format("{} pictures of {}x{}; expected at most 65536 pixels per side and 200 million in all", name, width,
                               height));
@@ -186,10 +187,8 @@ SensIndex read_index(const SensFile& file)
     index.depth.extrinsics = matrix_of(cursor);
     index.color_form = color_form_of(cursor.read<std::int32_t>("compression"), walk);
     index.depth_form = depth_form_of(cursor.read<std::int32_t>("compression"), walk);
-    const auto color_width = cursor.read<std::uint32_t>("a size"), color_height = cursor.read<std::uint32_t>("a size");
-    const auto depth_width = cursor.read<std::uint32_t>("a size"), depth_height = cursor.read<std::uint32_t>("a size");
-    set_size(index.color, color_width, color_height, walk, "color");
-    set_size(index.depth, depth_width, depth_height, walk, "depth");
+    read_size(cursor, walk, "color", index.color);
+    read_size(cursor, walk, "depth", index.depth);
     const auto shift = static_cast<double>(cursor.read<float>("the depth shift"));
     if (!(shift >= 1 && shift <= 1e6))
         walk.fail("the depth shift (steps per meter) must be from 1 to 1000000: the file is damaged; copy it again");

@@ -8,26 +8,16 @@ using namespace fresco::geometry;
 
 std::vector<std::uint32_t> uv_charts(const fresco::Mesh& mesh)
 {
-    const auto neighbors = face_neighbors(mesh.triangles, mesh.positions.size());
     fresco::numerics::DisjointSets sets(mesh.triangles.size());
-    const auto uv_at = [&](std::uint32_t face, std::uint32_t vertex)
-    {
-        std::size_t k = 0;
-        while (mesh.triangles[face][k] != vertex)
-            ++k;
-        return mesh.texcoords[3 * std::size_t{face} + k];
-    };
-    for (std::uint32_t f = 0; f < neighbors.size(); ++f)
-        for (std::size_t k = 0; k < 3; ++k)
-        {
-            const auto g = neighbors[f][k];
-            if (g == none)
-                continue;
-            const auto a = mesh.triangles[f][k];
-            const auto b = mesh.triangles[f][(k + 1) % 3];
-            if (uv_at(f, a) == uv_at(g, a) && uv_at(f, b) == uv_at(g, b))
-                sets.join(f, g);
-        }
+    const auto uv = [&](const EdgeUse& use, std::uint32_t end)
+    { return mesh.texcoords[3 * std::size_t{use.face} + (use.corner + end) % 3]; };
+    for_each_edge(mesh.triangles, mesh.positions.size(),
+                  [&](std::uint32_t, std::uint32_t, std::span<const EdgeUse> uses)
+                  {
+                      if (uses.size() == 2 && uses[0].forward != uses[1].forward && uv(uses[0], 0) == uv(uses[1], 1) &&
+                          uv(uses[0], 1) == uv(uses[1], 0))
+                          sets.join(uses[0].face, uses[1].face);
+                  });
     return sets.numbers();
 }
 

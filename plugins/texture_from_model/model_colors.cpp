@@ -1,17 +1,21 @@
 #include "model_colors.h"
 
+#include <fresco/numerics/bilinear.h>
+#include <fresco/numerics/numerics.h>
 #include <fresco/texturing/texture_pictures.h>
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 #include <utility>
 
 namespace from_model
 {
 
 using fresco::Mesh;
+using fresco::Raster8;
+using fresco::Vec2d;
 using fresco::Vec3d;
+using fresco::texturing::to_linear;
 
 namespace
 {
@@ -29,38 +33,13 @@ Vec3d position(const Mesh& mesh, std::uint32_t vertex)
     return fresco::vec_cast<double>(mesh.positions[vertex]);
 }
 
-/// F: twice the area times the normal.
-std::vector<Vec3d> area_normals(const Mesh& mesh)
+/// Twice the area times the normal.
+Vec3d area_normal(const Mesh& mesh, std::uint32_t face)
 {
-    std::vector<Vec3d> normals;
-    normals.reserve(mesh.triangles.size());
-    for (const auto& t : mesh.triangles)
-    {
-        const Vec3d a = position(mesh, t[0]);
-        normals.push_back(cross(position(mesh, t[1]) - a, position(mesh, t[2]) - a));
-    }
-    return normals;
+    const auto& t = mesh.triangles[face];
+    const Vec3d a = position(mesh, t[0]);
+    return cross(position(mesh, t[1]) - a, position(mesh, t[2]) - a);
 }
-
-/// The faces around each vertex.
-struct VertexFaces
-{
-    std::vector<std::size_t> begin;    ///< V + 1
-    std::vector<std::uint32_t> faces;  ///< 3F
-
-    explicit VertexFaces(const Mesh& mesh) : begin(mesh.positions.size() + 1, 0), faces(3 * mesh.triangles.size())
-    {
-        for (const auto& t : mesh.triangles)
-            for (const std::uint32_t v : t)
-                ++begin[v + 1];
-        for (std::size_t v = 1; v < begin.size(); ++v)
-            begin[v] += begin[v - 1];
-        std::vector<std::size_t> next = begin;
-        for (std::uint32_t face = 0; face < mesh.triangles.size(); ++face)
-            for (const std::uint32_t v : mesh.triangles[face])
-                faces[next[v]++] = face;
-    }
-};
 
 /// V: how far the neighbors lie below the tangent plane, as the mean sine of the angle; positive where the surface is convex.
 std::vector<double> vertex_bends(const Mesh& mesh)
@@ -86,16 +65,11 @@ std::vector<double> vertex_bends(const Mesh& mesh)
 
 Vec3d lamp_of(const Mesh& mesh)
 {
-    Vec3d low = position(mesh, mesh.triangles[0][0]);
-    Vec3d high = low;
+    fresco::numerics::Bounds<double> box;
     for (const auto& t : mesh.triangles)
         for (const std::uint32_t v : t)
-        {
-            const Vec3d p = position(mesh, v);
-            low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-            high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-        }
-    return (low + high) * 0.5 + lamp_direction * (lamp_diagonals * length(high - low));
+            box.add(position(mesh, v));
+    return (box.low + box.high) * 0.5 + lamp_direction * (lamp_diagonals * length(box.high - box.low));
 }
 
 /// CIE 15: the light of a lightness L*.
@@ -109,8 +83,17 @@ double light_of(double lightness)
 
 std::vector<float> shape_lights(const Mesh& mesh)
 {
-    const auto normals = area_normals(mesh);
-    const VertexFaces around(mesh);
+    const auto faces = static_cast<std::uint32_t>(mesh.triangles.size());
+    std::vector<Vec3d> normals;
+    for (std::uint32_t face = 0; face < faces; ++face)
+        normals.push_back(area_normal(mesh, face));
+    const fresco::numerics::Buckets around(mesh.positions.size(),
+                                           [&](const auto& add)
+                                           {
+                                               for (std::uint32_t face = 0; face < faces; ++face)
+                                                   for (const std::uint32_t v : mesh.triangles[face])
+                                                       add(v, face);
+                                           });
     const auto bends = vertex_bends(mesh);
     const Vec3d lamp = lamp_of(mesh);
     std::vector<float> lights;
@@ -121,9 +104,9 @@ std::vector<float> shape_lights(const Mesh& mesh)
         for (const std::uint32_t v : mesh.triangles[face])
         {
             Vec3d sum;
-            for (std::size_t i = around.begin[v]; i < around.begin[v + 1]; ++i)
-                if (const Vec3d other = normals[around.faces[i]]; dot(normalized(other), own) >= crease_cosine)
-                    sum += other;
+            for (const std::uint32_t other : around[v])
+                if (dot(normalized(normals[other]), own) >= crease_cosine)
+                    sum += normals[other];
             const double facing = dot(normalized(sum), normalized(lamp - position(mesh, v)));
             const double bend = std::clamp(2 * bends[v], -1.0, 1.0);
             lights.push_back(static_cast<float>(light_of(middle_lightness + lamp_range * facing + bend_range * bend)));
@@ -131,11 +114,6 @@ std::vector<float> shape_lights(const Mesh& mesh)
     }
     return lights;
 }
-
-using fresco::Raster8;
-using fresco::Vec2d;
-using fresco::Vec3d;
-using fresco::texturing::to_linear;
 
 namespace
 {
@@ -159,13 +137,7 @@ int wrapped(int at, int size, fresco::Wrap wrap)
     return inside < size ? inside : period - 1 - inside;
 }
 
-Vec3d light_at(const Raster8& picture, int x, int y)
-{
-    const std::uint8_t* const rgb = &picture.at(x, y);
-    return {to_linear(rgb[0]), to_linear(rgb[1]), to_linear(rgb[2])};
-}
-
-Vec3d light_of(const fresco::Rgb8& rgb)
+Vec3d light_of(const std::uint8_t* rgb)
 {
     return {to_linear(rgb[0]), to_linear(rgb[1]), to_linear(rgb[2])};
 }
@@ -179,10 +151,10 @@ Vec3d product(Vec3d a, Vec3d b)
 
 ColorSource color_source(const fresco::Model& model)
 {
-    std::set<std::uint32_t> used(model.material_of_face.begin(), model.material_of_face.end());
-    for (const std::uint32_t material : used)
-        if (model.materials[material].picture != fresco::ModelMaterial::no_picture)
-            return ColorSource::pictures;
+    const auto has_picture = [&](std::uint32_t material)
+    { return model.materials[material].picture != fresco::ModelMaterial::no_picture; };
+    if (std::ranges::any_of(model.material_of_face, has_picture))
+        return ColorSource::pictures;
     const auto color = [&](std::size_t face, std::size_t corner)
     {
         const auto& material = model.materials[model.material_of_face[face]];
@@ -200,19 +172,15 @@ ColorSource color_source(const fresco::Model& model)
 
 Vec3d sample_wrapped(const Raster8& picture, Vec2d uv, fresco::Wrap wrap_u, fresco::Wrap wrap_v)
 {
+    const auto around = [](double at, int size, fresco::Wrap wrap)
+    {
+        const auto cells = fresco::numerics::between(near_unit(at, wrap) * size - 0.5);
+        return fresco::numerics::Between<double>{wrapped(cells.first, size, wrap), wrapped(cells.second, size, wrap),
+                                                 cells.share};
+    };
     // Row 0 is v = 1: wrapping v wraps 1 - v likewise.
-    const double x = near_unit(uv.x, wrap_u) * picture.width - 0.5;
-    const double y = near_unit(1 - uv.y, wrap_v) * picture.height - 0.5;
-    const int x0 = static_cast<int>(std::floor(x));
-    const int y0 = static_cast<int>(std::floor(y));
-    const double fx = x - x0;
-    const double fy = y - y0;
-    const int left = wrapped(x0, picture.width, wrap_u);
-    const int right = wrapped(x0 + 1, picture.width, wrap_u);
-    const int above = wrapped(y0, picture.height, wrap_v);
-    const int below = wrapped(y0 + 1, picture.height, wrap_v);
-    return (light_at(picture, left, above) * (1 - fx) + light_at(picture, right, above) * fx) * (1 - fy) +
-           (light_at(picture, left, below) * (1 - fx) + light_at(picture, right, below) * fx) * fy;
+    return fresco::numerics::bilinear(around(uv.x, picture.width, wrap_u), around(1 - uv.y, picture.height, wrap_v),
+                                      [&](int x, int y) { return light_of(&picture.at(x, y)); });
 }
 
 Raster8 halved(const Raster8& picture)
@@ -227,7 +195,7 @@ Raster8 halved(const Raster8& picture)
             Vec3d sum;
             for (int row = first_row; row < end_row; ++row)
                 for (int column = first_column; column < end_column; ++column)
-                    sum += light_at(picture, column, row);
+                    sum += light_of(&picture.at(column, row));
             const Vec3d mean = sum * (1.0 / ((end_row - first_row) * (end_column - first_column)));
             std::uint8_t* const rgb = &result.at(x, y);
             rgb[0] = fresco::texturing::from_linear(mean.x);
@@ -260,7 +228,7 @@ Vec3d ModelColors::at(std::uint32_t face, const std::array<double, 3>& weights) 
     {
         Vec3d mean;
         for (std::size_t i = 0; i < 3; ++i)
-            mean += light_of(model_.mesh.colors[model_.mesh.triangles[face][i]]) * weights[i];
+            mean += light_of(model_.mesh.colors[model_.mesh.triangles[face][i]].data()) * weights[i];
         color = product(color, mean);
     }
     if (material.picture == fresco::ModelMaterial::no_picture)
@@ -287,9 +255,7 @@ double ModelColors::pixels_per_meter(std::uint32_t face) const
 
 double twice_area(const fresco::Mesh& mesh, std::uint32_t face)
 {
-    const auto& t = mesh.triangles[face];
-    const Vec3d a = fresco::vec_cast<double>(mesh.positions[t[0]]);
-    return length(cross(fresco::vec_cast<double>(mesh.positions[t[1]]) - a, fresco::vec_cast<double>(mesh.positions[t[2]]) - a));
+    return length(area_normal(mesh, face));
 }
 
 double twice_uv_area(const fresco::Mesh& mesh, std::uint32_t face)

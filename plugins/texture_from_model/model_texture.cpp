@@ -152,18 +152,6 @@ void add_figures(const std::vector<RowFigures>& rows, ModelTexture& texture)
 
 }  // namespace
 
-double meters_per_texel(const Mesh& atlas, int size_px)
-{
-    double area = 0;
-    double uv_area = 0;
-    for (std::uint32_t face = 0; face < atlas.triangles.size(); ++face)
-    {
-        area += twice_area(atlas, face);
-        uv_area += twice_uv_area(atlas, face);
-    }
-    return uv_area > 0 ? std::sqrt(area / uv_area) / size_px : 0;
-}
-
 ModelTexture transfer_colors(const fresco::Model& model, const ModelColors& colors, const Mesh& atlas, const TransferRules& rules,
                              fresco::Progress& progress)
 {

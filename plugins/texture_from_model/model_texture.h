@@ -29,9 +29,6 @@ struct TransferRules
     double max_distance_m;  ///< Ignore points of the model farther away.
 };
 
-/// Meters per texel of an atlas of `size_px`, on average over its area.
-double meters_per_texel(const fresco::Mesh& atlas, int size_px);
-
 /// Moves a model's colors to an atlas of the same surface, decimated or not: each texel takes the mean color of the model at the
 /// nearest points to n x n places in it, n being the width of a texel in pixels of the model's picture (at most 6). Texels
 /// beyond reach continue the others smoothly. The same for any number of threads. Throws Canceled.

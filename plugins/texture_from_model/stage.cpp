@@ -2,10 +2,11 @@
 
 #include <fresco/image_io.h>
 #include <fresco/mesh.h>
+#include <fresco/numerics/numerics.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
+#include <fresco/texturing/texel_faces.h>
 
-#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 #include <string>
@@ -68,14 +69,10 @@ class TextureFromModel final : public Stage
     {
         if (*max_distance_m > 0)
             return *max_distance_m;
-        Vec3f low = model->mesh.positions.front();
-        Vec3f high = low;
+        numerics::Bounds<double> box;
         for (const Vec3f p : model->mesh.positions)
-        {
-            low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-            high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-        }
-        return default_reach * length(vec_cast<double>(high) - vec_cast<double>(low));
+            box.add(vec_cast<double>(p));
+        return default_reach * length(box.high - box.low);
     }
 
     /// Decoded one after the other, and no finer than the texture can use.
@@ -112,7 +109,7 @@ class TextureFromModel final : public Stage
         }
         if (!is_used)
             return -1;
-        return area > 0 ? std::sqrt(uv_area / area) * meters_per_texel(*mesh, size) : 0;
+        return area > 0 ? std::sqrt(uv_area / area) * texturing::mean_texel_m(*mesh, size) : 0;
     }
 
     void tell(ColorSource source, const ModelTexture& made, const TransferRules& rules, RunContext& run) const

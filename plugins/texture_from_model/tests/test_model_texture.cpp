@@ -209,13 +209,11 @@ Mesh wall()
     return mesh;
 }
 
-Model colored(Mesh mesh)
+Model colored(const Mesh& mesh)
 {
-    Model model;
-    model.materials.emplace_back().vertex_colors = !mesh.colors.empty();
-    model.material_of_face.assign(mesh.triangles.size(), 0);
-    model.mesh = std::move(mesh);
-    return model;
+    ModelMaterial material;
+    material.vertex_colors = !mesh.colors.empty();
+    return model_of(mesh, material);
 }
 
 }  // namespace

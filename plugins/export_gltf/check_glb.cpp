@@ -104,109 +104,90 @@ AccessorRows rows_of(const tinygltf::Model& model, int accessor, std::size_t com
     return rows;
 }
 
-class MeshReader
+/// The node that shows the mesh: the scene's, or its child.
+const tinygltf::Node& node_of(const tinygltf::Model& model)
 {
-  public:
-    MeshReader(const tinygltf::Model& model, GlbModel& result) : model_(model), result_(result) {}
+    const auto& scene = element(model.scenes, model.defaultScene, "scenes");
+    const tinygltf::Node* node = &element(model.nodes, element(scene.nodes, 0, "nodes"), "nodes");
+    if (node->mesh == -1)
+        node = &element(model.nodes, element(node->children, 0, "children"), "nodes");
+    expect(node->mesh == 0, "nodes: no node has the mesh");
+    return *node;
+}
 
-    void read(const tinygltf::Primitive& primitive)
+double finite(const AccessorRows& rows, std::size_t row, std::size_t component)
+{
+    const double value = rows.at(row, component);
+    expect(std::isfinite(value), fmt::format("vertex {} is not finite", row));
+    return value;
+}
+
+Vec3d vector_at(const AccessorRows& rows, std::size_t row)
+{
+    return {finite(rows, row, 0), finite(rows, row, 1), finite(rows, row, 2)};
+}
+
+void read_positions(const AccessorRows& rows, const tinygltf::Node& node, std::vector<Vec3d>& positions)
+{
+    const auto vector = [](const std::vector<double>& numbers, double otherwise)
     {
-        const auto has = [&](const char* name) { return primitive.attributes.contains(name); };
-        expect(primitive.mode == TINYGLTF_MODE_TRIANGLES, "primitives[0]: mode: expected triangles (4)");
-        expect(has("POSITION"), "primitives[0]: POSITION is missing");
-        read_positions(rows_of(model_, primitive.attributes.at("POSITION"), 3));
-        if (has("NORMAL"))
-            read_normals(rows_of(model_, primitive.attributes.at("NORMAL"), 3));
-        if (has("TANGENT"))
-            read_tangents(rows_of(model_, primitive.attributes.at("TANGENT"), 4));
-        if (has("TEXCOORD_0"))
-            read_texcoords(rows_of(model_, primitive.attributes.at("TEXCOORD_0"), 2));
-        if (has("COLOR_0"))
-            read_colors(rows_of(model_, primitive.attributes.at("COLOR_0"), 4));
-        rows_of(model_, primitive.indices, 1);
-        result_.indices = gltf::triangle_indices(model_, primitive.indices, primitive.mode, result_.positions.size());
+        expect(numbers.empty() || numbers.size() == 3, "nodes: expected 3 numbers");
+        return numbers.empty() ? Vec3d{otherwise, otherwise, otherwise} : Vec3d{numbers[0], numbers[1], numbers[2]};
+    };
+    const Vec3d scale = vector(node.scale, 1);
+    const Vec3d origin = vector(node.translation, 0);
+    for (std::size_t i = 0; i < rows.count; ++i)
+    {
+        const Vec3d p = vector_at(rows, i);
+        positions.push_back(Vec3d{p.x * scale.x, p.y * scale.y, p.z * scale.z} + origin);
     }
+}
 
-  private:
-    /// The node that shows the mesh: the scene's, or its child.
-    const tinygltf::Node& node() const
+void read_mesh(const tinygltf::Model& model, const tinygltf::Primitive& primitive, GlbModel& result)
+{
+    expect(primitive.mode == TINYGLTF_MODE_TRIANGLES, "primitives[0]: mode: expected triangles (4)");
+    expect(primitive.attributes.contains("POSITION"), "primitives[0]: POSITION is missing");
+    read_positions(rows_of(model, primitive.attributes.at("POSITION"), 3), node_of(model), result.positions);
+    const auto each = [&](const std::string& name, std::size_t components, const auto& take)
     {
-        const auto& scene = element(model_.scenes, model_.defaultScene, "scenes");
-        const tinygltf::Node* node = &element(model_.nodes, element(scene.nodes, 0, "nodes"), "nodes");
-        if (node->mesh == -1)
-            node = &element(model_.nodes, element(node->children, 0, "children"), "nodes");
-        expect(node->mesh == 0, "nodes: no node has the mesh");
-        return *node;
-    }
-
-    static double finite(const AccessorRows& rows, std::size_t row, std::size_t component)
-    {
-        const double value = rows.at(row, component);
-        expect(std::isfinite(value), fmt::format("vertex {} is not finite", row));
-        return value;
-    }
-
-    void read_positions(const AccessorRows& rows)
-    {
-        const auto vector = [](const std::vector<double>& numbers, double otherwise)
-        {
-            expect(numbers.empty() || numbers.size() == 3, "nodes: expected 3 numbers");
-            return numbers.empty() ? Vec3d{otherwise, otherwise, otherwise} : Vec3d{numbers[0], numbers[1], numbers[2]};
-        };
-        const Vec3d scale = vector(node().scale, 1);
-        const Vec3d origin = vector(node().translation, 0);
+        const auto found = primitive.attributes.find(name);
+        if (found == primitive.attributes.end())
+            return;
+        const AccessorRows rows = rows_of(model, found->second, components);
+        expect(rows.count == result.positions.size(), name + ": expected one for each position");
         for (std::size_t i = 0; i < rows.count; ++i)
-            result_.positions.push_back(
-                Vec3d{finite(rows, i, 0) * scale.x, finite(rows, i, 1) * scale.y, finite(rows, i, 2) * scale.z} + origin);
-    }
-
-    void expect_one_each(const AccessorRows& rows, const std::string& name) const
-    {
-        expect(rows.count == result_.positions.size(), name + ": expected one for each position");
-    }
-
-    void read_normals(const AccessorRows& rows)
-    {
-        expect_one_each(rows, "NORMAL");
-        for (std::size_t i = 0; i < rows.count; ++i)
-        {
-            result_.normals.push_back({finite(rows, i, 0), finite(rows, i, 1), finite(rows, i, 2)});
-            expect(std::abs(length(result_.normals.back()) - 1) <= unit_tolerance,
-                   fmt::format("NORMAL: {} does not have unit length", i));
-        }
-    }
-
-    void read_tangents(const AccessorRows& rows)
-    {
-        expect_one_each(rows, "TANGENT");
-        for (std::size_t i = 0; i < rows.count; ++i)
-        {
-            const std::array<double, 4> t{finite(rows, i, 0), finite(rows, i, 1), finite(rows, i, 2), finite(rows, i, 3)};
-            expect(std::abs(length(Vec3d{t[0], t[1], t[2]}) - 1) <= unit_tolerance && std::abs(t[3]) == 1,
-                   fmt::format("TANGENT: {} does not have unit length and 1 or -1 behind it", i));
-            result_.tangents.push_back(t);
-        }
-    }
-
-    void read_texcoords(const AccessorRows& rows)
-    {
-        expect_one_each(rows, "TEXCOORD_0");
-        for (std::size_t i = 0; i < rows.count; ++i)
-            result_.texcoords.push_back({finite(rows, i, 0), finite(rows, i, 1)});
-    }
-
-    void read_colors(const AccessorRows& rows)
-    {
-        expect_one_each(rows, "COLOR_0");
-        expect(rows.normalized, "COLOR_0: expected normalized integers");
-        const auto color = [&](std::size_t row, std::size_t c) { return texturing::from_linear(rows.at(row, c)); };
-        for (std::size_t i = 0; i < rows.count; ++i)
-            result_.colors.push_back({color(i, 0), color(i, 1), color(i, 2)});
-    }
-
-    const tinygltf::Model& model_;
-    GlbModel& result_;
-};
+            take(rows, i);
+    };
+    const auto is_unit = [](Vec3d v) { return std::abs(length(v) - 1) <= unit_tolerance; };
+    each("NORMAL", 3,
+         [&](const AccessorRows& rows, std::size_t i)
+         {
+             result.normals.push_back(vector_at(rows, i));
+             expect(is_unit(result.normals.back()), fmt::format("NORMAL: {} does not have unit length", i));
+         });
+    each("TANGENT", 4,
+         [&](const AccessorRows& rows, std::size_t i)
+         {
+             const Vec3d along = vector_at(rows, i);
+             const double side = finite(rows, i, 3);
+             expect(is_unit(along) && std::abs(side) == 1,
+                    fmt::format("TANGENT: {} does not have unit length and 1 or -1 behind it", i));
+             result.tangents.push_back({along.x, along.y, along.z, side});
+         });
+    each("TEXCOORD_0", 2,
+         [&](const AccessorRows& rows, std::size_t i) {
+             result.texcoords.push_back({finite(rows, i, 0), finite(rows, i, 1)});
+         });
+    each("COLOR_0", 4,
+         [&](const AccessorRows& rows, std::size_t i)
+         {
+             expect(rows.normalized, "COLOR_0: expected normalized integers");
+             const auto step = [&](std::size_t c) { return texturing::from_linear(rows.at(i, c)); };
+             result.colors.push_back({step(0), step(1), step(2)});
+         });
+    rows_of(model, primitive.indices, 1);
+    result.indices = gltf::triangle_indices(model, primitive.indices, primitive.mode, result.positions.size());
+}
 
 std::vector<std::byte> picture_bytes(const GltfFile& gltf, std::size_t number)
 {
@@ -248,7 +229,7 @@ GlbModel read_glb(std::string_view file, std::string_view source)
         GlbModel model;
         const Value* extras = document.at("asset").find("extras");
         model.origin = extras == nullptr ? Value(Value::Map{}) : *extras;
-        MeshReader(gltf.model, model).read(primitive);
+        read_mesh(gltf.model, primitive, model);
         if (!gltf.images.empty())
             read_pictures(gltf, gltf.model.materials[static_cast<std::size_t>(primitive.material)], model);
         return model;

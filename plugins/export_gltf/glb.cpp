@@ -2,6 +2,7 @@
 
 #include <fresco/error.h>
 #include <fresco/gltf/gltf_file.h>
+#include <fresco/numerics/numerics.h>
 #include <fresco/texturing/texture_pictures.h>
 
 #include <fmt/format.h>
@@ -15,7 +16,6 @@
 #include <span>
 
 using namespace fresco;
-using fresco::gltf::entry;
 using fresco::texturing::WeldedMesh;
 
 namespace
@@ -35,8 +35,7 @@ GlbParts parts_of(std::string_view glb)
     return {parse_json(chunks.json, "JSON"), {reinterpret_cast<const char*>(chunks.binary.data()), chunks.binary.size()}};
 }
 
-}  // namespace
-
+/// A GLB of these chunks; `binary` has a multiple of four bytes.
 std::string assembled(const Value& document, std::string_view binary)
 {
     std::string json = to_json(document);
@@ -52,32 +51,11 @@ std::string assembled(const Value& document, std::string_view binary)
     return glb;
 }
 
-namespace
-{
-
 constexpr double last_step = 65535;
 constexpr double texcoord_rounding = 1e-5;
 
-struct Box
-{
-    Vec3f low;
-    Vec3f high;
-};
-
-Box bounding_box(const std::vector<Vec3f>& positions)
-{
-    constexpr float far = std::numeric_limits<float>::infinity();
-    Box box{{far, far, far}, {-far, -far, -far}};
-    for (const Vec3f p : positions)
-    {
-        box.low = {std::min(box.low.x, p.x), std::min(box.low.y, p.y), std::min(box.low.z, p.z)};
-        box.high = {std::max(box.high.x, p.x), std::max(box.high.y, p.y), std::max(box.high.z, p.z)};
-    }
-    return box;
-}
-
 /// The least float that reaches the box's far side in 65535 steps; 1 for a box without extent.
-float step_for(const Box& box)
+float step_for(const numerics::Bounds<float>& box)
 {
     const Vec3d extent = vec_cast<double>(box.high) - vec_cast<double>(box.low);
     const double longest = std::max({extent.x, extent.y, extent.z});
@@ -111,7 +89,9 @@ std::int8_t normal_step(float component)
 
 QuantizedMesh quantized(const WeldedMesh& mesh)
 {
-    const Box box = bounding_box(mesh.positions);
+    numerics::Bounds<float> box;
+    for (const Vec3f p : mesh.positions)
+        box.add(p);
     QuantizedMesh result;
     result.origin = box.low;
     result.step_m = step_for(box);
@@ -140,11 +120,6 @@ void reorder(std::vector<T>& values, const std::vector<unsigned>& remap)
     std::vector<T> result(values.size());
     meshopt_remapVertexBuffer(result.data(), values.data(), values.size(), sizeof(T), remap.data());
     values = std::move(result);
-}
-
-void align(std::string& bytes)
-{
-    bytes.resize((bytes.size() + 3) / 4 * 4);
 }
 
 std::string first_bytes(std::string stream, std::size_t count)
@@ -184,43 +159,8 @@ std::size_t size_at(const Value& map, std::string_view key)
     return found == nullptr ? 0 : static_cast<std::size_t>(found->as_int());
 }
 
-/// The bytes that a view, or its compressed form, names.
-std::string_view stored(std::string_view binary, const Value& view, const std::string& place)
-{
-    const std::size_t offset = size_at(view, "byteOffset");
-    const std::size_t length = size_at(view, "byteLength");
-    if (size_at(view, "buffer") != 0 || offset > binary.size() || length > binary.size() - offset)
-        throw Error(fmt::format("{}{} bytes at {} do not fit into the BIN chunk of {}", place, length, offset, binary.size()));
-    return binary.substr(offset, length);
-}
-
-/// The extensions that a list of the document names, without this one.
-Value::List others(const Value& document, const char* key)
-{
-    Value::List names;
-    if (const Value* const list = document.find(key))
-        names = list->as_list();
-    std::erase(names, Value(extension));
-    return names;
-}
-
-}  // namespace
-
-void order_for_compression(WeldedMesh& mesh)
-{
-    const std::size_t vertices = mesh.positions.size();
-    std::vector<unsigned> indices(mesh.indices.size());
-    meshopt_optimizeVertexCacheStrip(indices.data(), mesh.indices.data(), mesh.indices.size(), vertices);
-    std::vector<unsigned> remap(vertices);
-    meshopt_optimizeVertexFetchRemap(remap.data(), indices.data(), indices.size(), vertices);
-    meshopt_remapIndexBuffer(mesh.indices.data(), indices.data(), indices.size(), remap.data());
-    reorder(mesh.positions, remap);
-    reorder(mesh.normals, remap);
-    reorder(mesh.tangents, remap);
-    reorder(mesh.texcoords, remap);
-    reorder(mesh.colors, remap);
-}
-
+/// Compresses the vertices and indices of a GLB of make_glb by EXT_meshopt_compression: a pass over the finished GLB, because
+/// tinygltf supports no extensions of views. Corners of a triangle may rotate: (a, b, c) to (b, c, a).
 std::string compressed_glb(std::string_view glb)
 {
     auto [document, plain] = parts_of(glb);
@@ -233,7 +173,7 @@ std::string compressed_glb(std::string_view glb)
     for (std::size_t i = 0; i < views.size(); ++i)
     {
         Value& view = views[i];
-        const std::string_view bytes = stored(plain, view, entry("bufferViews", i));
+        const std::string_view bytes = plain.substr(size_at(view, "byteOffset"), size_at(view, "byteLength"));
         const std::size_t offset = binary.size();
         if (i < accessors.size())
         {
@@ -258,22 +198,20 @@ std::string compressed_glb(std::string_view glb)
             binary += bytes;
             view.set("byteOffset", offset);
         }
-        align(binary);
+        binary.resize((binary.size() + 3) / 4 * 4);
     }
     document.set("buffers", Value::List{Value::Map{{"byteLength", binary.size()}},
                                         Value::Map{{"byteLength", restored_bytes},
                                                    {"extensions", Value::Map{{extension, Value::Map{{"fallback", true}}}}}}});
     for (const char* const key : {"extensionsUsed", "extensionsRequired"})
     {
-        Value::List names = others(document, key);
+        const Value* const others = document.find(key);
+        Value::List names = others == nullptr ? Value::List{} : others->as_list();
         names.emplace_back(extension);
         document.set(key, std::move(names));
     }
     return assembled(document, binary);
 }
-
-namespace
-{
 
 constexpr std::size_t largest_file = std::numeric_limits<std::uint32_t>::max() - (1U << 20U);  // leaves room for the JSON part
 
@@ -461,6 +399,21 @@ std::string with_origin(std::string_view glb, const Value& origin)
 }
 
 }  // namespace
+
+void order_for_compression(WeldedMesh& mesh)
+{
+    const std::size_t vertices = mesh.positions.size();
+    std::vector<unsigned> indices(mesh.indices.size());
+    meshopt_optimizeVertexCacheStrip(indices.data(), mesh.indices.data(), mesh.indices.size(), vertices);
+    std::vector<unsigned> remap(vertices);
+    meshopt_optimizeVertexFetchRemap(remap.data(), indices.data(), indices.size(), vertices);
+    meshopt_remapIndexBuffer(mesh.indices.data(), indices.data(), indices.size(), remap.data());
+    reorder(mesh.positions, remap);
+    reorder(mesh.normals, remap);
+    reorder(mesh.tangents, remap);
+    reorder(mesh.texcoords, remap);
+    reorder(mesh.colors, remap);
+}
 
 std::string make_glb(const WeldedMesh& mesh, const std::vector<std::byte>& image, const GlbOptions& options)
 {

@@ -13,9 +13,6 @@
 /// \file Writes a mesh and its picture as binary glTF 2.0, optionally quantized and compressed. The stage calls make_glb(), after
 /// order_for_compression() if it compresses, and has the bytes checked before it writes them (check_glb.h).
 
-/// A GLB of these chunks; `binary` has a multiple of four bytes.
-std::string assembled(const fresco::Value& document, std::string_view binary);
-
 /// A mesh in integers, for KHR_mesh_quantization. Rows are padded to multiples of four bytes.
 struct QuantizedMesh
 {
@@ -34,10 +31,6 @@ QuantizedMesh quantized(const fresco::texturing::WeldedMesh& mesh);
 /// Reorders triangles and vertices so that neighbors follow each other, which makes the streams smaller. The surface stays the
 /// same.
 void order_for_compression(fresco::texturing::WeldedMesh& mesh);
-
-/// Compresses the vertices and indices of a GLB of make_glb by EXT_meshopt_compression: a pass over the finished GLB, because
-/// tinygltf supports no extensions of views. Corners of a triangle may rotate: (a, b, c) to (b, c, a).
-std::string compressed_glb(std::string_view glb);
 
 inline constexpr const char* unlit_extension = "KHR_materials_unlit";
 inline constexpr const char* quantization_extension = "KHR_mesh_quantization";

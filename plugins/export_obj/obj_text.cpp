@@ -1,5 +1,7 @@
 #include "obj_text.h"
 
+#include <fresco/numerics/numerics.h>
+
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -13,13 +15,18 @@ using namespace fresco;
 
 namespace
 {
-/// Appends a number without regard to the locale; floats as the shortest text that reads back exactly.
-template <class T>
-void append(std::string& text, T value)
+/// Appends numbers, a character before each, without regard to the locale; floats as the shortest text that reads back exactly.
+template <class... Numbers>
+void append(std::string& text, char before, Numbers... numbers)
 {
-    std::array<char, 32> digits;
-    const auto [end, error] = std::to_chars(digits.data(), digits.data() + digits.size(), value);
-    text.append(digits.data(), error == std::errc{} ? end : digits.data());
+    const auto append_one = [&](auto number)
+    {
+        std::array<char, 32> digits;
+        const auto [end, error] = std::to_chars(digits.data(), digits.data() + digits.size(), number);
+        text += before;
+        text.append(digits.data(), error == std::errc{} ? end : digits.data());
+    };
+    (append_one(numbers), ...);
 }
 
 /// 3F: equal texcoords share a number, counted from 0 by first use.
@@ -28,23 +35,12 @@ std::vector<std::uint32_t> number_texcoords(const std::vector<Vec2f>& texcoords,
     std::vector<std::uint32_t> order(texcoords.size());
     std::iota(order.begin(), order.end(), 0U);
     const auto key = [&](std::uint32_t i) { return std::tuple(texcoords[i].x, texcoords[i].y); };
-    std::sort(order.begin(), order.end(),
-              [&](std::uint32_t a, std::uint32_t b)
-              { return std::tuple_cat(key(a), std::tuple(a)) < std::tuple_cat(key(b), std::tuple(b)); });
-    std::vector<std::uint32_t> first_use(texcoords.size());
-    for (std::size_t i = 0; i < order.size(); ++i)
-        first_use[order[i]] = i > 0 && key(order[i]) == key(order[i - 1]) ? first_use[order[i - 1]] : order[i];
+    std::ranges::sort(order, {}, [&](std::uint32_t i) { return std::tuple_cat(key(i), std::tuple(i)); });
     std::vector<std::uint32_t> number(texcoords.size());
-    for (std::uint32_t corner = 0; corner < texcoords.size(); ++corner)
-    {
-        if (first_use[corner] == corner)
-        {
-            number[corner] = static_cast<std::uint32_t>(unique.size());
-            unique.push_back(texcoords[corner]);
-        }
-        else
-            number[corner] = number[first_use[corner]];
-    }
+    for (std::size_t i = 0; i < order.size(); ++i)
+        number[order[i]] = i > 0 && key(order[i]) == key(order[i - 1]) ? number[order[i - 1]] : order[i];
+    for (const std::uint32_t corner : numerics::number_by_first(number, number.size()))
+        unique.push_back(texcoords[corner]);
     return number;
 }
 }  // namespace
@@ -60,25 +56,16 @@ std::string obj_text(const Mesh& mesh, std::string_view material_file, std::stri
     for (std::size_t v = 0; v < mesh.positions.size(); ++v)
     {
         const Vec3f p = mesh.positions[v];
-        text += "v ";
-        append(text, p.x);
-        text += ' ';
-        append(text, p.y);
-        text += ' ';
-        append(text, p.z);
+        text += 'v';
+        append(text, ' ', p.x, p.y, p.z);
         for (std::size_t c = 0; c < 3 && has_colors; ++c)
-        {
-            text += ' ';
-            append(text, static_cast<float>(mesh.colors[v][c]) / 255);
-        }
+            append(text, ' ', static_cast<float>(mesh.colors[v][c]) / 255);
         text += '\n';
     }
     for (const Vec2f uv : unique)
     {
-        text += "vt ";
-        append(text, uv.x);
-        text += ' ';
-        append(text, uv.y);
+        text += "vt";
+        append(text, ' ', uv.x, uv.y);
         text += '\n';
     }
     if (has_material)
@@ -88,12 +75,9 @@ std::string obj_text(const Mesh& mesh, std::string_view material_file, std::stri
         text += 'f';
         for (std::size_t i = 0; i < 3; ++i)
         {
-            text += ' ';
-            append(text, mesh.triangles[face][i] + std::uint64_t{1});
-            if (number.empty())
-                continue;
-            text += '/';
-            append(text, number[3 * face + i] + std::uint64_t{1});
+            append(text, ' ', mesh.triangles[face][i] + std::uint64_t{1});
+            if (!number.empty())
+                append(text, '/', number[3 * face + i] + std::uint64_t{1});
         }
         text += '\n';
     }

@@ -7,16 +7,50 @@
 #include <fresco/texture.h>
 #include <fresco/texturing/exports.h>
 
-#include "page.h"
+#include <page_parts.h>
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 
 using namespace fresco;
 using namespace fresco::texturing;
 
 namespace
 {
+std::string escaped(std::string_view text)
+{
+    std::string result;
+    for (const char c : text)
+        result += c == '<' ? "&lt;" : c == '&' ? "&amp;" : std::string(1, c);
+    return result;
+}
+
+/// One HTML file that shows a room and fetches nothing. `data`: {room, cameras, up} as showRoom of plugins/shared/page takes
+/// them; cameras and up may be null. `title`: of the window.
+std::string room_page(const Value& data, std::string_view title)
+{
+    const PageScripts& viewer = page::room_scripts();
+    const std::string name = escaped(title);
+    const std::string json = script_json(data);
+    std::string page;
+    for (const std::string_view part : std::initializer_list<std::string_view>{
+             "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
+             "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1, viewport-fit=cover\">\n"
+             "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; script-src 'unsafe-inline'; "
+             "style-src 'unsafe-inline'; img-src data: blob:\">\n<link rel=\"icon\" href=\"data:,\">\n<title>",
+             name, "</title>\n<style>", viewer.css, page_css,
+             "</style></head>\n<body>\n<div id=\"room\"><noscript><p class=\"message\">This page shows a room by JavaScript, "
+             "which is switched off here.</p></noscript></div>\n"
+             "<nav><button id=\"walk\">Walk</button><button id=\"orbit\">Orbit</button><button id=\"light\" "
+             "hidden>Light</button><button id=\"vr\" hidden>Enter VR</button></nav>\n"
+             "<script type=\"application/json\" id=\"data\">",
+             json, "</script>\n<script>", viewer.library, "</script>\n<script>\"use strict\";\n", viewer.js, page_js,
+             "</script>\n</body></html>\n"})
+        page += part;
+    return page;
+}
+
 class ExportPage final : public Stage
 {
     Input<TexturedMesh> textured_mesh{this, "textured_mesh", "The mesh with its picture, as texture.bake makes it"};

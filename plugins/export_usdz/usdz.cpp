@@ -1,6 +1,7 @@
 #include "usdz.h"
 
 #include <fresco/error.h>
+#include <fresco/numerics/numerics.h>
 
 #include <fmt/format.h>
 #include <zlib.h>
@@ -24,23 +25,6 @@ namespace
 constexpr std::size_t piece_bytes = std::size_t{1} << 20U;
 constexpr std::size_t row = 16;  // Values per line: readers need not hold endless ones.
 
-struct Box
-{
-    Vec3f low;
-    Vec3f high;
-};
-
-Box box_of(const std::vector<Vec3f>& positions)
-{
-    Box box{positions.at(0), positions.at(0)};
-    for (const Vec3f p : positions)
-    {
-        box.low = {std::min(box.low.x, p.x), std::min(box.low.y, p.y), std::min(box.low.z, p.z)};
-        box.high = {std::max(box.high.x, p.x), std::max(box.high.y, p.y), std::max(box.high.z, p.z)};
-    }
-    return box;
-}
-
 double to_millimeters(double meters)
 {
     const double rounded = std::round(1000 * meters) / 1000;
@@ -51,9 +35,6 @@ class Writer
 {
   public:
     explicit Writer(const WriteText& write) : write_(write) {}
-    ~Writer() = default;
-    Writer(const Writer&) = delete;
-    Writer& operator=(const Writer&) = delete;
 
     template <class... Values>
     void add(fmt::format_string<Values...> text, Values&&... values)
@@ -85,7 +66,7 @@ class Writer
     fmt::memory_buffer text_;
 };
 
-void add_mesh(Writer& writer, const WeldedMesh& mesh, const Box& box, bool lit)
+void add_mesh(Writer& writer, const WeldedMesh& mesh, const numerics::Bounds<float>& box, bool lit)
 {
     constexpr std::string_view per_vertex = " (\n            interpolation = \"vertex\"\n        )";
     const auto triple = [&](Vec3f v) { writer.add("({}, {}, {})", v.x, v.y, v.z); };
@@ -172,7 +153,9 @@ void add_material(Writer& writer, const UsdaOptions& options)
 
 void write_usda(const WeldedMesh& mesh, const UsdaOptions& options, const WriteText& write)
 {
-    const Box box = box_of(mesh.positions);
+    numerics::Bounds<float> box;
+    for (const Vec3f p : mesh.positions)
+        box.add(p);
     Writer writer(write);
     writer.add("#usda 1.0\n(\n    defaultPrim = \"room\"\n    metersPerUnit = 1\n    upAxis = \"Y\"\n)\n\n"
                "def Xform \"room\" (\n    kind = \"component\"\n)\n{{\n"
@@ -293,7 +276,6 @@ void ZipWriter::finish()
 namespace
 {
 
-constexpr std::size_t local_bytes = 30;
 constexpr std::size_t central_bytes = 46;
 constexpr std::size_t end_bytes = 22;
 
@@ -354,11 +336,11 @@ class PackageReader
         // Version, flags, method, time, checksum and sizes.
         expect(package_.substr(central + 6, 22) == package_.substr(local + 4, 22) &&
                    number(package_, local + 26, 2) == name_bytes &&
-                   package_.substr(local + local_bytes, name_bytes) == result.name,
+                   package_.substr(local + local_header_bytes, name_bytes) == result.name,
                place + "its header and the directory do not agree");
         expect(number(package_, local + 6, 2) == 0 && number(package_, local + 8, 2) == 0,
                place + "expected stored bytes, not compressed ones");
-        const std::size_t data = local + local_bytes + name_bytes + number(package_, local + 28, 2);
+        const std::size_t data = local + local_header_bytes + name_bytes + number(package_, local + 28, 2);
         const std::size_t bytes = number(package_, local + 18, 4);
         expect(data % zip_alignment == 0, place + fmt::format("begins at byte {}, not at a multiple of {}", data, zip_alignment));
         expect(bytes == number(package_, local + 22, 4) && data + bytes <= package_.size(), place + "exceeds the archive");

@@ -1,5 +1,4 @@
 #include "catch.h"
-#include "npy_image.h"
 
 #include <fresco/error.h>
 #include <fresco/image_io.h>
@@ -92,21 +91,18 @@ TEST_CASE("read.image: NPY pictures of one, three and four channels")
 
 TEST_CASE("read.image: an NPY file that is not a picture is refused")
 {
-    testing::TemporaryFolder folder;
-    const auto file = folder.path() / "a.npy";
-    const std::vector<std::uint8_t> bytes(12);
-    const std::vector<std::vector<std::size_t>> shapes{{12}, {2, 3, 2}, {1, 2, 2, 3}};
-    for (const auto& shape : shapes)
+    const Reader reader;
+    const auto file = reader.folder.path() / "a.npy";
+    const auto refused = [&](const std::vector<std::size_t>& shape, const auto& values, const char* reason)
     {
-        write_npy(file, shape, std::span(bytes));
-        CHECK_THROWS_WITH(read_image::image_from_npy(file), Contains("a.npy") && Contains("expected a picture"));
-    }
-    const std::vector<float> floats(12);
-    const std::vector<std::size_t> shape{2, 2, 3};
-    write_npy(file, shape, std::span(floats));
-    CHECK_THROWS_WITH(read_image::image_from_npy(file), Contains("2 x 2 x 3 of a different type"));
-    const std::vector<std::size_t> flat{0, 5, 3};
-    write_npy(file, flat, std::span<const std::uint8_t>());
-    CHECK_THROWS_WITH(read_image::image_from_npy(file), Contains("0 x 5 x 3; expected 1 to"));
-    CHECK_THROWS_AS(read_image::image_from_npy(folder.path() / "none.npy"), MissingInput);
+        write_npy(file, shape, std::span(values));
+        CHECK_THROWS_WITH(reader.read(file), Contains("a.npy") && Contains(reason));
+    };
+    const std::vector<std::uint8_t> bytes(12);
+    refused({12}, bytes, "expected a picture");
+    refused({2, 3, 2}, bytes, "expected a picture");
+    refused({1, 2, 2, 3}, bytes, "expected a picture");
+    refused({2, 2, 3}, std::vector<float>(12), "2 x 2 x 3 of a different type");
+    refused({0, 5, 3}, std::vector<std::uint8_t>(), "0 x 5 x 3; expected 1 to 300 million pixels");
+    CHECK_THROWS_AS(reader.read(reader.folder.path() / "none.npy"), MissingInput);
 }

@@ -1,21 +1,114 @@
 #include "printed_line.h"
-#include "run_program.h"
 
 #include <fresco/command.h>
 #include <fresco/error.h>
 #include <fresco/image_io.h>
+#include <fresco/process.h>
 #include <fresco/stage.h>
 
+#include <chrono>
+#include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <deque>
 #include <fmt/format.h>
 #include <map>
+#include <poll.h>
+#include <sys/prctl.h>
+#include <unistd.h>
+
+using namespace fresco;
+using namespace fresco::command;
 
 namespace
 {
 
 namespace fs = std::filesystem;
-using namespace fresco::command;
+
+/// While a program runs, the end of the host ends first what the program started, then this process; the kernel alone would leave
+/// what is further down.
+class HostWatch
+{
+  public:
+    HostWatch()
+    {
+        // Nor what is printed to a host that is gone.
+        signal(SIGPIPE, SIG_IGN);
+        prctl(PR_SET_PDEATHSIG, SIGTERM);
+    }
+    HostWatch(const HostWatch&) = delete;
+    HostWatch& operator=(const HostWatch&) = delete;
+    ~HostWatch()
+    {
+        prctl(PR_SET_PDEATHSIG, SIGKILL);
+        end_if_gone();
+    }
+    void end_if_gone() const
+    {
+        if (getppid() == host_)
+            return;
+        end_descendants();
+        std::_Exit(EXIT_FAILURE);
+    }
+
+  private:
+    const pid_t host_ = getppid();
+};
+
+/// SIGTERM to the program and all it started; SIGKILL to what is left when the program has ended, after 5 s at latest.
+void stop(const Process& program)
+{
+    const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(5);
+    signal_descendants(getpid(), SIGTERM);
+    ProcessEnd end;
+    while (!take_end(program.pid, end) && std::chrono::steady_clock::now() < patience)
+        poll(nullptr, 0, 20);
+    end_descendants();
+}
+
+/// Runs a program in `folder` to its end, gives each line that it prints to `take_line`, and ends whatever it leaves behind. What
+/// it started gets SIGTERM when the run is stopped, and SIGKILL 5 s later at most; all of it ends with the host, should that be
+/// killed. For a process that waits for no other child. Throws Error if there is no such program, and Canceled.
+ProcessEnd run_program(const std::vector<std::string>& words, const EnvironmentChanges& environment, const fs::path& folder,
+                       RunContext& run, const auto& take_line)
+{
+    const std::string file = find_program(words.front());
+    if (file.empty())
+        throw Error(words.front() + ": program not found" +
+                    (words.front().find('/') == std::string::npos ? " in PATH" : " or not executable"));
+    const HostWatch host;
+    const Process program =
+        start_process({.file = file, .arguments = words, .environment = environment, .folder = folder.string()});
+    LineBuffer output;
+    ProcessEnd end;
+    for (bool ended = false; !ended;)
+    {
+        pollfd descriptor{program.output.get(), POLLIN, 0};
+        poll(&descriptor, 1, 100);
+        if ((descriptor.revents & POLLIN) == 0 && (descriptor.revents & POLLHUP) != 0)
+            poll(nullptr, 0, 5);  // It closed its output and goes on.
+        host.end_if_gone();
+        try
+        {
+            run.check_canceled();
+        }
+        catch (const Canceled&)
+        {
+            stop(program);
+            throw;
+        }
+        ended = take_end(program.pid, end);
+        output.read_from(program.output.get());
+        std::string line;
+        while (output.next(line))
+            take_line(line);
+    }
+    // What it left behind must not write into its outputs any more.
+    end_descendants();
+    if (const std::string rest = output.rest(); !rest.empty())
+        take_line(rest);
+    return end;
+}
 
 constexpr std::size_t shown_lines = 200;
 constexpr std::size_t kept_lines = 12;
@@ -32,7 +125,7 @@ std::string shown_command(const std::vector<std::string>& words)
     for (const std::string& word : words)
     {
         const bool quoted = word.empty() || word.find_first_of(" '\"") != std::string::npos;
-        text += (text.empty() ? "" : " ") + (quoted ? fresco::to_json(word) : word);
+        text += (text.empty() ? "" : " ") + (quoted ? to_json(word) : word);
     }
     constexpr std::size_t longest = 300;
     return text.size() <= longest ? text : text.substr(0, longest) + "…";
@@ -42,7 +135,7 @@ std::string shown_command(const std::vector<std::string>& words)
 class Printed
 {
   public:
-    explicit Printed(fresco::RunContext& run) : run_(run) {}
+    explicit Printed(RunContext& run) : run_(run) {}
 
     void take(const std::string& line)
     {
@@ -87,43 +180,41 @@ class Printed
         case SaidToHost::Kind::report:
             try
             {
-                return run_.report(said.text, fresco::parse_json(said.json, "report"));
+                return run_.report(said.text, parse_json(said.json, "report"));
             }
-            catch (const fresco::Error& error)
+            catch (const Error& error)
             {
                 return run_.warning("cannot parse " + printable(line) + " (" + error.what() + ")");
             }
         }
     }
 
-    fresco::RunContext& run_;
+    RunContext& run_;
     std::deque<std::string> tail_;
     std::size_t lines_ = 0;
 };
 
-class Command final : public fresco::Stage
+class Command final : public Stage
 {
-    fresco::Option<fresco::CommandLine> run_{
-        this, "run", fresco::required,
+    Option<CommandLine> run_{
+        this, "run", required,
         "The program and its arguments, run without a shell; {port} stands for the path of an input or output"};
-    fresco::Option<fresco::InputFiles> files_{
-        this, "files", fresco::InputFiles{},
+    Option<InputFiles> files_{
+        this, "files", InputFiles{},
         "Files that the program needs, such as scripts; an argument that names one becomes its absolute path"};
-    fresco::Option<std::string> version_{this, "version", "",
-                                         "Any text; change it to run the program again, for example after an update"};
-    fresco::Option<bool> gpu_{this, "gpu", false, "Whether the program needs a GPU; a cluster starts it where there is one",
-                              fresco::not_in_key};
-    fresco::InputPorts inputs_{this, "inputs", "Input ports, wired by input"};
-    fresco::OutputPorts outputs_{this, "outputs", "Output ports, made by the program"};
-    fresco::Slot<fresco::ImageIo> images_{this, "images", "image.opencv", fresco::ForForm{"png"},
-                                          "Reads and writes pictures for ports with 'as: png'"};
+    Option<std::string> version_{this, "version", "",
+                                 "Any text; change it to run the program again, for example after an update"};
+    Option<bool> gpu_{this, "gpu", false, "Whether the program needs a GPU; a cluster starts it where there is one", not_in_key};
+    InputPorts inputs_{this, "inputs", "Input ports, wired by input"};
+    OutputPorts outputs_{this, "outputs", "Output ports, made by the program"};
+    Slot<ImageIo> images_{this, "images", "image.opencv", ForForm{"png"}, "Reads and writes pictures for ports with 'as: png'"};
 
-    fresco::Cost cost() const override { return {.device = "gpu"}; }
+    Cost cost() const override { return {.device = "gpu"}; }
 
-    void run(fresco::RunContext& run) override
+    void run(RunContext& run) override
     {
         const fs::path scratch = run.scratch_folder();
-        const fresco::ImageIo* images = images_.has_value() ? images_.get().get() : nullptr;
+        const ImageIo* images = images_.has_value() ? images_.get().get() : nullptr;
         std::map<std::string, std::string> paths;
         for (const auto& [name, file] : files_->paths)
             paths[name] = file;
@@ -141,10 +232,10 @@ class Command final : public fresco::Stage
             {
                 port->take_back(scratch / "out" / port->name(), images, run);
             }
-            catch (const fresco::Error& error)
+            catch (const Error& error)
             {
-                throw fresco::Error("the program succeeded, but its output '" + port->name() + "' (" + port->type().name +
-                                    ") cannot be used: " + error.what());
+                throw Error("the program succeeded, but its output '" + port->name() + "' (" + port->type().name +
+                            ") cannot be used: " + error.what());
             }
     }
 
@@ -152,26 +243,24 @@ class Command final : public fresco::Stage
     {
         std::vector<std::string> words;
         for (const std::string& word : run_->words)
-            words.push_back(files_->paths.contains(word) ? paths.at(word) : fresco::filled_in(word, paths));
+            words.push_back(files_->paths.contains(word) ? paths.at(word) : filled_in(word, paths));
         return words;
     }
 
-    static void execute(const std::vector<std::string>& words, const fs::path& scratch, fresco::RunContext& run)
+    static void execute(const std::vector<std::string>& words, const fs::path& scratch, RunContext& run)
     {
-        const fresco::EnvironmentChanges environment{{"TMPDIR", made(scratch / "tmp").string()},
-                                                     {"FRESCO_THREADS", std::to_string(run.threads())},
-                                                     // Lines when they are printed, nothing written beside the user's scripts.
-                                                     {"PYTHONUNBUFFERED", "1"},
-                                                     {"PYTHONDONTWRITEBYTECODE", "1"}};
+        const EnvironmentChanges environment{{"TMPDIR", made(scratch / "tmp").string()},
+                                             {"FRESCO_THREADS", std::to_string(run.threads())},
+                                             // Lines when they are printed, nothing written beside the user's scripts.
+                                             {"PYTHONUNBUFFERED", "1"},
+                                             {"PYTHONDONTWRITEBYTECODE", "1"}};
         Printed printed(run);
-        const fresco::ProcessEnd end =
+        const ProcessEnd end =
             run_program(words, environment, made(scratch / "work"), run, [&](const std::string& line) { printed.take(line); });
         if (end.signal != 0)
-            throw fresco::Error("'" + shown_command(words) + "' was killed by a signal: " + fresco::signal_text(end.signal) +
-                                printed.tail());
+            throw Error("'" + shown_command(words) + "' was killed by a signal: " + signal_text(end.signal) + printed.tail());
         if (end.exit_code != 0)
-            throw fresco::Error(
-                fmt::format("'{}' ended with exit code {}{}", shown_command(words), end.exit_code, printed.tail()));
+            throw Error(fmt::format("'{}' ended with exit code {}{}", shown_command(words), end.exit_code, printed.tail()));
     }
 };
 

@@ -41,6 +41,18 @@ std::string shell(const std::string& words)
            "  other: {type: test.source, value: 2}\n  good: {type: test.sink, input: other, path: good.txt}\n";
 }
 
+/// A pipeline of one command, with these options.
+std::string command(const std::string& options)
+{
+    return "version: 1\nstages:\n  made: {type: command, " + options + "}\n";
+}
+
+/// The process has ended, though nobody may have taken its end yet: it has no words.
+bool has_ended(const std::string& pid)
+{
+    return std::ifstream("/proc/" + std::to_string(std::stoi(pid)) + "/cmdline").get() == std::ifstream::traits_type::eof();
+}
+
 /// Writes a table to the file that the first word names. In a word of `run` braces are doubled.
 const char* const table = "printf \"{\\\"columns\\\": [\\\"value\\\"], \\\"rows\\\": [[7]]}\" >\"$1\"";
 const char* const table_word = "printf \"{{\\\"columns\\\": [\\\"value\\\"], \\\"rows\\\": [[7]]}}\" >\"$1\"";
@@ -56,20 +68,15 @@ TEST_CASE("a program is a stage: it takes inputs, makes outputs, reports progres
     INFO(first.err << first.out);
     REQUIRE(first.code == 0);
     CHECK(place.read("out/sum.txt") == "6.000000\n");
-    bool progress = false;
-    bool warned = false;
-    bool spoke = false;
-    for (const auto& event : events(first.out))
+    const auto told = [all = events(first.out)](const char* name, const char* key, const fresco::Value& value)
     {
-        const std::string& name = event.at("event").as_string();
-        progress =
-            progress || (name == "progress" && event.at("total").as_double() == 2 && event.at("unit").as_string() == "numbers");
-        warned = warned || (name == "warning" && event.at("text").as_string() == "a small number");
-        spoke = spoke || (name == "message" && event.at("text").as_string() == "adding 1");
-    }
-    CHECK(progress);
-    CHECK(warned);
-    CHECK(spoke);
+        return std::ranges::any_of(all, [&](const auto& event)
+                                   { return event.at("event").as_string() == name && event.at(key) == value; });
+    };
+    CHECK(told("progress", "unit", "numbers"));
+    CHECK(told("progress", "total", 2.0));
+    CHECK(told("warning", "text", "a small number"));
+    CHECK(told("message", "text", "adding 1"));
     CHECK(fs::is_empty(place.file(".fresco/tmp")));
 
     const auto runs = [&](const std::vector<std::string>& sets)
@@ -147,9 +154,7 @@ TEST_CASE("a program runs in a folder of its own, with the cores it may use, and
     // Input, output, error, and what ls opens itself.
     CHECK(contains(finished.err, "made: 4\n"));
 
-    place.write("plain.yaml",
-                "version: 1\nstages:\n  made: {type: command, run: [echo, \"$(touch broken)\", \"; rm -rf *\", \"{o}\"], "
-                "outputs: {o: files}}\n");
+    place.write("plain.yaml", command("run: [echo, \"$(touch broken)\", \"; rm -rf *\", \"{o}\"], outputs: {o: files}"));
     const Finished plain = place.run({"run", "plain.yaml"});
     CHECK(contains(plain.err, "made: $(touch broken) ; rm -rf * "));
     CHECK(contains(plain.err, "no file was written into it"));
@@ -159,11 +164,9 @@ TEST_CASE("a program runs in a folder of its own, with the cores it may use, and
 TEST_CASE("files that a program makes are copied below --out", "[command]")
 {
     Workplace place(plugins);
-    place.write(
-        "room.yaml",
-        "version: 1\nstages:\n  made: {type: command, run: [sh, -c, 'mkdir \"$1/deep\"; echo a >\"$1/deep/a.txt\"; echo b "
-        ">\"$1/b.txt\"', sh, \"{o}\"], outputs: {o: files}}\n");
-    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    place.write("room.yaml", command("run: [sh, -c, 'mkdir \"$1/deep\"; echo a >\"$1/deep/a.txt\"; echo b >\"$1/b.txt\"', sh, "
+                                     "\"{o}\"], outputs: {o: files}"));
+    place.make();
     CHECK(place.read("out/deep/a.txt") == "a\n");
     CHECK(place.read("out/b.txt") == "b\n");
 }
@@ -173,13 +176,11 @@ TEST_CASE("a log without end is cut for people, and a program's strange bytes do
     Workplace place(plugins);
     place.write("room.yaml", shell("for i in $(seq 1000); do echo line $i; done; printf \"\\377\\033[31m\\001x\"; " +
                                    std::string(table_word)));
-    const Finished finished = place.run({"run", "room.yaml"});
-    REQUIRE(finished.code == 0);
+    const Finished finished = place.make();
     CHECK(contains(finished.err, "made: line 200\n"));
     CHECK(finished.err.find("line 201\n") == std::string::npos);
     CHECK(contains(finished.err, "it prints more; all of it is in --json-log"));
-    const Finished json = place.run({"run", "room.yaml", "--json-log", "--store", "again"});
-    REQUIRE(json.code == 0);
+    const Finished json = place.make({"--json-log", "--store", "again"});
     CHECK(contains(json.out, "line 1000"));
     CHECK(contains(json.out, "\"text\":\"? x\""));
 }
@@ -188,11 +189,9 @@ TEST_CASE("of words without end a result keeps the first", "[command]")
 {
     Workplace place(plugins);
     place.write("room.yaml", shell("for i in $(seq 1500); do echo fresco: message word $i; done; " + std::string(table_word)));
-    REQUIRE(place.run({"run", "room.yaml", "--until", "made"}).code == 0);
-    std::size_t kept = 0;
-    for (const auto& object : fs::directory_iterator(place.file(".fresco/objects")))
-        kept = fresco::parse_json(fresco::read_text_file(object.path() / "manifest.json")).at("messages").as_list().size();
-    CHECK(kept == 1001);
+    place.make({"--until", "made"});
+    const std::string manifest = fresco::read_text_file(place.objects().at(0) / "manifest.json");
+    CHECK(fresco::parse_json(manifest).at("messages").as_list().size() == 1001);
 }
 
 TEST_CASE("stopping a run stops the program and all it started", "[command]")
@@ -202,18 +201,12 @@ TEST_CASE("stopping a run stops the program and all it started", "[command]")
     const std::string words = GENERATE("sleep 300 & echo $! >\"$(dirname \"$0\")/pid\"; wait",
                                        "trap : TERM; echo $$ >\"$(dirname \"$0\")/pid\"; while :; do sleep 0.1; done");
     place.write("slow.sh", words);
-    place.write(
-        "room.yaml",
-        "version: 1\nstages:\n  made: {type: command, run: [sh, slow.sh, \"{o}\"], files: [slow.sh], outputs: {o: table}}\n");
+    place.write("room.yaml", command("run: [sh, slow.sh, \"{o}\"], files: [slow.sh], outputs: {o: table}"));
     const auto run = place.start({"run", "room.yaml"});
     Workplace::wait_until([&] { return !place.read("pid").empty(); });
-    const pid_t pid = std::stoi(place.read("pid"));
     run->signal(SIGTERM);
-    const Finished finished = run->wait();
-    CHECK(finished.code == 75);
-    // Nobody may have taken its end yet, but it runs no more: it has no words.
-    std::ifstream words_of("/proc/" + std::to_string(pid) + "/cmdline");
-    CHECK(words_of.get() == std::ifstream::traits_type::eof());
+    CHECK(run->wait().code == 75);
+    CHECK(has_ended(place.read("pid")));
     CHECK(fs::is_empty(place.file(".fresco/tmp")));
 }
 
@@ -221,19 +214,13 @@ TEST_CASE("a program ends with the host, and so does all it started", "[command]
 {
     Workplace place(plugins);
     place.write("slow.sh", "trap : TERM\n(trap : TERM; sh -c 'echo $PPID' >\"$1\"; while :; do sleep 0.1; done) &\nexec yes\n");
-    place.write("room.yaml", "version: 1\nstages:\n  made: {type: command, run: [sh, slow.sh, " + place.file("pid").string() +
-                                 ", \"{o}\"], files: [slow.sh], outputs: {o: table}}\n");
+    place.write("room.yaml", command("run: [sh, slow.sh, " + place.file("pid").string() +
+                                     ", \"{o}\"], files: [slow.sh], outputs: {o: table}"));
     const auto run = place.start({"run", "room.yaml"});
     Workplace::wait_until([&] { return !place.read("pid").empty(); });
-    const std::string pid = place.read("pid");
     run->signal(SIGKILL);
     run->wait();
-    Workplace::wait_until(
-        [&]
-        {
-            std::ifstream words_of("/proc/" + std::to_string(std::stoi(pid)) + "/cmdline");
-            return words_of.get() == std::ifstream::traits_type::eof();
-        });
+    Workplace::wait_until([&] { return has_ended(place.read("pid")); });
 }
 
 TEST_CASE("what a program leaves behind ends before its outputs are taken", "[command]")
@@ -243,14 +230,9 @@ TEST_CASE("what a program leaves behind ends before its outputs are taken", "[co
     place.write("left.sh",
                 "setsid sh -c 'echo $$ >\"$0\"; while :; do echo more >>\"$1\"; sleep 0.01; done' \"$PWD/pid\" \"$1/log\" &\n"
                 "while [ ! -s pid ] || [ ! -s \"$1/log\" ]; do sleep 0.01; done; cp pid \"$1/pid\"\n");
-    place.write(
-        "room.yaml",
-        "version: 1\nstages:\n  made: {type: command, run: [sh, left.sh, \"{o}\"], files: [left.sh], outputs: {o: files}}\n");
-    const Finished finished = place.run({"run", "room.yaml"});
-    INFO(finished.err);
-    REQUIRE(finished.code == 0);
-    std::ifstream words_of("/proc/" + std::to_string(std::stoi(place.read("out/pid"))) + "/cmdline");
-    CHECK(words_of.get() == std::ifstream::traits_type::eof());
+    place.write("room.yaml", command("run: [sh, left.sh, \"{o}\"], files: [left.sh], outputs: {o: files}"));
+    place.make();
+    CHECK(has_ended(place.read("out/pid")));
     CHECK(place.run({"store", "verify"}).code == 0);
 }
 
@@ -260,10 +242,8 @@ TEST_CASE("a program is found by a relative folder of PATH, too", "[command]")
     place.write("tools/make-table", "#!/bin/sh\n" + std::string(table) + "\n");
     chmod(place.file("tools/make-table").c_str(), 0755);
     place.environment["PATH"] = ":tools:" + std::string(std::getenv("PATH"));
-    place.write("room.yaml", "version: 1\nstages:\n  made: {type: command, run: [make-table, \"{o}\"], outputs: {o: table}}\n");
-    const Finished finished = place.run({"run", "room.yaml"});
-    INFO(finished.err);
-    CHECK(finished.code == 0);
+    place.write("room.yaml", command("run: [make-table, \"{o}\"], outputs: {o: table}"));
+    place.make();
 }
 
 TEST_CASE("limits hold for programs, too", "[command][isolation]")
@@ -285,11 +265,10 @@ TEST_CASE("a program that hears no signal is ended with all it started, wherever
     Workplace place(plugins);
     place.write("deaf.sh", "trap : TERM\nif [ \"$2\" = left ]; then echo $$ >\"$1\"; else setsid sh \"$0\" \"$1\" left & fi\n"
                            "while :; do sleep 0.1; done\n");
-    place.write("room.yaml", "version: 1\nstages:\n  made: {type: command, run: [sh, deaf.sh, " + place.file("pid").string() +
-                                 ", first, \"{o}\"], files: [deaf.sh], outputs: {o: table}}\n");
+    place.write("room.yaml", command("run: [sh, deaf.sh, " + place.file("pid").string() +
+                                     ", first, \"{o}\"], files: [deaf.sh], outputs: {o: table}"));
     CHECK(place.run({"run", "room.yaml", "--isolate", "made", "--isolate-time", "0.5s"}).code == 1);
-    std::ifstream words_of("/proc/" + std::to_string(std::stoi(place.read("pid"))) + "/cmdline");
-    CHECK(words_of.get() == std::ifstream::traits_type::eof());
+    CHECK(has_ended(place.read("pid")));
 }
 
 TEST_CASE("everything wrong with a command is reported before anything runs", "[command]")
@@ -346,17 +325,12 @@ TEST_CASE("a script of the user's own is run by itself, and by files of the comm
     Workplace place(plugins);
     place.write("a.sh", "#!/bin/sh\n" + std::string(table) + "\n");
     chmod(place.file("a.sh").c_str(), 0755);
-    place.write("room.yaml",
-                "version: 1\nstages:\n  made: {type: command, run: [a.sh, \"{o}\"], files: [a.sh], outputs: {o: table}}\n"
-                "  text: {type: test.sink, input: made, path: x.txt}\n");
-    CHECK(place.run({"run", "room.yaml"}).code == 0);
+    place.write("room.yaml", command("run: [a.sh, \"{o}\"], files: [a.sh], outputs: {o: table}") +
+                                 "  text: {type: test.sink, input: made, path: x.txt}\n");
+    place.make();
     CHECK(place.read("out/x.txt") == "7.000000\n");
-    for (const std::vector<std::string>& command : {std::vector<std::string>{"graph", "room.yaml"},
-
-                                                    {"schema", "--json"},
-                                                    {"stages"},
-                                                    {"describe", "command", "--json"}})
-        CHECK(contains(place.run(command).out, "command"));
+    for (const Words& words : {Words{"graph", "room.yaml"}, {"schema", "--json"}, {"stages"}, {"describe", "command", "--json"}})
+        CHECK(contains(place.run(words).out, "command"));
 }
 
 TEST_CASE("an artifact type of a plugin is exchanged like those of the SDK", "[command]")
@@ -364,16 +338,12 @@ TEST_CASE("an artifact type of a plugin is exchanged like those of the SDK", "[c
     Workplace place({"good", "note", FRESCO_COMMAND_ALONE});
     const auto write = [&](const std::string& script, const std::string& form)
     {
-        place.write("room.yaml", "version: 1\nstages:\n  note: {type: test.note, text: hello}\n"
-                                 "  louder: {type: command, run: [sh, -c, '" +
-                                     script +
-                                     "', sh, \"{in}/note.txt\", \"{out}\"], input: {in: note}, inputs: {in: test_note},\n"
-                                     "           outputs: {out: {artifact: test_note, as: " +
-                                     form +
-                                     "}}}\n"
-                                     "  twice: {type: command, run: [sh, -c, 'cat \"$1\" \"$1\" >\"$2/note.txt\"', sh, \"{in}\", "
-                                     "\"{out}\"], input: {in: louder},\n"
-                                     "          inputs: {in: {artifact: test_note, as: json}}, outputs: {out: test_note}}\n");
+        const std::string twice = "run: [sh, -c, 'cat \"$1\" \"$1\" >\"$2/note.txt\"', sh, \"{in}\", \"{out}\"], input: {in: "
+                                  "louder}, inputs: {in: {artifact: test_note, as: json}}, outputs: {out: test_note}";
+        place.write("room.yaml",
+                    command(twice) + "  note: {type: test.note, text: hello}\n  louder: {type: command, run: [sh, -c, '" +
+                        script + "', sh, \"{in}/note.txt\", \"{out}\"], input: {in: note}, inputs: {in: test_note}, " +
+                        "outputs: {out: {artifact: test_note, as: " + form + "}}}\n");
     };
     write("tr a-z A-Z <\"$1\" >\"$2\"", "json");
     // What is not JSON is refused by the type itself.
@@ -381,13 +351,11 @@ TEST_CASE("an artifact type of a plugin is exchanged like those of the SDK", "[c
     CHECK(wrong.code == 1);
     CHECK(contains(wrong.err, "its output 'out' (test_note) cannot be used: "));
     write("echo \"\\\"$(tr a-z A-Z <\"$1\")\\\"\" >\"$2\"", "json");
-    const Finished finished = place.run({"run", "room.yaml"});
-    INFO(finished.err);
-    REQUIRE(finished.code == 0);
+    place.make();
     std::string made;
-    for (const auto& object : fs::directory_iterator(place.file(".fresco/objects")))
-        if (fs::exists(object.path() / "out/note.txt"))
-            made += fresco::read_text_file(object.path() / "out/note.txt") + ";";
+    for (const fs::path& object : place.objects())
+        if (fs::exists(object / "out/note.txt"))
+            made += fresco::read_text_file(object / "out/note.txt") + ";";
     CHECK(contains(made, "HELLO;"));
     CHECK(contains(made, "\"HELLO\"\"HELLO\";"));
     write("true", "xml");
@@ -397,10 +365,8 @@ TEST_CASE("an artifact type of a plugin is exchanged like those of the SDK", "[c
 TEST_CASE("a program that opens the terminal gets an error, and the run goes on")
 {
     Workplace place(plugins);
-    place.write("room.yaml",
-                "version: 1\nstages:\n  asks: {type: command, run: [sh, -c, 'read -r answer </dev/tty', sh, \"{o}\"], "
-                "outputs: {o: table}}\n");
-    Terminal terminal(place, {"run", "room.yaml", "--isolate", "asks", "--isolate-time", "10s"}, 600, 12);
+    place.write("room.yaml", command("run: [sh, -c, 'read -r answer </dev/tty', sh, \"{o}\"], outputs: {o: table}"));
+    Terminal terminal(place, {"run", "room.yaml", "--isolate", "made", "--isolate-time", "10s"}, 600, 12);
     REQUIRE(terminal.shows("ended with exit code"));
     CHECK(terminal.finish() == 1);
 }

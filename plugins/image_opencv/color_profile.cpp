@@ -24,15 +24,6 @@ namespace
     throw fresco::Error(fmt::format("{}: {}; convert the picture to sRGB", source, what));
 }
 
-template <auto close>
-struct Closing
-{
-    template <class T>
-    void operator()(T* handle) const
-    {
-        close(handle);
-    }
-};
 using Context = std::unique_ptr<std::remove_pointer_t<cmsContext>, Closing<cmsDeleteContext>>;
 using Profile = std::unique_ptr<void, Closing<cmsCloseProfile>>;
 using Transform = std::unique_ptr<void, Closing<cmsDeleteTransform>>;

@@ -14,6 +14,17 @@
 namespace image_opencv
 {
 
+/// Ends what a C library opened, in a std::unique_ptr.
+template <auto close>
+struct Closing
+{
+    template <class T>
+    void operator()(T* handle) const
+    {
+        close(handle);
+    }
+};
+
 /// The picture in sRGB, relative colorimetric with black point compensation; alpha stays. A profile within 1/255 of sRGB changes
 /// nothing, nor does one of CMYK, which decoding has turned to RGB without it; a picture of gray whose profile is of colors gets
 /// 3 channels. `icc` is empty for none. Throws Error naming `source` for a damaged profile and for one that is not of RGB, gray

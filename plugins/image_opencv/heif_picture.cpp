@@ -16,20 +16,11 @@ namespace image_opencv
 namespace
 {
 
-template <auto release>
-struct HeifRelease
-{
-    template <class T>
-    void operator()(T* handle) const
-    {
-        release(handle);
-    }
-};
-using HeifContext = std::unique_ptr<heif_context, HeifRelease<heif_context_free>>;
-using HeifHandle = std::unique_ptr<heif_image_handle, HeifRelease<heif_image_handle_release>>;
-using HeifImage = std::unique_ptr<heif_image, HeifRelease<heif_image_release>>;
-using HeifOptions = std::unique_ptr<heif_decoding_options, HeifRelease<heif_decoding_options_free>>;
-using HeifColors = std::unique_ptr<heif_color_profile_nclx, HeifRelease<heif_nclx_color_profile_free>>;
+using HeifContext = std::unique_ptr<heif_context, Closing<heif_context_free>>;
+using HeifHandle = std::unique_ptr<heif_image_handle, Closing<heif_image_handle_release>>;
+using HeifImage = std::unique_ptr<heif_image, Closing<heif_image_release>>;
+using HeifOptions = std::unique_ptr<heif_decoding_options, Closing<heif_decoding_options_free>>;
+using HeifColors = std::unique_ptr<heif_color_profile_nclx, Closing<heif_nclx_color_profile_free>>;
 
 [[noreturn]] void fail_heif(std::string_view source, const std::string& what)
 {

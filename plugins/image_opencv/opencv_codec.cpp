@@ -26,8 +26,10 @@ std::uint8_t on_white(std::uint64_t color, std::uint64_t alpha)
     return static_cast<std::uint8_t>((color * alpha + white * (white - alpha) + divisor / 2) / divisor);
 }
 
+}  // namespace
+
 template <class T>
-fresco::Raster8 to_rgb_of(const fresco::Raster<T>& picture, std::optional<std::uint16_t> transparent_gray)
+fresco::Raster8 to_rgb(const fresco::Raster<T>& picture, std::optional<std::uint16_t> transparent_gray)
 {
     constexpr std::uint64_t opaque = std::numeric_limits<T>::max();
     fresco::Raster8 result(picture.width, picture.height, 3);
@@ -45,30 +47,21 @@ fresco::Raster8 to_rgb_of(const fresco::Raster<T>& picture, std::optional<std::u
     return result;
 }
 
-}  // namespace
+template fresco::Raster8 to_rgb(const fresco::Raster8&, std::optional<std::uint16_t>);
+template fresco::Raster8 to_rgb(const fresco::Raster16&, std::optional<std::uint16_t>);
 
-fresco::Raster8 to_rgb(const fresco::Raster8& picture, std::optional<std::uint16_t> transparent_gray)
+template <class T>
+fresco::Raster8 to_rgba(const fresco::Raster<T>& picture)
 {
-    return to_rgb_of(picture, transparent_gray);
-}
-
-fresco::Raster8 to_rgb(const fresco::Raster16& picture, std::optional<std::uint16_t> transparent_gray)
-{
-    return to_rgb_of(picture, transparent_gray);
-}
-
-fresco::Raster8 to_rgba(const fresco::Raster8& picture)
-{
-    return picture;
-}
-
-fresco::Raster8 to_rgba(const fresco::Raster16& picture)
-{
+    constexpr unsigned step = std::numeric_limits<T>::max() / 255U;
     fresco::Raster8 result(picture.width, picture.height, picture.channels);
-    std::transform(picture.values.begin(), picture.values.end(), result.values.begin(),
-                   [](std::uint16_t v) { return static_cast<std::uint8_t>((v + 128U) / 257U); });
+    std::ranges::transform(picture.values, result.values.begin(),
+                           [](T v) { return static_cast<std::uint8_t>((v + step / 2) / step); });
     return result;
 }
+
+template fresco::Raster8 to_rgba(const fresco::Raster8&);
+template fresco::Raster8 to_rgba(const fresco::Raster16&);
 
 fresco::Raster8 oriented(fresco::Raster8 picture, int orientation)
 {
@@ -143,7 +136,7 @@ std::vector<std::byte> encode(const fresco::Raster<T>& image, const char* extens
     };
     if (image.empty() || image.width < 1 || image.height < 1)
         refuse("it is empty");
-    if (std::find(channels.begin(), channels.end(), image.channels) == channels.end())
+    if (std::ranges::find(channels, image.channels) == channels.end())
         refuse("the format does not support this number of channels");
     cv::Mat mat(image.height, image.width, CV_MAKETYPE(cv::DataType<T>::depth, image.channels));
     copy_swapped(image.values.data(), mat.ptr<T>(), image.values.size() / static_cast<std::size_t>(image.channels),
@@ -195,15 +188,14 @@ DecodedPicture decode(std::span<const std::byte> bytes, std::string_view source)
     return raster_of<std::uint16_t>(mat);
 }
 
-std::vector<std::byte> encode_png(const fresco::Raster8& image)
+template <class T>
+std::vector<std::byte> encode_png(const fresco::Raster<T>& image)
 {
     return encode(image, ".png", {1, 3, 4}, png_settings);
 }
 
-std::vector<std::byte> encode_png(const fresco::Raster16& image)
-{
-    return encode(image, ".png", {1, 3, 4}, png_settings);
-}
+template std::vector<std::byte> encode_png(const fresco::Raster8&);
+template std::vector<std::byte> encode_png(const fresco::Raster16&);
 
 std::vector<std::byte> encode_jpeg(const fresco::Raster8& image, int quality)
 {

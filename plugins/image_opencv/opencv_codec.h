@@ -18,13 +18,13 @@ namespace image_opencv
 
 /// 8-bit RGB on white of a picture of 1 (gray), 3 (RGB) or 4 (RGBA, straight alpha) channels: v = (c a + white (1 - a)), computed
 /// on the stored sRGB values as browsers do and rounded once. 16 bits: 65535 becomes 255. `transparent_gray`: gray pixels of
-/// exactly this value are white.
-fresco::Raster8 to_rgb(const fresco::Raster8& picture, std::optional<std::uint16_t> transparent_gray = std::nullopt);
-fresco::Raster8 to_rgb(const fresco::Raster16& picture, std::optional<std::uint16_t> transparent_gray = std::nullopt);
+/// exactly this value are white. T: std::uint8_t or std::uint16_t, here and below.
+template <class T>
+fresco::Raster8 to_rgb(const fresco::Raster<T>& picture, std::optional<std::uint16_t> transparent_gray = std::nullopt);
 
 /// 8-bit RGBA of a picture of 4 channels, straight alpha. 16 bits: 65535 becomes 255, rounded.
-fresco::Raster8 to_rgba(const fresco::Raster8& picture);
-fresco::Raster8 to_rgba(const fresco::Raster16& picture);
+template <class T>
+fresco::Raster8 to_rgba(const fresco::Raster<T>& picture);
 
 /// The picture as displayed, for an EXIF orientation of 1..8 (EXIF 2.32, section 4.6.4): 5 to 8 swap width and height.
 fresco::Raster8 oriented(fresco::Raster8 picture, int orientation);
@@ -41,8 +41,8 @@ DecodedPicture decode(std::span<const std::byte> bytes, std::string_view source)
 DecodedPicture decode_heif(std::span<const std::byte> bytes, std::string_view source);
 
 /// Throw Error if the picture is empty, has another number of channels or is too large for the format.
-std::vector<std::byte> encode_png(const fresco::Raster8& image);
-std::vector<std::byte> encode_png(const fresco::Raster16& image);
+template <class T>
+std::vector<std::byte> encode_png(const fresco::Raster<T>& image);
 std::vector<std::byte> encode_jpeg(const fresco::Raster8& image, int quality);
 
 /// Version of the OpenCV this was compiled with.

@@ -460,18 +460,16 @@ PictureInfo check_picture(std::span<const std::byte> bytes, std::string_view sou
 PictureInfo picture_size(const std::filesystem::path& file)
 {
     const auto prefix = read_prefix(file);
-    if (prefix.size() == prefix_bytes)
+    try
     {
-        try
-        {
-            return check_picture(prefix, file.string(), Walk::size);
-        }
-        catch (const CutPicture&)
-        {
-            return check_picture(fresco::read_file(file), file.string(), Walk::size);
-        }
+        return check_picture(prefix, file.string(), Walk::size);
     }
-    return check_picture(prefix, file.string(), Walk::size);
+    catch (const CutPicture&)
+    {
+        if (prefix.size() < prefix_bytes)
+            throw;
+        return check_picture(fresco::read_file(file), file.string(), Walk::size);
+    }
 }
 
 }  // namespace image_opencv

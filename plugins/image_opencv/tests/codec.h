@@ -15,11 +15,6 @@ namespace samples
 class Codec
 {
   public:
-    Codec() : made_(fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "image.opencv"))
-    {
-        images = dynamic_cast<fresco::ImageIo*>(made_.get());
-    }
-
     std::filesystem::path write(const Bytes& bytes, const std::string& name = "picture")
     {
         // Not write_file: thousands of files that are flushed to the disk would take most of the test's time. A file that is cut
@@ -32,11 +27,20 @@ class Codec
     std::vector<std::uint8_t> rgb(const Bytes& bytes) { return images->read_rgb(write(bytes)).values; }
     std::filesystem::path folder() const { return folder_.path(); }
 
-    fresco::ImageIo* images = nullptr;
+    const std::unique_ptr<fresco::ImageIo> images =
+        fresco::testing::make_from_plugin<fresco::ImageIo>(FRESCO_PLUGIN_FILE, "image.opencv");
 
   private:
     fresco::testing::TemporaryFolder folder_;
-    std::unique_ptr<fresco::Configurable> made_;
 };
+
+/// Values that differ from pixel to pixel.
+inline fresco::Raster8 pattern(int width, int height, int channels)
+{
+    fresco::Raster8 image(width, height, channels);
+    for (std::size_t i = 0; i < image.values.size(); ++i)
+        image.values[i] = static_cast<std::uint8_t>(i * 37 + i / 7);
+    return image;
+}
 
 }  // namespace samples

@@ -60,6 +60,14 @@ inline Bytes chunk(const char* type, std::span<const std::byte> data)
     return to_bytes(out);
 }
 
+/// The chunk of a color profile.
+inline Bytes profile_chunk(std::span<const std::byte> icc)
+{
+    Bytes data = bytes_of({'p', '3', 0, 0});
+    put(data, to_bytes(stored_png::zlib(numbers_of(icc))));
+    return chunk("iCCP", data);
+}
+
 struct Png
 {
     std::uint32_t width = 1;
@@ -257,14 +265,10 @@ inline Bytes extended_webp(int flags, int width, int height, std::span<const std
     return riff(chunks);
 }
 
-/// The bytes from the first occurrence of `pattern` on; npos if there is none.
+/// Where `pattern` first occurs; behind the end if it does not.
 inline std::size_t find(const Bytes& bytes, std::initializer_list<int> pattern)
 {
-    const Bytes wanted = bytes_of(pattern);
-    for (std::size_t i = 0; i + wanted.size() <= bytes.size(); ++i)
-        if (std::equal(wanted.begin(), wanted.end(), bytes.begin() + static_cast<std::ptrdiff_t>(i)))
-            return i;
-    return std::string::npos;
+    return static_cast<std::size_t>(std::ranges::search(bytes, bytes_of(pattern)).begin() - bytes.begin());
 }
 
 }  // namespace samples

@@ -66,13 +66,6 @@ void check_converted(const Raster8& read, int step)
     CHECK(most <= 1);
 }
 
-Bytes png_profile(const Bytes& icc)
-{
-    Bytes data = bytes_of({'p', '3', 0, 0});
-    put(data, to_bytes(stored_png::zlib(numbers_of(icc))));
-    return chunk("iCCP", data);
-}
-
 Bytes jpeg_piece(int number, int count, std::span<const std::byte> part)
 {
     Bytes data;
@@ -85,7 +78,8 @@ Bytes jpeg_piece(int number, int count, std::span<const std::byte> part)
 /// Of the gradient: a row of pixels of `bits`, with alpha 255 - i where wanted.
 Png gradient_png(int bits, bool with_alpha, const Bytes& icc)
 {
-    Png png{.width = 48, .bits = bits, .color_type = with_alpha ? 6 : 2, .rows = bytes_of({0}), .before_data = png_profile(icc)};
+    Png png{
+        .width = 48, .bits = bits, .color_type = with_alpha ? 6 : 2, .rows = bytes_of({0}), .before_data = profile_chunk(icc)};
     int i = 0;
     for (const auto& color : gradient())
     {
@@ -161,13 +155,13 @@ TEST_CASE("image.opencv: profiles of sRGB and of CMYK change nothing, those of g
     cmsSaveProfileToMem(gray, bytes.data(), &size);
     cmsCloseProfile(gray);
     cmsFreeToneCurve(linear);
-    const Png grays{.width = 3, .rows = bytes_of({0, 0, 55, 255}), .before_data = png_profile(bytes)};
+    const Png grays{.width = 3, .rows = bytes_of({0, 0, 55, 255}), .before_data = profile_chunk(bytes)};
     const auto values = codec.rgb(file_of(grays));
     CHECK(values[0] == 0);
     CHECK(std::abs(values[4] - 255 * displayed(55 / 255.0)) <= 1);
     CHECK(values[8] == 255);
     // Neutral in P3 is neutral in sRGB, by the same curve.
-    CHECK(codec.rgb(file_of(Png{.width = 2, .rows = bytes_of({0, 7, 90}), .before_data = png_profile(icc)})) ==
+    CHECK(codec.rgb(file_of(Png{.width = 2, .rows = bytes_of({0, 7, 90}), .before_data = profile_chunk(icc)})) ==
           std::vector<std::uint8_t>{7, 7, 7, 90, 90, 90});
 }
 

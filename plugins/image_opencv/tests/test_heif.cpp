@@ -30,11 +30,7 @@ Bytes same_png(std::span<const std::byte> icc)
             put(png.rows, bytes_of({40 + 60 * (x / 16), 200 - 50 * (y / 16), 30 + 20 * (x / 16 + y / 16)}));
     }
     if (!icc.empty())
-    {
-        Bytes data = bytes_of({'p', '3', 0, 0});
-        put(data, to_bytes(stored_png::zlib(numbers_of(icc))));
-        png.before_data = chunk("iCCP", data);
-    }
+        png.before_data = profile_chunk(icc);
     return file_of(png);
 }
 

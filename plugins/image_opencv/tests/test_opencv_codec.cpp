@@ -4,6 +4,8 @@
 #include "picture_samples.h"
 
 #include <cmath>
+#include <map>
+#include <set>
 
 using fresco::Raster16;
 using fresco::Raster8;
@@ -96,14 +98,13 @@ void refused_png(const Bytes& bytes, const std::string& reason, Walk walk = Walk
 
 TEST_CASE("PNG check: size, bits and kind of every allowed type")
 {
-    const std::vector<std::pair<int, std::vector<int>>> allowed{
+    const std::map<int, std::set<int>> allowed{
         {0, {1, 2, 4, 8, 16}}, {2, {8, 16}}, {3, {1, 2, 4, 8}}, {4, {8, 16}}, {6, {8, 16}}};
     for (int type = 0; type < 8; ++type)
         for (int bits = 0; bits <= 32; ++bits)
         {
-            bool good = false;
-            for (const auto& [t, list] : allowed)
-                good = good || (t == type && std::find(list.begin(), list.end(), bits) != list.end());
+            const auto list = allowed.find(type);
+            const bool good = list != allowed.end() && list->second.contains(bits);
             Png png{.width = 640, .height = 480, .bits = bits, .color_type = type};
             INFO("type " << type << ", bits " << bits);
             if (!good)

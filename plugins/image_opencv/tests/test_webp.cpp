@@ -11,14 +11,6 @@ using Catch::Contains;
 namespace
 {
 
-Raster8 webp_pattern(int width, int height, int channels)
-{
-    Raster8 image(width, height, channels);
-    for (std::size_t i = 0; i < image.values.size(); ++i)
-        image.values[i] = static_cast<std::uint8_t>(i * 37 + i / 7);
-    return image;
-}
-
 /// By OpenCV; a quality above 100 loses nothing.
 Bytes webp_of(const Raster8& image, int quality = 101)
 {
@@ -37,9 +29,9 @@ Bytes webp_of(const Raster8& image, int quality = 101)
 TEST_CASE("image.opencv: WebP has the pixels of the PNG, with and without alpha, turned as EXIF says")
 {
     Codec codec;
-    const Raster8 colors = webp_pattern(7, 5, 3);
+    const Raster8 colors = pattern(7, 5, 3);
     CHECK(codec.rgb(webp_of(colors)) == colors.values);
-    const Raster8 clear = webp_pattern(7, 5, 4);
+    const Raster8 clear = pattern(7, 5, 4);
     CHECK(codec.images->read_with_alpha(codec.write(webp_of(clear))).values == clear.values);
     CHECK(codec.rgb(webp_of(clear)) == codec.rgb(codec.images->encode_png(clear)));
     for (const bool with_mark : {false, true})
@@ -59,7 +51,7 @@ TEST_CASE("image.opencv: WebP has the pixels of the PNG, with and without alpha,
 TEST_CASE("image.opencv: WebP that is cut, damaged, moving or too large is refused")
 {
     Codec codec;
-    const Raster8 image = webp_pattern(7, 5, 3);
+    const Raster8 image = pattern(7, 5, 3);
     for (const Bytes& good : {webp_of(image), webp_of(image, 80), extended_webp(0, 7, 5, {}, webp_of(image))})
     {
         const auto header = codec.images->header(codec.write(good));

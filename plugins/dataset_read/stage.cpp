@@ -23,46 +23,34 @@ using namespace fresco;
 namespace
 {
 
-/// A dataset's folder, and the artifacts' folders that its views go to.
-struct ViewFolders
+/// A dataset's files, checked as they are read: Error names one that is missing, not as listed, of another shape or type, or with
+/// values out of range.
+struct Source
 {
-    std::filesystem::path dataset;
-    ArtifactFolder uvmaps;
-    std::filesystem::path frames;
-};
+    std::filesystem::path folder;
+    dataset::Manifest manifest;
 
-struct ReadView
-{
-    Frame frame;
-    int uv_bits = 0;  ///< The most of its maps.
-};
-
-/// Reads the files of one dataset.
-class Source
-{
-  public:
-    Source(const dataset::Manifest& manifest, std::filesystem::path folder) : manifest_(manifest), folder_(std::move(folder)) {}
-
-    std::string path(const std::string& name) const { return (folder_ / name).string(); }
+    std::string path(const std::string& name) const { return (folder / name).string(); }
+    std::vector<std::byte> bytes(const std::string& name) const
+    {
+        return dataset::read_stamped(folder / name, manifest.files.at(name));
+    }
     template <class T>
     Raster<T> raster(const std::string& name, int width, int height, int channels) const
     {
-        const auto bytes = dataset::read_stamped(folder_ / name, manifest_.files.at(name));
-        return dataset::raster_from<T>(bytes, width, height, channels, path(name));
+        return dataset::raster_from<T>(bytes(name), width, height, channels, path(name));
     }
     RasterF uv(const std::string& name, int width, int height) const
     {
-        return manifest_.uv == dataset::UvType::float32 ? raster<float>(name, width, height, 2)
-                                                        : dataset::restored(raster<std::uint16_t>(name, width, height, 2));
+        return manifest.uv == dataset::UvType::float32 ? raster<float>(name, width, height, 2)
+                                                       : dataset::restored(raster<std::uint16_t>(name, width, height, 2));
     }
-
-  private:
-    const dataset::Manifest& manifest_;
-    std::filesystem::path folder_;
 };
 
-UvMap read_map(const Source& source, const dataset::View& entry, std::size_t view, std::size_t level, int height)
+UvMap read_map(const Source& source, std::size_t view, std::size_t level)
 {
+    const dataset::View& entry = source.manifest.views[view];
+    const int height = source.manifest.heights_px[level];
     const int width = entry.color.intrinsics.width_at(height);
     const auto name = [&](const char* quantity) { return dataset::map_name(view, quantity, height); };
     UvMap map;
@@ -74,30 +62,30 @@ UvMap read_map(const Source& source, const dataset::View& entry, std::size_t vie
     dataset::check_depth(map.depth, map.valid, source.path(name("depth")));
     map.cosine = source.raster<float>(name("cosine"), width, height, 1);
     dataset::check_cosine(map.cosine, source.path(name("cosine")));
+    source.raster<std::uint8_t>(name("color"), width, height, 3);  // Only checked.
     return map;
 }
 
-/// Copies one view: its uv maps to `uvmaps`, with texcoords as float32, and its pictures at full size to `frames`, whose frame is
-/// returned. All files of the view are checked, those that are not copied too. Holds one height at a time. Thread-safe for
-/// different views. Throws Error naming the file if it is missing, not as listed, of another shape or type, or holds values out
-/// of range.
-ReadView read_view(const dataset::Manifest& manifest, std::size_t view, const ViewFolders& folders)
+/// Copies a view's uv maps, with texcoords as float32, one height at a time; returns the most bits of their texcoords.
+int copy_maps(const Source& source, std::size_t view, const ArtifactFolder& uvmaps)
 {
-    const Source source(manifest, folders.dataset);
-    const dataset::View& entry = manifest.views[view];
-    ReadView read;
-    for (std::size_t level = 0; level < manifest.heights_px.size(); ++level)
+    int most_bits = 0;
+    for (std::size_t level = 0; level < source.manifest.heights_px.size(); ++level)
     {
-        const int height = manifest.heights_px[level];
-        const UvMap map = read_map(source, entry, view, level, height);
+        const UvMap map = read_map(source, view, level);
         // Of a dataset that was made from stored maps, the same steps again.
         const int uv_bits = uv_bits_of(map);
-        UvMaps::write_map(folders.uvmaps, view, height, map, uv_bits);
-        read.uv_bits = std::max(read.uv_bits, uv_bits);
-        source.raster<std::uint8_t>(dataset::map_name(view, "color", height), entry.color.intrinsics.width_at(height), height, 3);
+        UvMaps::write_map(uvmaps, view, source.manifest.heights_px[level], map, uv_bits);
+        most_bits = std::max(most_bits, uv_bits);
     }
+    return most_bits;
+}
 
-    Frame& frame = read.frame;
+/// The frame of a view, whose pictures at full size are copied to `folder`.
+Frame copy_frame(const Source& source, std::size_t view, const std::filesystem::path& folder)
+{
+    const dataset::View& entry = source.manifest.views[view];
+    Frame frame;
     frame.sequence = entry.sequence;
     frame.name = entry.frame;
     frame.number = entry.number;
@@ -105,7 +93,7 @@ ReadView read_view(const dataset::Manifest& manifest, std::size_t view, const Vi
     frame.depth = entry.depth;
     const auto write = [&](const char* quantity, const auto& picture)
     {
-        const auto file = folders.frames / fmt::format("{}.{}.npy", view, quantity);
+        const auto file = folder / fmt::format("{}.{}.npy", view, quantity);
         write_file(file, dataset::to_npy(picture));
         return PictureFile{file, ""};
     };
@@ -118,7 +106,7 @@ ReadView read_view(const dataset::Manifest& manifest, std::size_t view, const Vi
         frame.depth_picture =
             write("depth", source.raster<std::uint16_t>(dataset::sensor_depth_name(view), depth.width, depth.height, 1));
     }
-    return read;
+    return frame;
 }
 
 class DatasetRead final : public Stage
@@ -150,79 +138,72 @@ class DatasetRead final : public Stage
         return dataset::parse_manifest(read_text_file(file, std::size_t{1} << 30U), file.string());
     }
 
-    std::vector<std::byte> listed(const dataset::Manifest& manifest, const std::string& name) const
+    static Mesh checked_mesh(const Source& source)
     {
-        return dataset::read_stamped(path->path / name, manifest.files.at(name));
-    }
-
-    Mesh checked_mesh(const dataset::Manifest& manifest) const
-    {
-        const auto file = path->path / dataset::mesh_name;
-        listed(manifest, std::string(dataset::mesh_name));
-        Mesh result = *Mesh::load({path->path, {}});
-        check_mesh(result, file.string());
+        const std::string name(dataset::mesh_name);
+        source.bytes(name);
+        Mesh result = *Mesh::load({source.folder, {}});
+        check_mesh(result, source.path(name));
         if (result.texcoords.empty())
-            throw Error(file.string() + ": the mesh has no texcoords; write the dataset again from a mesh with an atlas");
+            throw Error(source.path(name) + ": the mesh has no texcoords; write the dataset again from a mesh with an atlas");
         return result;
     }
 
-    Image style_picture(const dataset::Manifest& manifest, RunContext& run) const
+    static Image style_picture(const Source& source, RunContext& run)
     {
-        if (manifest.has_style)
-            return Image(dataset::picture_from(listed(manifest, std::string(dataset::style_name)),
-                                               (path->path / dataset::style_name).string()));
+        const std::string name(dataset::style_name);
+        if (source.manifest.has_style)
+            return Image(dataset::picture_from(source.bytes(name), source.path(name)));
         run.message("the dataset holds no style picture: give texture.optimize one, as {file: picture.npy}");
         return {};
     }
 
-    void read_views(const dataset::Manifest& manifest, UvMaps maps, RunContext& run)
+    void read_views(const Source& source, UvMaps maps, RunContext& run)
     {
-        const ViewFolders folders{path->path, uvmaps.folder(), frames.folder().path};
         Frames read;
-        read.frames.resize(manifest.views.size());
+        read.frames.resize(source.manifest.views.size());
         std::vector<int> uv_bits(read.frames.size());
         parallel_for_each(read.frames.size(), "views", run,
-                          [&](std::size_t i)
+                          [&, maps_to = uvmaps.folder(), frames_to = frames.folder().path](std::size_t i)
                           {
-                              ReadView view = read_view(manifest, i, folders);
-                              read.frames[i] = std::move(view.frame);
-                              uv_bits[i] = view.uv_bits;
+                              uv_bits[i] = copy_maps(source, i, maps_to);
+                              read.frames[i] = copy_frame(source, i, frames_to);
                           });
-        maps.uv_bits = *std::ranges::max_element(uv_bits);
-        maps.heights_px = manifest.heights_px;
-        for (const dataset::View& view : manifest.views)
+        maps.uv_bits = std::ranges::max(uv_bits);
+        maps.heights_px = source.manifest.heights_px;
+        for (const dataset::View& view : source.manifest.views)
             maps.views.push_back({view.sequence, view.frame, view.color, view.valid_pixels});
         uvmaps = std::move(maps);
         frames = std::move(read);
     }
 
     /// What a later version of the writer may add is not read, but has to be whole as well.
-    void check_others(const dataset::Manifest& manifest, const RunContext& run) const
+    static void check_others(const Source& source, const RunContext& run)
     {
-        const auto needed = dataset::needed_files(manifest);
+        const auto needed = dataset::needed_files(source.manifest);
         const std::set<std::string> known(needed.begin(), needed.end());
-        for (const auto& [name, stamp] : manifest.files)
+        for (const auto& [name, stamp] : source.manifest.files)
             if (!known.contains(name))
             {
                 run.check_canceled();
-                listed(manifest, name);
+                source.bytes(name);
             }
     }
 
     void run(RunContext& run) override
     {
-        const dataset::Manifest found = manifest(run);
-        check_others(found, run);
-        Mesh atlas = checked_mesh(found);
+        const Source source{path->path, manifest(run)};
+        check_others(source, run);
+        Mesh atlas = checked_mesh(source);
         UvMaps maps;
         maps.atlas = atlas_id(atlas);
         maps.texture_px = atlas.texture_px;
         mesh = std::move(atlas);
-        style = style_picture(found, run);
-        read_views(found, std::move(maps), run);
-        run.report("views", found.views.size());
-        run.report("heights_px", Value::List(found.heights_px.begin(), found.heights_px.end()));
-        run.report("files", found.files.size());
+        style = style_picture(source, run);
+        read_views(source, std::move(maps), run);
+        run.report("views", source.manifest.views.size());
+        run.report("heights_px", Value::List(source.manifest.heights_px.begin(), source.manifest.heights_px.end()));
+        run.report("files", source.manifest.files.size());
     }
 };
 }  // namespace

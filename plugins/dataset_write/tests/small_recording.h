@@ -1,9 +1,13 @@
 #pragma once
 
+#include "raw_images.h"
+
+#include <fresco/files.h>
 #include <fresco/frames.h>
 #include <fresco/mesh.h>
 #include <fresco/npy.h>
 #include <fresco/random.h>
+#include <fresco/testing.h>
 #include <fresco/testing_scenes.h>
 #include <fresco/uv_maps.h>
 
@@ -43,6 +47,8 @@ class SmallRecording
         mesh->texcoords = {{0, 0}, {1, 0}, {0, 1}, {0.1F, 0.2F}, {0.3F, 0.4F}, {0.5F, 0.6F}};
         mesh->charts = {0, 1};
     }
+
+    fresco::testing::Inputs inputs() const { return {{"uvmaps", maps}, {"frames", frames}, {"mesh", mesh}}; }
 
     std::shared_ptr<fresco::Frames> frames = std::make_shared<fresco::Frames>();
     std::shared_ptr<fresco::UvMaps> maps;
@@ -88,3 +94,13 @@ class SmallRecording
     std::filesystem::path folder_;
     fresco::Random random_{5};
 };
+
+/// Runs the stage: the names of its files, below `out`/files.
+inline std::vector<std::string>
+write_dataset(const std::filesystem::path& out, const fresco::testing::Inputs& inputs, fresco::testing::TestRun& run,
+              const fresco::Value& options = fresco::Value::Map{},
+              const std::shared_ptr<fresco::testing::RawImages>& codec = std::make_shared<fresco::testing::RawImages>())
+{
+    fresco::testing::run_stage(FRESCO_PLUGIN_FILE, "dataset.write", options, inputs, out, run, {{"images", codec}});
+    return fresco::Files::load({out / "files", out})->names;
+}

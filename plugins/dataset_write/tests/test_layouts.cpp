@@ -1,13 +1,10 @@
 #include "catch.h"
-#include "raw_images.h"
 #include "small_recording.h"
 #include "stylemesh_layout.h"
 #include "view_writer.h"
 
-#include <fresco/files.h>
 #include <fresco/files_io.h>
 #include <fresco/mesh.h>
-#include <fresco/testing.h>
 #include <fresco/value.h>
 
 #include <cmath>
@@ -20,16 +17,6 @@ namespace fs = std::filesystem;
 
 namespace
 {
-
-/// Runs the stage; the folder is at `out`/files/dataset.
-std::vector<std::string> write_dataset(const fs::path& out, const SmallRecording& recording, Value options, testing::TestRun& run,
-                                       std::shared_ptr<testing::RawImages> codec = std::make_shared<testing::RawImages>())
-{
-    testing::run_stage(FRESCO_PLUGIN_FILE, "dataset.write", options,
-                       {{"uvmaps", recording.maps}, {"frames", recording.frames}, {"mesh", recording.mesh}}, out, run,
-                       {{"images", codec}});
-    return Files::load({out / "files", out})->names;
-}
 
 std::vector<double> numbers_of(const fs::path& file)
 {
@@ -50,7 +37,7 @@ TEST_CASE("with pictures, transforms.json tells nerfstudio's world of the same c
     recording.frames->frames[1].color.world_from_camera.rotation.m = {0, -1, 0, 1, 0, 0, 0, 0, 1};
     recording.maps->views[1].camera = recording.frames->frames[1].color;
     testing::TestRun run;
-    const auto names = write_dataset(folder.path() / "out", recording, Value::Map{{"pictures", true}}, run);
+    const auto names = write_dataset(folder.path() / "out", recording.inputs(), run, Value::Map{{"pictures", true}});
     const fs::path made = folder.path() / "out/files/dataset";
     CHECK(std::ranges::count(names, "dataset/images/000001.png") == 1);
     const Value root = parse_json(read_text_file(made / "transforms.json"));
@@ -118,7 +105,7 @@ TEST_CASE("layout stylemesh has the folders that the released code lists, with e
     const SmallRecording recording(folder.path());
     testing::TestRun run;
     const auto names =
-        write_dataset(folder.path() / "out", recording, Value::Map{{"layout", "stylemesh"}, {"path", "data"}}, run);
+        write_dataset(folder.path() / "out", recording.inputs(), run, Value::Map{{"layout", "stylemesh"}, {"path", "data"}});
     CHECK(names.back() == "data/manifest.json");
     const fs::path root = folder.path() / "out/files/data";
     const fs::path scene = root / "train/images/scene0000_00";
@@ -175,7 +162,7 @@ TEST_CASE("layout stylemesh takes the sensor's depth where every frame has it, a
     recording.maps->views.pop_back();
     recording.frames->frames[1].number = 0;
     testing::TestRun run;
-    write_dataset(folder.path() / "out", recording, Value::Map{{"layout", "stylemesh"}, {"scene", "kitchen_1"}}, run);
+    write_dataset(folder.path() / "out", recording.inputs(), run, Value::Map{{"layout", "stylemesh"}, {"scene", "kitchen_1"}});
     const fs::path scene = folder.path() / "out/files/dataset/train/images/kitchen_1";
     CHECK(fs::exists(scene / "color/1.png"));
     const Raster16 depth = dataset::raster_from<std::uint16_t>(read_file(scene / "depth/1.png"), 320, 240, 1, "depth");
@@ -196,11 +183,11 @@ TEST_CASE("layout stylemesh refuses what it has no place for")
     testing::TestRun run;
     for (const char* scene : {"kitchen", "a_b_c", "_a", "a_", "a/b_c"})
         CHECK_THROWS_WITH(
-            write_dataset(folder.path() / "out", recording, Value::Map{{"layout", "stylemesh"}, {"scene", scene}}, run),
+            write_dataset(folder.path() / "out", recording.inputs(), run, Value::Map{{"layout", "stylemesh"}, {"scene", scene}}),
             Contains("expected two parts of letters and digits"));
     recording.frames->frames[2].color.intrinsics.fx += 1;
     recording.maps->views[2].camera = recording.frames->frames[2].color;
-    CHECK_THROWS_WITH(write_dataset(folder.path() / "out", recording, Value::Map{{"layout", "stylemesh"}}, run),
+    CHECK_THROWS_WITH(write_dataset(folder.path() / "out", recording.inputs(), run, Value::Map{{"layout", "stylemesh"}}),
                       Contains("seq-01/frame-20 has other color intrinsics than seq-01/frame-0"));
 }
 
@@ -210,15 +197,15 @@ TEST_CASE("what an interrupted run had finished is not made again, and the resul
     const SmallRecording recording(folder.path());
     const Value options = Value::Map{{"pictures", true}};
     testing::TestRun whole;
-    const auto names = write_dataset(folder.path() / "whole", recording, options, whole);
+    const auto names = write_dataset(folder.path() / "whole", recording.inputs(), whole, options);
 
     testing::TestRun run(1);
     run.cancel_after(3);
     const auto codec = std::make_shared<testing::RawImages>();
-    CHECK_THROWS_AS(write_dataset(folder.path() / "again", recording, options, run, codec), Canceled);
+    CHECK_THROWS_AS(write_dataset(folder.path() / "again", recording.inputs(), run, options, codec), Canceled);
     CHECK(codec->encoded == 4);  // two views
     run.cancel_after(-1);
-    CHECK(write_dataset(folder.path() / "again", recording, options, run, codec) == names);
+    CHECK(write_dataset(folder.path() / "again", recording.inputs(), run, options, codec) == names);
     CHECK(codec->encoded == 6);
     CHECK_THAT(run.messages.back(), Contains("2 of 3 views were there from an interrupted run"));
     for (const std::string& name : names)
@@ -226,7 +213,7 @@ TEST_CASE("what an interrupted run had finished is not made again, and the resul
 
     // Killed while the result was published: nothing is lost.
     std::filesystem::remove_all(folder.path() / "again/files");
-    CHECK(write_dataset(folder.path() / "again", recording, options, run, codec) == names);
+    CHECK(write_dataset(folder.path() / "again", recording.inputs(), run, options, codec) == names);
     CHECK(codec->encoded == 6);
     CHECK_THAT(run.messages.back(), Contains("3 of 3 views were there from an interrupted run"));
 }

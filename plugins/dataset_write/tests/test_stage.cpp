@@ -1,14 +1,11 @@
 #include "catch.h"
-#include "raw_images.h"
 #include "small_recording.h"
 #include "view_writer.h"
 
 #include <fresco/dataset/dataset_files.h>
-#include <fresco/files.h>
 #include <fresco/files_io.h>
 #include <fresco/images/sharpness.h>
 #include <fresco/mesh.h>
-#include <fresco/testing.h>
 
 #include <cmath>
 
@@ -18,20 +15,6 @@ namespace fs = std::filesystem;
 
 namespace
 {
-
-/// Runs the stage; the dataset is at `out`/files/dataset.
-std::shared_ptr<Files> write_dataset(const fs::path& out, const testing::Inputs& inputs, testing::TestRun& run,
-                                     Value options = Value::Map{})
-{
-    testing::run_stage(FRESCO_PLUGIN_FILE, "dataset.write", options, inputs, out, run,
-                       {{"images", std::make_shared<testing::RawImages>()}});
-    return Files::load({out / "files", out});
-}
-
-testing::Inputs inputs_of(const SmallRecording& recording)
-{
-    return {{"uvmaps", recording.maps}, {"frames", recording.frames}, {"mesh", recording.mesh}};
-}
 
 dataset::Manifest manifest_at(const fs::path& folder)
 {
@@ -45,13 +28,13 @@ TEST_CASE("the folder holds every view's maps and pictures, and the manifest lis
     const testing::TemporaryFolder folder;
     const SmallRecording recording(folder.path());
     testing::TestRun run;
-    testing::Inputs inputs = inputs_of(recording);
+    testing::Inputs inputs = recording.inputs();
     inputs["style"] = std::make_shared<Image>(Raster8(9, 7, 4, 200));
     const auto agreement = std::make_shared<Table>();
     agreement->columns = {"error_before", "error_after", "median_moved_px", "most_moved_px"};
     agreement->rows = {{0.25, 0.125, 7.0, 11.5}};
     inputs["agreement"] = agreement;
-    const auto files = write_dataset(folder.path() / "out", inputs, run);
+    const auto names = write_dataset(folder.path() / "out", inputs, run);
     const fs::path made = folder.path() / "out/files/dataset";
     const auto manifest = manifest_at(made);
 
@@ -64,15 +47,15 @@ TEST_CASE("the folder holds every view's maps and pictures, and the manifest lis
     CHECK(manifest.files.size() == 3 * 11 + 2 + 3);
     CHECK_THAT(manifest.writer, Catch::StartsWith("fresco "));
     CHECK_THAT(read_text_file(made / "fresco_dataset.py"), Contains("class Dataset:"));
-    REQUIRE(files->names.size() == manifest.files.size() + 1);
-    CHECK(files->names.back() == "dataset/dataset.json");
+    REQUIRE(names.size() == manifest.files.size() + 1);
+    CHECK(names.back() == "dataset/dataset.json");
     for (const auto& [name, stamp] : manifest.files)
     {
         CHECK(fs::file_size(made / name) == stamp.bytes);
         CHECK(file_hash(made / name) == stamp.hash);
     }
     CHECK(run.reported.at("views").as_int() == 3);
-    CHECK(run.reported.at("files").as_int() == static_cast<std::int64_t>(files->names.size()));
+    CHECK(run.reported.at("files").as_int() == static_cast<std::int64_t>(names.size()));
 
     const auto bytes = [&](const char* name) { return read_file(made / name); };
     const UvMap map = recording.maps->load_map(1, 1);
@@ -106,7 +89,7 @@ TEST_CASE("uint16 is refused for uv maps of a larger texture")
 {
     const testing::TemporaryFolder folder;
     const SmallRecording recording(folder.path());
-    testing::Inputs inputs = inputs_of(recording);
+    testing::Inputs inputs = recording.inputs();
     const auto fine = std::make_shared<UvMaps>(*recording.maps);
     fine->texture_px = 8192;
     inputs["uvmaps"] = fine;
@@ -121,10 +104,10 @@ TEST_CASE("texcoords as uint16 are round(65535 u); the path is the folder's name
     const testing::TemporaryFolder folder;
     const SmallRecording recording(folder.path());
     testing::TestRun run;
-    const auto files =
-        write_dataset(folder.path() / "out", inputs_of(recording), run, Value::Map{{"uv", "uint16"}, {"path", "a/b"}});
+    const auto names =
+        write_dataset(folder.path() / "out", recording.inputs(), run, Value::Map{{"uv", "uint16"}, {"path", "a/b"}});
     const fs::path made = folder.path() / "out/files/a/b";
-    CHECK(files->names.back() == "a/b/dataset.json");
+    CHECK(names.back() == "a/b/dataset.json");
     CHECK(manifest_at(made).uv == dataset::UvType::uint16);
     CHECK_FALSE(manifest_at(made).has_style);
     const RasterF uv = recording.maps->load_map(0, 0).uv;
@@ -140,7 +123,7 @@ TEST_CASE("frames without a uv map are left out, uv maps without their frame are
     recording.frames->frames.push_back(recording.frames->frames[0]);
     recording.frames->frames.back().name = "other";
     testing::TestRun run;
-    write_dataset(folder.path() / "out", inputs_of(recording), run);
+    write_dataset(folder.path() / "out", recording.inputs(), run);
     CHECK(manifest_at(folder.path() / "out/files/dataset").views.size() == 3);
     REQUIRE(run.messages.size() == 1);
     CHECK(run.messages[0] == "1 of 4 frames have no uv map and are left out");
@@ -164,18 +147,18 @@ TEST_CASE("what the reader would refuse is not written")
     testing::TestRun run;
     const auto refuse = [&](const testing::Inputs& inputs) { write_dataset(folder.path() / "out", inputs, run); };
 
-    testing::Inputs inputs = inputs_of(recording);
+    testing::Inputs inputs = recording.inputs();
     inputs["style"] = std::make_shared<Image>();
     CHECK_THROWS_WITH(refuse(inputs), Contains("the picture on port 'style': a picture of 0 x 0"));
-    inputs = inputs_of(recording);
+    inputs = recording.inputs();
     auto bare = std::make_shared<Mesh>(*recording.mesh);
     bare->texcoords.clear();
     inputs["mesh"] = bare;
     CHECK_THROWS_WITH(refuse(inputs), Contains("has no texcoords"));
-    inputs = inputs_of(recording);
+    inputs = recording.inputs();
     inputs["agreement"] = std::make_shared<Table>();
     CHECK_THROWS_WITH(refuse(inputs), Contains("on port 'agreement'") && Contains("wire a frames.align stage"));
-    inputs = inputs_of(recording);
+    inputs = recording.inputs();
     inputs["uvmaps"] = std::make_shared<UvMaps>();
     CHECK_THROWS_WITH(refuse(inputs), Contains("has no uv maps"));
 
@@ -183,15 +166,15 @@ TEST_CASE("what the reader would refuse is not written")
     const float depth = map.depth.at(5, 3);
     map.depth.at(5, 3) = 0;
     UvMaps::write_map({folder.path() / "maps", {}}, 2, 12, map);
-    CHECK_THROWS_WITH(refuse(inputs_of(recording)),
+    CHECK_THROWS_WITH(refuse(recording.inputs()),
                       Contains("the uv map of seq-01/frame-20 at 12 px, depth: pixel (5, 3) is valid and has no depth"));
     map.depth.at(5, 3) = depth;
     UvMaps::write_map({folder.path() / "maps", {}}, 2, 12, map);
-    CHECK_NOTHROW(refuse(inputs_of(recording)));
+    CHECK_NOTHROW(refuse(recording.inputs()));
     auto renamed = std::make_shared<Frames>(*recording.frames);
     auto maps = std::make_shared<UvMaps>(*recording.maps);
     renamed->frames[0].sequence = maps->views[0].sequence = "a/b";
-    inputs = inputs_of(recording);
+    inputs = recording.inputs();
     inputs["frames"] = renamed;
     inputs["uvmaps"] = maps;
     CHECK_THROWS_WITH(refuse(inputs), Contains("views[0].sequence: \"a/b\" cannot be part"));

@@ -25,60 +25,44 @@ struct Distances
     double painted = 0;
 };
 
-class RowMixer
+/// `colors`: the mean of a row on the way in, and of the photo with the mean on the way out.
+Distances mix_row(const RasterF& photo, const RasterF& painted, const TexelFaces& faces, MixShares shares, std::size_t row,
+                  std::vector<float>& colors, Mix& result)
 {
-  public:
-    RowMixer(const RasterF& photo, const RasterF& painted, const TexelFaces& faces, MixShares shares, Mix& result)
-        : photo_(photo), painted_(painted), faces_(faces), color_(static_cast<float>(shares.color)),
-          strokes_(static_cast<float>(shares.strokes)), is_photo_(shares.color == 0 && shares.strokes == 0),
-          is_painted_(shares.color == 1 && shares.strokes == 1), result_(result)
-    {
-    }
-
-    /// `colors`: the mean on the way in, and of the photo with the mean on the way out.
-    Distances mix(std::size_t row, std::vector<float>& colors) const
-    {
-        const std::size_t count = colors.size();
-        const std::size_t first = row * count;
-        const float* const photo = &photo_.values[first];
-        const float* const painted = &painted_.values[first];
-        float* const tones = colors.data();
-        float* const mixed = &result_.rgb.values[first];
+    const auto color = static_cast<float>(shares.color);
+    const auto strokes = static_cast<float>(shares.strokes);
+    const bool is_photo = shares.color == 0 && shares.strokes == 0;
+    const bool is_painted = shares.color == 1 && shares.strokes == 1;
+    const std::size_t count = colors.size();
+    const std::size_t first = row * count;
+    const float* const from = &photo.values[first];
+    const float* const to = &painted.values[first];
+    float* const tones = colors.data();
+    float* const mixed = &result.rgb.values[first];
+    for (std::size_t i = 0; i < count; ++i)
+        tones[i] += from[i];
+    if (is_photo || is_painted)
+        std::copy_n(is_photo ? from : to, count, mixed);
+    else
         for (std::size_t i = 0; i < count; ++i)
-            tones[i] += photo[i];
-        if (is_photo_ || is_painted_)
-            std::copy_n(is_photo_ ? photo : painted, count, mixed);
-        else
-            for (std::size_t i = 0; i < count; ++i)
-                mixed[i] = std::clamp(photo[i] + color_ * (tones[i] - photo[i]) + strokes_ * (painted[i] - tones[i]), 0.0F, 1.0F);
-        to_steps(photo, count, &result_.photo.values[first]);
-        to_steps(tones, count, &result_.colors.values[first]);
-        to_steps(painted, count, &result_.painted.values[first]);
-        Distances sum;
-        for (std::size_t i = 0; i < count; i += 3)
+            mixed[i] = std::clamp(from[i] + color * (tones[i] - from[i]) + strokes * (to[i] - tones[i]), 0.0F, 1.0F);
+    to_steps(from, count, &result.photo.values[first]);
+    to_steps(tones, count, &result.colors.values[first]);
+    to_steps(to, count, &result.painted.values[first]);
+    Distances sum;
+    for (std::size_t i = 0; i < count; i += 3)
+    {
+        const float inside = faces.inside[(first + i) / 3];
+        const auto apart = [&](const float* other)
         {
-            const float inside = faces_.inside[(first + i) / 3];
-            const auto apart = [&](const float* other)
-            {
-                return inside * (std::abs(mixed[i] - other[i]) + std::abs(mixed[i + 1] - other[i + 1]) +
-                                 std::abs(mixed[i + 2] - other[i + 2]));
-            };
-            sum.photo += double{apart(photo)};
-            sum.painted += double{apart(painted)};
-        }
-        return sum;
+            return inside * (std::abs(mixed[i] - other[i]) + std::abs(mixed[i + 1] - other[i + 1]) +
+                             std::abs(mixed[i + 2] - other[i + 2]));
+        };
+        sum.photo += double{apart(from)};
+        sum.painted += double{apart(to)};
     }
-
-  private:
-    const RasterF& photo_;
-    const RasterF& painted_;
-    const TexelFaces& faces_;
-    float color_;
-    float strokes_;
-    bool is_photo_;
-    bool is_painted_;
-    Mix& result_;
-};
+    return sum;
+}
 
 }  // namespace
 
@@ -96,7 +80,6 @@ Mix mix(const RasterF& photo, const RasterF& painted, const Mesh& mesh, const Te
     const auto size = static_cast<std::size_t>(faces.size);
     const auto steps = [&] { return Raster8(faces.size, faces.size, 3); };
     Mix result{RasterF(faces.size, faces.size, 3), steps(), steps(), steps()};
-    const RowMixer mixer(photo, painted, faces, shares, result);
     std::vector<Distances> sums(size);
     constexpr std::size_t rows_per_block = 16;
     parallel_for(size, rows_per_block, progress.threads(),
@@ -108,7 +91,7 @@ Mix mix(const RasterF& photo, const RasterF& painted, const Mesh& mesh, const Te
                      for (std::size_t row = begin; row < end; ++row)
                      {
                          difference.mean_of_row(row, lookup, colors);
-                         sums[row] = mixer.mix(row, colors);
+                         sums[row] = mix_row(photo, painted, faces, shares, row, colors, result);
                      }
                  });
     const auto texels = std::count(faces.inside.begin(), faces.inside.end(), std::uint8_t{1});

@@ -189,9 +189,8 @@ Texture wall(Vec3f rgb)
 }
 
 std::shared_ptr<const Texture> mixed(const Value& options, const Texture& photo, const Texture& painted, testing::TestRun& run,
-                                     const Mesh& mesh = testing::two_chart_wall())
+                                     const Mesh& mesh = testing::two_chart_wall(), const testing::TemporaryFolder& folder = {})
 {
-    testing::TemporaryFolder folder;
     testing::run_stage(FRESCO_PLUGIN_FILE, "texture.mix", options,
                        {{"photo", std::make_shared<Texture>(photo)},
                         {"painted", std::make_shared<Texture>(painted)},
@@ -241,17 +240,9 @@ TEST_CASE("the page can mix as the stage does", "[texture.mix]")
         for (int y = 0; y < side; ++y)
             painted.layers.front().at(x, y, 1) += 0.2F;
     const testing::TemporaryFolder folder;
-    const auto run_mix = [&](double color, double strokes)
-    {
-        testing::TestRun run;
-        testing::run_stage(FRESCO_PLUGIN_FILE, "texture.mix", Value::Map{{"color", color}, {"strokes", strokes}},
-                           {{"photo", std::make_shared<Texture>(photo)},
-                            {"painted", std::make_shared<Texture>(painted)},
-                            {"mesh", std::make_shared<Mesh>(testing::two_chart_wall())}},
-                           folder.path(), run);
-        return Texture::load({folder.path() / "texture", folder.path()});
-    };
-    const auto texture = run_mix(0.3, 0.8);
+    testing::TestRun run;
+    const auto texture =
+        mixed(Value::Map{{"color", 0.3}, {"strokes", 0.8}}, photo, painted, run, testing::two_chart_wall(), folder);
     const auto small = Mixture::load({folder.path() / "sliders", folder.path()});
     CHECK(small->atlas == atlas_id(testing::two_chart_wall()));
     CHECK(small->color == 0.3);

@@ -18,18 +18,6 @@ namespace
 constexpr std::size_t feelers = 64;
 constexpr double most_backs = 0.25;
 
-/// Whether straight ways lead from `from` to each of `to`: at most packet_size.
-std::vector<std::uint8_t> ways(const raycast::Scene& scene, Vec3d from, std::span<const Vec3d> to)
-{
-    std::vector<Vec3d> toward(to.size());
-    std::vector<raycast::Hit> hits(to.size());
-    std::ranges::transform(to, toward.begin(), [&](Vec3d p) { return p - from; });
-    scene.cast(from, toward, hits);
-    std::vector<std::uint8_t> free(to.size());
-    std::ranges::transform(hits, free.begin(), [](const raycast::Hit& hit) { return !hit.found() || hit.distance > 1 ? 1 : 0; });
-    return free;
-}
-
 /// 1 for the voxels that ways lead to, from center to center.
 std::vector<std::uint8_t> reached(const raycast::Scene& scene, const VoxelGrid& grid, std::span<const Vec3d> eyes,
                                   const Progress& progress)
@@ -40,20 +28,16 @@ std::vector<std::uint8_t> reached(const raycast::Scene& scene, const VoxelGrid& 
     {
         std::vector<std::size_t> unknown;
         std::ranges::copy_if(to, std::back_inserter(unknown), [&](std::size_t voxel) { return known[voxel] == 0; });
-        for (std::size_t begin = 0; begin < unknown.size(); begin += raycast::Scene::packet_size)
-        {
-            const std::size_t end = std::min(unknown.size(), begin + raycast::Scene::packet_size);
-            std::vector<Vec3d> centers;
-            for (std::size_t i = begin; i < end; ++i)
-                centers.push_back(grid.center(unknown[i]));
-            const auto free = ways(scene, from, centers);
-            for (std::size_t i = begin; i < end; ++i)
-                if (free[i - begin] != 0)
-                {
-                    known[unknown[i]] = 1;
-                    next.push_back(unknown[i]);
-                }
-        }
+        std::vector<Vec3d> toward;
+        for (const std::size_t voxel : unknown)
+            toward.push_back(grid.center(voxel) - from);
+        const auto hits = hits_from(scene, from, toward);
+        for (std::size_t i = 0; i < unknown.size(); ++i)
+            if (!hits[i].found() || hits[i].distance > 1)
+            {
+                known[unknown[i]] = 1;
+                next.push_back(unknown[i]);
+            }
     };
     for (const Vec3d eye : eyes)
         go(eye, grid.around(eye));
@@ -70,10 +54,7 @@ std::vector<std::uint8_t> reached(const raycast::Scene& scene, const VoxelGrid& 
 
 bool can_stand(const raycast::Scene& scene, Vec3d at, double clearance_m, std::span<const Vec3d> feel)
 {
-    std::array<raycast::Hit, feelers> hits;
-    for (std::size_t begin = 0; begin < feelers; begin += raycast::Scene::packet_size)
-        scene.cast(at, feel.subspan(begin, raycast::Scene::packet_size),
-                   std::span(hits).subspan(begin, raycast::Scene::packet_size));
+    const auto hits = hits_from(scene, at, feel);
     const auto met = std::ranges::count_if(hits, &raycast::Hit::found);
     const auto backs = std::ranges::count_if(hits, [](const raycast::Hit& hit) { return hit.found() && !hit.front; });
     const bool clear =
@@ -180,6 +161,17 @@ std::vector<Vec3d> free_space(const raycast::Scene& scene, const VoxelGrid& grid
         if (free[voxel] != 0)
             centers.push_back(grid.center(voxel));
     return centers;
+}
+
+std::vector<raycast::Hit> hits_from(const raycast::Scene& scene, Vec3d origin, std::span<const Vec3d> directions)
+{
+    std::vector<raycast::Hit> hits(directions.size());
+    for (std::size_t begin = 0; begin < hits.size(); begin += raycast::Scene::packet_size)
+    {
+        const std::size_t count = std::min<std::size_t>(raycast::Scene::packet_size, hits.size() - begin);
+        scene.cast(origin, directions.subspan(begin, count), std::span(hits).subspan(begin, count));
+    }
+    return hits;
 }
 
 std::vector<Vec3d> directions(std::size_t count)

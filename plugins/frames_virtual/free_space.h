@@ -51,6 +51,9 @@ class VoxelGrid
 std::vector<Vec3d> free_space(const raycast::Scene& scene, const VoxelGrid& grid, std::span<const Vec3d> eyes, double clearance_m,
                               const Progress& progress);
 
+/// The first hits of any number of rays from one point; see Scene::cast.
+std::vector<raycast::Hit> hits_from(const raycast::Scene& scene, Vec3d origin, std::span<const Vec3d> directions);
+
 /// Unit vectors, evenly spread over the sphere (a Fibonacci lattice).
 std::vector<Vec3d> directions(std::size_t count);
 

@@ -87,13 +87,9 @@ class FramesVirtual final : public Stage
                             eyes.size()));
         auto wanted = coverage.unpainted();
         const std::size_t unrecorded = wanted.size();
-        auto witness = witnesses(scene, points, places, wanted, run);
-        for (std::size_t i = 0; i < wanted.size(); ++i)
-            if (witness[i] == nobody)
-                wanted[i] = nobody;
-        std::erase(wanted, nobody);
-        std::erase(witness, nobody);
-        const auto plan = plan_views(coverage, places, wanted, witness, rules(distance_m, wanted.size()), run);
+        const auto witness_of = witnesses(scene, points, places, wanted, run);
+        std::erase_if(wanted, [&](std::uint32_t point) { return witness_of[point] == nobody; });
+        const auto plan = plan_views(coverage, places, wanted, witness_of, rules(distance_m, wanted.size()), run);
         report({.points = points.size(), .unrecorded = unrecorded, .wanted = wanted.size(), .places = places.size()}, plan, run);
         result = listed(plan);
     }

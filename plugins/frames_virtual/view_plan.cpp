@@ -24,47 +24,6 @@ namespace
 
 constexpr double tolerance_m = 1e-3;
 
-/// Casts rays to points in packets.
-class SightRays
-{
-  public:
-    SightRays(const raycast::Scene& scene, std::span<const SurfacePoint> points, Vec3d eye, std::vector<std::uint32_t>& seen)
-        : scene_(scene), points_(points), eye_(eye), seen_(seen)
-    {
-    }
-
-    void add(std::uint32_t number, Vec3d toward)
-    {
-        numbers_[count_] = number;
-        directions_[count_++] = toward;
-        if (count_ == numbers_.size())
-            look();
-    }
-
-    void look()
-    {
-        scene_.cast(eye_, std::span(directions_).first(count_), std::span(hits_).first(count_));
-        for (std::size_t i = 0; i < count_; ++i)
-        {
-            const raycast::Hit& hit = hits_[i];
-            const bool there = hit.found() && hit.front && (1 - hit.distance) * length(directions_[i]) <= tolerance_m;
-            if (there || hit.triangle == points_[numbers_[i]].face)
-                seen_.push_back(numbers_[i]);
-        }
-        count_ = 0;
-    }
-
-  private:
-    const raycast::Scene& scene_;
-    std::span<const SurfacePoint> points_;
-    Vec3d eye_;
-    std::vector<std::uint32_t>& seen_;
-    std::array<std::uint32_t, raycast::Scene::packet_size> numbers_{};
-    std::array<Vec3d, raycast::Scene::packet_size> directions_{};
-    std::array<raycast::Hit, raycast::Scene::packet_size> hits_{};
-    std::size_t count_ = 0;
-};
-
 }  // namespace
 
 std::vector<SurfacePoint> surface_points(const Mesh& mesh, int cells_px, const Progress& progress)
@@ -83,15 +42,25 @@ std::vector<SurfacePoint> surface_points(const Mesh& mesh, int cells_px, const P
 std::vector<std::uint32_t> visible_points(const raycast::Scene& scene, std::span<const SurfacePoint> points, Vec3d eye,
                                           std::span<const std::uint32_t> asked)
 {
-    std::vector<std::uint32_t> seen;
-    SightRays batch(scene, points, eye, seen);
+    std::vector<std::uint32_t> facing;
+    std::vector<Vec3d> ways;
     for (const std::uint32_t number : asked)
     {
         const Vec3d toward = vec_cast<double>(points[number].position) - eye;
-        if (dot(vec_cast<double>(points[number].normal), toward) < 0 && length(toward) >= nearest_surface_m)
-            batch.add(number, toward);
+        if (dot(vec_cast<double>(points[number].normal), toward) >= 0 || length(toward) < nearest_surface_m)
+            continue;
+        facing.push_back(number);
+        ways.push_back(toward);
     }
-    batch.look();
+    const auto hits = hits_from(scene, eye, ways);
+    std::vector<std::uint32_t> seen;
+    for (std::size_t i = 0; i < hits.size(); ++i)
+    {
+        const raycast::Hit& hit = hits[i];
+        const bool there = hit.found() && hit.front && (1 - hit.distance) * length(ways[i]) <= tolerance_m;
+        if (there || hit.triangle == points[facing[i]].face)
+            seen.push_back(facing[i]);
+    }
     return seen;
 }
 
@@ -198,7 +167,7 @@ std::vector<std::uint32_t> witnesses(const raycast::Scene& scene, std::span<cons
     std::size_t step = std::max<std::size_t>(1, places.size() * 5 / 8);
     while (std::gcd(step, places.size()) > 1)
         ++step;
-    Numbers witness(asked.size(), nobody);
+    Numbers witness(points.size(), nobody);
     in_blocks(asked.size(), progress,
               [&](std::size_t begin, std::size_t end)
               {
@@ -211,8 +180,7 @@ std::vector<std::uint32_t> witnesses(const raycast::Scene& scene, std::span<cons
                       const std::size_t place = i * step % places.size();
                       const Numbers seen = visible_points(scene, points, places[place], open);
                       for (const std::uint32_t point : seen)
-                          witness[static_cast<std::size_t>(std::ranges::lower_bound(asked, point) - asked.begin())] =
-                              static_cast<std::uint32_t>(place);
+                          witness[point] = static_cast<std::uint32_t>(place);
                       Numbers left;
                       std::ranges::set_difference(open, seen, std::back_inserter(left));
                       open = std::move(left);
@@ -225,7 +193,6 @@ namespace
 {
 
 using numerics::SeenCell;
-using Numbers = std::vector<std::uint32_t>;
 
 /// What one round looks at: so many points, from as many places as the rays allow.
 constexpr std::size_t most_points = 16'384;
@@ -274,17 +241,16 @@ double least_cosine(const Intrinsics& intrinsics)
 class Planner
 {
   public:
-    Planner(Coverage& coverage, std::span<const Vec3d> places, const PlanRules& rules, Progress& progress)
+    Planner(Coverage& coverage, std::span<const Vec3d> places, const Numbers& witness_of, const PlanRules& rules,
+            Progress& progress)
         : coverage_(coverage), points_(coverage.points()), places_(places), rules_(rules), progress_(progress),
           looks_(directions(direction_count(rules.intrinsics))), least_cosine_(least_cosine(rules.intrinsics)),
-          witness_of_(points_.size(), nobody)
+          witness_of_(witness_of)
     {
     }
 
-    ViewPlan operator()(Numbers wanted, const Numbers& witness)
+    ViewPlan operator()(Numbers wanted)
     {
-        for (std::size_t i = 0; i < wanted.size(); ++i)
-            witness_of_[wanted[i]] = witness[i];
         const auto all = static_cast<double>(wanted.size());
         ViewPlan plan{{}, std::move(wanted)};
         const auto done = [&]
@@ -393,7 +359,7 @@ class Planner
     Progress& progress_;
     std::vector<Vec3d> looks_;
     double least_cosine_;
-    Numbers witness_of_;  ///< Per point.
+    const Numbers& witness_of_;  ///< Per point.
 };
 
 }  // namespace
@@ -428,9 +394,9 @@ Camera level_camera(const Intrinsics& intrinsics, Vec3d eye, Vec3d forward, cons
 }
 
 ViewPlan plan_views(Coverage& coverage, std::span<const Vec3d> places, std::vector<std::uint32_t> wanted,
-                    const std::vector<std::uint32_t>& witness, const PlanRules& rules, Progress& progress)
+                    const std::vector<std::uint32_t>& witness_of, const PlanRules& rules, Progress& progress)
 {
-    return Planner(coverage, places, rules, progress)(std::move(wanted), witness);
+    return Planner(coverage, places, witness_of, rules, progress)(std::move(wanted));
 }
 
 }  // namespace fresco::virtual_views

@@ -74,7 +74,8 @@ inline constexpr std::uint32_t nobody = std::numeric_limits<std::uint32_t>::max(
 /// Adds the frames' color cameras. Returns the median distance at which points are seen first; 0 if none is. Throws Canceled.
 double add_frames(Coverage& coverage, const Frames& frames, Progress& progress);
 
-/// For each of the points `asked` (ascending): the number of a place that sees it, or nobody. Throws Canceled.
+/// Per point: the number of a place that sees it; nobody where none does, and for points that are not among those `asked`
+/// (ascending). Throws Canceled.
 std::vector<std::uint32_t> witnesses(const raycast::Scene& scene, std::span<const SurfacePoint> points,
                                      std::span<const Vec3d> places, std::span<const std::uint32_t> asked,
                                      const Progress& progress);
@@ -111,8 +112,9 @@ struct ViewPlan
 /// one that adds most to the sum of every point's best value. Works in rounds: candidates look in all directions and are tried on
 /// a sample of the points; the best are kept and tried on all points; unpainted points go to the next round. Every round paints
 /// at least one point: the witness of a sampled point is always among the places, and a round that paints none aims a camera at a
-/// point. Adds the cameras to `coverage`. `witness`: of each wanted point, the number of its place. Throws Canceled.
+/// point. Adds the cameras to `coverage`. `witness_of`: per point, a place that sees it; every wanted one has one. Throws
+/// Canceled.
 ViewPlan plan_views(Coverage& coverage, std::span<const Vec3d> places, std::vector<std::uint32_t> wanted,
-                    const std::vector<std::uint32_t>& witness, const PlanRules& rules, Progress& progress);
+                    const std::vector<std::uint32_t>& witness_of, const PlanRules& rules, Progress& progress);
 
 }  // namespace fresco::virtual_views

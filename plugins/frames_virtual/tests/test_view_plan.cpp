@@ -163,12 +163,8 @@ TEST_CASE("planned cameras paint all that is wanted, or as much as asked for", "
         testing::TestRun run(threads);
         const double distance_m = add_frames(coverage, world.frames, run);
         auto wanted = coverage.unpainted();
-        auto witness = witnesses(world.scene, world.points, world.places, wanted, run);
-        for (std::size_t i = 0; i < wanted.size(); ++i)
-            if (witness[i] == nobody)
-                wanted[i] = nobody;
-        std::erase(wanted, nobody);
-        std::erase(witness, nobody);
+        const auto witness_of = witnesses(world.scene, world.points, world.places, wanted, run);
+        std::erase_if(wanted, [&](std::uint32_t point) { return witness_of[point] == nobody; });
         const PlanRules rules{.intrinsics = world.frames.frames[0].color.intrinsics,
                               .upright = {{0, 0, 1}, 0},
                               .distance_m = distance_m,
@@ -176,7 +172,7 @@ TEST_CASE("planned cameras paint all that is wanted, or as much as asked for", "
                               .distance_weight = 1,
                               .most_unpainted = static_cast<std::size_t>(share_left * static_cast<double>(wanted.size())),
                               .most_views = most_views};
-        const auto plan = plan_views(coverage, world.places, wanted, witness, rules, run);
+        const auto plan = plan_views(coverage, world.places, wanted, witness_of, rules, run);
         const bool all = std::ranges::all_of(wanted, [&](std::uint32_t point) { return coverage.painted(point); });
         CHECK(plan.unpainted.size() <= wanted.size());
         return Outcome{plan, wanted.size(), all};
@@ -220,7 +216,7 @@ TEST_CASE("a telephoto lens is aimed at what lies between the directions", "[fra
                           .most_unpainted = 0,
                           .most_views = 1000};
     const std::span<const Vec3d> one_place(world.places.data(), 1);
-    const auto plan = plan_views(coverage, one_place, wanted, std::vector<std::uint32_t>(wanted.size()), rules, run);
+    const auto plan = plan_views(coverage, one_place, wanted, std::vector<std::uint32_t>(world.points.size()), rules, run);
     CHECK(plan.unpainted.empty());
     CHECK(plan.cameras.size() <= wanted.size());
 }

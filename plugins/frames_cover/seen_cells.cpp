@@ -24,10 +24,9 @@ std::vector<SeenCell> seen_cells(const UvMap& map, int cells_px, double sharpnes
         seen.emplace_back(cell, static_cast<std::uint32_t>(std::lround(1 + worth * (SeenCell::best_worth - 1))));
     }
     // By cell, the best first.
-    std::ranges::sort(seen,
-                      [](SeenCell a, SeenCell b) { return a.cell() != b.cell() ? a.cell() < b.cell() : a.worth() > b.worth(); });
-    const auto same_cell = [](SeenCell a, SeenCell b) { return a.cell() == b.cell(); };
-    seen.erase(std::unique(seen.begin(), seen.end(), same_cell), seen.end());
+    std::ranges::sort(seen, {}, [](SeenCell cell) { return std::pair(cell.cell(), -static_cast<int>(cell.worth())); });
+    const auto rest = std::ranges::unique(seen, {}, &SeenCell::cell);
+    seen.erase(rest.begin(), rest.end());
     seen.shrink_to_fit();
     return seen;
 }

@@ -5,6 +5,7 @@
 #include <fresco/images/sharpness.h>
 #include <fresco/mesh.h>
 #include <fresco/numerics/greedy_cover.h>
+#include <fresco/numerics/numerics.h>
 #include <fresco/parallel.h>
 #include <fresco/raycast/ray_finder.h>
 #include <fresco/stage.h>
@@ -14,7 +15,6 @@
 #include <array>
 #include <cmath>
 #include <fmt/format.h>
-#include <numeric>
 #include <string>
 #include <vector>
 
@@ -103,9 +103,7 @@ class FramesCover final : public Stage
         const ImageIo* codec = images.has_value() ? images.get().get() : nullptr;
         parallel_for_each(all.size(), "pictures", progress,
                           [&](std::size_t i) { sharp[i] = sharpness.of(load_color(all[i], codec)); });
-        auto sorted = sharp;
-        std::ranges::sort(sorted);
-        const double median = sorted[sorted.size() / 2];
+        const double median = numerics::median(sharp);
         for (double& value : sharp)
             value = median > 0 ? std::min(1.0, value / median) : 1;
         return sharp;
@@ -133,20 +131,17 @@ class FramesCover final : public Stage
     void report(const SeenByFrame& seen, const std::vector<numerics::Pick>& order, std::size_t picks, RunContext& run) const
     {
         const auto side = static_cast<std::size_t>(*cells_px);
-        const auto add = [](std::int64_t sum, const numerics::Pick& pick) { return sum + pick.new_cells; };
-        const std::int64_t all = std::accumulate(order.begin(), order.end(), std::int64_t{0}, add);
-        const auto share = [&](std::int64_t cells) { return static_cast<double>(cells) / static_cast<double>(all); };
-        const auto first = [&](std::size_t count)
-        {
-            return share(std::accumulate(
-                order.begin(), order.begin() + static_cast<std::ptrdiff_t>(std::min(count, order.size())), std::int64_t{0}, add));
-        };
+        std::vector<std::int64_t> covered{0};  // By so many picks.
+        for (const numerics::Pick& pick : order)
+            covered.push_back(covered.back() + pick.new_cells);
+        const auto share = [&](std::int64_t cells) { return static_cast<double>(cells) / static_cast<double>(covered.back()); };
+        const auto first = [&](std::size_t count) { return share(covered[std::min(count, order.size())]); };
         const auto spread = [&](std::size_t count)
         { return share(numerics::cells_seen(seen, numerics::evenly_spread(count, seen.size()), side * side)); };
 
         run.report("frames", seen.size());
         run.report("kept", picks);
-        run.report("cells", all);
+        run.report("cells", covered.back());
         run.report("coverage", first(picks));
         run.report("coverage_evenly_spread", spread(picks));
         run.report("blind_frames", std::ranges::count_if(seen, [](const auto& cells) { return cells.empty(); }));

@@ -3,9 +3,11 @@
 #include <fresco/error.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <fmt/format.h>
+#include <functional>
+#include <numeric>
+#include <span>
 
 namespace
 {
@@ -13,15 +15,13 @@ namespace
 /// One decimal, rounded down, so that the frame it is from passes.
 std::string threshold_text(double sharpness)
 {
-    char text[64];
-    const auto end = std::to_chars(text, text + sizeof text, std::floor(sharpness * 10) / 10, std::chars_format::fixed, 1).ptr;
-    return {text, end};
+    return fmt::format("{:.1f}", std::floor(sharpness * 10) / 10);
 }
 
 [[noreturn]] void refuse_all_blurred(const std::vector<MeasuredFrame>& frames, double min_sharpness)
 {
     auto sorted = frames;
-    std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) { return a.sharpness > b.sharpness; });
+    std::ranges::sort(sorted, std::greater(), &MeasuredFrame::sharpness);
     const auto& best = sorted.front();
     throw fresco::Error(fmt::format(
         "none of the {} frames passes min_sharpness {}: the sharpest, {}/{}, has {}; min_sharpness: {} would keep half of them",
@@ -29,40 +29,38 @@ std::string threshold_text(double sharpness)
         threshold_text(sorted[(sorted.size() - 1) / 2].sharpness)));
 }
 
-std::size_t sharpest(const std::vector<MeasuredFrame>& frames, const std::vector<std::size_t>& among, std::size_t begin,
-                     std::size_t end)
+/// The first of equal ones.
+std::size_t sharpest(const std::vector<MeasuredFrame>& frames, std::span<const std::size_t> among)
 {
-    std::size_t best = among[begin];
-    for (std::size_t i = begin; i < end; ++i)
-        if (frames[among[i]].sharpness > frames[best].sharpness)
-            best = among[i];
-    return best;
+    return *std::ranges::max_element(among, {}, [&](std::size_t i) { return frames[i].sharpness; });
 }
 
 /// Windows start over with each sequence: two sequences may show different rooms.
 std::vector<std::size_t> sharpest_of_windows(const std::vector<MeasuredFrame>& frames, std::size_t window)
 {
     std::vector<std::size_t> all(frames.size());
-    for (std::size_t i = 0; i < all.size(); ++i)
-        all[i] = i;
+    std::iota(all.begin(), all.end(), std::size_t{0});
     std::vector<std::size_t> kept;
     for (std::size_t begin = 0; begin < frames.size();)
     {
         std::size_t end = begin + 1;
         while (end < frames.size() && end - begin < window && frames[end].sequence == frames[begin].sequence)
             ++end;
-        kept.push_back(sharpest(frames, all, begin, end));
+        kept.push_back(sharpest(frames, std::span(all).subspan(begin, end - begin)));
         begin = end;
     }
     return kept;
 }
 
-std::vector<std::size_t> sharpest_of_stretches(const std::vector<MeasuredFrame>& frames, const std::vector<std::size_t>& among,
+std::vector<std::size_t> sharpest_of_stretches(const std::vector<MeasuredFrame>& frames, std::span<const std::size_t> among,
                                                std::size_t stretches)
 {
     std::vector<std::size_t> kept;
     for (std::size_t i = 0; i < stretches; ++i)
-        kept.push_back(sharpest(frames, among, among.size() * i / stretches, among.size() * (i + 1) / stretches));
+    {
+        const std::size_t begin = among.size() * i / stretches;
+        kept.push_back(sharpest(frames, among.subspan(begin, among.size() * (i + 1) / stretches - begin)));
+    }
     return kept;
 }
 

@@ -157,13 +157,10 @@ TEST_CASE("of frames that see the same the sharp and the straight ones are chose
     for (const char* name : {"blurred", "sharp"})
     {
         frames.frames.push_back(looking_at(2, name));
-        std::vector<std::uint8_t> pixels(64 * 64 * 3, 100);
-        for (std::size_t i = 0; i < pixels.size(); i += 2)
-            pixels[i] = std::string(name) == "sharp" ? 200 : 110;
-        auto& picture = frames.frames.back().color_picture;
-        picture.path = folder.path() / (std::string(name) + ".npy");
-        write_npy(picture.path, std::vector<std::size_t>{64, 64, 3}, pixels);
-        picture.hash = file_hash(picture.path);
+        Raster8 picture(64, 64, 3, 100);
+        for (std::size_t i = 0; i < picture.values.size(); i += 2)
+            picture.values[i] = std::string(name) == "sharp" ? 200 : 110;
+        testing::set_color_picture(frames.frames.back(), folder.path(), picture);
     }
     testing::TestRun run;
     CHECK(covering_views(wall(), frames, plain(), run) == std::vector<std::string>{"blurred"});

@@ -3,10 +3,10 @@
 
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
-#include <fresco/npy.h>
 #include <fresco/random.h>
 #include <fresco/stage.h>
 #include <fresco/testing.h>
+#include <fresco/testing_scenes.h>
 
 #include <cmath>
 #include <cstdlib>
@@ -228,10 +228,7 @@ TEST_CASE("frames blurred by motion are dropped, sharp ones and lone sights of a
     {
         Frame& frame = frames.frames[i];
         const Raster8 picture = blurred(load_color(frame, images.get()), lengths[i], std::numbers::pi * random.uniform(), random);
-        frame.color_picture = {folder.path() / (frame.name + ".npy"), ""};
-        write_npy(frame.color_picture.path,
-                  std::vector<std::size_t>{static_cast<std::size_t>(height), static_cast<std::size_t>(width), 3},
-                  std::span<const std::uint8_t>(picture.values));
+        testing::set_color_picture(frame, folder.path(), picture);
     }
 
     testing::run_stage(FRESCO_PLUGIN_FILE, "frames.sharpest", Value::Map{}, {{"frames", std::make_shared<Frames>(frames)}},

@@ -287,18 +287,16 @@ std::vector<Circle> circles_on_surface(const std::vector<Ellipse>& ellipses, con
 namespace
 {
 
-/// The columns that the statistics are taken of.
-struct Columns
+/// Of all circles together.
+CircleStatistics pooled(const std::vector<std::vector<Circle>>& pictures, std::span<const std::size_t> drawn)
 {
     std::vector<double> depth_2d;
     std::vector<double> radius_px;
     std::vector<double> depth_3d;
     std::vector<double> radius_m;
     std::vector<double> stretch;
-
-    void add(const std::vector<Circle>& circles)
-    {
-        for (const Circle& circle : circles)
+    for (const std::size_t i : drawn)
+        for (const Circle& circle : pictures[i])
         {
             depth_2d.push_back(circle.depth);
             radius_px.push_back(circle.ellipse.radius_px());
@@ -308,31 +306,8 @@ struct Columns
             radius_m.push_back(circle.world->radius_m);
             stretch.push_back(circle.world->stretch);
         }
-    }
-
-    CircleStatistics statistics() const
-    {
-        return {evaluation::pearson(depth_2d, radius_px), evaluation::pearson(depth_3d, radius_m), evaluation::mean(stretch)};
-    }
-};
-
-/// A mean of those values that are defined.
-class WeightedMean
-{
-  public:
-    void add(double value, double weight)
-    {
-        if (!std::isfinite(value))
-            return;
-        sum_ += value * weight;
-        weights_ += weight;
-    }
-    double value() const { return weights_ > 0 ? sum_ / weights_ : std::numeric_limits<double>::quiet_NaN(); }
-
-  private:
-    double sum_ = 0;
-    double weights_ = 0;
-};
+    return {evaluation::pearson(depth_2d, radius_px), evaluation::pearson(depth_3d, radius_m), evaluation::mean(stretch)};
+}
 
 }  // namespace
 
@@ -340,26 +315,24 @@ CircleStatistics circle_statistics(const std::vector<std::vector<Circle>>& pictu
                                    Protocol protocol)
 {
     if (protocol == Protocol::paper)
-    {
-        Columns all;
-        for (const std::size_t i : drawn)
-            all.add(pictures[i]);
-        return all.statistics();
-    }
-    WeightedMean corr_2d;
-    WeightedMean corr_3d;
-    WeightedMean stretch;
+        return pooled(pictures, drawn);
+    std::vector<std::pair<CircleStatistics, double>> weighted;
     for (const std::size_t i : drawn)
+        weighted.emplace_back(pooled(pictures, std::span(&i, 1)), static_cast<double>(pictures[i].size()));
+    // Of those values that are defined.
+    const auto mean = [&](double CircleStatistics::*member)
     {
-        Columns picture;
-        picture.add(pictures[i]);
-        const CircleStatistics own = picture.statistics();
-        const auto weight = static_cast<double>(pictures[i].size());
-        corr_2d.add(own.corr_2d, weight);
-        corr_3d.add(own.corr_3d, weight);
-        stretch.add(own.stretch, weight);
-    }
-    return {corr_2d.value(), corr_3d.value(), stretch.value()};
+        double sum = 0;
+        double weights = 0;
+        for (const auto& [own, weight] : weighted)
+            if (std::isfinite(own.*member))
+            {
+                sum += own.*member * weight;
+                weights += weight;
+            }
+        return weights > 0 ? sum / weights : std::numeric_limits<double>::quiet_NaN();
+    };
+    return {mean(&CircleStatistics::corr_2d), mean(&CircleStatistics::corr_3d), mean(&CircleStatistics::stretch)};
 }
 
 CircleFigures circle_figures(const std::vector<std::vector<Circle>>& pictures, Protocol protocol,

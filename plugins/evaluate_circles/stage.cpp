@@ -81,13 +81,6 @@ class EvaluateCircles final : public Stage
 
     std::string overlay_name(const PosedPicture& posed) const { return "circles/" + name(posed) + ".png"; }
 
-    std::vector<Seen> look_at_all(const std::vector<PosedPicture>& pictures, const raycast::Scene& scene, RunContext& run) const
-    {
-        std::vector<Seen> seen(pictures.size());
-        parallel_for_each(pictures.size(), "pictures", run, [&](std::size_t i) { seen[i] = look(pictures[i], scene); });
-        return seen;
-    }
-
     static Value circle_value(const Circle& circle)
     {
         const Ellipse& e = circle.ellipse;
@@ -152,7 +145,8 @@ class EvaluateCircles final : public Stage
         if (*overlay_pictures)
             std::filesystem::create_directories(figures.folder().path / "circles");
         const raycast::Scene scene(shown);
-        const std::vector<Seen> seen = look_at_all(pictures, scene, run);
+        std::vector<Seen> seen(pictures.size());
+        parallel_for_each(pictures.size(), "pictures", run, [&](std::size_t i) { seen[i] = look(pictures[i], scene); });
 
         Value::Map result = tell(seen, run);
         Value::List list;

@@ -245,9 +245,11 @@ raycast::Hit hit_at(const Mesh& mesh, std::uint32_t triangle, Vec3d point, const
     return hit;
 }
 
-void draw(const ViewSurface& view, const Camera& other, const Raster8& wanted, const SurfacePaint& paint,
-          const Progress& progress, Raster8& picture)
+/// What a view's camera sees of a low-passed surface, RGB; drawn only where it is wanted, black elsewhere.
+Raster8 drawn(const ViewSurface& view, const Camera& other, const Raster8& wanted, const SurfacePaint& paint,
+              const Progress& progress)
 {
+    Raster8 picture(wanted.width, wanted.height, 3);
     parallel_items(wanted.height, 8, progress,
                    [&](int y)
                    {
@@ -255,7 +257,7 @@ void draw(const ViewSurface& view, const Camera& other, const Raster8& wanted, c
                        {
                            if (wanted.at(x, y) == 0)
                                continue;
-                           const Vec3d color = paint.color(view.triangles.at(x, y), view.point(x, y), view.camera, other);
+                           const Vec3d color = paint(view.triangles.at(x, y), view.point(x, y), view.camera, other);
                            const std::array channels{color.x, color.y, color.z};
                            for (int c = 0; c < 3; ++c)
                                // Rounded as the judged pictures are, so that their rounding is part of the floor.
@@ -263,31 +265,17 @@ void draw(const ViewSurface& view, const Camera& other, const Raster8& wanted, c
                                    static_cast<std::uint8_t>(std::clamp(channels[static_cast<std::size_t>(c)] + 0.5, 0.0, 255.0));
                        }
                    });
+    return picture;
 }
 
-/// A picture projected from its camera onto the mesh, for pictures without a texture.
-class ProjectedPaint final : public SurfacePaint
+/// A picture of the camera's size projected onto the mesh, for pictures without a texture; the mesh must outlive the paint.
+SurfacePaint projected_paint(const Mesh& mesh, const Camera& camera, const Raster8& picture)
 {
-  public:
-    /// `picture` has the camera's size; the mesh must outlive this.
-    ProjectedPaint(const Mesh& mesh, const Camera& camera, const Raster8& picture)
-        : mesh_(mesh), camera_(camera), picture_(picture, rendering::TextureFilter::trilinear)
+    const auto pixels_per_pixel = [&mesh, camera](std::uint32_t triangle, Vec3d point, const Camera& other)
     {
-    }
-
-    Vec3d color(std::uint32_t triangle, Vec3d point, const Camera& a, const Camera& b) const override
-    {
-        const Vec3d here = camera_.project(point);
-        const double pixels = std::max(pixels_per_pixel(triangle, point, a), pixels_per_pixel(triangle, point, b));
-        return picture_.sample({here.x / picture_.width(), 1 - here.y / picture_.height()}, level_of(pixels));
-    }
-
-  private:
-    double pixels_per_pixel(std::uint32_t triangle, Vec3d point, const Camera& other) const
-    {
-        const Vec3d here = camera_.project(point);
+        const Vec3d here = camera.project(point);
         const Vec3d seen = other.project(point);
-        const auto plane = raycast::corners(mesh_, triangle);
+        const auto plane = raycast::corners(mesh, triangle);
         const auto pixels_to = [&](double x, double y)
         {
             double distance = 0;
@@ -296,64 +284,54 @@ class ProjectedPaint final : public SurfacePaint
             const Vec3d origin = other.world_from_camera.translation;
             if (!raycast::meet_plane(plane, origin, direction, distance, weights) || distance <= 0)
                 return 0.0;
-            const Vec3d there = camera_.project(origin + direction * distance);
+            const Vec3d there = camera.project(origin + direction * distance);
             return there.z > 0 ? length(Vec2d{there.x - here.x, there.y - here.y}) : 0.0;
         };
         return std::max(pixels_to(seen.x + 1, seen.y), pixels_to(seen.x, seen.y + 1));
-    }
-
-    const Mesh& mesh_;
-    Camera camera_;
-    rendering::MipMaps picture_;
-};
-
-/// Two cameras' pictures of a low-passed surface, RGB; drawn only where the matches need it, black elsewhere. The difference
-/// between them is the resampling floor. Equal for any progress.threads(). Throws Canceled.
-struct FloorPictures
-{
-    Raster8 source;
-    Raster8 target;
-};
+    };
+    return [=, maps = rendering::MipMaps(picture, rendering::TextureFilter::trilinear)](std::uint32_t triangle, Vec3d point,
+                                                                                        const Camera& a, const Camera& b)
+    {
+        const Vec3d here = camera.project(point);
+        const double pixels = std::max(pixels_per_pixel(triangle, point, a), pixels_per_pixel(triangle, point, b));
+        return maps.sample({here.x / maps.width(), 1 - here.y / maps.height()}, level_of(pixels));
+    };
+}
 
 }  // namespace
 
-TexturePaint::TexturePaint(const TexturedMesh& textured, const rendering::Lights& lights)
-    : mesh_(textured.mesh), picture_(textured.image.pixels, rendering::TextureFilter::trilinear), lighting_(textured.mesh, lights)
+SurfacePaint texture_paint(const TexturedMesh& textured, const rendering::Lights& lights)
 {
-}
-
-Vec3d TexturePaint::color(std::uint32_t triangle, Vec3d point, const Camera& a, const Camera& b) const
-{
-    const raycast::Hit hit = hit_at(mesh_, triangle, point, a);
-    const Vec2d uv = raycast::texcoord(mesh_, hit);
-    const auto texels = [&](const Camera& camera)
+    return [&mesh = textured.mesh, maps = rendering::MipMaps(textured.image.pixels, rendering::TextureFilter::trilinear),
+            lighting = rendering::Lighting(textured.mesh, lights)](std::uint32_t triangle, Vec3d point, const Camera& a,
+                                                                   const Camera& b)
     {
-        const Vec3d seen = camera.project(point);
-        return raycast::texels_per_pixel(mesh_, triangle, uv, camera, seen.x, seen.y, picture_.width(), picture_.height());
+        const raycast::Hit hit = hit_at(mesh, triangle, point, a);
+        const Vec2d uv = raycast::texcoord(mesh, hit);
+        const auto texels = [&](const Camera& camera)
+        {
+            const Vec3d seen = camera.project(point);
+            return raycast::texels_per_pixel(mesh, triangle, uv, camera, seen.x, seen.y, maps.width(), maps.height());
+        };
+        return maps.sample(uv, level_of(std::max(texels(a), texels(b)))) * lighting.at(hit.triangle, hit.weights);
     };
-    return picture_.sample(uv, level_of(std::max(texels(a), texels(b)))) * lighting_.at(hit.triangle, hit.weights);
 }
 
 namespace
 {
 
-FloorPictures floor_pictures(const ViewSurface& source, const ViewSurface& target, const std::vector<Match>& matches,
-                             const SurfacePaint& paint, const Progress& progress)
+/// The pixels of a pair that the matches need, 1.
+std::pair<Raster8, Raster8> wanted_pixels(const ViewSurface& source, const ViewSurface& target, const std::vector<Match>& matches)
 {
-    Raster8 wanted_source(source.depth.width, source.depth.height);
-    Raster8 wanted_target(target.depth.width, target.depth.height);
+    std::pair wanted(Raster8(source.depth.width, source.depth.height), Raster8(target.depth.width, target.depth.height));
     for (const Match& match : matches)
     {
-        wanted_source.at(match.x, match.y) = 1;
+        wanted.first.at(match.x, match.y) = 1;
         for (const int y : {match.target.y.first, match.target.y.second})
             for (const int x : {match.target.x.first, match.target.x.second})
-                wanted_target.at(x, y) = 1;
+                wanted.second.at(x, y) = 1;
     }
-    FloorPictures pictures{Raster8(wanted_source.width, wanted_source.height, 3),
-                           Raster8(wanted_target.width, wanted_target.height, 3)};
-    draw(source, target.camera, wanted_source, paint, progress, pictures.source);
-    draw(target, source.camera, wanted_target, paint, progress, pictures.target);
-    return pictures;
+    return wanted;
 }
 
 std::vector<FramePair> by_number(const std::vector<FramePlace>& frames, long gap)
@@ -422,7 +400,7 @@ double least_detail(Protocol protocol)
 }  // namespace
 
 PairFigures judge_pair(const FramePair& pair, const JudgedView& source, const JudgedView& target, const Mesh& mesh,
-                       const SurfacePaint* paint, const JudgeOptions& options, const Progress& progress)
+                       const SurfacePaint& paint, const JudgeOptions& options, const Progress& progress)
 {
     PairFigures figures;
     figures.pair = pair;
@@ -432,14 +410,14 @@ PairFigures judge_pair(const FramePair& pair, const JudgedView& source, const Ju
     if (figures.dropped)
         return figures;
 
-    std::unique_ptr<ProjectedPaint> projected;
-    if (paint == nullptr)
-        projected = std::make_unique<ProjectedPaint>(mesh, source.surface.camera, source.picture);
-    const FloorPictures low_passed =
-        floor_pictures(source.surface, target.surface, matches, paint != nullptr ? *paint : *projected, progress);
+    const SurfacePaint projected = paint ? SurfacePaint() : projected_paint(mesh, source.surface.camera, source.picture);
+    const SurfacePaint& shown = paint ? paint : projected;
+    const auto [wanted_source, wanted_target] = wanted_pixels(source.surface, target.surface, matches);
+    const Raster8 low_source = drawn(source.surface, target.surface.camera, wanted_source, shown, progress);
+    const Raster8 low_target = drawn(target.surface, source.surface.camera, wanted_target, shown, progress);
 
     figures.value = reprojection_difference(source.picture, target.picture, matches, options.protocol);
-    figures.floor = reprojection_difference(low_passed.source, low_passed.target, matches, options.protocol);
+    figures.floor = reprojection_difference(low_source, low_target, matches, options.protocol);
     figures.detail = forward_difference(source.picture, matches, options.protocol);
     figures.sharpness = sharpness(source.picture, matches);
     figures.flat = figures.detail < least_detail(options.protocol);
@@ -457,18 +435,14 @@ GapFigures summary(const std::vector<PairFigures>& pairs, const evaluation::Boot
         result.flat += !pair.dropped && pair.flat ? 1 : 0;
     }
     result.invalid = result.kept == 0 || result.flat * 2 >= result.kept;
-    const auto figure = [&](double PairFigures::*member, bool flat_too)
+    for (std::size_t i = 0; i < named_figures.size(); ++i)
     {
+        const auto member = named_figures[i].second;
         std::vector<double> values;
         for (const PairFigures& pair : pairs)
-            if (!pair.dropped && (flat_too || !pair.flat))
+            if (!pair.dropped && (member != &PairFigures::headline || !pair.flat))
                 values.push_back(pair.*member);
-        return Figure{evaluation::mean(values), evaluation::bootstrap_mean(values, bootstrap)};
-    };
-    result.value = figure(&PairFigures::value, true);
-    result.floor = figure(&PairFigures::floor, true);
-    result.sharpness = figure(&PairFigures::sharpness, true);
-    result.detail = figure(&PairFigures::detail, true);
-    result.headline = figure(&PairFigures::headline, false);
+        result.figures[i] = {evaluation::mean(values), evaluation::bootstrap_mean(values, bootstrap)};
+    }
     return result;
 }

@@ -10,9 +10,12 @@
 #include <fresco/texture.h>
 #include <fresco/value.h>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 /// \file Measures how well two pictures of a recording agree on the surface that both show. frame_pairs() chooses the pairs;
@@ -77,37 +80,14 @@ double forward_difference(const fresco::Raster8& source, const std::vector<Match
 /// at the picture's border. NaN without matches.
 double sharpness(const fresco::Raster8& source, const std::vector<Match>& matches);
 
-/// A mesh's colors, looked up so coarsely that none of two cameras undersamples them.
-class SurfacePaint
-{
-  public:
-    virtual ~SurfacePaint() = default;
+/// A mesh's colors, looked up so coarsely that none of two cameras undersamples them: RGB in 0..255 at a point of a triangle's
+/// plane, the same for cameras (a, b) as for (b, a). Thread-safe.
+using SurfacePaint =
+    std::function<fresco::Vec3d(std::uint32_t triangle, fresco::Vec3d point, const fresco::Camera& a, const fresco::Camera& b)>;
 
-    /// RGB in 0..255 at a point of a triangle's plane, the same for (a, b) as for (b, a). Thread-safe.
-    virtual fresco::Vec3d color(std::uint32_t triangle, fresco::Vec3d point, const fresco::Camera& a,
-                                const fresco::Camera& b) const = 0;
-
-  protected:
-    SurfacePaint() = default;
-    SurfacePaint(const SurfacePaint&) = default;
-    SurfacePaint& operator=(const SurfacePaint&) = default;
-};
-
-/// The picture of a textured mesh.
-class TexturePaint final : public SurfacePaint
-{
-  public:
-    /// The mesh must have texcoords and outlive this. `lights` as the judged pictures have them. Throws Error unless the picture
-    /// is RGB.
-    explicit TexturePaint(const fresco::TexturedMesh& textured, const fresco::rendering::Lights& lights = {});
-    fresco::Vec3d color(std::uint32_t triangle, fresco::Vec3d point, const fresco::Camera& a,
-                        const fresco::Camera& b) const override;
-
-  private:
-    const fresco::Mesh& mesh_;
-    fresco::rendering::MipMaps picture_;
-    fresco::rendering::Lighting lighting_;
-};
+/// The picture of a textured mesh, which must have texcoords and outlive the paint. `lights` as the judged pictures have them.
+/// Throws Error unless the picture is RGB.
+SurfacePaint texture_paint(const fresco::TexturedMesh& textured, const fresco::rendering::Lights& lights = {});
 
 /// The position of a frame in its recording.
 struct FramePlace
@@ -152,15 +132,23 @@ struct PairFigures
     bool dropped = false;
     bool flat = false;     ///< The source has no detail over these pixels: the value is meaningless, there is no headline.
     double value = 0;      ///< reprojection_difference
-    double floor = 0;      ///< The same for the floor_pictures.
+    double floor = 0;      ///< The same for pictures of a low-passed surface: the resampling floor.
     double detail = 0;     ///< forward_difference
     double sharpness = 0;  ///< Variance of the Laplacian.
     double headline = 0;   ///< (value - floor) / detail; NaN if flat.
 };
 
+/// The figures of a pair by their names in the file, where they are measured.
+inline constexpr std::array<std::pair<const char*, double PairFigures::*>, 5> named_figures{
+    {{"value", &PairFigures::value},
+     {"floor", &PairFigures::floor},
+     {"sharpness", &PairFigures::sharpness},
+     {"detail", &PairFigures::detail},
+     {"headline", &PairFigures::headline}}};
+
 /// Measures a pair. Without a paint, the floor is that of the source's projected picture. Throws Canceled.
 PairFigures judge_pair(const FramePair& pair, const JudgedView& source, const JudgedView& target, const fresco::Mesh& mesh,
-                       const SurfacePaint* paint, const JudgeOptions& options, const fresco::Progress& progress);
+                       const SurfacePaint& paint, const JudgeOptions& options, const fresco::Progress& progress);
 
 struct Figure
 {
@@ -176,11 +164,7 @@ struct GapFigures
     std::size_t dropped = 0;
     std::size_t flat = 0;
     bool invalid = false;  ///< No pair was kept, or at least half of these are flat.
-    Figure value;
-    Figure floor;
-    Figure sharpness;
-    Figure detail;
-    Figure headline;
+    std::array<Figure, named_figures.size()> figures;
 };
 
 GapFigures summary(const std::vector<PairFigures>& pairs, const fresco::evaluation::Bootstrap& bootstrap);

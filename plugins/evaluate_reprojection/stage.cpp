@@ -102,14 +102,15 @@ class EvaluateReprojection final : public Stage
 
     Protocol rules() const { return evaluation::protocol_of(*protocol); }
 
-    std::unique_ptr<TexturePaint> texture_paint() const
+    /// Empty: the floor is that of the source picture.
+    SurfacePaint floor_paint() const
     {
         if (*floor == "picture" || (*floor == "auto" && !(views.has_value() && textured_mesh.has_value())))
-            return nullptr;
+            return {};
         if (!textured_mesh.has_value() || textured_mesh->mesh.texcoords.empty())
             throw Error(
                 "floor: texture needs a mesh with texcoords and a picture on port 'textured_mesh'; choose floor: picture");
-        return std::make_unique<TexturePaint>(*textured_mesh, rendering::lights_of(*shading));
+        return texture_paint(*textured_mesh, rendering::lights_of(*shading));
     }
 
     JudgedView load_view(const PosedPicture& posed, const raycast::Scene& scene, const Progress& progress) const
@@ -152,7 +153,7 @@ class EvaluateReprojection final : public Stage
         return result;
     }
 
-    void judge(std::array<Gap, 2>& all, ViewCache& cache, const Mesh& shown, const SurfacePaint* paint, RunContext& run) const
+    void judge(std::array<Gap, 2>& all, ViewCache& cache, const Mesh& shown, const SurfacePaint& paint, RunContext& run) const
     {
         std::vector<std::pair<Gap*, FramePair>> jobs;
         for (Gap& gap : all)
@@ -180,10 +181,8 @@ class EvaluateReprojection final : public Stage
         if (pair.dropped)
             entry.emplace_back("dropped", true);
         else
-            for (const auto& [key, value] :
-                 {std::pair{"value", pair.value}, std::pair{"floor", pair.floor}, std::pair{"sharpness", pair.sharpness},
-                  std::pair{"detail", pair.detail}, std::pair{"headline", pair.headline}})
-                entry.emplace_back(key, evaluation::number_or_null(value));
+            for (const auto& [key, member] : named_figures)
+                entry.emplace_back(key, evaluation::number_or_null(pair.*member));
         return entry;
     }
 
@@ -197,12 +196,12 @@ class EvaluateReprojection final : public Stage
                          {"flat_pairs", all.flat},
                          {"frames_without_target", gap.without_target},
                          {"invalid", all.invalid}};
-        for (const auto& [key, figure] :
-             {std::pair{"value", &all.value}, std::pair{"floor", &all.floor}, std::pair{"sharpness", &all.sharpness},
-              std::pair{"detail", &all.detail}, std::pair{"headline", &all.headline}})
+        for (std::size_t i = 0; i < all.figures.size(); ++i)
         {
-            entry.emplace_back(key, evaluation::figure(figure->value, figure->interval));
-            run.message(gap.name + " " + key + " " + evaluation::figure_text(figure->value, figure->interval));
+            const auto& [value, interval] = all.figures[i];
+            const std::string key = named_figures[i].first;
+            entry.emplace_back(key, evaluation::figure(value, interval));
+            run.message(gap.name + " " + key + " " + evaluation::figure_text(value, interval));
         }
         for (const auto& [key, value] : entry)
             run.report(gap.name + "_" + key, value);
@@ -226,11 +225,11 @@ class EvaluateReprojection final : public Stage
         const Mesh& shown =
             evaluation::shown_mesh(textured_mesh.has_value() ? &*textured_mesh : nullptr, mesh.has_value() ? &*mesh : nullptr);
         const auto pictures = evaluation::posed_pictures(*frames, views.has_value() ? &*views : nullptr, folder->path, run);
-        const std::unique_ptr<TexturePaint> paint = texture_paint();
+        const SurfacePaint paint = floor_paint();
         std::array<Gap, 2> all = gaps(pictures);
         const raycast::Scene scene(shown);
         ViewCache cache([&](std::size_t i) { return load_view(pictures[i], scene, run); });
-        judge(all, cache, shown, paint.get(), run);
+        judge(all, cache, shown, paint, run);
 
         const bool paper = rules() == Protocol::paper;
         Value::Map result{{"protocol", *protocol},

@@ -171,10 +171,10 @@ constexpr int height = 50;
 PairFigures judge(const Camera& a, const Raster8& picture_a, const Camera& b, const Raster8& picture_b,
                   const TexturedMesh& textured, bool texture_floor, Protocol protocol = Protocol::paper)
 {
-    const TexturePaint paint(textured);
     const JudgedView source{surface(a), picture_a};
     const JudgedView target{surface(b), picture_b};
-    return judge_pair({0, 1}, source, target, textured.mesh, texture_floor ? &paint : nullptr, {protocol, 0.2}, Progress{});
+    return judge_pair({0, 1}, source, target, textured.mesh, texture_floor ? texture_paint(textured) : SurfacePaint(),
+                      {protocol, 0.2}, Progress{});
 }
 
 Raster8 noise_picture(int w, int h, std::uint64_t seed)
@@ -262,9 +262,8 @@ TEST_CASE("the floor is lit as the judged pictures are")
     const Camera b = camera(width, height, 3.5, 1.5, 0.1);
     const auto judged = [&](const char* shading)
     {
-        const TexturePaint paint(textured, rendering::lights_of(shading));
-        return judge_pair({0, 1}, {surface(a), render(textured, a)}, {surface(b), render(textured, b)}, textured.mesh, &paint,
-                          {Protocol::paper, 0.2}, Progress{});
+        return judge_pair({0, 1}, {surface(a), render(textured, a)}, {surface(b), render(textured, b)}, textured.mesh,
+                          texture_paint(textured, rendering::lights_of(shading)), {Protocol::paper, 0.2}, Progress{});
     };
     // The wall looks away from the lamp: only the ambient light is left.
     CHECK(judged("none").floor > 0.01);
@@ -315,7 +314,7 @@ TEST_CASE("pairs with too little in common are dropped and counted")
     CHECK(all.dropped == 1);
     CHECK(all.flat == 0);
     CHECK_FALSE(all.invalid);
-    CHECK(all.value.value == Approx(kept.value));
+    CHECK(all.figures[0].value == Approx(kept.value));
     CHECK(summary({dropped}, {.resamples = 2000, .seed = 1}).invalid);
 }
 

@@ -63,20 +63,17 @@ std::vector<std::uint32_t> voted(const Mesh& mesh, const std::vector<std::uint32
     return result;
 }
 
-std::uint32_t label_of(std::int64_t number, Naming naming, Names& names)
-{
-    if (naming == Naming::numbers)
-        return number < 0 ? no_label : names.label(std::to_string(number));
-    const auto name = nyu40_name(number);
-    return name ? names.label(std::string(*name)) : no_label;
-}
-
 std::vector<std::uint32_t> labels_of(const std::vector<std::int64_t>& numbers, Naming naming, Names& names)
 {
-    std::vector<std::uint32_t> result;
-    result.reserve(numbers.size());
-    for (const std::int64_t number : numbers)
-        result.push_back(label_of(number, naming, names));
+    const auto label_of = [&](std::int64_t number)
+    {
+        if (naming == Naming::numbers)
+            return number < 0 ? no_label : names.label(std::to_string(number));
+        const auto name = nyu40_name(number);
+        return name ? names.label(std::string(*name)) : no_label;
+    };
+    std::vector<std::uint32_t> result(numbers.size());
+    std::ranges::transform(numbers, result.begin(), label_of);
     return result;
 }
 
@@ -167,21 +164,17 @@ CarriedLabels carried_labels(const LabeledSurface& from, const Mesh& to, double 
     result.label_of_face.assign(to.triangles.size(), no_label);
     std::vector<double> distances(to.triangles.size());
     constexpr std::size_t faces_per_piece = 4096;
-    parallel_for(to.triangles.size(), faces_per_piece, progress.threads(),
-                 [&](std::size_t begin, std::size_t end)
-                 {
-                     progress.check_canceled();
-                     for (std::size_t f = begin; f < end; ++f)
-                     {
-                         const auto& [a, b, c] = to.triangles[f];
-                         const auto middle = (corner(to, a) + corner(to, b) + corner(to, c)) * (1.0 / 3);
-                         const auto closest = search.nearest(middle, within_m);
-                         distances[f] =
-                             closest.found() ? std::sqrt(closest.squared_distance) : std::numeric_limits<double>::infinity();
-                         if (closest.found())
-                             result.label_of_face[f] = from.label_of_face[closest.face];
-                     }
-                 });
+    parallel_items(to.triangles.size(), faces_per_piece, progress,
+                   [&](std::size_t f)
+                   {
+                       const auto& [a, b, c] = to.triangles[f];
+                       const auto middle = (corner(to, a) + corner(to, b) + corner(to, c)) * (1.0 / 3);
+                       const auto closest = search.nearest(middle, within_m);
+                       distances[f] =
+                           closest.found() ? std::sqrt(closest.squared_distance) : std::numeric_limits<double>::infinity();
+                       if (closest.found())
+                           result.label_of_face[f] = from.label_of_face[closest.face];
+                   });
     double covered = 0;
     double total = 0;
     for (std::size_t f = 0; f < distances.size(); ++f)

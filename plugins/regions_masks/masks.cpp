@@ -5,7 +5,6 @@
 #include <fresco/wording.h>
 
 #include <algorithm>
-#include <map>
 #include <set>
 
 using namespace fresco;
@@ -57,7 +56,6 @@ std::vector<MaskedRegion> find_masks(const fs::path& folder, const std::vector<F
         if (!fs::is_directory(part))
             continue;
         MaskedRegion region{part.filename().string(), {}};
-        std::map<std::size_t, fs::path> of_frame;
         for (const fs::path& file : entries(part))
         {
             if (!is_picture(file))
@@ -74,13 +72,11 @@ std::vector<MaskedRegion> find_masks(const fs::path& folder, const std::vector<F
             if (frame->second == ambiguous)
                 throw Error(file.string() + ": several sequences have a frame '" + frame->first +
                             "': name the mask <sequence>_<frame>");
-            const auto [other, fresh] = of_frame.emplace(frame->second, file);
+            const auto [other, fresh] = region.mask_of_frame.emplace(frame->second, file);
             if (!fresh)
                 throw Error(file.string() + " and " + other->second.string() + " are masks of the same frame: remove one");
         }
-        for (auto& [frame, file] : of_frame)
-            region.masks.push_back({frame, file});
-        if (!region.masks.empty())
+        if (!region.mask_of_frame.empty())
             result.push_back(std::move(region));
     }
     if (result.empty())

@@ -8,22 +8,16 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
 /// \file Finds masks in a folder and lets their pixels vote on the region of each face. The stage turns the winners into regions.
 
-struct MaskFile
-{
-    std::size_t frame = 0;  ///< Index into the frames.
-    std::filesystem::path file;
-};
-
-/// A region and its masks, by frame.
 struct MaskedRegion
 {
     std::string name;
-    std::vector<MaskFile> masks;
+    std::map<std::size_t, std::filesystem::path> mask_of_frame;  ///< By the frame's index.
 };
 
 /// The files REGION/FRAME.png or .jpg below a folder, where FRAME is a frame's name or <sequence>_<name>; skips other

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <fmt/format.h>
-#include <map>
 
 FRESCO_LIBRARY("Embree", fresco::raycast::embree_version())
 
@@ -81,18 +80,18 @@ class RegionsMasks final : public Stage
         for (const MaskedRegion& region : found)
         {
             run.reads_folder(path->path / region.name);
-            for (const MaskFile& mask : region.masks)
+            for (const auto& [number, file] : region.mask_of_frame)
             {
-                run.reads_file(mask.file);
-                const Frame& frame = frames->frames[mask.frame];
+                run.reads_file(file);
+                const Frame& frame = frames->frames[number];
                 check_camera(frame.color, "the frame " + frame.name);
-                const ImageHeader header = images->check(mask.file);
+                const ImageHeader header = images->check(file);
                 const Intrinsics& size = frame.color.intrinsics;
                 if (header.width != size.width || header.height != size.height)
                     throw Error(
                         fmt::format("{}: {} x {} pixels, but the color picture of the frame has {} x {}: draw the mask at "
                                     "that size",
-                                    mask.file.string(), header.width, header.height, size.width, size.height));
+                                    file.string(), header.width, header.height, size.width, size.height));
             }
         }
     }
@@ -101,8 +100,8 @@ class RegionsMasks final : public Stage
     {
         std::map<std::size_t, std::vector<std::pair<std::size_t, std::filesystem::path>>> by_frame;
         for (std::size_t region = 0; region < found.size(); ++region)
-            for (const MaskFile& mask : found[region].masks)
-                by_frame[mask.frame].emplace_back(region, mask.file);
+            for (const auto& [frame, file] : found[region].mask_of_frame)
+                by_frame[frame].emplace_back(region, file);
         const raycast::Scene scene(*mesh);
         Votes votes(found.size(), mesh->triangles.size());
         std::size_t done = 0;

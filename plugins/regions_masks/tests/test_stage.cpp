@@ -51,10 +51,9 @@ TEST_CASE("mask folder: a folder for each region, a picture for each frame")
     const auto found = find_masks(folder.path(), frames());
     REQUIRE(found.size() == 2);
     CHECK(found[0].name == "plant");
-    REQUIRE(found[1].masks.size() == 2);
-    CHECK(found[1].masks[0].frame == 1);
-    CHECK(found[1].masks[1].frame == 2);
-    CHECK(found[1].masks[1].file.filename() == "seq-02_frame-000000.jpg");
+    REQUIRE(found[1].mask_of_frame.size() == 2);
+    CHECK(found[1].mask_of_frame.at(1).filename() == "frame-000001.png");
+    CHECK(found[1].mask_of_frame.at(2).filename() == "seq-02_frame-000000.jpg");
 }
 
 TEST_CASE("mask folder: pictures that are not of one frame are refused")
@@ -149,11 +148,7 @@ Frames one_frame()
 
 void draw(const fs::path& file, int w, int h, const std::function<bool(int, int)>& inside)
 {
-    Raster8 mask(w, h, 3);
-    for (int y = 0; y < h; ++y)
-        for (int x = 0; x < w; ++x)
-            for (int c = 0; c < 3; ++c)
-                mask.at(x, y, c) = inside(x, y) ? 255 : 0;
+    const Raster8 mask = testing::picture(w, h, [&](int x, int y, int) { return inside(x, y) ? 255 : 0; });
     fs::create_directories(file.parent_path());
     write_file(file, testing::RawImages().encode_png(mask));
 }

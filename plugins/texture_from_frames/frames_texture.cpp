@@ -231,12 +231,6 @@ constexpr double most_sharpness_factor = 4;
 /// What lies so many times as far from the blend as half of all samples may be an outlier.
 constexpr float outlier_factor = 4;
 
-/// Calls `visit(i)` for every view, some at a time.
-void for_views(std::size_t begin, std::size_t end, const Progress& progress, const std::function<void(std::size_t)>& visit)
-{
-    parallel_items(end - begin, 1, progress, [&](std::size_t i) { visit(begin + i); });
-}
-
 /// What the first reading of the views finds out.
 struct Survey
 {
@@ -257,21 +251,22 @@ Survey survey(std::size_t count, const ViewReader& read, const TextureRules& rul
     for (std::size_t begin = 0; begin < count; begin += batch)
     {
         const std::size_t end = std::min(begin + batch, count);
-        for_views(begin, end, progress,
-                  [&](std::size_t i)
-                  {
-                      const View view = read(i);
-                      result.sequences[i] = view.sequence;
-                      result.sharpness[i] = sharpness(view.picture, sharpness_width, sharpness_height);
-                      const PixelLinks links(view.map, view.camera);
-                      auto weights = view_weights(view.map, links, view.camera, view.measured, rules.size_px, rules.weights);
-                      for (std::size_t pixel = 0; pixel < weights.trust.values.size(); ++pixel)
-                          if (weights.trust.values[pixel] == 0)
-                              weights.weight.values[pixel] = 0;
-                      result.colors[i] = cell_colors(
-                          gather(view.map, links, weights.weight, PicturePyramid(view.picture), {result.side, result.side, true}),
-                          result.side);
-                  });
+        parallel_items(end - begin, 1, progress,
+                       [&](std::size_t item)
+                       {
+                           const std::size_t i = begin + item;
+                           const View view = read(i);
+                           result.sequences[i] = view.sequence;
+                           result.sharpness[i] = sharpness(view.picture, sharpness_width, sharpness_height);
+                           const PixelLinks links(view.map, view.camera);
+                           auto weights = view_weights(view.map, links, view.camera, view.measured, rules.size_px, rules.weights);
+                           for (std::size_t pixel = 0; pixel < weights.trust.values.size(); ++pixel)
+                               if (weights.trust.values[pixel] == 0)
+                                   weights.weight.values[pixel] = 0;
+                           result.colors[i] = cell_colors(gather(view.map, links, weights.weight, PicturePyramid(view.picture),
+                                                                 {result.side, result.side, true}),
+                                                          result.side);
+                       });
         progress.progress(static_cast<double>(end), static_cast<double>(2 * count), "views");
     }
     return result;
@@ -350,7 +345,7 @@ void fill(std::vector<BestSamples>& best, FramesTexture& result, const ViewReade
     {
         const std::size_t end = std::min(begin + batch, count);
         std::vector<Gathered> views(end - begin);
-        for_views(begin, end, progress, [&](std::size_t i) { views[i - begin] = gathered(read(i), rules); });
+        parallel_items(views.size(), 1, progress, [&](std::size_t i) { views[i] = gathered(read(begin + i), rules); });
         parallel_items(best.size(), 1, progress,
                        [&](std::size_t block)
                        {

@@ -1,12 +1,17 @@
 #include "frames_texture.h"
-#include "view_pictures.h"
 
+#include <fresco/evaluation/posed_pictures.h>
+#include <fresco/image_io.h>
+#include <fresco/npy.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
 #include <fresco/uv_mapping/view_frames.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstring>
 #include <fmt/format.h>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,6 +20,61 @@ using namespace fresco;
 
 namespace
 {
+
+std::string name_of(const Frame& frame)
+{
+    return frame.sequence + "_" + frame.name;
+}
+
+/// Per frame: its picture in a folder. Throws MissingInput that counts the `wanted` frames without one and names the first ones;
+/// Error if two files are for one frame.
+std::vector<std::filesystem::path> pictures_in(const std::filesystem::path& folder, const Frames& frames,
+                                               const std::vector<std::size_t>& wanted, RunContext& run)
+{
+    std::vector<std::filesystem::path> files(frames.frames.size());
+    for (const auto& picture : evaluation::posed_pictures(frames, nullptr, folder, run, evaluation::picture_or_npy))
+        files[picture.frame] = picture.file;
+    std::vector<std::string> missing;
+    for (const std::size_t frame : wanted)
+        if (files[frame].empty())
+            missing.push_back(name_of(frames.frames[frame]));
+    constexpr std::size_t shown = 3;
+    if (!missing.empty())
+        throw MissingInput(fmt::format(
+            "{}: {} of {} frames have no picture in it: {}{}; expected <sequence>_<frame>.png, .jpg or .npy for each",
+            folder.string(), missing.size(), wanted.size(),
+            fmt::join(std::span(missing).first(std::min(shown, missing.size())), ", "), missing.size() > shown ? ", …" : ""));
+    return files;
+}
+
+Raster8 read_rgb(const std::filesystem::path& file, const ImageIo* images)
+{
+    if (file.extension() != ".npy")
+    {
+        if (images == nullptr)
+            throw Error(file.string() + ": no picture codec (option \"images\"); only NPY can be read without one");
+        return images->read_rgb(file);
+    }
+    const NpyArray array = read_npy(file);
+    if (array.type != NpyType::uint8 || array.shape.size() != 3 || array.shape[2] != 3)
+        throw Error(file.string() + ": expected a picture, uint8 of height x width x 3");
+    Raster8 picture(static_cast<int>(array.shape[1]), static_cast<int>(array.shape[0]), 3);
+    std::memcpy(picture.values.data(), array.bytes.data(), picture.values.size());
+    return picture;
+}
+
+/// A picture in place of the frame's own, of the camera's aspect ratio to a pixel in width or height.
+Raster8 picture_for(const Frame& frame, const std::filesystem::path& file, const ImageIo* images)
+{
+    Raster8 picture = read_rgb(file, images);
+    const Intrinsics& camera = frame.color.intrinsics;
+    const double aspect = static_cast<double>(camera.width) / camera.height;
+    if (std::abs(picture.width - picture.height * aspect) > 1 && std::abs(picture.height - picture.width / aspect) > 1)
+        throw Error(fmt::format(
+            "{}: is {}x{}; the color camera of {} has {}x{}; pictures must show its whole view, at any size of that aspect ratio",
+            file.string(), picture.width, picture.height, name_of(frame), camera.width, camera.height));
+    return picture;
+}
 
 class TextureFromFrames final : public Stage
 {
@@ -93,13 +153,14 @@ class TextureFromFrames final : public Stage
             throw Error(fmt::format("none of the {} views sees the mesh: check that mesh and poses share one world frame",
                                     uvmaps->views.size()));
         const ImageIo* const codec = images.has_value() ? images.get().get() : nullptr;
-        const from_frames::ViewPictures source(*frames, wanted, pictures->path, codec, run);
+        const bool own = pictures->empty();
+        const auto files = own ? std::vector<std::filesystem::path>() : pictures_in(pictures->path, *frames, wanted, run);
         const auto read = [&](std::size_t i)
         {
             const Frame& frame = frames->frames[wanted[i]];
             from_frames::View view{uvmaps->load_map(views[i], used_level),
                                    uvmaps->views[views[i]].camera,
-                                   source.load(wanted[i]),
+                                   own ? load_color(frame, codec) : picture_for(frame, files[wanted[i]], codec),
                                    {},
                                    frame.sequence};
             if (*sensor_tolerance_m > 0 && !frame.depth_picture.empty())

@@ -1,7 +1,6 @@
 #include "catch.h"
 #include "painted_wall.h"
 #include "raw_images.h"
-#include "view_pictures.h"
 
 #include <fresco/files_io.h>
 #include <fresco/npy.h>

@@ -7,8 +7,9 @@
 #include <fresco/texturing/texel_faces.h>
 
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <cmath>
-#include <compare>
 #include <cstdint>
 #include <fmt/format.h>
 
@@ -80,14 +81,8 @@ std::vector<CopiedPoint> copied_points(const SourceMap& source, const Mesh& mesh
 namespace
 {
 
-/// A square of the picture that is half a stroke wide, at one scale.
-struct PlaceCell
-{
-    int scale = 0;
-    int y = 0;
-    int x = 0;
-    auto operator<=>(const PlaceCell&) const = default;
-};
+/// A square of the picture that is half a stroke wide, at one scale: scale, y and x.
+using PlaceCell = std::array<int, 3>;
 
 PlaceCell place_cell(const CopiedPoint& point)
 {
@@ -118,12 +113,13 @@ class PointsByPlace
     template <class Visit>
     bool any_near(const CopiedPoint& point, float reach, const Visit& visit) const
     {
-        const PlaceCell middle = place_cell(point);
-        for (int y = middle.y - 1; y <= middle.y + 1; ++y)
-            for (int x = middle.x - 1; x <= middle.x + 1; ++x)
+        const auto [scale, middle_y, middle_x] = place_cell(point);
+        for (int y = middle_y - 1; y <= middle_y + 1; ++y)
+            for (int x = middle_x - 1; x <= middle_x + 1; ++x)
             {
-                const auto found = std::ranges::lower_bound(cells_, PlaceCell{middle.scale, y, x});
-                if (found == cells_.end() || *found != PlaceCell{middle.scale, y, x})
+                const PlaceCell wanted{scale, y, x};
+                const auto found = std::ranges::lower_bound(cells_, wanted);
+                if (found == cells_.end() || *found != wanted)
                     continue;
                 const auto cell = static_cast<std::size_t>(found - cells_.begin());
                 const auto in_cell = std::span(points_).subspan(first_[cell], first_[cell + 1] - first_[cell]);
@@ -151,9 +147,9 @@ bool is_repeated(const PointsByPlace& points, const CopiedPoint& point)
                                              });
 }
 
-bool is_woven(const PointsByPlace& points, const CopiedPoint& point, std::vector<Vec3f>& steps)
+bool is_woven(const PointsByPlace& points, const CopiedPoint& point)
 {
-    steps.clear();
+    std::vector<Vec3f> steps;
     return points.any_near(
         point, farthest_woven,
         [&](const CopiedPoint& other, float on_surface, float in_picture)
@@ -171,31 +167,16 @@ bool is_woven(const PointsByPlace& points, const CopiedPoint& point, std::vector
 Repeats repeats(std::span<const CopiedPoint> points, const Progress& progress)
 {
     const PointsByPlace by_place(points);
-    struct Count
-    {
-        std::size_t repeated = 0;
-        std::size_t woven = 0;
-    };
-    std::vector<Count> pieces((points.size() + points_per_piece - 1) / points_per_piece);
-    parallel_for(points.size(), points_per_piece, progress.threads(),
-                 [&](std::size_t begin, std::size_t end)
-                 {
-                     progress.check_canceled();
-                     std::vector<Vec3f> steps;
-                     Count& count = pieces[begin / points_per_piece];
-                     for (std::size_t i = begin; i < end; ++i)
-                     {
-                         count.repeated += is_repeated(by_place, by_place.points()[i]) ? 1 : 0;
-                         count.woven += is_woven(by_place, by_place.points()[i], steps) ? 1 : 0;
-                     }
-                 });
-    Count all;
-    for (const Count& piece : pieces)
-    {
-        all.repeated += piece.repeated;
-        all.woven += piece.woven;
-    }
+    std::atomic<std::size_t> repeated{0};
+    std::atomic<std::size_t> woven{0};
+    parallel_items(points.size(), points_per_piece, progress,
+                   [&](std::size_t i)
+                   {
+                       const CopiedPoint& point = by_place.points()[i];
+                       repeated += is_repeated(by_place, point) ? 1 : 0;
+                       woven += is_woven(by_place, point) ? 1 : 0;
+                   });
     const auto share = [&](std::size_t count)
     { return static_cast<double>(count) / static_cast<double>(std::max<std::size_t>(1, points.size())); };
-    return {share(all.repeated), share(all.woven)};
+    return {share(repeated), share(woven)};
 }

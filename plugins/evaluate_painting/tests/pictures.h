@@ -6,6 +6,7 @@
 #include <fresco/images/lab.h>
 #include <fresco/numerics/noise.h>
 #include <fresco/random.h>
+#include <fresco/texturing/texel_faces.h>
 
 #include <algorithm>
 #include <array>
@@ -28,6 +29,18 @@ inline void set_color(fresco::Raster8& rgb, int x, int y, fresco::Vec3f color)
     for (int c = 0; c < 3; ++c)
         rgb.at(x, y, c) =
             static_cast<std::uint8_t>(std::lround(255 * std::clamp(values[static_cast<std::size_t>(c)], 0.0F, 1.0F)));
+}
+
+/// Calls visit(x, y, place on the surface) for every texel of a `size` x `size` texture that a face touches.
+template <class Visit>
+void each_texel(const fresco::Mesh& mesh, int size, const Visit& visit)
+{
+    using namespace fresco::texturing;
+    const TexelFaces faces = find_texel_faces(mesh, find_charts(mesh), size, fresco::Progress());
+    for (int y = 0; y < size; ++y)
+        for (int x = 0; x < size; ++x)
+            if (const auto texel = static_cast<std::size_t>(y * size + x); faces.covered(texel))
+                visit(x, y, texel_position(mesh, faces, texel));
 }
 
 /// A new picture whose colors come from those of another by place.

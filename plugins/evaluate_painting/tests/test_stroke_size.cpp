@@ -10,7 +10,6 @@
 #include <fresco/images/stroke_width.h>
 #include <fresco/random.h>
 #include <fresco/testing.h>
-#include <fresco/texturing/texel_faces.h>
 
 #include <algorithm>
 #include <cmath>
@@ -43,17 +42,9 @@ Mesh stretched_wall()
 /// Colors from the place on the surface.
 TexturedMesh painted(Mesh mesh, int size, const std::function<Vec3f(Vec3f)>& paint)
 {
-    const auto charts = texturing::find_charts(mesh);
-    const auto faces = texturing::find_texel_faces(mesh, charts, size, Progress());
     TexturedMesh result;
     result.image.pixels = Raster8(size, size, 3);
-    for (int y = 0; y < size; ++y)
-        for (int x = 0; x < size; ++x)
-        {
-            const auto texel = static_cast<std::size_t>(y) * static_cast<std::size_t>(size) + static_cast<std::size_t>(x);
-            if (faces.covered(texel))
-                set_color(result.image.pixels, x, y, paint(texturing::texel_position(mesh, faces, texel)));
-        }
+    each_texel(mesh, size, [&](int x, int y, Vec3f at) { set_color(result.image.pixels, x, y, paint(at)); });
     result.mesh = std::move(mesh);
     return result;
 }
@@ -75,22 +66,16 @@ TexturedMesh striped(int size, const std::function<double(Vec3f)>& stroke_cm)
 std::shared_ptr<UvMaps> seen_from(const std::filesystem::path& folder, const std::function<float(Vec3f)>& depth)
 {
     constexpr int size = 256;
-    const Mesh mesh = stretched_wall();
-    const auto charts = texturing::find_charts(mesh);
-    const auto faces = texturing::find_texel_faces(mesh, charts, size, Progress());
     UvMap map{RasterF(size, size, 2), RasterF(size, size), RasterF(size, size), Raster8(size, size)};
-    for (int y = 0; y < size; ++y)
-        for (int x = 0; x < size; ++x)
-        {
-            const auto texel = static_cast<std::size_t>(y) * size + static_cast<std::size_t>(x);
-            if (!faces.covered(texel))
-                continue;
-            map.uv.at(x, y, 0) = (static_cast<float>(x) + 0.5F) / size;
-            map.uv.at(x, y, 1) = 1 - (static_cast<float>(y) + 0.5F) / size;
-            map.depth.at(x, y) = depth(texturing::texel_position(mesh, faces, texel));
-            map.cosine.at(x, y) = 1;
-            map.valid.at(x, y) = 1;
-        }
+    each_texel(stretched_wall(), size,
+               [&](int x, int y, Vec3f at)
+               {
+                   map.uv.at(x, y, 0) = (static_cast<float>(x) + 0.5F) / size;
+                   map.uv.at(x, y, 1) = 1 - (static_cast<float>(y) + 0.5F) / size;
+                   map.depth.at(x, y) = depth(at);
+                   map.cosine.at(x, y) = 1;
+                   map.valid.at(x, y) = 1;
+               });
     UvMaps maps;
     maps.heights_px = {size};
     UvMaps::View view;

@@ -1,9 +1,9 @@
 #include "catch.h"
+#include "pictures.h"
 #include "texture_figures.h"
 #include <fresco/testing_scenes.h>
 
 #include <fresco/numerics/noise.h>
-#include <fresco/texturing/texel_faces.h>
 
 #include <cmath>
 #include <functional>
@@ -32,19 +32,14 @@ float noise_at(Vec3f p)
 /// A gray texture from a function of the surface, seen wherever a face touches a texel.
 Texture painted(const Mesh& mesh, int size, const Paint& paint)
 {
-    const Progress progress;
-    const auto charts = texturing::find_charts(mesh);
-    const auto faces = texturing::find_texel_faces(mesh, charts, size, progress);
     Texture texture = testing::blank_texture(size, 0);
-    for (std::size_t texel = 0; texel < faces.face.size(); ++texel)
-    {
-        if (!faces.covered(texel))
-            continue;
-        const float value = paint(texturing::texel_position(mesh, faces, texel));
-        for (std::size_t c = 0; c < 3; ++c)
-            texture.layers.front().values[3 * texel + c] = value;
-        texture.seen.values[texel] = 1;
-    }
+    pictures::each_texel(mesh, size,
+                         [&](int x, int y, Vec3f at)
+                         {
+                             for (int c = 0; c < 3; ++c)
+                                 texture.layers.front().at(x, y, c) = paint(at);
+                             texture.seen.at(x, y) = 1;
+                         });
     return texture;
 }
 

@@ -7,6 +7,8 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <utility>
 
 namespace fresco::align
 {
@@ -21,12 +23,7 @@ constexpr double least_cosine = 0.2;
 
 std::vector<std::uint32_t> one_per_cell(const Mesh& mesh, double cell_m)
 {
-    struct Place
-    {
-        std::array<int, 3> cell;
-        std::uint32_t vertex;
-    };
-    std::vector<Place> places;
+    std::vector<std::pair<std::array<int, 3>, std::uint32_t>> places;  // Cell and vertex.
     places.reserve(mesh.positions.size());
     for (std::uint32_t v = 0; v < mesh.positions.size(); ++v)
     {
@@ -34,12 +31,11 @@ std::vector<std::uint32_t> one_per_cell(const Mesh& mesh, double cell_m)
         places.push_back(
             {{static_cast<int>(std::floor(p.x)), static_cast<int>(std::floor(p.y)), static_cast<int>(std::floor(p.z))}, v});
     }
-    std::ranges::sort(places,
-                      [](const Place& a, const Place& b) { return a.cell != b.cell ? a.cell < b.cell : a.vertex < b.vertex; });
+    std::ranges::sort(places);
     std::vector<std::uint32_t> result;
     for (std::size_t i = 0; i < places.size(); ++i)
-        if (i == 0 || places[i].cell != places[i - 1].cell)
-            result.push_back(places[i].vertex);
+        if (i == 0 || places[i].first != places[i - 1].first)
+            result.push_back(places[i].second);
     return result;
 }
 
@@ -115,7 +111,7 @@ constexpr std::size_t unknowns = 7;  ///< Turn, shift, exposure.
 
 using Vector = std::array<double, unknowns>;
 
-/// The value and its derivatives along x and y of a bilinear lookup; false outside.
+/// The value and its derivatives along x and y of a bilinear lookup.
 struct Lookup
 {
     double value = 0;
@@ -123,12 +119,13 @@ struct Lookup
     double along_y = 0;
 };
 
-bool look_up(const RasterF& picture, double x, double y, Lookup& found)
+/// Nothing outside of the picture.
+std::optional<Lookup> look_up(const RasterF& picture, double x, double y)
 {
     x -= 0.5;
     y -= 0.5;
     if (!(x >= 0 && y >= 0 && x < picture.width - 1 && y < picture.height - 1))
-        return false;
+        return std::nullopt;
     const int column = static_cast<int>(x);
     const int row = static_cast<int>(y);
     const double right = x - column;
@@ -136,10 +133,7 @@ bool look_up(const RasterF& picture, double x, double y, Lookup& found)
     const auto at = [&](int dx, int dy) { return static_cast<double>(picture.at(column + dx, row + dy)); };
     const double top = at(0, 0) + (at(1, 0) - at(0, 0)) * right;
     const double bottom = at(0, 1) + (at(1, 1) - at(0, 1)) * right;
-    found.value = top + (bottom - top) * down;
-    found.along_x = (at(1, 0) - at(0, 0)) * (1 - down) + (at(1, 1) - at(0, 1)) * down;
-    found.along_y = bottom - top;
-    return true;
+    return Lookup{top + (bottom - top) * down, (at(1, 0) - at(0, 0)) * (1 - down) + (at(1, 1) - at(0, 1)) * down, bottom - top};
 }
 
 struct State
@@ -165,14 +159,10 @@ class Aligner
     const std::vector<State>& states() const { return states_; }
 
     /// Looks all sightings up; robust weights from the points' brightness as it was.
-    void look(std::size_t level, bool reweigh, int threads)
+    void look(std::size_t level, bool reweigh, const Progress& progress)
     {
-        parallel_for(views_.size(), 1, threads,
-                     [&](std::size_t begin, std::size_t end)
-                     {
-                         for (std::size_t v = begin; v < end; ++v)
-                             look_view(v, std::min(level, views_[v].levels.size() - 1), reweigh);
-                     });
+        parallel_items(views_.size(), 1, progress,
+                       [&](std::size_t v) { look_view(v, std::min(level, views_[v].levels.size() - 1), reweigh); });
         std::ranges::fill(sums_, 0);
         std::ranges::fill(totals_, 0);
         for (std::size_t v = 0; v < views_.size(); ++v)
@@ -186,15 +176,12 @@ class Aligner
     }
 
     /// One step of every view, or only of its exposure; the largest move in pixels of the level.
-    double step(std::size_t level, bool exposure_only, int threads)
+    double step(std::size_t level, bool exposure_only, const Progress& progress)
     {
         std::vector<double> moved(views_.size());
-        parallel_for(views_.size(), 1, threads,
-                     [&](std::size_t begin, std::size_t end)
-                     {
-                         for (std::size_t v = begin; v < end; ++v)
-                             moved[v] = step_view(v, std::min(level, views_[v].levels.size() - 1), exposure_only);
-                     });
+        parallel_items(views_.size(), 1, progress,
+                       [&](std::size_t v)
+                       { moved[v] = step_view(v, std::min(level, views_[v].levels.size() - 1), exposure_only); });
         return moved.empty() ? 0 : *std::ranges::max_element(moved);
     }
 
@@ -205,9 +192,9 @@ class Aligner
         double total = 0;
         for (std::size_t v = 0; v < views_.size(); ++v)
             for (std::size_t i = 0; i < samples_[v].size(); ++i)
-                if (double residual = 0; difference(v, i, residual))
+                if (const auto residual = difference(v, i))
                 {
-                    sum += static_cast<double>(views_[v].sightings[i].weight) * std::abs(residual);
+                    sum += static_cast<double>(views_[v].sightings[i].weight) * std::abs(*residual);
                     total += static_cast<double>(views_[v].sightings[i].weight);
                 }
         return total > 0 ? sum / total : 0;
@@ -230,34 +217,27 @@ class Aligner
         const RigidTransform motion = states_[v].motion();
         for (std::size_t i = 0; i < samples_[v].size(); ++i)
         {
-            double residual = 0;
             double robust = 1;
-            if (reweigh && difference(v, i, residual))
-                robust = 1 / (1 + residual * residual / (robust_scale * robust_scale));
+            if (const auto residual = reweigh ? difference(v, i) : std::nullopt)
+                robust = 1 / (1 + *residual * *residual / (robust_scale * robust_scale));
             const Vec3d p = motion.point(vec_cast<double>(view.sightings[i].in_camera));
-            Lookup found;
-            Sample& sample = samples_[v][i];
-            if (!(p.z > 0) || !look_up(picture, k.fx * p.x / p.z + k.cx, k.fy * p.y / p.z + k.cy, found))
-            {
-                sample = {};
-                continue;
-            }
-            sample = {static_cast<float>(found.value + states_[v].exposure),
-                      static_cast<float>(static_cast<double>(view.sightings[i].weight) * robust),
-                      static_cast<float>(found.along_x), static_cast<float>(found.along_y)};
+            const auto found = p.z > 0 ? look_up(picture, k.fx * p.x / p.z + k.cx, k.fy * p.y / p.z + k.cy) : std::nullopt;
+            samples_[v][i] = found ? Sample{static_cast<float>(found->value + states_[v].exposure),
+                                            static_cast<float>(static_cast<double>(view.sightings[i].weight) * robust),
+                                            static_cast<float>(found->along_x), static_cast<float>(found->along_y)}
+                                   : Sample{};
         }
     }
 
-    /// To the mean of all views: with that of the others two views would trade places for ever. False where no other view sees
-    /// the point.
-    bool difference(std::size_t v, std::size_t i, double& residual) const
+    /// To the mean of all views: with that of the others two views would trade places for ever. Nothing where no other view
+    /// sees the point.
+    std::optional<double> difference(std::size_t v, std::size_t i) const
     {
         const Sample& sample = samples_[v][i];
         const auto point = views_[v].sightings[i].point;
         if (!(sample.weight > 0) || !(totals_[point] - static_cast<double>(sample.weight) > least_weight))
-            return false;
-        residual = static_cast<double>(sample.value) - sums_[point] / totals_[point];
-        return true;
+            return std::nullopt;
+        return static_cast<double>(sample.value) - sums_[point] / totals_[point];
     }
 
     double step_view(std::size_t v, std::size_t level, bool exposure_only)
@@ -273,8 +253,8 @@ class Aligner
         double depth = 0;
         for (std::size_t i = 0; i < samples_[v].size(); ++i)
         {
-            double residual = 0;
-            if (!difference(v, i, residual))
+            const auto residual = difference(v, i);
+            if (!residual)
                 continue;
             const Sample& sample = samples_[v][i];
             const auto weight = static_cast<double>(sample.weight);
@@ -287,7 +267,7 @@ class Aligner
             const Vector gradient{by_turn.x, by_turn.y, by_turn.z, slope.x, slope.y, slope.z, 1};
             for (std::size_t a = 0; a < unknowns; ++a)
             {
-                right[a] -= weight * gradient[a] * residual;
+                right[a] -= weight * gradient[a] * *residual;
                 for (std::size_t b = 0; b <= a; ++b)
                     normal[unknowns * a + b] += weight * gradient[a] * gradient[b];
             }
@@ -336,17 +316,18 @@ std::size_t level_count(const std::vector<AlignedView>& views)
     return levels;
 }
 
-double error_as_recorded(const std::vector<AlignedView>& views, std::size_t points, const AlignmentRules& rules, int threads)
+double error_as_recorded(const std::vector<AlignedView>& views, std::size_t points, const AlignmentRules& rules,
+                         const Progress& progress)
 {
     if (views.empty())
         return 0;
     Aligner aligner(views, points, rules);
     const std::size_t finest = level_count(views) - 1;
-    aligner.look(finest, false, threads);
+    aligner.look(finest, false, progress);
     for (int round = 0; round < exposure_rounds; ++round)
     {
-        aligner.step(finest, true, threads);
-        aligner.look(finest, true, threads);
+        aligner.step(finest, true, progress);
+        aligner.look(finest, true, progress);
     }
     return aligner.error();
 }
@@ -390,17 +371,16 @@ std::vector<RasterF> brightness_levels(const Raster8& rgb)
 Alignment align(const std::vector<AlignedView>& views, std::size_t points, const AlignmentRules& rules, Progress& progress)
 {
     Alignment result;
-    result.error_before = error_as_recorded(views, points, rules, progress.threads());
+    result.error_before = error_as_recorded(views, points, rules, progress);
     Aligner aligner(views, points, rules);
     const std::size_t levels = level_count(views);
     for (std::size_t level = 0; level < levels; ++level)
     {
-        aligner.look(level, false, progress.threads());
+        aligner.look(level, false, progress);
         for (int round = 0; round < rules.rounds_count; ++round)
         {
-            progress.check_canceled();
-            const double moved = aligner.step(level, false, progress.threads());
-            aligner.look(level, true, progress.threads());
+            const double moved = aligner.step(level, false, progress);
+            aligner.look(level, true, progress);
             progress.progress(static_cast<double>(level) * rules.rounds_count + round + 1,
                               static_cast<double>(levels) * rules.rounds_count, "rounds");
             if (moved < settled_px)

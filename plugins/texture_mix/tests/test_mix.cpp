@@ -42,10 +42,9 @@ RasterF painted_by(Function value)
     return rgb;
 }
 
-RasterF mixed(const RasterF& photo, const RasterF& painting, double color, double strokes, int threads = 2)
+RasterF mixed(const RasterF& photo, const RasterF& painting, double color, double strokes)
 {
-    const testing::TestRun run(threads);
-    return mix(photo, painting, testing::two_chart_wall(), wall_faces(), 0.3, {color, strokes}, run).rgb;
+    return mix(photo, painting, testing::two_chart_wall(), wall_faces(), 0.3, {color, strokes}, testing::TestRun()).rgb;
 }
 
 /// 1 m², all normals differ, its border between texels.

@@ -34,13 +34,9 @@ std::size_t index_from(const JsonPlace& place, std::size_t count)
 
 Choice choice_from(const JsonPlace& place)
 {
-    const std::string& word = place.text();
-    if (word == "left")
-        return Choice::left;
-    if (word == "right")
-        return Choice::right;
-    if (word == "neither")
-        return Choice::neither;
+    constexpr std::array<std::string_view, 3> words{"left", "right", "neither"};
+    if (const auto word = std::ranges::find(words, place.text()); word != words.end())
+        return static_cast<Choice>(word - words.begin());
     place.fail("expected left, right or neither");
 }
 

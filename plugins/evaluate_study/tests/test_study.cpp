@@ -245,15 +245,7 @@ std::string error_of(const std::function<void(Value&)>& change)
 {
     Value value = sheet("Ann-1");
     change(value);
-    try
-    {
-        sheet_from(fresco::to_json(value), "ann.json", small_study());
-    }
-    catch (const fresco::Error& error)
-    {
-        return error.what();
-    }
-    return "";
+    return fresco::testing::error_of([&] { sheet_from(fresco::to_json(value), "ann.json", small_study()); });
 }
 
 Value& first_answer(Value& value)

@@ -151,9 +151,7 @@ PictureInfo check_heif(std::span<const std::byte> bytes, std::string_view source
     const HeifHandle picture = opened(context, bytes, source);
     PictureInfo info;
     info.format = PictureFormat::heif;
-    info.width = heif_image_handle_get_width(picture.get());
-    info.height = heif_image_handle_get_height(picture.get());
-    file.check_size(0, info.width, info.height);
+    file.take_size(info, 0, heif_image_handle_get_width(picture.get()), heif_image_handle_get_height(picture.get()));
     info.bits = heif_image_handle_get_luma_bits_per_pixel(picture.get());
     if (walk == Walk::whole)
         info.profile = profile_of(picture.get(), source);

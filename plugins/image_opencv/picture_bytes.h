@@ -35,7 +35,7 @@ class PictureBytes
     }
     [[noreturn]] void fail(std::size_t at, const std::string& what) const { throw fresco::Error(place(at) + what); }
     /// Refuses sizes that no reader here takes; `at`: where the size stands.
-    void check_size(std::size_t at, std::int64_t width, std::int64_t height) const
+    void take_size(PictureInfo& info, std::size_t at, std::int64_t width, std::int64_t height) const
     {
         const auto text = fmt::format("{} x {} pixels", width, height);
         if (width < 1 || height < 1)
@@ -44,6 +44,8 @@ class PictureBytes
         if (width > max_pixels / height)
             fail(at, fmt::format("the picture has {}; at most {} megapixels are supported: shrink it first", text,
                                  max_pixels / 1'000'000));
+        info.width = static_cast<int>(width);
+        info.height = static_cast<int>(height);
     }
 
   private:

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstring>
 #include <fstream>
 #include <vector>
@@ -79,27 +80,14 @@ constexpr std::uint32_t name(const char (&text)[5])
 enum ColorType : unsigned
 {
     gray = 0,
-    rgb = 2,
-    palette = 3,
-    gray_alpha = 4,
-    rgb_alpha = 6
+    palette = 3
 };
 
 bool depth_allowed(unsigned color_type, unsigned bits)
 {
-    switch (color_type)
-    {
-    case gray:
-        return bits == 1 || bits == 2 || bits == 4 || bits == 8 || bits == 16;
-    case palette:
-        return bits == 1 || bits == 2 || bits == 4 || bits == 8;
-    case rgb:
-    case gray_alpha:
-    case rgb_alpha:
-        return bits == 8 || bits == 16;
-    default:
-        return false;
-    }
+    // By color type, the sum of the numbers of bits that it may have, all powers of two.
+    constexpr std::array<unsigned, 7> allowed{1 + 2 + 4 + 8 + 16, 0, 8 + 16, 1 + 2 + 4 + 8, 8 + 16, 0, 8 + 16};
+    return color_type < allowed.size() && std::has_single_bit(bits) && (allowed[color_type] & bits) != 0;
 }
 
 /// The profile in an iCCP chunk: a name, a 0, the method 0, zlib's data. `at`: where it stands, for errors.
@@ -173,10 +161,8 @@ class PngWalk
         if (type != name("IHDR") || data.size() != 13)
             bytes_.fail(begin_, "expected an IHDR chunk of 13 bytes");
         const std::size_t at = begin_ + 8;
-        bytes_.check_size(at, bytes_.u32(at), bytes_.u32(at + 4));
+        bytes_.take_size(info_, at, bytes_.u32(at), bytes_.u32(at + 4));
         info_.format = PictureFormat::png;
-        info_.width = static_cast<int>(bytes_.u32(at));
-        info_.height = static_cast<int>(bytes_.u32(at + 4));
         info_.bits = static_cast<int>(bytes_.u8(at + 8));
         color_type_ = bytes_.u8(at + 9);
         info_.is_gray = color_type_ == gray;
@@ -371,13 +357,11 @@ class JpegWalk
             bytes_.fail(at, "a frame header of the wrong length: the file is damaged");
         if (const unsigned precision = bytes_.u8(at); precision != 8)
             bytes_.fail(at, fmt::format("{} bits per sample; expected 8", precision));
-        bytes_.check_size(at + 1, bytes_.u16(at + 3), bytes_.u16(at + 1));
+        bytes_.take_size(info_, at + 1, bytes_.u16(at + 3), bytes_.u16(at + 1));
         components_ = bytes_.u8(at + 5);
         if (components_ != 1 && components_ != 3 && components_ != 4)
             bytes_.fail(at + 5, fmt::format("{} color components; expected 1, 3 or 4", components_));
         info_.format = PictureFormat::jpeg;
-        info_.height = static_cast<int>(bytes_.u16(at + 1));
-        info_.width = static_cast<int>(bytes_.u16(at + 3));
         info_.is_gray = components_ == 1;
         frame_at_ = at;
         has_frame_ = true;

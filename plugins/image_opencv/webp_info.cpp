@@ -52,21 +52,21 @@ class WebpWalk
         {
             if ((bytes_.u8(at) & animated) != 0)
                 bytes_.fail(at, "a moving WebP picture; save one of its pictures by itself");
-            take_size(at + 4, 1 + (bytes_.u32_little(at + 4) & 0xFFFFFFU), 1 + (bytes_.u32_little(at + 6) >> 8U));
+            bytes_.take_size(info_, at + 4, 1 + (bytes_.u32_little(at + 4) & 0xFFFFFFU), 1 + (bytes_.u32_little(at + 6) >> 8U));
         }
         else if (is_first && is_lossy)
         {
             if (!bytes_.has(at + 3, "\x9D\x01\x2A"))
                 bytes_.fail(at + 3, "expected the start of a VP8 key frame: the file is damaged");
             const std::uint32_t sides = bytes_.u32_little(at + 6);
-            take_size(at + 6, sides & 0x3FFFU, sides >> 16U & 0x3FFFU);
+            bytes_.take_size(info_, at + 6, sides & 0x3FFFU, sides >> 16U & 0x3FFFU);
         }
         else if (is_first && is_lossless)
         {
             if (bytes_.u8(at) != 0x2F)
                 bytes_.fail(at, "expected the signature of VP8L: the file is damaged");
             const std::uint32_t sides = bytes_.u32_little(at + 1);
-            take_size(at + 1, 1 + (sides & 0x3FFFU), 1 + (sides >> 14U & 0x3FFFU));
+            bytes_.take_size(info_, at + 1, 1 + (sides & 0x3FFFU), 1 + (sides >> 14U & 0x3FFFU));
         }
         else if (is_first)
             bytes_.fail(begin, "expected a VP8, VP8L or VP8X chunk: the file is damaged");
@@ -79,13 +79,6 @@ class WebpWalk
         else if (bytes_.has(begin, "EXIF"))
             info_.orientation =
                 exif_orientation(data.subspan(bytes_.has(at, {"Exif\0\0", 6}) ? std::min<std::size_t>(6, length) : 0));
-    }
-
-    void take_size(std::size_t at, std::int64_t width, std::int64_t height)
-    {
-        bytes_.check_size(at, width, height);
-        info_.width = static_cast<int>(width);
-        info_.height = static_cast<int>(height);
     }
 
     PictureBytes bytes_;

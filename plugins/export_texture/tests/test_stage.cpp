@@ -24,7 +24,7 @@ TexturedMesh square()
 }
 
 /// Writes no real JPEG: its own header, the size and nothing else.
-struct SizeCodec final : ImageIo
+struct SizeCodec final : stored_png::Codec
 {
     int cut = 0;  ///< Added to the width that check() finds.
 
@@ -33,10 +33,6 @@ struct SizeCodec final : ImageIo
         const auto bytes = read_file(file);
         return {std::to_integer<int>(bytes.at(0)) + cut, std::to_integer<int>(bytes.at(1)), 8, false};
     }
-    Raster8 read_rgb(const std::filesystem::path&) const override { throw Error("not used"); }
-    Raster16 read_depth(const std::filesystem::path&) const override { throw Error("not used"); }
-    std::vector<std::byte> encode_png(const Raster8&) const override { return {}; }
-    std::vector<std::byte> encode_png(const Raster16&) const override { return {}; }
     std::vector<std::byte> encode_jpeg(const Raster8& image, int quality) const override
     {
         return {static_cast<std::byte>(image.width), static_cast<std::byte>(image.height), static_cast<std::byte>(quality)};

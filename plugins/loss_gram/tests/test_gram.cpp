@@ -174,32 +174,26 @@ TEST_CASE("loss.gram by hand", "[gram]")
 {
     Fixture fixture;
     fresco::testing::PicturePart part(picture_of(1, 0, 0), picture_of(0, 0, 0));
-    SECTION("centerd: mean (1, 0.5, 0), covariance only 0.25 in the middle")
+    const auto value = [&](const std::string& options)
     {
-        const auto terms = fixture.evaluate("{}", part);
+        const auto terms = fixture.evaluate(options, part);
         REQUIRE(terms.size() == 1);
         CHECK(terms[0].layer == "a");
-        CHECK(terms[0].value.item<double>() == Approx(0.25 / 1.25 + 1));
-    }
-    SECTION("plain: Gram of the style is [1 .5 0; .5 .5 0; 0 0 0], ours [1 0 0; 0 0 0; 0 0 0]")
-    {
-        const auto terms = fixture.evaluate(R"({"center": false})", part);
-        CHECK(terms.at(0).value.item<double>() == Approx(0.75 / 9));
-    }
-    SECTION("coarse: Gram [0 0 0; 0 1 0; 0 0 0]")
-    {
-        const auto terms = fixture.evaluate(R"({"center": false, "targets": "coarse"})", part);
-        CHECK(terms.at(0).value.item<double>() == Approx(2.0 / 9));
-    }
-    SECTION("both, with a factor")
-    {
-        const auto terms =
-            fixture.evaluate(R"({"center": false, "targets": "both", "layers": "b, a", "layer_weights": [0, 10]})", part);
-        REQUIRE(terms.size() == 2);
-        CHECK(terms[0].value.item<double>() == Approx(0));
-        CHECK(terms[1].layer == "a");
-        CHECK(terms[1].value.item<double>() == Approx(27.5 / 9));
-    }
+        return terms[0].value.item<double>();
+    };
+    // Centered: mean (1, 0.5, 0), covariance only 0.25 in the middle.
+    CHECK(value("{}") == Approx(0.25 / 1.25 + 1));
+    // Plain: Gram of the style is [1 .5 0; .5 .5 0; 0 0 0], ours [1 0 0; 0 0 0; 0 0 0].
+    CHECK(value(R"({"center": false})") == Approx(0.75 / 9));
+    // Coarse: Gram [0 0 0; 0 1 0; 0 0 0].
+    CHECK(value(R"({"center": false, "targets": "coarse"})") == Approx(2.0 / 9));
+    // Both, with a factor.
+    const auto terms =
+        fixture.evaluate(R"({"center": false, "targets": "both", "layers": "b, a", "layer_weights": [0, 10]})", part);
+    REQUIRE(terms.size() == 2);
+    CHECK(terms[0].value.item<double>() == Approx(0));
+    CHECK(terms[1].layer == "a");
+    CHECK(terms[1].value.item<double>() == Approx(27.5 / 9));
 }
 
 TEST_CASE("loss.gram: no passing pixel leaves only the coarse target; no pixel at all leaves nothing", "[gram]")

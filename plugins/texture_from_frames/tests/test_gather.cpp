@@ -15,23 +15,31 @@ using namespace fresco::from_frames;
 namespace
 {
 
-/// A camera of w x h pixels and its view of the plane at `depth`, uv growing by `step` texture units a pixel.
-UvMap flat_map(int width, int height, float depth, float step)
+/// Depths in meters, 0: nothing there. u grows by `step` a pixel, v by `step` against the rows.
+UvMap uv_map_of(const std::vector<std::vector<float>>& rows, float step = 0.01F)
 {
-    UvMap map{RasterF(width, height, 2), RasterF(width, height, 1, depth), RasterF(width, height, 1, 1.0F),
-              Raster8(width, height, 1, 1)};
+    const int width = static_cast<int>(rows.front().size());
+    const int height = static_cast<int>(rows.size());
+    UvMap map{RasterF(width, height, 2), RasterF(width, height), RasterF(width, height), Raster8(width, height)};
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x)
         {
-            map.uv.at(x, y, 0) = 0.1F + step * static_cast<float>(x);
+            const float depth = rows[static_cast<std::size_t>(y)][static_cast<std::size_t>(x)];
+            map.depth.at(x, y) = depth;
+            map.valid.at(x, y) = depth > 0 ? 1 : 0;
+            map.uv.at(x, y, 0) = step * static_cast<float>(x);
             map.uv.at(x, y, 1) = 0.9F - step * static_cast<float>(y);
+            map.cosine.at(x, y) = 1;
         }
     return map;
 }
 
-Camera flat_camera(int width, int height)
+/// So far away in pixels that a row's points lie straight before it: what is between two pixels is depth / focal.
+Camera camera_of(const UvMap& map, double focal = 100)
 {
-    return {{width, height, 40, 40, width / 2.0, height / 2.0}, {}};
+    Camera camera;
+    camera.intrinsics = {map.valid.width, map.valid.height, focal, focal, map.valid.width / 2.0, map.valid.height / 2.0};
+    return camera;
 }
 
 std::map<std::uint32_t, TexelSample> by_texel(const SampleBlocks& blocks)
@@ -151,17 +159,16 @@ TEST_CASE("distances agree with a search, to 8 %")
 TEST_CASE("pixels count by angle and resolution, less at borders and beside steps, not at all where something was in front")
 {
     // The depth step is between columns 49 and 50; f = 40 px at 1 m, so 1600 px per m² behind a margin of 10 columns.
-    UvMap map = flat_map(100, 40, 1, 0.005F);
+    std::vector<float> row(100, 1.0F);
+    std::fill(row.begin() + 50, row.end(), 2.0F);
+    UvMap map = uv_map_of(std::vector(40, row), 0.005F);
     map.cosine = RasterF(100, 40, 1, 0.8F);
-    for (int y = 0; y < 40; ++y)
-        for (int x = 50; x < 100; ++x)
-            map.depth.at(x, y) = 2;
     RasterF measured(100, 40, 1, 1.04F);
     for (int y = 0; y < 40; ++y)
         for (int x = 50; x < 100; ++x)
             measured.at(x, y) = 0;
     measured.at(30, 20) = 0.8F;
-    const Camera camera = flat_camera(100, 40);
+    const Camera camera = camera_of(map, 40);
     const PixelLinks links(map, camera);
     // The lower quartile of 0.2 and 0.1 per meter is 0.1 (the left links of both halves are 1 / 40 m and 2 / 40 m long).
     REQUIRE(links.texture_per_m() == Approx(0.1).epsilon(1e-3));
@@ -196,11 +203,7 @@ TEST_CASE("pixels count by angle and resolution, less at borders and beside step
 
 TEST_CASE("pictures are averaged over what a texel covers")
 {
-    Raster8 picture(8, 4, 3);
-    for (int y = 0; y < 4; ++y)
-        for (int x = 0; x < 8; ++x)
-            for (int c = 0; c < 3; ++c)
-                picture.at(x, y, c) = static_cast<std::uint8_t>(x % 2 == 0 ? 0 : 200);
+    const Raster8 picture = testing::picture(8, 4, [](int x, int, int) { return x % 2 == 0 ? 0 : 200; });
     const PicturePyramid pyramid(picture);
     CHECK(pyramid.at(2.5, 1.5, 1)[0] == Approx(0).margin(1e-6));
     CHECK(pyramid.at(3.5, 1.5, 0.2)[1] == Approx(200 / 255.0));
@@ -245,33 +248,6 @@ TEST_CASE("gathering agrees with asking every triangle for every texel")
 
 namespace
 {
-
-/// Depths in meters, 0: nothing there. u grows by 1/100 a pixel, v by 1/100 against the rows.
-UvMap uv_map_of(const std::vector<std::vector<float>>& rows)
-{
-    const int width = static_cast<int>(rows.front().size());
-    const int height = static_cast<int>(rows.size());
-    UvMap map{RasterF(width, height, 2), RasterF(width, height), RasterF(width, height), Raster8(width, height)};
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x)
-        {
-            const float depth = rows[static_cast<std::size_t>(y)][static_cast<std::size_t>(x)];
-            map.depth.at(x, y) = depth;
-            map.valid.at(x, y) = depth > 0 ? 1 : 0;
-            map.uv.at(x, y, 0) = 0.01F * static_cast<float>(x);
-            map.uv.at(x, y, 1) = 0.9F - 0.01F * static_cast<float>(y);
-            map.cosine.at(x, y) = 1;
-        }
-    return map;
-}
-
-/// So far away in pixels that a row's points lie straight before it: what is between two pixels is depth / focal.
-Camera camera_of(const UvMap& map, double focal = 100)
-{
-    Camera camera;
-    camera.intrinsics = {map.valid.width, map.valid.height, focal, focal, map.valid.width / 2.0, map.valid.height / 2.0};
-    return camera;
-}
 
 UvMap column_of(const std::vector<float>& depths)
 {

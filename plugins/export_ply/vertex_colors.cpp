@@ -1,5 +1,6 @@
 #include "vertex_colors.h"
 
+#include <fresco/geometry/topology.h>
 #include <fresco/texturing/texture_pictures.h>
 
 #include <algorithm>
@@ -17,22 +18,12 @@ constexpr Rgb8 gray{128, 128, 128};
 
 using Corners = std::array<Vec2d, 3>;
 
-/// Colors at places in texels.
-class Texels
+/// The color at a place in texels.
+const std::uint8_t* color_at(const Raster8& picture, Vec2d place)
 {
-  public:
-    explicit Texels(const Raster8& picture) : picture_(picture) {}
-
-    const std::uint8_t* at(Vec2d place) const
-    {
-        const auto texel = [this](double along)
-        { return static_cast<int>(std::clamp(std::floor(along), 0.0, picture_.width - 1.0)); };
-        return &picture_.values[picture_.index(texel(place.x), texel(place.y))];
-    }
-
-  private:
-    const Raster8& picture_;
-};
+    const auto texel = [&](double along) { return static_cast<int>(std::clamp(std::floor(along), 0.0, picture.width - 1.0)); };
+    return &picture.values[picture.index(texel(place.x), texel(place.y))];
+}
 
 struct Sum
 {
@@ -52,14 +43,8 @@ Corners texel_corners(const TexturedMesh& textured, std::size_t face)
     return corners;
 }
 
-double surface_area(const Mesh& mesh, const Triangle& t)
-{
-    const Vec3d a = vec_cast<double>(mesh.positions[t[0]]);
-    return length(cross(vec_cast<double>(mesh.positions[t[1]]) - a, vec_cast<double>(mesh.positions[t[2]]) - a)) / 2;
-}
-
 /// Adds a face's texels to its corners: at the middles of n x n triangles of equal size, a texel wide at most.
-void add_face(const Corners& corners, double area, const Texels& texels, const std::array<Sum*, 3>& sums)
+void add_face(const Corners& corners, double area, const Raster8& picture, const std::array<Sum*, 3>& sums)
 {
     const double longest =
         std::max({length(corners[1] - corners[0]), length(corners[2] - corners[1]), length(corners[0] - corners[2])});
@@ -68,7 +53,7 @@ void add_face(const Corners& corners, double area, const Texels& texels, const s
     {
         const std::array<double, 3> shares{1 - (first + second) / n, first / n, second / n};
         const Vec2d place = corners[0] * shares[0] + corners[1] * shares[1] + corners[2] * shares[2];
-        const std::uint8_t* const rgb = texels.at(place);
+        const std::uint8_t* const rgb = color_at(picture, place);
         const Vec3d light{to_linear(rgb[0]), to_linear(rgb[1]), to_linear(rgb[2])};
         for (std::size_t i = 0; i < 3; ++i)
         {
@@ -90,7 +75,7 @@ void add_face(const Corners& corners, double area, const Texels& texels, const s
 std::vector<Rgb8> vertex_colors(const TexturedMesh& textured, const Progress& progress)
 {
     const Mesh& mesh = textured.mesh;
-    const Texels texels(textured.image.pixels);
+    const Raster8& picture = textured.image.pixels;
     std::vector<Sum> sums(mesh.positions.size());
     std::vector<Rgb8> result(mesh.positions.size(), gray);
     for (std::size_t face = 0; face < mesh.triangles.size(); ++face)
@@ -99,10 +84,10 @@ std::vector<Rgb8> vertex_colors(const TexturedMesh& textured, const Progress& pr
             progress.check_canceled();
         const Triangle& t = mesh.triangles[face];
         const Corners corners = texel_corners(textured, face);
-        if (const double area = surface_area(mesh, t); area > 0)
-            add_face(corners, area, texels, {&sums[t[0]], &sums[t[1]], &sums[t[2]]});
+        if (const double area = length(geometry::area_vector(mesh, face)) / 2; area > 0)
+            add_face(corners, area, picture, {&sums[t[0]], &sums[t[1]], &sums[t[2]]});
         for (std::size_t i = 0; i < 3; ++i)
-            std::copy_n(texels.at(corners[i]), 3, result[t[i]].begin());
+            std::copy_n(color_at(picture, corners[i]), 3, result[t[i]].begin());
     }
     for (std::size_t v = 0; v < sums.size(); ++v)
         if (sums[v].weight > 0)

@@ -294,65 +294,55 @@ std::uint64_t number(std::string_view bytes, std::size_t at, std::size_t width)
     return value;
 }
 
-class PackageReader
+/// The file that the directory's entry at byte `central` is of. `next`: where it must begin, then where it ends.
+UsdzEntry entry_at(std::string_view package, std::size_t central, std::size_t& next)
 {
-  public:
-    explicit PackageReader(std::string_view package) : package_(package) {}
+    const std::size_t name_bytes = number(package, central + 28, 2);
+    const std::size_t local = number(package, central + 42, 4);
+    expect(local == next && number(package, local, 4) == 0x04034b50, fmt::format("byte {}: expected a file", next));
+    expect(central + central_bytes + name_bytes <= package.size(), "a name exceeds the archive");
+    UsdzEntry result;
+    result.name = package.substr(central + central_bytes, name_bytes);
+    const std::string place = result.name + ": ";
+    // Version, flags, method, time, checksum and sizes.
+    expect(package.substr(central + 6, 22) == package.substr(local + 4, 22) && number(package, local + 26, 2) == name_bytes &&
+               package.substr(local + local_header_bytes, name_bytes) == result.name,
+           place + "its header and the directory do not agree");
+    expect(number(package, local + 6, 2) == 0 && number(package, local + 8, 2) == 0,
+           place + "expected stored bytes, not compressed ones");
+    const std::size_t data = local + local_header_bytes + name_bytes + number(package, local + 28, 2);
+    const std::size_t bytes = number(package, local + 18, 4);
+    expect(data % zip_alignment == 0, place + fmt::format("begins at byte {}, not at a multiple of {}", data, zip_alignment));
+    expect(bytes == number(package, local + 22, 4) && data + bytes <= package.size(), place + "exceeds the archive");
+    result.data = package.substr(data, bytes);
+    expect(crc32_z(0, reinterpret_cast<const Bytef*>(result.data.data()), bytes) == number(package, local + 14, 4),
+           place + "the checksum differs");
+    next = data + bytes;
+    return result;
+}
 
-    std::vector<UsdzEntry> read()
+std::vector<UsdzEntry> entries_of(std::string_view package)
+{
+    expect(package.size() >= end_bytes, "too short for a zip archive");
+    const std::size_t end = package.size() - end_bytes;
+    expect(package.substr(end, 4) == "PK\5\6", fmt::format("byte {}: expected the end of the directory", end));
+    const std::uint64_t count = number(package, end + 10, 2);
+    const std::size_t directory = number(package, end + 16, 4);
+    expect(number(package, end + 8, 2) == count && directory + number(package, end + 12, 4) == end,
+           "the directory does not end where the archive says");
+    std::vector<UsdzEntry> entries;
+    std::size_t next = 0;
+    std::size_t central = directory;
+    for (std::uint64_t i = 0; i < count; ++i)
     {
-        expect(package_.size() >= end_bytes, "too short for a zip archive");
-        const std::size_t end = package_.size() - end_bytes;
-        expect(package_.substr(end, 4) == "PK\5\6", fmt::format("byte {}: expected the end of the directory", end));
-        const std::uint64_t count = number(package_, end + 10, 2);
-        std::size_t central = number(package_, end + 16, 4);
-        expect(number(package_, end + 8, 2) == count && central + number(package_, end + 12, 4) == end,
-               "the directory does not end where the archive says");
-        std::vector<UsdzEntry> entries;
-        std::size_t next = 0;
-        const std::size_t directory = central;
-        for (std::uint64_t i = 0; i < count; ++i)
-        {
-            expect(number(package_, central, 4) == 0x02014b50,
-                   fmt::format("byte {}: expected an entry of the directory", central));
-            entries.push_back(entry(central, next));
-            central += central_bytes + entries.back().name.size() + number(package_, central + 30, 2) +
-                       number(package_, central + 32, 2);
-        }
-        expect(central == end && next == directory, "bytes that belong to no file");
-        return entries;
+        expect(number(package, central, 4) == 0x02014b50, fmt::format("byte {}: expected an entry of the directory", central));
+        entries.push_back(entry_at(package, central, next));
+        central +=
+            central_bytes + entries.back().name.size() + number(package, central + 30, 2) + number(package, central + 32, 2);
     }
-
-  private:
-    UsdzEntry entry(std::size_t central, std::size_t& next) const
-    {
-        const std::size_t name_bytes = number(package_, central + 28, 2);
-        const std::size_t local = number(package_, central + 42, 4);
-        expect(local == next && number(package_, local, 4) == 0x04034b50, fmt::format("byte {}: expected a file", next));
-        expect(central + central_bytes + name_bytes <= package_.size(), "a name exceeds the archive");
-        UsdzEntry result;
-        result.name = package_.substr(central + central_bytes, name_bytes);
-        const std::string place = result.name + ": ";
-        // Version, flags, method, time, checksum and sizes.
-        expect(package_.substr(central + 6, 22) == package_.substr(local + 4, 22) &&
-                   number(package_, local + 26, 2) == name_bytes &&
-                   package_.substr(local + local_header_bytes, name_bytes) == result.name,
-               place + "its header and the directory do not agree");
-        expect(number(package_, local + 6, 2) == 0 && number(package_, local + 8, 2) == 0,
-               place + "expected stored bytes, not compressed ones");
-        const std::size_t data = local + local_header_bytes + name_bytes + number(package_, local + 28, 2);
-        const std::size_t bytes = number(package_, local + 18, 4);
-        expect(data % zip_alignment == 0, place + fmt::format("begins at byte {}, not at a multiple of {}", data, zip_alignment));
-        expect(bytes == number(package_, local + 22, 4) && data + bytes <= package_.size(), place + "exceeds the archive");
-        result.data = package_.substr(data, bytes);
-        expect(crc32_z(0, reinterpret_cast<const Bytef*>(result.data.data()), bytes) == number(package_, local + 14, 4),
-               place + "the checksum differs");
-        next = data + bytes;
-        return result;
-    }
-
-    std::string_view package_;
-};
+    expect(central == end && next == directory, "bytes that belong to no file");
+    return entries;
+}
 
 /// The numbers of a list, whatever brackets are around them.
 class Numbers
@@ -406,7 +396,7 @@ std::vector<UsdzEntry> read_usdz(std::string_view package, std::string_view sour
 {
     try
     {
-        return PackageReader(package).read();
+        return entries_of(package);
     }
     catch (const Error& error)
     {

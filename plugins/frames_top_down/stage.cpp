@@ -90,13 +90,8 @@ class FramesTopDown final : public Stage
         frame.sequence = "overview";
         frame.name = "top_down";
         frame.color.intrinsics = {width, *height_px, focal, focal, width / 2.0, *height_px / 2.0};
-        const Vec3d axes[] = {right, down, upward * -1};
-        for (int row = 0; row < 3; ++row)
-            for (int column = 0; column < 3; ++column)
-            {
-                const Vec3d axis = axes[column];
-                frame.color.world_from_camera.rotation(row, column) = row == 0 ? axis.x : row == 1 ? axis.y : axis.z;
-            }
+        frame.color.world_from_camera.rotation = {
+            {right.x, down.x, -upward.x, right.y, down.y, -upward.y, right.z, down.z, -upward.z}};
         frame.color.world_from_camera.translation =
             right * across.middle() + down * along.middle() + upward * (height.high + distance_m);
         frame.depth = frame.color;

@@ -76,91 +76,61 @@ class PlaneFit
     std::array<double, 9> square_{};
 };
 
-class Grower
+std::vector<std::uint32_t> flattest_first(const geometry::Surface& surface, const std::vector<Vec3d>& normals)
 {
-  public:
-    Grower(const geometry::Surface& surface, const std::vector<Vec3d>& normals, const PlaneLimits& limits)
-        : surface_(surface), normals_(normals), limits_(limits), least_cosine_(numerics::cosine_deg(limits.angle_deg)),
-          taken_(normals.size(), 0)
+    std::vector<std::pair<int, std::uint32_t>> order;
+    for (std::uint32_t f = 0; f < normals.size(); ++f)
     {
+        if (!(dot(normals[f], normals[f]) > 0))
+            continue;
+        double agreement = 1;
+        for (const std::uint32_t g : surface.neighbors[f])
+            agreement = std::min(agreement, g == none ? 0.9 : dot(normals[f], normals[g]));
+        // In steps, so that seeds of one flat piece are in the order of the faces.
+        constexpr double steps = 1e4;
+        order.emplace_back(static_cast<int>(std::lround(steps * (1 - agreement))), f);
     }
+    std::ranges::sort(order);
+    std::vector<std::uint32_t> seeds(order.size());
+    std::ranges::transform(order, seeds.begin(), &std::pair<int, std::uint32_t>::second);
+    return seeds;
+}
 
-    std::vector<PlaneSegment> grow(const Progress& progress)
+/// Of faces that are not `taken`, which it marks.
+PlaneSegment grown_from(std::uint32_t seed, const geometry::Surface& surface, const std::vector<Vec3d>& normals,
+                        const PlaneLimits& limits, std::vector<std::uint8_t>& taken)
+{
+    const double least_cosine = numerics::cosine_deg(limits.angle_deg);
+    PlaneSegment segment;
+    PlaneFit fit;
+    const auto take = [&](std::uint32_t f)
     {
-        std::vector<PlaneSegment> result;
-        std::size_t grown = 0;
-        for (const std::uint32_t seed : flattest_first())
-            if (!taken_[seed])
-            {
-                constexpr std::size_t seeds_between_checks = 4096;
-                if (++grown % seeds_between_checks == 0)
-                    progress.check_canceled();
-                if (PlaneSegment segment = grow_from(seed); segment.area >= limits_.least_area_m2)
-                    result.push_back(std::move(segment));
-            }
-        return result;
-    }
-
-  private:
-    std::vector<std::uint32_t> flattest_first() const
+        taken[f] = 1;
+        segment.faces.push_back(f);
+        fit.add(face_middle(surface.mesh, f), normals[f], std::max(surface.areas[f], 1e-12));
+    };
+    take(seed);
+    segment.normal = normals[seed];
+    segment.middle = fit.middle();
+    std::size_t fit_again = 16;
+    for (std::size_t next = 0; next < segment.faces.size(); ++next)
     {
-        std::vector<std::pair<int, std::uint32_t>> order;
-        for (std::uint32_t f = 0; f < normals_.size(); ++f)
+        if (segment.faces.size() >= fit_again)
         {
-            if (!(dot(normals_[f], normals_[f]) > 0))
-                continue;
-            double agreement = 1;
-            for (const std::uint32_t g : surface_.neighbors[f])
-                agreement = std::min(agreement, g == none ? 0.9 : dot(normals_[f], normals_[g]));
-            // In steps, so that seeds of one flat piece are in the order of the faces.
-            constexpr double steps = 1e4;
-            order.emplace_back(static_cast<int>(std::lround(steps * (1 - agreement))), f);
+            segment.normal = fit.normal();
+            segment.middle = fit.middle();
+            fit_again = 2 * segment.faces.size();
         }
-        std::ranges::sort(order);
-        std::vector<std::uint32_t> seeds(order.size());
-        std::ranges::transform(order, seeds.begin(), &std::pair<int, std::uint32_t>::second);
-        return seeds;
+        for (const std::uint32_t g : surface.neighbors[segment.faces[next]])
+            if (g != none && !taken[g] && dot(normals[g], segment.normal) > least_cosine &&
+                std::abs(segment.distance(face_middle(surface.mesh, g))) < limits.distance_m)
+                take(g);
     }
-
-    PlaneSegment grow_from(std::uint32_t seed)
-    {
-        PlaneSegment segment;
-        PlaneFit fit;
-        const auto take = [&](std::uint32_t f)
-        {
-            taken_[f] = 1;
-            segment.faces.push_back(f);
-            fit.add(face_middle(surface_.mesh, f), normals_[f], std::max(surface_.areas[f], 1e-12));
-        };
-        take(seed);
-        segment.normal = normals_[seed];
-        segment.middle = fit.middle();
-        std::size_t fit_again = 16;
-        for (std::size_t next = 0; next < segment.faces.size(); ++next)
-        {
-            if (segment.faces.size() >= fit_again)
-            {
-                segment.normal = fit.normal();
-                segment.middle = fit.middle();
-                fit_again = 2 * segment.faces.size();
-            }
-            for (const std::uint32_t g : surface_.neighbors[segment.faces[next]])
-                if (g != none && !taken_[g] && dot(normals_[g], segment.normal) > least_cosine_ &&
-                    std::abs(segment.distance(face_middle(surface_.mesh, g))) < limits_.distance_m)
-                    take(g);
-        }
-        segment.normal = fit.normal();
-        segment.middle = fit.middle();
-        segment.area = fit.area();
-        return segment;
-    }
-
-    const geometry::Surface& surface_;
-    const std::vector<Vec3d>& normals_;
-    const PlaneLimits& limits_;
-    double least_cosine_;
-    std::vector<std::uint8_t> taken_;
-};
+    segment.normal = fit.normal();
+    segment.middle = fit.middle();
+    segment.area = fit.area();
+    return segment;
+}
 
 }  // namespace
 
@@ -174,7 +144,19 @@ Vec3d face_middle(const Mesh& mesh, std::size_t face)
 std::vector<PlaneSegment> plane_segments(const geometry::Surface& surface, const std::vector<Vec3d>& normals,
                                          const PlaneLimits& limits, const Progress& progress)
 {
-    return Grower(surface, normals, limits).grow(progress);
+    std::vector<PlaneSegment> result;
+    std::vector<std::uint8_t> taken(normals.size());
+    std::size_t grown = 0;
+    for (const std::uint32_t seed : flattest_first(surface, normals))
+        if (!taken[seed])
+        {
+            constexpr std::size_t seeds_between_checks = 4096;
+            if (++grown % seeds_between_checks == 0)
+                progress.check_canceled();
+            if (PlaneSegment segment = grown_from(seed, surface, normals, limits, taken); segment.area >= limits.least_area_m2)
+                result.push_back(std::move(segment));
+        }
+    return result;
 }
 
 namespace

@@ -14,11 +14,6 @@ namespace
 {
 constexpr double steps = 5;
 
-void paint(Raster8& image, std::size_t texel, const std::array<std::uint8_t, 3>& color)
-{
-    std::copy(color.begin(), color.end(), image.values.begin() + static_cast<std::ptrdiff_t>(3 * texel));
-}
-
 /// The texel or one of its eight neighbors is covered: a bilinear lookup at the chart's border can reach it.
 bool near_chart(const TexelFaces& faces, std::size_t texel)
 {
@@ -73,7 +68,7 @@ Raster8 bake(const Texture& texture, const Mesh& mesh, const BakeOptions& option
     if (options.unseen == Unseen::color)
         for (std::size_t texel = 0; texel < seen.size(); ++texel)
             if (faces.inside[texel] && !seen[texel])
-                paint(image, texel, options.unseen_color);
+                std::ranges::copy(options.unseen_color, &image.values[3 * texel]);
     progress.progress(4, steps, "steps");
     fill_from_nearest(image, gutter_sources(faces, seen, options.unseen), progress);
     progress.progress(5, steps, "steps");

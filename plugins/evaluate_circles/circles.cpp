@@ -181,47 +181,12 @@ namespace
 {
 
 /// Where the camera sees the surface at pixel coordinates.
-class Surface
+std::optional<Vec3d> surface_point(const Camera& camera, const DepthAt& depth_at, Vec2d pixel)
 {
-  public:
-    Surface(const Camera& camera, const DepthAt& depth_at) : camera_(camera), depth_at_(depth_at) {}
-
-    std::optional<Vec3d> point(Vec2d pixel) const
-    {
-        const auto depth = depth_at_(pixel);
-        if (!depth)
-            return std::nullopt;
-        return camera_.world_from_camera.translation + camera_.ray(pixel.x, pixel.y) * *depth;
-    }
-
-    /// The center of the pixel, within the picture, that is nearest to `p`.
-    Vec2d pixel_center(Vec2d p) const
-    {
-        return {std::clamp(std::floor(p.x), 0.0, camera_.intrinsics.width - 1.0) + 0.5,
-                std::clamp(std::floor(p.y), 0.0, camera_.intrinsics.height - 1.0) + 0.5};
-    }
-
-    bool in_picture(Vec2d p) const
-    {
-        return p.x >= 0 && p.y >= 0 && p.x < camera_.intrinsics.width && p.y < camera_.intrinsics.height;
-    }
-
-    std::optional<double> depth(Vec2d pixel) const { return depth_at_(pixel); }
-
-  private:
-    const Camera& camera_;
-    const DepthAt& depth_at_;
-};
-
-std::optional<double> half_length(const Surface& surface, Vec3d center, Vec2d pixel, Vec2d half_axis)
-{
-    const auto one = surface.point(pixel + half_axis);
-    const auto other = surface.point(pixel - half_axis);
-    if (one && other)
-        return length(*one - *other) / 2;
-    if (one || other)
-        return length((one ? *one : *other) - center);
-    return std::nullopt;
+    const auto depth = depth_at(pixel);
+    if (!depth)
+        return std::nullopt;
+    return camera.world_from_camera.translation + camera.ray(pixel.x, pixel.y) * *depth;
 }
 
 std::optional<Circle::World> world_of(double a, double b)
@@ -231,21 +196,31 @@ std::optional<Circle::World> world_of(double a, double b)
     return Circle::World{(a + b) / 2, std::max(a / b, b / a)};
 }
 
-std::optional<Circle> circle_of_paper(const Ellipse& ellipse, const Surface& surface)
+std::optional<Circle> circle_of_paper(const Ellipse& ellipse, const Camera& camera, const DepthAt& depth_at)
 {
-    const auto depth = surface.depth(ellipse.center);
-    const auto center = surface.point(ellipse.center);
+    const auto depth = depth_at(ellipse.center);
+    const auto center = surface_point(camera, depth_at, ellipse.center);
     if (!depth || !center)
         return std::nullopt;
+    const auto half_length = [&](Vec2d half_axis) -> std::optional<double>
+    {
+        const auto one = surface_point(camera, depth_at, ellipse.center + half_axis);
+        const auto other = surface_point(camera, depth_at, ellipse.center - half_axis);
+        if (one && other)
+            return length(*one - *other) / 2;
+        if (one || other)
+            return length((one ? *one : *other) - *center);
+        return std::nullopt;
+    };
     Circle circle{ellipse, *depth, std::nullopt};
-    const auto a = half_length(surface, *center, ellipse.center, ellipse.half_axis_1);
-    const auto b = half_length(surface, *center, ellipse.center, ellipse.half_axis_2);
+    const auto a = half_length(ellipse.half_axis_1);
+    const auto b = half_length(ellipse.half_axis_2);
     if (a && b)
         circle.world = world_of(*a, *b);
     return circle;
 }
 
-std::optional<Circle> circle_of_released(const Ellipse& ellipse, const Surface& surface)
+std::optional<Circle> circle_of_released(const Ellipse& ellipse, const Camera& camera, const DepthAt& depth_at)
 {
     Vec2d right = ellipse.half_axis_1;
     Vec2d up = ellipse.half_axis_2;
@@ -255,16 +230,24 @@ std::optional<Circle> circle_of_released(const Ellipse& ellipse, const Surface& 
         right = right * -1;
     if (up.y > 0)
         up = up * -1;
+    const Intrinsics& size = camera.intrinsics;
+    // Of the pixel, within the picture, that is nearest.
+    const auto pixel_center = [&](Vec2d p)
+    {
+        return Vec2d{std::clamp(std::floor(p.x), 0.0, size.width - 1.0) + 0.5,
+                     std::clamp(std::floor(p.y), 0.0, size.height - 1.0) + 0.5};
+    };
     const auto end = [&](Vec2d half_axis)
     {
         const Vec2d first = ellipse.center + half_axis;
-        return surface.pixel_center(surface.in_picture(first) ? first : ellipse.center - half_axis);
+        const bool in_picture = first.x >= 0 && first.y >= 0 && first.x < size.width && first.y < size.height;
+        return surface_point(camera, depth_at, pixel_center(in_picture ? first : ellipse.center - half_axis));
     };
-    const Vec2d pixel = surface.pixel_center(ellipse.center);
-    const auto depth = surface.depth(pixel);
-    const auto center = surface.point(pixel);
-    const auto horizontal = surface.point(end(right));
-    const auto vertical = surface.point(end(up));
+    const Vec2d pixel = pixel_center(ellipse.center);
+    const auto depth = depth_at(pixel);
+    const auto center = surface_point(camera, depth_at, pixel);
+    const auto horizontal = end(right);
+    const auto vertical = end(up);
     if (!depth || !center || !horizontal || !vertical)
         return std::nullopt;
     return Circle{ellipse, *depth, world_of(length(*horizontal - *center), length(*vertical - *center))};
@@ -275,11 +258,10 @@ std::optional<Circle> circle_of_released(const Ellipse& ellipse, const Surface& 
 std::vector<Circle> circles_on_surface(const std::vector<Ellipse>& ellipses, const Camera& camera, const DepthAt& depth_at,
                                        Protocol protocol)
 {
-    const Surface surface(camera, depth_at);
     std::vector<Circle> circles;
     for (const Ellipse& ellipse : ellipses)
-        if (const auto circle =
-                protocol == Protocol::paper ? circle_of_paper(ellipse, surface) : circle_of_released(ellipse, surface))
+        if (const auto circle = protocol == Protocol::paper ? circle_of_paper(ellipse, camera, depth_at)
+                                                            : circle_of_released(ellipse, camera, depth_at))
             circles.push_back(*circle);
     return circles;
 }

@@ -156,23 +156,11 @@ double value_at(const Raster8& picture, const Lookup& at, int channel)
     return numerics::bilinear(at.x, at.y, [&](int x, int y) { return picture.at(x, y, channel); });
 }
 
-/// The mean of a measure of differences on the scale 0..255.
-class DifferenceMean
+/// A difference on the scale 0..255 by the protocol's measure.
+double measured(double difference, Protocol protocol)
 {
-  public:
-    explicit DifferenceMean(Protocol protocol) : squared_(protocol == Protocol::released) {}
-    void add(double difference)
-    {
-        sum_ += squared_ ? difference * difference : std::abs(difference) / 255;
-        ++count_;
-    }
-    double value() const { return count_ == 0 ? undefined : sum_ / static_cast<double>(count_); }
-
-  private:
-    bool squared_;
-    double sum_ = 0;
-    std::size_t count_ = 0;
-};
+    return protocol == Protocol::released ? difference * difference : std::abs(difference) / 255;
+}
 
 double gray(const Raster8& picture, int x, int y)
 {
@@ -183,26 +171,26 @@ double gray(const Raster8& picture, int x, int y)
 
 double reprojection_difference(const Raster8& source, const Raster8& target, const std::vector<Match>& matches, Protocol protocol)
 {
-    DifferenceMean mean(protocol);
+    double sum = 0;
     for (const Match& match : matches)
         for (int c = 0; c < 3; ++c)
-            mean.add(source.at(match.x, match.y, c) - value_at(target, match.target, c));
-    return mean.value();
+            sum += measured(source.at(match.x, match.y, c) - value_at(target, match.target, c), protocol);
+    return matches.empty() ? undefined : sum / static_cast<double>(3 * matches.size());
 }
 
 double forward_difference(const Raster8& source, const std::vector<Match>& matches, Protocol protocol)
 {
-    DifferenceMean mean(protocol);
+    double sum = 0;
+    std::size_t count = 0;
     for (const Match& match : matches)
         for (int c = 0; c < 3; ++c)
-        {
-            const int here = source.at(match.x, match.y, c);
-            if (match.x + 1 < source.width)
-                mean.add(source.at(match.x + 1, match.y, c) - here);
-            if (match.y + 1 < source.height)
-                mean.add(source.at(match.x, match.y + 1, c) - here);
-        }
-    return mean.value();
+            for (const auto& [x, y] : {std::pair{match.x + 1, match.y}, {match.x, match.y + 1}})
+                if (x < source.width && y < source.height)
+                {
+                    sum += measured(source.at(x, y, c) - source.at(match.x, match.y, c), protocol);
+                    ++count;
+                }
+    return count == 0 ? undefined : sum / static_cast<double>(count);
 }
 
 double sharpness(const Raster8& source, const std::vector<Match>& matches)

@@ -14,7 +14,6 @@
 #include <array>
 #include <fmt/format.h>
 #include <optional>
-#include <utility>
 
 namespace
 {
@@ -71,17 +70,15 @@ class LossGram final : public fresco::Loss
         {
             const auto& targets = targets_[i];
             const bool apart = targets.coarse && *rule == "released";
-            torch::Tensor sum;
             if (targets.coarse && !apart && !with_mean())
             {
                 add_plain(terms, part, i);
                 continue;
             }
-            if (targets.coarse && targets.fine && !apart)
-                add_both(sum, part, i);
-            else if (targets.coarse && !apart)
-                add(sum, part, i, fresco::Pixels::all, {&*targets.coarse, nullptr});
-            if (apart || (targets.fine && !targets.coarse))
+            torch::Tensor sum;
+            if (targets.coarse && !apart)
+                add_together(sum, part, i);
+            else
                 add(sum, part, i, fresco::Pixels::fine,
                     {apart ? &*targets.coarse : nullptr, targets.fine ? &*targets.fine : nullptr});
             if (apart)
@@ -132,17 +129,19 @@ class LossGram final : public fresco::Loss
         terms.push_back({name, gram::gram_distance(selected, fine_count, targets, factor), &*style.features});
     }
 
-    /// Adds the distances of all features to the coarse target and of the fine ones to theirs.
-    void add_both(torch::Tensor& sum, fresco::Part& part, std::size_t layer)
+    /// Adds the distances of all features to the coarse target and, if there is a fine one, of the fine ones to that.
+    void add_together(torch::Tensor& sum, fresco::Part& part, std::size_t layer)
     {
         const auto& name = compared_[layer].name;
+        const auto& targets = targets_[layer];
         const auto selected = part.selected(*style.features, name, fresco::Pixels::all);
         if (selected.size(1) == 0)
             return;
-        const auto both = gram::moments_of_both(selected, part.fine_count(*style.features, name), with_mean());
-        sum = distance(averaged(both.all, part, name, fresco::Pixels::all), *targets_[layer].coarse);
+        const auto fine_count = targets.fine ? part.fine_count(*style.features, name) : 0;
+        const auto both = gram::moments_of_both(selected, fine_count, with_mean());
+        sum = distance(averaged(both.all, part, name, fresco::Pixels::all), *targets.coarse);
         if (both.fine)
-            sum = sum + distance(averaged(*both.fine, part, name, fresco::Pixels::fine), *targets_[layer].fine);
+            sum = sum + distance(averaged(*both.fine, part, name, fresco::Pixels::fine), *targets.fine);
     }
 
     gram::Moments averaged(const gram::Moments& moments, fresco::Part& part, const std::string& name, fresco::Pixels pixels)

@@ -1,7 +1,6 @@
 #include "catch.h"
 #include "moments.h"
 
-#include <fresco/error.h>
 #include <fresco/torch/testing.h>
 
 #include <ATen/ATen.h>

@@ -7,7 +7,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
-#include <string_view>
 #include <vector>
 
 /// \file Writes a mesh and its picture as binary glTF 2.0, optionally quantized and compressed. The stage calls make_glb(), after

@@ -5,7 +5,6 @@
 #include <fresco/stage.h>
 
 #include <fmt/format.h>
-#include <string>
 
 namespace
 {

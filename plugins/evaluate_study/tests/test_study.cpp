@@ -3,7 +3,6 @@
 #include "results.h"
 #include "study.h"
 
-#include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/testing.h>
 #include <fresco/value.h>

@@ -2,7 +2,6 @@
 #include "catch.h"
 #include "painted_corner.h"
 
-#include <fresco/error.h>
 #include <fresco/testing.h>
 
 #include <set>

@@ -4,7 +4,6 @@
 
 #include <fresco/files.h>
 #include <fresco/frames.h>
-#include <fresco/npy.h>
 #include <fresco/testing.h>
 
 using namespace painted_corner;

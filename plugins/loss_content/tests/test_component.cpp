@@ -1,4 +1,3 @@
-#include <fresco/error.h>
 #include <fresco/torch/testing.h>
 
 #include <ATen/ATen.h>

@@ -3,7 +3,6 @@
 #include "random_tensor.h"
 #include "search.h"
 
-#include <fresco/error.h>
 #include <fresco/testing.h>
 #include <fresco/torch/testing.h>
 

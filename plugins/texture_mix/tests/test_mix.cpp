@@ -10,7 +10,6 @@
 #include <cmath>
 #include <numbers>
 #include <random>
-#include <vector>
 
 using namespace fresco;
 using namespace fresco::texturing;

@@ -8,7 +8,6 @@
 #include <fresco/texturing/texel_faces.h>
 
 #include <algorithm>
-#include <cmath>
 
 using namespace fresco;
 

@@ -1,7 +1,6 @@
 #include "catch.h"
 #include "stored_png.h"
 
-#include <fresco/error.h>
 #include <fresco/files.h>
 #include <fresco/files_io.h>
 #include <fresco/frames.h>

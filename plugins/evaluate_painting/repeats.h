@@ -6,7 +6,6 @@
 #include <fresco/parallel.h>
 #include <fresco/texture.h>
 
-#include <cstddef>
 #include <span>
 #include <vector>
 

@@ -17,7 +17,6 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <iterator>
-#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -34,12 +33,11 @@ struct View
     const Frame* frame = nullptr;  ///< The frame that it is seen from; null where port 'frames' is not wired.
 };
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr Wanted seams_wanted{-infinity, 1.25};
-constexpr Wanted picture_used_wanted{0.4, infinity};
-constexpr Wanted largest_share_wanted{-infinity, 0.05};
-constexpr Wanted repeats_wanted{-infinity, 0.4};
-constexpr Wanted weave_wanted{-infinity, 0.05};
+constexpr Wanted seams_wanted{.high = 1.25};
+constexpr Wanted picture_used_wanted{.low = 0.4};
+constexpr Wanted largest_share_wanted{.high = 0.05};
+constexpr Wanted repeats_wanted{.high = 0.4};
+constexpr Wanted weave_wanted{.high = 0.05};
 constexpr double stroke_tolerance = 0.15;
 constexpr double most_size_by_distance = 0.1;
 constexpr double least_independent_places = 100;

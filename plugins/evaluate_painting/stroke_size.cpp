@@ -25,6 +25,7 @@ using evaluation::mean;
 namespace
 {
 
+constexpr int swatch_side = 64;  // Samples.
 /// Maximum number of swatches to cut.
 constexpr std::size_t most_swatches = 1000;
 
@@ -35,6 +36,15 @@ constexpr int fitted = 8;              // Texels to either side of the middle, a
 constexpr double unevenness = 0.05;    // Of the side.
 constexpr double fitted_share = 0.75;  // Of the texels around that must be the chart's.
 constexpr std::size_t pixels_per_piece = 65536;
+
+/// A square cut out of a surface or of a picture, seen straight on.
+struct Swatch
+{
+    RasterF light;   ///< L*, each sample the mean of its own area.
+    Vec3f color;     ///< L*a*b*, the mean of points all over it.
+    Vec2f texcoord;  ///< Texcoord of its middle on the surface.
+    Vec3f point;     ///< The same in meters.
+};
 
 Vec3f lab_at(const Raster8& rgb, std::size_t pixel)
 {
@@ -58,7 +68,7 @@ struct Axes
 /// Samples around `middle`, `steps` apart. \pre All of it lies in the picture.
 RasterF cut(const RasterF& light, Vec2d middle, const Axes& steps)
 {
-    constexpr int count = Swatch::samples;
+    constexpr int count = swatch_side;
     const double longest = std::max(length(steps.right), length(steps.down));
     const int lookups = std::clamp(static_cast<int>(std::ceil(longest)), 1, most_per_sample);
     const auto at = [&](double x, double y)
@@ -93,7 +103,7 @@ Vec3f mean_color(const Raster8& rgb, Vec2d middle, const Axes& steps)
     for (int j = 0; j < points; ++j)
         for (int i = 0; i < points; ++i)
         {
-            const auto samples = [](int at) { return ((at + 0.5) / points - 0.5) * Swatch::samples; };
+            const auto samples = [](int at) { return ((at + 0.5) / points - 0.5) * swatch_side; };
             const Vec2d p = middle + steps.right * samples(i) + steps.down * samples(j);
             const auto pixel = [](double at, int size) { return static_cast<std::size_t>(std::clamp(at, 0.0, size - 1.0)); };
             sum += lab_at(rgb, pixel(p.y, rgb.height) * static_cast<std::size_t>(rgb.width) + pixel(p.x, rgb.width));
@@ -101,6 +111,10 @@ Vec3f mean_color(const Raster8& rgb, Vec2d middle, const Axes& steps)
     return sum * (1.0F / (points * points));
 }
 
+/// Cuts squares of `side_m` all over the flat parts of a textured mesh: on one chart whose points lie, on average, within a
+/// twentieth of the side of a plane. Lengths are measured on the surface, however the atlas stretches it; the rotation is
+/// arbitrary. `picture`: square RGB. The mesh must have passed check_mesh and have texcoords. The same for any number of threads.
+/// Throws Canceled.
 class SurfaceCutter
 {
   public:
@@ -224,7 +238,7 @@ class SurfaceCutter
         const double rest = std::sqrt(std::max(dot(along_y, along_y) - shear * shear, 0.0));
         if (rest <= 0)
             return std::nullopt;
-        const double step = side_m_ / Swatch::samples;
+        const double step = side_m_ / swatch_side;
         return Axes{Vec2d{step / stretch, 0}, Vec2d{-shear / stretch * step / rest, step / rest}};
     }
 
@@ -238,7 +252,7 @@ class SurfaceCutter
             return std::nullopt;
         const std::uint32_t chart = chart_at(x, y);
         const Vec2d middle{x + 0.5, y + 0.5};
-        constexpr int half = Swatch::samples / 2;
+        constexpr int half = swatch_side / 2;
         for (int j = -half; j <= half; ++j)
             for (int i = -half; i <= half; ++i)
             {
@@ -264,24 +278,14 @@ class SurfaceCutter
     std::vector<std::uint32_t> texels_;
 };
 
-/// Squares of `side_m` all over the flat parts of a textured mesh: on one chart whose points lie, on average, within a twentieth
-/// of the side of a plane. Lengths are measured on the surface, however the atlas stretches it; the rotation is arbitrary.
-/// `picture`: square RGB. The mesh must have passed check_mesh and have texcoords. The same for any number of threads. Throws
-/// Canceled.
-std::vector<Swatch> surface_swatches(const Mesh& mesh, const Raster8& picture, double side_m, const Progress& progress)
-{
-    return SurfaceCutter(mesh, picture, side_m, progress).cut_all(progress);
-}
-
-}  // namespace
-
+/// Squares of `side_px` all over a picture; none if it is smaller.
 std::vector<Swatch> picture_swatches(const Raster8& rgb, double side_px)
 {
     std::vector<Swatch> result;
     if (rgb.width < side_px || rgb.height < side_px)
         return result;
     const RasterF light = light_of(rgb, Progress());
-    const double step = side_px / Swatch::samples;
+    const double step = side_px / swatch_side;
     Random random(1);
     for (std::size_t i = 0; i < most_swatches; ++i)
     {
@@ -292,9 +296,6 @@ std::vector<Swatch> picture_swatches(const Raster8& rgb, double side_px)
     }
     return result;
 }
-
-namespace
-{
 
 constexpr std::size_t least_places = 4;
 constexpr double similar_color = 6;  // Sigma, CIE76.
@@ -408,7 +409,6 @@ SizeByDistance size_by_distance(const std::vector<PlacedSize>& places, const std
 namespace
 {
 
-constexpr int swatch_side = Swatch::samples;
 constexpr double strokes_per_side = 5;
 constexpr double finest_sigma =
     0.1 * swatch_side / strokes_per_side;  // In samples: sigma of the Gaussian that finer detail is left out by …
@@ -567,13 +567,8 @@ std::vector<Spectrum> spectra_of(const std::vector<Swatch>& swatches)
     return result;
 }
 
-}  // namespace
-
-double half_width(const std::vector<Swatch>& swatches)
-{
-    return half_width(sum_of(spectra_of(swatches)));
-}
-
+/// Mean distance from the cameras for each cell of a square grid over the texture, in meters along their axes, row by row from
+/// the lower left; 0 for cells that no camera saw. Throws Error for maps that cannot be read, Canceled.
 RasterF capture_distances(const UvMaps& uvmaps, int cells_px, const Progress& progress)
 {
     std::vector<double> sums(static_cast<std::size_t>(cells_px) * static_cast<std::size_t>(cells_px), 0.0);
@@ -599,6 +594,8 @@ RasterF capture_distances(const UvMaps& uvmaps, int cells_px, const Progress& pr
     return result;
 }
 
+}  // namespace
+
 StrokeSize stroke_size(const TexturedMesh& painting, const Raster8& style, double stroke_cm, const UvMaps* uvmaps,
                        const Progress& progress)
 {
@@ -610,7 +607,7 @@ StrokeSize stroke_size(const TexturedMesh& painting, const Raster8& style, doubl
                                 "that there is no size to compare with; use a larger one",
                                 style.width, style.height, strokes_per_side));
     const double side_m = strokes_per_side * stroke_cm / 100;
-    const std::vector<Swatch> swatches = surface_swatches(painting.mesh, painting.image.pixels, side_m, progress);
+    const std::vector<Swatch> swatches = SurfaceCutter(painting.mesh, painting.image.pixels, side_m, progress).cut_all(progress);
     const std::vector<Spectrum> spectra = spectra_of(swatches);
     StrokeSize result{not_measured, {}, swatches.size()};
     if (swatches.size() < least_swatches)

@@ -11,21 +11,7 @@
 #include <vector>
 
 /// \file Measures how large the strokes of a painted room are on its surface, and whether they grow with the distance from the
-/// cameras. The stage reports stroke_size(); the other functions are declared for tests.
-
-/// A square cut out of a surface or of a picture, seen straight on.
-struct Swatch
-{
-    static constexpr int samples = 64;  ///< Along a side.
-
-    fresco::RasterF light;   ///< L*, each sample the mean of its own area.
-    fresco::Vec3f color;     ///< L*a*b*, the mean of points all over it.
-    fresco::Vec2f texcoord;  ///< Texcoord of its middle on the surface.
-    fresco::Vec3f point;     ///< The same in meters.
-};
-
-/// Squares of `side_px` all over a picture; none if it is smaller.
-std::vector<Swatch> picture_swatches(const fresco::Raster8& rgb, double side_px);
+/// cameras. The stage reports stroke_size(); size_by_distance() is declared for tests.
 
 /// A square's mean color (L*a*b*) and the logarithm of the size of its strokes.
 struct ColoredSize
@@ -78,10 +64,3 @@ struct StrokeSize
 /// smaller than five of its strokes or has no contrast; Canceled.
 StrokeSize stroke_size(const fresco::TexturedMesh& painting, const fresco::Raster8& style, double stroke_cm,
                        const fresco::UvMaps* uvmaps, const fresco::Progress& progress);
-
-/// The distance in samples at which the autocorrelation of swatches is half its height; NaN without contrast.
-double half_width(const std::vector<Swatch>& swatches);
-
-/// Mean distance from the cameras for each cell of a square grid over the texture, in meters along their axes, row by row from
-/// the lower left; 0 for cells that no camera saw. Throws Error for maps that cannot be read, Canceled.
-fresco::RasterF capture_distances(const fresco::UvMaps& uvmaps, int cells_px, const fresco::Progress& progress);

@@ -254,21 +254,6 @@ RasterF style_lab(const Raster8& picture)
     return lab_picture(resized(rgb, side(picture.width), side(picture.height)));
 }
 
-void clear_margin(Raster8& mask)
-{
-    for (int y = 0; y < mask.height; ++y)
-        for (int x = 0; x < mask.width; ++x)
-            if (std::min({x, y, mask.width - 1 - x, mask.height - 1 - y}) < margin_px)
-                mask.at(x, y) = 0;
-}
-
-Raster8 inner_pixels(const RasterF& lab)
-{
-    Raster8 mask(lab.width, lab.height, 1, 1);
-    clear_margin(mask);
-    return mask;
-}
-
 double coherence(const RasterF& blurred_l, const Raster8& mask)
 {
     const Gradient g = sobel(blurred_l);
@@ -331,7 +316,11 @@ Raster8 covered_pixels(const Raster8& picture)
 JudgedPixels judged_pixels(const Raster8& covered)
 {
     JudgedPixels result{eroded(covered, erosion_px), 0};
-    clear_margin(result.mask);
+    Raster8& mask = result.mask;
+    for (int y = 0; y < mask.height; ++y)
+        for (int x = 0; x < mask.width; ++x)
+            if (std::min({x, y, mask.width - 1 - x, mask.height - 1 - y}) < margin_px)
+                mask.at(x, y) = 0;
     result.count = static_cast<std::size_t>(std::ranges::count(result.mask.values, 1));
     return result;
 }
@@ -367,7 +356,8 @@ Appearance appearance(const RasterF& lab, const Raster8& mask)
 
 StylePicture::StylePicture(const Raster8& picture) : StylePicture(style_lab(picture)) {}
 
-StylePicture::StylePicture(const RasterF& lab) : palette(lab), look(appearance(lab, inner_pixels(lab)))
+StylePicture::StylePicture(const RasterF& lab)
+    : palette(lab), look(appearance(lab, judged_pixels(Raster8(lab.width, lab.height, 1, 1)).mask))
 {
     if (look.strokes < 1e-3)
         throw Error("the picture on port 'style' has a single color, so it has no strokes to compare with; use a picture with "
@@ -401,14 +391,13 @@ struct ViewFigure
     double (*of)(const JudgedView&);
     Wanted wanted;
 };
-constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr std::array view_figures_wanted{
-    ViewFigure{"off_palette", [](const JudgedView& view) { return view.figures.off_palette; }, {-infinity, 0.005}},
+    ViewFigure{"off_palette", [](const JudgedView& view) { return view.figures.off_palette; }, {.high = 0.005}},
     ViewFigure{"coherence", [](const JudgedView& view) { return view.figures.coherence; }, {0.8, 1.2}},
     ViewFigure{"chroma_noise", [](const JudgedView& view) { return view.figures.chroma_noise; }, {0.6, 1.6}},
-    ViewFigure{"strokes", [](const JudgedView& view) { return view.figures.strokes; }, {0.65, infinity}},
-    ViewFigure{"edges", [](const JudgedView& view) { return view.edges; }, {0.5, infinity}},
-    ViewFigure{"legible", [](const JudgedView& view) { return view.legible; }, {0.1, infinity}}};
+    ViewFigure{"strokes", [](const JudgedView& view) { return view.figures.strokes; }, {0.65}},
+    ViewFigure{"edges", [](const JudgedView& view) { return view.edges; }, {0.5}},
+    ViewFigure{"legible", [](const JudgedView& view) { return view.legible; }, {0.1}}};
 
 }  // namespace
 

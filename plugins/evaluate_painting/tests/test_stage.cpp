@@ -40,11 +40,7 @@ class Recording
         {
             const std::string name = "f" + std::to_string(i);
             const Raster8 camera = photograph(width, height, static_cast<std::uint64_t>(i));
-            Frame frame;
-            frame.sequence = "s";
-            frame.name = name;
-            frame.color.intrinsics = {width, height, 150, 150, width / 2.0, height / 2.0};
-            frame.depth = frame.color;
+            Frame frame = testing::frame(name, testing::camera(width, height, 150));
             frame.color_picture.path = folder.path() / ("camera_" + name + ".png");
             write_picture(frame.color_picture.path, camera);
             frames->frames.push_back(frame);
@@ -53,7 +49,7 @@ class Recording
             const Raster8 room = recolored(camera, style->pixels);
             const Raster8 view =
                 changed(room, [&](int x, int y) { return color_at(room, x, y) * 0.5F + color_at(strokes, x, y) * 0.5F; });
-            views->names.push_back("s_" + name + ".png");
+            views->names.push_back("seq-01_" + name + ".png");
             write_picture(folder.path() / views->names.back(), with_hole(view, i == 3 ? 95 : 10));
         }
         views->loaded_from = folder.path();
@@ -159,7 +155,7 @@ TEST_CASE("each figure needs its own inputs only")
     CHECK(folder.at("figures").as_map().size() == 4);
     REQUIRE(folder.at("view_figures").as_list().size() == 4);
     CHECK(folder.at("view_figures").as_list()[0].at("view").as_string() == "camera_f0");
-    CHECK(folder.at("view_figures").as_list()[2].at("view").as_string() == "s_f0");
+    CHECK(folder.at("view_figures").as_list()[2].at("view").as_string() == "seq-01_f0");
     CHECK(run.files_read.size() == 8);
     // Frames whose pictures were left behind.
     const auto bare = std::make_shared<Frames>(*recording.frames);

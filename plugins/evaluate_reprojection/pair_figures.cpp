@@ -388,13 +388,13 @@ double least_detail(Protocol protocol)
 }  // namespace
 
 PairFigures judge_pair(const FramePair& pair, const JudgedView& source, const JudgedView& target, const Mesh& mesh,
-                       const SurfacePaint& paint, const JudgeOptions& options, const Progress& progress)
+                       const SurfacePaint& paint, Protocol protocol, double min_covisible, const Progress& progress)
 {
     PairFigures figures;
     figures.pair = pair;
-    const std::vector<Match> matches = covisible(source.surface, target.surface, options.protocol);
+    const std::vector<Match> matches = covisible(source.surface, target.surface, protocol);
     figures.covisible = static_cast<double>(matches.size()) / static_cast<double>(source.surface.depth.values.size());
-    figures.dropped = matches.empty() || figures.covisible < options.min_covisible;
+    figures.dropped = matches.empty() || figures.covisible < min_covisible;
     if (figures.dropped)
         return figures;
 
@@ -404,11 +404,11 @@ PairFigures judge_pair(const FramePair& pair, const JudgedView& source, const Ju
     const Raster8 low_source = drawn(source.surface, target.surface.camera, wanted_source, shown, progress);
     const Raster8 low_target = drawn(target.surface, source.surface.camera, wanted_target, shown, progress);
 
-    figures.value = reprojection_difference(source.picture, target.picture, matches, options.protocol);
-    figures.floor = reprojection_difference(low_source, low_target, matches, options.protocol);
-    figures.detail = forward_difference(source.picture, matches, options.protocol);
+    figures.value = reprojection_difference(source.picture, target.picture, matches, protocol);
+    figures.floor = reprojection_difference(low_source, low_target, matches, protocol);
+    figures.detail = forward_difference(source.picture, matches, protocol);
     figures.sharpness = sharpness(source.picture, matches);
-    figures.flat = figures.detail < least_detail(options.protocol);
+    figures.flat = figures.detail < least_detail(protocol);
     figures.headline = figures.flat ? std::numeric_limits<double>::quiet_NaN() : (figures.value - figures.floor) / figures.detail;
     return figures;
 }

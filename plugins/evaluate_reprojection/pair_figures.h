@@ -118,12 +118,6 @@ struct JudgedView
     fresco::Raster8 picture;  ///< RGB, of the camera's size.
 };
 
-struct JudgeOptions
-{
-    Protocol protocol;
-    double min_covisible;  ///< Pairs with a smaller share of the source's pixels are dropped.
-};
-
 /// The figures of one pair. If `dropped`, only `covisible` is measured.
 struct PairFigures
 {
@@ -146,9 +140,10 @@ inline constexpr std::array<std::pair<const char*, double PairFigures::*>, 5> na
      {"detail", &PairFigures::detail},
      {"headline", &PairFigures::headline}}};
 
-/// Measures a pair. Without a paint, the floor is that of the source's projected picture. Throws Canceled.
+/// Measures a pair, or drops it where a smaller share of the source's pixels than `min_covisible` is co-visible. Without a paint,
+/// the floor is that of the source's projected picture. Throws Canceled.
 PairFigures judge_pair(const FramePair& pair, const JudgedView& source, const JudgedView& target, const fresco::Mesh& mesh,
-                       const SurfacePaint& paint, const JudgeOptions& options, const fresco::Progress& progress);
+                       const SurfacePaint& paint, Protocol protocol, double min_covisible, const fresco::Progress& progress);
 
 struct Figure
 {

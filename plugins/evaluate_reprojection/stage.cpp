@@ -167,8 +167,7 @@ class EvaluateReprojection final : public Stage
             run.check_canceled();
             const auto source = cache.get(pair.source);
             const auto target = cache.get(pair.target);
-            gap->figures.push_back(
-                judge_pair(pair, *source, *target, shown, paint, {.protocol = rules(), .min_covisible = *min_covisible}, run));
+            gap->figures.push_back(judge_pair(pair, *source, *target, shown, paint, rules(), *min_covisible, run));
             run.progress(static_cast<double>(++done), static_cast<double>(jobs.size()), "pairs");
         }
     }

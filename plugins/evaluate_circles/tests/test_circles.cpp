@@ -334,13 +334,9 @@ class Recording
         const Scene scene{{{{0, 0, 2}, {0, 0, -1}}}, {{0, {0, -0.5, 2}, 0.1}, {0, {0.02, 0, 2}, 0.12}, {0, {0, 0.4, 2}, 0.08}}};
         for (const double z : {0.0, 1.0})
         {
-            Frame frame;
-            frame.sequence = "s";
-            frame.name = z == 0 ? "far" : "near";
-            frame.color = frame.depth = camera(100, height, 300);
-            frame.color.world_from_camera.translation = {0, 0, z};
+            const Frame frame = testing::frame(z == 0 ? "far" : "near", camera(100, height, 300, {0, 0, z}));
             frames->frames.push_back(frame);
-            views->names.push_back("s_" + frame.name + ".png");
+            views->names.push_back("seq-01_" + frame.name + ".png");
             write_file(folder.path() / views->names.back(), stored_png::Codec().encode_png(render(scene, frame.color)));
         }
         views->loaded_from = folder.path();
@@ -367,7 +363,7 @@ TEST_CASE("the stage measures the circles of renders, and draws them")
     testing::TestRun run;
     testing::TemporaryFolder out;
     const Files files = recording.judge(Value::Map{{"overlay", true}}, run, out.path());
-    CHECK(files.names == std::vector<std::string>{"circles.json", "circles/s_far.png", "circles/s_near.png"});
+    CHECK(files.names == std::vector<std::string>{"circles.json", "circles/seq-01_far.png", "circles/seq-01_near.png"});
     const Value figures = parse_json(read_text_file(files.loaded_from / "circles.json"));
     CHECK(figures.at("circles").as_int() == 6);
     CHECK(figures.at("circles_3d").as_int() == 6);

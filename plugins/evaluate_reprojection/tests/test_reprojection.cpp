@@ -173,8 +173,8 @@ PairFigures judge(const Camera& a, const Raster8& picture_a, const Camera& b, co
 {
     const JudgedView source{surface(a), picture_a};
     const JudgedView target{surface(b), picture_b};
-    return judge_pair({0, 1}, source, target, textured.mesh, texture_floor ? texture_paint(textured) : SurfacePaint(),
-                      {protocol, 0.2}, Progress{});
+    return judge_pair({0, 1}, source, target, textured.mesh, texture_floor ? texture_paint(textured) : SurfacePaint(), protocol,
+                      0.2, Progress{});
 }
 
 Raster8 noise_picture(int w, int h, std::uint64_t seed)
@@ -263,7 +263,7 @@ TEST_CASE("the floor is lit as the judged pictures are")
     const auto judged = [&](const char* shading)
     {
         return judge_pair({0, 1}, {surface(a), render(textured, a)}, {surface(b), render(textured, b)}, textured.mesh,
-                          texture_paint(textured, rendering::lights_of(shading)), {Protocol::paper, 0.2}, Progress{});
+                          texture_paint(textured, rendering::lights_of(shading)), Protocol::paper, 0.2, Progress{});
     };
     // The wall looks away from the lamp: only the ambient light is left.
     CHECK(judged("none").floor > 0.01);
@@ -331,11 +331,7 @@ class Recording
             std::make_shared<TexturedMesh>(wall(picture(300, 300, [&](int, int, int) { return 128 + 40 * random.normal(); })));
         for (int i = 0; i < 6; ++i)
         {
-            Frame frame;
-            frame.sequence = "seq-01";
-            frame.number = 8 * i;
-            frame.name = "frame-" + std::to_string(frame.number);
-            frame.color = frame.depth = camera(48, 36, 2.5 * i, 0.3 * i);
+            const Frame frame = testing::frame("frame-" + std::to_string(8 * i), camera(48, 36, 2.5 * i, 0.3 * i), 8 * i);
             frames->frames.push_back(frame);
             views->names.push_back("seq-01_" + frame.name + ".png");
             write_file(folder.path() / views->names.back(), stored_png::Codec().encode_png(render(*textured, frame.color)));

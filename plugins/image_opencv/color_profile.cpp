@@ -6,7 +6,6 @@
 #include <lcms2.h>
 
 #include <algorithm>
-#include <cstdint>
 #include <cstdlib>
 #include <limits>
 #include <memory>

@@ -84,7 +84,7 @@ class OpenCvImages final : public fresco::ImageIo
     {
         const auto bytes = fresco::read_file(file);
         PictureInfo info = check_picture(bytes, file.string(), Walk::whole);
-        auto picture = info.format == PictureFormat::heif ? decode_heif(bytes, file.string()) : decode(bytes, file.string());
+        auto picture = info.is_heif ? decode_heif(bytes, file.string()) : decode(bytes, file.string());
         const auto has_size = [&](const auto& raster) { return raster.width == info.width && raster.height == info.height; };
         if (!std::visit(has_size, picture))
             throw fresco::Error(file.string() +

@@ -7,7 +7,6 @@
 
 #include <cstdint>
 #include <cstring>
-#include <exception>
 #include <memory>
 #include <string>
 
@@ -150,7 +149,7 @@ PictureInfo check_heif(std::span<const std::byte> bytes, std::string_view source
     const HeifContext context(heif_context_alloc());
     const HeifHandle picture = opened(context, bytes, source);
     PictureInfo info;
-    info.format = PictureFormat::heif;
+    info.is_heif = true;
     file.take_size(info, 0, heif_image_handle_get_width(picture.get()), heif_image_handle_get_height(picture.get()));
     info.bits = heif_image_handle_get_luma_bits_per_pixel(picture.get());
     if (walk == Walk::whole)

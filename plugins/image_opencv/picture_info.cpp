@@ -162,7 +162,6 @@ class PngWalk
             bytes_.fail(begin_, "expected an IHDR chunk of 13 bytes");
         const std::size_t at = begin_ + 8;
         bytes_.take_size(info_, at, bytes_.u32(at), bytes_.u32(at + 4));
-        info_.format = PictureFormat::png;
         info_.bits = static_cast<int>(bytes_.u8(at + 8));
         color_type_ = bytes_.u8(at + 9);
         info_.is_gray = color_type_ == gray;
@@ -361,7 +360,6 @@ class JpegWalk
         components_ = bytes_.u8(at + 5);
         if (components_ != 1 && components_ != 3 && components_ != 4)
             bytes_.fail(at + 5, fmt::format("{} color components; expected 1, 3 or 4", components_));
-        info_.format = PictureFormat::jpeg;
         info_.is_gray = components_ == 1;
         frame_at_ = at;
         has_frame_ = true;

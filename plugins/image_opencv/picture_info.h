@@ -18,14 +18,6 @@ namespace image_opencv
 
 inline constexpr std::int64_t max_pixels = 300'000'000;
 
-enum class PictureFormat
-{
-    png,
-    jpeg,
-    webp,
-    heif  ///< HEIC and AVIF.
-};
-
 /// How much of a file to check.
 enum class Walk
 {
@@ -35,10 +27,10 @@ enum class Walk
 
 struct PictureInfo
 {
-    PictureFormat format = PictureFormat::png;
-    int width = 0;   ///< Before orientation, like all sizes here.
-    int height = 0;  ///< width * height <= max_pixels.
-    int bits = 8;    ///< Per sample as stored: 1, 2, 4, 8, 10, 12 or 16.
+    bool is_heif = false;  ///< HEIC or AVIF.
+    int width = 0;         ///< Before orientation, like all sizes here.
+    int height = 0;        ///< width * height <= max_pixels.
+    int bits = 8;          ///< Per sample as stored: 1, 2, 4, 8, 10, 12 or 16.
     bool is_gray = false;
     int orientation = 1;                            ///< EXIF, 1..8; known after Walk::whole.
     std::optional<std::uint16_t> transparent_gray;  ///< PNG color key of a gray picture, as stored.

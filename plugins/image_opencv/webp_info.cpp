@@ -24,7 +24,6 @@ class WebpWalk
 
     PictureInfo read(Walk walk)
     {
-        info_.format = PictureFormat::webp;
         const std::size_t end = chunk_header_bytes + std::size_t{bytes_.u32_little(4)};
         if (walk == Walk::whole)
             static_cast<void>(bytes_.part(0, end));

@@ -2,7 +2,6 @@
 
 #include "picture_samples.h"
 
-#include <fresco/error.h>
 #include <fresco/image_io.h>
 #include <fresco/testing.h>
 

@@ -10,7 +10,6 @@
 #include <fresco/uv_mapping/shading.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <iterator>
 #include <numbers>
@@ -64,6 +63,10 @@ std::vector<std::uint32_t> visible_points(const raycast::Scene& scene, std::span
     return seen;
 }
 
+namespace
+{
+
+/// Whether the point lies in a camera's picture, in a pixel that its mask does not ignore (see load_mask); it may be occluded.
 bool in_picture(const Camera& camera, const Raster8& mask, Vec3f position)
 {
     const Vec3d at = camera.project(vec_cast<double>(position));
@@ -72,9 +75,6 @@ bool in_picture(const Camera& camera, const Raster8& mask, Vec3f position)
         return false;
     return mask.empty() || mask.at(static_cast<int>(at.x), static_cast<int>(at.y)) != 0;
 }
-
-namespace
-{
 
 using Numbers = std::vector<std::uint32_t>;
 

@@ -37,9 +37,6 @@ std::vector<SurfacePoint> surface_points(const Mesh& mesh, int cells_px, const P
 std::vector<std::uint32_t> visible_points(const raycast::Scene& scene, std::span<const SurfacePoint> points, Vec3d eye,
                                           std::span<const std::uint32_t> asked);
 
-/// Whether the point lies in a camera's picture, in a pixel that its mask does not ignore (see load_mask); it may be occluded.
-bool in_picture(const Camera& camera, const Raster8& mask, Vec3f position);
-
 /// The points that views paint: those that at least one view sees, and those around them in the same chart.
 class Coverage
 {

@@ -13,9 +13,15 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <optional>
+#include <string_view>
 
 using namespace fresco;
 
+namespace
+{
+
+/// The class of an NYU40 id, 1 to 40, as in ScanNet's `.labels.ply`; nullopt for others.
 std::optional<std::string_view> nyu40_name(std::int64_t id)
 {
     constexpr std::array<std::string_view, 40> names{"wall",       "floor",          "cabinet",        "bed",
@@ -32,9 +38,6 @@ std::optional<std::string_view> nyu40_name(std::int64_t id)
         return std::nullopt;
     return names[static_cast<std::size_t>(id - 1)];
 }
-
-namespace
-{
 
 /// Numbers names by their first use.
 class Names

@@ -5,10 +5,8 @@
 
 #include <cstdint>
 #include <limits>
-#include <optional>
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 /// \file Reads labels of faces from PLY, ScanNet's JSON or a model's materials, and carries them to another mesh of the same
@@ -54,6 +52,3 @@ struct CarriedLabels
 /// than `within_m`. Equal for any number of threads. Throws Canceled.
 CarriedLabels carried_labels(const LabeledSurface& from, const fresco::Mesh& to, double within_m,
                              const fresco::Progress& progress);
-
-/// The class of an NYU40 id, 1 to 40, as in ScanNet's `.labels.ply`; nullopt for others.
-std::optional<std::string_view> nyu40_name(std::int64_t id);

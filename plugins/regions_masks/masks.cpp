@@ -45,6 +45,16 @@ bool is_picture(const fs::path& file)
     return file.extension() == ".png" || file.extension() == ".jpg";
 }
 
+/// Whether a pixel of a mask is in its region: the mean of its channels is bright.
+bool is_in_mask(const Raster8& mask, int x, int y)
+{
+    constexpr int half = 128;
+    int sum = 0;
+    for (int c = 0; c < mask.channels; ++c)
+        sum += mask.at(x, y, c);
+    return sum >= half * mask.channels;
+}
+
 }  // namespace
 
 std::vector<MaskedRegion> find_masks(const fs::path& folder, const std::vector<Frame>& frames)
@@ -83,15 +93,6 @@ std::vector<MaskedRegion> find_masks(const fs::path& folder, const std::vector<F
         throw MissingInput(folder.string() + ": no masks; expected pictures in a folder for each region, such as " +
                            (folder / "floor" / "frame-000000.png").string());
     return result;
-}
-
-bool is_in_mask(const Raster8& mask, int x, int y)
-{
-    constexpr int half = 128;
-    int sum = 0;
-    for (int c = 0; c < mask.channels; ++c)
-        sum += mask.at(x, y, c);
-    return sum >= half * mask.channels;
 }
 
 std::vector<std::uint32_t> faces_in_sight(const raycast::Scene& scene, const Camera& camera, const Progress& progress)

@@ -25,9 +25,6 @@ struct MaskedRegion
 /// and a name that occurs in several sequences; MissingInput for a folder without masks.
 std::vector<MaskedRegion> find_masks(const std::filesystem::path& folder, const std::vector<fresco::Frame>& frames);
 
-/// Whether a pixel of a mask is in its region: the mean of its channels is bright.
-bool is_in_mask(const fresco::Raster8& mask, int x, int y);
-
 /// The face whose front a camera sees at the center of each pixel: width x height, Hit::none for pixels without one. The same for
 /// any number of threads.
 std::vector<std::uint32_t> faces_in_sight(const fresco::raycast::Scene& scene, const fresco::Camera& camera,

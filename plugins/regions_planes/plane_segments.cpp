@@ -98,9 +98,9 @@ std::vector<std::uint32_t> flattest_first(const geometry::Surface& surface, cons
 
 /// Of faces that are not `taken`, which it marks.
 PlaneSegment grown_from(std::uint32_t seed, const geometry::Surface& surface, const std::vector<Vec3d>& normals,
-                        const PlaneLimits& limits, std::vector<std::uint8_t>& taken)
+                        std::vector<std::uint8_t>& taken)
 {
-    const double least_cosine = numerics::cosine_deg(limits.angle_deg);
+    const double least_cosine = numerics::cosine_deg(20);  // Between a face's smoothed normal and the plane's.
     PlaneSegment segment;
     PlaneFit fit;
     const auto take = [&](std::uint32_t f)
@@ -123,7 +123,7 @@ PlaneSegment grown_from(std::uint32_t seed, const geometry::Surface& surface, co
         }
         for (const std::uint32_t g : surface.neighbors[segment.faces[next]])
             if (g != none && !taken[g] && dot(normals[g], segment.normal) > least_cosine &&
-                std::abs(segment.distance(face_middle(surface.mesh, g))) < limits.distance_m)
+                std::abs(segment.distance(face_middle(surface.mesh, g))) < most_off_m)
                 take(g);
     }
     segment.normal = fit.normal();
@@ -142,7 +142,7 @@ Vec3d face_middle(const Mesh& mesh, std::size_t face)
 }
 
 std::vector<PlaneSegment> plane_segments(const geometry::Surface& surface, const std::vector<Vec3d>& normals,
-                                         const PlaneLimits& limits, const Progress& progress)
+                                         const Progress& progress)
 {
     std::vector<PlaneSegment> result;
     std::vector<std::uint8_t> taken(normals.size());
@@ -153,7 +153,7 @@ std::vector<PlaneSegment> plane_segments(const geometry::Surface& surface, const
             constexpr std::size_t seeds_between_checks = 4096;
             if (++grown % seeds_between_checks == 0)
                 progress.check_canceled();
-            if (PlaneSegment segment = grown_from(seed, surface, normals, limits, taken); segment.area >= limits.least_area_m2)
+            if (PlaneSegment segment = grown_from(seed, surface, normals, taken); segment.area >= least_segment_m2)
                 result.push_back(std::move(segment));
         }
     return result;

@@ -20,19 +20,16 @@ struct PlaneSegment
     double distance(fresco::Vec3d point) const { return dot(normal, point - middle); }
 };
 
-struct PlaneLimits
-{
-    double angle_deg = 20;     ///< Between a face's smoothed normal and the plane's.
-    double distance_m = 0.03;  ///< Of a face's middle from the plane.
-    double least_area_m2 = 0.02;
-};
+/// Of a segment.
+inline constexpr double most_off_m = 0.03;  ///< Distance of a face's middle from the plane.
+inline constexpr double least_segment_m2 = 0.02;
 
 /// Grows planes over the surface: from the flattest faces outward, each plane fitted again (least squares) whenever it has
 /// doubled. Faces of smaller segments are in none. `normals`: from geometry::smoothed_normals. The same for any number of
 /// threads. Throws Canceled. Rabbani, van den Heuvel and Vosselman, "Segmentation of point clouds using smoothness constraint"
 /// (2006), on faces instead of points.
 std::vector<PlaneSegment> plane_segments(const fresco::geometry::Surface& surface, const std::vector<fresco::Vec3d>& normals,
-                                         const PlaneLimits& limits, const fresco::Progress& progress);
+                                         const fresco::Progress& progress);
 
 /// The mean of a face's corners.
 fresco::Vec3d face_middle(const fresco::Mesh& mesh, std::size_t face);

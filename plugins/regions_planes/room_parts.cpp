@@ -13,7 +13,12 @@
 using fresco::geometry::none;
 using namespace fresco;
 
-void absorb_small_islands(const fresco::geometry::Surface& surface, std::vector<RoomPart>& of_face)
+namespace
+{
+
+/// Reassigns connected pieces of one part that are smaller than a hand (switches, handles, noise) to the part that most of their
+/// border touches.
+void absorb_small_islands(const geometry::Surface& surface, std::vector<RoomPart>& of_face)
 {
     constexpr double island_m2 = 0.02;
     constexpr double most_of_border = 0.6;
@@ -53,9 +58,6 @@ void absorb_small_islands(const fresco::geometry::Surface& surface, std::vector<
                 of_face[f] = static_cast<RoomPart>(most - border.begin());
     }
 }
-
-namespace
-{
 
 using numerics::cosine_deg;
 
@@ -398,6 +400,6 @@ RoomParts find_room_parts(const Mesh& upright, double thickness_m, const Progres
     const Mesh mesh = welded(upright);
     const geometry::Surface surface(mesh);
     const std::vector<Vec3d> normals = geometry::smoothed_normals(surface, progress);
-    const std::vector<PlaneSegment> segments = plane_segments(surface, normals, {}, progress);
+    const std::vector<PlaneSegment> segments = plane_segments(surface, normals, progress);
     return RoomFinder(surface, normals, segments, thickness_m).find(progress);
 }

@@ -13,8 +13,8 @@
 #include <unordered_map>
 #include <vector>
 
-/// \file Divides a room into floor, ceiling, walls and furniture, for the stage. HeightGrid and absorb_small_islands() are steps
-/// of it, declared for tests.
+/// \file Divides a room into floor, ceiling, walls and furniture, for the stage. HeightGrid is a step of it,
+/// declared for tests.
 
 enum class RoomPart : std::uint8_t
 {
@@ -37,10 +37,6 @@ struct RoomParts
 /// `thickness_m`: faces this close to a plane that face roughly the same way belong to it. The mesh must have passed check_mesh.
 /// The same for any number of threads. Throws Canceled.
 RoomParts find_room_parts(const fresco::Mesh& upright, double thickness_m, const fresco::Progress& progress);
-
-/// Reassigns connected pieces of one part that are smaller than a hand (switches, handles, noise) to the part that most of their
-/// border touches.
-void absorb_small_islands(const fresco::geometry::Surface& surface, std::vector<RoomPart>& of_face);
 
 /// Mean heights of roughly level surfaces in squares of cell_m; several per square if storeys lie above each other.
 class HeightGrid

@@ -1,12 +1,9 @@
 #include "catch.h"
-#include "free_space.h"
 #include "rooms.h"
-#include "view_plan.h"
 
 #include <fresco/frames.h>
 #include <fresco/mesh.h>
 #include <fresco/parallel.h>
-#include <fresco/raycast/ray_finder.h>
 #include <fresco/stage.h>
 #include <fresco/testing.h>
 #include <fresco/uv_mapping/uv_mapper.h>

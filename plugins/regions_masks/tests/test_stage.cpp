@@ -2,7 +2,6 @@
 #include "masks.h"
 #include "raw_images.h"
 
-#include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
 #include <fresco/random.h>

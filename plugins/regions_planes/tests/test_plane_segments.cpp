@@ -10,10 +10,10 @@ using namespace fresco;
 namespace
 {
 
-std::vector<PlaneSegment> segments_of(const Mesh& mesh, const PlaneLimits& limits = {})
+std::vector<PlaneSegment> segments_of(const Mesh& mesh)
 {
     const geometry::Surface surface(mesh);
-    return plane_segments(surface, geometry::smoothed_normals(surface, Progress{}), limits, Progress{});
+    return plane_segments(surface, geometry::smoothed_normals(surface, Progress{}), Progress{});
 }
 
 /// The plane of least squares through the middles of all faces: of many directions the one of least spread.
@@ -66,18 +66,17 @@ TEST_CASE("plane segments: every face is in one piece at most, and near its plan
     room.shell({3, 3, 2.5F});
     room.block({1, 1, 0}, {0.5F, 0.5F, 0.5F});
     const geometry::Surface surface(room.mesh);
-    const PlaneLimits limits;
-    const auto segments = segments_of(room.mesh, limits);
+    const auto segments = segments_of(room.mesh);
     CHECK(segments.size() >= 10);
     std::vector<int> uses(room.parts.size());
     for (const PlaneSegment& segment : segments)
     {
         CHECK(length(segment.normal) == Approx(1));
-        CHECK(segment.area >= limits.least_area_m2);
+        CHECK(segment.area >= least_segment_m2);
         for (const std::uint32_t f : segment.faces)
         {
             ++uses[f];
-            CHECK(std::abs(segment.distance(face_middle(room.mesh, f))) < 2 * limits.distance_m);
+            CHECK(std::abs(segment.distance(face_middle(room.mesh, f))) < 2 * most_off_m);
         }
         CHECK(std::accumulate(segment.faces.begin(), segment.faces.end(), 0.0,
                               [&](double sum, std::uint32_t f) { return sum + surface.areas[f]; }) == Approx(segment.area));

@@ -421,8 +421,7 @@ double seam_step(const std::vector<std::vector<CellColor>>& views, int side, con
                 const std::uint32_t other = a.cell + step;
                 if (other >= blended.dominant.size() || blended.dominant[a.cell] == blended.dominant[other])
                     continue;
-                const auto b = std::lower_bound(view.begin(), view.end(), other,
-                                                [](const CellColor& color, std::uint32_t cell) { return color.cell < cell; });
+                const auto b = std::ranges::lower_bound(view, other, {}, &CellColor::cell);
                 if (b == view.end() || b->cell != other)
                     continue;
                 const Log &from = blended.log_rgb[a.cell], &to = blended.log_rgb[other];

@@ -382,8 +382,7 @@ void blend(const std::vector<BestSamples>& best, FramesTexture& result, const Bl
                              continue;
                          const Blend color = blended(samples, rules);
                          result.seen.values[texel] = 1;
-                         std::copy(color.rgb.begin(), color.rgb.end(),
-                                   result.picture.values.begin() + static_cast<std::ptrdiff_t>(3 * texel));
+                         std::ranges::copy(color.rgb, &result.picture.values[3 * texel]);
                          blended_in_row[texel / rows] += static_cast<std::size_t>(color.used);
                          rejected_in_row[texel / rows] += static_cast<std::size_t>(color.rejected);
                      }

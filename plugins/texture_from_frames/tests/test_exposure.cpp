@@ -1,6 +1,5 @@
 #include "catch.h"
 #include "exposure.h"
-#include "frames_texture.h"
 #include "shared_data.h"
 
 #include <fresco/frames.h>

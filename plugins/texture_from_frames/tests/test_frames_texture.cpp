@@ -2,7 +2,6 @@
 #include "frames_texture.h"
 #include "painted_wall.h"
 
-#include <fresco/error.h>
 #include <fresco/images/filters.h>
 #include <fresco/random.h>
 #include <fresco/testing.h>

@@ -15,12 +15,6 @@ namespace fs = std::filesystem;
 namespace
 {
 
-void write_picture(const fs::path& file, const Raster8& picture)
-{
-    const std::vector<std::size_t> shape{static_cast<std::size_t>(picture.height), static_cast<std::size_t>(picture.width), 3};
-    write_npy(file, shape, std::span<const std::uint8_t>(picture.values));
-}
-
 /// Uv maps of two heights, and frames with NPY pictures and raw depth pictures, below a folder.
 struct Recording
 {
@@ -32,12 +26,8 @@ struct Recording
         const auto cameras = five_cameras();
         for (std::size_t i = 0; i < cameras.size(); ++i)
         {
-            Frame frame;
-            frame.sequence = "walk";
-            frame.name = "frame-" + std::to_string(i);
-            frame.color = frame.depth = cameras[i];
-            frame.color_picture.path = folder / (frame.name + ".npy");
-            write_picture(frame.color_picture.path, picture_of(cameras[i], smooth_paint));
+            Frame frame = testing::frame("frame-" + std::to_string(i), cameras[i]);
+            testing::set_color_picture(frame, folder, picture_of(cameras[i], smooth_paint));
             if (with_depth)
                 write_depth(folder, frame);
             UvMaps::View view{frame.sequence, frame.name, frame.color, {}};
@@ -152,7 +142,8 @@ TEST_CASE("pictures of a folder take the place of the cameras'")
             Raster8 picture(width, height, 3, 40);
             for (std::size_t i = 0; i < picture.values.size(); i += 3)
                 picture.values[i] = 200;
-            write_picture(styled / ("walk_" + frame.name + ".npy"), picture);
+            const std::vector<std::size_t> shape{static_cast<std::size_t>(height), static_cast<std::size_t>(width), 3};
+            write_npy(styled / ("seq-01_" + frame.name + ".npy"), shape, picture.values);
         }
     };
     const Value::Map options{{"size_px", 32}, {"pictures", styled.string()}};
@@ -165,14 +156,14 @@ TEST_CASE("pictures of a folder take the place of the cameras'")
     CHECK(run.folders_read.size() == 4);
 
     write_all(200, 160);
-    CHECK_THROWS_WITH(made(recording, options, run), Catch::Contains("walk_frame-") && Catch::Contains("160x120"));
+    CHECK_THROWS_WITH(made(recording, options, run), Catch::Contains("seq-01_frame-") && Catch::Contains("160x120"));
     write_all(160, 120);
-    fs::remove(styled / "walk_frame-3.npy");
-    fs::remove(styled / "walk_frame-1.npy");
+    fs::remove(styled / "seq-01_frame-3.npy");
+    fs::remove(styled / "seq-01_frame-1.npy");
     CHECK_THROWS_AS(made(recording, options, run), MissingInput);
     CHECK_THROWS_WITH(made(recording, options, run),
-                      Catch::Contains("2 of 5 frames") && Catch::Contains("walk_frame-1, walk_frame-3;"));
-    write_file(styled / "walk_frame-1.png", testing::RawImages().encode_png(Raster8(160, 120, 3, 9)));
-    write_file(styled / "walk_frame-3.jpg", testing::RawImages().encode_jpeg(Raster8(160, 120, 3, 9), 90));
+                      Catch::Contains("2 of 5 frames") && Catch::Contains("seq-01_frame-1, seq-01_frame-3;"));
+    write_file(styled / "seq-01_frame-1.png", testing::RawImages().encode_png(Raster8(160, 120, 3, 9)));
+    write_file(styled / "seq-01_frame-3.jpg", testing::RawImages().encode_jpeg(Raster8(160, 120, 3, 9), 90));
     CHECK(made(recording, options, run)->layers[0].at(16, 16, 0) > 0.1F);
 }

@@ -6,6 +6,7 @@
 #include <fresco/files_io.h>
 #include <fresco/mesh.h>
 #include <fresco/testing.h>
+#include <fresco/testing_scenes.h>
 #include <fresco/texture.h>
 #include <fresco/texturing/texture_pictures.h>
 
@@ -35,10 +36,7 @@ TEST_CASE("a vertex sees the texels of its faces by their nearness, in linear li
     TexturedMesh textured = half_picture(64);
     // Light that rises with u: L = u. The mean of u over the triangle with weight lambda is 1/4 at corners with u = 0 and 1/2 at
     // the one with u = 1.
-    for (int y = 0; y < 64; ++y)
-        for (int x = 0; x < 64; ++x)
-            for (int c = 0; c < 3; ++c)
-                textured.image.pixels.at(x, y, c) = from_linear((x + 0.5) / 64);
+    textured.image.pixels = testing::picture(64, 64, [](int x, int, int) { return from_linear((x + 0.5) / 64); });
     testing::TestRun run;
     const auto colors = vertex_colors(textured, run);
     REQUIRE(colors.size() == 3);
@@ -133,9 +131,8 @@ TEST_CASE("the mesh is turned to stand with z up")
     REQUIRE(read.positions.size() == mesh.positions.size());
     for (std::size_t v = 0; v < mesh.positions.size(); ++v)
     {
-        CHECK(read.positions[v].x == Approx(mesh.positions[v].x).margin(1e-6));
-        CHECK(read.positions[v].y == Approx(-mesh.positions[v].z).margin(1e-6));
-        CHECK(read.positions[v].z == Approx(mesh.positions[v].y).margin(1e-6));
+        const Vec3f p = mesh.positions[v];
+        CHECK(length(read.positions[v] - Vec3f{p.x, -p.z, p.y}) < 1e-6F);
     }
 }
 

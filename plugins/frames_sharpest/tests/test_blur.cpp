@@ -151,7 +151,7 @@ Raster8 blurred(const Raster8& sharp, double length_px, double angle, Random& ra
 {
     constexpr int samples = 12;
     constexpr double noise = 1.5;
-    Raster8 result(sharp.width, sharp.height, 3);
+    const int count = length_px > 0 ? samples : 1;
     const auto at = [&](double x, double y, int c)
     {
         x = std::clamp(x, 0.0, sharp.width - 1.001);
@@ -163,21 +163,17 @@ Raster8 blurred(const Raster8& sharp, double length_px, double angle, Random& ra
         return (1 - v) * ((1 - u) * sharp.at(left, top, c) + u * sharp.at(left + 1, top, c)) +
                v * ((1 - u) * sharp.at(left, top + 1, c) + u * sharp.at(left + 1, top + 1, c));
     };
-    for (int y = 0; y < sharp.height; ++y)
-        for (int x = 0; x < sharp.width; ++x)
-            for (int c = 0; c < 3; ++c)
-            {
-                double sum = 0;
-                const int count = length_px > 0 ? samples : 1;
-                for (int i = 0; i < count; ++i)
-                {
-                    const double along = length_px * ((i + 0.5) / count - 0.5);
-                    sum += at(x + along * std::cos(angle), y + along * std::sin(angle), c);
-                }
-                result.at(x, y, c) =
-                    static_cast<std::uint8_t>(std::clamp(std::lround(sum / count + noise * random.normal()), 0L, 255L));
-            }
-    return result;
+    return testing::picture(sharp.width, sharp.height,
+                            [&](int x, int y, int c)
+                            {
+                                double sum = 0;
+                                for (int i = 0; i < count; ++i)
+                                {
+                                    const double along = length_px * ((i + 0.5) / count - 0.5);
+                                    sum += at(x + along * std::cos(angle), y + along * std::sin(angle), c);
+                                }
+                                return sum / count + noise * random.normal();
+                            });
 }
 
 /// Bursts of one to four blurred frames, as hands shake: about a quarter of all.

@@ -95,7 +95,7 @@ TEST_CASE("uint16 is refused for uv maps of a larger texture")
     inputs["uvmaps"] = fine;
     testing::TestRun run;
     CHECK_THROWS_WITH(write_dataset(folder.path() / "out", inputs, run, Value::Map{{"uv", "uint16"}}),
-                      Contains("up to 4096 texels a side, the uv maps on port 'uvmaps' are for 8192: set uv: float32"));
+                      Contains("set uv: float32"));
     CHECK_NOTHROW(write_dataset(folder.path() / "fine", inputs, run));
 }
 
@@ -166,8 +166,7 @@ TEST_CASE("what the reader would refuse is not written")
     const float depth = map.depth.at(5, 3);
     map.depth.at(5, 3) = 0;
     UvMaps::write_map({folder.path() / "maps", {}}, 2, 12, map);
-    CHECK_THROWS_WITH(refuse(recording.inputs()),
-                      Contains("the uv map of seq-01/frame-20 at 12 px, depth: pixel (5, 3) is valid and has no depth"));
+    CHECK_THROWS_WITH(refuse(recording.inputs()), Contains("seq-01/frame-20 at 12 px, depth: pixel (5, 3) is valid"));
     map.depth.at(5, 3) = depth;
     UvMaps::write_map({folder.path() / "maps", {}}, 2, 12, map);
     CHECK_NOTHROW(refuse(recording.inputs()));

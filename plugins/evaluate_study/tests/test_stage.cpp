@@ -133,8 +133,7 @@ TEST_CASE("pictures of a view are shown at one size, and must be of one shape")
     // 40 x 30 and the value 200 (KB7I): the larger one is shrunk to the smaller one's size.
     CHECK_THAT(pictures.made("study.html"), Contains("data:image/png;base64,KB7I"));
     pictures.write("theirs", "one.png", "80x50 200");
-    CHECK_THROWS_WITH(pictures.run_stage(options, run),
-                      Contains("theirs/one.png is 80x50 and") && Contains("must show the same view"));
+    CHECK_THROWS_WITH(pictures.run_stage(options, run), Contains("theirs/one.png is 80x50 and"));
     pictures.write("theirs", "one.jpg", "80x60 200");
     CHECK_THROWS_WITH(pictures.run_stage(options, run), Contains("one.png and") && Contains("share a name"));
 }
@@ -183,8 +182,7 @@ TEST_CASE("results become percentages, with the same pictures or only the key")
     CHECK_THROWS_WITH(pictures.run_stage(options, run), Contains("p1.json: answers of another study"));
     options.set("key", key_file.string());
     CHECK_THROWS_WITH(pictures.run_stage(options, run), Contains("both the key of a study and its pictures"));
-    CHECK_THROWS_WITH(pictures.run_stage(Value::Map{{"key", key_file.string()}}, run),
-                      Contains("to the folder of result files too"));
+    CHECK_THROWS_WITH(pictures.run_stage(Value::Map{{"key", key_file.string()}}, run), Contains("result files too"));
 }
 
 TEST_CASE("too few pairs are reported, and a canceled run stops")

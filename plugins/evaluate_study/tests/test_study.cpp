@@ -122,8 +122,7 @@ TEST_CASE("a key gives the study back, and only as it was written")
         return other;
     };
     CHECK_THROWS_WITH(key_from(changed("study_key", "other"), "k.json"), Contains("k.json: not the key of a study, version 1"));
-    CHECK_THROWS_WITH(key_from(changed("\"version\": 1", "\"version\": 2"), "k.json"),
-                      Contains("not the key of a study, version 1"));
+    CHECK_THROWS_WITH(key_from(changed("\"version\": 1", "\"version\": 2"), "k.json"), Contains("version 1"));
     CHECK_THROWS_WITH(key_from(changed("\"pairs_count\"", "\"pairs\""), "k.json"), Contains("k.json: ") && Contains("pairs"));
     CHECK_THROWS_WITH(key_from(changed("\"version\": 1,", "\"version\": 1, \"more\": 2,"), "k.json"),
                       Contains("unknown entry 'more'"));
@@ -299,7 +298,7 @@ TEST_CASE("sheets come in the order of their participants, each of whom has one"
     CHECK(sheets[1].participant == "zoe");
     const auto again = write("3.json", "ann");
     CHECK_THROWS_WITH(read_sheets({z, a, again}, small_study()),
-                      Contains("3.json and") && Contains("2.json are answers of the same participant, ann: keep one"));
+                      Contains("3.json and") && Contains("2.json are answers of the same participant, ann"));
 }
 
 namespace

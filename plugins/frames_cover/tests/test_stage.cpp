@@ -15,6 +15,7 @@
 #include <cmath>
 
 using namespace fresco;
+using Catch::Contains;
 using namespace fresco::cover;
 using numerics::SeenCell;
 namespace fs = std::filesystem;
@@ -127,7 +128,7 @@ TEST_CASE("the frames that tile a wall are chosen, those between them are not", 
     CHECK(run.reported.at("coverage").as_double() == 1);
     CHECK(run.reported.at("blind_frames").as_int() == 0);
     REQUIRE(run.messages.size() == 1);
-    CHECK_THAT(run.messages.front(), Catch::Contains("4 of 7 frames see 100.0 % of what all see"));
+    CHECK_THAT(run.messages.front(), Contains("4 of 7 frames see 100.0 % of what all see"));
 }
 
 TEST_CASE("a target, a number and a share end the choice", "[frames.cover]")
@@ -167,7 +168,7 @@ TEST_CASE("of frames that see the same the sharp and the straight ones are chose
     auto options = with(with(plain(), "sharpness_weight", 1), "sharpness_size_px", Value::List{64, 64});
     CHECK(covering_views(wall(), frames, options, run) == std::vector<std::string>{"sharp"});
     options.set("sharpness_size_px", Value::List{64});
-    CHECK_THROWS_WITH(covering_views(wall(), frames, options, run), Catch::Contains("sharpness_size_px\" has 1 numbers"));
+    CHECK_THROWS_WITH(covering_views(wall(), frames, options, run), Contains("sharpness_size_px\" has 1 numbers"));
 
     // Both see all of the wall, one at 45°.
     Frames both;
@@ -209,13 +210,12 @@ TEST_CASE("frames that see little of the mesh are not chosen, nor what a mask ig
 TEST_CASE("what cannot be covered is refused", "[frames.cover]")
 {
     testing::TestRun run;
-    CHECK_THROWS_WITH(covering_views(wall(), Frames(), plain(), run), Catch::Contains("no frames"));
+    CHECK_THROWS_WITH(covering_views(wall(), Frames(), plain(), run), Contains("no frames"));
     auto bare = wall();
     bare.texcoords.clear();
-    CHECK_THROWS_WITH(covering_views(bare, tiling(), plain(), run), Catch::Contains("atlas.*"));
+    CHECK_THROWS_WITH(covering_views(bare, tiling(), plain(), run), Contains("atlas.*"));
     auto away = tiling();
     for (auto& frame : away.frames)
         frame.color.world_from_camera.translation.z = 3;
-    CHECK_THROWS_WITH(covering_views(wall(), away, plain(), run),
-                      Catch::Contains("none of the 7 frames sees the front of the mesh on min_seen_share"));
+    CHECK_THROWS_WITH(covering_views(wall(), away, plain(), run), Contains("none of the 7 frames"));
 }

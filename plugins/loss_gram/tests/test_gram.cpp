@@ -212,8 +212,7 @@ TEST_CASE("loss.gram: no passing pixel leaves only the coarse target; no pixel a
 TEST_CASE("loss.gram's errors and needs", "[gram]")
 {
     Fixture fixture;
-    CHECK_THROWS_WITH(fixture.make(R"({"layers": "a, c"})")->prepare(fixture.context),
-                      Catch::Contains("c") && Catch::Contains("a, b"));
+    CHECK_THROWS_WITH(fixture.make(R"({"layers": "a, c"})")->prepare(fixture.context), Catch::Contains("a, b"));
     CHECK_THROWS_WITH(fixture.make(R"({"layer_weights": [1, 2]})")->prepare(fixture.context), Catch::Contains("layer_weights"));
     fixture.context.style.fine = at::zeros({3, 1, 1}, at::kDouble);
     CHECK_THROWS_WITH(fixture.make(R"({"layers": "b"})")->prepare(fixture.context), Catch::Contains("too small"));

@@ -15,6 +15,7 @@
 #include <span>
 
 using namespace fresco;
+using Catch::Contains;
 
 namespace
 {
@@ -71,17 +72,13 @@ TEST_CASE("labels of a PLY: vertices vote for their faces, by NYU40's names or n
 TEST_CASE("labels of a PLY: another property, floats, nothing labeled and another mesh are refused")
 {
     CHECK_THROWS_WITH(read(ply("1111", ""), Naming::nyu40, nullptr, "labels"),
-                      Catch::Contains("a.ply") &&
-                          Catch::Contains("neither vertices nor faces have an integer property 'labels' (did "
-                                          "you mean 'label'?)"));
-    CHECK_THROWS_WITH(read(ply("1111", "", "float")),
-                      Catch::Contains("neither vertices nor faces have an integer property 'label'"));
-    CHECK_THROWS_WITH(read(ply("0000", "")),
-                      Catch::Contains("the property 'label' labels nothing") && Catch::Contains("set naming: numbers"));
+                      Contains("a.ply") && Contains("(did you mean 'label'?)"));
+    CHECK_THROWS_WITH(read(ply("1111", "", "float")), Contains("an integer property 'label'"));
+    CHECK_THROWS_WITH(read(ply("0000", "")), Contains("labels nothing") && Contains("naming: numbers"));
     Mesh other;
     other.positions.resize(3);
     CHECK_THROWS_WITH(read(ply("1111", ""), Naming::nyu40, &other),
-                      Catch::Contains("a.ply has 4 vertices, the mesh on port 'labeled' 3: these are labels of another mesh"));
+                      Contains("a.ply has 4 vertices, the mesh on port 'labeled' 3"));
     other.positions.assign(4, Vec3f{7, 8, 9});
     CHECK(read(ply("1111", ""), Naming::nyu40, &other).mesh.positions[2] == Vec3f{7, 8, 9});
 }
@@ -100,10 +97,9 @@ TEST_CASE("labels of ScanNet's segmentation: objects name segments, segments hol
     CHECK(name_of(surface, 1) == "office chair");
     CHECK(name_of(labeled("[4, 4, 2, 2]"), 0).empty());
     CHECK_THROWS_WITH(labeled("[7, 9, 7]"),
-                      Catch::Contains("a.segs.json has the segments of 3 vertices, the mesh on port 'labeled' "
-                                      "has 4: these are labels of another mesh"));
-    CHECK_THROWS_WITH(labeled("[4, 4, 4, 4]"), Catch::Contains("a.aggregation.json names none of the segments of a.segs.json"));
-    CHECK_THROWS_WITH(labeled("[4"), Catch::Contains("a.segs.json"));
+                      Contains("a.segs.json has the segments of 3 vertices, the mesh on port 'labeled' has 4"));
+    CHECK_THROWS_WITH(labeled("[4, 4, 4, 4]"), Contains("a.aggregation.json names none of the segments of a.segs.json"));
+    CHECK_THROWS_WITH(labeled("[4"), Contains("a.segs.json"));
 }
 
 TEST_CASE("labels of a model: its materials' names")
@@ -118,7 +114,7 @@ TEST_CASE("labels of a model: its materials' names")
     CHECK(name_of(surface, 0) == "Oak floor");
     CHECK(name_of(surface, 1).empty());
     model.materials[1].name.clear();
-    CHECK_THROWS_WITH(surface_from_materials(model), Catch::Contains("no material of the model on port 'model' has a name"));
+    CHECK_THROWS_WITH(surface_from_materials(model), Contains("no material of the model on port 'model' has a name"));
 }
 
 namespace
@@ -243,10 +239,8 @@ TEST_CASE("regions.labels: labels of another mesh are refused by how much they c
     Mesh mesh = square();
     for (Vec3f& p : mesh.positions)
         p.z = p.y > 0.24F ? 1.0F : 0.0F;
-    CHECK_THROWS_WITH(
-        divided(Value::Map{{"path", file}}, {{"mesh", std::make_shared<Mesh>(mesh)}}, run),
-        Catch::Contains("% of the mesh on port 'mesh' is within 5 cm of the labeled faces; expected at least 80%: these "
-                        "are labels of another mesh"));
+    CHECK_THROWS_WITH(divided(Value::Map{{"path", file}}, {{"mesh", std::make_shared<Mesh>(mesh)}}, run),
+                      Contains("labels of another mesh"));
     // A mesh that lies elsewhere says where its vertices are.
     const auto moved = std::make_shared<Mesh>(square(5));
     const auto regions = divided(Value::Map{{"path", file}}, {{"mesh", moved}, {"labeled", moved}}, run);
@@ -276,12 +270,9 @@ TEST_CASE("regions.labels: materials of a model, ScanNet's segments, and what th
     const Value both = Value::Map{{"path", groups}, {"segments", segments}};
     CHECK(divided(both, {{"mesh", mesh}, {"labeled", mesh}}, run)->names == std::vector<std::string>{"rug"});
 
-    CHECK_THROWS_WITH(divided(both, {{"mesh", mesh}}, run),
-                      Catch::Contains("wire the mesh that both are for to the input 'labeled'"));
+    CHECK_THROWS_WITH(divided(both, {{"mesh", mesh}}, run), Contains("to the input 'labeled'"));
     CHECK_THROWS_WITH(divided(Value::Map{{"path", groups}}, {{"mesh", mesh}, {"labeled", mesh}}, run),
-                      Catch::Contains("set 'segments' to the scene's .segs.json"));
-    CHECK_THROWS_WITH(divided(Value::Map{}, {{"mesh", mesh}}, run),
-                      Catch::Contains("set either 'path' to a file with labels, or the "
-                                      "input 'model'"));
-    CHECK_THROWS_WITH(divided(both, with_model, run), Catch::Contains("set either 'path'"));
+                      Contains("set 'segments' to the scene's .segs.json"));
+    CHECK_THROWS_WITH(divided(Value::Map{}, {{"mesh", mesh}}, run), Contains("set either 'path'"));
+    CHECK_THROWS_WITH(divided(both, with_model, run), Contains("set either 'path'"));
 }

@@ -8,6 +8,7 @@
 #include <cmath>
 
 using namespace fresco;
+using Catch::Contains;
 
 namespace
 {
@@ -139,7 +140,7 @@ TEST_CASE("optimized texels next to a chart are kept, those further out are gutt
 
 TEST_CASE("nothing to fill from is an error with the way out")
 {
-    CHECK_THROWS_WITH(baked(testing::blank_texture(size, 0.5F), testing::two_chart_wall()), Catch::Contains("unseen: color"));
+    CHECK_THROWS_WITH(baked(testing::blank_texture(size, 0.5F), testing::two_chart_wall()), Contains("unseen: color"));
     CHECK_NOTHROW(
         baked(testing::blank_texture(8, 0.5F), testing::two_chart_wall(), {.unseen = Unseen::keep, .unseen_color = {}}));
 }
@@ -178,10 +179,10 @@ TEST_CASE("the stage refuses what it cannot use")
     const Texture texture = testing::blank_texture(16, 0.5F);
     Mesh bare = testing::two_chart_wall();
     bare.texcoords.clear();
-    CHECK_THROWS_WITH(baked(Value::Map{}, texture, bare, run), Catch::Contains("no texcoords"));
+    CHECK_THROWS_WITH(baked(Value::Map{}, texture, bare, run), Contains("no texcoords"));
     CHECK_THROWS_WITH(baked(Value::Map{{"unseen_color", Value::List{1, 2}}}, texture, testing::two_chart_wall(), run),
-                      Catch::Contains("unseen_color\" has 2 numbers"));
-    CHECK_THROWS_WITH(baked(Value::Map{{"unseen", "blur"}}, texture, testing::two_chart_wall(), run), Catch::Contains("unseen"));
+                      Contains("unseen_color\" has 2 numbers"));
+    CHECK_THROWS_WITH(baked(Value::Map{{"unseen", "blur"}}, texture, testing::two_chart_wall(), run), Contains("unseen"));
     run.cancel_after(2);
     CHECK_THROWS_AS(baked(Value::Map{{"unseen", "keep"}}, texture, testing::two_chart_wall(), run), Canceled);
 }

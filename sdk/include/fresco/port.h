@@ -16,17 +16,32 @@
 namespace fresco
 {
 
-/// Untyped half of Input: what the host sees.
-class InputPort
+/// What inputs and outputs have in common.
+class Port
 {
   public:
-    virtual ~InputPort();
-    InputPort(const InputPort&) = delete;
-    InputPort& operator=(const InputPort&) = delete;
+    virtual ~Port();
+    Port(const Port&) = delete;
+    Port& operator=(const Port&) = delete;
     const std::string& name() const { return name_; }
     const ArtifactType& type() const { return type_; }
     bool is_optional() const { return optional_; }
     Value describe() const;
+
+  protected:
+    Port(std::string name, const ArtifactType& type, bool is_optional, std::string help);
+
+  private:
+    std::string name_;
+    const ArtifactType& type_;
+    bool optional_;
+    std::string help_;
+};
+
+/// Untyped half of Input: what the host sees.
+class InputPort : public Port
+{
+  public:
     /// Loads the value from a stored artifact's folder.
     virtual void load(const ArtifactFolder& folder) = 0;
     /// Takes a value made elsewhere (a reader, a test). Throws Error if it is of another type.
@@ -36,12 +51,6 @@ class InputPort
     InputPort(Configurable* owner, std::string name, const ArtifactType& type, bool is_optional, std::string help);
     [[noreturn]] void not_wired() const;
     [[noreturn]] void wrong_type() const;
-
-  private:
-    std::string name_;
-    const ArtifactType& type_;
-    bool optional_;
-    std::string help_;
 };
 
 /// An input: `*port` and `port->` give the value during `run`. Shared with other consumers, read-only.
@@ -89,17 +98,11 @@ class Input final : public InputPort
 };
 
 /// Untyped half of Output.
-class OutputPort
+class OutputPort : public Port
 {
   public:
-    virtual ~OutputPort();
-    OutputPort(const OutputPort&) = delete;
-    OutputPort& operator=(const OutputPort&) = delete;
-    const std::string& name() const { return name_; }
-    const ArtifactType& type() const { return type_; }
-    bool is_optional() const { return optional_; }
     /// Optional, and the stage gave no value: there is nothing to save.
-    bool is_left_out() const { return optional_ && value() == nullptr; }
+    bool is_left_out() const { return is_optional() && value() == nullptr; }
     /// The names of the parts that the artifact always has; empty where they depend on what is read.
     const std::vector<std::string>& parts() const { return parts_; }
     Value describe() const;
@@ -122,10 +125,6 @@ class OutputPort
     ArtifactFolder folder_;
 
   private:
-    std::string name_;
-    const ArtifactType& type_;
-    bool optional_;
-    std::string help_;
     std::vector<std::string> parts_;
     std::set<std::string> references_;
 };

@@ -1,5 +1,4 @@
 #include "mesh_text.h"
-#include "ply_cursor.h"
 #include "ply_header.h"
 
 #include <fresco/error.h>
@@ -22,6 +21,190 @@ namespace
 
 using namespace detail;
 
+// Two sources of values with one interface: rows begin and end, numbers are read by their declared type, lists are checked
+// against what is left of the file before anyone allocates for them.
+
+/// Values of the binary formats; `Swapped`: the file's byte order is not this machine's.
+template <bool Swapped>
+class BinaryCursor
+{
+  public:
+    BinaryCursor(std::span<const std::byte> bytes, const PlyHeader& header, std::string_view source)
+        : bytes_(bytes), source_(source), offset_(header.body_offset), last_(offset_)
+    {
+    }
+
+    void begin_row() {}
+    void end_row() {}
+    void end()
+    {
+        last_ = offset_;
+        if (offset_ != bytes_.size())
+            fail(fmt::format("{} bytes after the last element; expected the end of the file", bytes_.size() - offset_));
+    }
+
+    std::int64_t integer(PlyType type)
+    {
+        switch (type)
+        {
+        case PlyType::int8:
+            return take<std::int8_t>();
+        case PlyType::uint8:
+            return take<std::uint8_t>();
+        case PlyType::int16:
+            return take<std::int16_t>();
+        case PlyType::uint16:
+            return take<std::uint16_t>();
+        case PlyType::int32:
+            return take<std::int32_t>();
+        default:
+            return take<std::uint32_t>();
+        }
+    }
+
+    double real(PlyType type)
+    {
+        if (type == PlyType::float32)
+            return static_cast<double>(take<float>());
+        if (type == PlyType::float64)
+            return take<double>();
+        return static_cast<double>(integer(type));
+    }
+
+    /// Whether the rest of the file can hold a list.
+    void check_room(const PlyProperty& list, std::size_t items) const
+    {
+        if (items > (bytes_.size() - offset_) / size_of(list.type))
+            fail(fmt::format("the list {} of {} items goes beyond the end of the file: it is cut or damaged",
+                             in_quotes(list.name), items));
+    }
+
+    void skip(PlyType type, std::size_t items)
+    {
+        reach(items * size_of(type));
+        offset_ += items * size_of(type);
+    }
+
+    /// About the value read last.
+    [[noreturn]] void fail(const std::string& what) const { throw Error(fmt::format("{}: byte {}: {}", source_, last_, what)); }
+
+  private:
+    void reach(std::size_t size)
+    {
+        last_ = offset_;
+        if (size > bytes_.size() - offset_)
+            fail("the file ends here: it is cut; copy or export it again");
+    }
+
+    template <class T>
+    T take()
+    {
+        reach(sizeof(T));
+        std::array<std::byte, sizeof(T)> raw;
+        std::memcpy(raw.data(), bytes_.data() + offset_, sizeof(T));
+        if constexpr (Swapped)
+            std::reverse(raw.begin(), raw.end());
+        offset_ += sizeof(T);
+        return std::bit_cast<T>(raw);
+    }
+
+    std::span<const std::byte> bytes_;
+    std::string_view source_;
+    std::size_t offset_;
+    std::size_t last_;
+};
+
+/// Values of the text format: one row per line.
+class AsciiCursor
+{
+  public:
+    AsciiCursor(std::span<const std::byte> bytes, const PlyHeader& header, std::string_view source)
+        : lines_(as_text(bytes).substr(header.body_offset), source, header.lines)
+    {
+    }
+
+    void begin_row()
+    {
+        std::string_view line;
+        if (!lines_.next(line))
+            fail("the file ends after this line: it is cut; copy or export it again");
+        words_ = Words(line);
+    }
+    void end_row()
+    {
+        if (const auto word = words_.next(); !word.empty())
+            fail("unexpected " + in_quotes(word) + " after the last value of the line");
+    }
+    void end()
+    {
+        std::string_view line;
+        while (lines_.next(line))
+            if (const auto word = Words(line).next(); !word.empty())
+                fail("unexpected " + in_quotes(word) + " after the last element; expected the end of the file");
+    }
+
+    std::int64_t integer(PlyType type)
+    {
+        static constexpr std::array<std::pair<std::int64_t, std::int64_t>, 6> limits{{{INT8_MIN, INT8_MAX},
+                                                                                      {0, UINT8_MAX},
+                                                                                      {INT16_MIN, INT16_MAX},
+                                                                                      {0, UINT16_MAX},
+                                                                                      {INT32_MIN, INT32_MAX},
+                                                                                      {0, UINT32_MAX}}};
+        const auto& [least, greatest] = limits[static_cast<std::size_t>(type)];
+        std::int64_t value = 0;
+        const auto word = next(type);
+        if (!parse_number(word, value) || value < least || value > greatest)
+            wrong(type, word);
+        return value;
+    }
+
+    double real(PlyType type)
+    {
+        if (is_integer(type))
+            return static_cast<double>(integer(type));
+        const auto word = next(type);
+        float narrow = 0;
+        double value = 0;
+        // Straight to float: by way of double some values would be rounded twice.
+        const bool good = type == PlyType::float32 ? parse_number(word, narrow) : parse_number(word, value);
+        if (!good)
+            wrong(type, word);
+        return type == PlyType::float32 ? static_cast<double>(narrow) : value;
+    }
+
+    void check_room(const PlyProperty& list, std::size_t items) const
+    {
+        // Each item takes a separator and a digit.
+        if (items > words_.characters_left() / 2)
+            fail(fmt::format("the list {} of {} items is longer than its line", in_quotes(list.name), items));
+    }
+
+    void skip(PlyType type, std::size_t items)
+    {
+        for (std::size_t i = 0; i < items; ++i)
+            real(type);
+    }
+
+    [[noreturn]] void fail(const std::string& what) const { lines_.fail(what); }
+
+  private:
+    std::string_view next(PlyType type)
+    {
+        const auto word = words_.next();
+        if (word.empty())
+            fail("the line ends; expected a value of type " + std::string(name_of(type)));
+        return word;
+    }
+    [[noreturn]] void wrong(PlyType type, std::string_view word) const
+    {
+        fail("expected a value of type " + std::string(name_of(type)) + " instead of " + in_quotes(word));
+    }
+
+    Lines lines_;
+    Words words_;
+};
+
 template <class Cursor>
 class BodyReader
 {
@@ -42,7 +225,7 @@ class BodyReader
             else if (&element == layout_.face)
                 faces();
             else
-                cursor_.skip_rows(element);
+                skip_rows(element);
         }
         cursor_.end();
         if (layout_.has_vertex_texcoords && layout_.texcoord == nullptr)
@@ -57,6 +240,28 @@ class BodyReader
         if (!std::isfinite(narrow))
             cursor_.fail(std::string(what) + " is not a finite number that fits a float");
         return narrow;
+    }
+
+    std::size_t list_size(const PlyProperty& list)
+    {
+        const std::int64_t count = cursor_.integer(list.count_type);
+        if (count < 0)
+            cursor_.fail("the list " + in_quotes(list.name) + " has a negative length");
+        cursor_.check_room(list, static_cast<std::size_t>(count));
+        return static_cast<std::size_t>(count);
+    }
+
+    void skip(const PlyProperty& property) { cursor_.skip(property.type, property.is_list ? list_size(property) : 1); }
+
+    void skip_rows(const PlyElement& element)
+    {
+        for (std::size_t i = 0; i < element.count; ++i)
+        {
+            cursor_.begin_row();
+            for (const auto& property : element.properties)
+                skip(property);
+            cursor_.end_row();
+        }
     }
 
     void vertices()
@@ -79,7 +284,7 @@ class BodyReader
                 if (slot == slot_none && is_wanted)
                     integers_->of_vertex.push_back(cursor_.integer(properties[p].type));
                 else if (slot == slot_none)
-                    cursor_.skip(properties[p]);
+                    skip(properties[p]);
                 else
                 {
                     values[slot] = cursor_.real(properties[p].type);
@@ -121,18 +326,18 @@ class BodyReader
                     indices();
                 else if (&property == layout_.texcoord)
                     texcoords();
-                else if (&property == layout_.chart)
-                    chart = read_chart();
-                else if (&property == layout_.picture)
-                    picture_ = read_picture();
-                else if (&property == layout_.face_integer)
-                    integer_ = cursor_.integer(property.type);
+                else if (&property == layout_.chart || &property == layout_.picture || &property == layout_.face_integer)
+                {
+                    const std::int64_t number = cursor_.integer(property.type);
+                    if (&property == layout_.chart)
+                        chart = chart_of(number);
+                    if (&property == layout_.picture)
+                        picture_ = picture_of(number);
+                    if (&property == layout_.face_integer)
+                        integer_ = number;
+                }
                 else
-                    cursor_.skip(property);
-                if (&property == layout_.face_integer && &property == layout_.chart)
-                    integer_ = chart;
-                else if (&property == layout_.face_integer && &property == layout_.picture)
-                    integer_ = picture_ == MeshMaterials::none ? -1 : std::int64_t{picture_};
+                    skip(property);
             }
             cursor_.end_row();
             add_face(chart);
@@ -141,7 +346,7 @@ class BodyReader
 
     void indices()
     {
-        const std::size_t size = cursor_.list_size(*layout_.indices);
+        const std::size_t size = list_size(*layout_.indices);
         if (size < least_corners)
             cursor_.fail(fmt::format("a face of {} corners; expected 3 or more", size));
         corners_.resize(size);
@@ -157,7 +362,7 @@ class BodyReader
 
     void texcoords()
     {
-        const std::size_t size = cursor_.list_size(*layout_.texcoord);
+        const std::size_t size = list_size(*layout_.texcoord);
         if (size % 2 != 0)
             cursor_.fail(fmt::format("the list 'texcoord' has {} items; expected u and v per corner", size));
         corner_texcoords_.resize(size / 2);
@@ -168,18 +373,16 @@ class BodyReader
         }
     }
 
-    std::uint32_t read_chart()
+    std::uint32_t chart_of(std::int64_t chart) const
     {
-        const std::int64_t chart = cursor_.integer(layout_.chart->type);
         if (chart < 0)
             cursor_.fail(fmt::format("chart {}; expected 0 or more", chart));
         return static_cast<std::uint32_t>(chart);
     }
 
     /// -1 stands for none.
-    std::uint32_t read_picture()
+    std::uint32_t picture_of(std::int64_t number) const
     {
-        const std::int64_t number = cursor_.integer(layout_.picture->type);
         if (number >= static_cast<std::int64_t>(header_.pictures.size()) && materials_ != nullptr)
             cursor_.fail(fmt::format("texnumber {}, but the header names {} pictures ('comment TextureFile NAME')", number,
                                      header_.pictures.size()));
@@ -235,16 +438,14 @@ class BodyReader
 
 void check_limits(const PlyLayout& layout, const MeshLimits& limits, std::string_view source)
 {
-    const std::string begin = std::string(source) + ":";
+    const auto fail = [&](const PlyElement& element, const std::string& what)
+    { throw Error(fmt::format("{}:{}: {}", source, element.line, what)); };
     if (layout.vertex->count > std::min<std::size_t>(limits.max_vertices, UINT32_MAX))
-        throw Error(fmt::format("{}{}: {} vertices; the limit is {}", begin, layout.vertex->line, layout.vertex->count,
-                                limits.max_vertices));
+        fail(*layout.vertex, fmt::format("{} vertices; the limit is {}", layout.vertex->count, limits.max_vertices));
     if (layout.face->count > limits.max_faces)
-        throw Error(
-            fmt::format("{}{}: {} faces; the limit is {}", begin, layout.face->line, layout.face->count, limits.max_faces));
+        fail(*layout.face, fmt::format("{} faces; the limit is {}", layout.face->count, limits.max_faces));
     if (layout.face->count == 0)
-        throw Error(fmt::format("{}{}: the file holds no faces; export the scan as a triangle mesh, not as points", begin,
-                                layout.face->line));
+        fail(*layout.face, "the file holds no faces; export the scan as a triangle mesh, not as points");
 }
 
 }  // namespace
@@ -302,25 +503,6 @@ Mesh parse_ply(std::span<const std::byte> bytes, std::string_view source, const 
 namespace
 {
 
-class PlyWriter
-{
-  public:
-    explicit PlyWriter(std::vector<std::byte>& bytes, std::size_t offset) : next_(bytes.data() + offset) {}
-
-    template <class T>
-    void put(T value)
-    {
-        auto raw = std::bit_cast<std::array<std::byte, sizeof(T)>>(value);
-        if constexpr (std::endian::native == std::endian::big)
-            std::reverse(raw.begin(), raw.end());
-        std::memcpy(next_, raw.data(), sizeof(T));
-        next_ += sizeof(T);
-    }
-
-  private:
-    std::byte* next_;
-};
-
 std::string header_of(const Mesh& mesh)
 {
     std::string text = "ply\nformat binary_little_endian 1.0\n";
@@ -359,32 +541,40 @@ std::vector<std::byte> to_ply(const Mesh& mesh)
     std::vector<std::byte> bytes(header.size() + mesh.positions.size() * vertex_bytes + mesh.triangles.size() * face_bytes);
     std::memcpy(bytes.data(), header.data(), header.size());
 
-    PlyWriter out(bytes, header.size());
+    std::byte* next = bytes.data() + header.size();
+    const auto put = [&next](auto value)
+    {
+        auto raw = std::bit_cast<std::array<std::byte, sizeof value>>(value);
+        if constexpr (std::endian::native == std::endian::big)
+            std::reverse(raw.begin(), raw.end());
+        std::memcpy(next, raw.data(), raw.size());
+        next += raw.size();
+    };
     for (std::size_t i = 0; i < mesh.positions.size(); ++i)
     {
-        out.put(mesh.positions[i].x);
-        out.put(mesh.positions[i].y);
-        out.put(mesh.positions[i].z);
+        put(mesh.positions[i].x);
+        put(mesh.positions[i].y);
+        put(mesh.positions[i].z);
         if (!mesh.colors.empty())
             for (const std::uint8_t channel : mesh.colors[i])
-                out.put(channel);
+                put(channel);
     }
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
     {
-        out.put(std::uint8_t{3});
+        put(std::uint8_t{3});
         for (const std::uint32_t corner : mesh.triangles[i])
-            out.put(corner);
+            put(corner);
         if (!mesh.texcoords.empty())
         {
-            out.put(std::uint8_t{6});
+            put(std::uint8_t{6});
             for (std::size_t corner = 3 * i; corner < 3 * i + 3; ++corner)
             {
-                out.put(mesh.texcoords[corner].x);
-                out.put(mesh.texcoords[corner].y);
+                put(mesh.texcoords[corner].x);
+                put(mesh.texcoords[corner].y);
             }
         }
         if (!mesh.charts.empty())
-            out.put(mesh.charts[i]);
+            put(mesh.charts[i]);
     }
     return bytes;
 }

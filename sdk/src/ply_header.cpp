@@ -1,6 +1,5 @@
 #include "ply_header.h"
 #include "mesh_text.h"
-#include "ply_cursor.h"
 
 #include <fresco/wording.h>
 
@@ -8,7 +7,6 @@
 #include <array>
 #include <fmt/format.h>
 #include <initializer_list>
-#include <optional>
 #include <utility>
 
 namespace fresco::detail
@@ -23,22 +21,17 @@ constexpr int largest_texture_px = 262144;
 constexpr std::size_t most_elements = 256;
 constexpr std::size_t most_properties = 1024;
 
-constexpr std::array<std::pair<std::string_view, PlyType>, 16> type_names{{{"char", PlyType::int8},
-                                                                           {"int8", PlyType::int8},
-                                                                           {"uchar", PlyType::uint8},
-                                                                           {"uint8", PlyType::uint8},
-                                                                           {"short", PlyType::int16},
-                                                                           {"int16", PlyType::int16},
-                                                                           {"ushort", PlyType::uint16},
-                                                                           {"uint16", PlyType::uint16},
-                                                                           {"int", PlyType::int32},
-                                                                           {"int32", PlyType::int32},
-                                                                           {"uint", PlyType::uint32},
-                                                                           {"uint32", PlyType::uint32},
-                                                                           {"float", PlyType::float32},
-                                                                           {"float32", PlyType::float32},
-                                                                           {"double", PlyType::float64},
-                                                                           {"float64", PlyType::float64}}};
+/// In the order of PlyType: the plain and the sized name.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 8> type_names{{{"char", "int8"},
+                                                                                   {"uchar", "uint8"},
+                                                                                   {"short", "int16"},
+                                                                                   {"ushort", "uint16"},
+                                                                                   {"int", "int32"},
+                                                                                   {"uint", "uint32"},
+                                                                                   {"float", "float32"},
+                                                                                   {"double", "float64"}}};
+/// In the order of PlyFormat.
+constexpr std::array<std::string_view, 3> format_names{"ascii", "binary_little_endian", "binary_big_endian"};
 
 class HeaderReader
 {
@@ -110,14 +103,10 @@ class HeaderReader
     void format()
     {
         const auto name = words_.next();
-        if (name == "ascii")
-            header_.format = PlyFormat::ascii;
-        else if (name == "binary_little_endian")
-            header_.format = PlyFormat::little_endian;
-        else if (name == "binary_big_endian")
-            header_.format = PlyFormat::big_endian;
-        else
+        const auto known = std::ranges::find(format_names, name);
+        if (known == format_names.end())
             lines_.fail("unknown format " + in_quotes(name) + "; expected ascii, binary_little_endian or binary_big_endian");
+        header_.format = static_cast<PlyFormat>(known - format_names.begin());
         if (const auto version = words_.next(); version != "1.0")
             lines_.fail("unknown format version " + in_quotes(version) + "; expected 1.0");
         end_of_line();
@@ -130,9 +119,8 @@ class HeaderReader
         element.line = lines_.number();
         if (element.name.empty())
             lines_.fail("expected 'element NAME COUNT'");
-        for (const auto& other : header_.elements)
-            if (other.name == element.name)
-                lines_.fail("a second element " + in_quotes(element.name));
+        if (std::ranges::find(header_.elements, element.name, &PlyElement::name) != header_.elements.end())
+            lines_.fail("a second element " + in_quotes(element.name));
         if (const auto count = words_.next(); !parse_number(count, element.count))
             lines_.fail("expected the number of " + in_quotes(element.name) + " elements instead of " + in_quotes(count));
         end_of_line();
@@ -143,9 +131,9 @@ class HeaderReader
 
     PlyType type(std::string_view word) const
     {
-        for (const auto& [name, type] : type_names)
-            if (name == word)
-                return type;
+        for (std::size_t i = 0; i < type_names.size(); ++i)
+            if (word == type_names[i].first || word == type_names[i].second)
+                return static_cast<PlyType>(i);
         lines_.fail("unknown type " + in_quotes(word) + "; expected char, uchar, short, ushort, int, uint, float or double");
     }
 
@@ -169,10 +157,9 @@ class HeaderReader
             lines_.fail("expected a property's name at the end of the line");
         end_of_line();
         auto& properties = header_.elements.back().properties;
-        for (const auto& other : properties)
-            if (other.name == property.name)
-                lines_.fail("a second property " + in_quotes(property.name) + " of element " +
-                            in_quotes(header_.elements.back().name));
+        if (std::ranges::find(properties, property.name, &PlyProperty::name) != properties.end())
+            lines_.fail("a second property " + in_quotes(property.name) + " of element " +
+                        in_quotes(header_.elements.back().name));
         if (properties.size() == most_properties)
             lines_.fail(fmt::format("more than {} properties of one element: this is not a mesh", most_properties));
         properties.push_back(std::move(property));
@@ -221,8 +208,7 @@ class HeaderReader
 
 std::string_view name_of(PlyType type)
 {
-    // The plain names are at even places.
-    return type_names[static_cast<std::size_t>(type) * 2].first;
+    return type_names[static_cast<std::size_t>(type)].first;
 }
 
 bool is_index_list(const PlyElement& element, const PlyProperty& property)
@@ -245,26 +231,14 @@ class LayoutReader
   public:
     LayoutReader(const PlyHeader& header, std::string_view source) : header_(header), source_(source) {}
 
-    void find_integers(PlyLayout& layout, const std::string& name) const
-    {
-        layout.vertex_integer = integer(*layout.vertex, name);
-        layout.face_integer = integer(*layout.face, name);
-        if (layout.vertex_integer != nullptr || layout.face_integer != nullptr)
-            return;
-        std::vector<std::string> there;
-        for (const PlyElement* element : {layout.vertex, layout.face})
-            for (const auto& property : element->properties)
-                if (!property.is_list && is_integer(property.type))
-                    there.push_back(property.name);
-        fail("neither vertices nor faces have an integer property " + in_quotes(name) + suggestion(name, there));
-    }
-
-    PlyLayout read()
+    PlyLayout read(const std::string* integer)
     {
         layout_.vertex = &element("vertex");
         layout_.face = &element("face");
         vertex();
         face();
+        if (integer != nullptr)
+            integers(*integer);
         return std::move(layout_);
     }
 
@@ -273,60 +247,70 @@ class LayoutReader
 
     const PlyElement& element(std::string_view name) const
     {
-        for (const auto& element : header_.elements)
-            if (element.name == name)
-                return element;
-        fail("missing element " + in_quotes(name) + "; export the scan as a triangle mesh");
+        const auto found = std::ranges::find(header_.elements, name, &PlyElement::name);
+        if (found == header_.elements.end())
+            fail("missing element " + in_quotes(name) + "; export the scan as a triangle mesh");
+        return *found;
     }
 
-    static const PlyProperty* integer(const PlyElement& element, std::string_view name)
+    static const PlyProperty* find(const PlyElement& element, std::string_view name)
     {
-        for (const auto& property : element.properties)
-            if (property.name == name && !property.is_list && is_integer(property.type))
-                return &property;
-        return nullptr;
+        const auto found = std::ranges::find(element.properties, name, &PlyProperty::name);
+        return found == element.properties.end() ? nullptr : &*found;
     }
 
-    static std::optional<std::size_t> find(const PlyElement& element, std::string_view name)
+    static bool is_number(const PlyProperty* property)
     {
-        for (std::size_t i = 0; i < element.properties.size(); ++i)
-            if (element.properties[i].name == name)
-                return i;
-        return std::nullopt;
+        return property != nullptr && !property->is_list && is_integer(property->type);
+    }
+
+    void integers(const std::string& name)
+    {
+        std::vector<std::string> there;
+        const auto integer = [&](const PlyElement& element)
+        {
+            for (const auto& property : element.properties)
+                if (is_number(&property))
+                    there.push_back(property.name);
+            const PlyProperty* const found = find(element, name);
+            return is_number(found) ? found : nullptr;
+        };
+        layout_.vertex_integer = integer(*layout_.vertex);
+        layout_.face_integer = integer(*layout_.face);
+        if (layout_.vertex_integer == nullptr && layout_.face_integer == nullptr)
+            fail("neither vertices nor faces have an integer property " + in_quotes(name) + suggestion(name, there));
     }
 
     void vertex()
     {
         const PlyElement& vertex = *layout_.vertex;
         layout_.slots.assign(vertex.properties.size(), slot_none);
-        const bool positions = take(slot_x, {"x", "y", "z"}, "float or double", [](PlyType t) { return !is_integer(t); });
-        if (!positions)
+        if (!take(slot_x, {"x", "y", "z"}))
             fail("element 'vertex' has no properties x, y, z");
-        layout_.has_colors = take(slot_red, {"red", "green", "blue"}, "uchar", [](PlyType t) { return t == PlyType::uint8; });
-        for (const auto& [u, v] : texcoord_names)
-            layout_.has_vertex_texcoords =
-                layout_.has_vertex_texcoords || take(slot_u, {u, v}, "float or double", [](PlyType t) { return !is_integer(t); });
+        layout_.has_colors = take(slot_red, {"red", "green", "blue"});
+        layout_.has_vertex_texcoords = std::ranges::any_of(texcoord_names,
+                                                           [&](const auto& names) {
+                                                               return take(slot_u, {names.first, names.second});
+                                                           });
     }
 
     /// Gives the named properties to the slots from `first` on: all of them or none.
-    template <class F>
-    bool take(VertexSlot first, std::initializer_list<std::string_view> names, std::string_view expected, F&& accepts)
+    bool take(VertexSlot first, std::initializer_list<std::string_view> names)
     {
-        std::size_t found = 0;
-        for (const auto name : names)
-            found += find(*layout_.vertex, name).has_value() ? 1 : 0;
-        if (found == 0)
+        if (std::ranges::none_of(names, [&](auto name) { return find(*layout_.vertex, name) != nullptr; }))
             return false;
         std::size_t slot = first;
         for (const auto name : names)
         {
-            const auto at = find(*layout_.vertex, name);
-            if (!at)
+            const PlyProperty* const property = find(*layout_.vertex, name);
+            if (property == nullptr)
                 fail("the vertex property " + in_quotes(name) + " is missing, though others of its group are there");
-            const PlyProperty& property = layout_.vertex->properties[*at];
-            if (property.is_list || !accepts(property.type))
-                fail("the vertex property " + in_quotes(name) + " must be of type " + std::string(expected));
-            layout_.slots[*at] = static_cast<VertexSlot>(slot++);
+            const bool fits = first == slot_red ? property->type == PlyType::uint8 : !is_integer(property->type);
+            if (property->is_list || !fits)
+                fail("the vertex property " + in_quotes(name) + " must be of type " +
+                     (first == slot_red ? "uchar" : "float or double"));
+            layout_.slots[static_cast<std::size_t>(property - layout_.vertex->properties.data())] =
+                static_cast<VertexSlot>(slot++);
         }
         return true;
     }
@@ -371,11 +355,7 @@ class LayoutReader
 
 PlyLayout ply_layout(const PlyHeader& header, std::string_view source, const std::string* integer)
 {
-    LayoutReader reader(header, source);
-    PlyLayout layout = reader.read();
-    if (integer != nullptr)
-        reader.find_integers(layout, *integer);
-    return layout;
+    return LayoutReader(header, source).read(integer);
 }
 
 }  // namespace fresco::detail

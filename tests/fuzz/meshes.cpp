@@ -42,7 +42,7 @@ void read_obj(Bytes bytes)
     read(bytes, [](auto&&... arguments) { return parse_obj(std::forward<decltype(arguments)>(arguments)...); });
 }
 
-const Registered registered{{"ply", "sdk/src/ply(_header)?\\.cpp|sdk/src/(ply_cursor|mesh_text)\\.h", read_ply},
+const Registered registered{{"ply", "sdk/src/ply(_header)?\\.cpp|sdk/src/mesh_text\\.h", read_ply},
                             {"obj", "sdk/src/obj\\.cpp", read_obj}};
 
 }  // namespace

@@ -159,83 +159,70 @@ bool PickleMachine::step()
     const auto code = std::to_integer<std::uint8_t>(take(1)[0]);
     if (code == '.')
         return false;
-    if (!step_constant(code) && !step_memory(code) && !step_container(code) && !step_call(code))
-        fail(operation_, fmt::format("the operation 0x{:02x} is not allowed", code));
+    run_constant(code);
     return true;
 }
 
-bool PickleMachine::step_constant(std::uint8_t code)
+void PickleMachine::run_constant(std::uint8_t code)
 {
     switch (code)
     {
     case 0x80:  // PROTO
         if (const auto version = unsigned_number(1); operation_ != start_ || version < 2 || version > 5)
             fail(operation_, "protocol " + std::to_string(version));
-        return true;
+        return;
     case 0x95:  // FRAME
         if (unsigned_number(8) > bytes_.size() - position_)
             fail(operation_, "a frame beyond the end");
-        return true;
+        return;
     case 'N':
-        push(Node{});
-        return true;
+        return push(Node{});
     case 0x88:  // NEWTRUE
     case 0x89:  // NEWFALSE
-        push(Node{.kind = Kind::boolean, .integer = code == 0x88 ? 1 : 0});
-        return true;
+        return push(Node{.kind = Kind::boolean, .integer = code == 0x88 ? 1 : 0});
     case 'J':  // BININT
-        push(Node{.kind = Kind::integer, .integer = static_cast<std::int32_t>(unsigned_number(4))});
-        return true;
+        return push(Node{.kind = Kind::integer, .integer = static_cast<std::int32_t>(unsigned_number(4))});
     case 'K':  // BININT1
     case 'M':  // BININT2
-        push(Node{.kind = Kind::integer, .integer = static_cast<std::int64_t>(unsigned_number(code == 'K' ? 1 : 2))});
-        return true;
+        return push(Node{.kind = Kind::integer, .integer = static_cast<std::int64_t>(unsigned_number(code == 'K' ? 1 : 2))});
     case 0x8a:  // LONG1
-        long_integer(take(unsigned_number(1)));
-        return true;
+        return long_integer(take(unsigned_number(1)));
     case 'G':  // BINFLOAT; no number that counts is one
         take(8);
-        push(Node{.kind = Kind::real});
-        return true;
+        return push(Node{.kind = Kind::real});
     case 'X':  // BINUNICODE
     case 'T':  // BINSTRING, Python 2's
-        push(Node{.kind = Kind::text, .text = text(unsigned_number(4))});
-        return true;
+        return push(Node{.kind = Kind::text, .text = text(unsigned_number(4))});
     case 0x8c:  // SHORT_BINUNICODE
     case 'U':   // SHORT_BINSTRING, Python 2's
-        push(Node{.kind = Kind::text, .text = text(unsigned_number(1))});
-        return true;
+        return push(Node{.kind = Kind::text, .text = text(unsigned_number(1))});
     default:
-        return false;
+        return run_memory(code);
     }
 }
 
-bool PickleMachine::step_memory(std::uint8_t code)
+void PickleMachine::run_memory(std::uint8_t code)
 {
     switch (code)
     {
     case 'q':  // BINPUT
     case 'r':  // LONG_BINPUT
-        remember(unsigned_number(code == 'q' ? 1 : 4));
-        return true;
+        return remember(unsigned_number(code == 'q' ? 1 : 4));
     case 0x94:  // MEMOIZE
-        remember(memo_.size());
-        return true;
+        return remember(memo_.size());
     case 'h':  // BINGET
     case 'j':  // LONG_BINGET
-        recall(unsigned_number(code == 'h' ? 1 : 4));
-        return true;
+        return recall(unsigned_number(code == 'h' ? 1 : 4));
     case '(':
         if (marks_.size() >= most_marks)
             fail(operation_, fmt::format("more than {} marks", most_marks));
-        marks_.push_back(stack_.size());
-        return true;
+        return marks_.push_back(stack_.size());
     default:
-        return false;
+        return run_container(code);
     }
 }
 
-bool PickleMachine::step_container(std::uint8_t code)
+void PickleMachine::run_container(std::uint8_t code)
 {
     const auto push_tuple = [&](const std::vector<Handle>& items)
     {
@@ -253,79 +240,61 @@ bool PickleMachine::step_container(std::uint8_t code)
     switch (code)
     {
     case ')':
-        push_tuple({});
-        return true;
+        return push_tuple({});
     case 0x85:  // TUPLE1
     case 0x86:
     case 0x87:
-        push_tuple(pop_many(code - 0x84U));
-        return true;
+        return push_tuple(pop_many(code - 0x84U));
     case 't':
-        push_tuple(pop_to_mark());
-        return true;
+        return push_tuple(pop_to_mark());
     case ']':
-        push(Node{.kind = Kind::list});
-        return true;
+        return push(Node{.kind = Kind::list});
     case '}':
-        push(Node{.kind = Kind::dictionary});
-        return true;
+        return push(Node{.kind = Kind::dictionary});
     case 'a':
-        append(Kind::list, pop_many(1));
-        return true;
+        return append(Kind::list, pop_many(1));
     case 'e':
-        append(Kind::list, pop_to_mark());
-        return true;
+        return append(Kind::list, pop_to_mark());
     case 's':
-        append(Kind::dictionary, pop_many(2));
-        return true;
+        return append(Kind::dictionary, pop_many(2));
     case 'u':
-        append(Kind::dictionary, pop_to_mark());
-        return true;
+        return append(Kind::dictionary, pop_to_mark());
     default:
-        return false;
+        return run_call(code);
     }
 }
 
-bool PickleMachine::step_call(std::uint8_t code)
+void PickleMachine::run_call(std::uint8_t code)
 {
     switch (code)
     {
     case 'c':  // GLOBAL
     {
         const auto module = line();
-        push_global(module, line());
-        return true;
+        return push_global(module, line());
     }
     case 0x93:  // STACK_GLOBAL
     {
         const auto names = pop_many(2);
-        push_global(nodes_[names[0]].text, nodes_[names[1]].text);
-        return true;
+        return push_global(nodes_[names[0]].text, nodes_[names[1]].text);
     }
     case 'Q':
-        push_storage();
-        return true;
+        return push_storage();
     case 'R':
-        reduce();
-        return true;
+        return reduce();
     case 0x81:
-        new_object();
-        return true;
+        return new_object();
     case 'b':
-        build();
-        return true;
+        return build();
     default:
-        return false;
+        fail(operation_, fmt::format("the operation 0x{:02x} is not allowed", code));
     }
 }
 
 void PickleMachine::long_integer(std::span<const std::byte> digits)
 {
     if (digits.size() > 8)
-    {
-        push(Node{.kind = Kind::large_integer, .text = {reinterpret_cast<const char*>(digits.data()), digits.size()}});
-        return;
-    }
+        return push(Node{.kind = Kind::large_integer, .text = {reinterpret_cast<const char*>(digits.data()), digits.size()}});
     const bool negative = !digits.empty() && (digits.back() & std::byte{0x80}) != std::byte{0};
     std::int64_t number = negative ? -1 : 0;
     std::memcpy(&number, digits.data(), digits.size());
@@ -409,10 +378,7 @@ void PickleMachine::push_global(std::string_view module, std::string_view name)
 {
     for (const auto& known : known_globals)
         if (known.module == module && known.name == name)
-        {
-            push(Node{.kind = Kind::global, .global = known.global, .type = known.type});
-            return;
-        }
+            return push(Node{.kind = Kind::global, .global = known.global, .type = known.type});
     fail(operation_,
          "names '" + printable(module) + "." + printable(name) + "', which no state dict needs (nothing was executed)");
 }
@@ -459,16 +425,11 @@ void PickleMachine::reduce()
     switch (callable.global)
     {
     case Global::ordered_dict:
-        ordered_dict(arguments);
-        return;
+        return ordered_dict(arguments);
     case Global::rebuild_tensor:
-        rebuild_tensor(arguments);
-        return;
+        return rebuild_tensor(arguments);
     case Global::rebuild_parameter:
-        if (arguments.items.empty() || nodes_[arguments.items[0]].kind != Kind::tensor)
-            fail(operation_, "a parameter without a tensor");
-        push(arguments.items[0]);
-        return;
+        return push_parameter(arguments);
     default:
         fail(operation_, "a call of what cannot be called");
     }
@@ -498,10 +459,9 @@ std::vector<std::int64_t> PickleMachine::numbers(Handle tuple)
         fail(operation_, "a tensor whose shape is not a tuple of at most 8 numbers");
     for (const Handle item : node.items)
     {
-        const Node& number = nodes_[item];
-        if (number.kind != Kind::integer || number.integer < 0)
+        if (nodes_[item].kind != Kind::integer || nodes_[item].integer < 0)
             fail(operation_, "a tensor whose shape is not a tuple of at most 8 numbers");
-        result.push_back(number.integer);
+        result.push_back(nodes_[item].integer);
     }
     return result;
 }
@@ -537,6 +497,14 @@ void PickleMachine::rebuild_tensor(const Node& arguments)
     push(Node{.kind = Kind::tensor, .integer = static_cast<std::int64_t>(tensors_.size() - 1)});
 }
 
+/// The tensor that a parameter is made of stands for it.
+void PickleMachine::push_parameter(const Node& arguments)
+{
+    if (arguments.items.empty() || nodes_[arguments.items[0]].kind != Kind::tensor)
+        fail(operation_, "a parameter without a tensor");
+    push(arguments.items[0]);
+}
+
 /// Parameters as PyTorch before 0.2 wrote them: Parameter() or Parameter(tensor, …).
 void PickleMachine::new_object()
 {
@@ -545,11 +513,8 @@ void PickleMachine::new_object()
     if (callable.kind != Kind::global || callable.global != Global::parameter)
         fail(operation_, "makes an object that no state dict needs");
     if (arguments.items.empty())
-        push(Node{.kind = Kind::parameter});
-    else if (nodes_[arguments.items[0]].kind == Kind::tensor)
-        push(arguments.items[0]);
-    else
-        fail(operation_, "a parameter without a tensor");
+        return push(Node{.kind = Kind::parameter});
+    push_parameter(arguments);
 }
 
 void PickleMachine::build()

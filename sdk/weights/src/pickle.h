@@ -89,10 +89,11 @@ class PickleMachine
   private:
     /// False after STOP.
     bool step();
-    bool step_constant(std::uint8_t code);
-    bool step_memory(std::uint8_t code);
-    bool step_container(std::uint8_t code);
-    bool step_call(std::uint8_t code);
+    /// Each runs what it knows and leaves the rest to the next.
+    void run_constant(std::uint8_t code);
+    void run_memory(std::uint8_t code);
+    void run_container(std::uint8_t code);
+    void run_call(std::uint8_t code);
 
     std::span<const std::byte> take(std::uint64_t count);
     std::uint64_t unsigned_number(std::size_t bytes);
@@ -117,6 +118,7 @@ class PickleMachine
     void push_storage();
     void reduce();
     void new_object();
+    void push_parameter(const Node& arguments);
     void build();
     void ordered_dict(const Node& arguments);
     void rebuild_tensor(const Node& arguments);

@@ -21,10 +21,6 @@ namespace
 constexpr std::size_t largest_header = std::size_t{4} << 20U;
 constexpr std::size_t header_begin = 8;
 
-constexpr std::array<ElementType, 10> types{ElementType::float64, ElementType::int64,    ElementType::float32, ElementType::int32,
-                                            ElementType::float16, ElementType::bfloat16, ElementType::int16,   ElementType::uint8,
-                                            ElementType::int8,    ElementType::boolean};
-
 /// What the header says of one tensor; `begin` and `end` count from the first byte after the header.
 struct Entry
 {
@@ -146,7 +142,7 @@ class Reader
 
     ElementType type_of(const std::string& name, const std::string& where) const
     {
-        for (const auto type : types)
+        for (auto type = ElementType::float64; type <= ElementType::boolean; type = ElementType{static_cast<int>(type) + 1})
             if (name_of(type) == name)
                 return type;
         fail(header_begin, where + ": unknown type '" + name + "'");
@@ -155,8 +151,7 @@ class Reader
     /// The tensors must cover the bytes after the header once and without gaps: nothing is hidden between them.
     void check_layout(std::vector<Entry>& entries) const
     {
-        std::sort(entries.begin(), entries.end(),
-                  [](const Entry& a, const Entry& b) { return std::pair(a.begin, a.end) < std::pair(b.begin, b.end); });
+        std::ranges::sort(entries, {}, [](const Entry& entry) { return std::pair(entry.begin, entry.end); });
         std::size_t position = 0;
         for (const auto& e : entries)
         {
@@ -189,50 +184,24 @@ std::string header_of(std::span<const TensorView* const> tensors, const std::map
 {
     Value header{Value::Map{}};
     if (!metadata.empty())
-    {
-        Value entries{Value::Map{}};
-        for (const auto& [key, text] : metadata)
-            entries.set(key, text);
-        header.set("__metadata__", std::move(entries));
-    }
+        header.set("__metadata__", Value::Map(metadata.begin(), metadata.end()));
     std::size_t position = 0;
     for (const auto* tensor : tensors)
     {
-        const std::size_t size = tensor->bytes.size();
-        Value entry{Value::Map{}};
-        entry.set("dtype", std::string(name_of(tensor->type)));
-        entry.set("shape", Value::List(tensor->shape.begin(), tensor->shape.end()));
-        entry.set("data_offsets", Value::List{Value(position), Value(position + size)});
-        header.set(tensor->name, std::move(entry));
-        position += size;
+        const std::size_t end = position + tensor->bytes.size();
+        header.set(tensor->name, Value::Map{{"dtype", name_of(tensor->type)},
+                                            {"shape", Value::List(tensor->shape.begin(), tensor->shape.end())},
+                                            {"data_offsets", Value::List{position, end}}});
+        position = end;
     }
     std::string text = to_json(header);
     text.append((8 - text.size() % 8) % 8, ' ');
     return text;
 }
 
-/// The bytes of a file: its head, and the tensors' own.
-struct Pieces
-{
-    std::vector<std::byte> head;
-    std::vector<std::span<const std::byte>> of_tensors;
-
-    std::vector<std::span<const std::byte>> all() const
-    {
-        std::vector<std::span<const std::byte>> result{head};
-        result.insert(result.end(), of_tensors.begin(), of_tensors.end());
-        return result;
-    }
-    std::size_t size() const
-    {
-        std::size_t sum = head.size();
-        for (const auto piece : of_tensors)
-            sum += piece.size();
-        return sum;
-    }
-};
-
-Pieces pieces(std::span<const TensorView> tensors, const std::map<std::string, std::string>& metadata)
+/// The bytes of a file: its head, which they refer to, and the tensors' own.
+std::vector<std::span<const std::byte>> pieces(std::span<const TensorView> tensors,
+                                               const std::map<std::string, std::string>& metadata, std::vector<std::byte>& head)
 {
     std::vector<const TensorView*> ordered;
     for (const auto& tensor : tensors)
@@ -245,15 +214,15 @@ Pieces pieces(std::span<const TensorView> tensors, const std::map<std::string, s
                                         "' has a reserved name or bytes that do not fit");
         ordered.push_back(&tensor);
     }
-    std::stable_sort(ordered.begin(), ordered.end(), [](const auto* a, const auto* b) { return a->type < b->type; });
+    std::ranges::stable_sort(ordered, {}, &TensorView::type);
     const std::string header = header_of(ordered, metadata);
-    Pieces result;
-    result.head.resize(header_begin + header.size());
+    head.resize(header_begin + header.size());
     const std::uint64_t length = header.size();
-    std::memcpy(result.head.data(), &length, header_begin);
-    std::memcpy(result.head.data() + header_begin, header.data(), header.size());
+    std::memcpy(head.data(), &length, header_begin);
+    std::memcpy(head.data() + header_begin, header.data(), header.size());
+    std::vector<std::span<const std::byte>> result{head};
     for (const auto* tensor : ordered)
-        result.of_tensors.push_back(tensor->bytes);
+        result.push_back(tensor->bytes);
     return result;
 }
 
@@ -266,18 +235,18 @@ StateDict parse_safetensors(std::span<const std::byte> bytes, std::string_view s
 
 std::vector<std::byte> to_safetensors(std::span<const TensorView> tensors, const std::map<std::string, std::string>& metadata)
 {
-    const auto parts = pieces(tensors, metadata);
-    std::vector<std::byte> bytes(parts.size());
-    auto position = bytes.begin();
-    for (const auto piece : parts.all())
-        position = std::copy(piece.begin(), piece.end(), position);
+    std::vector<std::byte> head;
+    std::vector<std::byte> bytes;
+    for (const auto piece : pieces(tensors, metadata, head))
+        bytes.insert(bytes.end(), piece.begin(), piece.end());
     return bytes;
 }
 
 void write_safetensors(const std::filesystem::path& file, std::span<const TensorView> tensors,
                        const std::map<std::string, std::string>& metadata)
 {
-    write_durable_file(file, pieces(tensors, metadata).all());
+    std::vector<std::byte> head;
+    write_durable_file(file, pieces(tensors, metadata, head));
 }
 
 }  // namespace fresco::weights

@@ -1,12 +1,11 @@
 #include <fresco/weights/sha256.h>
 
 #include <fresco/error.h>
+#include <fresco/wording.h>
 
 #include <sha2.h>
 
-#include <algorithm>
 #include <array>
-#include <cctype>
 #include <cerrno>
 #include <cstring>
 
@@ -16,11 +15,6 @@ namespace
 {
 
 using Digits = std::array<char, SHA256_DIGEST_STRING_LENGTH>;
-
-char lower(char c)
-{
-    return static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-}
 
 }  // namespace
 
@@ -41,13 +35,12 @@ std::string sha256_of_file(const std::filesystem::path& file)
 bool is_sha256_prefix(std::string_view digits)
 {
     return digits.size() >= 8 && digits.size() <= 64 &&
-           std::ranges::all_of(digits, [](char c) { return std::isxdigit(static_cast<unsigned char>(c)) != 0; });
+           digits.find_first_not_of("0123456789abcdefABCDEF") == std::string_view::npos;
 }
 
 bool has_sha256_prefix(std::string_view hash, std::string_view prefix)
 {
-    return hash.size() >= prefix.size() &&
-           std::ranges::equal(hash.substr(0, prefix.size()), prefix, [](char a, char b) { return a == lower(b); });
+    return hash.starts_with(lower_case(std::string(prefix)));
 }
 
 }  // namespace fresco::weights

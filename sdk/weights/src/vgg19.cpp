@@ -4,7 +4,6 @@
 #include <fresco/wording.h>
 
 #include <algorithm>
-#include <cctype>
 #include <fmt/format.h>
 #include <set>
 
@@ -21,22 +20,23 @@ struct Convolution
     std::size_t outputs;
 };
 
-constexpr std::array<Convolution, 16> architecture{{{1, 1, 0, 64},
-                                                    {1, 2, 2, 64},
-                                                    {2, 1, 5, 128},
-                                                    {2, 2, 7, 128},
-                                                    {3, 1, 10, 256},
-                                                    {3, 2, 12, 256},
-                                                    {3, 3, 14, 256},
-                                                    {3, 4, 16, 256},
-                                                    {4, 1, 19, 512},
-                                                    {4, 2, 21, 512},
-                                                    {4, 3, 23, 512},
-                                                    {4, 4, 25, 512},
-                                                    {5, 1, 28, 512},
-                                                    {5, 2, 30, 512},
-                                                    {5, 3, 32, 512},
-                                                    {5, 4, 34, 512}}};
+std::vector<Convolution> architecture()
+{
+    std::vector<Convolution> all;
+    int torchvision = 0;
+    std::size_t outputs = 64;
+    int block = 0;
+    for (const int convolutions : {2, 2, 4, 4, 4})
+    {
+        ++block;
+        // Behind each one stands a ReLU in torchvision's list, and behind a block a pooling.
+        for (int number = 1; number <= convolutions; ++number, torchvision += 2)
+            all.push_back({block, number, torchvision, outputs});
+        ++torchvision;
+        outputs = std::min<std::size_t>(2 * outputs, 512);
+    }
+    return all;
+}
 
 std::string layer_name(const Convolution& convolution)
 {
@@ -90,7 +90,7 @@ class Recognizer
     {
         std::string gap;
         std::size_t inputs = 3;
-        for (const auto& convolution : architecture)
+        for (const auto& convolution : architecture())
         {
             const auto key = key_of(convolution, result.keys);
             if (contents_.find(key + ".weight") == nullptr)
@@ -190,16 +190,12 @@ class Recognizer
 
 Vgg19Input caffe_input()
 {
-    return {.bgr = true, .scale = 255, .mean = {103.939, 116.779, 123.68}, .deviation = {1, 1, 1}, .padding = Vgg19Padding::zero};
+    return {.bgr = true, .scale = 255, .mean = {103.939, 116.779, 123.68}};
 }
 
 Vgg19Input torchvision_input()
 {
-    return {.bgr = false,
-            .scale = 1,
-            .mean = {0.485, 0.456, 0.406},
-            .deviation = {0.229, 0.224, 0.225},
-            .padding = Vgg19Padding::zero};
+    return {.mean = {0.485, 0.456, 0.406}, .deviation = {0.229, 0.224, 0.225}};
 }
 
 std::string_view input_text(const Vgg19Input& input)

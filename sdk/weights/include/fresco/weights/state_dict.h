@@ -87,9 +87,6 @@ struct WeightsFile
     WeightsFile() = default;
     WeightsFile(WeightsFile&&) = default;
     WeightsFile& operator=(WeightsFile&&) = default;
-    WeightsFile(const WeightsFile&) = delete;
-    WeightsFile& operator=(const WeightsFile&) = delete;
-    ~WeightsFile() = default;
 };
 /// At most 4 GiB. Throws MissingInput if it cannot be opened, Error for what is wrong with it.
 WeightsFile read_weights(const std::filesystem::path& file);

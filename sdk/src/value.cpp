@@ -145,50 +145,34 @@ class JsonWriter
         else if (value.is_string())
             write_text(text, value.as_string());
         else if (value.is_list())
-            write_list(value.as_list(), depth);
+            write_all(value.as_list(), "[]", depth, [&](const Value& entry) { write(entry, depth + 1); });
         else
-            write_map(value.as_map(), depth);
+            write_all(value.as_map(), "{}", depth,
+                      [&](const Value::Entry& entry)
+                      {
+                          write_text(text, entry.first);
+                          text += indent_ < 0 ? ":" : ": ";
+                          write(entry.second, depth + 1);
+                      });
     }
 
     std::string text;
 
   private:
-    void write_list(const Value::List& list, int depth)
+    template <class Entries, class WriteEntry>
+    void write_all(const Entries& entries, std::string_view brackets, int depth, const WriteEntry& write_entry)
     {
-        text += '[';
-        for (std::size_t i = 0; i < list.size(); ++i)
+        text += brackets[0];
+        for (const auto& entry : entries)
         {
-            separate(i, depth + 1);
-            write(list[i], depth + 1);
+            if (&entry != &entries.front())
+                text += ',';
+            new_line(depth + 1);
+            write_entry(entry);
         }
-        close(!list.empty(), depth, ']');
-    }
-
-    void write_map(const Value::Map& map, int depth)
-    {
-        text += '{';
-        for (std::size_t i = 0; i < map.size(); ++i)
-        {
-            separate(i, depth + 1);
-            write_text(text, map[i].first);
-            text += indent_ < 0 ? ":" : ": ";
-            write(map[i].second, depth + 1);
-        }
-        close(!map.empty(), depth, '}');
-    }
-
-    void separate(std::size_t position, int depth)
-    {
-        if (position > 0)
-            text += ',';
-        new_line(depth);
-    }
-
-    void close(bool any, int depth, char bracket)
-    {
-        if (any)
+        if (!entries.empty())
             new_line(depth);
-        text += bracket;
+        text += brackets[1];
     }
 
     void new_line(int depth)
@@ -257,9 +241,9 @@ class JsonReader final : public nlohmann::json_sax<nlohmann::json>
         keys.reserve(map.size());
         for (const auto& [key, value] : map)
             keys.push_back(&key);
-        std::ranges::sort(keys, {}, [](const std::string* key) -> const std::string& { return *key; });
-        const auto twice =
-            std::ranges::adjacent_find(keys, {}, [](const std::string* key) -> const std::string& { return *key; });
+        const auto text_of = [](const std::string* key) -> const std::string& { return *key; };
+        std::ranges::sort(keys, {}, text_of);
+        const auto twice = std::ranges::adjacent_find(keys, {}, text_of);
         return twice == keys.end() ? nullptr : *twice;
     }
     bool fail(std::string text)
@@ -284,11 +268,7 @@ class JsonReader final : public nlohmann::json_sax<nlohmann::json>
         parent.as_map().emplace_back(std::move(key_), std::move(value));
         return &parent.as_map().back().second;
     }
-    bool add(Value value)
-    {
-        place(std::move(value));
-        return true;
-    }
+    bool add(Value value) { return place(std::move(value)) != nullptr; }
     bool open(Value container)
     {
         if (open_.size() >= max_depth)
@@ -345,18 +325,24 @@ void JsonPlace::expected(const std::string& what) const
     fail("expected " + what + ", got " + (is_short ? to_json(*value_).substr(0, most_shown) : std::string(value_->kind_name())));
 }
 
+JsonPlace JsonPlace::inner(const Value* value, const std::string& step) const
+{
+    JsonPlace entry = *this;
+    entry.value_ = value;
+    entry.fallback_ = nullptr;
+    entry.place_ += step;
+    entry.is_inner_ = true;
+    return entry;
+}
+
 JsonPlace JsonPlace::at(std::string_view key) const
 {
-    static const Value nothing;
-    JsonPlace entry(nothing, place_ + (is_inner_ ? "." : ": ") + std::string(key));
-    entry.is_inner_ = true;
     if (!value_->is_map())
         expected("a map");
     const Value* found = value_->find(key);
     if (found == nullptr && fallback_ != nullptr)
         found = fallback_->find(key);
-    entry.value_ = found;
-    return entry;
+    return inner(found, (is_inner_ ? "." : ": ") + std::string(key));
 }
 
 JsonPlace JsonPlace::operator[](std::string_view key) const
@@ -387,11 +373,8 @@ std::vector<JsonPlace> JsonPlace::list() const
     if (!value_->is_list())
         expected("a list");
     std::vector<JsonPlace> places;
-    for (std::size_t i = 0; i < value_->as_list().size(); ++i)
-    {
-        places.emplace_back(value_->as_list()[i], fmt::format("{}[{}]", place_, i));
-        places.back().is_inner_ = true;
-    }
+    for (const Value& entry : value_->as_list())
+        places.push_back(inner(&entry, fmt::format("[{}]", places.size())));
     return places;
 }
 
@@ -408,10 +391,7 @@ std::vector<std::pair<std::string, JsonPlace>> JsonPlace::map() const
         expected("a map");
     std::vector<std::pair<std::string, JsonPlace>> places;
     for (const auto& [key, value] : value_->as_map())
-    {
-        places.emplace_back(key, JsonPlace(value, place_ + (is_inner_ ? "." : ": ") + key));
-        places.back().second.is_inner_ = true;
-    }
+        places.emplace_back(key, inner(&value, (is_inner_ ? "." : ": ") + key));
     return places;
 }
 

@@ -119,6 +119,7 @@ class JsonPlace
 
   private:
     JsonPlace at(std::string_view key) const;
+    JsonPlace inner(const Value* value, const std::string& step) const;
     [[noreturn]] void expected(const std::string& what) const;
 
     const Value* value_;

@@ -8,9 +8,9 @@
 
 namespace fresco
 {
+namespace fs = std::filesystem;
 namespace
 {
-namespace fs = std::filesystem;
 
 /// Calls text(piece) and name(piece) in the order of the word.
 template <class Text, class Name>
@@ -207,7 +207,6 @@ check_command_line(const std::vector<OptionDeclaration>& options, const Value& v
 }
 namespace
 {
-namespace fs = std::filesystem;
 
 fs::path path_of(const ExchangeForm& form, const fs::path& folder)
 {

@@ -361,8 +361,6 @@ void sync_folder(const fs::path& folder)
 namespace
 {
 
-namespace fs = std::filesystem;
-
 constexpr std::string_view prefix = "input:";
 
 InputRoots& roots_of_process()

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstdio>
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <linux/fs.h>
@@ -44,31 +43,14 @@ std::string cause()
     return std::generic_category().message(errno);
 }
 
-std::vector<std::byte> read_all(const std::filesystem::path& file, std::size_t limit_bytes)
+/// Reads what is there, up to the size of `bytes`; 0 at the end. Throws `Failure`.
+template <class Failure = MissingInput>
+std::size_t read_some(const FileDescriptor& input, std::span<std::byte> bytes, const std::filesystem::path& file)
 {
-    const FileDescriptor input = open_file(file, O_RDONLY);
-    struct stat status
-    {
-    };
-    if (!input.valid() || ::fstat(input.get(), &status) != 0)
-        throw MissingInput(file.string() + ": cannot be opened: " + cause());
-    if (!S_ISREG(status.st_mode))
-        throw Error(file.string() + ": is not a regular file");
-    const auto size = static_cast<std::size_t>(status.st_size);
-    if (size > limit_bytes)
-        throw Error(fmt::format("{}: has {} bytes; at most {} are accepted", file.string(), size, limit_bytes));
-    std::vector<std::byte> bytes(size);
-    std::size_t done = 0;
-    while (done < bytes.size())
-    {
-        const ssize_t count = uninterrupted([&] { return ::read(input.get(), bytes.data() + done, bytes.size() - done); });
-        if (count < 0)
-            throw MissingInput(file.string() + ": reading failed: " + cause());
-        if (count == 0)
-            throw Error(file.string() + ": became shorter while it was read");
-        done += static_cast<std::size_t>(count);
-    }
-    return bytes;
+    const ssize_t count = uninterrupted([&] { return ::read(input.get(), bytes.data(), bytes.size()); });
+    if (count < 0)
+        throw Failure(file.string() + ": reading failed: " + cause());
+    return static_cast<std::size_t>(count);
 }
 
 void write_all(int fd, std::span<const std::byte> bytes, const std::filesystem::path& file)
@@ -124,9 +106,7 @@ class Draft
     const std::filesystem::path& folder() const { return folder_; }
     dev_t file_system() const
     {
-        struct stat status
-        {
-        };
+        struct stat status = {};
         if (::fstat(output_.get(), &status) != 0)
             fail();
         return status.st_dev;
@@ -192,15 +172,8 @@ void fill_from(const std::filesystem::path& from, int output, const std::filesys
     if (::ioctl(output, FICLONE, input.get()) == 0)
         return;
     std::vector<std::byte> buffer(std::size_t{1} << 20U);
-    for (;;)
-    {
-        const ssize_t count = uninterrupted([&] { return ::read(input.get(), buffer.data(), buffer.size()); });
-        if (count < 0)
-            throw Error(from.string() + ": cannot be read: " + cause());
-        if (count == 0)
-            return;
-        write_all(output, std::span(buffer).first(static_cast<std::size_t>(count)), to);
-    }
+    while (const std::size_t count = read_some<Error>(input, buffer, from))
+        write_all(output, std::span(buffer).first(count), to);
 }
 
 /// Puts the data of all drafts on the disk: a few one by one, many by one call per file system.
@@ -219,12 +192,29 @@ void flush(const std::list<Draft>& drafts)
 
 std::vector<std::byte> read_file(const std::filesystem::path& file, std::size_t limit_bytes)
 {
-    return read_all(file, limit_bytes);
+    const FileDescriptor input = open_file(file, O_RDONLY);
+    struct stat status = {};
+    if (!input.valid() || ::fstat(input.get(), &status) != 0)
+        throw MissingInput(file.string() + ": cannot be opened: " + cause());
+    if (!S_ISREG(status.st_mode))
+        throw Error(file.string() + ": is not a regular file");
+    const auto size = static_cast<std::size_t>(status.st_size);
+    if (size > limit_bytes)
+        throw Error(fmt::format("{}: has {} bytes; at most {} are accepted", file.string(), size, limit_bytes));
+    std::vector<std::byte> bytes(size);
+    for (std::span rest(bytes); !rest.empty();)
+    {
+        const std::size_t count = read_some(input, rest, file);
+        if (count == 0)
+            throw Error(file.string() + ": became shorter while it was read");
+        rest = rest.subspan(count);
+    }
+    return bytes;
 }
 
 std::string read_text_file(const std::filesystem::path& file, std::size_t limit_bytes)
 {
-    return text_of(read_all(file, limit_bytes));
+    return text_of(read_file(file, limit_bytes));
 }
 
 void write_file(const std::filesystem::path& file, std::span<const std::byte> bytes)
@@ -324,30 +314,23 @@ std::string content_hash(std::span<const std::byte> bytes)
 
 std::string content_hash(std::string_view text)
 {
-    return content_hash(std::as_bytes(std::span(text.data(), text.size())));
+    return content_hash(bytes_of(text));
 }
 
 std::string file_hash(const std::filesystem::path& file)
 {
-    // Opening a FIFO would wait for its writer.
-    std::error_code unknown;
-    if (const auto status = std::filesystem::status(file, unknown);
-        std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
+    // A FIFO must not be waited for.
+    const FileDescriptor input(uninterrupted([&] { return ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK); }));
+    struct stat status = {};
+    if (!input.valid() || ::fstat(input.get(), &status) != 0)
+        throw MissingInput(file.string() + ": cannot be read: " + cause());
+    if (!S_ISREG(status.st_mode))
         throw Error(file.string() + ": is not a regular file");
-    std::FILE* opened = nullptr;
-    do
-        opened = std::fopen(file.c_str(), "rb");
-    while (opened == nullptr && errno == EINTR);
-    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(opened, &std::fclose);
-    if (!stream)
-        throw MissingInput(file.string() + ": cannot be read: " + std::generic_category().message(errno));
     const std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state(XXH3_createState(), &XXH3_freeState);
     XXH3_128bits_reset(state.get());
     std::vector<std::byte> buffer(std::size_t{1} << 20U);
-    while (const std::size_t count = std::fread(buffer.data(), 1, buffer.size(), stream.get()))
+    while (const std::size_t count = read_some(input, buffer, file))
         XXH3_128bits_update(state.get(), buffer.data(), count);
-    if (std::ferror(stream.get()) != 0)
-        throw MissingInput(file.string() + ": reading failed: " + std::generic_category().message(errno));
     return hex(XXH3_128bits_digest(state.get()));
 }
 

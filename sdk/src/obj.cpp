@@ -86,7 +86,7 @@ class ObjReader
             materials_->files.push_back({rest_of(line, keyword), lines_.number()});
         else if (materials_ != nullptr && keyword == "usemtl")
             use_material(rest_of(line, keyword));
-        else if (std::find(skipped_statements.begin(), skipped_statements.end(), keyword) == skipped_statements.end())
+        else if (std::ranges::find(skipped_statements, keyword) == skipped_statements.end())
             lines_.fail("unknown statement " + in_quotes(keyword) + "; expected v, vt, vn, f, g, o, s, usemtl or mtllib");
     }
 
@@ -104,15 +104,16 @@ class ObjReader
         material_ = found->second;
     }
 
-    /// The numbers up to the end of the line, at most `most`.
-    std::size_t numbers(std::array<float, 7>& values, std::size_t least, std::size_t most, const char* expected)
+    /// Reads the numbers up to the end of the line to values_; how many there are.
+    std::size_t numbers(std::size_t least, std::size_t most, const char* expected)
     {
         std::size_t count = 0;
+        values_.fill(0);
         for (auto word = words_.next(); !word.empty(); word = words_.next())
         {
             if (count == most)
                 lines_.fail("unexpected " + in_quotes(word) + "; expected " + expected);
-            if (!parse_number(word, values[count]) || !std::isfinite(values[count]))
+            if (!parse_number(word, values_[count]) || !std::isfinite(values_[count]))
                 lines_.fail("expected a finite number instead of " + in_quotes(word));
             ++count;
         }
@@ -131,16 +132,15 @@ class ObjReader
     {
         static constexpr const char* expected = "'v X Y Z', 'v X Y Z 1' or 'v X Y Z R G B'";
         limit(mesh_.positions.size(), "vertices");
-        std::array<float, 7> values{};
-        const std::size_t count = numbers(values, 3, 6, expected);
-        if (count == 5 || (count == 4 && values[3] != 1.0F))
+        const std::size_t count = numbers(3, 6, expected);
+        if (count == 5 || (count == 4 && values_[3] != 1.0F))
             lines_.fail(std::string("expected ") + expected);
         const bool colored = count == 6;
         if (!mesh_.positions.empty() && colored == mesh_.colors.empty())
             lines_.fail("some vertices have a color and some have none; expected all or none");
-        mesh_.positions.push_back({values[0], values[1], values[2]});
+        mesh_.positions.push_back({values_[0], values_[1], values_[2]});
         if (colored)
-            mesh_.colors.push_back({channel(values[3]), channel(values[4]), channel(values[5])});
+            mesh_.colors.push_back({channel(values_[3]), channel(values_[4]), channel(values_[5])});
     }
 
     std::uint8_t channel(float value) const
@@ -153,16 +153,14 @@ class ObjReader
     void texcoord()
     {
         limit(texcoords_.size(), "texture coordinates");
-        std::array<float, 7> values{};
-        numbers(values, 1, 3, "'vt U', 'vt U V' or 'vt U V W'");
-        texcoords_.push_back({values[0], values[1]});
+        numbers(1, 3, "'vt U', 'vt U V' or 'vt U V W'");
+        texcoords_.push_back({values_[0], values_[1]});
     }
 
     void normal()
     {
         limit(normal_count_, "normals");
-        std::array<float, 7> values{};
-        numbers(values, 3, 3, "'vn X Y Z'");
+        numbers(3, 3, "'vn X Y Z'");
         ++normal_count_;
     }
 
@@ -262,6 +260,7 @@ class ObjReader
 
     Lines lines_;
     Words words_;
+    std::array<float, 6> values_{};  ///< Of the statement.
     std::size_t max_vertices_;
     std::size_t max_faces_;
     TriangleFan fan_;

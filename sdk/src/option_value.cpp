@@ -12,10 +12,10 @@ namespace fresco
 namespace
 {
 
-/// What is wrong with a path below --out that is not empty; empty if nothing is.
 /// File systems have no longer names.
 constexpr std::size_t most_name_bytes = 255;
 
+/// What is wrong with a path below --out that is not empty; empty if nothing is.
 std::string output_name_problem(const std::string& text, const std::vector<std::string>& extensions)
 {
     const std::filesystem::path path(text);
@@ -37,11 +37,6 @@ std::string output_name_problem(const std::string& text, const std::vector<std::
     const bool fits = extensions.empty() ||
                       std::ranges::any_of(extensions, [&](const std::string& extension) { return name.ends_with(extension); });
     return fits ? "" : refused;
-}
-
-Value as_value(const std::string& text)
-{
-    return text;
 }
 
 class ValueChecker
@@ -152,7 +147,7 @@ class ValueChecker
             if (config.is_null())
                 refuse("'" + name + "' has no value: set {type: …}, or leave the line out", "");
             else if (!config.is_string() && !config.is_map())
-                problems_.push_back({place_, "", "{type: …} of kind '" + option_.component_kind + "'"});
+                refuse("", "{type: …} of kind '" + option_.component_kind + "'");
         }
         return value;
     }
@@ -162,35 +157,28 @@ class ValueChecker
         if (!value.is_list())
             return wrong_kind();
         for (std::size_t i = 0; i < value.as_list().size(); ++i)
-        {
-            place_ = {std::to_string(i)};
             if (!value.as_list()[i].is_string())
-                refuse("", "a word");
-        }
+                refuse_at(std::to_string(i), "a word");
         return value;
     }
 
     /// A list as written, or the map that is made of it.
     Value files(const Value& value)
     {
-        if (!value.is_map())
-            return words(value).is_null() ? Value() : files_by_name(value);
-        for (const auto& [name, path] : value.as_map())
+        if (value.is_map())
         {
-            place_ = {name};
-            if (!path.is_string())
-                refuse("", "a path");
+            for (const auto& [name, path] : value.as_map())
+                if (!path.is_string())
+                    refuse_at(name, "a path");
+            return value;
         }
-        return value;
-    }
-
-    static Value files_by_name(const Value& list)
-    {
-        Value files = Value::Map{};
-        for (const Value& file : list.as_list())
+        if (words(value).is_null())
+            return {};
+        Value by_name = Value::Map{};
+        for (const Value& file : value.as_list())
             if (file.is_string())
-                files.set(file.as_string(), file);
-        return files;
+                by_name.set(file.as_string(), file);
+        return by_name;
     }
 
     Value ports(const Value& value)
@@ -229,24 +217,17 @@ class ValueChecker
         const std::vector<std::string>& forms = known->second.as;
         Value result =
             Value::Map{{"artifact", artifact}, {"version", known->second.version}, {"as", forms.empty() ? "" : forms.front()}};
-        const auto refuse_key = [&](const std::string& key) {
-            return refuse(where + " has no '" + key + "'" + suggestion(key, {"artifact", "as"}), "");
-        };
-        const auto refuse_as = [&]
-        {
-            return forms.empty() ? refuse(where + ": " + artifact + " has only one form; leave 'as' out", "")
-                                 : refuse("", "one of " + join(forms, ", ") + " for 'as' of " + where);
-        };
         for (const auto& [key, entry] : inner != nullptr ? written.as_map() : Value::Map{})
         {
             place_ = {name, key};
             if (key == "artifact" || (key == "version" && entry == result.at("version")))
                 continue;
             if (key != "as")
-                return refuse_key(key);
-            const bool is_form = forms.empty() ? entry == Value("") : std::ranges::find(forms, entry, as_value) != forms.end();
-            if (!is_form)
-                return refuse_as();
+                return refuse(where + " has no '" + key + "'" + suggestion(key, {"artifact", "as"}), "");
+            if (forms.empty() && entry != Value(""))
+                return refuse(where + ": " + artifact + " has only one form; leave 'as' out", "");
+            if (!forms.empty() && std::ranges::none_of(forms, [&](const std::string& form) { return entry == Value(form); }))
+                return refuse("", "one of " + join(forms, ", ") + " for 'as' of " + where);
             result.set("as", entry);
         }
         return result;
@@ -303,6 +284,11 @@ class ValueChecker
         return Value::Map{{form.input, name}, {form.number, number}};
     }
 
+    void refuse_at(const std::string& place, const std::string& expected)
+    {
+        place_ = {place};
+        refuse("", expected);
+    }
     Value wrong_kind() { return refuse(""); }
     Value refuse(std::string wrong) { return refuse(std::move(wrong), option_.accepted()); }
     Value refuse(std::string wrong, std::string expected)

@@ -47,10 +47,8 @@ std::vector<std::string> merged_environment(const EnvironmentChanges& changes)
     for (char** entry = environ; *entry != nullptr; ++entry)
     {
         const std::string_view text = *entry;
-        bool replaced = false;
-        for (const auto& [name, value] : changes)
-            replaced = replaced || (text.size() > name.size() && text.substr(0, name.size()) == name && text[name.size()] == '=');
-        if (!replaced)
+        const std::string_view name = text.substr(0, text.find('='));
+        if (std::ranges::find(changes, name, &EnvironmentChanges::value_type::first) == changes.end())
             merged.emplace_back(text);
     }
     for (const auto& [name, value] : changes)
@@ -147,9 +145,7 @@ std::string find_program(const std::string& name)
 {
     const auto runs = [](const std::string& file)
     {
-        struct stat status
-        {
-        };
+        struct stat status = {};
         return stat(file.c_str(), &status) == 0 && S_ISREG(status.st_mode) && access(file.c_str(), X_OK) == 0;
     };
     if (name.find('/') != std::string::npos)
@@ -232,19 +228,16 @@ bool LineBuffer::read_from(int fd)
 {
     char block[16384];
     constexpr std::size_t at_a_time = std::size_t{1} << 20U;
-    for (std::size_t taken = 0;;)
+    // Whoever writes without end must not keep the reader from all else.
+    for (std::size_t taken = 0; taken < at_a_time;)
     {
-        if (taken >= at_a_time)  // Whoever writes without end must not keep the reader from all else.
-            return true;
         const ssize_t count = uninterrupted([&] { return ::read(fd, block, sizeof block); });
-        if (count > 0)
-        {
-            buffer_.append(block, static_cast<std::size_t>(count));
-            taken += static_cast<std::size_t>(count);
-        }
-        else
+        if (count <= 0)
             return count < 0 && (errno == EAGAIN || errno == EWOULDBLOCK);
+        buffer_.append(block, static_cast<std::size_t>(count));
+        taken += static_cast<std::size_t>(count);
     }
+    return true;
 }
 
 bool LineBuffer::next(std::string& line)
@@ -266,7 +259,6 @@ bool LineBuffer::next(std::string& line)
     start_ = end + 1;
     return true;
 }
-namespace fs = std::filesystem;
 
 std::vector<pid_t> children_of(pid_t pid)
 {

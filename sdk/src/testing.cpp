@@ -20,6 +20,12 @@ std::mutex& lists_mutex()
     return mutex;
 }
 
+fs::path made(const fs::path& folder)
+{
+    fs::create_directories(folder);
+    return folder;
+}
+
 }  // namespace
 
 TemporaryFolder::TemporaryFolder()
@@ -37,7 +43,6 @@ TemporaryFolder::~TemporaryFolder()
 }
 
 TestRun::TestRun(int threads) : threads_(threads) {}
-TestRun::~TestRun() = default;
 
 void TestRun::progress(double, double, std::string_view) {}
 
@@ -72,20 +77,17 @@ void TestRun::report(std::string_view key, Value value)
 
 fs::path TestRun::preview_folder()
 {
-    fs::create_directories(folder_.path() / "preview");
-    return folder_.path() / "preview";
+    return made(folder_.path() / "preview");
 }
 
 fs::path TestRun::scratch_folder()
 {
-    fs::create_directories(folder_.path() / "scratch");
-    return folder_.path() / "scratch";
+    return made(folder_.path() / "scratch");
 }
 
 fs::path TestRun::checkpoint_folder()
 {
-    fs::create_directories(folder_.path() / "checkpoint");
-    return folder_.path() / "checkpoint";
+    return made(folder_.path() / "checkpoint");
 }
 
 void TestRun::reads_file(const fs::path& file)
@@ -99,8 +101,6 @@ void TestRun::reads_folder(const fs::path& folder, std::string_view names)
     const std::lock_guard lock(lists_mutex());
     folders_read.push_back(folder / names);
 }
-
-TestFactory::~TestFactory() = default;
 
 std::shared_ptr<Component> TestFactory::create(std::string_view kind, const Value& config)
 {

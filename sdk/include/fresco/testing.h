@@ -38,7 +38,6 @@ class TestRun final : public RunContext
 {
   public:
     explicit TestRun(int threads = 2);
-    ~TestRun() override;
 
     std::vector<std::string> messages;  ///< Warnings begin with "warning: ".
     Value reported{Value::Map{}};
@@ -74,7 +73,6 @@ class TestRun final : public RunContext
 class TestFactory final : public ComponentFactory
 {
   public:
-    ~TestFactory() override;
     void add(const std::string& type, std::function<std::shared_ptr<Component>()> make) { makers_[type] = std::move(make); }
     std::shared_ptr<Component> create(std::string_view kind, const Value& config) override;
 

@@ -102,6 +102,16 @@ double chunk_sum(const T* values, std::int64_t count)
     return sum;
 }
 
+/// The sum of a row's parts, from the first to the last, `step` apart.
+template <class T>
+T sum_of_parts(const double* parts, std::int64_t count, std::int64_t step)
+{
+    double sum = 0;
+    for (std::int64_t i = 0; i < count; ++i)
+        sum += parts[i * step];
+    return static_cast<T>(sum);
+}
+
 /// Sums of the rows of a contiguous R x N tensor. The chunks never depend on the threads; only who adds them up does.
 template <class T>
 void row_sums(const T* values, std::int64_t rows, std::int64_t columns, T* sums)
@@ -123,12 +133,7 @@ void row_sums(const T* values, std::int64_t rows, std::int64_t columns, T* sums)
                      }
                  });
     for (std::int64_t row = 0; row < rows; ++row)
-    {
-        double sum = 0;
-        for (std::int64_t piece = 0; piece < per_row; ++piece)
-            sum += partial[static_cast<std::size_t>(row * per_row + piece)];
-        sums[row] = static_cast<T>(sum);
-    }
+        sums[row] = sum_of_parts<T>(partial.data() + row * per_row, per_row, 1);
 }
 
 /// The same of a tensor whose transpose is contiguous: pieces of columns, each summed row by row.
@@ -150,12 +155,7 @@ void row_sums_of_columns(const T* values, std::int64_t rows, std::int64_t column
                      }
                  });
     for (std::int64_t row = 0; row < rows; ++row)
-    {
-        double sum = 0;
-        for (std::int64_t piece = 0; piece < pieces; ++piece)
-            sum += partial[static_cast<std::size_t>(piece * rows + row)];
-        sums[row] = static_cast<T>(sum);
-    }
+        sums[row] = sum_of_parts<T>(partial.data() + row, pieces, rows);
 }
 
 bool has_contiguous_transpose(const at::Tensor& values)

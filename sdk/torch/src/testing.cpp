@@ -35,22 +35,11 @@ torch::Tensor whole(const torch::Tensor& picture)
 
 }  // namespace
 
-ColorNetwork::~ColorNetwork() = default;
-
 void ColorNetwork::prepare(const PrepareContext&) {}
 
 std::vector<FeatureLayer> ColorNetwork::layers() const
 {
-    FeatureLayer a;
-    a.name = "a";
-    a.channels = 3;
-    a.style = true;
-    auto b = a;
-    b.name = "b";
-    b.stride = 2;
-    b.style = false;
-    b.content = true;
-    return {a, b};
+    return {{.name = "a", .channels = 3, .style = true}, {.name = "b", .channels = 3, .stride = 2, .content = true}};
 }
 
 std::vector<torch::Tensor> ColorNetwork::encode(const torch::Tensor& picture, const std::vector<std::string>& layers) const
@@ -88,8 +77,6 @@ PicturePart::PicturePart(const torch::Tensor& picture, const torch::Tensor& came
     : picture_(picture * mask.to(picture.scalar_type())), camera_(camera.detach()), mask_(std::move(mask)), fine_(std::move(fine))
 {
 }
-
-PicturePart::~PicturePart() = default;
 
 torch::Tensor PicturePart::mask(Pixels pixels)
 {

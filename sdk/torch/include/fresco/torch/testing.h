@@ -21,7 +21,6 @@ namespace fresco::testing
 class ColorNetwork final : public FeatureNetwork
 {
   public:
-    ~ColorNetwork() override;
     void prepare(const PrepareContext& context) override;
     std::vector<FeatureLayer> layers() const override;
     std::vector<torch::Tensor> encode(const torch::Tensor& picture, const std::vector<std::string>& layers) const override;
@@ -38,7 +37,6 @@ class PicturePart final : public Part
     PicturePart(const torch::Tensor& picture, const torch::Tensor& camera);
     /// `mask`, `fine`: H x W, bool; the picture is set to 0 where `mask` is false.
     PicturePart(const torch::Tensor& picture, const torch::Tensor& camera, torch::Tensor mask, torch::Tensor fine);
-    ~PicturePart() override;
 
     int level_index = 0;
     std::int64_t step_index = 0;

@@ -191,6 +191,14 @@ std::vector<GltfImage> images_of(const Value& document)
     return images;
 }
 
+tinygltf::Buffer buffer_of(std::span<const std::byte> bytes)
+{
+    const auto* const begin = reinterpret_cast<const unsigned char*>(bytes.data());
+    tinygltf::Buffer buffer;
+    buffer.data.assign(begin, begin + bytes.size());
+    return buffer;
+}
+
 std::vector<tinygltf::Buffer> buffers_of(const Value& document, std::span<const std::byte> binary, const ReadBuffer& read_beside)
 {
     std::vector<tinygltf::Buffer> buffers;
@@ -198,16 +206,16 @@ std::vector<tinygltf::Buffer> buffers_of(const Value& document, std::span<const 
     {
         const std::string place = entry("buffers", buffers.size());
         const std::string uri = text_or_none(value, "uri");
+        const bool is_chunk = uri.empty() && buffers.empty() && !binary.empty();
         const auto length = static_cast<std::size_t>(value.at("byteLength").as_int());
         // Stands for what is compressed in other buffers.
         const Value* const compression = extension_of(value, meshopt);
-        if (uri.empty() && compression != nullptr && compression->find("fallback") != nullptr &&
-            (!buffers.empty() || binary.empty()))
+        if (uri.empty() && !is_chunk && compression != nullptr && compression->find("fallback") != nullptr)
         {
             buffers.emplace_back();
             continue;
         }
-        if (uri.empty() && (!buffers.empty() || binary.empty()))
+        if (uri.empty() && !is_chunk)
             throw Error(place + "expected a uri or a BIN chunk");
         std::vector<std::byte> outside;
         if (!uri.empty())
@@ -216,8 +224,7 @@ std::vector<tinygltf::Buffer> buffers_of(const Value& document, std::span<const 
         if (length == 0 || bytes.size() < length)
             throw Error(
                 fmt::format("{}byteLength is {}, but there are {} bytes: the file is truncated", place, length, bytes.size()));
-        const auto* const begin = reinterpret_cast<const unsigned char*>(bytes.data());
-        buffers.emplace_back().data.assign(begin, begin + length);
+        buffers.push_back(buffer_of(bytes.first(length)));
     }
     return buffers;
 }
@@ -323,8 +330,7 @@ class Unpacking
                 view.buffer = static_cast<int>(model_.buffers.size());
                 view.byteOffset = 0;
                 view.byteLength = rows.size();
-                const auto* const begin = reinterpret_cast<const unsigned char*>(rows.data());
-                model_.buffers.emplace_back().data.assign(begin, begin + rows.size());
+                model_.buffers.push_back(buffer_of(rows));
             }
     }
 
@@ -537,14 +543,6 @@ GltfFile load_gltf(std::span<const std::byte> file, const ReadBuffer& read_besid
 namespace
 {
 
-template <class T>
-double read_number(const unsigned char* from, double greatest)
-{
-    T value{};
-    std::memcpy(&value, from, sizeof value);
-    return greatest > 0 ? std::max(static_cast<double>(value) / greatest, -1.0) : static_cast<double>(value);
-}
-
 std::size_t size_of_component(int type)
 {
     const bool is_known = type == TINYGLTF_COMPONENT_TYPE_BYTE || type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE ||
@@ -558,26 +556,16 @@ std::size_t size_of_component(int type)
 double AccessorRows::at(std::size_t row, std::size_t component) const
 {
     const unsigned char* const from = first + row * stride + component * size_of_component(component_type);
-    switch (component_type)
-    {
-    case TINYGLTF_COMPONENT_TYPE_BYTE:
-        return read_number<std::int8_t>(from, normalized ? 127 : 0);
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
-        return read_number<std::uint8_t>(from, normalized ? 255 : 0);
-    case TINYGLTF_COMPONENT_TYPE_SHORT:
-        return read_number<std::int16_t>(from, normalized ? 32767 : 0);
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
-        return read_number<std::uint16_t>(from, normalized ? 65535 : 0);
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
-        return read_number<std::uint32_t>(from, 0);
-    default:
-        return read_number<float>(from, 0);
-    }
-}
-
-std::uint32_t AccessorRows::integer_at(std::size_t row) const
-{
-    return static_cast<std::uint32_t>(at(row, 0));
+    return with_component(component_type,
+                          [&]<class T>(T value)
+                          {
+                              std::memcpy(&value, from, sizeof value);
+                              const auto number = static_cast<double>(value);
+                              if constexpr (std::is_integral_v<T> && sizeof value < 4)
+                                  return normalized ? std::max(number / std::numeric_limits<T>::max(), -1.0) : number;
+                              else
+                                  return number;
+                          });
 }
 
 AccessorRows accessor_rows(const tinygltf::Model& model, int accessor, std::size_t least, std::size_t most)
@@ -638,7 +626,7 @@ std::vector<std::uint32_t> triangle_indices(const tinygltf::Model& model, int in
         corners.reserve(rows.count);
         for (std::size_t i = 0; i < rows.count; ++i)
         {
-            corners.push_back(rows.integer_at(i));
+            corners.push_back(static_cast<std::uint32_t>(rows.at(i, 0)));
             if (corners.back() >= vertex_count)
                 throw Error(fmt::format("{}index {} names vertex {} of {}", place, i, corners.back(), vertex_count));
         }

@@ -90,11 +90,11 @@ std::unique_ptr<draco::Mesh> unpacked(std::span<const std::byte> stream)
 }
 
 template <class T>
-void put_rows(const draco::PointAttribute& attribute, std::size_t count, std::vector<unsigned char>& bytes)
+std::vector<unsigned char> rows_of(const draco::PointAttribute& attribute, std::size_t count)
 {
     const auto components = static_cast<std::size_t>(attribute.num_components());
     std::vector<T> row(components);
-    bytes.resize(count * components * sizeof(T));
+    std::vector<unsigned char> bytes(count * components * sizeof(T));
     for (std::size_t i = 0; i < count; ++i)
     {
         const auto value = attribute.mapped_index(draco::PointIndex(static_cast<std::uint32_t>(i)));
@@ -102,25 +102,7 @@ void put_rows(const draco::PointAttribute& attribute, std::size_t count, std::ve
             throw Error(fmt::format("KHR_draco_mesh_compression: the value of vertex {} does not fit its accessor", i));
         std::memcpy(bytes.data() + i * components * sizeof(T), row.data(), components * sizeof(T));
     }
-}
-
-void put_rows(const draco::PointAttribute& attribute, std::size_t count, int type, std::vector<unsigned char>& bytes)
-{
-    switch (type)
-    {
-    case TINYGLTF_COMPONENT_TYPE_BYTE:
-        return put_rows<std::int8_t>(attribute, count, bytes);
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
-        return put_rows<std::uint8_t>(attribute, count, bytes);
-    case TINYGLTF_COMPONENT_TYPE_SHORT:
-        return put_rows<std::int16_t>(attribute, count, bytes);
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
-        return put_rows<std::uint16_t>(attribute, count, bytes);
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
-        return put_rows<std::uint32_t>(attribute, count, bytes);
-    default:
-        return put_rows<float>(attribute, count, bytes);
-    }
+    return bytes;
 }
 
 tinygltf::Accessor& accessor_at(tinygltf::Model& model, int number)
@@ -183,9 +165,8 @@ void unpack_draco(tinygltf::Model& model, tinygltf::Primitive& primitive, std::s
             attribute->num_components() != tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(accessor.type)))
             throw Error(fmt::format("KHR_draco_mesh_compression: the stream has no attribute {} of the components of {}{}",
                                     id.as_int(), entry("accessors", static_cast<std::size_t>(used->second)), name));
-        std::vector<unsigned char> rows;
-        put_rows(*attribute, accessor.count, accessor.componentType, rows);
-        place(model, accessor, std::move(rows));
+        place(model, accessor,
+              with_component(accessor.componentType, [&]<class T>(T) { return rows_of<T>(*attribute, accessor.count); }));
     }
 }
 

@@ -72,6 +72,27 @@ std::string decoded_uri(std::string_view uri);
 /// "accessors[3]: "
 std::string entry(const char* list, std::size_t at);
 
+/// Calls `use` with a zero of the type that components are stored as; unknown ones are taken for float.
+template <class Use>
+auto with_component(int type, const Use& use)
+{
+    switch (type)
+    {
+    case TINYGLTF_COMPONENT_TYPE_BYTE:
+        return use(std::int8_t{});
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+        return use(std::uint8_t{});
+    case TINYGLTF_COMPONENT_TYPE_SHORT:
+        return use(std::int16_t{});
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+        return use(std::uint16_t{});
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
+        return use(std::uint32_t{});
+    default:
+        return use(float{});
+    }
+}
+
 /// The rows of an accessor, checked to lie inside of their view.
 struct AccessorRows
 {
@@ -84,7 +105,6 @@ struct AccessorRows
 
     /// The number, from 0 to 1 (-1 to 1 if signed) for normalized integers.
     double at(std::size_t row, std::size_t component) const;
-    std::uint32_t integer_at(std::size_t row) const;
 };
 
 /// Throws Error naming the accessor: one that does not exist, is sparse or without a view, has other than `least` to `most`

@@ -1,5 +1,6 @@
 #include <fresco/images/stroke_width.h>
 
+#include <fresco/images/filters.h>
 #include <fresco/images/lab.h>
 #include <fresco/numerics/bilinear.h>
 #include <fresco/parallel.h>
@@ -30,25 +31,21 @@ RasterF smoothed(const RasterF& gray, double sigma)
         total += weights.emplace_back(std::exp(-i * i / (2 * sigma * sigma)));
     const double* middle = &weights[static_cast<std::size_t>(radius)];
     const auto weight = [middle](int i) { return middle[i]; };
-    RasterF across(gray.width, gray.height);
-    RasterF result(gray.width, gray.height);
-    for (int y = 0; y < gray.height; ++y)
-        for (int x = 0; x < gray.width; ++x)
-        {
-            double sum = 0;
-            for (int i = -radius; i <= radius; ++i)
-                sum += weight(i) * gray.at(std::clamp(x + i, 0, gray.width - 1), y);
-            across.at(x, y) = static_cast<float>(sum / total);
-        }
-    for (int y = 0; y < gray.height; ++y)
-        for (int x = 0; x < gray.width; ++x)
-        {
-            double sum = 0;
-            for (int i = -radius; i <= radius; ++i)
-                sum += weight(i) * across.at(x, std::clamp(y + i, 0, gray.height - 1));
-            result.at(x, y) = static_cast<float>(sum / total);
-        }
-    return result;
+    const auto along = [&](const RasterF& from, int dx, int dy)
+    {
+        RasterF to(from.width, from.height);
+        for (int y = 0; y < from.height; ++y)
+            for (int x = 0; x < from.width; ++x)
+            {
+                double sum = 0;
+                for (int i = -radius; i <= radius; ++i)
+                    sum += weight(i) *
+                           from.at(std::clamp(x + i * dx, 0, from.width - 1), std::clamp(y + i * dy, 0, from.height - 1));
+                to.at(x, y) = static_cast<float>(sum / total);
+            }
+        return to;
+    };
+    return along(along(gray, 1, 0), 0, 1);
 }
 
 /// Luminance less its broad part, of mean 0.
@@ -57,9 +54,7 @@ RasterF fine_light(const Raster8& rgb)
     const double scale = std::min(1.0, static_cast<double>(longest_side) / std::max(rgb.width, rgb.height));
     const RasterF lab = lab_picture(resized(rgb, std::max(1, static_cast<int>(std::lround(rgb.width * scale))),
                                             std::max(1, static_cast<int>(std::lround(rgb.height * scale)))));
-    RasterF gray(lab.width, lab.height);
-    for (std::size_t i = 0; i < gray.values.size(); ++i)
-        gray.values[i] = lab.values[3 * i];
+    RasterF gray = channel(lab, 0);
     const RasterF broad = smoothed(gray, std::max(1.0, broad_share * std::min(gray.width, gray.height)));
     double mean = 0;
     for (std::size_t i = 0; i < gray.values.size(); ++i)

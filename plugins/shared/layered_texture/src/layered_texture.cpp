@@ -33,6 +33,12 @@ torch::Tensor as_tensor(const std::vector<From>& values, at::ScalarType type)
     return tensor;
 }
 
+void check_shape(const torch::Tensor& gradient, std::int64_t width, std::int64_t height)
+{
+    if (gradient.sizes() != at::IntArrayRef({3, height, width}))
+        throw std::invalid_argument("the gradient of a view has the shape of its picture, 3 x H x W");
+}
+
 /// Where coordinates in [0,1] fall between the texels of one axis: the first (int32) and the share of the one after it.
 std::pair<torch::Tensor, torch::Tensor> place(const torch::Tensor& coordinate, int size, TexelGrid grid)
 {
@@ -73,9 +79,7 @@ class DeviceView final : public TextureView
     std::vector<SparseGradient> gradient(const torch::Tensor& picture_gradient) const override
     {
         const at::NoGradGuard no_gradient;
-        if (picture_gradient.dim() != 3 || picture_gradient.size(0) != 3 || picture_gradient.size(1) != height_ ||
-            picture_gradient.size(2) != width_)
-            throw std::invalid_argument("the gradient of a view has the shape of its picture, 3 x H x W");
+        check_shape(picture_gradient, width_, height_);
         const auto at_pixels =
             sent_to(picture_gradient.to(at::kFloat), pixels_.device()).reshape({3, -1}).index_select(1, pixels_).t().contiguous();
         const auto shares = at_pixels.index_select(0, sorted_pixels_).mul_(sorted_weights_);
@@ -189,8 +193,7 @@ class LayeredView final : public TextureView
     std::vector<SparseGradient> gradient(const torch::Tensor& picture_gradient) const override
     {
         const auto source = picture_gradient.detach().to(at::kCPU, at::kFloat).contiguous();
-        if (source.dim() != 3 || source.size(0) != 3 || source.size(1) != pixels_.height || source.size(2) != pixels_.width)
-            throw std::invalid_argument("the gradient of a view has the shape of its picture, 3 x H x W");
+        check_shape(source, pixels_.width, pixels_.height);
         const std::vector<float> at_pixels = gathered(source.data_ptr<float>());
         std::vector<SparseGradient> result;
         for (const auto& layer : layers_)
@@ -245,8 +248,6 @@ RasterF on_centers(const RasterF& layer)
 }
 
 }  // namespace
-
-LayeredTexture::~LayeredTexture() = default;
 
 void LayeredTexture::allocate_layers(const std::vector<int>& sizes, const std::vector<double>& regularizer, TexelGrid grid)
 {

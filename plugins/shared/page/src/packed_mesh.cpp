@@ -1,5 +1,7 @@
 #include "packed_mesh.h"
 
+#include <fresco/numerics/numerics.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -18,10 +20,7 @@ std::uint16_t quantized(double share)
     return static_cast<std::uint16_t>(std::lround(std::clamp(share, 0.0, 1.0) * most));
 }
 
-struct PackedVertex
-{
-    std::array<std::uint16_t, 5> values{};  ///< x, y, z, u, v
-};
+using PackedVertex = std::array<std::uint16_t, 5>;  ///< x, y, z, u, v
 
 /// Finds the packed vertex of a corner: those of one vertex of the mesh are chained.
 class VertexTable
@@ -34,7 +33,7 @@ class VertexTable
         std::uint32_t* link = &first_[mesh_vertex];
         while (*link != none)
         {
-            if (vertices_[*link].values == vertex.values)
+            if (vertices_[*link] == vertex)
                 return *link;
             link = &next_[*link];
         }
@@ -137,7 +136,7 @@ std::vector<std::byte> packed(const std::vector<PackedVertex>& vertices, const s
     Packer packer;
     std::vector<std::uint32_t> numbers(vertices.size(), none);
     std::uint32_t count = 0;
-    PackedVertex before;
+    PackedVertex before{};
     for (const std::size_t face : along_the_surface(corners))
         for (std::size_t corner = 0; corner < 3; ++corner)
         {
@@ -147,8 +146,8 @@ std::vector<std::byte> packed(const std::vector<PackedVertex>& vertices, const s
             if (is_new)
             {
                 numbers[vertex] = count++;
-                for (std::size_t i = 0; i < vertices[vertex].values.size(); ++i)
-                    packer.add_signed(vertices[vertex].values[i] - before.values[i]);
+                for (std::size_t i = 0; i < before.size(); ++i)
+                    packer.add_signed(vertices[vertex][i] - before[i]);
             }
             before = vertices[vertex];
         }
@@ -159,20 +158,14 @@ std::vector<std::byte> packed(const std::vector<PackedVertex>& vertices, const s
 
 PackedMesh pack_mesh(const Mesh& mesh)
 {
-    PackedMesh packed_mesh;
-    std::array<double, 3> high{};
-    for (std::size_t axis = 0; axis < 3; ++axis)
-        packed_mesh.low[axis] = high[axis] = coordinates(mesh.positions.at(mesh.triangles.at(0)[0]))[axis];
+    numerics::Bounds<float> box;
     for (const Triangle& triangle : mesh.triangles)
         for (const std::uint32_t vertex : triangle)
-            for (std::size_t axis = 0; axis < 3; ++axis)
-            {
-                const double value = coordinates(mesh.positions[vertex])[axis];
-                packed_mesh.low[axis] = std::min(packed_mesh.low[axis], value);
-                high[axis] = std::max(high[axis], value);
-            }
+            box.add(mesh.positions[vertex]);
+    PackedMesh packed_mesh;
+    packed_mesh.low = coordinates(box.low);
     for (std::size_t axis = 0; axis < 3; ++axis)
-        packed_mesh.extent[axis] = high[axis] - packed_mesh.low[axis];
+        packed_mesh.extent[axis] = coordinates(box.high)[axis] - packed_mesh.low[axis];
 
     VertexTable table(mesh.positions.size());
     std::vector<std::uint32_t> corners;
@@ -183,13 +176,10 @@ PackedMesh pack_mesh(const Mesh& mesh)
             const std::uint32_t vertex = mesh.triangles[face][corner];
             const auto position = coordinates(mesh.positions[vertex]);
             const Vec2f uv = mesh.texcoords[3 * face + corner];
-            PackedVertex shared;
+            PackedVertex shared{0, 0, 0, quantized(uv.x), quantized(uv.y)};
             for (std::size_t axis = 0; axis < 3; ++axis)
-                shared.values[axis] = packed_mesh.extent[axis] > 0
-                                          ? quantized((position[axis] - packed_mesh.low[axis]) / packed_mesh.extent[axis])
-                                          : std::uint16_t{0};
-            shared.values[3] = quantized(uv.x);
-            shared.values[4] = quantized(uv.y);
+                if (packed_mesh.extent[axis] > 0)
+                    shared[axis] = quantized((position[axis] - packed_mesh.low[axis]) / packed_mesh.extent[axis]);
             corners.push_back(table.find_or_add(vertex, shared));
         }
     packed_mesh.vertices = table.vertices().size();

@@ -61,15 +61,6 @@ Value triple(Vec3d v)
     return Value::List{v.x, v.y, v.z};
 }
 
-/// The mean of a camera's axis over all frames.
-Vec3d mean_direction(const std::vector<Frame>& frames, Vec3d axis)
-{
-    Vec3d mean;
-    for (const Frame& frame : frames)
-        mean += frame.color.world_from_camera.direction(axis) * (1.0 / static_cast<double>(frames.size()));
-    return mean;
-}
-
 }  // namespace
 
 std::string data_uri(std::string_view media_type, std::span<const std::byte> bytes)
@@ -118,11 +109,15 @@ Value::Map pose(const Camera& camera)
 Value cameras(const Frames& frames)
 {
     std::vector<RigidTransform> poses;
+    Vec3d looking;
     for (const Frame& frame : frames.frames)
+    {
         poses.push_back(frame.color.world_from_camera);
+        looking += poses.back().direction({0, 0, 1}) * (1.0 / static_cast<double>(frames.frames.size()));
+    }
     Value::Map entry = pose(frames.frames.at(0).color);
     entry[2].second = triple(cameras_up(poses).value_or(Vec3d{0, 0, 1}));
-    entry.emplace_back("looking", triple(mean_direction(frames.frames, {0, 0, 1})));
+    entry.emplace_back("looking", triple(looking));
     return entry;
 }
 

@@ -21,7 +21,6 @@ namespace fresco
 class LayeredTexture : public TextureRepresentation
 {
   public:
-    ~LayeredTexture() override;
     std::vector<TextureParameter>& parameters() override { return parameters_; }
     bool move_to(const torch::Device& device) override;
     std::unique_ptr<TextureView> make_view(const UvMap& map) const override;

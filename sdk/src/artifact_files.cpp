@@ -6,47 +6,18 @@
 #include <fresco/npy.h>
 
 #include <fmt/format.h>
-#include <limits>
 #include <utility>
 
 namespace fresco::detail
 {
 
 template <class T>
-void write_raster(const std::filesystem::path& file, const Raster<T>& raster)
-{
-    std::vector<std::size_t> shape{static_cast<std::size_t>(raster.height), static_cast<std::size_t>(raster.width)};
-    if (raster.channels != 1)
-        shape.push_back(static_cast<std::size_t>(raster.channels));
-    write_npy(file, shape, std::span<const T>(raster.values));
-}
-
-template <class T>
 Raster<T> read_raster(const std::filesystem::path& file, int channels)
 {
-    const NpyArray array = read_npy(file);
-    const auto fail = [&](const std::string& what) { throw Error(file.string() + ": " + what); };
-    if (array.shape.size() != 2 && array.shape.size() != 3)
-        fail("expected an array H x W or H x W x C");
-    constexpr std::size_t max_extent = 1U << 20U;
-    if (array.shape[0] > max_extent || array.shape[1] > max_extent)
-        fail("larger than 1048576 pixels along a side");
-    const std::size_t found = array.shape.size() == 3 ? array.shape[2] : 1;
-    if (channels == 0 ? found < 1 || found > 4 : found != static_cast<std::size_t>(channels))
-        fail(fmt::format("{} channels; expected {}", found, channels == 0 ? "1 to 4" : std::to_string(channels)));
-    Raster<T> raster;
-    raster.height = static_cast<int>(array.shape[0]);
-    raster.width = static_cast<int>(array.shape[1]);
-    raster.channels = static_cast<int>(found);
-    try
-    {
-        const auto values = array.as<T>();
-        raster.values.assign(values.begin(), values.end());
-    }
-    catch (const Error& error)
-    {
-        fail(error.what());
-    }
+    Raster<T> raster = to_raster<T>(read_npy(file), file.string());
+    if (channels == 0 ? raster.channels < 1 || raster.channels > 4 : raster.channels != channels)
+        throw Error(fmt::format("{}: {} channels; expected {}", file.string(), raster.channels,
+                                channels == 0 ? "1 to 4" : std::to_string(channels)));
     return raster;
 }
 
@@ -86,14 +57,11 @@ Camera camera_from(const JsonPlace& place)
     return camera;
 }
 
-Value read_json_file(const std::filesystem::path& file)
+JsonFile::JsonFile(const std::filesystem::path& file)
+    : value_(parse_json(read_text_file(file, std::size_t{1} << 30U), file.string())), root_(value_, file.string())
 {
-    return parse_json(read_text_file(file, std::size_t{1} << 30U), file.string());
 }
 
-template void write_raster(const std::filesystem::path& file, const Raster8& raster);
-template void write_raster(const std::filesystem::path& file, const Raster16& raster);
-template void write_raster(const std::filesystem::path& file, const RasterF& raster);
 template Raster8 read_raster(const std::filesystem::path& file, int channels);
 template Raster16 read_raster(const std::filesystem::path& file, int channels);
 template RasterF read_raster(const std::filesystem::path& file, int channels);

@@ -20,16 +20,26 @@ Value to_value(const Camera& camera);
 /// Throws Error naming the place of what is missing, or of a camera that is not usable.
 Camera camera_from(const JsonPlace& place);
 
-/// Reads a JSON file of the folder; throws Error naming it.
-Value read_json_file(const std::filesystem::path& file);
+/// A JSON file of an artifact's folder: an entry by its name, or the whole. Throws Error naming the file.
+class JsonFile
+{
+  public:
+    explicit JsonFile(const std::filesystem::path& file);
+    JsonFile(const JsonFile&) = delete;
+    JsonFile& operator=(const JsonFile&) = delete;
+    JsonPlace operator[](std::string_view key) const { return root_[key]; }
+    const JsonPlace* operator->() const { return &root_; }
+
+  private:
+    Value value_;
+    JsonPlace root_;
+};
 
 /// The part of `path` below `base`, or nothing.
 std::optional<std::string> below(const std::filesystem::path& path, const std::filesystem::path& base);
 
-/// H x W (one channel) or H x W x C.
-template <class T>
-void write_raster(const std::filesystem::path& file, const Raster<T>& raster);
-/// Throws Error naming the file if it is of another type or number of channels. `channels` 0: any from 1 to 4.
+/// A raster of an NPY file. Throws Error naming the file if it is of another type or number of channels. `channels` 0: any from 1
+/// to 4.
 template <class T>
 Raster<T> read_raster(const std::filesystem::path& file, int channels);
 

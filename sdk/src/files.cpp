@@ -27,9 +27,6 @@ void check_name(const std::string& name, const fs::path& folder)
 
 }  // namespace
 
-Files::~Files() = default;
-Table::~Table() = default;
-
 void Files::save(const ArtifactFolder& folder) const
 {
     for (const std::string& name : names)
@@ -41,8 +38,7 @@ std::shared_ptr<Files> Files::load(const ArtifactFolder& folder)
 {
     auto files = std::make_shared<Files>();
     files->loaded_from = folder.path;
-    const Value root = detail::read_json_file(folder.path / "files.json");
-    files->names = JsonPlace(root, (folder.path / "files.json").string())["files"].texts();
+    files->names = detail::JsonFile(folder.path / "files.json")["files"].texts();
     for (const std::string& name : files->names)
         check_name(name, folder.path);
     return files;
@@ -83,12 +79,10 @@ void Table::save(const ArtifactFolder& folder) const
 
 std::shared_ptr<Table> Table::load(const ArtifactFolder& folder)
 {
-    const fs::path file = folder.path / "table.json";
-    const Value root = detail::read_json_file(file);
+    const detail::JsonFile file(folder.path / "table.json");
     auto table = std::make_shared<Table>();
-    const JsonPlace whole(root, file.string());
-    table->columns = whole["columns"].texts();
-    for (const JsonPlace& row : whole["rows"].list())
+    table->columns = file["columns"].texts();
+    for (const JsonPlace& row : file["rows"].list())
     {
         (void)row.list(table->columns.size());
         table->rows.push_back(row.value().as_list());

@@ -122,30 +122,26 @@ void settle_picture(PictureFile& picture, const ArtifactFolder& folder, const st
     }
 }
 
-void check_unchanged(const PictureFile& picture)
-{
-    if (!picture.hash.empty() && file_hash(picture.path) != picture.hash)
-        throw Error(picture.path.string() + ": changed since the scan was read; run again to read it again");
-}
-
-const ImageIo& codec(const ImageIo* images, const fs::path& file)
-{
-    if (images == nullptr)
-        throw Error(file.string() + ": no picture codec (option \"images\"); only NPY pictures can be read without one");
-    return *images;
-}
-
+/// The picture that was listed, of its camera's size: an NPY array, or what `decode` of `images` reads (null: NPY only).
 template <class T>
-void check_size(const Raster<T>& picture, const Intrinsics& intrinsics, const fs::path& file)
+Raster<T> load_picture(const PictureFile& picture, const Camera& camera, int channels, const ImageIo* images,
+                       Raster<T> (ImageIo::*decode)(const fs::path&) const)
 {
-    if (picture.width != intrinsics.width || picture.height != intrinsics.height)
-        throw Error(fmt::format("{}: is {}x{} pixels; its intrinsics say {}x{}", file.string(), picture.width, picture.height,
-                                intrinsics.width, intrinsics.height));
+    const fs::path& file = picture.path;
+    if (!picture.hash.empty() && file_hash(file) != picture.hash)
+        throw Error(file.string() + ": changed since the scan was read; run again to read it again");
+    const bool is_npy = decode == nullptr || file.extension() == ".npy";
+    if (!is_npy && images == nullptr)
+        throw Error(file.string() + ": no picture codec (option \"images\"); only NPY pictures can be read without one");
+    Raster<T> raster = is_npy ? detail::read_raster<T>(file, channels) : (images->*decode)(file);
+    const Intrinsics& k = camera.intrinsics;
+    if (raster.width != k.width || raster.height != k.height)
+        throw Error(fmt::format("{}: is {}x{} pixels; its intrinsics say {}x{}", file.string(), raster.width, raster.height,
+                                k.width, k.height));
+    return raster;
 }
 
 }  // namespace
-
-Frames::~Frames() = default;
 
 void Frames::save(const ArtifactFolder& folder) const
 {
@@ -165,13 +161,11 @@ void Frames::save(const ArtifactFolder& folder) const
 
 std::shared_ptr<Frames> Frames::load(const ArtifactFolder& folder)
 {
-    const fs::path file = folder.path / "frames.json";
-    const Value root = detail::read_json_file(file);
-    const JsonPlace whole(root, file.string());
-    whole.has_only({"frames"});
+    const detail::JsonFile file(folder.path / "frames.json");
+    file->has_only({"frames"});
     auto result = std::make_shared<Frames>();
     std::set<std::pair<std::string, std::string>> names;
-    for (const JsonPlace& place : whole["frames"].list())
+    for (const JsonPlace& place : file["frames"].list())
     {
         const Frame& frame = result->frames.emplace_back(frame_from(place, folder));
         if (!names.emplace(frame.sequence, frame.name).second)
@@ -210,24 +204,14 @@ Raster8 load_color(const Frame& frame, const ImageIo* images)
 {
     if (frame.color_picture.empty())
         throw Error(frame.sequence + "/" + frame.name + ": has no color picture");
-    const fs::path& file = frame.color_picture.path;
-    check_unchanged(frame.color_picture);
-    Raster8 picture =
-        file.extension() == ".npy" ? detail::read_raster<std::uint8_t>(file, 3) : codec(images, file).read_rgb(file);
-    check_size(picture, frame.color.intrinsics, file);
-    return picture;
+    return load_picture<std::uint8_t>(frame.color_picture, frame.color, 3, images, &ImageIo::read_rgb);
 }
 
 Raster16 load_depth_steps(const Frame& frame, const ImageIo* images)
 {
     if (frame.depth_picture.empty())
         throw Error(frame.sequence + "/" + frame.name + ": has no depth picture");
-    const fs::path& file = frame.depth_picture.path;
-    check_unchanged(frame.depth_picture);
-    Raster16 steps =
-        file.extension() == ".npy" ? detail::read_raster<std::uint16_t>(file, 1) : codec(images, file).read_depth(file);
-    check_size(steps, frame.depth.intrinsics, file);
-    return steps;
+    return load_picture<std::uint16_t>(frame.depth_picture, frame.depth, 1, images, &ImageIo::read_depth);
 }
 
 RasterF load_depth(const Frame& frame, const ImageIo* images)
@@ -244,10 +228,7 @@ Raster8 load_mask(const Frame& frame)
 {
     if (frame.mask.empty())
         return {};
-    check_unchanged(frame.mask);
-    Raster8 mask = detail::read_raster<std::uint8_t>(frame.mask.path, 1);
-    check_size(mask, frame.color.intrinsics, frame.mask.path);
-    return mask;
+    return load_picture<std::uint8_t>(frame.mask, frame.color, 1, nullptr, nullptr);
 }
 
 Raster8 mask_at(const Raster8& mask, int width, int height)

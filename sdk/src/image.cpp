@@ -4,6 +4,7 @@
 #include <fresco/files_io.h>
 #include <fresco/image.h>
 #include <fresco/image_io.h>
+#include <fresco/npy.h>
 
 #include <algorithm>
 #include <cmath>
@@ -25,11 +26,9 @@ const ImageIo& codec(const Exchange& exchange)
 
 }  // namespace
 
-Image::~Image() = default;
-
 void Image::save(const ArtifactFolder& folder) const
 {
-    detail::write_raster(folder.path / "image.npy", pixels);
+    write_npy(folder.path / "image.npy", pixels);
 }
 
 std::shared_ptr<Image> Image::load(const ArtifactFolder& folder)

@@ -19,6 +19,7 @@
 
 namespace fresco
 {
+namespace fs = std::filesystem;
 namespace
 {
 
@@ -27,14 +28,10 @@ namespace
 constexpr float farthest_vertex_m = 1e7F;
 constexpr double smallest_m2 = 1e-8;
 
-bool is_finite(Vec3f p)
+/// Whether all are no greater; not true of what is no number.
+bool are_within(Vec3f p, float most)
 {
-    return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
-}
-
-bool is_near(Vec3f p)
-{
-    return std::abs(p.x) <= farthest_vertex_m && std::abs(p.y) <= farthest_vertex_m && std::abs(p.z) <= farthest_vertex_m;
+    return std::abs(p.x) <= most && std::abs(p.y) <= most && std::abs(p.z) <= most;
 }
 
 /// Twice the area times the unit normal, in double: scans have slivers whose float cross product is noise.
@@ -56,8 +53,6 @@ bool is_ply_file(const std::filesystem::path& file)
 }
 
 }  // namespace
-
-Mesh::~Mesh() = default;
 
 void Mesh::save(const ArtifactFolder& folder) const
 {
@@ -90,9 +85,9 @@ void check_mesh(const Mesh& mesh, std::string_view source)
     sizes("texcoords", mesh.texcoords.size(), mesh.triangles.size() * 3);
     sizes("charts", mesh.charts.size(), mesh.triangles.size());
     for (std::size_t i = 0; i < mesh.positions.size(); ++i)
-        if (!is_finite(mesh.positions[i]))
+        if (!are_within(mesh.positions[i], std::numeric_limits<float>::max()))
             fail(fmt::format("the position of vertex {} is not finite", i));
-        else if (!is_near(mesh.positions[i]))
+        else if (!are_within(mesh.positions[i], farthest_vertex_m))
             fail(fmt::format(
                 "vertex {} is more than 1e7 m from the origin, at ({:g}, {:g}, {:g}): the mesh is damaged, or of another "
                 "unit",
@@ -146,7 +141,7 @@ std::vector<Vec3f> vertex_normals(const Mesh& mesh)
             sums[index] += normal;
     }
     std::vector<Vec3f> normals(sums.size());
-    std::transform(sums.begin(), sums.end(), normals.begin(), [](Vec3d sum) { return vec_cast<float>(normalized(sum)); });
+    std::ranges::transform(sums, normals.begin(), [](Vec3d sum) { return vec_cast<float>(normalized(sum)); });
     return normals;
 }
 
@@ -166,8 +161,6 @@ Mesh read_mesh(const std::filesystem::path& file, const MeshLimits& limits, Mesh
 }
 namespace
 {
-
-namespace fs = std::filesystem;
 
 constexpr std::array<std::string_view, 3> wrap_names{"repeat", "mirror", "clamp"};
 
@@ -220,8 +213,6 @@ bool is_light(float value)
 
 }  // namespace
 
-Model::~Model() = default;
-
 void Model::save(const ArtifactFolder& folder) const
 {
     for (const std::string& picture : pictures)
@@ -245,12 +236,10 @@ std::shared_ptr<Model> Model::load(const ArtifactFolder& folder)
     const auto values = read_npy(folder.path / "materials.npy");
     const auto numbers = values.as<std::uint32_t>();
     model->material_of_face.assign(numbers.begin(), numbers.end());
-    const fs::path file = folder.path / "model.json";
-    const Value root = detail::read_json_file(file);
-    const JsonPlace whole(root, file.string());
-    for (const JsonPlace& material : whole["materials"].list())
+    const detail::JsonFile file(folder.path / "model.json");
+    for (const JsonPlace& material : file["materials"].list())
         model->materials.push_back(material_from(material));
-    model->pictures = whole["pictures"].texts();
+    model->pictures = file["pictures"].texts();
     for (const std::string& picture : model->pictures)
         check_picture(picture, folder.path);
     check_model(*model, folder.path.string());

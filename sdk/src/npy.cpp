@@ -6,31 +6,42 @@
 #include <charconv>
 #include <cstring>
 #include <fmt/format.h>
-#include <limits>
+#include <string>
+#include <type_traits>
 
 namespace fresco
 {
 namespace
 {
 
-struct TypeName
+struct TypeForm
 {
     NpyType type;
-    std::string_view descr;
+    char kind;
     std::size_t bytes;
+
+    std::string descr() const { return fmt::format("{}{}{}", bytes == 1 ? '|' : '<', kind, bytes); }
+    std::string name() const { return fmt::format("{}{}", kind == 'f' ? "float" : kind == 'i' ? "int" : "uint", 8 * bytes); }
 };
 
-constexpr std::array<TypeName, 7> type_names{{{NpyType::uint8, "|u1", 1},
-                                              {NpyType::uint16, "<u2", 2},
-                                              {NpyType::uint32, "<u4", 4},
-                                              {NpyType::int32, "<i4", 4},
-                                              {NpyType::int64, "<i8", 8},
-                                              {NpyType::float32, "<f4", 4},
-                                              {NpyType::float64, "<f8", 8}}};
+constexpr std::array<TypeForm, 7> type_forms{{{NpyType::uint8, 'u', 1},
+                                              {NpyType::uint16, 'u', 2},
+                                              {NpyType::uint32, 'u', 4},
+                                              {NpyType::int32, 'i', 4},
+                                              {NpyType::int64, 'i', 8},
+                                              {NpyType::float32, 'f', 4},
+                                              {NpyType::float64, 'f', 8}}};
 
-const TypeName& name_of(NpyType type)
+const TypeForm& form_of(NpyType type)
 {
-    return *std::ranges::find(type_names, type, &TypeName::type);
+    return *std::ranges::find(type_forms, type, &TypeForm::type);
+}
+
+template <class T>
+const TypeForm& form_of()
+{
+    constexpr char kind = std::is_floating_point_v<T> ? 'f' : std::is_signed_v<T> ? 'i' : 'u';
+    return *std::ranges::find_if(type_forms, [](const TypeForm& form) { return form.kind == kind && form.bytes == sizeof(T); });
 }
 
 constexpr std::string_view magic("\x93NUMPY", 6);
@@ -114,9 +125,9 @@ class HeaderParser
     }
     NpyType parse_descr()
     {
-        for (const TypeName& name : type_names)
-            if (accept("'" + std::string(name.descr) + "'"))
-                return name.type;
+        for (const TypeForm& form : type_forms)
+            if (accept("'" + form.descr() + "'"))
+                return form.type;
         fail("element type not supported; save it as uint8, uint16, uint32, int32, int64, float32 or float64, little-endian");
     }
     std::vector<std::size_t> parse_shape()
@@ -159,43 +170,23 @@ bool product(std::span<const std::size_t> shape, std::size_t& count)
 }
 
 template <class T>
-constexpr NpyType type_of()
-{
-    if constexpr (std::is_same_v<T, std::uint8_t>)
-        return NpyType::uint8;
-    else if constexpr (std::is_same_v<T, std::uint16_t>)
-        return NpyType::uint16;
-    else if constexpr (std::is_same_v<T, std::uint32_t>)
-        return NpyType::uint32;
-    else if constexpr (std::is_same_v<T, std::int32_t>)
-        return NpyType::int32;
-    else if constexpr (std::is_same_v<T, std::int64_t>)
-        return NpyType::int64;
-    else if constexpr (std::is_same_v<T, float>)
-        return NpyType::float32;
-    else
-        return NpyType::float64;
-}
-
-template <class T>
 void write_values(const std::filesystem::path& file, std::span<const std::size_t> shape, std::span<const T> values)
 {
-    write_file(file, to_npy(type_of<T>(), shape, std::as_bytes(values)));
+    write_file(file, to_npy(form_of<T>().type, shape, std::as_bytes(values)));
 }
 
 }  // namespace
 
 std::size_t NpyArray::count() const
 {
-    return bytes.size() / name_of(type).bytes;
+    return bytes.size() / form_of(type).bytes;
 }
 
 template <class T>
 std::span<const T> NpyArray::as() const
 {
-    if (type != type_of<T>())
-        throw Error("array of type " + std::string(name_of(type).descr) + "; expected " +
-                    std::string(name_of(type_of<T>()).descr));
+    if (type != form_of<T>().type)
+        throw Error("array of type " + form_of(type).name() + "; expected " + form_of<T>().name());
     // The bytes come from operator new, aligned for every element type.
     return {reinterpret_cast<const T*>(bytes.data()), count()};
 }
@@ -231,7 +222,7 @@ NpyArray parse_npy(std::span<const std::byte> bytes, std::string_view source)
     NpyArray array = HeaderParser(text.substr(header_begin, header_size), header_begin, source).parse();
     const std::size_t data_begin = header_begin + header_size;
     std::size_t expected = 0;
-    if (!product(array.shape, expected) || __builtin_mul_overflow(expected, name_of(array.type).bytes, &expected))
+    if (!product(array.shape, expected) || __builtin_mul_overflow(expected, form_of(array.type).bytes, &expected))
         fail(header_begin, "the shape is too large");
     if (bytes.size() - data_begin != expected)
         fail(bytes.size(),
@@ -248,9 +239,9 @@ NpyArray read_npy(const std::filesystem::path& file)
 std::vector<std::byte> to_npy(NpyType type, std::span<const std::size_t> shape, std::span<const std::byte> bytes)
 {
     std::size_t expected = 0;
-    if (!product(shape, expected) || expected * name_of(type).bytes != bytes.size())
+    if (!product(shape, expected) || expected * form_of(type).bytes != bytes.size())
         throw Error("to_npy: the shape does not fit the number of values");
-    std::string header = "{'descr': '" + std::string(name_of(type).descr) + "', 'fortran_order': False, 'shape': (";
+    std::string header = "{'descr': '" + form_of(type).descr() + "', 'fortran_order': False, 'shape': (";
     for (const std::size_t extent : shape)
         header += fmt::format("{}, ", extent);
     header += "), }";
@@ -286,5 +277,51 @@ void write_npy(const std::filesystem::path& file, std::span<const std::size_t> s
 {
     write_values(file, shape, values);
 }
+
+template <class T>
+std::vector<std::byte> to_npy(const Raster<T>& raster)
+{
+    std::vector<std::size_t> shape{static_cast<std::size_t>(raster.height), static_cast<std::size_t>(raster.width)};
+    if (raster.channels != 1)
+        shape.push_back(static_cast<std::size_t>(raster.channels));
+    return to_npy(form_of<T>().type, shape, std::as_bytes(std::span(raster.values)));
+}
+
+template <class T>
+Raster<T> to_raster(const NpyArray& array, std::string_view source)
+{
+    constexpr std::size_t most = std::size_t{1} << 20U;
+    const auto& shape = array.shape;
+    const auto fail = [&](const std::string& what) { throw Error(std::string(source) + ": " + what); };
+    if (shape.size() != 2 && shape.size() != 3)
+        fail("expected an array H x W or H x W x C");
+    if (*std::ranges::max_element(shape) > most)
+        fail("larger than 1048576 pixels along a side");
+    if (array.type != form_of<T>().type)
+        fail("array of type " + form_of(array.type).name() + "; expected " + form_of<T>().name());
+    Raster<T> raster;
+    raster.height = static_cast<int>(shape[0]);
+    raster.width = static_cast<int>(shape[1]);
+    raster.channels = shape.size() == 3 ? static_cast<int>(shape[2]) : 1;
+    const auto values = array.as<T>();
+    raster.values.assign(values.begin(), values.end());
+    return raster;
+}
+
+template <class T>
+void write_npy(const std::filesystem::path& file, const Raster<T>& raster)
+{
+    write_file(file, to_npy(raster));
+}
+
+template std::vector<std::byte> to_npy(const Raster8& raster);
+template std::vector<std::byte> to_npy(const Raster16& raster);
+template std::vector<std::byte> to_npy(const RasterF& raster);
+template Raster8 to_raster(const NpyArray& array, std::string_view source);
+template Raster16 to_raster(const NpyArray& array, std::string_view source);
+template RasterF to_raster(const NpyArray& array, std::string_view source);
+template void write_npy(const std::filesystem::path& file, const Raster8& raster);
+template void write_npy(const std::filesystem::path& file, const Raster16& raster);
+template void write_npy(const std::filesystem::path& file, const RasterF& raster);
 
 }  // namespace fresco

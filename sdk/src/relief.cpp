@@ -2,6 +2,7 @@
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
+#include <fresco/npy.h>
 #include <fresco/relief.h>
 
 #include <algorithm>
@@ -14,8 +15,6 @@ namespace
 {
 constexpr float half = 65535 / 2.0F;
 }  // namespace
-
-Relief::~Relief() = default;
 
 bool Relief::has_normal(std::size_t texel) const
 {
@@ -42,16 +41,14 @@ void Relief::set_normal(std::size_t texel, Vec3f normal)
 void Relief::save(const ArtifactFolder& folder) const
 {
     write_file(folder.path / "relief.json", to_json(Value::Map{{"atlas", atlas}}, 1));
-    detail::write_raster(folder.path / "normals.npy", normals);
-    detail::write_raster(folder.path / "roughness.npy", roughness);
+    write_npy(folder.path / "normals.npy", normals);
+    write_npy(folder.path / "roughness.npy", roughness);
 }
 
 std::shared_ptr<Relief> Relief::load(const ArtifactFolder& folder)
 {
-    const auto file = folder.path / "relief.json";
-    const Value root = detail::read_json_file(file);
     auto result = std::make_shared<Relief>();
-    result->atlas = JsonPlace(root, file.string())["atlas"].text();
+    result->atlas = detail::JsonFile(folder.path / "relief.json")["atlas"].text();
     const auto normals_file = folder.path / "normals.npy";
     result->normals = detail::read_raster<std::uint16_t>(normals_file, 3);
     if (result->normals.width != result->normals.height)

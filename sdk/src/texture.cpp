@@ -2,6 +2,7 @@
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
+#include <fresco/npy.h>
 #include <fresco/run_context.h>
 #include <fresco/texture.h>
 #include <fresco/wording.h>
@@ -15,28 +16,23 @@
 namespace fresco
 {
 
-Texture::~Texture() = default;
-TexturedMesh::~TexturedMesh() = default;
-
 void Texture::save(const ArtifactFolder& folder) const
 {
     write_file(folder.path / "texture.json",
                to_json(Value::Map{{"values", values}, {"atlas", atlas}, {"layers", layers.size()}, {"size_px", size_px()}}, 1));
     for (std::size_t i = 0; i < layers.size(); ++i)
-        detail::write_raster(folder.path / fmt::format("layer_{}.npy", i), layers[i]);
-    detail::write_raster(folder.path / "seen.npy", seen);
+        write_npy(folder.path / fmt::format("layer_{}.npy", i), layers[i]);
+    write_npy(folder.path / "seen.npy", seen);
 }
 
 std::shared_ptr<Texture> Texture::load(const ArtifactFolder& folder)
 {
-    const auto file = folder.path / "texture.json";
-    const Value root = detail::read_json_file(file);
+    const detail::JsonFile file(folder.path / "texture.json");
     auto texture = std::make_shared<Texture>();
-    const JsonPlace whole(root, file.string());
-    texture->values = whole["values"].text();
-    texture->atlas = whole["atlas"].text();
-    const std::int64_t layers = whole["layers"].integer(1, 16);
-    const std::int64_t size = whole["size_px"].integer(1);
+    texture->values = file["values"].text();
+    texture->atlas = file["atlas"].text();
+    const std::int64_t layers = file["layers"].integer(1, 16);
+    const std::int64_t size = file["size_px"].integer(1);
     for (std::int64_t i = 0; i < layers; ++i)
     {
         const auto layer_file = folder.path / fmt::format("layer_{}.npy", i);
@@ -70,8 +66,7 @@ void TexturedMesh::save(const ArtifactFolder& folder) const
 std::shared_ptr<TexturedMesh> TexturedMesh::load(const ArtifactFolder& folder)
 {
     const auto file = folder.path / "textured_mesh.json";
-    const Value root = detail::read_json_file(file);
-    const auto mesh_file = referred_file(JsonPlace(root, file.string())["mesh"].text(), folder);
+    const auto mesh_file = referred_file(detail::JsonFile(file)["mesh"].text(), folder);
     if (mesh_file.filename() != Mesh::file_name)
         throw Error(file.string() + ": refers to " + mesh_file.string() + "; expected a " + std::string(Mesh::file_name));
     auto result = std::make_shared<TexturedMesh>();
@@ -159,8 +154,6 @@ std::uint16_t rounded(float share)
 
 }  // namespace
 
-SourceMap::~SourceMap() = default;
-
 std::optional<SourceMap::Place> SourceMap::place(int x, int y) const
 {
     const std::uint16_t* value = &places.at(x, y);
@@ -189,21 +182,19 @@ void SourceMap::save(const ArtifactFolder& folder) const
                                                                    {"picture_height", picture_height},
                                                                    {"pixels_per_texel", static_cast<double>(pixels_per_texel)}},
                                                         1));
-    detail::write_raster(folder.path / "places.npy", places);
+    write_npy(folder.path / "places.npy", places);
 }
 
 std::shared_ptr<SourceMap> SourceMap::load(const ArtifactFolder& folder)
 {
-    const auto file = folder.path / "source_map.json";
-    const Value root = detail::read_json_file(file);
+    const detail::JsonFile file(folder.path / "source_map.json");
     auto result = std::make_shared<SourceMap>();
-    const JsonPlace whole(root, file.string());
-    result->atlas = whole["atlas"].text();
-    result->picture_width = static_cast<int>(whole["picture_width"].integer(1, std::numeric_limits<int>::max()));
-    result->picture_height = static_cast<int>(whole["picture_height"].integer(1, std::numeric_limits<int>::max()));
-    result->pixels_per_texel = static_cast<float>(whole["pixels_per_texel"].amount());
+    result->atlas = file["atlas"].text();
+    result->picture_width = static_cast<int>(file["picture_width"].integer(1, std::numeric_limits<int>::max()));
+    result->picture_height = static_cast<int>(file["picture_height"].integer(1, std::numeric_limits<int>::max()));
+    result->pixels_per_texel = static_cast<float>(file["pixels_per_texel"].amount());
     if (!(result->pixels_per_texel > 0))
-        whole.fail("pixels_per_texel", "expected a number above 0");
+        file->fail("pixels_per_texel", "expected a number above 0");
     const auto places_file = folder.path / "places.npy";
     result->places = detail::read_raster<std::uint16_t>(places_file, values_count);
     if (result->places.width != result->places.height)

@@ -24,8 +24,6 @@ constexpr int largest_height_px = 65536;
 
 }  // namespace
 
-UvMaps::~UvMaps() = default;
-
 void UvMaps::write_map(const ArtifactFolder& folder, std::size_t view, int height_px, const UvMap& map, int uv_bits)
 {
     const fs::path file = map_file(folder.path, view, height_px);
@@ -57,17 +55,15 @@ void UvMaps::save(const ArtifactFolder& folder) const
 
 std::shared_ptr<UvMaps> UvMaps::load(const ArtifactFolder& folder)
 {
-    const fs::path file = folder.path / "uvmaps.json";
-    const Value root = detail::read_json_file(file);
+    const detail::JsonFile file(folder.path / "uvmaps.json");
     auto result = std::make_shared<UvMaps>();
     result->folder_ = folder.path;
-    const JsonPlace whole(root, file.string());
-    result->atlas = whole["atlas"].text();
-    result->texture_px = static_cast<int>(whole["texture_px"].integer(0, most_texture_px));
-    result->uv_bits = static_cast<int>(whole["uv_bits"].integer(min_uv_bits, max_uv_bits));
-    for (const JsonPlace& height : whole["heights_px"].list())
+    result->atlas = file["atlas"].text();
+    result->texture_px = static_cast<int>(file["texture_px"].integer(0, most_texture_px));
+    result->uv_bits = static_cast<int>(file["uv_bits"].integer(min_uv_bits, max_uv_bits));
+    for (const JsonPlace& height : file["heights_px"].list())
         result->heights_px.push_back(static_cast<int>(height.integer(1, largest_height_px)));
-    for (const JsonPlace& place : whole["views"].list())
+    for (const JsonPlace& place : file["views"].list())
     {
         View view;
         view.sequence = place["sequence"].text();

@@ -10,6 +10,7 @@
 #include <fresco/texture.h>
 #include <fresco/uv_maps.h>
 
+using namespace fresco;
 using Catch::Contains;
 
 namespace
@@ -18,8 +19,8 @@ namespace
 /// Until its end, the inputs of a pipeline are there.
 struct InputsAt
 {
-    explicit InputsAt(fresco::InputRoots roots) { fresco::set_input_roots(std::move(roots)); }
-    ~InputsAt() { fresco::set_input_roots({}); }
+    explicit InputsAt(InputRoots roots) { set_input_roots(std::move(roots)); }
+    ~InputsAt() { set_input_roots({}); }
     InputsAt(const InputsAt&) = delete;
     InputsAt& operator=(const InputsAt&) = delete;
 };
@@ -28,12 +29,12 @@ struct InputsAt
 
 TEST_CASE("Frames keep their references when the store moves")
 {
-    const fresco::testing::TemporaryFolder place;
+    const testing::TemporaryFolder place;
     const auto store = place.path() / "store";
-    const fresco::ArtifactFolder own{store / "objects" / "b" / "frames", store};
+    const ArtifactFolder own{store / "objects" / "b" / "frames", store};
     std::filesystem::create_directories(own.path);
-    fresco::Frames frames;
-    fresco::Frame frame;
+    Frames frames;
+    Frame frame;
     frame.sequence = "seq-01";
     frame.name = "frame-000008";
     frame.number = 8;
@@ -55,7 +56,7 @@ TEST_CASE("Frames keep their references when the store moves")
 
     const auto moved = place.path() / "moved";
     std::filesystem::rename(store, moved);
-    const auto loaded = fresco::Frames::load({moved / "objects" / "b" / "frames", moved});
+    const auto loaded = Frames::load({moved / "objects" / "b" / "frames", moved});
     REQUIRE(loaded->frames.size() == 2);
     CHECK(loaded->frames[0].color_picture.path == moved / "objects" / "b" / "frames" / "c.npy");
     CHECK(loaded->frames[0].depth_picture.path == moved / "objects" / "a" / "d.png");
@@ -69,109 +70,109 @@ TEST_CASE("Frames keep their references when the store moves")
 
 TEST_CASE("A mask at another size ignores what it covers in part")
 {
-    fresco::Raster8 mask(6, 4, 1, 1);
+    Raster8 mask(6, 4, 1, 1);
     mask.at(2, 1) = 0;
-    const auto half = fresco::mask_at(mask, 3, 2);
+    const auto half = mask_at(mask, 3, 2);
     CHECK(half.values == std::vector<std::uint8_t>{255, 0, 255, 255, 255, 255});
     // Columns of 1.5 pixels: the second covers half of pixel 1, and pixel 2.
-    const auto narrow = fresco::mask_at(mask, 4, 4);
+    const auto narrow = mask_at(mask, 4, 4);
     for (int y = 0; y < 4; ++y)
         for (int x = 0; x < 4; ++x)
             CHECK(narrow.at(x, y) == (y == 1 && x == 1 ? 0 : 255));
-    const auto large = fresco::mask_at(mask, 12, 8);
+    const auto large = mask_at(mask, 12, 8);
     CHECK(std::ranges::count(large.values, 0) == 4);
     CHECK(large.at(5, 3) == 0);
-    CHECK(fresco::mask_at({}, 3, 2).empty());
+    CHECK(mask_at({}, 3, 2).empty());
 }
 
 TEST_CASE("A frame's picture must be the one that was listed, of its camera's size")
 {
-    const fresco::testing::TemporaryFolder folder;
-    const fresco::Image image(fresco::Raster8(4, 3, 3, 77));
+    const testing::TemporaryFolder folder;
+    const Image image(Raster8(4, 3, 3, 77));
     image.save({folder.path(), {}});
-    fresco::Frame frame;
+    Frame frame;
     frame.color = {{4, 3, 2, 2, 1, 1}, {}};
-    frame.color_picture = {folder.path() / "image.npy", fresco::file_hash(folder.path() / "image.npy")};
-    CHECK(fresco::load_color(frame, nullptr).at(3, 2, 2) == 77);
-    CHECK_THROWS_WITH(fresco::load_depth(frame, nullptr), Contains("no depth"));
+    frame.color_picture = {folder.path() / "image.npy", file_hash(folder.path() / "image.npy")};
+    CHECK(load_color(frame, nullptr).at(3, 2, 2) == 77);
+    CHECK_THROWS_WITH(load_depth(frame, nullptr), Contains("no depth"));
     frame.color.intrinsics.width = 5;
-    CHECK_THROWS_WITH(fresco::load_color(frame, nullptr), Contains("image.npy") && Contains("5x3"));
+    CHECK_THROWS_WITH(load_color(frame, nullptr), Contains("image.npy") && Contains("5x3"));
     frame.color.intrinsics.width = 4;
-    fresco::Image(fresco::Raster8(4, 3, 3, 78)).save({folder.path(), {}});
-    CHECK_THROWS_WITH(fresco::load_color(frame, nullptr), Contains("changed"));
+    Image(Raster8(4, 3, 3, 78)).save({folder.path(), {}});
+    CHECK_THROWS_WITH(load_color(frame, nullptr), Contains("changed"));
     frame.color_picture.path = folder.path() / "image.png";
-    fresco::write_file(frame.color_picture.path, "x");
+    write_file(frame.color_picture.path, "x");
     frame.color_picture.hash.clear();
-    CHECK_THROWS_WITH(fresco::load_color(frame, nullptr), Contains("codec"));
+    CHECK_THROWS_WITH(load_color(frame, nullptr), Contains("codec"));
 }
 
 TEST_CASE("A depth picture may be NPY, and needs no codec then")
 {
-    const fresco::testing::TemporaryFolder folder;
-    fresco::Frame frame;
+    const testing::TemporaryFolder folder;
+    Frame frame;
     frame.sequence = "seq";
     frame.name = "f";
-    CHECK_THROWS_WITH(fresco::load_color(frame, nullptr), Contains("seq/f: has no color picture"));
+    CHECK_THROWS_WITH(load_color(frame, nullptr), Contains("seq/f: has no color picture"));
     frame.depth.intrinsics = {3, 2, 1, 1, 1, 1};
     frame.depth_unit_m = 0.5;
     frame.depth_picture.path = folder.path() / "depth.npy";
-    const std::vector<std::uint16_t> steps{0, 1, 2, 3, 65534, 65535};
-    fresco::write_npy(frame.depth_picture.path, std::vector<std::size_t>{2, 3}, steps);
-    CHECK(fresco::load_depth_steps(frame, nullptr).values == steps);
-    CHECK(fresco::load_depth(frame, nullptr).values == std::vector<float>{0, 0.5F, 1, 1.5F, 32767, 0});
-    fresco::write_npy(frame.depth_picture.path, std::vector<std::size_t>{3, 2}, steps);
-    CHECK_THROWS_WITH(fresco::load_depth(frame, nullptr), Contains("depth.npy") && Contains("2x3"));
+    Raster16 steps(3, 2);
+    steps.values = {0, 1, 2, 3, 65534, 65535};
+    write_npy(frame.depth_picture.path, steps);
+    CHECK(load_depth_steps(frame, nullptr) == steps);
+    CHECK(load_depth(frame, nullptr).values == std::vector<float>{0, 0.5F, 1, 1.5F, 32767, 0});
+    std::swap(steps.width, steps.height);
+    write_npy(frame.depth_picture.path, steps);
+    CHECK_THROWS_WITH(load_depth(frame, nullptr), Contains("depth.npy") && Contains("2x3"));
     frame.depth_picture.path = folder.path() / "depth.png";
-    CHECK_THROWS_WITH(fresco::load_depth(frame, nullptr), Contains("codec"));
+    CHECK_THROWS_WITH(load_depth(frame, nullptr), Contains("codec"));
 }
 
 TEST_CASE("uv maps stream to disk and back")
 {
-    const fresco::testing::TemporaryFolder folder;
-    const fresco::ArtifactFolder own{folder.path(), {}};
-    fresco::UvMaps maps;
+    const testing::TemporaryFolder folder;
+    const ArtifactFolder own{folder.path(), {}};
+    UvMaps maps;
     maps.heights_px = {16, 32};
     maps.texture_px = 8192;
     maps.uv_bits = 18;
     maps.views.push_back({"s", "f", {{64, 48, 50, 50, 32, 24}, {}}, {5, 6}});
-    fresco::UvMap map{{21, 16, 2, 0.2F}, {21, 16, 1, 1.5F}, {21, 16, 1, 0.6F}, {21, 16, 1, 1}};
-    fresco::UvMaps::write_map(own, 0, 16, map);
+    UvMap map{{21, 16, 2, 0.2F}, {21, 16, 1, 1.5F}, {21, 16, 1, 0.6F}, {21, 16, 1, 1}};
+    UvMaps::write_map(own, 0, 16, map);
     maps.save(own);
-    const auto loaded = fresco::UvMaps::load(own);
+    const auto loaded = UvMaps::load(own);
     CHECK(loaded->views[0].valid_pixels == std::vector<std::int64_t>{5, 6});
     CHECK(loaded->texture_px == 8192);
     CHECK(loaded->uv_bits == 18);
-    CHECK_NOTHROW(fresco::check_uv_bits(*loaded, 16384, "the maps"));
-    CHECK_THROWS_WITH(fresco::check_uv_bits(*loaded, 16385, "the maps"),
+    CHECK_NOTHROW(check_uv_bits(*loaded, 16384, "the maps"));
+    CHECK_THROWS_WITH(check_uv_bits(*loaded, 16385, "the maps"),
                       Contains("the maps hold texcoords of 18 bits, for textures up to 16384 texels a side, not 16385"));
     // A fifth is a whole number of steps of 1/65535 and of 1/255.
-    CHECK(loaded->load_map(0, 0).uv == map.uv);
-    CHECK(loaded->load_map(0, 0).depth == map.depth);
-    CHECK(loaded->load_map(0, 0).cosine == map.cosine);
-    CHECK(loaded->load_map(0, 0).valid == map.valid);
-    CHECK_THROWS_AS(loaded->load_map(0, 1), fresco::MissingInput);
+    const UvMap back = loaded->load_map(0, 0);
+    CHECK((back.uv == map.uv && back.depth == map.depth && back.cosine == map.cosine && back.valid == map.valid));
+    CHECK_THROWS_AS(loaded->load_map(0, 1), MissingInput);
     map.uv.at(3, 2, 1) = 1.0F / 262143;
-    fresco::UvMaps::write_map(own, 0, 16, map, 18);
+    UvMaps::write_map(own, 0, 16, map, 18);
     CHECK(loaded->load_map(0, 0).uv.at(3, 2, 1) == 1.0F / 262143);
-    fresco::UvMaps::write_map(own, 0, 16, {{20, 16, 2}, {20, 16}, {20, 16}, {20, 16}});
+    UvMaps::write_map(own, 0, 16, {{20, 16, 2}, {20, 16}, {20, 16}, {20, 16}});
     CHECK_THROWS_WITH(loaded->load_map(0, 0), Contains("000000_16.uvmap") && Contains("is 20x16; the index says 21x16"));
 }
 
 TEST_CASE("Sizes in an index of uv maps that no picture has are refused")
 {
-    const fresco::testing::TemporaryFolder folder;
-    const fresco::ArtifactFolder own{folder.path(), {}};
-    fresco::UvMaps maps;
+    const testing::TemporaryFolder folder;
+    const ArtifactFolder own{folder.path(), {}};
+    UvMaps maps;
     maps.heights_px = {16};
     maps.views.push_back({"s", "f", {{64, 48, 50, 50, 32, 24}, {}}, {5}});
     maps.save(own);
     const auto file = folder.path() / "uvmaps.json";
-    const std::string text = fresco::read_text_file(file);
+    const std::string text = read_text_file(file);
     const auto with = [&](const std::string& old, const std::string& other)
     {
         std::string changed = text;
-        fresco::write_file(file, changed.replace(changed.find(old), old.size(), other));
-        fresco::UvMaps::load(own);
+        write_file(file, changed.replace(changed.find(old), old.size(), other));
+        UvMaps::load(own);
     };
     // 2^32 more is the same number in 32 bits.
     CHECK_THROWS_WITH(with("  16", "  4294967312"),
@@ -183,38 +184,37 @@ TEST_CASE("Sizes in an index of uv maps that no picture has are refused")
 
 TEST_CASE("The size to paint at is the atlas's, or the one asked for, with a warning")
 {
-    fresco::testing::TestRun run;
-    CHECK(fresco::painted_size_px(0, 2048, "the mesh", run) == 2048);
-    CHECK(fresco::painted_size_px(2048, 2048, "the mesh", run) == 2048);
-    CHECK(fresco::painted_size_px(512, 0, "the mesh", run) == 512);
+    testing::TestRun run;
+    CHECK(painted_size_px(0, 2048, "the mesh", run) == 2048);
+    CHECK(painted_size_px(2048, 2048, "the mesh", run) == 2048);
+    CHECK(painted_size_px(512, 0, "the mesh", run) == 512);
     CHECK(run.messages.empty());
-    CHECK(fresco::painted_size_px(4096, 2048, "the mesh", run) == 4096);
+    CHECK(painted_size_px(4096, 2048, "the mesh", run) == 4096);
     REQUIRE(run.messages.size() == 1);
     CHECK_THAT(run.messages[0],
                Contains("size_px is 4096, but the mesh came from an atlas for 2048") && Contains("2 times as wide"));
-    CHECK_THROWS_WITH(fresco::painted_size_px(0, 0, "the mesh", run),
-                      Contains("the texture size is unknown: the mesh came without"));
-    CHECK_THROWS_WITH(fresco::painted_size_px(4, 0, "the mesh", run), Contains("expected 16 to 16384: set size_px"));
-    CHECK_THROWS_WITH(fresco::painted_size_px(0, 20000, "the mesh", run), Contains("set size_px of the atlas.* stage"));
+    CHECK_THROWS_WITH(painted_size_px(0, 0, "the mesh", run), Contains("the texture size is unknown: the mesh came without"));
+    CHECK_THROWS_WITH(painted_size_px(4, 0, "the mesh", run), Contains("expected 16 to 16384: set size_px"));
+    CHECK_THROWS_WITH(painted_size_px(0, 20000, "the mesh", run), Contains("set size_px of the atlas.* stage"));
 }
 
 TEST_CASE("A textured mesh refers to its mesh in the store, or holds it")
 {
-    const fresco::testing::TemporaryFolder place;
+    const testing::TemporaryFolder place;
     const auto store = place.path() / "store";
     const auto atlas = store / "objects" / "a" / "atlas";
-    fresco::TexturedMesh textured;
+    TexturedMesh textured;
     textured.mesh.positions = {{0, 0, 1}, {1, 0, 1}, {0, 1, 1}};
     textured.mesh.triangles = {{0, 1, 2}};
     textured.mesh.texcoords = {{0, 0}, {1, 0}, {0, 1}};
-    textured.image = fresco::Image(fresco::Raster8(4, 4, 3, 77));
+    textured.image = Image(Raster8(4, 4, 3, 77));
     std::set<std::string> references;
-    const fresco::ArtifactFolder own{store / "tmp" / "run.b" / "textured", store, &references};
+    const ArtifactFolder own{store / "tmp" / "run.b" / "textured", store, &references};
     for (const auto& folder : {atlas, own.path})
         std::filesystem::create_directories(folder);
     textured.save(own);
     CHECK(references.empty());
-    CHECK(fresco::TexturedMesh::load(own)->mesh.texcoords == textured.mesh.texcoords);
+    CHECK(TexturedMesh::load(own)->mesh.texcoords == textured.mesh.texcoords);
 
     std::filesystem::remove(own.path / "mesh.ply");
     textured.mesh.save({atlas, store});
@@ -224,36 +224,36 @@ TEST_CASE("A textured mesh refers to its mesh in the store, or holds it")
     CHECK_FALSE(std::filesystem::exists(own.path / "mesh.ply"));
     const auto moved = place.path() / "moved";
     std::filesystem::rename(store, moved);
-    const auto loaded = fresco::TexturedMesh::load({moved / "tmp" / "run.b" / "textured", moved});
+    const auto loaded = TexturedMesh::load({moved / "tmp" / "run.b" / "textured", moved});
     CHECK(loaded->mesh.positions == textured.mesh.positions);
     CHECK(loaded->mesh_folder.empty());
-    fresco::write_file(moved / "tmp/run.b/textured/textured_mesh.json", R"({"mesh": "store:objects/a/atlas/other.ply"})");
-    CHECK_THROWS_WITH(fresco::TexturedMesh::load({moved / "tmp" / "run.b" / "textured", moved}),
+    write_file(moved / "tmp/run.b/textured/textured_mesh.json", R"({"mesh": "store:objects/a/atlas/other.ply"})");
+    CHECK_THROWS_WITH(TexturedMesh::load({moved / "tmp" / "run.b" / "textured", moved}),
                       Contains("textured_mesh.json: refers to") && Contains("expected a mesh.ply"));
 }
 
 TEST_CASE("Textures, tables and files read back; what is missing is named")
 {
-    const fresco::testing::TemporaryFolder folder;
-    const fresco::ArtifactFolder own{folder.path(), {}};
-    fresco::Texture texture;
-    texture.layers = {fresco::RasterF(8, 8, 3, 0.5F), fresco::RasterF(4, 4, 3, 0.1F)};
-    texture.seen = fresco::Raster8(8, 8, 1, 1);
+    const testing::TemporaryFolder folder;
+    const ArtifactFolder own{folder.path(), {}};
+    Texture texture;
+    texture.layers = {RasterF(8, 8, 3, 0.5F), RasterF(4, 4, 3, 0.1F)};
+    texture.seen = Raster8(8, 8, 1, 1);
     texture.save(own);
-    CHECK(fresco::Texture::load(own)->layers == texture.layers);
-    texture.layers[1] = fresco::RasterF(5, 5, 3);
+    CHECK(Texture::load(own)->layers == texture.layers);
+    texture.layers[1] = RasterF(5, 5, 3);
     texture.save(own);
-    CHECK_THROWS_WITH(fresco::Texture::load(own), Contains("layer_1.npy") && Contains("half"));
+    CHECK_THROWS_WITH(Texture::load(own), Contains("layer_1.npy") && Contains("half"));
 
-    fresco::Table table;
+    Table table;
     table.columns = {"stage", "seconds"};
     table.rows = {{"scan", 1.5}, {"mesh", 2}};
     table.save(own);
-    CHECK(fresco::Table::load(own)->rows == table.rows);
+    CHECK(Table::load(own)->rows == table.rows);
     table.rows.push_back({"short"});
     CHECK_THROWS_WITH(table.save(own), Contains("row of 1"));
 
-    fresco::Files files;
+    Files files;
     files.names = {"views/a.png"};
     CHECK_THROWS_WITH(files.save(own), Contains("a.png") && Contains("not written"));
     files.names = {"../up.png"};
@@ -262,32 +262,32 @@ TEST_CASE("Textures, tables and files read back; what is missing is named")
 
 TEST_CASE("What lies below an input is named by it")
 {
-    const InputsAt inputs(fresco::InputRoots{{"data", "/mnt/scans"}, {"room", "/mnt/scans/room"}});
+    const InputsAt inputs(InputRoots{{"data", "/mnt/scans"}, {"room", "/mnt/scans/room"}});
     const auto [file, name] = GENERATE(table<std::string, std::string>({{"/mnt/scans/a.png", "input:data/a.png"},
                                                                         {"/mnt/scans", "input:data"},
                                                                         {"/mnt/scans/room/b/c.png", "input:room/b/c.png"},
                                                                         {"/mnt/scans/rooms", "input:data/rooms"},
                                                                         {"/mnt/scansion", "/mnt/scansion"},
                                                                         {"/mnt", "/mnt"}}));
-    CHECK(fresco::input_name(file) == name);
-    CHECK(fresco::input_path(name) == file);
+    CHECK(input_name(file) == name);
+    CHECK(input_path(name) == file);
 }
 
 TEST_CASE("A reference to a user's file leads to where the input is now")
 {
-    const fresco::ArtifactFolder folder{"/store/objects/1/frames", "/store"};
+    const ArtifactFolder folder{"/store/objects/1/frames", "/store"};
     std::string reference;
     {
-        const InputsAt here(fresco::InputRoots{{"data", "/mnt/scans"}});
-        reference = fresco::reference_to("/mnt/scans/room/a.png", folder);
+        const InputsAt here(InputRoots{{"data", "/mnt/scans"}});
+        reference = reference_to("/mnt/scans/room/a.png", folder);
         CHECK(reference == "input:data/room/a.png");
-        CHECK(fresco::reference_to("/mnt/other/a.png", folder) == "file:/mnt/other/a.png");
+        CHECK(reference_to("/mnt/other/a.png", folder) == "file:/mnt/other/a.png");
         // For a program of the user's.
-        CHECK(fresco::reference_to("/mnt/scans/room/a.png", {"/tmp/frames", {}}) == "file:/mnt/scans/room/a.png");
+        CHECK(reference_to("/mnt/scans/room/a.png", {"/tmp/frames", {}}) == "file:/mnt/scans/room/a.png");
     }
     {
-        const InputsAt there(fresco::InputRoots{{"data", "/scratch"}});
-        CHECK(fresco::referred_file(reference, folder) == "/scratch/room/a.png");
+        const InputsAt there(InputRoots{{"data", "/scratch"}});
+        CHECK(referred_file(reference, folder) == "/scratch/room/a.png");
     }
-    CHECK_THROWS_WITH(fresco::referred_file(reference, folder), Contains("does not name under 'inputs'"));
+    CHECK_THROWS_WITH(referred_file(reference, folder), Contains("does not name under 'inputs'"));
 }

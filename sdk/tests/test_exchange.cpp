@@ -12,31 +12,11 @@
 #include <fresco/texture.h>
 #include <fresco/uv_maps.h>
 
-#include <array>
-
 using namespace fresco;
 namespace fs = std::filesystem;
 
 namespace
 {
-
-struct Place;
-
-/// One input and one output that a pipeline declares.
-class Ports : public Configurable
-{
-  public:
-    Ports(const std::string& artifact, const std::string& as, Place& place);
-    const DeclaredInput& in() const { return *(*ins_).front(); }
-    DeclaredOutput& out() const { return *(*outs_).front(); }
-    fs::path hand_over() const;
-    void take_back() const;
-
-  private:
-    InputPorts ins_{this, "in", ""};
-    OutputPorts outs_{this, "out", ""};
-    Place& place_;
-};
 
 /// A store with one input in it, and the folders that a worker would have.
 struct Place
@@ -53,46 +33,47 @@ struct Place
     fs::path scratch() const { return store() / "tmp/scratch/port"; }
     fs::path made_below() const { return store() / "tmp/scratch/made"; }
 
-    /// The program in between copies what it is given.
-    template <class T>
-    std::shared_ptr<T> through(const std::string& as, const T& value)
-    {
-        value.save({stored(), store()});
-        Ports ports(std::string(T::artifact_name), as, *this);
-        const fs::path given = ports.hand_over();
-        const fs::path made = ports.out().place(made_below());
-        fs::copy(given, made, fs::copy_options::recursive | fs::copy_options::overwrite_existing);
-        ports.take_back();
-        return T::load({published(), store()});
-    }
-
     fresco::testing::TemporaryFolder folder;
     fresco::testing::RawImages images;
     fresco::testing::TestRun run;
 };
 
-Ports::Ports(const std::string& artifact, const std::string& as, Place& place) : place_(place)
+/// One input and one output that a pipeline declares.
+class Ports : public Configurable
 {
-    Value port = Value::Map{{"artifact", artifact}};
-    if (!as.empty())
-        port.set("as", as);
-    fresco::testing::TestFactory factory;
-    configure(Value::Map{{"in", Value::Map{{"port", port}}}, {"out", Value::Map{{"port", port}}}}, factory);
-    (*ins_).front()->load({place.stored(), place.store()});
-    out().set_folder({place.published(), place.store()});
-}
+  public:
+    Ports(const std::string& artifact, const std::string& as, Place& place) : place_(place)
+    {
+        Value port = Value::Map{{"artifact", artifact}};
+        if (!as.empty())
+            port.set("as", as);
+        fresco::testing::TestFactory factory;
+        configure(Value::Map{{"in", Value::Map{{"port", port}}}, {"out", Value::Map{{"port", port}}}}, factory);
+        (*ins_).front()->load({place.stored(), place.store()});
+        out().set_folder({place.published(), place.store()});
+    }
+    const DeclaredInput& in() const { return *(*ins_).front(); }
+    DeclaredOutput& out() const { return *(*outs_).front(); }
+    fs::path hand_over() const { return in().hand_over(place_.scratch(), &place_.images, place_.run); }
+    void take_back() const { out().take_back(place_.made_below(), &place_.images, place_.run); }
 
-fs::path Ports::hand_over() const
+  private:
+    InputPorts ins_{this, "in", ""};
+    OutputPorts outs_{this, "out", ""};
+    Place& place_;
+};
+
+/// The program in between copies what it is given.
+template <class T>
+std::shared_ptr<T> through(Place& place, const std::string& as, const T& value)
 {
-    return in().hand_over(place_.scratch(), &place_.images, place_.run);
+    value.save({place.stored(), place.store()});
+    const Ports ports(std::string(T::artifact_name), as, place);
+    const fs::path given = ports.hand_over();
+    fs::copy(given, ports.out().place(place.made_below()), fs::copy_options::recursive | fs::copy_options::overwrite_existing);
+    ports.take_back();
+    return T::load({place.published(), place.store()});
 }
-
-void Ports::take_back() const
-{
-    out().take_back(place_.made_below(), &place_.images, place_.run);
-}
-
-constexpr std::array<std::size_t, 3> picture_shape{2, 2, 3};
 
 Image picture()
 {
@@ -113,14 +94,14 @@ TEST_CASE("what a program hands on unchanged comes back bit by bit", "[exchange]
     Place place;
     SECTION("a mesh, as a PLY file")
     {
-        const auto mesh = place.through("", testing::wall());
+        const auto mesh = through(place, "", testing::wall());
         CHECK(to_ply(*mesh) == to_ply(testing::wall()));
         CHECK(fs::exists(place.scratch() / "mesh.ply"));
     }
     SECTION("a picture, in both forms")
     {
         const std::string as = GENERATE("npy", "png");
-        CHECK(place.through(as, picture())->pixels.values == picture().pixels.values);
+        CHECK(through(place, as, picture())->pixels.values == picture().pixels.values);
         CHECK(fs::exists(place.scratch() / ("image." + as)));
     }
     SECTION("a textured mesh, in both forms")
@@ -135,7 +116,7 @@ TEST_CASE("what a program hands on unchanged comes back bit by bit", "[exchange]
             fs::create_directories(textured.mesh_folder);
             textured.mesh.save({textured.mesh_folder, {}});
         }
-        const auto back = place.through(as, textured);
+        const auto back = through(place, as, textured);
         CHECK(to_ply(back->mesh) == to_ply(testing::wall()));
         CHECK(back->image.pixels.values == picture().pixels.values);
         CHECK(fs::exists(place.scratch() / ("image." + as)));
@@ -166,7 +147,7 @@ TEST_CASE("frames are handed over with plain paths, and taken back with pictures
     const fs::path outside = place.store().parent_path() / (place.store().filename().string() + "-own.npy");
     fs::create_directories(stored.parent_path());
     for (const auto& file : {stored, outside})
-        write_npy(file, picture_shape, std::span<const std::uint8_t>(picture().pixels.values));
+        write_npy(file, picture().pixels);
     Frames frames;
     frames.frames = {frame(stored), frame(outside)};
     frames.frames[1].name = "frame-000001";
@@ -204,7 +185,7 @@ TEST_CASE("a picture is found by each of its paths, and refused where it will no
     const fs::path passing = place.scratch() / "b.npy";
     fs::create_directories(stored.parent_path());
     for (const auto& file : {stored, passing, place.published() / "c.npy"})
-        write_npy(file, picture_shape, std::span<const std::uint8_t>(picture().pixels.values));
+        write_npy(file, picture().pixels);
     Frames frames;
     frames.frames = {frame(stored), frame(place.published() / "c.npy")};
     frames.frames[1].name = "frame-000001";
@@ -260,10 +241,9 @@ TEST_CASE("what a program did not write, or wrote wrong, is named", "[exchange]"
     Mesh bare = testing::wall();
     bare.texcoords.clear();
     write_file(place.made_below() / "mesh.ply", to_ply(bare));
-    write_npy(place.made_below() / "image.npy", picture_shape, std::span<const std::uint8_t>(picture().pixels.values));
+    write_npy(place.made_below() / "image.npy", picture().pixels);
     CHECK_THROWS_WITH(taken("textured_mesh", "npy"), Catch::Contains("a textured mesh needs texcoords"));
-    const std::vector<float> floats(12);
-    write_npy(place.made_below() / "image.npy", picture_shape, std::span<const float>(floats));
+    write_npy(place.made_below() / "image.npy", RasterF(2, 2, 3));
     CHECK_THROWS_WITH(taken("image", "npy"), Catch::Contains("image.npy"));
     write_file(place.made_below() / "table.json", std::string_view("{\"columns\": [\"a\"], \"rows\": [[1, 2]]}"));
     CHECK_THROWS_WITH(taken("table"), Catch::Contains("table.json: rows[0]: "));

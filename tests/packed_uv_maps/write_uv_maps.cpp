@@ -11,15 +11,6 @@
 namespace
 {
 
-template <class T>
-void write_raster(const std::filesystem::path& file, const fresco::Raster<T>& raster)
-{
-    std::vector<std::size_t> shape{static_cast<std::size_t>(raster.height), static_cast<std::size_t>(raster.width)};
-    if (raster.channels != 1)
-        shape.push_back(static_cast<std::size_t>(raster.channels));
-    fresco::write_npy(file, shape, std::span<const T>(raster.values));
-}
-
 void write_all(const std::filesystem::path& folder)
 {
     std::size_t count = 0;
@@ -30,10 +21,10 @@ void write_all(const std::filesystem::path& folder)
             const auto bytes = fresco::pack_uv_map(map, uv_bits, name);
             fresco::write_file(folder / (stem + ".uvmap"), bytes);
             const auto back = fresco::unpack_uv_map(bytes, map.valid.width, map.valid.height, name);
-            write_raster(folder / (stem + ".uv.npy"), back.uv);
-            write_raster(folder / (stem + ".depth.npy"), back.depth);
-            write_raster(folder / (stem + ".cosine.npy"), back.cosine);
-            write_raster(folder / (stem + ".valid.npy"), back.valid);
+            fresco::write_npy(folder / (stem + ".uv.npy"), back.uv);
+            fresco::write_npy(folder / (stem + ".depth.npy"), back.depth);
+            fresco::write_npy(folder / (stem + ".cosine.npy"), back.cosine);
+            fresco::write_npy(folder / (stem + ".valid.npy"), back.valid);
         }
 }
 

@@ -6,8 +6,6 @@
 namespace example
 {
 
-PointCloud::~PointCloud() = default;
-
 void PointCloud::save(const fresco::ArtifactFolder& folder) const
 {
     std::vector<float> values;

@@ -16,13 +16,6 @@ struct PointCloud : fresco::Artifact
 
     std::vector<fresco::Vec3f> points;
 
-    ~PointCloud() override;
-    PointCloud() = default;
-    PointCloud(const PointCloud&) = default;
-    PointCloud(PointCloud&&) = default;
-    PointCloud& operator=(const PointCloud&) = default;
-    PointCloud& operator=(PointCloud&&) = default;
-
     void save(const fresco::ArtifactFolder& folder) const override;
     static std::shared_ptr<PointCloud> load(const fresco::ArtifactFolder& folder);
 };

@@ -58,8 +58,8 @@ struct Counted
 ///   static constexpr std::string_view parts_file = "regions.json";  // JSON, the names in its list `names`
 /// \endcode
 /// Files of other results are named by reference_to. What is large stays on disk: the value is then a handle that reads piece by
-/// piece. Consumers share one value and must not change it. The type's out-of-line destructor lives in the one shared library
-/// that defines the type.
+/// piece. Consumers share one value and must not change it. `save` is defined in a source file of the one shared library that has
+/// the type: its type information is made there.
 class Artifact
 {
   public:

@@ -21,13 +21,6 @@ struct Files : Artifact
     std::vector<std::string> names;     ///< Relative, '/'-separated, without "..".
     std::filesystem::path loaded_from;  ///< Where load() found them: each lies at loaded_from / name. Not saved.
 
-    ~Files() override;
-    Files() = default;
-    Files(const Files&) = default;
-    Files(Files&&) = default;
-    Files& operator=(const Files&) = default;
-    Files& operator=(Files&&) = default;
-
     /// Writes `files.json`. Throws Error if a listed file is missing.
     void save(const ArtifactFolder& folder) const override;
     static std::shared_ptr<Files> load(const ArtifactFolder& folder);
@@ -43,13 +36,6 @@ struct Table : Artifact
 
     std::vector<std::string> columns;
     std::vector<std::vector<Value>> rows;  ///< Each of columns.size().
-
-    ~Table() override;
-    Table() = default;
-    Table(const Table&) = default;
-    Table(Table&&) = default;
-    Table& operator=(const Table&) = default;
-    Table& operator=(Table&&) = default;
 
     void save(const ArtifactFolder& folder) const override;
     static std::shared_ptr<Table> load(const ArtifactFolder& folder);

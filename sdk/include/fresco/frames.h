@@ -47,13 +47,6 @@ class Frames : public Artifact
 
     std::vector<Frame> frames;
 
-    ~Frames() override;
-    Frames() = default;
-    Frames(const Frames&) = default;
-    Frames(Frames&&) = default;
-    Frames& operator=(const Frames&) = default;
-    Frames& operator=(Frames&&) = default;
-
     void save(const ArtifactFolder& folder) const override;
     static std::shared_ptr<Frames> load(const ArtifactFolder& folder);
     static std::vector<ExchangeForm> exchange_forms();

@@ -57,13 +57,8 @@ struct Image : Artifact
 
     Raster8 pixels;
 
-    ~Image() override;
     Image() = default;
     explicit Image(Raster8 p) : pixels(std::move(p)) {}
-    Image(const Image&) = default;
-    Image(Image&&) = default;
-    Image& operator=(const Image&) = default;
-    Image& operator=(Image&&) = default;
 
     void save(const ArtifactFolder& folder) const override;
     static std::shared_ptr<Image> load(const ArtifactFolder& folder);

@@ -40,13 +40,6 @@ struct Mesh : Artifact
     /// it on, and what paints takes it.
     int texture_px = 0;
 
-    ~Mesh() override;
-    Mesh() = default;
-    Mesh(const Mesh&) = default;
-    Mesh(Mesh&&) = default;
-    Mesh& operator=(const Mesh&) = default;
-    Mesh& operator=(Mesh&&) = default;
-
     void save(const ArtifactFolder& folder) const override;
     static std::shared_ptr<Mesh> load(const ArtifactFolder& folder);
     static std::vector<ExchangeForm> exchange_forms();
@@ -113,13 +106,6 @@ struct Model : Artifact
     /// File names. The stage that makes a model writes each one into its output's folder().path.
     std::vector<std::string> pictures;
     std::filesystem::path loaded_from;  ///< Where load() found the pictures. Not saved.
-
-    ~Model() override;
-    Model() = default;
-    Model(const Model&) = default;
-    Model(Model&&) = default;
-    Model& operator=(const Model&) = default;
-    Model& operator=(Model&&) = default;
 
     void save(const ArtifactFolder& folder) const override;
     static std::shared_ptr<Model> load(const ArtifactFolder& folder);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <fresco/image.h>
 #include <fresco/option_declaration.h>
 
 #include <array>
@@ -46,10 +47,18 @@ NpyArray read_npy(const std::filesystem::path& file);
 FileFormat npy_format();
 
 std::vector<std::byte> to_npy(NpyType type, std::span<const std::size_t> shape, std::span<const std::byte> bytes);
+/// H x W (one channel) or H x W x C, as all functions here that take rasters: of bytes, 16-bit numbers or floats.
+template <class T>
+std::vector<std::byte> to_npy(const Raster<T>& raster);
+/// The reverse. Throws Error naming `source` unless the array is of T, H x W or H x W x C, and at most 2^20 pixels a side.
+template <class T>
+Raster<T> to_raster(const NpyArray& array, std::string_view source);
 
 /// Writes whole or not at all. `shape` product = values.size().
 void write_npy(const std::filesystem::path& file, std::span<const std::size_t> shape, std::span<const std::uint8_t> values);
 void write_npy(const std::filesystem::path& file, std::span<const std::size_t> shape, std::span<const std::uint16_t> values);
 void write_npy(const std::filesystem::path& file, std::span<const std::size_t> shape, std::span<const float> values);
+template <class T>
+void write_npy(const std::filesystem::path& file, const Raster<T>& raster);
 
 }  // namespace fresco

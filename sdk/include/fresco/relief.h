@@ -25,13 +25,6 @@ struct Relief : Artifact
     Raster16 normals;   ///< S x S x 3, see set_normal; zeros away from charts.
     Raster8 roughness;  ///< S x S, 0 … 255: smooth … rough, as in glTF.
 
-    ~Relief() override;
-    Relief() = default;
-    Relief(const Relief&) = default;
-    Relief(Relief&&) = default;
-    Relief& operator=(const Relief&) = default;
-    Relief& operator=(Relief&&) = default;
-
     int size_px() const { return normals.width; }
     /// At least one value of a normal is not 0.
     bool has_normal(std::size_t texel) const;

@@ -28,13 +28,6 @@ struct Texture : Artifact
     std::vector<RasterF> layers;  ///< Finest first; layer i has size S / 2^i.
     Raster8 seen;                 ///< S x S: 1 where the values are known: some frame saw the texel, or it was painted.
 
-    ~Texture() override;
-    Texture() = default;
-    Texture(const Texture&) = default;
-    Texture(Texture&&) = default;
-    Texture& operator=(const Texture&) = default;
-    Texture& operator=(Texture&&) = default;
-
     int size_px() const { return layers.empty() ? 0 : layers.front().width; }
     void save(const ArtifactFolder& folder) const override;
     static std::shared_ptr<Texture> load(const ArtifactFolder& folder);
@@ -54,13 +47,6 @@ struct TexturedMesh : Artifact
     /// The folder of a mesh artifact in the store that is equal to `mesh`, such as Input::folder: save refers to it instead of
     /// writing the mesh again. Empty: save writes it. Not loaded.
     std::filesystem::path mesh_folder;
-
-    ~TexturedMesh() override;
-    TexturedMesh() = default;
-    TexturedMesh(const TexturedMesh&) = default;
-    TexturedMesh(TexturedMesh&&) = default;
-    TexturedMesh& operator=(const TexturedMesh&) = default;
-    TexturedMesh& operator=(TexturedMesh&&) = default;
 
     void save(const ArtifactFolder& folder) const override;
     static std::shared_ptr<TexturedMesh> load(const ArtifactFolder& folder);
@@ -106,13 +92,6 @@ struct SourceMap : Artifact
 
     static constexpr int values_count = 4;         ///< Of a texel, in `places`.
     static constexpr std::uint16_t none = 0xffff;  ///< All values of a texel that was not copied.
-
-    ~SourceMap() override;
-    SourceMap() = default;
-    SourceMap(const SourceMap&) = default;
-    SourceMap(SourceMap&&) = default;
-    SourceMap& operator=(const SourceMap&) = default;
-    SourceMap& operator=(SourceMap&&) = default;
 
     int size_px() const { return places.width; }
     /// Empty for a texel that was not copied from the picture.

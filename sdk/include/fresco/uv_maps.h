@@ -54,13 +54,6 @@ class UvMaps : public Artifact
     std::vector<int> heights_px;  ///< Ascending.
     std::vector<View> views;
 
-    ~UvMaps() override;
-    UvMaps() = default;
-    UvMaps(const UvMaps&) = default;
-    UvMaps(UvMaps&&) = default;
-    UvMaps& operator=(const UvMaps&) = default;
-    UvMaps& operator=(UvMaps&&) = default;
-
     /// Writes one map while the stage runs, whole or not at all: what load_map gives is rounded as pack_uv_map says, so 16
     /// uv_bits serve textures up to 4096 texels a side; uv_bits_for_texture gives what larger ones need. Thread-safe for
     /// different (view, level). Throws Error as pack_uv_map and write_file do.

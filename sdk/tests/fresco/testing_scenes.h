@@ -345,20 +345,17 @@ inline Frame frame(const std::string& name, const Camera& camera, long number = 
 inline void set_color_picture(Frame& frame, const std::filesystem::path& folder, const Raster8& rgb)
 {
     frame.color_picture = {folder / (frame.name + ".color.npy"), {}};
-    const std::vector<std::size_t> shape{static_cast<std::size_t>(rgb.height), static_cast<std::size_t>(rgb.width),
-                                         static_cast<std::size_t>(rgb.channels)};
-    write_npy(frame.color_picture.path, shape, rgb.values);
+    write_npy(frame.color_picture.path, rgb);
 }
 
 /// Writes the depths, in meters, to folder/NAME.depth.npy in steps of the frame's depth_unit_m and makes them the frame's.
 inline void set_depth_picture(Frame& frame, const std::filesystem::path& folder, const RasterF& depth_m)
 {
     frame.depth_picture = {folder / (frame.name + ".depth.npy"), {}};
-    std::vector<std::uint16_t> steps;
-    for (const float depth : depth_m.values)
-        steps.push_back(static_cast<std::uint16_t>(std::lround(depth / frame.depth_unit_m)));
-    write_npy(frame.depth_picture.path,
-              std::vector<std::size_t>{static_cast<std::size_t>(depth_m.height), static_cast<std::size_t>(depth_m.width)}, steps);
+    Raster16 steps(depth_m.width, depth_m.height);
+    std::ranges::transform(depth_m.values, steps.values.begin(),
+                           [&](float depth) { return static_cast<std::uint16_t>(std::lround(depth / frame.depth_unit_m)); });
+    write_npy(frame.depth_picture.path, steps);
 }
 
 /// A recording of `mesh` in `folder`, frame-0, frame-1 …: what each camera sees, painted by a function of the point and the

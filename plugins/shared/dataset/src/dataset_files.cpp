@@ -23,41 +23,9 @@ constexpr float uv_rounding = 1e-5F;
     throw Error(std::string(source) + ": " + what);
 }
 
-template <class T>
-constexpr NpyType npy_type = NpyType::float32;
-template <>
-constexpr NpyType npy_type<std::uint8_t> = NpyType::uint8;
-template <>
-constexpr NpyType npy_type<std::uint16_t> = NpyType::uint16;
-
-constexpr const char* word_of(NpyType type)
-{
-    return type == NpyType::uint8 ? "uint8" : type == NpyType::uint16 ? "uint16" : "float32";
-}
-
-std::vector<std::size_t> shape_of(int width, int height, int channels)
-{
-    std::vector<std::size_t> shape{static_cast<std::size_t>(height), static_cast<std::size_t>(width)};
-    if (channels != 1)
-        shape.push_back(static_cast<std::size_t>(channels));
-    return shape;
-}
-
 std::string text_of(const std::vector<std::size_t>& shape)
 {
     return fmt::format("{}", fmt::join(shape, " x "));
-}
-
-template <class T>
-Raster<T> raster_of(const NpyArray& array, int width, int height, int channels)
-{
-    Raster<T> raster;
-    raster.width = width;
-    raster.height = height;
-    raster.channels = channels;
-    const auto values = array.as<T>();
-    raster.values.assign(values.begin(), values.end());
-    return raster;
 }
 
 std::string pixel_text(std::size_t pixel, int width)
@@ -99,26 +67,15 @@ std::vector<std::byte> read_stamped(const std::filesystem::path& file, const Fil
 }
 
 template <class T>
-std::vector<std::byte> to_npy(const Raster<T>& raster)
-{
-    return fresco::to_npy(npy_type<T>, shape_of(raster.width, raster.height, raster.channels),
-                          std::as_bytes(std::span(raster.values)));
-}
-
-template std::vector<std::byte> to_npy(const Raster8& raster);
-template std::vector<std::byte> to_npy(const Raster16& raster);
-template std::vector<std::byte> to_npy(const RasterF& raster);
-
-template <class T>
 Raster<T> raster_from(std::span<const std::byte> npy, int width, int height, int channels, std::string_view source)
 {
     const NpyArray array = parse_npy(npy, source);
-    const auto shape = shape_of(width, height, channels);
+    std::vector<std::size_t> shape{static_cast<std::size_t>(height), static_cast<std::size_t>(width)};
+    if (channels != 1)
+        shape.push_back(static_cast<std::size_t>(channels));
     if (array.shape != shape)
         fail(source, "an array of " + text_of(array.shape) + "; expected " + text_of(shape));
-    if (array.type != npy_type<T>)
-        fail(source, std::string("wrong array type; expected ") + word_of(npy_type<T>));
-    return raster_of<T>(array, width, height, channels);
+    return to_raster<T>(array, source);
 }
 
 template Raster8 raster_from(std::span<const std::byte> npy, int width, int height, int channels, std::string_view source);
@@ -135,7 +92,7 @@ Raster8 picture_from(std::span<const std::byte> npy, std::string_view source)
         fail(source, "expected a picture, uint8 of height x width x 3 (or 1, or 4)");
     if (shape[0] == 0 || shape[1] == 0 || shape[0] > max_pixels / shape[1])
         fail(source, "a picture of " + text_of(shape) + "; expected 1 to 200 million pixels");
-    return raster_of<std::uint8_t>(array, static_cast<int>(shape[1]), static_cast<int>(shape[0]), static_cast<int>(channels));
+    return to_raster<std::uint8_t>(array, source);
 }
 
 Raster16 quantized(const RasterF& uv)

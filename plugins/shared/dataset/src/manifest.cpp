@@ -102,11 +102,6 @@ std::string name_from(const JsonPlace& place)
     return name;
 }
 
-const char* word_of(UvType uv)
-{
-    return uv == UvType::float32 ? "float32" : "uint16";
-}
-
 Value to_value(const View& view)
 {
     return Value::Map{{"sequence", view.sequence},
@@ -299,7 +294,7 @@ std::string to_text(const Manifest& manifest)
     if (!manifest.writer.empty())
         root.set("writer", manifest.writer);
     root.set("conventions", conventions());
-    root.set("uv", word_of(manifest.uv));
+    root.set("uv", manifest.uv == UvType::float32 ? "float32" : "uint16");
     root.set("heights_px", Value::List(manifest.heights_px.begin(), manifest.heights_px.end()));
     root.set("has_style", manifest.has_style);
     if (manifest.agreement)

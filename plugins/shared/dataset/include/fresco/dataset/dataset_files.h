@@ -2,6 +2,7 @@
 
 #include <fresco/dataset/manifest.h>
 #include <fresco/image.h>
+#include <fresco/npy.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -23,9 +24,7 @@ FileStamp write_stamped(const std::filesystem::path& file, std::span<const std::
 /// name the file.
 std::vector<std::byte> read_stamped(const std::filesystem::path& file, const FileStamp& stamp);
 
-/// H x W or H x W x C, as NPY: bytes, 16-bit numbers or floats.
-template <class T>
-std::vector<std::byte> to_npy(const Raster<T>& raster);
+using fresco::to_npy;
 
 /// The array as a raster. Throws Error naming `source` unless it is of T and of exactly this size (one channel: H x W).
 template <class T>

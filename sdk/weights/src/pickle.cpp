@@ -8,7 +8,6 @@
 #include <array>
 #include <cstring>
 #include <fmt/format.h>
-#include <limits>
 #include <utility>
 
 namespace fresco::weights::detail

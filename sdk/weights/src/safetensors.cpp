@@ -5,7 +5,6 @@
 #include <fresco/value.h>
 
 #include <algorithm>
-#include <array>
 #include <cstring>
 #include <fmt/format.h>
 #include <limits>
@@ -21,14 +20,6 @@ namespace
 constexpr std::size_t largest_header = std::size_t{4} << 20U;
 constexpr std::size_t header_begin = 8;
 
-/// What the header says of one tensor; `begin` and `end` count from the first byte after the header.
-struct Entry
-{
-    TensorView tensor;
-    std::size_t begin = 0;
-    std::size_t end = 0;
-};
-
 class Reader
 {
   public:
@@ -38,20 +29,18 @@ class Reader
     {
         const Value header = parse_header();
         StateDict contents;
-        std::vector<Entry> entries;
         for (const auto& [name, value] : header.as_map())
         {
             if (name == "__metadata__")
                 contents.metadata = metadata(value);
             else
-                entries.push_back(entry(name, value));
+                contents.tensors.push_back(tensor(name, value));
         }
-        check_layout(entries);
-        for (auto& e : entries)
-        {
-            check_booleans(e.tensor);
-            contents.tensors.push_back(std::move(e.tensor));
-        }
+        // In the order in which they lie.
+        std::ranges::sort(contents.tensors, {},
+                          [](const TensorView& tensor) { return std::pair(tensor.bytes.data(), tensor.bytes.size()); });
+        check_layout(contents.tensors);
+        std::ranges::for_each(contents.tensors, [this](const TensorView& tensor) { check_booleans(tensor); });
         return contents;
     }
 
@@ -103,7 +92,7 @@ class Reader
         return static_cast<std::size_t>(value.as_int());
     }
 
-    Entry entry(const std::string& name, const Value& value) const
+    TensorView tensor(const std::string& name, const Value& value) const
     {
         const std::string where = "tensor '" + name + "'";
         const Value* type = value.find("dtype");
@@ -112,10 +101,10 @@ class Reader
         if (type == nullptr || shape == nullptr || offsets == nullptr || value.as_map().size() != 3 || !type->is_string() ||
             !shape->is_list() || !offsets->is_list() || offsets->as_list().size() != 2)
             fail(header_begin, where + ": expected exactly dtype, shape and two data_offsets");
-        Entry result;
-        result.tensor.name = name;
-        result.tensor.type = type_of(type->as_string(), where);
-        std::size_t size = size_of(result.tensor.type);
+        TensorView result;
+        result.name = name;
+        result.type = type_of(type->as_string(), where);
+        std::size_t size = size_of(result.type);
         bool empty = false;
         for (const auto& extent : shape->as_list())
         {
@@ -125,18 +114,18 @@ class Reader
             if (size > std::numeric_limits<std::size_t>::max() / 4 / std::max<std::size_t>(count, 1))
                 fail(header_begin, where + ": the shape is too large");
             size *= std::max<std::size_t>(count, 1);
-            result.tensor.shape.push_back(count);
+            result.shape.push_back(count);
         }
         if (empty)
             size = 0;
-        result.begin = whole_number(offsets->as_list()[0], where + ": data_offsets");
-        result.end = whole_number(offsets->as_list()[1], where + ": data_offsets");
-        if (result.end < result.begin || result.end > bytes_.size() - data_)
-            fail(data_ + std::min(result.begin, bytes_.size()), where + ": data_offsets beyond the end of the file");
-        if (result.end - result.begin != size)
-            fail(data_ + result.begin,
-                 fmt::format("{}: the shape takes {} bytes, the data_offsets give {}", where, size, result.end - result.begin));
-        result.tensor.bytes = bytes_.subspan(data_ + result.begin, size);
+        // From the first byte after the header.
+        const std::size_t begin = whole_number(offsets->as_list()[0], where + ": data_offsets");
+        const std::size_t end = whole_number(offsets->as_list()[1], where + ": data_offsets");
+        if (end < begin || end > bytes_.size() - data_)
+            fail(data_ + std::min(begin, bytes_.size()), where + ": data_offsets beyond the end of the file");
+        if (end - begin != size)
+            fail(data_ + begin, fmt::format("{}: the shape takes {} bytes, the data_offsets give {}", where, size, end - begin));
+        result.bytes = bytes_.subspan(data_ + begin, size);
         return result;
     }
 
@@ -149,20 +138,19 @@ class Reader
     }
 
     /// The tensors must cover the bytes after the header once and without gaps: nothing is hidden between them.
-    void check_layout(std::vector<Entry>& entries) const
+    void check_layout(const std::vector<TensorView>& tensors) const
     {
-        std::ranges::sort(entries, {}, [](const Entry& entry) { return std::pair(entry.begin, entry.end); });
-        std::size_t position = 0;
-        for (const auto& e : entries)
+        std::size_t position = data_;
+        for (const auto& tensor : tensors)
         {
-            if (e.begin != position)
-                fail(data_ + std::min(e.begin, position),
-                     "tensor '" + e.tensor.name +
-                         (e.begin < position ? "' overlaps the one before it" : "' leaves a gap before it"));
-            position = e.end;
+            const auto begin = static_cast<std::size_t>(tensor.bytes.data() - bytes_.data());
+            if (begin != position)
+                fail(std::min(begin, position),
+                     "tensor '" + tensor.name + (begin < position ? "' overlaps the one before it" : "' leaves a gap before it"));
+            position = begin + tensor.bytes.size();
         }
-        if (data_ + position != bytes_.size())
-            fail(data_ + position, "bytes that belong to no tensor");
+        if (position != bytes_.size())
+            fail(position, "bytes that belong to no tensor");
     }
 
     void check_booleans(const TensorView& tensor) const

@@ -66,13 +66,13 @@ float number(const TensorView& tensor, std::size_t i)
     }
 }
 
+}  // namespace
+
 bool is_floating(ElementType type)
 {
     return type == ElementType::float64 || type == ElementType::float32 || type == ElementType::float16 ||
            type == ElementType::bfloat16;
 }
-
-}  // namespace
 
 std::size_t size_of(ElementType type)
 {

@@ -9,7 +9,6 @@
 #include <cstdint>
 #include <cstring>
 #include <fmt/format.h>
-#include <functional>
 #include <map>
 #include <set>
 #include <span>
@@ -165,10 +164,10 @@ class ZipArchive
         const std::uint64_t length = header_size + name_length + number(at + 28, 2);
         if (length > bytes_.size() - at || entry.size > bytes_.size() - at - length)
             fail(at, "an entry beyond the end of the file");
+        const bool has_sizes = (flags & sizes_follow) == 0;
         if (number(at + 8, 2) != 0 || name_length != name.size() ||
-            std::memcmp(bytes_.data() + at + header_size, name.data(), name.size()) != 0)
-            fail(at, "the header of an entry does not agree with the central directory");
-        if ((flags & sizes_follow) == 0 && (number(at + 14, 4) != entry.checksum || number(at + 22, 4) != entry.size))
+            std::memcmp(bytes_.data() + at + header_size, name.data(), name.size()) != 0 ||
+            (has_sizes && (number(at + 14, 4) != entry.checksum || number(at + 22, 4) != entry.size)))
             fail(at, "the header of an entry does not agree with the central directory");
         entry.data = at + static_cast<std::size_t>(length);
     }
@@ -178,7 +177,7 @@ class ZipArchive
         std::vector<std::pair<std::size_t, std::size_t>> extents;
         for (const auto& [name, entry] : entries_)
             extents.emplace_back(entry.header, entry.data + entry.size);
-        std::sort(extents.begin(), extents.end());
+        std::ranges::sort(extents);
         std::size_t previous = 0;
         for (const auto& [begin, end] : extents)
         {
@@ -193,10 +192,10 @@ class ZipArchive
     std::map<std::string, Entry> entries_;
 };
 
-/// The tensors of a state dict whose storages have been found: `bytes_of(i)` are all bytes of storage i. Throws Error through the
+/// The tensors of a state dict whose storages have been found: the bytes of each are in `contents`. Throws Error through the
 /// machine for an entry that is no tensor, a name that is there twice or no name.
 std::vector<TensorView> tensors_of(const PickleMachine& machine, const Node& root,
-                                   const std::function<std::span<const std::byte>(std::size_t storage)>& bytes_of)
+                                   const std::vector<std::span<const std::byte>>& contents)
 {
     const std::size_t end = machine.position();
     if (root.kind != Kind::dictionary)
@@ -215,7 +214,7 @@ std::vector<TensorView> tensors_of(const PickleMachine& machine, const Node& roo
         const StoredTensor& tensor = machine.tensors()[static_cast<std::size_t>(value.integer)];
         const ElementType type = machine.storages()[tensor.storage].type;
         result.push_back({std::string(name.text), type, tensor.shape,
-                          bytes_of(tensor.storage).subspan(tensor.offset * size_of(type), tensor.count * size_of(type))});
+                          contents[tensor.storage].subspan(tensor.offset * size_of(type), tensor.count * size_of(type))});
     }
     return result;
 }
@@ -282,7 +281,7 @@ StateDict parse_legacy_pickle(std::span<const std::byte> bytes, std::string_view
 
     StateDict result;
     result.form = Form::legacy_pickle;
-    result.tensors = tensors_of(machine, root, [&](std::size_t storage) { return contents[storage]; });
+    result.tensors = tensors_of(machine, root, contents);
     return result;
 }
 
@@ -318,7 +317,7 @@ StateDict parse_zip_pickle(std::span<const std::byte> bytes, std::string_view so
     }
     StateDict result;
     result.form = Form::zip_pickle;
-    result.tensors = tensors_of(machine, root, [&](std::size_t storage) { return contents[storage]; });
+    result.tensors = tensors_of(machine, root, contents);
     return result;
 }
 

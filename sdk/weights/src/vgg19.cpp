@@ -120,8 +120,7 @@ class Recognizer
         if (tensor->shape != shape)
             fail("tensor '" + name + "' is " + shape_text(tensor->shape) + ", VGG-19 has " + shape_text(shape) +
                  " there; use the weights of VGG-19");
-        if (const auto type = tensor->type; type != ElementType::float32 && type != ElementType::float64 &&
-                                            type != ElementType::float16 && type != ElementType::bfloat16)
+        if (!is_floating(tensor->type))
             fail("tensor '" + name + "' does not hold floating-point numbers");
         taken_.insert(name);
         return *tensor;

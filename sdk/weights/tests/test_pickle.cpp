@@ -1,8 +1,6 @@
 #include "made_weights.h"
 #include "pickle.h"
 
-#include <fresco/error.h>
-
 using namespace fresco::weights::detail;
 using namespace std::string_literals;
 

@@ -1,7 +1,6 @@
 #include "catch.h"
 #include "made_weights.h"
 
-#include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/testing.h>
 #include <fresco/weights/state_dict.h>

@@ -1,6 +1,5 @@
 #include "made_weights.h"
 
-#include <fresco/error.h>
 #include <fresco/weights/vgg19.h>
 
 #include <functional>

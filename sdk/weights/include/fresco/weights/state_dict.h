@@ -35,6 +35,7 @@ enum class ElementType
     boolean
 };
 std::size_t size_of(ElementType type);
+bool is_floating(ElementType type);
 /// As safetensors name it: "F32".
 std::string_view name_of(ElementType type);
 

@@ -9,6 +9,7 @@
 #include <ATen/Parallel.h>
 #include <ATen/ops/empty.h>
 #include <ATen/ops/mm.h>
+#include <c10/util/accumulate.h>
 #include <torch/csrc/autograd/custom_function.h>
 
 #include <algorithm>
@@ -213,10 +214,7 @@ torch::Tensor ordered_sum(const torch::Tensor& values, std::int64_t dimension)
     const auto last = values.movedim(dimension, -1);
     const auto columns = last.size(-1);
     const auto shape = last.sizes().slice(0, static_cast<std::size_t>(last.dim() - 1));
-    std::int64_t rows = 1;
-    for (const auto size : shape)
-        rows *= size;
-    return RowSums::apply(last.reshape({rows, columns})).reshape(shape);
+    return RowSums::apply(last.reshape({c10::multiply_integers(shape), columns})).reshape(shape);
 }
 
 torch::Tensor ordered_mean(const torch::Tensor& values)

@@ -4,6 +4,7 @@
 
 #include <ATen/Parallel.h>
 #include <ATen/ops/from_blob.h>
+#include <c10/util/accumulate.h>
 #if defined(__linux__)
 #include <c10/core/CPUAllocator.h>
 #endif
@@ -30,14 +31,6 @@ namespace
 /// Of the usual page; where pages are larger, more is read for each that is written.
 constexpr std::size_t run = 4096;
 
-std::size_t size_in_bytes(at::IntArrayRef shape, at::ScalarType type)
-{
-    std::size_t size = c10::elementSize(type);
-    for (const auto extent : shape)
-        size *= static_cast<std::size_t>(extent);
-    return size;
-}
-
 void check(const torch::Tensor& tensor)
 {
     if (!tensor.device().is_cpu() || !tensor.is_contiguous())
@@ -62,7 +55,8 @@ void write_differences(torch::Tensor& to, const From& from)
 
 torch::Tensor lazy_zeros(at::IntArrayRef shape, at::ScalarType type)
 {
-    const std::size_t size = std::max<std::size_t>(size_in_bytes(shape, type), 1);
+    const std::size_t size =
+        std::max<std::size_t>(c10::elementSize(type) * static_cast<std::size_t>(c10::multiply_integers(shape)), 1);
     void* memory = ::mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
     if (memory == MAP_FAILED)
         throw std::bad_alloc();

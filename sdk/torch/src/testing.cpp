@@ -7,8 +7,6 @@
 #include <ATen/ops/avg_pool2d.h>
 #include <ATen/ops/ones.h>
 
-#include <stdexcept>
-
 namespace fresco::testing
 {
 namespace

@@ -5,6 +5,7 @@
 #include <fresco/torch/features.h>
 #include <fresco/torch/loss.h>
 #include <fresco/torch/tensor.h>
+#include <fresco/torch/testing.h>
 
 #include <fresco/error.h>
 
@@ -204,13 +205,6 @@ TEST_CASE("ordered sums over a dimension equal sums of slices")
 
 namespace
 {
-class TwoLayers final : public FeatureNetwork
-{
-    void prepare(const PrepareContext&) override {}
-    std::vector<FeatureLayer> layers() const override { return {{"first", 3, 1, 0}, {"second", 8, 2, 4}}; }
-    std::vector<torch::Tensor> encode(const torch::Tensor&, const std::vector<std::string>&) const override { return {}; }
-};
-
 class Forgetful final : public Loss
 {
     LossNeeds needs() const override { return {}; }
@@ -221,9 +215,9 @@ class Forgetful final : public Loss
 
 TEST_CASE("an unknown feature layer is refused with the layers there are")
 {
-    const TwoLayers network;
-    CHECK(network.layer("second").stride == 2);
-    CHECK_THROWS_WITH(network.layer("third"), Catch::Contains("third") && Catch::Contains("first, second"));
+    const testing::ColorNetwork network;
+    CHECK(network.layer("b").stride == 2);
+    CHECK_THROWS_WITH(network.layer("third"), Catch::Contains("third") && Catch::Contains("a, b"));
 }
 
 TEST_CASE("a loss that remembers nothing refuses a state")

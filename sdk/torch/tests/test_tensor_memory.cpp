@@ -3,14 +3,94 @@
 #include <ATen/ops/arange.h>
 #include <ATen/ops/equal.h>
 #include <ATen/ops/full.h>
-#include <torch/types.h>
+#include <ATen/ops/zeros.h>
 
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <fstream>
+#include <limits>
+#include <string>
 #include <vector>
+
+#include <unistd.h>
 
 // Last: libtorch's headers bring a macro CHECK of their own.
 #include "catch.h"
 
 using namespace fresco;
+
+namespace
+{
+
+constexpr std::int64_t rows = 100000;
+
+/// Pages that the mapping with `tensor`, which may hold others too, takes memory for; read ones that are zero take none.
+std::size_t pages_with(const torch::Tensor& tensor)
+{
+    const auto place = reinterpret_cast<std::uintptr_t>(tensor.data_ptr());
+    std::ifstream maps("/proc/self/smaps");
+    bool here = false;
+    for (std::string line; std::getline(maps, line);)
+    {
+        unsigned long begin = 0;
+        unsigned long end = 0;
+        unsigned long kilobytes = 0;
+        if (std::sscanf(line.c_str(), "%lx-%lx ", &begin, &end) == 2)
+            here = begin <= place && place < end;
+        else if (here && std::sscanf(line.c_str(), "Anonymous: %lu kB", &kilobytes) == 1)
+            return kilobytes * 1024 / static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+    }
+    return 0;
+}
+
+}  // namespace
+
+TEST_CASE("lazy zeros take memory where they are written")
+{
+    const auto tensor = lazy_zeros({rows, 3}, at::kFloat);
+    CHECK(tensor.sizes() == at::IntArrayRef{rows, 3});
+    CHECK(tensor.is_contiguous());
+    const auto before = pages_with(tensor);
+    tensor[rows / 2][1] = 4.0F;
+    CHECK(tensor.sum().item<float>() == 4.0F);
+    CHECK(pages_with(tensor) == before + 1);
+    CHECK(lazy_zeros({0, 3}, at::kInt).numel() == 0);
+}
+
+TEST_CASE("values are written where they differ, to the last bit")
+{
+    auto to = lazy_zeros({rows, 3}, at::kFloat);
+    const auto from = at::zeros({rows, 3}, at::kFloat);
+    from[7][0] = -0.0F;
+    from[rows - 1][2] = 3.0F;
+    const auto before = pages_with(to);
+    write_values(from, to);
+    CHECK(pages_with(to) == before + 2);
+    CHECK(std::signbit(to[7][0].item<float>()));
+    CHECK(at::equal(from, to));
+
+    write_zeros(to);
+    CHECK(at::equal(to, at::zeros({rows, 3})));
+    CHECK_FALSE(std::signbit(to[7][0].item<float>()));
+    CHECK_THROWS_AS(write_values(at::zeros({rows, 2}), to), std::invalid_argument);
+    CHECK_THROWS_AS(write_values(from.t(), to), std::invalid_argument);
+}
+
+TEST_CASE("values are clamped where they lie outside")
+{
+    auto values = lazy_zeros({rows, 3}, at::kFloat);
+    values[0][0] = 5.0F;
+    values[1][0] = -5.0F;
+    values[2][0] = 0.5F;
+    values[3][0] = std::numeric_limits<float>::quiet_NaN();
+    const auto before = values.clone();
+    const auto pages = pages_with(values);
+    write_clamped(values, -2, 1);
+    CHECK(pages_with(values) == pages);
+    CHECK(at::equal(values.slice(0, 0, 3), before.clamp(-2, 1).slice(0, 0, 3)));
+    CHECK(std::isnan(values[3][0].item<float>()));
+}
 
 #if defined(__linux__)
 namespace

@@ -1,11 +1,9 @@
 #include <fresco/dataset/manifest.h>
 
-#include <fresco/error.h>
 #include <fresco/frames.h>
 #include <fresco/value.h>
 
 #include <algorithm>
-#include <cmath>
 #include <fmt/format.h>
 #include <set>
 #include <utility>
@@ -58,16 +56,11 @@ Camera camera_from(const JsonPlace& place)
     Camera camera;
     camera.intrinsics = {place["width"].size(), place["height"].size(), place["fx"].number(),
                          place["fy"].number(),  place["cx"].number(),   place["cy"].number()};
-    double* translation[] = {&camera.world_from_camera.translation.x, &camera.world_from_camera.translation.y,
-                             &camera.world_from_camera.translation.z};
     const auto rows = place["world_from_camera"].list(3);
-    for (int i = 0; i < 3; ++i)
-    {
-        const auto numbers = rows[static_cast<std::size_t>(i)].numbers(4);
-        for (int column = 0; column < 3; ++column)
-            camera.world_from_camera.rotation(i, column) = numbers[static_cast<std::size_t>(column)];
-        *translation[i] = numbers.back();
-    }
+    const auto x = rows[0].numbers(4);
+    const auto y = rows[1].numbers(4);
+    const auto z = rows[2].numbers(4);
+    camera.world_from_camera = {{{x[0], x[1], x[2], y[0], y[1], y[2], z[0], z[1], z[2]}}, {x[3], y[3], z[3]}};
     check_camera(camera, place.place());
     return camera;
 }

@@ -2,14 +2,11 @@
 
 #include <fresco/dataset/dataset_files.h>
 #include <fresco/dataset/manifest.h>
-#include <fresco/error.h>
-#include <fresco/files_io.h>
 #include <fresco/npy.h>
 #include <fresco/testing.h>
 #include <fresco/value.h>
 
 #include <functional>
-#include <limits>
 
 using namespace fresco;
 using Catch::Contains;

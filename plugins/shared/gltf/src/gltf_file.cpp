@@ -55,28 +55,22 @@ constexpr std::array<std::string_view, 6> read_extensions{
     "KHR_materials_pbrSpecularGlossiness", "KHR_texture_transform", "EXT_meshopt_compression",
     "KHR_draco_mesh_compression",          "EXT_texture_webp",      "EXT_texture_avif"};
 
-/// Extensions that change nothing here, or that are read.
-constexpr std::array<std::string_view, 21> known_extensions{"EXT_meshopt_compression",
-                                                            "EXT_texture_avif",
-                                                            "EXT_texture_webp",
-                                                            "KHR_draco_mesh_compression",
-                                                            "KHR_materials_unlit",
-                                                            "KHR_materials_variants",
-                                                            "KHR_materials_pbrSpecularGlossiness",
-                                                            "KHR_materials_specular",
-                                                            "KHR_materials_ior",
-                                                            "KHR_materials_clearcoat",
-                                                            "KHR_materials_sheen",
-                                                            "KHR_materials_transmission",
-                                                            "KHR_materials_volume",
-                                                            "KHR_materials_iridescence",
-                                                            "KHR_materials_anisotropy",
-                                                            "KHR_materials_emissive_strength",
-                                                            "KHR_lights_punctual",
-                                                            "KHR_mesh_quantization",
-                                                            "KHR_texture_transform",
-                                                            "KHR_animation_pointer",
-                                                            "KHR_node_visibility"};
+/// Others that a file may require, because they change nothing here.
+constexpr std::array<std::string_view, 15> passed_extensions{"KHR_materials_unlit",
+                                                             "KHR_materials_variants",
+                                                             "KHR_materials_specular",
+                                                             "KHR_materials_ior",
+                                                             "KHR_materials_clearcoat",
+                                                             "KHR_materials_sheen",
+                                                             "KHR_materials_transmission",
+                                                             "KHR_materials_volume",
+                                                             "KHR_materials_iridescence",
+                                                             "KHR_materials_anisotropy",
+                                                             "KHR_materials_emissive_strength",
+                                                             "KHR_lights_punctual",
+                                                             "KHR_mesh_quantization",
+                                                             "KHR_animation_pointer",
+                                                             "KHR_node_visibility"};
 
 template <std::size_t N>
 bool contains(const std::array<std::string_view, N>& names, std::string_view name)
@@ -130,7 +124,7 @@ void check_extensions(const Value& document)
     if (required == nullptr)
         return;
     for (const Value& name : required->as_list())
-        if (!contains(known_extensions, name.as_string()))
+        if (!contains(read_extensions, name.as_string()) && !contains(passed_extensions, name.as_string()))
             refuse_extension(name.as_string());
 }
 

@@ -66,17 +66,8 @@ constexpr double smallest_variance = 1e-4;
 template <class Function>
 Mat3 of_eigenvalues(const SymmetricEigen& eigen, Function f)
 {
-    const std::array<double, 3> values{f(eigen.values.x), f(eigen.values.y), f(eigen.values.z)};
-    Mat3 result;
-    for (int row = 0; row < 3; ++row)
-        for (int column = 0; column < 3; ++column)
-        {
-            double sum = 0;
-            for (int k = 0; k < 3; ++k)
-                sum += eigen.vectors(row, k) * values[static_cast<std::size_t>(k)] * eigen.vectors(column, k);
-            result(row, column) = sum;
-        }
-    return result;
+    const Mat3 diagonal{{f(eigen.values.x), 0, 0, 0, f(eigen.values.y), 0, 0, 0, f(eigen.values.z)}};
+    return eigen.vectors * diagonal * transposed(eigen.vectors);
 }
 
 /// One Jacobi rotation that makes a(p,q) zero; `v` collects the rotations.

@@ -3,11 +3,8 @@
 #include <fresco/images/lab.h>
 #include <fresco/images/sharpness.h>
 
-#include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <fmt/format.h>
-#include <string>
 #include <vector>
 
 namespace fresco

@@ -1,17 +1,16 @@
 #include "catch.h"
 
 #include <fresco/images/sharpness.h>
-#include <fresco/random.h>
 #include <fresco/testing_scenes.h>
 
 #include <cmath>
 
 using namespace fresco;
 
+using testing::checkerboard;
+
 namespace
 {
-
-using testing::checkerboard;
 
 /// The definition, written out: nearest sampling, gray, 4-neighbor Laplacian with borders mirrored about the edge pixel.
 double slow_sharpness(const Raster8& rgb, int width, int height)
@@ -49,10 +48,7 @@ TEST_CASE("sharpness of pictures that can be computed by hand")
 
 TEST_CASE("sharpness is the variance of the Laplacian as written out")
 {
-    Raster8 picture(61, 47, 3);
-    Random random(7);
-    for (auto& value : picture.values)
-        value = static_cast<std::uint8_t>(random.below(256));
+    const Raster8 picture = testing::noise_picture(61, 47, 7);
     for (const auto& [width, height] : {std::pair{61, 47}, std::pair{30, 23}})
         CHECK(sharpness(picture, width, height) == Approx(slow_sharpness(picture, width, height)).epsilon(1e-3));
 }

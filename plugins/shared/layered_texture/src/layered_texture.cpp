@@ -15,7 +15,6 @@
 #include <algorithm>
 #include <fmt/format.h>
 #include <stdexcept>
-#include <string>
 #include <utility>
 #include <vector>
 

@@ -1,6 +1,5 @@
 #include "texture_samples.h"
 
-#include <fresco/error.h>
 #include <fresco/texture.h>
 
 #include <array>

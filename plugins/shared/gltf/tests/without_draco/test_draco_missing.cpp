@@ -2,8 +2,6 @@
 
 #include <fresco/gltf/compression.h>
 
-#include <fresco/error.h>
-
 using namespace fresco;
 using Catch::Contains;
 

@@ -56,6 +56,8 @@ const ArtifactType* find_artifact_type(std::string_view name)
     return found == known().end() ? nullptr : &found->second;
 }
 
+Artifact::~Artifact() = default;
+
 void Artifact::write_exchange(const Exchange& to) const
 {
     save(to.folder);

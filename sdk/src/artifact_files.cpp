@@ -24,15 +24,9 @@ Raster<T> read_raster(const std::filesystem::path& file, int channels)
 Value to_value(const Camera& camera)
 {
     const Intrinsics& k = camera.intrinsics;
-    Value::List pose;
-    const RigidTransform& t = camera.world_from_camera;
-    const double translation[] = {t.translation.x, t.translation.y, t.translation.z};
-    for (int row = 0; row < 3; ++row)
-    {
-        for (int column = 0; column < 3; ++column)
-            pose.emplace_back(t.rotation(row, column));
-        pose.emplace_back(translation[row]);
-    }
+    const auto& r = camera.world_from_camera.rotation.m;
+    const Vec3d& at = camera.world_from_camera.translation;
+    Value::List pose{r[0], r[1], r[2], at.x, r[3], r[4], r[5], at.y, r[6], r[7], r[8], at.z};
     return Value::Map{{"width", k.width},
                       {"height", k.height},
                       {"fx", k.fx},

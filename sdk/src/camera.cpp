@@ -43,19 +43,15 @@ RigidTransform RigidTransform::inverse() const
 double RigidTransform::rotation_error() const
 {
     const Mat3 gram = transposed(rotation) * rotation;
+    const Mat3 identity;
     double largest = 0;
-    for (int row = 0; row < 3; ++row)
-        for (int column = 0; column < 3; ++column)
-        {
-            const double deviation = std::abs(gram(row, column) - (row == column ? 1 : 0));
-            if (!std::isfinite(deviation))
-                return std::numeric_limits<double>::infinity();
-            largest = std::max(largest, deviation);
-        }
-    const bool finite_position = std::isfinite(translation.x) && std::isfinite(translation.y) && std::isfinite(translation.z);
-    if (!finite_position || determinant(rotation) < 0)
-        return std::numeric_limits<double>::infinity();
-    return largest;
+    bool is_finite = std::isfinite(translation.x) && std::isfinite(translation.y) && std::isfinite(translation.z);
+    for (std::size_t i = 0; i < 9; ++i)
+    {
+        largest = std::max(largest, std::abs(gram.m[i] - identity.m[i]));
+        is_finite = is_finite && std::isfinite(gram.m[i]);
+    }
+    return is_finite && determinant(rotation) >= 0 ? largest : std::numeric_limits<double>::infinity();
 }
 
 RigidTransform operator*(const RigidTransform& a, const RigidTransform& b)

@@ -27,16 +27,16 @@ struct GuardedFolder
     std::string advice;
 };
 
-std::mutex& guard_mutex()
+struct Guard
 {
-    static std::mutex mutex;
-    return mutex;
-}
+    std::mutex mutex;
+    std::vector<GuardedFolder> folders;
+};
 
-std::vector<GuardedFolder>& guarded_folders()
+Guard& the_guard()
 {
-    static std::vector<GuardedFolder> folders;
-    return folders;
+    static Guard guard;
+    return guard;
 }
 
 std::string without_slash(const fs::path& folder)
@@ -48,8 +48,8 @@ std::string without_slash(const fs::path& folder)
 std::optional<std::string> guard(fs::path& path)
 {
     const std::string text = path.native();
-    const std::lock_guard lock(guard_mutex());
-    for (const auto& [name, real, advice] : guarded_folders())
+    const std::lock_guard lock(the_guard().mutex);
+    for (const auto& [name, real, advice] : the_guard().folders)
         if (text.starts_with(name) && (text.size() == name.size() || text[name.size()] == '/'))
         {
             path = real + text.substr(name.size());
@@ -60,21 +60,12 @@ std::optional<std::string> guard(fs::path& path)
 
 std::string_view kind_text(mode_t mode)
 {
-    switch (mode & S_IFMT)
-    {
-    case S_IFREG:
-        return "a file";
-    case S_IFDIR:
-        return "a folder";
-    case S_IFLNK:
-        return "a symbolic link";
-    case S_IFIFO:
-        return "a FIFO";
-    case S_IFSOCK:
-        return "a socket";
-    default:
-        return "a device";
-    }
+    static constexpr std::pair<mode_t, std::string_view> kinds[] = {
+        {S_IFREG, "a file"}, {S_IFDIR, "a folder"}, {S_IFLNK, "a symbolic link"}, {S_IFIFO, "a FIFO"}, {S_IFSOCK, "a socket"}};
+    for (const auto& [kind, text] : kinds)
+        if ((mode & S_IFMT) == kind)
+            return text;
+    return "a device";
 }
 
 [[noreturn]] void refuse(const fs::path& path, mode_t found, bool is_folder, const std::string& advice)
@@ -211,8 +202,8 @@ void forbid_links_below(const fs::path& folder, const std::string& advice)
     const std::string real = without_slash(fs::weakly_canonical(folder, error));
     if (error)
         throw Error(folder.string() + ": cannot be used: " + error.message() + "; " + advice);
-    const std::lock_guard lock(guard_mutex());
-    auto& folders = guarded_folders();
+    const std::lock_guard lock(the_guard().mutex);
+    auto& folders = the_guard().folders;
     for (const std::string& name : {without_slash(folder.lexically_normal()), real})
         if (std::ranges::find(folders, name, &GuardedFolder::name) == folders.end())
             folders.push_back({name, real, advice});

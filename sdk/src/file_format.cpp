@@ -1,4 +1,3 @@
-#include <fresco/error.h>
 #include <fresco/image_io.h>
 #include <fresco/mesh.h>
 #include <fresco/npy.h>

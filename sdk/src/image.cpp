@@ -69,6 +69,16 @@ struct Tap
     std::vector<float> weights;
 };
 
+/// The average by value(i) of the pixels of a tap.
+template <class Value>
+float average(const Tap& tap, const Value& value)
+{
+    float sum = 0;
+    for (std::size_t k = 0; k < tap.weights.size(); ++k)
+        sum += tap.weights[k] * value(tap.first + static_cast<int>(k));
+    return sum;
+}
+
 /// One axis: box overlap when shrinking, linear interpolation between centers when enlarging.
 std::vector<Tap> taps(int from, int to)
 {
@@ -120,26 +130,14 @@ Raster<T> resized_by_axes(const Raster<T>& source, int width, int height)
     for (int y = 0; y < source.height; ++y)
         for (int x = 0; x < width; ++x)
             for (int c = 0; c < source.channels; ++c)
-            {
-                const Tap& tap = columns[static_cast<std::size_t>(x)];
-                float sum = 0;
-                for (std::size_t k = 0; k < tap.weights.size(); ++k)
-                    sum += tap.weights[k] * static_cast<float>(source.at(tap.first + static_cast<int>(k), y, c));
-                narrow.at(x, y, c) = sum;
-            }
+                narrow.at(x, y, c) =
+                    average(columns[static_cast<std::size_t>(x)], [&](int i) { return static_cast<float>(source.at(i, y, c)); });
     Raster<T> result(width, height, source.channels);
     for (int y = 0; y < height; ++y)
-    {
-        const Tap& tap = rows[static_cast<std::size_t>(y)];
         for (int x = 0; x < width; ++x)
             for (int c = 0; c < source.channels; ++c)
-            {
-                float sum = 0;
-                for (std::size_t k = 0; k < tap.weights.size(); ++k)
-                    sum += tap.weights[k] * narrow.at(x, tap.first + static_cast<int>(k), c);
-                result.at(x, y, c) = stored<T>(sum);
-            }
-    }
+                result.at(x, y, c) =
+                    stored<T>(average(rows[static_cast<std::size_t>(y)], [&](int i) { return narrow.at(x, i, c); }));
     return result;
 }
 

@@ -4,13 +4,11 @@
 #include <fresco/mesh.h>
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <fmt/format.h>
-#include <limits>
 #include <span>
 #include <string>
 #include <string_view>

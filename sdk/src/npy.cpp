@@ -242,11 +242,7 @@ std::vector<std::byte> to_npy(NpyType type, std::span<const std::size_t> shape, 
     if (!product(shape, expected) || expected * form_of(type).bytes != bytes.size())
         throw Error("to_npy: the shape does not fit the number of values");
     std::string header = "{'descr': '" + form_of(type).descr() + "', 'fortran_order': False, 'shape': (";
-    for (const std::size_t extent : shape)
-        header += fmt::format("{}, ", extent);
-    header += "), }";
-    if (!shape.empty())
-        header.replace(header.find(", ),"), 4, shape.size() == 1 ? ",)," : "),");
+    header += fmt::format("{}{}), }}", fmt::join(shape, ", "), shape.size() == 1 ? "," : "");
     // The data begins at a multiple of 64 bytes, as NumPy writes it.
     const std::size_t prefix = magic.size() + 4;
     header.append(63 - (prefix + header.size()) % 64, ' ');

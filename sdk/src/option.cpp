@@ -55,48 +55,33 @@ Value written(const T& v)
 }
 
 /// From a value that was checked.
-void read(const Value& value, bool& v)
+template <class T>
+void read(const Value& value, T& v)
 {
-    v = value.as_bool();
-}
-void read(const Value& value, int& v)
-{
-    v = static_cast<int>(value.as_int());
-}
-void read(const Value& value, std::int64_t& v)
-{
-    v = value.as_int();
-}
-void read(const Value& value, double& v)
-{
-    v = value.as_double();
-}
-void read(const Value& value, std::string& v)
-{
-    v = value.as_string();
-}
-template <class Element>
-void read(const Value& value, std::vector<Element>& v)
-{
-    v.clear();
-    for (const Value& element : value.as_list())
-        read(element, v.emplace_back());
-}
-void read(const Value& value, InputFiles& v)
-{
-    v.paths.clear();
-    for (const auto& [name, path] : value.as_map())
-        v.paths[name] = path.as_string();
-}
-void read(const Value& value, CommandLine& v)
-{
-    read(value, v.words);
-}
-/// Of the rest: the paths.
-template <class Path>
-void read(const Value& value, Path& v)
-{
-    v.path = value.as_string();
+    if constexpr (std::is_same_v<T, bool>)
+        v = value.as_bool();
+    else if constexpr (std::is_integral_v<T>)
+        v = static_cast<T>(value.as_int());
+    else if constexpr (std::is_same_v<T, double>)
+        v = value.as_double();
+    else if constexpr (std::is_same_v<T, std::string>)
+        v = value.as_string();
+    else if constexpr (std::is_same_v<T, CommandLine>)
+        read(value, v.words);
+    else if constexpr (std::is_same_v<T, InputFiles>)
+    {
+        v.paths.clear();
+        for (const auto& [name, path] : value.as_map())
+            v.paths[name] = path.as_string();
+    }
+    else if constexpr (requires { v.path; })
+        v.path = value.as_string();
+    else
+    {
+        v.clear();
+        for (const Value& element : value.as_list())
+            read(element, v.emplace_back());
+    }
 }
 
 std::string unit_of(const std::string& name)

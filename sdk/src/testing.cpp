@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cstdlib>
 #include <dlfcn.h>
-#include <iostream>
 #include <mutex>
 
 namespace fresco::testing

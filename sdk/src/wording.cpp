@@ -5,6 +5,8 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <fmt/format.h>
+#include <span>
 
 namespace fresco
 {
@@ -94,10 +96,8 @@ std::string suggestion(std::string_view word, const std::vector<std::string>& ca
         return {};
     if (const std::string best = nearest(word, candidates); !best.empty())
         return " (did you mean '" + best + "'?)";
-    std::string text = " (there are: ";
-    for (std::size_t i = 0; i < candidates.size() && i < most_listed; ++i)
-        text += (i == 0 ? "" : ", ") + candidates[i];
-    return text + (candidates.size() > most_listed ? ", …)" : ")");
+    const std::span listed(candidates.data(), std::min(candidates.size(), most_listed));
+    return fmt::format(" (there are: {}{})", fmt::join(listed, ", "), listed.size() < candidates.size() ? ", …" : "");
 }
 
 std::string join(const std::vector<std::string>& words, std::string_view before_last)

@@ -11,7 +11,6 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <vector>
 
 /// \file Writes small PLY files value by value in any encoding and with any types: the slow obvious counterpart of the reader.
 

@@ -7,6 +7,7 @@
 #include <fresco/frames.h>
 #include <fresco/npy.h>
 #include <fresco/testing.h>
+#include <fresco/testing_scenes.h>
 #include <fresco/texture.h>
 #include <fresco/uv_maps.h>
 
@@ -204,9 +205,7 @@ TEST_CASE("A textured mesh refers to its mesh in the store, or holds it")
     const auto store = place.path() / "store";
     const auto atlas = store / "objects" / "a" / "atlas";
     TexturedMesh textured;
-    textured.mesh.positions = {{0, 0, 1}, {1, 0, 1}, {0, 1, 1}};
-    textured.mesh.triangles = {{0, 1, 2}};
-    textured.mesh.texcoords = {{0, 0}, {1, 0}, {0, 1}};
+    textured.mesh = testing::wall();
     textured.image = Image(Raster8(4, 4, 3, 77));
     std::set<std::string> references;
     const ArtifactFolder own{store / "tmp" / "run.b" / "textured", store, &references};

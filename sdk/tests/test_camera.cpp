@@ -1,7 +1,6 @@
 #include "catch.h"
 
 #include <fresco/camera.h>
-#include <fresco/error.h>
 #include <fresco/frames.h>
 
 using Catch::Contains;

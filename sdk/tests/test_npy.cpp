@@ -1,9 +1,7 @@
 #include "catch.h"
 
 #include <fresco/error.h>
-#include <fresco/files_io.h>
 #include <fresco/npy.h>
-#include <fresco/testing.h>
 
 #include <cstring>
 #include <string>

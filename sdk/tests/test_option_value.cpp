@@ -1,9 +1,7 @@
 #include "catch.h"
 
 #include <fresco/component.h>
-#include <fresco/error.h>
 #include <fresco/option.h>
-#include <fresco/testing.h>
 
 using namespace fresco;
 

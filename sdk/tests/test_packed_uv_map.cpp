@@ -1,4 +1,5 @@
 #include "catch.h"
+#include "stored_png.h"
 #include "uv_map_samples.h"
 
 #include <fresco/error.h>
@@ -113,14 +114,10 @@ TEST_CASE("A flat wall costs next to nothing across a straight seam too")
 
 TEST_CASE("The bits of texcoords follow the texture, and are found again")
 {
-    CHECK(fresco::uv_bits_for_texture(1) == 16);
-    CHECK(fresco::uv_bits_for_texture(4096) == 16);
-    CHECK(fresco::uv_bits_for_texture(4097) == 17);
-    CHECK(fresco::uv_bits_for_texture(8192) == 17);
-    CHECK(fresco::uv_bits_for_texture(16384) == 18);
-    CHECK(fresco::uv_bits_for_texture(262144) == 22);
-    CHECK_THROWS_AS(fresco::uv_bits_for_texture(0), std::invalid_argument);
-    CHECK_THROWS_AS(fresco::uv_bits_for_texture(262145), std::invalid_argument);
+    for (const auto& [size_px, bits] : {std::pair{1, 16}, {4096, 16}, {4097, 17}, {8192, 17}, {16384, 18}, {262144, 22}})
+        CHECK(fresco::uv_bits_for_texture(size_px) == bits);
+    for (const int size_px : {0, 262145})
+        CHECK_THROWS_AS(fresco::uv_bits_for_texture(size_px), std::invalid_argument);
     const UvMap map = noise_uv_map(40, 30, 0.8, 21);
     for (const int uv_bits : {16, 17, 18, 19, 20, 21, 22})
         CHECK(fresco::uv_bits_of(there_and_back(map, uv_bits)) == uv_bits);
@@ -190,15 +187,8 @@ std::string outcome(const std::vector<std::byte>& file)
 /// A well-meant checksum over a header that is not.
 void seal(std::vector<std::byte>& file)
 {
-    std::uint32_t remainder = ~0U;
-    for (std::size_t i = 0; i < 32; ++i)
-    {
-        remainder ^= std::to_integer<std::uint32_t>(file[i]);
-        for (int bit = 0; bit < 8; ++bit)
-            remainder = remainder >> 1U ^ (remainder % 2 != 0 ? 0xedb88320U : 0U);
-    }
-    remainder = ~remainder;
-    std::memcpy(file.data() + 32, &remainder, 4);
+    const std::uint32_t sum = stored_png::crc32(reinterpret_cast<const std::uint8_t*>(file.data()), 32);
+    std::memcpy(file.data() + 32, &sum, 4);
 }
 
 std::string sealed(std::size_t offset, std::uint32_t value, std::size_t bytes = 4)

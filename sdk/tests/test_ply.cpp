@@ -3,7 +3,6 @@
 #include "shared_data.h"
 
 #include <fresco/error.h>
-#include <fresco/files_io.h>
 #include <fresco/mesh.h>
 #include <fresco/random.h>
 #include <fresco/testing.h>

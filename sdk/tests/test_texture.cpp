@@ -1,9 +1,9 @@
 #include "catch.h"
 
-#include <fresco/error.h>
-#include <fresco/files_io.h>
 #include <fresco/mesh.h>
+#include <fresco/relief.h>
 #include <fresco/testing.h>
+#include <fresco/testing_scenes.h>
 #include <fresco/texture.h>
 
 #include <cmath>
@@ -60,10 +60,7 @@ TEST_CASE("a map that is not square or has no picture is refused by name")
 
 TEST_CASE("an atlas is known by its triangles and texcoords, and an unknown one passes")
 {
-    Mesh mesh;
-    mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
-    mesh.triangles = {{0, 1, 2}};
-    mesh.texcoords = {{0, 0}, {1, 0}, {0, 1}};
+    const Mesh mesh = testing::wall();
     const std::string id = atlas_id(mesh);
     CHECK(id.size() == 32);
     Mesh moved = mesh;
@@ -75,4 +72,28 @@ TEST_CASE("an atlas is known by its triangles and texcoords, and an unknown one 
     CHECK_NOTHROW(check_atlas("", other, "the texture on port 'start'"));
     CHECK_THROWS_WITH(check_atlas(id, other, "the texture on port 'start'"),
                       Catch::Contains("port 'start' was made for another atlas"));
+}
+
+TEST_CASE("stored normals are exact to a hundredth of a degree, and texels outside charts have none")
+{
+    const testing::TemporaryFolder folder;
+    Relief relief;
+    relief.atlas = "0123";
+    relief.normals = Raster16(2, 2, 3);
+    relief.roughness = Raster8(2, 2, 1, 7);
+    const Vec3f normal = normalized(Vec3f{-0.3F, 0.5F, -0.9F});
+    relief.set_normal(2, normal);
+    relief.save({folder.path(), {}});
+    const auto loaded = Relief::load({folder.path(), {}});
+    CHECK(loaded->atlas == "0123");
+    CHECK(loaded->roughness == relief.roughness);
+    CHECK(loaded->has_normal(2));
+    CHECK_FALSE(loaded->has_normal(1));
+    CHECK(length(loaded->normal(2) - normal) < 1e-4F);
+    relief.roughness = Raster8(2, 1);
+    relief.save({folder.path(), {}});
+    CHECK_THROWS_WITH(Relief::load({folder.path(), {}}), Catch::Contains("roughness.npy") && Catch::Contains("normals' size"));
+    relief.normals = Raster16(2, 1, 3);
+    relief.save({folder.path(), {}});
+    CHECK_THROWS_WITH(Relief::load({folder.path(), {}}), Catch::Contains("normals.npy") && Catch::Contains("square"));
 }

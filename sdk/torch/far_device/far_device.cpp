@@ -125,7 +125,6 @@ at::Tensor to_far(const at::Tensor& near)
 class Call
 {
   public:
-    explicit Call(const c10::OperatorHandle& op) : op_(op), kernel_(op) {}
     /// `op` by the kernel of an operator that takes the same arguments and gives the same.
     Call(const c10::OperatorHandle& op, const c10::OperatorHandle& kernel) : op_(op), kernel_(kernel) {}
 
@@ -275,8 +274,7 @@ class Call
 
 void on_the_processor(const c10::OperatorHandle& op, torch::jit::Stack* stack)
 {
-    Call call(op);
-    call(stack);
+    Call(op, op)(stack);
 }
 
 c10::OperatorHandle operator_named(const char* name)
@@ -287,18 +285,14 @@ c10::OperatorHandle operator_named(const char* name)
 /// Other devices than those that libtorch knows have operators of their own for convolutions.
 void convolution(const c10::OperatorHandle& op, torch::jit::Stack* stack)
 {
-    const auto kernel = operator_named("aten::convolution");
-    Call call(op, kernel);
-    call(stack);
+    Call(op, operator_named("aten::convolution"))(stack);
 }
 
 void convolution_backward(const c10::OperatorHandle& op, torch::jit::Stack* stack)
 {
-    const auto kernel = operator_named("aten::convolution_backward");
     // The sizes of the bias, which follow the three tensors: none.
     stack->insert(stack->end() - static_cast<std::ptrdiff_t>(op.schema().arguments().size()) + 3, c10::IValue());
-    Call call(op, kernel);
-    call(stack);
+    Call(op, operator_named("aten::convolution_backward"))(stack);
 }
 
 at::Tensor empty(at::IntArrayRef sizes, c10::optional<at::ScalarType> type, c10::optional<at::Layout>, c10::optional<at::Device>,
@@ -388,32 +382,27 @@ std::int64_t FarTraffic::wait_count() const
 namespace
 {
 
-torch::Device known_device()
+C10_REGISTER_GUARD_IMPL(PrivateUse1, Guard);
+
+TORCH_LIBRARY_IMPL(aten, PrivateUse1, library)
 {
-    static torch::Library library(torch::Library::IMPL, "aten", c10::DispatchKey::PrivateUse1, __FILE__, __LINE__);
-    static torch::Library all(torch::Library::IMPL, "_", c10::DispatchKey::PrivateUse1, __FILE__, __LINE__);
-    static const bool known = []
-    {
-        static Guard guard;
-        static const c10::impl::DeviceGuardImplRegistrar registrar(far_type, &guard);
-        library.impl("empty.memory_format", TORCH_FN(empty));
-        library.impl("empty_strided", TORCH_FN(empty_strided));
-        library.impl("_copy_from", TORCH_FN(copy_from));
-        library.impl("convolution_overrideable", torch::CppFunction::makeFromBoxedFunction<&convolution>());
-        library.impl("convolution_backward_overrideable", torch::CppFunction::makeFromBoxedFunction<&convolution_backward>());
-        all.fallback(torch::CppFunction::makeFromBoxedFunction<&on_the_processor>());
-        return true;
-    }();
-    return known ? torch::Device(far_type, 0) : torch::Device(at::kCPU);
+    library.impl("empty.memory_format", TORCH_FN(empty));
+    library.impl("empty_strided", TORCH_FN(empty_strided));
+    library.impl("_copy_from", TORCH_FN(copy_from));
+    library.impl("convolution_overrideable", torch::CppFunction::makeFromBoxedFunction<&convolution>());
+    library.impl("convolution_backward_overrideable", torch::CppFunction::makeFromBoxedFunction<&convolution_backward>());
 }
 
-const torch::Device the_device = known_device();
+TORCH_LIBRARY_IMPL(_, PrivateUse1, library)
+{
+    library.fallback(torch::CppFunction::makeFromBoxedFunction<&on_the_processor>());
+}
 
 }  // namespace
 
 torch::Device far_device()
 {
-    return the_device;
+    return {far_type, 0};
 }
 
 FarTraffic far_traffic()

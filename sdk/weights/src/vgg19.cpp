@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <optional>
 #include <set>
 
 namespace fresco::weights
@@ -126,55 +127,53 @@ class Recognizer
         return *tensor;
     }
 
-    /// In lower case, with the entry as it is written; nullptr without one.
-    const std::string* entry(const char* name, std::string& lower) const
+    /// In lower case.
+    std::optional<std::string> entry(const char* name) const
     {
         const auto found = contents_.metadata.find(name);
-        if (found == contents_.metadata.end())
-            return nullptr;
-        lower = lower_case(found->second);
-        return &found->second;
+        return found == contents_.metadata.end() ? std::nullopt : std::optional(lower_case(found->second));
+    }
+
+    [[noreturn]] void unknown(const char* name, const std::string& known) const
+    {
+        fail("metadata '" + std::string(name) + "' is \"" + contents_.metadata.at(name) + "\"; " + known);
     }
 
     Vgg19Input input(Vgg19Keys keys) const
     {
         auto result = keys == Vgg19Keys::torchvision ? torchvision_input() : caffe_input();
-        std::string text;
-        const auto has = [&](const char* word) { return text.find(word) != std::string::npos; };
-        if (const auto* written = entry("input", text))
+        if (const auto text = entry("input"))
         {
-            const auto padding = result.padding;
+            const auto has = [&](const char* word) { return text->find(word) != std::string::npos; };
             if (has("bgr") && has("255"))
                 result = caffe_input();
             else if (has("rgb") && (has("imagenet") || has("0.485")))
                 result = torchvision_input();
             else
-                fail("metadata 'input' is \"" + *written + "\"; known are \"" + std::string(input_text(caffe_input())) +
-                     "\" and \"" + std::string(input_text(torchvision_input())) + "\"");
-            result.padding = padding;
+                unknown("input",
+                        fmt::format("known are \"{}\" and \"{}\"", input_text(caffe_input()), input_text(torchvision_input())));
         }
-        if (const auto* written = entry("padding", text))
+        if (const auto text = entry("padding"))
         {
-            if (text != "reflect" && text != "zero" && text != "zeros")
-                fail("metadata 'padding' is \"" + *written + "\"; known are reflect and zero");
-            result.padding = text == "reflect" ? Vgg19Padding::reflect : Vgg19Padding::zero;
+            if (*text != "reflect" && *text != "zero" && *text != "zeros")
+                unknown("padding", "known are reflect and zero");
+            result.padding = *text == "reflect" ? Vgg19Padding::reflect : Vgg19Padding::zero;
         }
         return result;
     }
 
     bool is_raw(Vgg19Keys keys) const
     {
-        std::string text;
-        if (const auto* written = entry("scale", text))
+        if (const auto text = entry("scale"))
         {
-            if (text != "raw" && text != "other")
-                fail("metadata 'scale' is \"" + *written + "\"; known are raw and other");
-            return text == "raw";
+            if (*text != "raw" && *text != "other")
+                unknown("scale", "known are raw and other");
+            return *text == "raw";
         }
-        if (const auto* written = entry("normalized", text))
+        if (const auto text = entry("normalized"))
         {
-            if (text.find("unit mean") == std::string::npos)
-                fail("metadata 'normalized' is \"" + *written + "\"; known is \"unit mean activation\"");
+            if (text->find("unit mean") == std::string::npos)
+                unknown("normalized", "known is \"unit mean activation\"");
             return false;
         }
         return keys == Vgg19Keys::caffe;

@@ -39,8 +39,7 @@ void Configurable::configure(const Value& options, ComponentFactory& factory)
 {
     for (const auto& [name, value] : options.as_map())
     {
-        const auto parameter =
-            std::ranges::find_if(parameters_, [&wanted = name](const Parameter* p) { return p->name() == wanted; });
+        const auto parameter = std::ranges::find(parameters_, name, &Parameter::name);
         if (parameter == parameters_.end())
             throw Error("unknown option \"" + name + "\"");
         (*parameter)->assign(value, factory);

@@ -132,8 +132,7 @@ void run_stage(Stage& stage, const Value& options, const Inputs& inputs, const f
     stage.configure(options, factory);
     for (const auto& [name, artifact] : inputs)
     {
-        const auto port =
-            std::ranges::find_if(stage.inputs(), [&wanted = name](const InputPort* p) { return p->name() == wanted; });
+        const auto port = std::ranges::find(stage.inputs(), name, &InputPort::name);
         if (port == stage.inputs().end())
             throw Error("the stage has no input \"" + name + "\"");
         (*port)->set(artifact);

@@ -33,9 +33,9 @@ struct Place
     fs::path scratch() const { return store() / "tmp/scratch/port"; }
     fs::path made_below() const { return store() / "tmp/scratch/made"; }
 
-    fresco::testing::TemporaryFolder folder;
-    fresco::testing::RawImages images;
-    fresco::testing::TestRun run;
+    testing::TemporaryFolder folder;
+    testing::RawImages images;
+    testing::TestRun run;
 };
 
 /// One input and one output that a pipeline declares.
@@ -47,7 +47,7 @@ class Ports : public Configurable
         Value port = Value::Map{{"artifact", artifact}};
         if (!as.empty())
             port.set("as", as);
-        fresco::testing::TestFactory factory;
+        testing::TestFactory factory;
         configure(Value::Map{{"in", Value::Map{{"port", port}}}, {"out", Value::Map{{"port", port}}}}, factory);
         (*ins_).front()->load({place.stored(), place.store()});
         out().set_folder({place.published(), place.store()});
@@ -252,4 +252,19 @@ TEST_CASE("what a program did not write, or wrote wrong, is named", "[exchange]"
     const Ports png("image", "png", place);
     picture().save({place.stored(), {}});
     CHECK_THROWS_WITH(png.in().hand_over(place.scratch(), nullptr, place.run), Catch::Contains("no picture codec"));
+}
+
+TEST_CASE("names in braces are found and filled in, doubled braces are braces", "[command_line]")
+{
+    CHECK(names_in("--out={result}") == std::vector<std::string>{"result"});
+    CHECK(names_in("{a}:{b.py}") == std::vector<std::string>{"a", "b.py"});
+    CHECK(names_in("{{\"a\": 1}}").empty());
+    CHECK(filled_in("{{{a}}}", {{"a", "/x y"}}) == "{/x y}");
+    CHECK(filled_in("plain", {}) == "plain");
+    for (const char* word : {"{", "}", "{a", "a}", "{a{b}}", "{{a}"})
+    {
+        INFO(word);
+        CHECK_THROWS_WITH(names_in(word), Catch::Contains("without its other"));
+    }
+    CHECK_THROWS_WITH(filled_in("{b}", {{"a", ""}}), Catch::Contains("unknown name {b}"));
 }

@@ -83,7 +83,7 @@ int without_openat2(const std::function<int()>& act)
 
 TEST_CASE("write_file is whole or not at all, says why not, and touches no other file")
 {
-    const fresco::testing::TemporaryFolder folder;
+    const testing::TemporaryFolder folder;
     const auto file = folder.path() / "a.txt";
     for (const char* name : {"a.txt.tmp", "a.txt~", ".a.txt"})
         write_plainly(folder.path() / name, "mine");
@@ -109,49 +109,45 @@ TEST_CASE("write_file is whole or not at all, says why not, and touches no other
 
 TEST_CASE("A checked file is read back, and damage to it is named")
 {
-    const fresco::testing::TemporaryFolder folder;
+    const testing::TemporaryFolder folder;
     const auto file = folder.path() / "state";
     for (const std::string text : {"", "0", "a longer text"})
     {
-        fresco::write_checked(file, text);
-        CHECK(fresco::read_checked_text(file) == text);
-        const std::string whole = fresco::read_text_file(file);
+        write_checked(file, text);
+        CHECK(read_checked_text(file) == text);
+        const std::string whole = read_text_file(file);
         for (std::size_t at = 0; at < whole.size(); ++at)
         {
             std::string flipped = whole;
             flipped[at] = static_cast<char>(flipped[at] ^ 4);
-            fresco::write_file(file, flipped);
-            CHECK_THROWS_WITH(fresco::read_checked(file), Contains("state: is damaged"));
-            fresco::write_file(file, whole.substr(0, at));
-            CHECK_THROWS_WITH(fresco::read_checked(file), Contains("state: is damaged"));
+            write_file(file, flipped);
+            CHECK_THROWS_WITH(read_checked(file), Contains("state: is damaged"));
+            write_file(file, whole.substr(0, at));
+            CHECK_THROWS_WITH(read_checked(file), Contains("state: is damaged"));
         }
     }
-    CHECK_THROWS_AS(fresco::read_checked(folder.path() / "none"), fresco::MissingInput);
+    CHECK_THROWS_AS(read_checked(folder.path() / "none"), MissingInput);
 }
 
 TEST_CASE("Of several writers of one file one is last, and nothing is mixed or left")
 {
-    const fresco::testing::TemporaryFolder folder;
+    const testing::TemporaryFolder folder;
     const auto file = folder.path() / "a.txt";
     // Enough of them that one is overtaken many times in a row.
     std::atomic<int> refused{0};
-    std::vector<std::thread> writers;
-    for (int writer = 0; writer < 16; ++writer)
     {
-        writers.emplace_back(
-            [&file, &refused, writer]
-            {
-                const std::string own(static_cast<std::size_t>(1000 * (writer + 1)), static_cast<char>('a' + writer));
-                for (int i = 0; i < 200; ++i)
+        std::vector<std::jthread> writers;
+        for (int writer = 0; writer < 16; ++writer)
+            writers.emplace_back(
+                [&file, &refused, writer]
                 {
-                    refused += fresco::testing::error_of([&] { write_file(file, own); }).empty() ? 0 : 1;
-                }
-            });
+                    const std::string own(static_cast<std::size_t>(1000 * (writer + 1)), static_cast<char>('a' + writer));
+                    for (int i = 0; i < 200; ++i)
+                        refused += testing::error_of([&] { write_file(file, own); }).empty() ? 0 : 1;
+                });
     }
-    for (auto& writer : writers)
-        writer.join();
     CHECK(refused == 0);
-    const std::string text = fresco::read_text_file(file);
+    const std::string text = read_text_file(file);
     REQUIRE_FALSE(text.empty());
     CHECK(text == std::string(static_cast<std::size_t>(1000 * (text[0] - 'a' + 1)), text[0]));
     CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);
@@ -322,7 +318,7 @@ TEST_CASE("Without openat2 the folders are opened step by step, and the same is 
             write_file(place.own / "sub" / "file", "text");
             if (read_text_file(place.own / "sub" / "file") != "text")
                 return 1;
-            const std::string refusal = fresco::testing::error_of([&] { write_file(place.own / "link" / "thesis", "other"); });
+            const std::string refusal = testing::error_of([&] { write_file(place.own / "link" / "thesis", "other"); });
             return refusal.find("own/link: is a symbolic link in place of a folder") == std::string::npos ? 2 : 0;
         });
     CHECK(code == 0);

@@ -65,3 +65,16 @@ TEST_CASE("An NPY file cut at any byte or with a byte more is refused")
     longer.push_back(std::byte{0});
     CHECK_THROWS_WITH(fresco::parse_npy(longer, "long.npy"), Catch::Contains("long.npy"));
 }
+
+TEST_CASE("A raster is an array of two or three dimensions, and comes back from it")
+{
+    for (const int channels : {1, 3})
+    {
+        const fresco::Raster16 raster(5, 4, channels, 517);
+        const auto array = fresco::parse_npy(fresco::to_npy(raster), "a.npy");
+        CHECK(array.shape.size() == (channels == 1 ? 2 : 3));
+        CHECK(fresco::to_raster<std::uint16_t>(array, "a.npy") == raster);
+        CHECK_THROWS_WITH(fresco::to_raster<float>(array, "a.npy"), "a.npy: array of type uint16; expected float32");
+    }
+    CHECK_THROWS_WITH(fresco::to_raster<float>(fresco::NpyArray{}, "a.npy"), Catch::Contains("a.npy: expected an array H x W"));
+}

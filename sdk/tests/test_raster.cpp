@@ -54,16 +54,6 @@ Raster<float> ramp(int width, int height, int channels)
 
 }  // namespace
 
-TEST_CASE("resized: shrinking averages boxes, enlarging interpolates between pixel centers up to the border", "[raster]")
-{
-    Raster<std::uint8_t> source(4, 2);
-    source.values = {0, 10, 20, 30, 40, 50, 60, 71};
-    CHECK(resized(source, 2, 1).values == std::vector<std::uint8_t>{25, 45});  // 25 and 45.25
-    Raster<float> two(2, 1);
-    two.values = {0, 8};
-    CHECK(resized(two, 4, 1).values == std::vector<float>{0, 2, 6, 8});
-}
-
 TEST_CASE("resized: equals the definition for any sizes", "[raster]")
 {
     for (const auto& [width, height] : {std::pair{5, 4}, std::pair{9, 3}, std::pair{1, 6}})

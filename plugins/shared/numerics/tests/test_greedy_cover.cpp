@@ -70,14 +70,7 @@ TEST_CASE("the frame that adds most is picked, then what adds most to it")
     CHECK(greedy_order({{}, {}}, 4, Progress{}).empty());
 }
 
-TEST_CASE("of equal frames the first is picked")
-{
-    const std::vector<std::vector<SeenCell>> frames{range_of(0, 5, 9), range_of(10, 20, 9), range_of(10, 20, 9),
-                                                    range_of(20, 30, 9)};
-    CHECK(greedy_order(frames, 32, Progress{}) == std::vector<Pick>{{1, 10}, {3, 10}, {0, 5}});
-}
-
-TEST_CASE("looking at few frames again picks as looking at all of them does")
+TEST_CASE("looking at few frames again picks as looking at all of them does, of equal ones the first")
 {
     for (std::uint64_t seed = 0; seed < 20; ++seed)
     {
@@ -90,6 +83,8 @@ TEST_CASE("looking at few frames again picks as looking at all of them does")
                 if (random.below(3) != 0)
                     frame.emplace_back(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(1 + random.below(4)));
         }
+        for (std::size_t i = 0; i < 20; ++i)
+            frames.push_back(frames[i]);
         const auto order = greedy_order(frames, 512, Progress{});
         CHECK(order == plain_greedy(frames, 512));
         CHECK(order.size() > 5);

@@ -9,7 +9,6 @@
 #include <numbers>
 #include <vector>
 
-using fresco::numerics::nearest_pairs;
 using namespace fresco::numerics;
 using namespace fresco;
 
@@ -56,7 +55,7 @@ TEST_CASE("symmetric systems are solved")
 {
     // A = B Bᵀ + 1 with random B; x is known.
     constexpr std::size_t n = 23, columns = 3;
-    fresco::Random random(2);
+    Random random(2);
     std::vector<double> b(n * n), a(n * n), x(n * columns), right(n * columns);
     for (auto* values : {&b, &x})
         for (double& value : *values)
@@ -73,7 +72,7 @@ TEST_CASE("symmetric systems are solved")
     for (std::size_t i = 0; i < n; ++i)  // Only the lower triangle is read.
         for (std::size_t j = i + 1; j < n; ++j)
             a[i * n + j] = std::nan("");
-    fresco::numerics::solve_symmetric(a, right, columns);
+    numerics::solve_symmetric(a, right, columns);
     for (std::size_t i = 0; i < right.size(); ++i)
         CHECK(right[i] == Approx(x[i]).margin(1e-8));
 }
@@ -111,7 +110,7 @@ Pairs pairs_of_all(const std::vector<double>& a, const std::vector<double>& b)
 
 TEST_CASE("pairs are those of all pairs in order")
 {
-    fresco::Random random(7);
+    Random random(7);
     const auto count = [&] { return static_cast<std::size_t>(random.below(12)); };
     for (int round = 0; round < 200; ++round)
     {

@@ -83,7 +83,8 @@ class Checker
                 problems_.push_back({outputs_.option, -1, "'" + name + "' is an input and an output; one needs another name"});
         for (const auto& [name, port] : outputs_.values)
             if (!option_.empty() && !used_.contains(name))
-                report_unused(name);
+                report(-1, "no word of '" + option_ + "' says where the output '" + name + "' goes: write \"{" + name +
+                               "}\" where the program takes the path");
         if (!outputs_.option.empty() && outputs_.values.empty())
             problems_.push_back({outputs_.option, -1, "a command needs at least one output"});
         return std::move(problems_);
@@ -93,12 +94,6 @@ class Checker
     void report(int word, std::string text, bool is_missing = false)
     {
         problems_.push_back({option_, word, std::move(text), is_missing});
-    }
-
-    void report_unused(const std::string& name)
-    {
-        report(-1, "no word of '" + option_ + "' says where the output '" + name + "' goes: write \"{" + name +
-                       "}\" where the program takes the path");
     }
 
     void check_word(const std::string& word, std::size_t number, const fs::path& folder)

@@ -35,22 +35,10 @@ constexpr std::array kind_names{KindName{"bool", OptionKind::boolean},
                                 KindName{"output_ports", OptionKind::output_ports},
                                 KindName{"rules", OptionKind::rules}};
 
-std::string text_at(const Value& map, std::string_view key)
+Value entry_or(const Value& map, std::string_view key, Value otherwise)
 {
     const Value* entry = map.find(key);
-    return entry ? entry->as_string() : std::string();
-}
-
-std::optional<double> number_at(const Value& map, std::string_view key)
-{
-    const Value* entry = map.find(key);
-    return entry ? std::optional(entry->as_double()) : std::nullopt;
-}
-
-bool flag_at(const Value& map, std::string_view key, bool otherwise)
-{
-    const Value* entry = map.find(key);
-    return entry ? entry->as_bool() : otherwise;
+    return entry != nullptr ? *entry : std::move(otherwise);
 }
 
 std::vector<std::string> texts_at(const Value& map, std::string_view key)
@@ -96,26 +84,31 @@ OptionDeclaration OptionDeclaration::from(const Value& description)
     if (known == kind_names.end())
         throw Error("option '" + option.name + "' is of the unknown kind '" + kind + "'");
     option.kind = known->second;
-    if (const Value* value = description.find("default"))
-        option.default_value = *value;
-    option.required = flag_at(description, "required", false);
-    option.min = number_at(description, "min");
-    option.max = number_at(description, "max");
+    const auto text = [&](std::string_view key) { return entry_or(description, key, "").as_string(); };
+    const auto flag = [&](std::string_view key, bool otherwise) { return entry_or(description, key, otherwise).as_bool(); };
+    const auto number = [&](std::string_view key)
+    {
+        const Value* entry = description.find(key);
+        return entry != nullptr ? std::optional(entry->as_double()) : std::nullopt;
+    };
+    option.default_value = entry_or(description, "default", {});
+    option.required = flag("required", false);
+    option.min = number("min");
+    option.max = number("max");
     option.choices = texts_at(description, "choices");
     option.extensions = texts_at(description, "extensions");
     if (const Value* formats = description.find("formats"))
         for (const Value& format : formats->as_list())
             option.formats.push_back(FileFormat::from(format));
     option.contains = texts_at(description, "contains");
-    option.contains_unless = text_at(description, "contains_unless");
-    option.unit = text_at(description, "unit");
-    option.in_key = flag_at(description, "in_key", true);
-    option.component_kind = text_at(description, "component_kind");
-    option.optional =
-        option.kind == OptionKind::component && (option.default_value.is_null() || flag_at(description, "optional", false));
+    option.contains_unless = text("contains_unless");
+    option.unit = text("unit");
+    option.in_key = flag("in_key", true);
+    option.component_kind = text("component_kind");
+    option.optional = option.kind == OptionKind::component && (option.default_value.is_null() || flag("optional", false));
     if (const Value* rule = description.find("auto"))
         option.auto_rule = AutoRule{rule->at("option").as_string(), rule->at("if_empty"), rule->at("if_set")};
-    option.for_form = text_at(description, "for_form");
+    option.for_form = text("for_form");
     if (const Value* rule = description.find("rule"))
         option.rule = RuleForm{rule->at("parts_of").as_string(),
                                rule->at("word").as_string(),
@@ -125,7 +118,7 @@ OptionDeclaration OptionDeclaration::from(const Value& description)
                                rule->at("number").as_string()};
     else if (option.kind == OptionKind::rules)
         throw Error("option '" + option.name + "' has rules, and does not say of which form");
-    option.help = text_at(description, "help");
+    option.help = text("help");
     return option;
 }
 
@@ -133,44 +126,33 @@ Value OptionDeclaration::describe() const
 {
     const auto known = std::ranges::find(kind_names, kind, &KindName::second);
     Value description = Value::Map{{"name", name}, {"kind", known->first}};
-    if (is_slot())
-        description.set("component_kind", component_kind);
-    if (required)
-        description.set("required", true);
-    else if (!default_value.is_null())
-        description.set("default", default_value);
-    if (min)
-        description.set("min", *min);
-    if (max)
-        description.set("max", *max);
-    const auto set_texts = [&](const char* key, const std::vector<std::string>& texts)
+    const auto say = [&](std::string_view key, const Value& value, const Value& unsaid)
     {
-        if (!texts.empty())
-            description.set(key, Value::List(texts.begin(), texts.end()));
+        if (value != unsaid)
+            description.set(key, value);
     };
-    set_texts("choices", choices);
-    set_texts("extensions", extensions);
-    if (!formats.empty())
-    {
-        Value::List described;
-        for (const FileFormat& format : formats)
-            described.push_back(format.describe());
-        description.set("formats", std::move(described));
-    }
-    set_texts("contains", contains);
-    if (!contains_unless.empty())
-        description.set("contains_unless", contains_unless);
-    if (!unit.empty())
-        description.set("unit", unit);
-    if (!in_key)
-        description.set("in_key", false);
-    if (optional)
-        description.set("optional", true);
+    const auto number = [](const std::optional<double>& bound) { return bound ? Value(*bound) : Value(); };
+    const auto list = [](const std::vector<std::string>& texts) { return Value::List(texts.begin(), texts.end()); };
+    Value::List described_formats;
+    for (const FileFormat& format : formats)
+        described_formats.push_back(format.describe());
+    say("component_kind", component_kind, "");
+    say("required", required, false);
+    say("default", required ? Value() : default_value, {});
+    say("min", number(min), {});
+    say("max", number(max), {});
+    say("choices", list(choices), Value::List{});
+    say("extensions", list(extensions), Value::List{});
+    say("formats", described_formats, Value::List{});
+    say("contains", list(contains), Value::List{});
+    say("contains_unless", contains_unless, "");
+    say("unit", unit, "");
+    say("in_key", in_key, true);
+    say("optional", optional, false);
     if (auto_rule)
         description.set(
             "auto", Value::Map{{"option", auto_rule->option}, {"if_empty", auto_rule->if_empty}, {"if_set", auto_rule->if_set}});
-    if (!for_form.empty())
-        description.set("for_form", for_form);
+    say("for_form", for_form, "");
     if (rule)
         description.set("rule", Value::Map{{"parts_of", rule->parts_of},
                                            {"word", rule->word},

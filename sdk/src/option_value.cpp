@@ -225,7 +225,8 @@ class ValueChecker
                 return refuse(where + " has no '" + key + "'" + suggestion(key, {"artifact", "as"}), "");
             if (forms.empty() && entry != Value(""))
                 return refuse(where + ": " + artifact + " has only one form; leave 'as' out", "");
-            if (!forms.empty() && std::ranges::none_of(forms, [&](const std::string& form) { return entry == Value(form); }))
+            if (!forms.empty() &&
+                std::ranges::none_of(forms, [&as = entry](const std::string& form) { return as == Value(form); }))
                 return refuse("", "one of " + join(forms, ", ") + " for 'as' of " + where);
             result.set("as", entry);
         }

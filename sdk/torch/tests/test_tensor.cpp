@@ -13,9 +13,7 @@
 #include <torch/types.h>
 
 #include <ATen/Parallel.h>
-#include <ATen/ops/empty.h>
-#include <ATen/ops/full.h>
-#include <ATen/ops/ones_like.h>
+#include <ATen/ops/tensor.h>
 #include <ATen/ops/zeros.h>
 
 #include <cmath>
@@ -102,13 +100,7 @@ TEST_CASE("pictures become planes and come back")
 
 TEST_CASE("eight-bit conversion rounds and clamps")
 {
-    auto tensor = at::zeros({1, 1, 5}, at::kFloat);
-    auto values = tensor.accessor<float, 3>();
-    values[0][0][0] = -0.5F;
-    values[0][0][1] = 1.5F;
-    values[0][0][2] = 0.5F;
-    values[0][0][3] = std::numeric_limits<float>::quiet_NaN();
-    values[0][0][4] = 0.001F;
+    const auto tensor = at::tensor({-0.5F, 1.5F, 0.5F, std::numeric_limits<float>::quiet_NaN(), 0.001F}).view({1, 1, 5});
     CHECK(to_raster8(tensor).values == (std::vector<std::uint8_t>{0, 255, 128, 0, 0}));
 }
 

@@ -3,6 +3,7 @@
 #include <fresco/texture.h>
 
 #include <array>
+#include <functional>
 #include <limits>
 #include <utility>
 
@@ -45,7 +46,7 @@ TEST_CASE("with corners the outermost texels lie on the border")
     CHECK(out[6] == 9);
 }
 
-TEST_CASE("gather is the transpose of the lookup")
+TEST_CASE("gather is the transpose of the lookup, and its texels are unique and ascending")
 {
     for (const auto& [size, grid] :
          {std::pair(2, TexelGrid::centers), std::pair(5, TexelGrid::centers), std::pair(64, TexelGrid::centers),
@@ -67,7 +68,7 @@ TEST_CASE("gather is the transpose of the lookup")
         std::vector<float> out(3 * touched.size());
         view.gather(gradient.data(), 0, touched.size() / 2, out.data());
         view.gather(gradient.data(), touched.size() / 2, touched.size(), out.data());
-        CHECK(std::is_sorted(touched.begin(), touched.end()));
+        CHECK(std::ranges::adjacent_find(touched, std::greater_equal{}) == touched.end());
         std::size_t found = 0;
         for (std::size_t t = 0; t < touched.size(); ++t)
         {
@@ -80,16 +81,6 @@ TEST_CASE("gather is the transpose of the lookup")
         }
         CHECK(found + 2 >= expected.size());
     }
-}
-
-TEST_CASE("texels are unique and ascending for a large layer")
-{
-    const LayerView view(valid_pixels(random_map(64, 64, 5)), 4096);
-    const auto touched = view.texels();
-    REQUIRE(touched.size() > 5000);
-    for (std::size_t i = 1; i < touched.size(); ++i)
-        CHECK(touched[i - 1] < touched[i]);
-    CHECK(touched.back() < std::int64_t{4096} * 4096);
 }
 
 TEST_CASE("a uv that is not finite is refused where it counts")

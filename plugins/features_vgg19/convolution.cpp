@@ -14,7 +14,12 @@ namespace
 constexpr int side = 6;         ///< Of the outputs of a tile.
 constexpr int wide = side + 2;  ///< Of its inputs.
 constexpr int positions = wide * wide;
-constexpr std::size_t line = 16;  ///< Values in a line of a cache, and in the widest vector.
+constexpr std::size_t line = std::tuple_size_v<decltype(Line::values)>;
+
+std::size_t unsigned_of(int value)
+{
+    return static_cast<std::size_t>(value);
+}
 
 int filled_up(int channels)
 {
@@ -48,18 +53,21 @@ std::array<double, positions> transformed(const std::array<double, 9>& w)
     return result;
 }
 
-/// The first whole line from `values` on.
-float* aligned(float* values)
+float* values_in(std::vector<Line>& lines)
 {
-    const auto beyond = reinterpret_cast<std::uintptr_t>(values) / sizeof(float) % line;
-    return values + (line - beyond) % line;
+    return lines.front().values.data();
 }
 
-/// Where a filter that is turned round has what the filter has at `position`: points and their reciprocals change places.
-std::size_t turned_round(std::size_t position)
+const float* values_in(const std::vector<Line>& lines)
 {
-    constexpr std::array<std::size_t, wide> reciprocal{7, 1, 2, 5, 6, 3, 4, 0};
-    return wide * reciprocal[position / wide] + reciprocal[position % wide];
+    return lines.front().values.data();
+}
+
+/// Of so many values at a position. Not a multiple of a page: a tile's values would all fall into one set of the first-level
+/// cache.
+std::size_t stride_of(std::size_t values)
+{
+    return values + line;
 }
 
 /// The pixel that stands for one beyond the border; -1: zero.
@@ -146,80 +154,36 @@ const winograd::Kernel& Convolution3x3::fastest_kernel()
     return fastest;
 }
 
-Convolution3x3::Convolution3x3(int outputs, int inputs, const winograd::Kernel& kernel)
-    : kernel_(&kernel), inputs_(filled_up(inputs)), outputs_(filled_up(outputs)),
-      filters_(std::make_shared<float[]>(static_cast<std::size_t>(positions) * static_cast<std::size_t>(inputs_) *
-                                         static_cast<std::size_t>(outputs_)))
+Convolution3x3::Convolution3x3(std::span<const float> weights, int outputs, int inputs, Way way, const winograd::Kernel& kernel)
+    : kernel_(&kernel), terms_(way == Way::there ? inputs : outputs), inputs_(filled_up(terms_)),
+      outputs_(filled_up(way == Way::there ? outputs : inputs)),
+      filters_(positions * unsigned_of(terms_) * unsigned_of(outputs_) / line)
 {
-}
-
-template <class Weight>
-void Convolution3x3::pack(const Weight& weight)
-{
-    const auto inner = static_cast<std::size_t>(inputs_);
-    const auto all = static_cast<std::size_t>(outputs_);
-    const auto panel = static_cast<std::size_t>(kernel_->panel);
-    for (std::size_t output = 0; output < all; ++output)
+    const auto inner = unsigned_of(terms_);
+    for (std::size_t output = 0; output < unsigned_of(way == Way::there ? outputs : inputs); ++output)
     {
-        const std::size_t first = output / panel * panel;
-        const std::size_t width = std::min(panel, all - first);
+        const auto panel = panel_of(output / unsigned_of(kernel_->panel));
         for (std::size_t input = 0; input < inner; ++input)
         {
-            const auto values = transformed(weight(output, input));
-            for (std::size_t position = 0; position < positions; ++position)
-                filters_[position * inner * all + first * inner + input * width + output - first] =
-                    static_cast<float>(values[position]);
+            std::array<double, 9> filter{};
+            const std::size_t number = way == Way::there ? output * inner + input : input * unsigned_of(inputs) + output;
+            std::copy_n(weights.begin() + static_cast<std::ptrdiff_t>(number * 9), 9, filter.begin());
+            if (way == Way::back)
+                std::ranges::reverse(filter);
+            float* to = values_in(filters_) + panel.first * positions * inner + input * panel.width + output - panel.first;
+            for (const double value : transformed(filter))
+            {
+                *to = static_cast<float>(value);
+                to += inner * panel.width;
+            }
         }
     }
 }
 
-Convolution3x3::Convolution3x3(std::span<const float> weights, int outputs, int inputs, const winograd::Kernel& kernel)
-    : Convolution3x3(outputs, inputs, kernel)
+Convolution3x3::Panel Convolution3x3::panel_of(std::size_t number) const
 {
-    pack(
-        [&](std::size_t output, std::size_t input)
-        {
-            std::array<double, 9> filter{};
-            if (output < static_cast<std::size_t>(outputs) && input < static_cast<std::size_t>(inputs))
-                std::copy_n(weights.begin() +
-                                static_cast<std::ptrdiff_t>((output * static_cast<std::size_t>(inputs) + input) * 9),
-                            9, filter.begin());
-            return filter;
-        });
-}
-
-Convolution3x3 Convolution3x3::turned() const
-{
-    Convolution3x3 result = *this;
-    std::swap(result.inputs_, result.outputs_);
-    result.turned_ = !turned_;
-    return result;
-}
-
-Convolution3x3 Convolution3x3::backward(std::span<const float> weights, int outputs, int inputs) const
-{
-    constexpr std::int64_t few = 256 * 256;
-    if (std::int64_t{inputs} * outputs > few)
-        return turned();
-    Convolution3x3 result(inputs, outputs, *kernel_);
-    result.pack(
-        [&](std::size_t output, std::size_t input)
-        {
-            std::array<double, 9> filter{};
-            if (output < static_cast<std::size_t>(inputs) && input < static_cast<std::size_t>(outputs))
-                std::reverse_copy(
-                    weights.begin() + static_cast<std::ptrdiff_t>((input * static_cast<std::size_t>(inputs) + output) * 9),
-                    weights.begin() + static_cast<std::ptrdiff_t>((input * static_cast<std::size_t>(inputs) + output) * 9 + 9),
-                    filter.begin());
-            return filter;
-        });
-    return result;
-}
-
-const float* Convolution3x3::filters_at(std::size_t position) const
-{
-    return filters_.get() +
-           (turned_ ? turned_round(position) : position) * static_cast<std::size_t>(inputs_) * static_cast<std::size_t>(outputs_);
+    const auto widest = unsigned_of(kernel_->panel);
+    return {number * widest, std::min(widest, unsigned_of(outputs_) - number * widest)};
 }
 
 void Convolution3x3::rectified(const float* in, MapsShape shape, Border border, const float* bias, float* out,
@@ -235,85 +199,67 @@ void Convolution3x3::plain(const float* in, MapsShape shape, int beyond, float* 
         parallel);
 }
 
-/// Tiles that are worked on together, and their transformed values and products, position by position.
+/// Tiles that are worked on together, and their transformed values, position by position.
 struct Convolution3x3::Block
 {
     std::size_t first = 0;
     std::size_t last = 0;
     std::size_t count = 0;  ///< Filled up to what the kernel takes at once.
     float* values = nullptr;
-    std::size_t value_stride = 0;
-    float* products = nullptr;
-    std::size_t product_stride = 0;
+    std::size_t stride = 0;  ///< From one position to the next.
 };
 
-Convolution3x3::Block Convolution3x3::block_of(std::size_t first, std::size_t last, std::vector<float>& values,
-                                               std::vector<float>& products) const
+Convolution3x3::Block Convolution3x3::block_of(std::size_t first, std::size_t last, std::vector<Line>& values) const
 {
-    const auto rows = static_cast<std::size_t>(turned_ ? kernel_->lanes : kernel_->rows);
+    const auto rows = unsigned_of(kernel_->rows);
     Block block{first, last, (last - first + rows - 1) / rows * rows};
-    // Not a multiple of a page: a tile's values would all fall into one set of the first-level cache.
-    block.value_stride = block.count * static_cast<std::size_t>(inputs_) + 16;
-    block.product_stride = block.count * static_cast<std::size_t>(outputs_) + 16;
-    values.resize(std::max(values.size(), positions * block.value_stride));
-    products.resize(std::max(products.size(), positions * block.product_stride));
-    block.values = values.data();
-    block.products = products.data();
+    block.stride = stride_of(block.count * unsigned_of(inputs_));
+    values.resize(std::max(values.size(), positions * block.stride / line));
+    block.values = values_in(values);
     return block;
 }
 
 void Convolution3x3::run(Job job, const std::uint8_t* needed, const Parallel& parallel) const
 {
     job.choose_tiles(needed, outputs_, parallel);
-    // Many tiles share a pass over the filters. Where these are few, they and a block's values stay near the core.
+    const std::size_t tiles = job.tiles.size();
+    const std::size_t panels = (unsigned_of(outputs_) + unsigned_of(kernel_->panel) - 1) / unsigned_of(kernel_->panel);
     constexpr int large = 256 * 256;
+    constexpr std::size_t few = 288;
+    if (inputs_ * outputs_ >= large && tiles <= few)
+    {
+        // Filters of many channels are larger than the pictures there: every one is read once, by one thread.
+        constexpr std::size_t share = 8;
+        thread_local std::vector<Line> values;
+        const auto block = block_of(0, tiles, values);
+        parallel((tiles + share - 1) / share,
+                 [&](std::size_t begin, std::size_t end) { transform(job, block, begin * share, std::min(tiles, end * share)); });
+        parallel(panels,
+                 [&](std::size_t begin, std::size_t end)
+                 {
+                     for (std::size_t panel = begin; panel < end; ++panel)
+                         multiply(job, block, panel_of(panel));
+                 });
+        return;
+    }
+    // Many tiles share a pass over the filters. Where these are few, they and a block's values stay near the core.
     const std::size_t most = inputs_ * outputs_ < large ? 12 : 48;
     constexpr std::size_t fewest_blocks = 8;
-    constexpr std::size_t few = 288;
-    const std::size_t tiles = job.tiles.size();
-    if (tiles == 0)
-        return;
-    if (tiles <= few && inputs_ * outputs_ >= large)
-        return run_by_positions(job, parallel);
-    const auto rows = static_cast<std::size_t>(turned_ ? kernel_->lanes : kernel_->rows);
+    const auto rows = unsigned_of(kernel_->rows);
     const std::size_t share = (tiles + fewest_blocks - 1) / fewest_blocks;
     const std::size_t size = std::min(most, (share + rows - 1) / rows * rows);
-    parallel((tiles + size - 1) / size,
+    parallel(tiles == 0 ? 0 : (tiles + size - 1) / size,
              [&](std::size_t begin, std::size_t end)
              {
-                 thread_local std::vector<float> values;
-                 thread_local std::vector<float> products;
+                 thread_local std::vector<Line> values;
                  for (std::size_t i = begin; i < end; ++i)
                  {
-                     const auto block = block_of(i * size, std::min(tiles, (i + 1) * size), values, products);
+                     const auto block = block_of(i * size, std::min(tiles, (i + 1) * size), values);
                      transform(job, block, block.first, block.last);
-                     for (std::size_t position = 0; position < positions; ++position)
-                         multiply(block, position);
-                     transform_back(job, block, block.first, block.last);
+                     for (std::size_t panel = 0; panel < panels; ++panel)
+                         multiply(job, block, panel_of(panel));
                  }
              });
-}
-
-void Convolution3x3::run_by_positions(const Job& job, const Parallel& parallel) const
-{
-    // Filters of many channels are larger than the pictures there: every one is read once, by one thread.
-    constexpr std::size_t share = 8;
-    thread_local std::vector<float> values;
-    thread_local std::vector<float> products;
-    const auto block = block_of(0, job.tiles.size(), values, products);
-    const auto each_share = [&](const auto& work)
-    {
-        parallel((block.last + share - 1) / share,
-                 [&](std::size_t begin, std::size_t end) { work(begin * share, std::min(block.last, end * share)); });
-    };
-    each_share([&](std::size_t first, std::size_t last) { transform(job, block, first, last); });
-    parallel(positions,
-             [&](std::size_t begin, std::size_t end)
-             {
-                 for (std::size_t position = begin; position < end; ++position)
-                     multiply(block, position);
-             });
-    each_share([&](std::size_t first, std::size_t last) { transform_back(job, block, first, last); });
 }
 
 void Convolution3x3::transform(const Job& job, const Block& block, std::size_t first, std::size_t last) const
@@ -342,58 +288,51 @@ void Convolution3x3::transform(const Job& job, const Block& block, std::size_t f
     for (std::size_t tile = first; tile < last; ++tile)
     {
         const Pixels next = tile + 1 < last ? pixels_of(tile + 1) : pixels;
-        kernel_->transform(pixels.data(), next.data(), inputs_, block.values + (tile - block.first) * inner, block.value_stride);
+        kernel_->transform(pixels.data(), next.data(), inputs_, block.values + (tile - block.first) * inner, block.stride);
         pixels = next;
     }
 }
 
-void Convolution3x3::multiply(const Block& block, std::size_t position) const
+void Convolution3x3::multiply(const Job& job, const Block& block, const Panel& panel) const
 {
-    const auto count = static_cast<int>(block.count);
-    const float* from = block.values + position * block.value_stride;
-    float* to = block.products + position * block.product_stride;
-    if (!turned_)
-        return kernel_->multiply(from, count, inputs_, filters_at(position), outputs_, to);
-    thread_local std::vector<float> scratch;
-    const std::size_t size = block.count * (static_cast<std::size_t>(inputs_) + static_cast<std::size_t>(outputs_)) + line;
-    scratch.resize(std::max(scratch.size(), size));
-    kernel_->multiply_turned(from, count, inputs_, filters_at(position), outputs_, aligned(scratch.data()), to);
+    thread_local std::vector<Line> products;
+    const std::size_t stride = stride_of(block.count * panel.width);
+    products.resize(std::max(products.size(), positions * stride / line));
+    const std::size_t filters = unsigned_of(terms_) * panel.width;
+    for (std::size_t position = 0; position < positions; ++position)
+        kernel_->multiply(block.values + position * block.stride, static_cast<int>(block.count), inputs_, terms_,
+                          values_in(filters_) + panel.first * positions * unsigned_of(terms_) + position * filters,
+                          static_cast<int>(panel.width), values_in(products) + position * stride);
+    for (std::size_t tile = block.first; tile < block.last; ++tile)
+        transform_back(job, job.tiles[tile], panel, values_in(products) + (tile - block.first) * panel.width, stride);
 }
 
-void Convolution3x3::transform_back(const Job& job, const Block& block, std::size_t first, std::size_t last) const
+void Convolution3x3::transform_back(const Job& job, Corner tile, const Panel& panel, const float* products,
+                                    std::size_t stride) const
 {
-    const auto outer = static_cast<std::size_t>(outputs_);
-    for (std::size_t tile = first; tile < last; ++tile)
+    const auto [y0, x0] = tile;
+    const auto width = static_cast<int>(panel.width);
+    std::array<float*, side * side> pixels{};
+    std::array<std::uint8_t*, side * side> masks{};
+    for (int i = 0; i < side * side; ++i)
     {
-        const auto [y0, x0] = job.tiles[tile];
-        std::array<float*, side * side> pixels{};
-        std::array<std::uint8_t*, side * side> masks{};
-        for (int i = 0; i < side * side; ++i)
-        {
-            const int y = y0 + i / side;
-            const int x = x0 + i % side;
-            if (y >= job.height || x >= job.width)
-                continue;
-            const std::size_t offset = job.offset(y, x, outputs_);
-            pixels[static_cast<std::size_t>(i)] = job.out + offset;
-            masks[static_cast<std::size_t>(i)] = job.masks == nullptr ? nullptr : job.masks + offset;
-        }
-        const float* from = block.products + (tile - block.first) * outer;
-        if (job.bias == nullptr)
-            kernel_->transform_back(from, block.product_stride, outputs_, pixels.data());
-        else
-            kernel_->rectify_back(from, block.product_stride, outputs_, job.bias, pixels.data(),
-                                  job.masks == nullptr ? nullptr : masks.data());
+        const int y = y0 + i / side;
+        const int x = x0 + i % side;
+        if (y >= job.height || x >= job.width)
+            continue;
+        const std::size_t offset = job.offset(y, x, outputs_) + panel.first;
+        pixels[static_cast<std::size_t>(i)] = job.out + offset;
+        masks[static_cast<std::size_t>(i)] = job.masks == nullptr ? nullptr : job.masks + offset;
     }
+    if (job.bias == nullptr)
+        kernel_->transform_back(products, stride, width, pixels.data());
+    else
+        kernel_->rectify_back(products, stride, width, job.bias + panel.first, pixels.data(),
+                              job.masks == nullptr ? nullptr : masks.data());
 }
 
 namespace
 {
-
-std::size_t unsigned_of(int value)
-{
-    return static_cast<std::size_t>(value);
-}
 
 const winograd::Kernel& kernel()
 {

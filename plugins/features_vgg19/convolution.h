@@ -7,6 +7,7 @@
 
 #include <fresco/weights/vgg19.h>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -38,20 +39,29 @@ struct MapsShape
     std::size_t size() const { return pixels() * static_cast<std::size_t>(channels); }
 };
 
+/// A line of a cache, as long as the widest vector.
+struct alignas(64) Line
+{
+    std::array<float, 16> values;
+};
+
 /// A frozen convolution with 3 x 3 filters and stride 1 by minimal filtering F(6x6, 3x3) (Winograd 1980; Lavin and Gray, CVPR
 /// 2016): a fifth of the direct way's multiplications, and a relative difference of some 5e-6 to it. The result does not depend
 /// on the threads. Immutable: use it on any thread.
 class Convolution3x3
 {
   public:
-    /// `weights`: outputs x inputs x 3 x 3; channels are filled up with zeros to multiples of 16. The kernel is the fastest that
-    /// this processor can run unless one is given.
-    Convolution3x3(std::span<const float> weights, int outputs, int inputs, const winograd::Kernel& kernel = fastest_kernel());
-    /// The convolution that takes the gradient of the output back to the input: filters turned round, inputs and outputs swapped.
-    /// It shares the filters' memory where they are large, and else has them in the order that is faster for few channels.
-    Convolution3x3 backward(std::span<const float> weights, int outputs, int inputs) const;
-    /// The same, always with the memory of this one.
-    Convolution3x3 turned() const;
+    /// Whether to convolve, or to take the gradient of the output back to the input: filters turned round, inputs and outputs
+    /// swapped.
+    enum class Way
+    {
+        there,
+        back
+    };
+    /// `weights`: outputs x inputs x 3 x 3 of the way there; channels are filled up with zeros to multiples of 16. The kernel is
+    /// the fastest that this processor can run unless one is given.
+    Convolution3x3(std::span<const float> weights, int outputs, int inputs, Way way = Way::there,
+                   const winograd::Kernel& kernel = fastest_kernel());
 
     static const winograd::Kernel& fastest_kernel();
 
@@ -70,24 +80,25 @@ class Convolution3x3
     struct Corner;
     struct Job;
     struct Block;
+    /// Outputs that are multiplied together.
+    struct Panel
+    {
+        std::size_t first;
+        std::size_t width;
+    };
 
-    Convolution3x3(int outputs, int inputs, const winograd::Kernel& kernel);
-    const float* filters_at(std::size_t position) const;
-    template <class Weight>
-    void pack(const Weight& weight);
+    Panel panel_of(std::size_t number) const;
     void run(Job job, const std::uint8_t* needed, const Parallel& parallel) const;
-    void run_by_positions(const Job& job, const Parallel& parallel) const;
-    Block block_of(std::size_t first, std::size_t last, std::vector<float>& values, std::vector<float>& products) const;
+    Block block_of(std::size_t first, std::size_t last, std::vector<Line>& values) const;
     void transform(const Job& job, const Block& block, std::size_t first, std::size_t last) const;
-    void multiply(const Block& block, std::size_t position) const;
-    void transform_back(const Job& job, const Block& block, std::size_t first, std::size_t last) const;
+    void multiply(const Job& job, const Block& block, const Panel& panel) const;
+    void transform_back(const Job& job, Corner tile, const Panel& panel, const float* products, std::size_t stride) const;
 
     const winograd::Kernel* kernel_;
+    int terms_;  ///< Inputs that are not filled up.
     int inputs_;
     int outputs_;
-    /// 64 positions x panels x inputs x (a panel's outputs); turned: of the convolution whose way back this one is.
-    std::shared_ptr<float[]> filters_;
-    bool turned_ = false;
+    std::vector<Line> filters_;  ///< Panels x 64 positions x terms x (a panel's outputs).
 };
 
 enum class Pooling

@@ -181,8 +181,8 @@ const Convolution3x3& CpuEncoder::backward(std::size_t layer) const
     auto& l = *layers_[layer];
     std::call_once(l.backward_once,
                    [&] {
-                       l.backward.emplace(
-                           forward(layer).backward(values_of(l.weights), channels_of(l.weights, 0), channels_of(l.weights, 1)));
+                       l.backward.emplace(values_of(l.weights), channels_of(l.weights, 0), channels_of(l.weights, 1),
+                                          Convolution3x3::Way::back);
                    });
     return *l.backward;
 }

@@ -14,21 +14,15 @@ struct Kernel
 {
     const char* name;
     int panel;  ///< Outputs that lie side by side in packed filters.
-    int rows;   ///< Tiles are multiplied so many at once …
-    int lanes;  ///< … or, by multiply_turned, so many.
+    int rows;   ///< Tiles are multiplied so many at once.
 
     /// 64 pixels, row by row, each with `channels` values -> out[position * stride + channel]. `next`: those of the tile to the
     /// right, which are brought near.
     void (*transform)(const float* const* pixels, const float* const* next, int channels, float* out, std::size_t stride);
 
-    /// Products for one position: tiles x inner values by filters -> tiles x outputs. `tiles` is a multiple of `rows`; the
-    /// filters are packed as panels of inner x (panel, or what is left) values.
-    void (*multiply)(const float* values, int tiles, int inner, const float* filters, int outputs, float* products);
-
-    /// The same with the filters' inputs and outputs swapped: `filters` are packed as above for `inner` outputs and `outputs`
-    /// inputs. `tiles` is a multiple of `lanes`; `scratch` takes (inner + outputs) * tiles values.
-    void (*multiply_turned)(const float* values, int tiles, int inner, const float* filters, int outputs, float* scratch,
-                            float* products);
+    /// Products for one position and panel: the first `inner` of each tile's `step` values by filters (inner x outputs) -> tiles
+    /// x outputs. `tiles` is a multiple of `rows`; `outputs` is `panel`, or a smaller multiple of 16.
+    void (*multiply)(const float* values, int tiles, int step, int inner, const float* filters, int outputs, float* products);
 
     /// in[position * stride + channel] -> 36 pixels; null pixels are left out.
     void (*transform_back)(const float* in, std::size_t stride, int channels, float* const* pixels);

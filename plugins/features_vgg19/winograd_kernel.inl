@@ -12,7 +12,6 @@ namespace
 constexpr int lanes = FRESCO_VECTOR_BYTES / 4;
 constexpr int tile_rows = 6;
 constexpr int panel_vectors = FRESCO_VECTOR_BYTES == 64 ? 4 : 2;
-constexpr int turned_rows = 2 * panel_vectors;
 
 typedef float Vector __attribute__((vector_size(lanes * 4), aligned(4), may_alias));
 typedef std::int8_t Bytes __attribute__((vector_size(lanes), aligned(1), may_alias));
@@ -30,7 +29,7 @@ inline void store(float* values, Vector vector)
 constexpr int side = 6;         ///< Of a tile's outputs.
 constexpr int wide = side + 2;  ///< Of its inputs.
 
-/// Rows of Bᵀ. The points are 0, ±1, ±2, ±1/2 and infinity: reversing a filter takes each to its reciprocal, which is among them.
+/// Rows of Bᵀ.
 inline void eight_from_eight(const Vector* in, int step, Vector* out)
 {
     const Vector d1 = in[step], d2 = in[2 * step], d3 = in[3 * step], d4 = in[4 * step], d5 = in[5 * step], d6 = in[6 * step];
@@ -75,12 +74,14 @@ void transform(const float* const* pixels, const float* const* next, int channel
         for (int i = 0; i < wide * wide; ++i)
             if (i % wide >= 2)
                 __builtin_prefetch(next[i] + channel);
-        Vector tile[wide * wide];
         Vector half[wide * wide];
-        for (int i = 0; i < wide * wide; ++i)
-            tile[i] = load(pixels[i] + channel);
         for (int x = 0; x < wide; ++x)
-            eight_from_eight(tile + x, wide, half + wide * x);
+        {
+            Vector column[wide];
+            for (int y = 0; y < wide; ++y)
+                column[y] = load(pixels[wide * y + x] + channel);
+            eight_from_eight(column, 1, half + wide * x);
+        }
         for (int y = 0; y < wide; ++y)
         {
             Vector row[wide];
@@ -92,174 +93,49 @@ void transform(const float* const* pixels, const float* const* next, int channel
 }
 
 template <int vectors>
-inline void block(const float* values, int inner, const float* panel, float* products, std::size_t outputs)
-{
-    // One by one: as an aggregate they would be cleared in memory too.
-    Vector sums[tile_rows][vectors];
-    for (int row = 0; row < tile_rows; ++row)
-        for (int v = 0; v < vectors; ++v)
-            sums[row][v] = Vector{};
-    for (int k = 0; k < inner; ++k)
-    {
-        Vector filters[vectors];
-        for (int v = 0; v < vectors; ++v)
-            filters[v] = load(panel + (k * vectors + v) * lanes);
-        for (int row = 0; row < tile_rows; ++row)
-        {
-            const float value = values[row * inner + k];
-            for (int v = 0; v < vectors; ++v)
-                sums[row][v] += filters[v] * value;
-        }
-    }
-    for (int row = 0; row < tile_rows; ++row)
-        for (int v = 0; v < vectors; ++v)
-            store(products + static_cast<std::size_t>(row) * outputs + v * lanes, sums[row][v]);
-}
-
-template <int vectors>
-inline void blocks(const float* values, int tiles, int inner, const float* panel, float* products, int outputs)
+void blocks(const float* values, int tiles, int step, int inner, const float* filters, float* products)
 {
     for (int tile = 0; tile < tiles; tile += tile_rows)
-        block<vectors>(values + static_cast<std::size_t>(tile) * inner, inner, panel,
-                       products + static_cast<std::size_t>(tile) * outputs, outputs);
+    {
+        // One by one: as an aggregate they would be cleared in memory too.
+        Vector sums[tile_rows][vectors];
+        for (int row = 0; row < tile_rows; ++row)
+            for (int v = 0; v < vectors; ++v)
+                sums[row][v] = Vector{};
+        // Rows lie side by side where that counts: of many channels, which do not stay in the first-level cache.
+        const float* next = values + (tile + tile_rows) * step;
+        for (int k = 0; k < inner; ++k)
+        {
+            __builtin_prefetch(next + k * tile_rows);
+            Vector of_panel[vectors];
+            for (int v = 0; v < vectors; ++v)
+                of_panel[v] = load(filters + (k * vectors + v) * lanes);
+            for (int row = 0; row < tile_rows; ++row)
+            {
+                const float value = values[(tile + row) * step + k];
+                for (int v = 0; v < vectors; ++v)
+                    sums[row][v] += of_panel[v] * value;
+            }
+        }
+        for (int row = 0; row < tile_rows; ++row)
+            for (int v = 0; v < vectors; ++v)
+                store(products + ((tile + row) * vectors + v) * lanes, sums[row][v]);
+    }
 }
 
-void multiply(const float* values, int tiles, int inner, const float* filters, int outputs, float* products)
+void multiply(const float* values, int tiles, int step, int inner, const float* filters, int outputs, float* products)
 {
-    constexpr int panel = panel_vectors * lanes;
-    int output = 0;
-    for (; output + panel <= outputs; output += panel)
-        blocks<panel_vectors>(values, tiles, inner, filters + static_cast<std::size_t>(output) * inner, products + output,
-                              outputs);
-    const float* rest = filters + static_cast<std::size_t>(output) * inner;
-    switch ((outputs - output) / lanes)
+    switch (outputs / lanes)
     {
     case 1:
-        blocks<1>(values, tiles, inner, rest, products + output, outputs);
-        break;
+        return blocks<1>(values, tiles, step, inner, filters, products);
     case 2:
-        blocks<2>(values, tiles, inner, rest, products + output, outputs);
-        break;
+        return blocks<2>(values, tiles, step, inner, filters, products);
     case 3:
-        blocks<3>(values, tiles, inner, rest, products + output, outputs);
-        break;
+        return blocks<3>(values, tiles, step, inner, filters, products);
     default:
-        break;
+        return blocks<panel_vectors>(values, tiles, step, inner, filters, products);
     }
-}
-
-#if defined(__clang__) || __GNUC__ >= 12
-template <int... i>
-struct Numbers
-{
-    /// The first halves of a and b, element by element in turn, …
-    static Vector lower(Vector a, Vector b) { return __builtin_shufflevector(a, b, (i / 2 + i % 2 * lanes)...); }
-    /// … and the second halves.
-    static Vector upper(Vector a, Vector b) { return __builtin_shufflevector(a, b, (lanes / 2 + i / 2 + i % 2 * lanes)...); }
-};
-template <int count, int... rest>
-struct NumbersTo : NumbersTo<count - 1, count - 1, rest...>
-{
-};
-template <int... all>
-struct NumbersTo<0, all...> : Numbers<all...>
-{
-};
-
-/// lanes x lanes values, transposed: as many rounds of merging the lower and the upper rows as the number of rows has bits.
-inline void transpose_square(const float* in, std::size_t in_stride, float* out, std::size_t out_stride)
-{
-    Vector rows[lanes];
-    for (int i = 0; i < lanes; ++i)
-        rows[i] = load(in + static_cast<std::size_t>(i) * in_stride);
-    for (int round = 1; round < lanes; round *= 2)
-    {
-        Vector merged[lanes];
-        for (int i = 0; i < lanes / 2; ++i)
-        {
-            merged[2 * i] = NumbersTo<lanes>::lower(rows[i], rows[i + lanes / 2]);
-            merged[2 * i + 1] = NumbersTo<lanes>::upper(rows[i], rows[i + lanes / 2]);
-        }
-        for (int i = 0; i < lanes; ++i)
-            rows[i] = merged[i];
-    }
-    for (int i = 0; i < lanes; ++i)
-        store(out + static_cast<std::size_t>(i) * out_stride, rows[i]);
-}
-#else
-inline void transpose_square(const float* in, std::size_t in_stride, float* out, std::size_t out_stride)
-{
-    for (int i = 0; i < lanes; ++i)
-        for (int j = 0; j < lanes; ++j)
-            out[static_cast<std::size_t>(j) * out_stride + i] = in[static_cast<std::size_t>(i) * in_stride + j];
-}
-#endif
-
-/// Both extents are multiples of `lanes`; rows lie side by side.
-inline void transpose(const float* in, int rows, int columns, float* out)
-{
-    for (int row = 0; row < rows; row += lanes)
-        for (int column = 0; column < columns; column += lanes)
-            transpose_square(in + static_cast<std::size_t>(row) * columns + column, columns,
-                             out + static_cast<std::size_t>(column) * rows + row, rows);
-}
-
-/// For `vectors` of tiles, adds one panel's terms to the sums of `turned_rows` of the filters' inputs. `rows`: their filters.
-template <int vectors>
-inline void turned_block(const float* values, int tiles, const float* rows, int width, bool first, float* products)
-{
-    Vector sums[turned_rows][vectors];
-    for (int row = 0; row < turned_rows; ++row)
-        for (int v = 0; v < vectors; ++v)
-            sums[row][v] = first ? Vector{} : load(products + static_cast<std::size_t>(row) * tiles + v * lanes);
-    for (int k = 0; k < width; ++k)
-    {
-        Vector of_tiles[vectors];
-        for (int v = 0; v < vectors; ++v)
-            of_tiles[v] = load(values + static_cast<std::size_t>(k) * tiles + v * lanes);
-        for (int row = 0; row < turned_rows; ++row)
-        {
-            const float filter = rows[row * width + k];
-            for (int v = 0; v < vectors; ++v)
-                sums[row][v] += of_tiles[v] * filter;
-        }
-    }
-    for (int row = 0; row < turned_rows; ++row)
-        for (int v = 0; v < vectors; ++v)
-            store(products + static_cast<std::size_t>(row) * tiles + v * lanes, sums[row][v]);
-}
-
-/// Tiles lie side by side here. Panel by panel, so that the filters are read in their order, each once.
-void multiply_turned(const float* values, int tiles, int inner, const float* filters, int outputs, float* scratch,
-                     float* products)
-{
-    constexpr int panel = panel_vectors * lanes;
-    float* sums = scratch + static_cast<std::size_t>(inner) * tiles;
-    transpose(values, tiles, inner, scratch);
-    for (int first = 0; first < inner; first += panel)
-    {
-        const int width = inner - first < panel ? inner - first : panel;
-        const float* of_panel = scratch + static_cast<std::size_t>(first) * tiles;
-        for (int output = 0; output < outputs; output += turned_rows)
-        {
-            const float* rows = filters + static_cast<std::size_t>(first) * outputs + static_cast<std::size_t>(output) * width;
-            float* to = sums + static_cast<std::size_t>(output) * tiles;
-            for (int tile = 0; tile < tiles; tile += 3 * lanes)
-                switch ((tiles - tile) / lanes)
-                {
-                case 1:
-                    turned_block<1>(of_panel + tile, tiles, rows, width, first == 0, to + tile);
-                    break;
-                case 2:
-                    turned_block<2>(of_panel + tile, tiles, rows, width, first == 0, to + tile);
-                    break;
-                default:
-                    turned_block<3>(of_panel + tile, tiles, rows, width, first == 0, to + tile);
-                    break;
-                }
-        }
-    }
-    transpose(sums, outputs, tiles, products);
 }
 
 /// Calls write(pixel, vector) for the outputs of `lanes` channels.
@@ -372,8 +248,8 @@ void mask_sum(const float* a, const float* b, const std::uint8_t* mask, std::siz
 const Kernel* FRESCO_KERNEL()
 {
 #if FRESCO_VECTOR_BYTES > 0
-    static constexpr Kernel kernel{FRESCO_KERNEL_NAME, panel_vectors * lanes, tile_rows,    lanes, transform, multiply,
-                                   multiply_turned,    transform_back,        rectify_back, pool,  unpool,    mask_sum};
+    static constexpr Kernel kernel{FRESCO_KERNEL_NAME, panel_vectors * lanes, tile_rows, transform, multiply,
+                                   transform_back,     rectify_back,          pool,      unpool,    mask_sum};
     return &kernel;
 #else
     return nullptr;

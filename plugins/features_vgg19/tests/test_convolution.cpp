@@ -102,7 +102,7 @@ TEST_CASE("Every kernel's convolution is the sum over the window, rectified, for
                 auto expected = summed(in, shape, weights, outputs, inputs, border, 0);
                 for (std::size_t i = 0; i < expected.size(); ++i)
                     expected[i] = std::max(0.0, expected[i] + static_cast<double>(bias[i % bias.size()]));
-                const Convolution3x3 convolution(weights, outputs, inputs, *kernel);
+                const Convolution3x3 convolution(weights, outputs, inputs, Convolution3x3::Way::there, *kernel);
                 REQUIRE(convolution.outputs() == outputs);
                 std::vector<float> out(expected.size(), -1.0F);
                 std::vector<std::uint8_t> mask(expected.size(), 7);
@@ -158,7 +158,7 @@ TEST_CASE("Tiles that nobody needs are zero, and all others are what they are wi
         }
 }
 
-TEST_CASE("Every kernel's way back with the filters of the way there is the sum over the filters turned round")
+TEST_CASE("Every kernel's way back is the sum over the filters turned round")
 {
     struct Case
     {
@@ -182,29 +182,12 @@ TEST_CASE("Every kernel's way back with the filters of the way there is the sum 
                             swapped[static_cast<std::size_t>((c * outputs + k) * 9 + 8 - i)] =
                                 weights[static_cast<std::size_t>((k * inputs + c) * 9 + i)];
                 const auto expected = summed(gradient, shape, swapped, filled_up, outputs, Border::zero, beyond);
-                const auto back = Convolution3x3(weights, outputs, inputs, *kernel).turned();
+                const Convolution3x3 back(weights, outputs, inputs, Convolution3x3::Way::back, *kernel);
                 REQUIRE((back.inputs() == outputs && back.outputs() == filled_up));
                 std::vector<float> out(expected.size(), -1.0F);
                 back.plain(gradient.data(), shape, beyond, out.data(), on_threads(2));
                 CHECK(largest_difference(out, expected) < accuracy(9 * outputs));
             }
-}
-
-TEST_CASE("The way back is the same bytes with filters of its own and with those of the way there")
-{
-    // The first pair is few enough for filters of its own.
-    for (const auto& [inputs, outputs] : {std::pair{48, 80}, std::pair{256, 272}})
-    {
-        const MapsShape shape{5, 6, outputs};
-        const auto weights = random_numbers(static_cast<std::size_t>(9 * inputs * outputs), 13);
-        const auto gradient = random_numbers(shape.size(), 14);
-        const Convolution3x3 convolution(weights, outputs, inputs);
-        std::vector<float> chosen(shape.pixels() * static_cast<std::size_t>(inputs));
-        auto turned = chosen;
-        convolution.backward(weights, outputs, inputs).plain(gradient.data(), shape, 0, chosen.data(), on_threads(1));
-        convolution.turned().plain(gradient.data(), shape, 0, turned.data(), on_threads(1));
-        CHECK(chosen == turned);
-    }
 }
 
 TEST_CASE("Pooling and its way back, by hand, with an odd row and column")

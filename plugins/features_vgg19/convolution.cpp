@@ -14,6 +14,7 @@ namespace
 constexpr int side = 6;         ///< Of the outputs of a tile.
 constexpr int wide = side + 2;  ///< Of its inputs.
 constexpr int positions = wide * wide;
+constexpr int widest_panel = 64;
 constexpr std::size_t line = std::tuple_size_v<decltype(Line::values)>;
 
 std::size_t unsigned_of(int value)
@@ -93,46 +94,46 @@ struct Convolution3x3::Corner
 /// What goes in and out of one run.
 struct Convolution3x3::Job
 {
-    const float* in = nullptr;
-    MapsShape shape;  ///< Of the input.
+    MapsShape in_shape;
+    const float* in = nullptr;  ///< Null: the way back.
     Border border = Border::zero;
+    ResponseGradient gradient = {};
     int origin = 1;  ///< Output y reads the input rows y - origin … y - origin + 2.
-    int height = 0;  ///< Of the output.
-    int width = 0;
-    const float* bias = nullptr;  ///< Null: neither bias nor rectifier.
-    float* out = nullptr;
-    std::uint8_t* masks = nullptr;
+    MapsShape out_shape = {};
+    const float* bias = nullptr;  ///< Null: the way back, without rectifier and pooling.
+    Responses out = {};
     std::vector<Corner> tiles = {};  ///< To be computed: their first outputs.
 
-    std::size_t offset(int y, int x, int channels) const
-    {
-        return (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)) *
-               static_cast<std::size_t>(channels);
-    }
-    void clear(Corner tile, int channels) const;
-    void choose_tiles(const std::uint8_t* needed, int channels, const Parallel& parallel);
+    void clear(Corner tile) const;
+    void choose_tiles(const std::uint8_t* needed, const Parallel& parallel);
+    void pool(Corner tile, const Panel& panel, const std::array<float*, side * side>& pixels,
+              const winograd::Kernel& kernel) const;
 };
 
 /// Sets a tile's outputs to 0.
-void Convolution3x3::Job::clear(Corner tile, int channels) const
+void Convolution3x3::Job::clear(Corner tile) const
 {
-    const auto count = static_cast<std::size_t>(std::min(side, width - tile.x)) * static_cast<std::size_t>(channels);
-    for (int y = tile.y; y < std::min(height, tile.y + side); ++y)
+    const auto fill = [&](auto* values, auto value, int cell)
     {
-        std::fill_n(out + offset(y, tile.x, channels), count, 0.0F);
-        if (masks != nullptr)
-            std::fill_n(masks + offset(y, tile.x, channels), count, std::uint8_t{0});
-    }
+        const MapsShape shape = cell == 1 ? out_shape : out_shape.halved();
+        const int columns = std::min(side / cell, shape.width - tile.x / cell);
+        for (int y = tile.y / cell; values != nullptr && columns > 0 && y < std::min(shape.height, (tile.y + side) / cell); ++y)
+            std::fill_n(values + shape.offset(y, tile.x / cell), columns * shape.channels, value);
+    };
+    fill(out.maps, 0.0F, 1);
+    fill(out.masks, std::uint8_t{0}, 1);
+    fill(out.pooled, 0.0F, 2);
+    fill(out.chosen, std::uint8_t{4}, 2);
 }
 
-void Convolution3x3::Job::choose_tiles(const std::uint8_t* needed, int channels, const Parallel& parallel)
+void Convolution3x3::Job::choose_tiles(const std::uint8_t* needed, const Parallel& parallel)
 {
+    const auto [height, width, channels] = out_shape;
     const auto is_needed = [&](Corner tile)
     {
         for (int y = tile.y; needed != nullptr && y < std::min(height, tile.y + side); ++y)
-            if (const auto* row = needed + offset(y, 0, 1);
-                std::find_if(row + tile.x, row + std::min(width, tile.x + side), [](auto v) { return v != 0; }) !=
-                row + std::min(width, tile.x + side))
+            if (const auto* row = needed + static_cast<std::ptrdiff_t>(y) * width;
+                std::any_of(row + tile.x, row + std::min(width, tile.x + side), [](auto v) { return v != 0; }))
                 return true;
         return needed == nullptr;
     };
@@ -144,7 +145,7 @@ void Convolution3x3::Job::choose_tiles(const std::uint8_t* needed, int channels,
              [&](std::size_t begin, std::size_t end)
              {
                  for (std::size_t i = begin; i < end; ++i)
-                     clear(others[i], channels);
+                     clear(others[i]);
              });
 }
 
@@ -186,17 +187,27 @@ Convolution3x3::Panel Convolution3x3::panel_of(std::size_t number) const
     return {number * widest, std::min(widest, unsigned_of(outputs_) - number * widest)};
 }
 
-void Convolution3x3::rectified(const float* in, MapsShape shape, Border border, const float* bias, float* out,
-                               std::uint8_t* masks, const Parallel& parallel, const std::uint8_t* needed) const
+void Convolution3x3::rectified(const float* in, MapsShape shape, Border border, const float* bias, const Responses& out,
+                               const Parallel& parallel, const std::uint8_t* needed) const
 {
-    run({in, shape, border, 1, shape.height, shape.width, bias, out, masks}, needed, parallel);
+    run({.in_shape = shape,
+         .in = in,
+         .border = border,
+         .out_shape = {shape.height, shape.width, outputs_},
+         .bias = bias,
+         .out = out},
+        needed, parallel);
 }
 
-void Convolution3x3::plain(const float* in, MapsShape shape, int beyond, float* out, const Parallel& parallel,
-                           const std::uint8_t* needed) const
+void Convolution3x3::back(const ResponseGradient& gradient, MapsShape shape, int beyond, float* out, const Parallel& parallel,
+                          const std::uint8_t* needed) const
 {
-    run({in, shape, Border::zero, 1 + beyond, shape.height + 2 * beyond, shape.width + 2 * beyond, nullptr, out, nullptr}, needed,
-        parallel);
+    run({.in_shape = shape,
+         .gradient = gradient,
+         .origin = 1 + beyond,
+         .out_shape = {shape.height + 2 * beyond, shape.width + 2 * beyond, outputs_},
+         .out = {.maps = out}},
+        needed, parallel);
 }
 
 /// Tiles that are worked on together, and their transformed values, position by position.
@@ -221,7 +232,7 @@ Convolution3x3::Block Convolution3x3::block_of(std::size_t first, std::size_t la
 
 void Convolution3x3::run(Job job, const std::uint8_t* needed, const Parallel& parallel) const
 {
-    job.choose_tiles(needed, outputs_, parallel);
+    job.choose_tiles(needed, parallel);
     const std::size_t tiles = job.tiles.size();
     const std::size_t panels = (unsigned_of(outputs_) + unsigned_of(kernel_->panel) - 1) / unsigned_of(kernel_->panel);
     constexpr int large = 256 * 256;
@@ -262,35 +273,88 @@ void Convolution3x3::run(Job job, const std::uint8_t* needed, const Parallel& pa
              });
 }
 
-void Convolution3x3::transform(const Job& job, const Block& block, std::size_t first, std::size_t last) const
+/// Calls transform(tile, the next tile, where its values go).
+template <class Tile, class TileOf, class Transform>
+void Convolution3x3::each_tile(const Block& block, std::size_t first, std::size_t last, const TileOf& tile_of,
+                               const Transform& transform) const
 {
-    const auto inner = static_cast<std::size_t>(inputs_);
-    const std::vector<float> zeros(inner);
-    using Pixels = std::array<const float*, positions>;
-    const auto pixels_of = [&](std::size_t tile)
-    {
-        const int y0 = job.tiles[tile].y - job.origin;
-        const int x0 = job.tiles[tile].x - job.origin;
-        Pixels pixels{};
-        for (int i = 0; i < positions; ++i)
-        {
-            const int y = beyond_border(y0 + i / wide, job.shape.height, job.border);
-            const int x = beyond_border(x0 + i % wide, job.shape.width, job.border);
-            pixels[static_cast<std::size_t>(i)] =
-                y < 0 || x < 0 ? zeros.data()
-                               : job.in + (static_cast<std::size_t>(y) * static_cast<std::size_t>(job.shape.width) +
-                                           static_cast<std::size_t>(x)) *
-                                              inner;
-        }
-        return pixels;
-    };
-    Pixels pixels = pixels_of(first);
+    std::array<Tile, 2> tiles;
+    tile_of(first, tiles[first % 2]);
     for (std::size_t tile = first; tile < last; ++tile)
     {
-        const Pixels next = tile + 1 < last ? pixels_of(tile + 1) : pixels;
-        kernel_->transform(pixels.data(), next.data(), inputs_, block.values + (tile - block.first) * inner, block.stride);
-        pixels = next;
+        tile_of(std::min(tile + 1, last - 1), tiles[(tile + 1) % 2]);
+        transform(tiles[tile % 2], tiles[(tile + 1) % 2], block.values + (tile - block.first) * unsigned_of(inputs_));
     }
+}
+
+void Convolution3x3::transform(const Job& job, const Block& block, std::size_t first, std::size_t last) const
+{
+    const std::vector<float> zeros(unsigned_of(inputs_));
+    const MapsShape& shape = job.in_shape;
+    /// Calls put(i, y, x) for each pixel, none(i) for each beyond the border.
+    const auto each_pixel = [&](std::size_t tile, const auto& put, const auto& none)
+    {
+        std::array<int, wide> rows{};
+        std::array<int, wide> columns{};
+        for (int i = 0; i < wide; ++i)
+        {
+            rows[unsigned_of(i)] = beyond_border(job.tiles[tile].y - job.origin + i, shape.height, job.border);
+            columns[unsigned_of(i)] = beyond_border(job.tiles[tile].x - job.origin + i, shape.width, job.border);
+        }
+        std::size_t i = 0;
+        for (const int y : rows)
+            for (const int x : columns)
+                y < 0 || x < 0 ? none(i++) : put(i++, y, x);
+    };
+    if (job.in != nullptr)
+        return each_tile<std::array<const float*, positions>>(
+            block, first, last,
+            [&](std::size_t tile, auto& pixels)
+            {
+                each_pixel(
+                    tile, [&](std::size_t i, int y, int x) { pixels[i] = job.in + shape.offset(y, x); },
+                    [&](std::size_t i) { pixels[i] = zeros.data(); });
+            },
+            [&](const auto& pixels, const auto& next, float* out)
+            { kernel_->transform(pixels.data(), next.data(), inputs_, out, block.stride); });
+
+    const auto& [own, of_next, pooled, masks, chosen] = job.gradient;
+    const auto* no_bytes = reinterpret_cast<const std::uint8_t*>(zeros.data());
+    const MapsShape small = shape.halved();
+    const auto put = [&](winograd::GradientTile& pixels, std::size_t i, int y, int x)
+    {
+        const std::size_t offset = shape.offset(y, x);
+        const int sy = pooled ? y / 2 : y;
+        const int sx = pooled ? x / 2 : x;
+        // An odd last row or column is not pooled.
+        const bool has_next = of_next.values != nullptr && (!pooled || (sy < small.height && sx < small.width));
+        pixels.next[i] =
+            has_next ? of_next.values + unsigned_of(sy) * of_next.row + unsigned_of(sx * shape.channels) : zeros.data();
+        pixels.chosen[i] = !has_next ? no_bytes : chosen != nullptr ? chosen + small.offset(sy, sx) : masks + offset;
+        pixels.number[i] = chosen != nullptr ? static_cast<std::uint8_t>(y % 2 * 2 + x % 2) : 1;
+        if (own == nullptr)
+            return;
+        pixels.own[i] = own + offset;
+        pixels.mask[i] = masks + offset;
+    };
+    each_tile<winograd::GradientTile>(
+        block, first, last,
+        [&](std::size_t tile, winograd::GradientTile& pixels)
+        {
+            each_pixel(
+                tile, [&](std::size_t i, int y, int x) { put(pixels, i, y, x); },
+                [&](std::size_t i)
+                {
+                    pixels.next[i] = pixels.own[i] = zeros.data();
+                    pixels.chosen[i] = pixels.mask[i] = no_bytes;
+                    pixels.number[i] = 1;
+                });
+        },
+        [&](const auto& pixels, const auto& next, float* out)
+        {
+            kernel_->transform_gradient(pixels, next, own != nullptr, pooled && chosen == nullptr ? 0.25F : 1.0F, inputs_, out,
+                                        block.stride);
+        });
 }
 
 void Convolution3x3::multiply(const Job& job, const Block& block, const Panel& panel) const
@@ -310,44 +374,49 @@ void Convolution3x3::multiply(const Job& job, const Block& block, const Panel& p
 void Convolution3x3::transform_back(const Job& job, Corner tile, const Panel& panel, const float* products,
                                     std::size_t stride) const
 {
-    const auto [y0, x0] = tile;
     const auto width = static_cast<int>(panel.width);
+    // Of a tile whose responses are only wanted pooled.
+    std::array<Line, side * side * widest_panel / line> apart;
     std::array<float*, side * side> pixels{};
     std::array<std::uint8_t*, side * side> masks{};
-    for (int i = 0; i < side * side; ++i)
+    for (std::size_t i = 0; i < pixels.size(); ++i)
     {
-        const int y = y0 + i / side;
-        const int x = x0 + i % side;
-        if (y >= job.height || x >= job.width)
+        const int y = tile.y + static_cast<int>(i) / side;
+        const int x = tile.x + static_cast<int>(i) % side;
+        if (y >= job.out_shape.height || x >= job.out_shape.width)
             continue;
-        const std::size_t offset = job.offset(y, x, outputs_) + panel.first;
-        pixels[static_cast<std::size_t>(i)] = job.out + offset;
-        masks[static_cast<std::size_t>(i)] = job.masks == nullptr ? nullptr : job.masks + offset;
+        const std::size_t offset = job.out_shape.offset(y, x) + panel.first;
+        pixels[i] = job.out.maps == nullptr ? apart[0].values.data() + i * panel.width : job.out.maps + offset;
+        masks[i] = job.out.masks == nullptr ? nullptr : job.out.masks + offset;
     }
     if (job.bias == nullptr)
-        kernel_->transform_back(products, stride, width, pixels.data());
-    else
-        kernel_->rectify_back(products, stride, width, job.bias + panel.first, pixels.data(),
-                              job.masks == nullptr ? nullptr : masks.data());
+        return kernel_->transform_back(products, stride, width, pixels.data());
+    kernel_->rectify_back(products, stride, width, job.bias + panel.first, pixels.data(),
+                          job.out.masks == nullptr ? nullptr : masks.data());
+    if (job.out.pooled != nullptr)
+        job.pool(tile, panel, pixels, *kernel_);
 }
 
-namespace
+void Convolution3x3::Job::pool(Corner tile, const Panel& panel, const std::array<float*, side * side>& pixels,
+                               const winograd::Kernel& kernel) const
 {
-
-const winograd::Kernel& kernel()
-{
-    return Convolution3x3::fastest_kernel();
+    const MapsShape shape = out_shape.halved();
+    for (std::size_t i = 0; i < pixels.size(); i += i % side == side - 2 ? side + 2 : 2)
+    {
+        const int y = tile.y / 2 + static_cast<int>(i) / side / 2;
+        const int x = tile.x / 2 + static_cast<int>(i) % side / 2;
+        if (y >= shape.height || x >= shape.width)
+            continue;
+        const std::array<const float*, 4> four{pixels[i], pixels[i + 1], pixels[i + side], pixels[i + side + 1]};
+        const std::size_t offset = shape.offset(y, x) + panel.first;
+        if (out.pooling == Pooling::max)
+            kernel.pool(four.data(), static_cast<int>(panel.width), out.pooled + offset,
+                        out.chosen == nullptr ? nullptr : out.chosen + offset);
+        else
+            for (std::size_t c = 0; c < panel.width; ++c)
+                out.pooled[offset + c] = (four[0][c] + four[1][c] + four[2][c] + four[3][c]) / 4;
+    }
 }
-
-void masked_row(const float* own, const float* other, const std::uint8_t* mask, float* out, std::size_t count)
-{
-    if (own == nullptr && other == nullptr)
-        std::fill_n(out, count, 0.0F);
-    else
-        kernel().mask_sum(own, other, mask, count, out);
-}
-
-}  // namespace
 
 void from_planes(const float* planes, MapsShape shape, float* maps, const Parallel& parallel)
 {
@@ -368,34 +437,6 @@ void from_planes(const float* planes, MapsShape shape, float* maps, const Parall
                              to[i * stride] = from[i];
                      }
                  }
-             });
-}
-
-void pool(const float* maps, MapsShape shape, Pooling pooling, float* out, std::uint8_t* chosen, const Parallel& parallel)
-{
-    const auto channels = unsigned_of(shape.channels);
-    const std::size_t row = unsigned_of(shape.width) * channels;
-    const std::size_t width = unsigned_of(shape.width) / 2;
-    const auto mean = [&](const float* a, float* to)
-    {
-        const float* b = a + row;
-        for (std::size_t c = 0; c < channels; ++c)
-            to[c] = (a[c] + a[c + channels] + b[c] + b[c + channels]) / 4;
-    };
-    parallel(unsigned_of(shape.height) / 2,
-             [&](std::size_t begin, std::size_t end)
-             {
-                 for (std::size_t y = begin; y < end; ++y)
-                     for (std::size_t x = 0; x < width; ++x)
-                     {
-                         const float* first = maps + 2 * y * row + 2 * x * channels;
-                         const std::size_t to = (y * width + x) * channels;
-                         if (pooling == Pooling::average)
-                             mean(first, out + to);
-                         else
-                             kernel().pool(first, first + row, shape.channels, out + to,
-                                           chosen == nullptr ? nullptr : chosen + to);
-                     }
              });
 }
 
@@ -420,53 +461,6 @@ GradientView folded(float* framed, int height, int width, int channels)
         add(line + (unsigned_of(width) + 1) * c, line + unsigned_of(columns[1]) * c, c);
     }
     return {framed + row + c, row};
-}
-
-void add_masked(MapsShape shape, const float* own, GradientView of_next, const std::uint8_t* mask, float* out,
-                const Parallel& parallel)
-{
-    const std::size_t row = unsigned_of(shape.width) * unsigned_of(shape.channels);
-    parallel(unsigned_of(shape.height),
-             [&](std::size_t begin, std::size_t end)
-             {
-                 for (std::size_t y = begin; y < end; ++y)
-                     masked_row(own == nullptr ? nullptr : own + y * row,
-                                of_next.values == nullptr ? nullptr : of_next.values + y * of_next.row, mask + y * row,
-                                out + y * row, row);
-             });
-}
-
-void add_unpooled(MapsShape shape, const float* own, GradientView of_next, Pooling pooling, const std::uint8_t* chosen,
-                  const std::uint8_t* mask, float* out, const Parallel& parallel)
-{
-    const auto channels = unsigned_of(shape.channels);
-    const std::size_t row = unsigned_of(shape.width) * channels;
-    const std::size_t width = unsigned_of(shape.width) / 2;
-    const std::size_t height = unsigned_of(shape.height) / 2;
-    const auto line = [&](std::size_t y)
-    {
-        // An odd last row or column is not pooled.
-        const std::size_t pooled = y / 2 < height ? 2 * width : 0;
-        std::vector<float> shares(row);
-        for (std::size_t x = 0; x < pooled; ++x)
-        {
-            const float* from = of_next.values + y / 2 * of_next.row + x / 2 * channels;
-            float* to = shares.data() + x * channels;
-            if (pooling == Pooling::average)
-                for (std::size_t c = 0; c < channels; ++c)
-                    to[c] = 0.25F * from[c];
-            else
-                kernel().unpool(from, chosen + (y / 2 * width + x / 2) * channels, static_cast<std::uint8_t>(y % 2 * 2 + x % 2),
-                                shape.channels, to);
-        }
-        masked_row(own == nullptr ? nullptr : own + y * row, shares.data(), mask + y * row, out + y * row, row);
-    };
-    parallel(unsigned_of(shape.height),
-             [&](std::size_t begin, std::size_t end)
-             {
-                 for (std::size_t y = begin; y < end; ++y)
-                     line(y);
-             });
 }
 
 }  // namespace vgg19

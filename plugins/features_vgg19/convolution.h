@@ -37,6 +37,48 @@ struct MapsShape
 
     std::size_t pixels() const { return static_cast<std::size_t>(height) * static_cast<std::size_t>(width); }
     std::size_t size() const { return pixels() * static_cast<std::size_t>(channels); }
+    /// Of a pixel's first value.
+    std::size_t offset(int y, int x) const
+    {
+        return (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)) *
+               static_cast<std::size_t>(channels);
+    }
+    /// 2 x 2 pixels become one; an odd last row or column is left out.
+    MapsShape halved() const { return {height / 2, width / 2, channels}; }
+};
+
+enum class Pooling
+{
+    max,
+    average
+};
+
+/// Where the rectified responses of a convolution go: each unless null.
+struct Responses
+{
+    float* maps = nullptr;
+    std::uint8_t* masks = nullptr;  ///< 1 where they are positive.
+    float* pooled = nullptr;        ///< 2 x 2 of them: floor(H / 2) x floor(W / 2) x C.
+    std::uint8_t* chosen =
+        nullptr;  ///< With max pooling: which was the largest, row by row, the first of equal ones; 4: all are 0.
+    Pooling pooling = Pooling::max;
+};
+
+/// Gradients as rows of pixels that may lie in a wider picture.
+struct GradientView
+{
+    const float* values = nullptr;  ///< Of the first pixel.
+    std::size_t row = 0;            ///< Values from one row to the next.
+};
+
+/// Gradients that come together at H x W x C rectified responses.
+struct ResponseGradient
+{
+    const float* own = nullptr;  ///< Of the responses themselves; null: none.
+    GradientView of_next;        ///< Of the next convolution's input: the responses, or these pooled. Null: none.
+    bool pooled = false;
+    const std::uint8_t* masks = nullptr;   ///< As Responses has it; may be null with `chosen` and without `own`.
+    const std::uint8_t* chosen = nullptr;  ///< The same; null if not pooled, or by averages.
 };
 
 /// A line of a cache, as long as the widest vector.
@@ -68,13 +110,13 @@ class Convolution3x3
     int inputs() const { return inputs_; }    ///< Filled up.
     int outputs() const { return outputs_; }  ///< Filled up.
 
-    /// Response plus bias (outputs() values), rectified, of the size of `in`; `masks`, unless null, becomes 1 where it is
-    /// positive. Tiles without a pixel of `needed` (of the response's size, null: all of it) are left out, and become 0.
-    void rectified(const float* in, MapsShape shape, Border border, const float* bias, float* out, std::uint8_t* masks,
+    /// Response plus bias (outputs() values), rectified, of the size of `in`. Tiles without a pixel of `needed` (of the
+    /// response's size, null: all of it) are left out, and become 0.
+    void rectified(const float* in, MapsShape shape, Border border, const float* bias, const Responses& out,
                    const Parallel& parallel, const std::uint8_t* needed = nullptr) const;
-    /// Response to `in` with zeros around it, on `beyond` more pixels on each side (0 or 1): (H + 2 beyond) x (W + 2 beyond).
-    void plain(const float* in, MapsShape shape, int beyond, float* out, const Parallel& parallel,
-               const std::uint8_t* needed = nullptr) const;
+    /// Of the way back: the input's gradient, on `beyond` more pixels on each side (0 or 1): (H + 2 beyond) x (W + 2 beyond).
+    void back(const ResponseGradient& gradient, MapsShape shape, int beyond, float* out, const Parallel& parallel,
+              const std::uint8_t* needed = nullptr) const;
 
   private:
     struct Corner;
@@ -91,6 +133,9 @@ class Convolution3x3
     void run(Job job, const std::uint8_t* needed, const Parallel& parallel) const;
     Block block_of(std::size_t first, std::size_t last, std::vector<Line>& values) const;
     void transform(const Job& job, const Block& block, std::size_t first, std::size_t last) const;
+    template <class Tile, class TileOf, class Transform>
+    void each_tile(const Block& block, std::size_t first, std::size_t last, const TileOf& tile_of,
+                   const Transform& transform) const;
     void multiply(const Job& job, const Block& block, const Panel& panel) const;
     void transform_back(const Job& job, Corner tile, const Panel& panel, const float* products, std::size_t stride) const;
 
@@ -101,36 +146,11 @@ class Convolution3x3
     std::vector<Line> filters_;  ///< Panels x 64 positions x terms x (a panel's outputs).
 };
 
-enum class Pooling
-{
-    max,
-    average
-};
-
 /// C x H x W -> H x W x C.
 void from_planes(const float* planes, MapsShape shape, float* maps, const Parallel& parallel);
-
-/// 2 x 2 pixels become one: floor(H / 2) x floor(W / 2) x C. `chosen` (unless null; only for max pooling): of the four, row by
-/// row, which was the largest, the first of equal ones.
-void pool(const float* maps, MapsShape shape, Pooling pooling, float* out, std::uint8_t* chosen, const Parallel& parallel);
-
-/// Gradients of maps as rows of pixels that may lie in a wider picture.
-struct GradientView
-{
-    const float* values = nullptr;  ///< Of the first pixel.
-    std::size_t row = 0;            ///< Values from one row to the next.
-};
 
 /// Adds what reached the frame of one pixel round H x W x C gradients, in (H + 2) x (W + 2) x C values, to the pixels that Border
 /// `reflect` took it from; returns the H x W pixels.
 GradientView folded(float* framed, int height, int width, int channels);
-
-/// Gradients that came together at H x W x C responses -> out, where mask is 1, else 0: of the responses themselves (`own`, null:
-/// none), and of the next convolution's input, which is these responses, …
-void add_masked(MapsShape shape, const float* own, GradientView of_next, const std::uint8_t* mask, float* out,
-                const Parallel& parallel);
-/// … or these responses pooled; `chosen` as pool() gave it. `of_next` may be none only in add_masked.
-void add_unpooled(MapsShape shape, const float* own, GradientView of_next, Pooling pooling, const std::uint8_t* chosen,
-                  const std::uint8_t* mask, float* out, const Parallel& parallel);
 
 }  // namespace vgg19

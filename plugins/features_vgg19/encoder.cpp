@@ -111,8 +111,8 @@ struct CpuEncoder::Tape : torch::CustomClassHolder
     struct Entry
     {
         MapsShape shape;       ///< Of the responses.
-        torch::Tensor mask;    ///< 1 where they are positive.
-        torch::Tensor chosen;  ///< Where the layer's input was pooled from, with max pooling.
+        torch::Tensor mask;    ///< As vgg19::Responses has it; undefined where `chosen` says enough.
+        torch::Tensor chosen;  ///< The same; only where they are pooled, by their largest.
     };
 
     std::shared_ptr<const CpuEncoder> encoder;
@@ -269,31 +269,43 @@ std::vector<torch::Tensor> CpuEncoder::encode(const torch::Tensor& picture, Tape
     MapsShape shape{static_cast<int>(maps.size(1)), static_cast<int>(maps.size(2)), static_cast<int>(maps.size(0))};
     for (std::size_t i = 0; result.size() < wanted.size(); ++i)
     {
-        Tape::Entry entry;
-        if (layers_[i]->pooled)
-        {
-            const MapsShape small{shape.height / 2, shape.width / 2, shape.channels};
-            const auto pooled = room_for(small, at::kFloat);
-            if (goes_back && pooling_ == Pooling::max)
-                entry.chosen = room_for(small, at::kByte);
-            pool(maps.data_ptr<float>(), shape, pooling_, pooled.data_ptr<float>(),
-                 entry.chosen.defined() ? entry.chosen.data_ptr<std::uint8_t>() : nullptr, on_all_threads);
-            maps = pooled;
-            shape = small;
-        }
         const auto& convolution = forward(i);
-        const auto in = maps;
         const MapsShape in_shape = shape;
         shape.channels = convolution.outputs();
-        maps = room_for(shape, at::kFloat);
+        const bool is_wanted = wanted[result.size()] == i;
+        const bool is_pooled = result.size() + (is_wanted ? 1 : 0) < wanted.size() && layers_[i + 1]->pooled;
+        Tape::Entry entry;
         entry.shape = shape;
-        if (goes_back)
+        torch::Tensor out;
+        torch::Tensor pooled;
+        Responses responses{.pooling = pooling_};
+        if (is_wanted || !is_pooled)
+        {
+            out = room_for(shape, at::kFloat);
+            responses.maps = out.data_ptr<float>();
+        }
+        if (is_pooled)
+        {
+            pooled = room_for(shape.halved(), at::kFloat);
+            responses.pooled = pooled.data_ptr<float>();
+        }
+        if (goes_back && is_pooled && pooling_ == Pooling::max)
+        {
+            entry.chosen = room_for(shape.halved(), at::kByte);
+            responses.chosen = entry.chosen.data_ptr<std::uint8_t>();
+        }
+        if (goes_back && (is_wanted || !entry.chosen.defined()))
+        {
             entry.mask = room_for(shape, at::kByte);
-        convolution.rectified(in.data_ptr<float>(), in_shape, border_of(input_.padding), layers_[i]->bias.data(),
-                              maps.data_ptr<float>(), goes_back ? entry.mask.data_ptr<std::uint8_t>() : nullptr, on_all_threads,
-                              tape.needed ? tape.needed->responses[i].values.data() : nullptr);
-        if (wanted[result.size()] == i)
-            result.push_back(maps);
+            responses.masks = entry.mask.data_ptr<std::uint8_t>();
+        }
+        convolution.rectified(maps.data_ptr<float>(), in_shape, border_of(input_.padding), layers_[i]->bias.data(), responses,
+                              on_all_threads, tape.needed ? tape.needed->responses[i].values.data() : nullptr);
+        if (is_wanted)
+            result.push_back(out);
+        if (is_pooled)
+            shape = shape.halved();
+        maps = is_pooled ? pooled : out;
         if (goes_back)
             tape.entries.push_back(std::move(entry));
     }
@@ -324,28 +336,23 @@ torch::Tensor CpuEncoder::gradient(const Tape& tape, const std::vector<torch::Te
     {
         const auto& entry = tape.entries[i];
         const auto own = own_gradient(tape, of_wanted, i);
-        const float* own_values = own.defined() ? own.data_ptr<float>() : nullptr;
-        const auto gradient = room_for(entry.shape, at::kFloat);
-        const auto* mask = entry.mask.data_ptr<std::uint8_t>();
-        if (i + 1 < tape.entries.size() && layers_[i + 1]->pooled)
-        {
-            const auto& chosen = tape.entries[i + 1].chosen;
-            add_unpooled(entry.shape, own_values, of_next, pooling_, chosen.defined() ? chosen.data_ptr<std::uint8_t>() : nullptr,
-                         mask, gradient.data_ptr<float>(), on_all_threads);
-        }
-        else
-            add_masked(entry.shape, own_values, of_next, mask, gradient.data_ptr<float>(), on_all_threads);
-
+        const auto bytes = [](const torch::Tensor& tensor)
+        { return tensor.defined() ? tensor.data_ptr<std::uint8_t>() : nullptr; };
+        const ResponseGradient gradient{.own = own.defined() ? own.data_ptr<float>() : nullptr,
+                                        .of_next = of_next,
+                                        .pooled = i + 1 < tape.entries.size() && layers_[i + 1]->pooled,
+                                        .masks = bytes(entry.mask),
+                                        .chosen = bytes(entry.chosen)};
         const auto& convolution = backward(i);
         const int frame = reflects ? 1 : 0;
         const MapsShape shape{entry.shape.height + 2 * frame, entry.shape.width + 2 * frame, convolution.outputs()};
-        framed.reset();  // Else both would be there at once.
-        framed = room_for(shape, at::kFloat);
+        const auto of_input = room_for(shape, at::kFloat);
         const auto needed = !tape.needed ? fresco::Raster8()
                             : reflects   ? framed_as_reflected(tape.needed->gradients[i])
                                          : tape.needed->gradients[i];
-        convolution.plain(gradient.data_ptr<float>(), entry.shape, frame, framed.data_ptr<float>(), on_all_threads,
-                          needed.empty() ? nullptr : needed.values.data());
+        convolution.back(gradient, entry.shape, frame, of_input.data_ptr<float>(), on_all_threads,
+                         needed.empty() ? nullptr : needed.values.data());
+        framed = of_input;
         of_next = reflects ? folded(framed.data_ptr<float>(), entry.shape.height, entry.shape.width, shape.channels)
                            : GradientView{framed.data_ptr<float>(),
                                           static_cast<std::size_t>(shape.width) * static_cast<std::size_t>(shape.channels)};

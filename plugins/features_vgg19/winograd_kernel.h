@@ -6,6 +6,16 @@
 namespace winograd
 {
 
+/// The 64 pixels of a tile of a gradient, row by row: of `next` where `chosen` is `number`, plus of `own` where `mask` is 1.
+struct GradientTile
+{
+    const float* next[64];
+    const std::uint8_t* chosen[64];
+    std::uint8_t number[64];
+    const float* own[64];
+    const std::uint8_t* mask[64];
+};
+
 /// The inner loops for one kind of processor: of the minimal filtering F(6x6, 3x3) (Winograd 1980; Lavin and Gray, CVPR 2016,
 /// section 4.1), with the points 0, ±1, ±2, ±1/2 and infinity, and of the operations between two convolutions. A tile of 8 x 8
 /// inputs becomes 64 transformed values, each multiplied with the filter's at the same position, and these become 6 x 6 outputs:
@@ -20,6 +30,10 @@ struct Kernel
     /// right, which are brought near.
     void (*transform)(const float* const* pixels, const float* const* next, int channels, float* out, std::size_t stride);
 
+    /// The same of a gradient, with the values of `next` times `scale`; `own`: it has some.
+    void (*transform_gradient)(const GradientTile& tile, const GradientTile& next, bool own, float scale, int channels,
+                               float* out, std::size_t stride);
+
     /// Products for one position and panel: the first `inner` of each tile's `step` values by filters (inner x outputs) -> tiles
     /// x outputs. `tiles` is a multiple of `rows`; `outputs` is `panel`, or a smaller multiple of 16.
     void (*multiply)(const float* values, int tiles, int step, int inner, const float* filters, int outputs, float* products);
@@ -31,13 +45,8 @@ struct Kernel
     void (*rectify_back)(const float* in, std::size_t stride, int channels, const float* bias, float* const* pixels,
                          std::uint8_t* const* masks);
 
-    /// The largest of four pixels, two side by side in `upper` and two in `lower`; `chosen`, unless null: which of them, row by
-    /// row, the first of equal ones.
-    void (*pool)(const float* upper, const float* lower, int channels, float* out, std::uint8_t* chosen);
-    /// out = from where chosen is `number`, else 0.
-    void (*unpool)(const float* from, const std::uint8_t* chosen, std::uint8_t number, int channels, float* out);
-    /// out = a + b where mask is 1, else 0; one of a and b may be null.
-    void (*mask_sum)(const float* a, const float* b, const std::uint8_t* mask, std::size_t count, float* out);
+    /// The largest of four pixels; `chosen`, unless null: which of them, the first of equal ones, or 4 where that is 0.
+    void (*pool)(const float* const* pixels, int channels, float* out, std::uint8_t* chosen);
 };
 
 /// For any processor, and for x86-64 ones with AVX2 and FMA, and with AVX-512; null where the compiler cannot make them.

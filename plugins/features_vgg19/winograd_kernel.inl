@@ -15,6 +15,19 @@ constexpr int panel_vectors = FRESCO_VECTOR_BYTES == 64 ? 4 : 2;
 
 typedef float Vector __attribute__((vector_size(lanes * 4), aligned(4), may_alias));
 typedef std::int8_t Bytes __attribute__((vector_size(lanes), aligned(1), may_alias));
+typedef std::int16_t Shorts __attribute__((vector_size(lanes * 2)));
+typedef std::int32_t Numbers __attribute__((vector_size(lanes * 4)));
+
+// By way of Shorts: at once, GCC 12 does it one by one.
+inline Numbers wide_of(Bytes bytes)
+{
+    return __builtin_convertvector(__builtin_convertvector(bytes, Shorts), Numbers);
+}
+
+inline Bytes narrow_of(Numbers numbers)
+{
+    return __builtin_convertvector(__builtin_convertvector(numbers, Shorts), Bytes);
+}
 
 inline Vector load(const float* values)
 {
@@ -66,29 +79,71 @@ inline void six_from_eight(const Vector* in, int step, Vector* out)
     out[5] = difference + 32 * difference_two + 0.03125F * difference_half + in[7 * step];
 }
 
+/// load(pixel): its values of `lanes` channels.
+template <class Load>
+inline void transform_tile(const Load& load, float* out, std::size_t stride)
+{
+    Vector half[wide * wide];
+    for (int x = 0; x < wide; ++x)
+    {
+        Vector column[wide];
+        for (int y = 0; y < wide; ++y)
+            column[y] = load(wide * y + x);
+        eight_from_eight(column, 1, half + wide * x);
+    }
+    for (int y = 0; y < wide; ++y)
+    {
+        Vector row[wide];
+        eight_from_eight(half + y, wide, row);
+        for (int x = 0; x < wide; ++x)
+            store(out + static_cast<std::size_t>(wide * y + x) * stride, row[x]);
+    }
+}
+
+/// Brings near what a tile has beyond the one to its left. A pixel's channels are short runs far from the next row's: the
+/// processor does not foresee them.
+template <class Value>
+inline void bring_near(const Value* const* pixels, int channel)
+{
+    for (int i = 0; i < wide * wide; ++i)
+        if (i % wide >= 2)
+            __builtin_prefetch(pixels[i] + channel);
+}
+
 void transform(const float* const* pixels, const float* const* next, int channels, float* out, std::size_t stride)
 {
     for (int channel = 0; channel < channels; channel += lanes)
     {
-        // A pixel's channels are short runs far from the next row's: the processor does not foresee them.
-        for (int i = 0; i < wide * wide; ++i)
-            if (i % wide >= 2)
-                __builtin_prefetch(next[i] + channel);
-        Vector half[wide * wide];
-        for (int x = 0; x < wide; ++x)
+        bring_near(next, channel);
+        transform_tile([&](int i) { return load(pixels[i] + channel); }, out + channel, stride);
+    }
+}
+
+/// `values` where the byte is `number`, else 0.
+inline Vector where(const std::uint8_t* bytes, std::uint8_t number, Vector values)
+{
+    const auto is = wide_of(*reinterpret_cast<const Bytes*>(bytes)) == number;
+    return is ? values : Vector{};
+}
+
+void transform_gradient(const GradientTile& tile, const GradientTile& next, bool own, float scale, int channels, float* out,
+                        std::size_t stride)
+{
+    for (int channel = 0; channel < channels; channel += lanes)
+    {
+        bring_near(next.next, channel);
+        if (channel % 64 == 0)
+            bring_near(next.chosen, channel);
+        const auto of_next = [&](int i)
+        { return where(tile.chosen[i] + channel, tile.number[i], load(tile.next[i] + channel) * scale); };
+        if (!own)
         {
-            Vector column[wide];
-            for (int y = 0; y < wide; ++y)
-                column[y] = load(pixels[wide * y + x] + channel);
-            eight_from_eight(column, 1, half + wide * x);
+            transform_tile(of_next, out + channel, stride);
+            continue;
         }
-        for (int y = 0; y < wide; ++y)
-        {
-            Vector row[wide];
-            eight_from_eight(half + y, wide, row);
-            for (int x = 0; x < wide; ++x)
-                store(out + static_cast<std::size_t>(wide * y + x) * stride + channel, row[x]);
-        }
+        bring_near(next.own, channel);
+        transform_tile([&](int i) { return of_next(i) + where(tile.mask[i] + channel, 1, load(tile.own[i] + channel)); },
+                       out + channel, stride);
     }
 }
 
@@ -186,7 +241,7 @@ void rectify_back(const float* in, std::size_t stride, int channels, const float
                         const auto off = response <= 0;
                         store(pixels[i] + channel, off ? Vector{} : response);
                         if (masks != nullptr)
-                            *reinterpret_cast<Bytes*>(masks[i] + channel) = __builtin_convertvector(~off & 1, Bytes);
+                            *reinterpret_cast<Bytes*>(masks[i] + channel) = narrow_of(~off & 1);
                     });
     }
 }
@@ -202,43 +257,20 @@ inline float larger(float a, float b)
     return goes_first(b, a) ? b : a;
 }
 
-void pool(const float* upper, const float* lower, int channels, float* out, std::uint8_t* chosen)
+void pool(const float* const* pixels, int channels, float* out, std::uint8_t* chosen)
 {
-    for (int c = 0; c < channels; ++c)
-        out[c] = larger(larger(upper[c], upper[c + channels]), larger(lower[c], lower[c + channels]));
-    if (chosen == nullptr)
-        return;
-    for (int c = 0; c < channels; ++c)
+    const float* a = pixels[0];
+    const float* b = pixels[1];
+    const float* c = pixels[2];
+    const float* d = pixels[3];
+    for (int i = 0; i < channels; ++i)
+        out[i] = larger(larger(a[i], b[i]), larger(c[i], d[i]));
+    for (int i = 0; chosen != nullptr && i < channels; ++i)
     {
-        const int left = goes_first(upper[c + channels], upper[c]) ? 1 : 0;
-        const int right = goes_first(lower[c + channels], lower[c]) ? 3 : 2;
-        const bool below = goes_first(larger(lower[c], lower[c + channels]), larger(upper[c], upper[c + channels]));
-        chosen[c] = static_cast<std::uint8_t>(below ? right : left);
-    }
-}
-
-void unpool(const float* from, const std::uint8_t* chosen, std::uint8_t number, int channels, float* out)
-{
-    for (int c = 0; c < channels; ++c)
-        out[c] = chosen[c] == number ? from[c] : 0.0F;
-}
-
-void mask_sum(const float* a, const float* b, const std::uint8_t* mask, std::size_t count, float* out)
-{
-    if (a != nullptr && b != nullptr)
-        for (std::size_t i = 0; i < count; ++i)
-        {
-            const float sum = a[i] + b[i];
-            out[i] = mask[i] != 0 ? sum : 0.0F;
-        }
-    else
-    {
-        const float* only = a != nullptr ? a : b;
-        for (std::size_t i = 0; i < count; ++i)
-        {
-            const float value = only[i];
-            out[i] = mask[i] != 0 ? value : 0.0F;
-        }
+        const int upper = goes_first(b[i], a[i]) ? 1 : 0;
+        const int lower = goes_first(d[i], c[i]) ? 3 : 2;
+        const bool below = goes_first(larger(c[i], d[i]), larger(a[i], b[i]));
+        chosen[i] = static_cast<std::uint8_t>(out[i] == 0 ? 4 : below ? lower : upper);
     }
 }
 
@@ -248,8 +280,8 @@ void mask_sum(const float* a, const float* b, const std::uint8_t* mask, std::siz
 const Kernel* FRESCO_KERNEL()
 {
 #if FRESCO_VECTOR_BYTES > 0
-    static constexpr Kernel kernel{FRESCO_KERNEL_NAME, panel_vectors * lanes, tile_rows, transform, multiply,
-                                   transform_back,     rectify_back,          pool,      unpool,    mask_sum};
+    static constexpr Kernel kernel{FRESCO_KERNEL_NAME, panel_vectors * lanes, tile_rows,    transform, transform_gradient,
+                                   multiply,           transform_back,        rectify_back, pool};
     return &kernel;
 #else
     return nullptr;

@@ -6,6 +6,7 @@
 #include "catch.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <tuple>
@@ -75,6 +76,14 @@ double largest_difference(const std::vector<float>& a, const std::vector<double>
     return worst;
 }
 
+/// Gradients that no rectifier holds back.
+ResponseGradient everywhere(const std::vector<float>& gradient, MapsShape shape)
+{
+    static const std::vector<std::uint8_t> ones(1 << 20, 1);
+    REQUIRE(gradient.size() <= ones.size());
+    return {.of_next = {gradient.data(), static_cast<std::size_t>(shape.width * shape.channels)}, .masks = ones.data()};
+}
+
 /// Of sums of `count` products of numbers in [-0.5, 0.5].
 double accuracy(int count)
 {
@@ -106,7 +115,8 @@ TEST_CASE("Every kernel's convolution is the sum over the window, rectified, for
                 REQUIRE(convolution.outputs() == outputs);
                 std::vector<float> out(expected.size(), -1.0F);
                 std::vector<std::uint8_t> mask(expected.size(), 7);
-                convolution.rectified(in.data(), shape, border, bias.data(), out.data(), mask.data(), on_threads(1));
+                convolution.rectified(in.data(), shape, border, bias.data(), {.maps = out.data(), .masks = mask.data()},
+                                      on_threads(1));
                 CHECK(largest_difference(out, expected) < accuracy(9 * inputs));
                 bool masks_agree = true;
                 for (std::size_t i = 0; i < out.size(); ++i)
@@ -134,10 +144,10 @@ TEST_CASE("Tiles that nobody needs are zero, and all others are what they are wi
             {
                 std::vector<float> out(result.size(), -1.0F);
                 if (beyond == 0)
-                    convolution.rectified(in.data(), shape, Border::reflect, bias.data(), out.data(), mask.data(), on_threads(2),
-                                          map);
+                    convolution.rectified(in.data(), shape, Border::reflect, bias.data(),
+                                          {.maps = out.data(), .masks = mask.data()}, on_threads(2), map);
                 else
-                    convolution.plain(in.data(), shape, beyond, out.data(), on_threads(2), map);
+                    convolution.back(everywhere(in, shape), shape, beyond, out.data(), on_threads(2), map);
                 return out;
             };
             const auto all = convolved(nullptr);
@@ -185,42 +195,61 @@ TEST_CASE("Every kernel's way back is the sum over the filters turned round")
                 const Convolution3x3 back(weights, outputs, inputs, Convolution3x3::Way::back, *kernel);
                 REQUIRE((back.inputs() == outputs && back.outputs() == filled_up));
                 std::vector<float> out(expected.size(), -1.0F);
-                back.plain(gradient.data(), shape, beyond, out.data(), on_threads(2));
+                back.back(everywhere(gradient, shape), shape, beyond, out.data(), on_threads(2));
                 CHECK(largest_difference(out, expected) < accuracy(9 * outputs));
             }
 }
 
 TEST_CASE("Pooling and its way back, by hand, with an odd row and column")
 {
-    // Channel 0 of 3 x 5 pixels; the other channels are 0.
+    // Channel 0 of 3 x 5 pixels; the other channels are 0. The filters leave everything as it is.
     const std::vector<float> values{1, 5, 2, 2, 9, 4, 3, 2, 2, 9, 9, 9, 9, 9, 9};
     const MapsShape shape{3, 5, 16};
+    std::vector<float> weights(16 * 16 * 9);
+    for (std::size_t i = 0; i < 16; ++i)
+        weights[(i * 16 + i) * 9 + 4] = 1;
+    const std::vector<float> bias(16);
     std::vector<float> maps(shape.size());
     for (std::size_t i = 0; i < values.size(); ++i)
         maps[i * 16] = values[i];
-    const std::vector<std::uint8_t> mask(shape.size(), 1);
+    std::vector<std::uint8_t> mask(shape.size(), 7);
+    const std::vector<float> own(shape.size(), 1.0F);
     std::vector<float> of_next(2 * 16);
     of_next[0] = 8;
     of_next[16] = 4;
-    const auto back = [&](Pooling pooling, const std::uint8_t* chosen)
+    std::vector<float> pooled(2 * 16);
+    std::vector<std::uint8_t> chosen(2 * 16, 7);
+    const auto rectified = [&](const Responses& out)
     {
-        const std::vector<float> own(shape.size(), 1.0F);
+        Convolution3x3(weights, 16, 16).rectified(maps.data(), shape, Border::zero, bias.data(), out, on_threads(1));
+        return std::array{std::round(100 * pooled[0]) / 100, std::round(100 * pooled[16]) / 100};
+    };
+    const auto back = [&](const float* with_own, const std::uint8_t* of_chosen)
+    {
+        const ResponseGradient all{
+            .own = with_own, .of_next = {of_next.data(), 32}, .pooled = true, .masks = mask.data(), .chosen = of_chosen};
         std::vector<float> gradient(shape.size());
-        add_unpooled(shape, own.data(), {of_next.data(), 32}, pooling, chosen, mask.data(), gradient.data(), on_threads(1));
+        Convolution3x3(weights, 16, 16, Convolution3x3::Way::back).back(all, shape, 0, gradient.data(), on_threads(1));
         std::vector<float> first;
         for (std::size_t i = 0; i < values.size(); ++i)
-            first.push_back(gradient[i * 16]);
+            first.push_back(std::round(100 * gradient[i * 16]) / 100);
         return first;
     };
 
-    std::vector<float> pooled(2 * 16);
-    std::vector<std::uint8_t> chosen(2 * 16);
-    pool(maps.data(), shape, Pooling::max, pooled.data(), chosen.data(), on_threads(1));
-    CHECK((pooled[0] == 5 && pooled[16] == 2));
-    CHECK((chosen[0] == 1 && chosen[16] == 0));
-    CHECK(back(Pooling::max, chosen.data()) == std::vector<float>{1, 9, 5, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1});
+    CHECK(rectified({.masks = mask.data(), .pooled = pooled.data(), .chosen = chosen.data()}) == std::array{5.0F, 2.0F});
+    CHECK(chosen[0] == 1);
+    CHECK(chosen[16] < 4);
+    CHECK(chosen[1] == 4);
+    CHECK(back(nullptr, chosen.data())[1] == 8);
+    std::vector<float> expected(15, 1.0F);
+    expected[1] = 9;
+    expected[std::array{2U, 3U, 7U, 8U}.at(chosen[16])] = 5;
+    CHECK(back(own.data(), chosen.data()) == expected);
 
-    pool(maps.data(), shape, Pooling::average, pooled.data(), nullptr, on_threads(1));
-    CHECK((pooled[0] == 3.25F && pooled[16] == 2));
-    CHECK(back(Pooling::average, nullptr) == std::vector<float>{3, 3, 2, 2, 1, 3, 3, 2, 2, 1, 1, 1, 1, 1, 1});
+    // Where the responses themselves are wanted, too.
+    std::vector<float> out(shape.size());
+    CHECK(rectified({.maps = out.data(), .masks = mask.data(), .pooled = pooled.data(), .pooling = Pooling::average}) ==
+          std::array{3.25F, 2.0F});
+    CHECK(out[16] == Approx(5));
+    CHECK(back(own.data(), nullptr) == std::vector<float>{3, 3, 2, 2, 1, 3, 3, 2, 2, 1, 1, 1, 1, 1, 1});
 }

@@ -1,9 +1,11 @@
 #include "moments.h"
 
 #include <fresco/error.h>
+#include <fresco/math.h>
 #include <fresco/torch/tensor.h>
 
 #include <ATen/ATen.h>
+#include <ATen/Parallel.h>
 #include <torch/csrc/autograd/custom_function.h>
 
 #include <algorithm>
@@ -17,7 +19,7 @@ namespace
 /// F Fᵀ. On the CPU the blocks below the diagonal are those above it, turned.
 torch::Tensor products(const torch::Tensor& features)
 {
-    constexpr std::int64_t block = 128;
+    constexpr std::int64_t block = 64;
     const auto channels = features.size(0);
     if (!features.device().is_cpu() || channels <= block)
         return fresco::matrix_product(features, features.t());
@@ -51,6 +53,12 @@ torch::Tensor sum_of(const torch::Tensor& a, const torch::Tensor& b)
     return a + b;
 }
 
+fresco::MatrixView view(const torch::Tensor& matrix)
+{
+    return {matrix.data_ptr<float>(), static_cast<std::size_t>(matrix.size(0)), static_cast<std::size_t>(matrix.size(1)),
+            matrix.stride(0), matrix.stride(1)};
+}
+
 /// Writes `factor` (symmetric) times `features`, plus `offset`, each if defined, to `gradient`, which has the features' place in
 /// memory.
 void write_gradient(const torch::Tensor& factor, const torch::Tensor& offset, const torch::Tensor& features,
@@ -63,10 +71,12 @@ void write_gradient(const torch::Tensor& factor, const torch::Tensor& offset, co
     auto out = turned ? gradient.t() : gradient;
     if (!factor.defined())
         out.zero_();
-    else if (factor.device().is_cpu())
-        out.copy_(fresco::matrix_product(a, b));
-    else
+    else if (!factor.device().is_cpu())
         at::mm_out(out, a, b);
+    else if (out.is_contiguous() && out.scalar_type() == at::kFloat)
+        fresco::multiply_matrices(view(a), view(b), out.data_ptr<float>(), at::get_num_threads());
+    else
+        out.copy_(fresco::matrix_product(a, b));
     if (offset.defined())
         gradient.add_(offset.unsqueeze(1));
 }

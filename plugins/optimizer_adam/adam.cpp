@@ -6,6 +6,7 @@
 #include <torch/version.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -41,16 +42,18 @@ class Stepper
     {
     }
 
-    /// `gradient`: 3 values, or null for zero.
-    void texel(std::size_t index, const float* gradient, const Factors& f) const
+    /// Steps `count` numbers from the block's number `begin` on.
+    void step(std::size_t begin, std::size_t count, const float* __restrict gradient, const Factors& f) const
     {
-        for (std::size_t i = 3 * index, c = 0; c < 3; ++i, ++c)
+        float* __restrict values = block_.values + begin;
+        float* __restrict first = block_.first + begin;
+        float* __restrict second = block_.second + begin;
+        for (std::size_t i = 0; i < count; ++i)
         {
-            float& value = block_.values[i];
-            const float g = (gradient != nullptr ? gradient[c] : 0.0F) + pull_ * value;
-            block_.first[i] = beta1_ * block_.first[i] + keep1_ * g;
-            block_.second[i] = beta2_ * block_.second[i] + keep2_ * g * g;
-            value -= f.step_size * block_.first[i] / (std::sqrt(block_.second[i] * f.second_scale) + epsilon_);
+            const float g = gradient[i] + pull_ * values[i];
+            first[i] = beta1_ * first[i] + keep1_ * g;
+            second[i] = beta2_ * second[i] + keep2_ * g * g;
+            values[i] -= f.step_size * first[i] / (std::sqrt(second[i] * f.second_scale) + epsilon_);
         }
     }
 
@@ -108,12 +111,11 @@ void step_dense(const Block& block, const Gradient& gradient, std::int64_t step,
                                  continue;
                              moved = 1;
                          }
-                         for (std::size_t texel = first; texel < last; ++texel)
-                         {
-                             const bool given = next != gradient.texels.end() && *next == static_cast<std::int64_t>(texel);
-                             stepper.texel(texel, given ? gradient.values + 3 * (next - gradient.texels.begin()) : nullptr, f);
-                             next += given ? 1 : 0;
-                         }
+                         std::array<float, 3 * texels_per_run> all{};
+                         for (; next != gradient.texels.end() && *next < static_cast<std::int64_t>(last); ++next)
+                             std::copy_n(gradient.values + 3 * (next - gradient.texels.begin()), 3,
+                                         all.data() + 3 * (*next - static_cast<std::int64_t>(first)));
+                         stepper.step(3 * first, 3 * (last - first), all.data(), f);
                      }
                  });
 }
@@ -135,7 +137,7 @@ void step_visible(const Block& block, const Gradient& gradient, double rate, dou
                      {
                          const auto texel = static_cast<std::size_t>(gradient.texels[entry]);
                          const std::int32_t step = ++block.steps[texel];
-                         stepper.texel(texel, gradient.values + 3 * entry, by_step[static_cast<std::size_t>(step)]);
+                         stepper.step(3 * texel, 3, gradient.values + 3 * entry, by_step[static_cast<std::size_t>(step)]);
                      }
                  });
 }

@@ -117,6 +117,11 @@ TEST_CASE("Moments of all and of the fine features are those of each, and so are
             fast.backward();
             CHECK(fast.item<double>() == Approx(3 * slow.item<double>()).epsilon(1e-12));
             CHECK(fast_input.grad().allclose(slow_input.grad(), 1e-11, 1e-14));
+            // In float32 by products of our own.
+            const auto single_input = given.detach().to(at::kFloat).requires_grad_();
+            const gram::GramTargets targets{symmetric(0.1).to(at::kFloat), symmetric(0.3).to(at::kFloat)};
+            gram::gram_distance(single_input, fine_count, targets, 3).backward();
+            CHECK(single_input.grad().allclose(slow_input.grad().to(at::kFloat), 1e-4, 1e-6));
         }
     // Without the means the second moments are the same, and so is their gradient.
     const auto second_only = [&](bool with_mean)

@@ -161,23 +161,25 @@ Convolution3x3::Convolution3x3(std::span<const float> weights, int outputs, int 
       filters_(positions * unsigned_of(terms_) * unsigned_of(outputs_) / line)
 {
     const auto inner = unsigned_of(terms_);
-    for (std::size_t output = 0; output < unsigned_of(way == Way::there ? outputs : inputs); ++output)
+    const auto there = unsigned_of(way == Way::there ? outputs : inputs);
+    for (std::size_t number = 0; panel_of(number).first < there; ++number)
     {
-        const auto panel = panel_of(output / unsigned_of(kernel_->panel));
+        const auto [first, width] = panel_of(number);
         for (std::size_t input = 0; input < inner; ++input)
-        {
-            std::array<double, 9> filter{};
-            const std::size_t number = way == Way::there ? output * inner + input : input * unsigned_of(inputs) + output;
-            std::copy_n(weights.begin() + static_cast<std::ptrdiff_t>(number * 9), 9, filter.begin());
-            if (way == Way::back)
-                std::ranges::reverse(filter);
-            float* to = values_in(filters_) + panel.first * positions * inner + input * panel.width + output - panel.first;
-            for (const double value : transformed(filter))
+            for (std::size_t output = first; output < std::min(there, first + width); ++output)
             {
-                *to = static_cast<float>(value);
-                to += inner * panel.width;
+                const std::size_t place = way == Way::there ? output * inner + input : input * there + output;
+                std::array<double, 9> filter{};
+                std::copy_n(weights.begin() + static_cast<std::ptrdiff_t>(place * 9), 9, filter.begin());
+                if (way == Way::back)
+                    std::ranges::reverse(filter);
+                float* to = values_in(filters_) + first * positions * inner + input * width + output - first;
+                for (const double value : transformed(filter))
+                {
+                    *to = static_cast<float>(value);
+                    to += inner * width;
+                }
             }
-        }
     }
 }
 

@@ -391,10 +391,8 @@ void Convolution3x3::transform_back(const Job& job, Corner tile, const Panel& pa
         pixels[i] = job.out.maps == nullptr ? apart[0].values.data() + i * panel.width : job.out.maps + offset;
         masks[i] = job.out.masks == nullptr ? nullptr : job.out.masks + offset;
     }
-    if (job.bias == nullptr)
-        return kernel_->transform_back(products, stride, width, pixels.data());
-    kernel_->rectify_back(products, stride, width, job.bias + panel.first, pixels.data(),
-                          job.out.masks == nullptr ? nullptr : masks.data());
+    kernel_->transform_back(products, stride, width, job.bias == nullptr ? nullptr : job.bias + panel.first, pixels.data(),
+                            job.out.masks == nullptr ? nullptr : masks.data());
     if (job.out.pooled != nullptr)
         job.pool(tile, panel, pixels, *kernel_);
 }

@@ -38,12 +38,10 @@ struct Kernel
     /// x outputs. `tiles` is a multiple of `rows`; `outputs` is `panel`, or a smaller multiple of 16.
     void (*multiply)(const float* values, int tiles, int step, int inner, const float* filters, int outputs, float* products);
 
-    /// in[position * stride + channel] -> 36 pixels; null pixels are left out.
-    void (*transform_back)(const float* in, std::size_t stride, int channels, float* const* pixels);
-
-    /// The same, plus bias, rectified; masks become 1 where the response is positive. `masks` may be null.
-    void (*rectify_back)(const float* in, std::size_t stride, int channels, const float* bias, float* const* pixels,
-                         std::uint8_t* const* masks);
+    /// in[position * stride + channel] -> 36 pixels; null pixels are left out. Unless `bias` is null, that is added and the sum
+    /// is rectified; masks become 1 where it is positive. `masks` may be null.
+    void (*transform_back)(const float* in, std::size_t stride, int channels, const float* bias, float* const* pixels,
+                           std::uint8_t* const* masks);
 
     /// The largest of four pixels; `chosen`, unless null: which of them, the first of equal ones, or 4 where that is 0.
     void (*pool)(const float* const* pixels, int channels, float* out, std::uint8_t* chosen);

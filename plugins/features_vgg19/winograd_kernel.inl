@@ -214,36 +214,24 @@ inline void each_output(const float* in, std::size_t stride, const Write& write)
     }
 }
 
-void transform_back(const float* in, std::size_t stride, int channels, float* const* pixels)
+void transform_back(const float* in, std::size_t stride, int channels, const float* bias, float* const* pixels,
+                    std::uint8_t* const* masks)
 {
     for (int channel = 0; channel < channels; channel += lanes)
-        each_output(in + channel, stride,
-                    [&](int i, Vector value)
-                    {
-                        if (pixels[i] != nullptr)
-                            store(pixels[i] + channel, value);
-                    });
-}
-
-void rectify_back(const float* in, std::size_t stride, int channels, const float* bias, float* const* pixels,
-                  std::uint8_t* const* masks)
-{
-    for (int channel = 0; channel < channels; channel += lanes)
-    {
-        const Vector offset = load(bias + channel);
         each_output(in + channel, stride,
                     [&](int i, Vector value)
                     {
                         if (pixels[i] == nullptr)
                             return;
-                        const Vector response = value + offset;
+                        if (bias == nullptr)
+                            return store(pixels[i] + channel, value);
+                        const Vector response = value + load(bias + channel);
                         // What is not a number goes on, as in libtorch: the optimizer has to see it.
                         const auto off = response <= 0;
                         store(pixels[i] + channel, off ? Vector{} : response);
                         if (masks != nullptr)
                             *reinterpret_cast<Bytes*>(masks[i] + channel) = narrow_of(~off & 1);
                     });
-    }
 }
 
 /// The second where it is larger or not a number.
@@ -281,7 +269,7 @@ const Kernel* FRESCO_KERNEL()
 {
 #if FRESCO_VECTOR_BYTES > 0
     static constexpr Kernel kernel{FRESCO_KERNEL_NAME, panel_vectors * lanes, tile_rows,    transform, transform_gradient,
-                                   multiply,           transform_back,        rectify_back, pool};
+                                   multiply,           transform_back,        pool};
     return &kernel;
 #else
     return nullptr;

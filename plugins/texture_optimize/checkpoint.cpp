@@ -21,23 +21,13 @@ namespace fresco::optimize
 namespace
 {
 
-constexpr std::string_view parameter_prefix = "parameter/";
-constexpr std::string_view rule_prefix = "rule/";
-constexpr std::string_view loss_prefix = "loss/";
-constexpr std::string_view seen_name = "seen";
-constexpr std::string_view held_out_name = "held_out";
+const std::string parameter_prefix = "parameter/";
+const std::string rule_prefix = "rule/";
+const std::string loss_prefix = "loss/";
+constexpr const char* seen_name = "seen";
+constexpr const char* held_out_name = "held_out";
 constexpr const char* checksum_name = "checksum";
 constexpr const char* form = "fresco texture.optimize 4";
-
-bool begins(std::string_view text, std::string_view prefix)
-{
-    return text.substr(0, prefix.size()) == prefix;
-}
-
-std::string joined(std::string_view prefix, const std::string& name)
-{
-    return std::string(prefix) + name;
-}
 
 bool parsed_count(const std::string& text, std::int64_t& number)
 {
@@ -149,14 +139,14 @@ void Checkpoint::write(const std::filesystem::path& file) const
     SafeTensors contents;
     contents.metadata = {{"form", form}, {"step", std::to_string(step)}, {"rollbacks", std::to_string(rollbacks)}};
     for (const auto& [name, tensor] : parameters)
-        contents.tensors.emplace(joined(parameter_prefix, name), tensor);
+        contents.tensors.emplace(parameter_prefix + name, tensor);
     for (const auto& [name, tensor] : rule)
-        contents.tensors.emplace(joined(rule_prefix, name), tensor);
+        contents.tensors.emplace(rule_prefix + name, tensor);
     for (const auto& [loss, state] : losses)
         for (const auto& [name, tensor] : state)
-            contents.tensors.emplace(joined(loss_prefix, loss + "/" + name), tensor);
-    contents.tensors.emplace(std::string(seen_name), to_bytes(seen));
-    contents.tensors.emplace(std::string(held_out_name), to_tensor(held_out));
+            contents.tensors.emplace(loss_prefix + loss + "/" + name, tensor);
+    contents.tensors.emplace(seen_name, to_bytes(seen));
+    contents.tensors.emplace(held_out_name, to_tensor(held_out));
     for (auto& [name, tensor] : contents.tensors)
         tensor = tensor.detach().to(at::kCPU).contiguous();
     contents.metadata[checksum_name] = checksum_of(contents);
@@ -176,20 +166,16 @@ std::optional<Checkpoint> Checkpoint::read(const std::filesystem::path& file)
         throw Error(file.string() + ": is damaged: its bytes do not fit its checksum");
     for (auto& [name, tensor] : contents.tensors)
     {
-        const std::string_view view = name;
-        if (begins(view, parameter_prefix))
-            result.parameters.emplace(view.substr(parameter_prefix.size()), tensor);
-        else if (begins(view, rule_prefix))
-            result.rule.emplace(view.substr(rule_prefix.size()), tensor);
-        else if (begins(view, loss_prefix) && view.find('/', loss_prefix.size()) != std::string_view::npos)
-        {
-            const auto slash = view.find('/', loss_prefix.size());
-            result.losses[std::string(view.substr(loss_prefix.size(), slash - loss_prefix.size()))].emplace(
-                view.substr(slash + 1), tensor);
-        }
-        else if (view == seen_name)
+        const auto slash = name.find('/', loss_prefix.size());
+        if (name.starts_with(parameter_prefix))
+            result.parameters.emplace(name.substr(parameter_prefix.size()), tensor);
+        else if (name.starts_with(rule_prefix))
+            result.rule.emplace(name.substr(rule_prefix.size()), tensor);
+        else if (name.starts_with(loss_prefix) && slash != std::string::npos)
+            result.losses[name.substr(loss_prefix.size(), slash - loss_prefix.size())].emplace(name.substr(slash + 1), tensor);
+        else if (name == seen_name)
             result.seen = from_bytes(tensor, file.string());
-        else if (view == held_out_name)
+        else if (name == held_out_name)
             result.held_out = to_history(tensor, file.string());
         else
             throw Error(file.string() + ": unknown tensor '" + name + "'");

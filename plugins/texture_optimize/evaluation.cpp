@@ -282,28 +282,23 @@ bool has_stopped_falling(const std::vector<HeldOutLoss>& history, double gain, s
     return smallest(recent, history.end()) > (1 - gain) * smallest(history.begin(), recent);
 }
 
-HeldOutViews::HeldOutViews(const ViewSource& source, const std::vector<std::size_t>& views, const TextureRepresentation& texture,
-                           const LevelRules& rules, const torch::Device& device, bool texture_too)
-    : source_(source), views_(views), texture_(texture), rules_(rules), device_(device), texture_too_(texture_too)
-{
-}
-
-HeldOutLoss HeldOutViews::measured(Evaluator& evaluator, std::int64_t step,
-                                   const std::map<std::string, std::shared_ptr<Loss>>& losses, const Progress& progress)
+HeldOutLoss held_out_loss(Evaluator& evaluator, std::int64_t step, const ViewSource& source,
+                          const std::vector<std::size_t>& views,
+                          const std::function<std::unique_ptr<ViewData>(std::size_t)>& load,
+                          const std::map<std::string, std::shared_ptr<Loss>>& losses, const Progress& progress)
 {
     std::map<std::string, TensorMap> states;
     for (const auto& [name, loss] : losses)
         states.emplace(name, loss->state());
     HeldOutLoss result{step, 0, std::vector<double>(losses.size())};
-    const auto count = static_cast<double>(views_.size());
-    for (const auto view : views_)
+    const auto count = static_cast<double>(views.size());
+    for (const auto view : views)
     {
         progress.check_canceled();
-        const auto data = load_view(source_, view, texture_, rules_);
-        move_to(*data, device_, texture_too_);
+        const auto data = load(view);
         ScheduledStep scheduled;
         scheduled.view = view;
-        result.loss += evaluator.loss(0, scheduled, *data, source_.name(view)) / count;
+        result.loss += evaluator.loss(0, scheduled, *data, source.name(view)) / count;
         std::size_t part = 0;
         for (const auto& [name, loss] : losses)
         {

@@ -1,7 +1,7 @@
 #pragma once
 
 /// \file What the losses say of rendered views: for a step with the gradient of the texture (Evaluator), for held-out views
-/// without one (HeldOutViews), and how style and content balance. For loop.cpp.
+/// without one (held_out_loss), and how style and content balance. For loop.cpp.
 
 #include "pictures.h"
 #include "rendered_part.h"
@@ -128,26 +128,12 @@ struct HeldOutLoss
 /// Whether the last `window` measurements are worth nothing: their smallest is not below (1 - gain) times the smallest before.
 bool has_stopped_falling(const std::vector<HeldOutLoss>& history, double gain, std::size_t window = 3);
 
-/// What the losses, without the texture's regularizer, say of views that are not optimized for: the mean over these views. One
-/// view is in memory at a time. Used by one thread; references its arguments.
-class HeldOutViews
-{
-  public:
-    HeldOutViews(const ViewSource& source, const std::vector<std::size_t>& views, const TextureRepresentation& texture,
-                 const LevelRules& rules, const torch::Device& device, bool texture_too);
-
-    /// Every view is measured with the losses' present state and with the draws of step 0, so that measurements differ
-    /// only by the texture; the state is left as it was. Throws Canceled between two views.
-    HeldOutLoss measured(Evaluator& evaluator, std::int64_t step, const std::map<std::string, std::shared_ptr<Loss>>& losses,
-                         const Progress& progress);
-
-  private:
-    const ViewSource& source_;
-    const std::vector<std::size_t>& views_;
-    const TextureRepresentation& texture_;
-    const LevelRules& rules_;
-    torch::Device device_;
-    bool texture_too_;
-};
+/// What the losses, without the texture's regularizer, say of `views` that are not optimized for: the mean over these. `load`
+/// gets a view ready; one is in memory at a time. Every view is measured with the losses' present state and with the draws of
+/// step 0, so that measurements differ only by the texture; the state is left as it was. Throws Canceled between two views.
+HeldOutLoss held_out_loss(Evaluator& evaluator, std::int64_t step, const ViewSource& source,
+                          const std::vector<std::size_t>& views,
+                          const std::function<std::unique_ptr<ViewData>(std::size_t)>& load,
+                          const std::map<std::string, std::shared_ptr<Loss>>& losses, const Progress& progress);
 
 }  // namespace fresco::optimize

@@ -8,6 +8,7 @@
 #include <fresco/parallel.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace fresco::optimize
@@ -133,28 +134,13 @@ RasterF resampled(const RasterF& picture, Raster8& covered, int size_px)
 
 }  // namespace
 
-std::string_view word_of(Init init)
-{
-    switch (init)
-    {
-    case Init::zeros:
-        return "zeros";
-    case Init::color:
-        return "color";
-    case Init::noise:
-        return "noise";
-    case Init::frames:
-        break;
-    }
-    return "frames";
-}
-
 void InitialRules::check() const
 {
+    constexpr std::array words{"frames", "zeros", "color", "noise"};
     if (start == nullptr)
         return;
     if (init != Init::frames && !start_is_shown)
-        throw Error("port 'start' is wired, but init is " + std::string(word_of(init)) +
+        throw Error(std::string("port 'start' is wired, but init is ") + words.at(static_cast<std::size_t>(init)) +
                     ": set init: frames, or remove the wire");
     if (start->values != "display")
         throw Error("the texture on port 'start' holds \"" + start->values +

@@ -8,7 +8,6 @@
 #include <fresco/texture.h>
 
 #include <cstdint>
-#include <string_view>
 #include <vector>
 
 namespace fresco::optimize
@@ -29,7 +28,6 @@ enum class Init
     color,
     noise
 };
-std::string_view word_of(Init init);
 
 struct InitialRules
 {

@@ -233,22 +233,21 @@ class CellCounts
 {
   public:
     CellCounts(const Raster8& mask, int align)
-        : width_((mask.width + align - 1) / align), height_((mask.height + align - 1) / align)
+        : sums_((mask.width + align - 1) / align + 1, (mask.height + align - 1) / align + 1)
     {
-        sums_.assign(static_cast<std::size_t>(width_ + 1) * static_cast<std::size_t>(height_ + 1), 0);
         for (int y = 0; y < mask.height; ++y)
             for (int x = 0; x < mask.width; ++x)
                 if (mask.at(x, y) != 0)
-                    sum(x / align + 1, y / align + 1) = 1;
-        for (int y = 1; y <= height_; ++y)
-            for (int x = 1; x <= width_; ++x)
-                sum(x, y) += sum(x - 1, y) + sum(x, y - 1) - sum(x - 1, y - 1);
+                    sums_.at(x / align + 1, y / align + 1) = 1;
+        for (int y = 1; y < sums_.height; ++y)
+            for (int x = 1; x < sums_.width; ++x)
+                sums_.at(x, y) += sums_.at(x - 1, y) + sums_.at(x, y - 1) - sums_.at(x - 1, y - 1);
     }
 
-    PixelBox whole() const { return {0, 0, width_, height_}; }
+    PixelBox whole() const { return {0, 0, sums_.width - 1, sums_.height - 1}; }
     int count(const PixelBox& box) const
     {
-        return sum(box.x1, box.y1) - sum(box.x0, box.y1) - sum(box.x1, box.y0) + sum(box.x0, box.y0);
+        return sums_.at(box.x1, box.y1) - sums_.at(box.x0, box.y1) - sums_.at(box.x1, box.y0) + sums_.at(box.x0, box.y0);
     }
     /// The smallest box that holds what `box` holds.
     PixelBox shrunk(PixelBox box) const
@@ -265,18 +264,7 @@ class CellCounts
     }
 
   private:
-    int& sum(int x, int y)
-    {
-        return sums_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_ + 1) + static_cast<std::size_t>(x)];
-    }
-    int sum(int x, int y) const
-    {
-        return sums_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_ + 1) + static_cast<std::size_t>(x)];
-    }
-
-    int width_;
-    int height_;
-    std::vector<int> sums_;
+    Raster<int> sums_;  ///< Of the cells above and to the left.
 };
 
 class Cover

@@ -188,7 +188,6 @@ class Loop
         prepare_components();
         components_.rule.attach(parameters());
         take_up();
-        held_out_views_.emplace(source_, split_.held_out, components_.texture, options_.levels, options_.device, texture_there_);
         const auto start = std::chrono::steady_clock::now();
         first_step_ = step_;
         while (!walked())
@@ -209,6 +208,13 @@ class Loop
   private:
     InitialRules initial_rules() const { return {options_.init, options_.size_px, options_.seed, start_, source_.shows_start()}; }
     std::vector<TextureParameter>& parameters() { return components_.texture.parameters(); }
+
+    std::unique_ptr<ViewData> loaded(std::size_t view) const
+    {
+        auto data = load_view(source_, view, components_.texture, options_.levels);
+        move_to(*data, options_.device, texture_there_);
+        return data;
+    }
 
     void prepare_components()
     {
@@ -278,8 +284,7 @@ class Loop
         ViewFeed feed(options_.device, first_visit, schedule_.visits(),
                       [&](std::size_t visit)
                       {
-                          auto data = load_view(source_, schedule_.view_of_visit(visit), components_.texture, options_.levels);
-                          move_to(*data, options_.device, texture_there_);
+                          auto data = loaded(schedule_.view_of_visit(visit));
                           get_parts_ready(*data, demands, options_.device);
                           return data;
                       });
@@ -415,7 +420,9 @@ class Loop
             [this]
             {
                 const WholeSteps::Step view_by_view(whole_steps_);
-                held_out_.push_back(held_out_views_->measured(evaluator_, step_, components_.losses, run_));
+                held_out_.push_back(held_out_loss(
+                    evaluator_, step_, source_, split_.held_out, [this](std::size_t view) { return loaded(view); },
+                    components_.losses, run_));
             });
         run_.metric("held_out_loss", held_out_.back().loss);
         const auto end = std::chrono::steady_clock::now();
@@ -493,7 +500,6 @@ class Loop
     StyleSizes style_;
     std::map<std::string, TensorMap> prepared_states_;  ///< Of the losses before the first step.
     Raster8 seen_;
-    std::optional<HeldOutViews> held_out_views_;
     std::vector<HeldOutLoss> held_out_;
     std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
     std::chrono::steady_clock::duration measuring_{};

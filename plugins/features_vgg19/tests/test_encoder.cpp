@@ -1,4 +1,4 @@
-#include "random_tensor.h"
+#include "random_layers.h"
 #include "vgg19.h"
 
 #include <ATen/ATen.h>
@@ -14,26 +14,6 @@ using fresco::testing::random_tensor;
 namespace
 {
 
-/// conv1_1 .. conv3_1 in VGG's shapes.
-std::vector<vgg19::Convolution> layers()
-{
-    struct Shape
-    {
-        const char* name;
-        std::int64_t outputs;
-        std::int64_t inputs;
-        bool pooled;
-    };
-    std::vector<vgg19::Convolution> result;
-    for (const auto& [name, outputs, inputs, pooled] :
-         {Shape{"relu1_1", 64, 3, false}, Shape{"relu1_2", 64, 64, false}, Shape{"relu2_1", 128, 64, true},
-          Shape{"relu2_2", 128, 128, false}, Shape{"relu3_1", 256, 128, true}})
-        result.push_back({name,
-                          random_tensor({outputs, inputs, 3, 3}, result.size()) * (2 / std::sqrt(static_cast<double>(inputs))),
-                          random_tensor({outputs}, 10 + result.size()) * 0.2, pooled});
-    return result;
-}
-
 torch::Tensor picture(std::int64_t height, std::int64_t width)
 {
     return random_tensor({3, height, width}, 77) + 0.5;
@@ -43,7 +23,7 @@ torch::Tensor picture(std::int64_t height, std::int64_t width)
 /// below in the other: no rounding moves one across.
 std::vector<vgg19::Convolution> steady_layers(const fresco::weights::Vgg19Input& format, const torch::Tensor& picture)
 {
-    auto result = layers();
+    auto result = random_layers();
     std::vector<vgg19::Convolution> before;
     for (std::size_t i = 0; i < result.size(); ++i)
     {
@@ -82,7 +62,7 @@ TEST_CASE("The fast way and its gradient agree with libtorch's convolutions in d
     for (const auto& format : {fresco::weights::caffe_input(), fresco::weights::torchvision_input()})
         for (const auto pooling : {vgg19::Pooling::max, vgg19::Pooling::average})
         {
-            const vgg19::Vgg19 network(layers(), format, pooling);
+            const vgg19::Vgg19 network(random_layers(), format, pooling);
             // Odd sizes: the last row and column are not pooled.
             const auto fast_picture = picture(37, 51).set_requires_grad(true);
             const auto slow_picture = fast_picture.detach().to(at::kDouble).set_requires_grad(true);
@@ -116,7 +96,7 @@ TEST_CASE("Pictures of a few pixels agree with libtorch's convolutions, also whe
     for (const auto& format : {fresco::weights::caffe_input(), fresco::weights::torchvision_input()})
         for (const auto& [height, width] : {std::pair{5, 40}, {40, 5}, {5, 5}, {8, 40}, {4, 4}})
         {
-            const vgg19::Vgg19 network(layers(), format, vgg19::Pooling::max);
+            const vgg19::Vgg19 network(random_layers(), format, vgg19::Pooling::max);
             const auto small = picture(height, width);
             const auto fast = network.encode(small, {"relu1_1", "relu3_1"});
             const auto slow = network.encode_generally(small.to(at::kDouble), {"relu1_1", "relu3_1"});
@@ -127,7 +107,7 @@ TEST_CASE("Pictures of a few pixels agree with libtorch's convolutions, also whe
 
 TEST_CASE("Features of a crop are the whole picture's up to margin_px from its border, and not closer")
 {
-    const vgg19::Vgg19 network(layers(), fresco::weights::caffe_input(), vgg19::Pooling::max);
+    const vgg19::Vgg19 network(random_layers(), fresco::weights::caffe_input(), vgg19::Pooling::max);
     const auto whole_picture = picture(120, 136);
     const std::int64_t top = 24, bottom = 96, left = 16, right = 116;
     for (const auto& layer : network.layers())
@@ -156,7 +136,7 @@ TEST_CASE("Around some pixels the features of their cells and the gradient there
     const std::vector<std::string> names{"relu1_1", "relu2_2", "relu3_1"};
     for (const auto& format : {fresco::weights::caffe_input(), fresco::weights::torchvision_input()})
     {
-        const vgg19::Vgg19 network(layers(), format, vgg19::Pooling::max);
+        const vgg19::Vgg19 network(random_layers(), format, vgg19::Pooling::max);
         const auto shown = picture(101, 123).set_requires_grad(true);
         fresco::Raster8 pixels(123, 101);
         for (int y = 0; y < pixels.height; ++y)
@@ -196,11 +176,11 @@ TEST_CASE("What is not a number, and what grows beyond all numbers, comes throug
 {
     auto broken = picture(40, 30);
     broken[0][20][15] = std::nanf("");
-    const vgg19::Vgg19 network(layers(), fresco::weights::caffe_input(), vgg19::Pooling::max);
+    const vgg19::Vgg19 network(random_layers(), fresco::weights::caffe_input(), vgg19::Pooling::max);
     const auto maps = network.encode(broken, {"relu1_1", "relu2_1", "relu3_1"});
     for (const auto& of_layer : maps)
         CHECK(of_layer.isnan().any().item<bool>());
-    auto big = layers();
+    auto big = random_layers();
     for (auto& layer : big)
         layer.weights = layer.weights * 1e10;
     const vgg19::Vgg19 large(big, fresco::weights::caffe_input(), vgg19::Pooling::max);

@@ -1,3 +1,4 @@
+#include "random_layers.h"
 #include "shared_data.h"
 #include "vgg19.h"
 
@@ -230,26 +231,6 @@ TEST_CASE("features.vgg19 as a component")
 
 namespace
 {
-
-/// Layers drawn so that activations keep their size, up to relu3_1.
-std::vector<vgg19::Convolution> random_layers()
-{
-    at::manual_seed(3);
-    std::vector<vgg19::Convolution> layers;
-    std::int64_t inputs = 3;
-    const auto add = [&](const char* name, std::int64_t outputs, bool pooled)
-    {
-        const double deviation = std::sqrt(2.0 / (9.0 * static_cast<double>(inputs)));
-        layers.push_back({name, at::randn({outputs, inputs, 3, 3}) * deviation, at::randn({outputs}) * 0.1, pooled});
-        inputs = outputs;
-    };
-    add("relu1_1", 64, false);
-    add("relu1_2", 64, false);
-    add("relu2_1", 128, true);
-    add("relu2_2", 128, false);
-    add("relu3_1", 256, true);
-    return layers;
-}
 
 const std::vector<std::string> names{"relu1_1", "relu2_1", "relu3_1"};
 

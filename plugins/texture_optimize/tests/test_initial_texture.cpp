@@ -14,11 +14,30 @@
 using namespace fakes;
 using namespace fresco::optimize;
 
+namespace
+{
+
+/// What a texture begins as where a walk sees it.
+struct Walk
+{
+    testing::TemporaryFolder folder;
+    Wall wall;
+    ViewSource source{*wall.maps, wall.frames, nullptr, {}};
+    testing::TestRun run;
+
+    Walk(std::size_t views, const std::vector<int>& heights) : wall(folder.path(), views, heights) {}
+
+    InitialTexture begin(const RasterF& style, const InitialRules& rules)
+    {
+        return initial_texture(source, source.seeing_views(), style, rules, run);
+    }
+};
+
+}  // namespace
+
 TEST_CASE("the camera pictures gathered into the texture, recolored, have the style's colors where seen")
 {
-    const testing::TemporaryFolder folder;
-    const Wall wall(folder.path(), 9, {30});
-    const ViewSource source(*wall.maps, wall.frames, nullptr, {});
+    Walk walk(9, {30});
     RasterF style(20, 20, 3);
     for (int i = 0; i < 400; ++i)
     {
@@ -26,12 +45,11 @@ TEST_CASE("the camera pictures gathered into the texture, recolored, have the st
         style.values[static_cast<std::size_t>(3 * i + 1)] = 0.6F - 0.005F * static_cast<float>(i / 20);
         style.values[static_cast<std::size_t>(3 * i + 2)] = 0.3F + 0.01F * static_cast<float>((i * 7) % 13);
     }
-    testing::TestRun run(1);
     testing::TestRun two(2);
-    const auto views = source.seeing_views();
+    const auto views = walk.source.seeing_views();
     REQUIRE(views.size() == 9);
-    const auto texture = initial_texture(source, views, style, {Init::frames, 32}, run);
-    CHECK((initial_texture(source, views, style, {Init::frames, 32}, two).picture == texture.picture));
+    const auto texture = walk.begin(style, {Init::frames, 32});
+    CHECK((initial_texture(walk.source, views, style, {Init::frames, 32}, two).picture == texture.picture));
 
     // The slow twin: the painting itself, mapped by the statistics of what the frames show.
     ColorMoments shown;
@@ -71,15 +89,12 @@ TEST_CASE("the camera pictures gathered into the texture, recolored, have the st
 
 TEST_CASE("a texture begins with the style's mean color, or at zero, and is marked where seen either way")
 {
-    const testing::TemporaryFolder folder;
-    const Wall wall(folder.path(), 3, {24, 30});
-    const ViewSource source(*wall.maps, wall.frames, nullptr, {});
+    Walk walk(3, {24, 30});
     RasterF style(2, 1, 3);
     style.values = {0, 0.5F, 1, 1, 0.5F, 0};
-    testing::TestRun run;
-    const auto zeros = initial_texture(source, {0, 1, 2}, style, {Init::zeros, 16}, run);
-    const auto color = initial_texture(source, {0, 1, 2}, style, {Init::color, 16}, run);
-    const auto frames = initial_texture(source, {0, 1, 2}, style, {Init::frames, 16}, run);
+    const auto zeros = walk.begin(style, {Init::zeros, 16});
+    const auto color = walk.begin(style, {Init::color, 16});
+    const auto frames = walk.begin(style, {Init::frames, 16});
     CHECK(zeros.picture.empty());
     CHECK(color.picture.values == std::vector<float>(16 * 16 * 3, 0.5F));
     CHECK((zeros.seen == color.seen));
@@ -92,16 +107,13 @@ TEST_CASE("a texture begins with the style's mean color, or at zero, and is mark
 
 TEST_CASE("a style of one color, or with a channel that does not vary, begins with that color as noise too")
 {
-    const testing::TemporaryFolder folder;
-    const Wall wall(folder.path(), 3, {30});
-    const ViewSource source(*wall.maps, wall.frames, nullptr, {});
-    testing::TestRun run;
+    Walk walk(3, {30});
     for (int shade = 0; shade < 256; shade += 3)
     {
         RasterF style(64, 50, 3);
         for (std::size_t i = 0; i < style.values.size(); ++i)
             style.values[i] = i % 3 == 1 ? static_cast<float>(i % 7) / 10 : static_cast<float>(shade) / 255;
-        const auto noise = initial_texture(source, {0, 1, 2}, style, {Init::noise, 16, 5}, run);
+        const auto noise = walk.begin(style, {Init::noise, 16, 5});
         REQUIRE(noise.picture.values.size() == 16 * 16 * 3);
         bool same = true;
         for (std::size_t i = 0; i < noise.picture.values.size(); ++i)
@@ -134,18 +146,15 @@ Texture half_seen(int size_px, const std::array<float, 3>& rgb)
 
 TEST_CASE("a start texture of one color becomes the style's mean, whatever its size, and what was not seen of it does not count")
 {
-    const testing::TemporaryFolder folder;
-    const Wall wall(folder.path(), 3, {24, 30});
-    const ViewSource source(*wall.maps, wall.frames, nullptr, {});
+    Walk walk(3, {24, 30});
     RasterF style(2, 1, 3);
     style.values = {0.1F, 0.5F, 0.9F, 0.5F, 0.7F, 0.7F};
-    testing::TestRun run;
-    const auto gathered = initial_texture(source, {0, 1, 2}, style, {Init::frames, 32}, run);
+    const auto gathered = walk.begin(style, {Init::frames, 32});
     for (const int size_px : {16, 20, 32, 64, 70})
     {
         CAPTURE(size_px);
         const Texture start = half_seen(size_px, {0.2F, 0.4F, 0.3F});
-        const auto texture = initial_texture(source, {0, 1, 2}, style, {Init::frames, 32, 0, &start}, run);
+        const auto texture = walk.begin(style, {Init::frames, 32, 0, &start});
         REQUIRE(texture.picture.width == 32);
         for (int y = 0; y < 32; ++y)
             for (int x = 0; x < 32; ++x)
@@ -160,12 +169,9 @@ TEST_CASE("a start texture of one color becomes the style's mean, whatever its s
 
 TEST_CASE("a start texture takes the style's mean and deviation, summed over its layers and where it is")
 {
-    const testing::TemporaryFolder folder;
-    const Wall wall(folder.path(), 3, {30});
-    const ViewSource source(*wall.maps, wall.frames, nullptr, {});
+    Walk walk(3, {30});
     RasterF style(2, 1, 3);
     style.values = {0.4F, 0.5F, 0.5F, 0.6F, 0.5F, 0.5F};
-    testing::TestRun run;
     // Red is 0.25 above and 0.75 below: the first layer holds 0.5 of it below, the second 0.25 everywhere.
     Texture start;
     start.layers.emplace_back(16, 16, 3, 0.5F);
@@ -179,7 +185,7 @@ TEST_CASE("a start texture takes the style's mean and deviation, summed over its
     for (const int size_px : {16, 8, 32})
     {
         CAPTURE(size_px);
-        const auto texture = initial_texture(source, {0, 1, 2}, style, {Init::frames, size_px, 0, &start}, run);
+        const auto texture = walk.begin(style, {Init::frames, size_px, 0, &start});
         CHECK(texture.picture.at(0, 0, 0) == Approx(0.4).margin(size_px == 32 ? 0.01 : 1e-5));
         CHECK(texture.picture.at(size_px - 1, size_px - 1, 0) == Approx(0.6).margin(size_px == 32 ? 0.01 : 1e-5));
         CHECK(texture.picture.at(0, 0, 1) == Approx(0.5).margin(1e-5));
@@ -188,14 +194,9 @@ TEST_CASE("a start texture takes the style's mean and deviation, summed over its
 
 TEST_CASE("a start texture that cannot be begun with is refused")
 {
-    const testing::TemporaryFolder folder;
-    const Wall wall(folder.path(), 3, {30});
-    const ViewSource source(*wall.maps, wall.frames, nullptr, {});
+    Walk walk(3, {30});
     const RasterF style(2, 1, 3, 0.5F);
-    testing::TestRun run;
-    const auto begin = [&](Init init, const Texture& start) {
-        initial_texture(source, {0, 1, 2}, style, {init, 16, 0, &start}, run);
-    };
+    const auto begin = [&](Init init, const Texture& start) { walk.begin(style, {init, 16, 0, &start}); };
     Texture start = half_seen(16, {0.2F, 0.4F, 0.3F});
     CHECK_THROWS_WITH(begin(Init::zeros, start), Catch::Contains("port 'start' is wired, but init is zeros"));
     start.values = "network";

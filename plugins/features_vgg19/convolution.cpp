@@ -22,10 +22,14 @@ std::size_t unsigned_of(int value)
     return static_cast<std::size_t>(value);
 }
 
+std::size_t filled_up(std::size_t count, std::size_t multiple)
+{
+    return (count + multiple - 1) / multiple * multiple;
+}
+
 int filled_up(int channels)
 {
-    constexpr int multiple = 16;
-    return (channels + multiple - 1) / multiple * multiple;
+    return static_cast<int>(filled_up(unsigned_of(channels), line));
 }
 
 /// G w Gᵀ: a filter's values at the positions.
@@ -217,16 +221,14 @@ struct Convolution3x3::Block
 {
     std::size_t first = 0;
     std::size_t last = 0;
-    std::size_t count = 0;  ///< Filled up to what the kernel takes at once.
     float* values = nullptr;
     std::size_t stride = 0;  ///< From one position to the next.
 };
 
 Convolution3x3::Block Convolution3x3::block_of(std::size_t first, std::size_t last, std::vector<Line>& values) const
 {
-    const auto rows = unsigned_of(kernel_->rows);
-    Block block{first, last, (last - first + rows - 1) / rows * rows};
-    block.stride = stride_of(block.count * unsigned_of(inputs_));
+    Block block{first, last};
+    block.stride = stride_of(filled_up(last - first, unsigned_of(kernel_->rows)) * unsigned_of(inputs_));
     values.resize(std::max(values.size(), positions * block.stride / line));
     block.values = values_in(values);
     return block;
@@ -238,41 +240,47 @@ void Convolution3x3::run(Job job, const std::uint8_t* needed, const Parallel& pa
     const std::size_t tiles = job.tiles.size();
     const std::size_t panels = (unsigned_of(outputs_) + unsigned_of(kernel_->panel) - 1) / unsigned_of(kernel_->panel);
     constexpr int large = 256 * 256;
-    constexpr std::size_t few = 288;
-    if (inputs_ * outputs_ >= large && tiles <= few)
+    if (inputs_ * outputs_ < large)
     {
-        // Filters of many channels are larger than the pictures there: every one is read once, by one thread.
-        constexpr std::size_t share = 8;
-        thread_local std::vector<Line> values;
-        const auto block = block_of(0, tiles, values);
-        parallel((tiles + share - 1) / share,
-                 [&](std::size_t begin, std::size_t end) { transform(job, block, begin * share, std::min(tiles, end * share)); });
-        parallel(panels,
+        // The filters and a block's values stay near the core.
+        constexpr std::size_t most = 12;
+        parallel((tiles + most - 1) / most,
                  [&](std::size_t begin, std::size_t end)
                  {
-                     for (std::size_t panel = begin; panel < end; ++panel)
+                     thread_local std::vector<Line> values;
+                     const auto block = block_of(begin * most, std::min(tiles, end * most), values);
+                     transform(job, block, block.first, block.last);
+                     for (std::size_t panel = 0; panel < panels; ++panel)
                          multiply(job, block, panel_of(panel));
                  });
         return;
     }
-    // Many tiles share a pass over the filters. Where these are few, they and a block's values stay near the core.
-    const std::size_t most = inputs_ * outputs_ < large ? 12 : 48;
-    constexpr std::size_t fewest_blocks = 8;
-    const auto rows = unsigned_of(kernel_->rows);
-    const std::size_t share = (tiles + fewest_blocks - 1) / fewest_blocks;
-    const std::size_t size = std::min(most, (share + rows - 1) / rows * rows);
-    parallel(tiles == 0 ? 0 : (tiles + size - 1) / size,
-             [&](std::size_t begin, std::size_t end)
-             {
-                 thread_local std::vector<Line> values;
-                 for (std::size_t i = begin; i < end; ++i)
+    // Filters of many channels do not: the more tiles share a pass over them, the better.
+    constexpr std::size_t together = 576;
+    constexpr std::size_t share = 8;
+    thread_local std::vector<Line> values;
+    for (std::size_t first = 0; first < tiles; first += together)
+    {
+        const auto block = block_of(first, std::min(tiles, first + together), values);
+        const std::size_t count = block.last - first;
+        parallel((count + share - 1) / share, [&](std::size_t begin, std::size_t end)
+                 { transform(job, block, first + begin * share, std::min(block.last, first + end * share)); });
+        constexpr std::size_t most = together / 3;
+        const std::size_t pieces = (count + most - 1) / most;
+        const std::size_t piece = filled_up((count + pieces - 1) / pieces, unsigned_of(kernel_->rows));
+        parallel(panels * pieces,
+                 [&](std::size_t begin, std::size_t end)
                  {
-                     const auto block = block_of(i * size, std::min(tiles, (i + 1) * size), values);
-                     transform(job, block, block.first, block.last);
-                     for (std::size_t panel = 0; panel < panels; ++panel)
-                         multiply(job, block, panel_of(panel));
-                 }
-             });
+                     for (std::size_t i = begin; i < end; ++i)
+                     {
+                         Block part = block;
+                         part.first = std::min(block.last, first + i / panels * piece);
+                         part.last = std::min(block.last, part.first + piece);
+                         part.values += (part.first - first) * unsigned_of(inputs_);
+                         multiply(job, part, panel_of(i % panels));
+                     }
+                 });
+    }
 }
 
 /// Calls transform(tile, the next tile, where its values go).
@@ -362,11 +370,12 @@ void Convolution3x3::transform(const Job& job, const Block& block, std::size_t f
 void Convolution3x3::multiply(const Job& job, const Block& block, const Panel& panel) const
 {
     thread_local std::vector<Line> products;
-    const std::size_t stride = stride_of(block.count * panel.width);
+    const std::size_t count = filled_up(block.last - block.first, unsigned_of(kernel_->rows));
+    const std::size_t stride = stride_of(count * panel.width);
     products.resize(std::max(products.size(), positions * stride / line));
     const std::size_t filters = unsigned_of(terms_) * panel.width;
     for (std::size_t position = 0; position < positions; ++position)
-        kernel_->multiply(block.values + position * block.stride, static_cast<int>(block.count), inputs_, terms_,
+        kernel_->multiply(block.values + position * block.stride, static_cast<int>(count), inputs_, terms_,
                           values_in(filters_) + panel.first * positions * unsigned_of(terms_) + position * filters,
                           static_cast<int>(panel.width), values_in(products) + position * stride);
     for (std::size_t tile = block.first; tile < block.last; ++tile)

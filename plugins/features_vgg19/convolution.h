@@ -59,8 +59,8 @@ struct Responses
     float* maps = nullptr;
     std::uint8_t* masks = nullptr;  ///< 1 where they are positive.
     float* pooled = nullptr;        ///< 2 x 2 of them: floor(H / 2) x floor(W / 2) x C.
-    std::uint8_t* chosen =
-        nullptr;  ///< With max pooling: which was the largest, row by row, the first of equal ones; 4: all are 0.
+    /// With max pooling: which was the largest, row by row, the first of equal ones; 4: all are 0.
+    std::uint8_t* chosen = nullptr;
     Pooling pooling = Pooling::max;
 };
 

@@ -26,7 +26,7 @@ class StylePicture
 {
   public:
     static constexpr std::size_t most_keys = 12000;
-    static constexpr std::size_t most_features = 16;
+    static constexpr std::size_t most_features = 24;
 
     /// `scale`: this picture's pixels along a pixel of `rgb`. `side`: of a patch, odd. Keys are patches on a regular grid, every
     /// second pixel or as many as most_keys allows. `stroke_px`: width of strokes in this picture; turns every key so that

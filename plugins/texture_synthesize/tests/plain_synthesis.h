@@ -180,7 +180,7 @@ struct Picture
                 for (std::size_t j = 0; j < mean.size(); ++j)
                     products[i][j] += (v[i] - mean[i]) * (v[j] - mean[j]);
         components = eigenvectors(products);
-        components.resize(std::min<std::size_t>(mean.size(), 16));
+        components.resize(std::min<std::size_t>(mean.size(), 24));
         for (const Numbers& v : values)
             key_features.push_back(projected(v));
     }

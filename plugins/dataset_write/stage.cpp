@@ -1,28 +1,23 @@
 #include "loader_text.h"
+#include "stylemesh_layout.h"
 #include "view_writer.h"
 
 #include <fresco/dataset/dataset_files.h>
 #include <fresco/files.h>
 #include <fresco/files_io.h>
-#include <fresco/images/filters.h>
 #include <fresco/mesh.h>
-#include <fresco/npy.h>
 #include <fresco/parallel.h>
 #include <fresco/run_context.h>
 #include <fresco/stage.h>
-#include <fresco/texturing/exports.h>
 #include <fresco/uv_maps.h>
 #include <fresco/wording.h>
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <fmt/format.h>
 #include <functional>
 #include <optional>
-#include <set>
 #include <span>
-#include <utility>
 
 using namespace fresco;
 
@@ -32,145 +27,6 @@ namespace
 constexpr const char* loader_name = "fresco_dataset.py";
 constexpr const char* writer = "fresco " FRESCO_VERSION;
 constexpr const char* stylemesh_manifest = "manifest.json";
-
-std::string pose_text(const RigidTransform& world_from_camera)
-{
-    const Mat3& r = world_from_camera.rotation;
-    const Vec3d t = world_from_camera.translation;
-    const double translation[] = {t.x, t.y, t.z};
-    std::string text;
-    for (int row = 0; row < 3; ++row)
-        text += to_json(r(row, 0)) + " " + to_json(r(row, 1)) + " " + to_json(r(row, 2)) + " " + to_json(translation[row]) + "\n";
-    return text + "0.0 0.0 0.0 1.0\n";
-}
-
-std::string camera_lines(const Intrinsics& k, const std::string& name)
-{
-    return fmt::format("{0}Height = {1}\n{0}Width = {2}\nfx_{0} = {3}\nfy_{0} = {4}\nmx_{0} = {5}\nmy_{0} = {6}\n", name,
-                       k.height, k.width, to_json(k.fx), to_json(k.fy), to_json(k.cx), to_json(k.cy));
-}
-
-void check_scene_name(const std::string& scene)
-{
-    const auto good = [](char c)
-    { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_'; };
-    const std::size_t underscores = static_cast<std::size_t>(std::ranges::count(scene, '_'));
-    if (!std::ranges::all_of(scene, good) || underscores != 1 || scene.front() == '_' || scene.back() == '_')
-        throw Error("option \"scene\": \"" + scene +
-                    "\"; expected two parts of letters and digits, such as \"scene0000_00\": readers of this layout split the "
-                    "name at '_'");
-}
-
-/// Texcoords as the released renderer writes them: v from the top, 0 where nothing is seen.
-RasterF turned(const UvMap& map)
-{
-    RasterF uv = map.uv;
-    for (std::size_t i = 0; i < map.valid.values.size(); ++i)
-        if (map.valid.values[i] != 0)
-            uv.values[2 * i + 1] = 1 - uv.values[2 * i + 1];
-    return uv;
-}
-
-/// H x W x 1: what reads it takes the first channel.
-std::vector<std::byte> one_channel(const RasterF& raster)
-{
-    const std::array shape{static_cast<std::size_t>(raster.height), static_cast<std::size_t>(raster.width), std::size_t{1}};
-    return to_npy(NpyType::float32, shape, std::as_bytes(std::span(raster.values)));
-}
-
-std::span<const std::byte> bytes_of(std::string_view text)
-{
-    return std::as_bytes(std::span(text));
-}
-
-/// The folders that the released training code of StyleMesh (CVPR 2022) reads for a scene of ScanNet; README.md lists them.
-class StylemeshLayout
-{
-  public:
-    /// `frame_of`: the frame of each view. Throws Error if color intrinsics differ between views, because the layout has one file
-    /// for them, and if the scene's name does not have two parts ("scene0000_00"). Keeps references.
-    StylemeshLayout(std::string scene, const UvMaps& maps, const Frames& frames, const std::vector<std::size_t>& frame_of)
-        : scene_(std::move(scene)), maps_(maps), frames_(frames), frame_of_(frame_of)
-    {
-        check_scene_name(scene_);
-        std::set<long> unique;
-        for (std::size_t view = 0; view < frame_of.size(); ++view)
-        {
-            const Frame& shown = frame(view);
-            if (!(shown.color.intrinsics == frame(0).color.intrinsics))
-                throw Error("layout: stylemesh: frame " + shown.sequence + "/" + shown.name +
-                            " has other color intrinsics than " + frame(0).sequence + "/" + frame(0).name +
-                            "; this layout has one file for all frames: use frames of one camera, or set layout: fresco");
-            has_sensor_depth_ = has_sensor_depth_ && !shown.depth_picture.empty();
-            numbers_.push_back(shown.number);
-            unique.insert(shown.number);
-        }
-        if (unique.size() != numbers_.size() || *unique.begin() < 0)
-            for (std::size_t view = 0; view < numbers_.size(); ++view)
-                numbers_[view] = static_cast<long>(view);
-    }
-
-    /// The number in a view's file names: the recorder's if these are unique and not negative, else its position.
-    long number(std::size_t view) const { return numbers_[view]; }
-
-    /// Picture and the sensor's depth, in the size in which the released preparation exports them, pose, cosine, and one uv map
-    /// per height; the mesh's depth where some frame has no sensor's.
-    WrittenFiles write_view(const std::filesystem::path& folder, std::size_t view, const ImageIo& images) const
-    {
-        WrittenFiles written;
-        const Frame& shown = frame(view);
-        const Raster8 picture = load_color(shown, &images);
-        written.sharpness = view_sharpness(picture);
-        written.write(folder, file("color", view, ".png"), images.encode_png(exported_for_stylemesh(picture)));
-        written.write(folder, file("pose", view, ".txt"), bytes_of(pose_text(shown.color.world_from_camera)));
-        if (has_sensor_depth_)
-            written.write(folder, file("depth", view, ".png"),
-                          encoded_depth(exported_for_stylemesh(load_depth(shown, &images)), images));
-        for (std::size_t level = 0; level < maps_.heights_px.size(); ++level)
-        {
-            const UvMap map = checked_map(maps_, view, level);
-            written.write(folder, file(fmt::format("uv_{}", maps_.heights_px[level]), view, ".npy"),
-                          dataset::to_npy(turned(map)));
-            if (level != 0)
-                continue;
-            written.write(folder, file("uv", view, ".angle.npy"), one_channel(map.cosine));
-            if (!has_sensor_depth_)
-                written.write(folder, file("depth", view, ".png"), encoded_depth(map.depth, images));
-        }
-        return written;
-    }
-
-    /// Intrinsics and the mesh; not thread-safe with itself.
-    WrittenFiles write_scene(const std::filesystem::path& folder, const Mesh& mesh) const
-    {
-        WrittenFiles written;
-        const std::string intrinsics =
-            camera_lines(frame(0).color.intrinsics, "color") + camera_lines(frame(0).depth.intrinsics, "depth");
-        const std::string scan = "train/scans/" + scene_ + "/" + scene_;
-        written.write(folder, "train/images/" + scene_ + "/" + scene_ + ".txt", bytes_of(intrinsics));
-        written.write(folder, scan + ".txt", bytes_of(intrinsics));
-        const auto place = texturing::PlyTexcoords::vertex;
-        written.write(folder, scan + "_vh_clean_decimate_500000_uvs_blender.ply",
-                      texturing::textured_ply(texturing::arranged(mesh, {}, place), place, ""));
-        return written;
-    }
-
-  private:
-    const Frame& frame(std::size_t view) const { return frames_.frames[frame_of_[view]]; }
-
-    /// Below the scene's folder of images; `folder`: "pose", …
-    std::string file(const std::string& folder, std::size_t view, const std::string& extension) const
-    {
-        return fmt::format("train/images/{}/{}/{}{}", scene_, folder, number(view), extension);
-    }
-
-    std::string scene_;
-    const UvMaps& maps_;
-    const Frames& frames_;
-    const std::vector<std::size_t>& frame_of_;
-    std::vector<long> numbers_;
-    bool has_sensor_depth_ = true;
-};
 
 class DatasetWrite final : public Stage
 {
@@ -278,6 +134,8 @@ class DatasetWrite final : public Stage
         manifest.agreement = measured_agreement();
         const auto write = [&](std::string_view name, std::span<const std::byte> bytes)
         { manifest.files.emplace(name, dataset::write_stamped(folder / name, bytes)); };
+        const auto write_text = [&](std::string_view name, std::string_view text)
+        { write(name, std::as_bytes(std::span(text))); };
         if (style.has_value())
         {
             const auto npy = dataset::to_npy(style->pixels);
@@ -285,18 +143,19 @@ class DatasetWrite final : public Stage
             write(dataset::style_name, npy);
         }
         write(dataset::mesh_name, to_ply(*mesh));
-        write(loader_name, bytes_of(loader_text));
-        const auto written = write_views(
-            folder, frame_of.size(), run,
-            [&](const std::filesystem::path& to, std::size_t i)
-            { return write_view(to, *uvmaps, i, frames->frames[frame_of[i]], images.get().get(), manifest.uv, *pictures); });
+        write_text(loader_name, loader_text);
+        const ViewOptions options{.uv = manifest.uv, .pictures = *pictures};
+        const auto written =
+            write_views(folder, frame_of.size(), run,
+                        [&](const std::filesystem::path& to, std::size_t i)
+                        { return write_view(to, *uvmaps, i, frames->frames[frame_of[i]], images.get().get(), options); });
         for (std::size_t i = 0; i < written.size(); ++i)
         {
             manifest.views.push_back(view_entry(*uvmaps, i, frames->frames[frame_of[i]], written[i]));
             manifest.files.insert(written[i].files.begin(), written[i].files.end());
         }
         if (*pictures)
-            write(transforms_name, bytes_of(transforms_text(manifest)));
+            write_text(transforms_name, transforms_text(manifest));
 
         const std::string text = dataset::to_text(manifest);
         // What the reader would refuse must not be written.

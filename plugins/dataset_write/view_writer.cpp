@@ -51,18 +51,6 @@ namespace
 constexpr float millimeters = 1000;
 constexpr float no_depth_from = 65534.5F;  // 65535 means none in many readers
 
-/// "images/000012.jpg": the picture of a view for other programs, with its extension.
-std::string image_name(std::size_t view, const std::string& extension)
-{
-    return fmt::format("images/{:06}{}", view, extension);
-}
-
-/// "depth/000012.png"
-std::string depth_image_name(std::size_t view)
-{
-    return fmt::format("depth/{:06}.png", view);
-}
-
 /// 8-bit RGB, which every reader of a dataset expects: a PNG's header has both at fixed places.
 bool is_plain_png(const std::vector<std::byte>& bytes)
 {
@@ -136,6 +124,16 @@ Value frame_of(const dataset::Manifest& manifest, std::size_t view)
 
 }  // namespace
 
+std::string image_name(std::size_t view, const std::string& extension)
+{
+    return fmt::format("images/{:06}{}", view, extension);
+}
+
+std::string depth_image_name(std::size_t view)
+{
+    return fmt::format("depth/{:06}.png", view);
+}
+
 std::string transforms_text(const dataset::Manifest& manifest)
 {
     Value::List frames;
@@ -191,14 +189,14 @@ double view_sharpness(const Raster8& picture)
 }
 
 WrittenFiles write_view(const std::filesystem::path& folder, const UvMaps& maps, std::size_t view, const Frame& frame,
-                        const ImageIo* images, dataset::UvType uv, bool pictures)
+                        const ImageIo* images, const ViewOptions& options)
 {
     WrittenFiles written;
     const auto write = [&](const std::string& name, const auto& raster) { written.write(folder, name, dataset::to_npy(raster)); };
 
     const Raster8 picture = load_color(frame, images);
     write(dataset::picture_name(view), picture);
-    if (pictures)
+    if (options.pictures)
     {
         const EncodedPicture color = encoded_color(frame, picture, *images);
         written.write(folder, image_name(view, color.extension), color.bytes);
@@ -207,7 +205,7 @@ WrittenFiles write_view(const std::filesystem::path& folder, const UvMaps& maps,
     {
         const int height = maps.heights_px[level];
         const UvMap map = checked_map(maps, view, level);
-        if (uv == dataset::UvType::float32)
+        if (options.uv == dataset::UvType::float32)
             write(dataset::map_name(view, "uv", height), map.uv);
         else
             write(dataset::map_name(view, "uv", height), dataset::quantized(map.uv));
@@ -215,7 +213,7 @@ WrittenFiles write_view(const std::filesystem::path& folder, const UvMaps& maps,
         write(dataset::map_name(view, "cosine", height), map.cosine);
         write(dataset::map_name(view, "valid", height), map.valid);
         write(dataset::map_name(view, "color", height), resized(picture, map.valid.width, map.valid.height));
-        if (pictures && level + 1 == maps.heights_px.size())
+        if (options.pictures && level + 1 == maps.heights_px.size())
             written.write(folder, depth_image_name(view), encoded_depth(map.depth, *images));
     }
     if (!frame.depth_picture.empty())

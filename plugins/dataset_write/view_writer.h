@@ -14,7 +14,7 @@
 #include <vector>
 
 /// \file Writes the files of one view of a dataset: uv maps, pictures, and the picture files and transforms.json for other
-/// programs. The stage calls write_view() for all views in parallel; its StyleMesh layout uses parts of it.
+/// programs. The stage calls write_view() for all views in parallel; the StyleMesh layout (stylemesh_layout.h) uses parts of it.
 
 /// The files of one view, by name relative to the dataset's folder.
 struct WrittenFiles
@@ -46,6 +46,11 @@ std::vector<std::byte> encoded_depth(const fresco::RasterF& depth, const fresco:
 
 inline constexpr const char* transforms_name = "transforms.json";
 
+/// "images/000012.jpg": the picture of a view for other programs, with its extension.
+std::string image_name(std::size_t view, const std::string& extension);
+/// "depth/000012.png"
+std::string depth_image_name(std::size_t view);
+
 /// nerfstudio's transforms.json of all views, whose pictures must be among the manifest's files: pinhole intrinsics per frame,
 /// poses with OpenGL camera axes, depth in millimeters in the color camera.
 std::string transforms_text(const fresco::dataset::Manifest& manifest);
@@ -59,13 +64,18 @@ fresco::UvMap checked_map(const fresco::UvMaps& maps, std::size_t view, std::siz
 /// fresco::sharpness at 320 x 240, for the manifest.
 double view_sharpness(const fresco::Raster8& picture);
 
+struct ViewOptions
+{
+    fresco::dataset::UvType uv;
+    bool pictures;  ///< Also the camera picture and the mesh's depth (of the largest height) as picture files.
+};
+
 /// Writes the files of one view below `folder`: its uv map and camera picture at each height, resized as in the optimizer; the
-/// camera picture at full size; the depth camera's picture, if any; with `pictures` also the camera picture and the mesh's depth
-/// of the largest height as picture files. Holds one height at a time. Thread-safe for different views. `images` may be null if
-/// every picture is NPY and no picture files are written. Throws Error naming the file or the map if it cannot be read, and for
-/// values that fresco::dataset's checks refuse.
+/// camera picture at full size; the depth camera's picture, if any. Holds one height at a time. Thread-safe for different views.
+/// `images` may be null if every picture is NPY and no picture files are written. Throws Error naming the file or the map if it
+/// cannot be read, and for values that fresco::dataset's checks refuse.
 WrittenFiles write_view(const std::filesystem::path& folder, const fresco::UvMaps& maps, std::size_t view,
-                        const fresco::Frame& frame, const fresco::ImageIo* images, fresco::dataset::UvType uv, bool pictures);
+                        const fresco::Frame& frame, const fresco::ImageIo* images, const ViewOptions& options);
 
 /// The view's entry in the manifest.
 fresco::dataset::View view_entry(const fresco::UvMaps& maps, std::size_t view, const fresco::Frame& frame,

@@ -1,5 +1,6 @@
 #include "catch.h"
 #include "small_recording.h"
+#include "stylemesh_layout.h"
 #include "view_writer.h"
 
 #include <fresco/files_io.h>

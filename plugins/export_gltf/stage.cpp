@@ -20,12 +20,12 @@ namespace
 class ExportGltf final : public Stage
 {
     ExportedMesh exported{this};
-    Input<Relief> relief{this, "relief", optional, "Normals and roughness of the paint (texture.relief); needs material: pbr"};
+    Input<Relief> relief{this, "relief", optional, "Normals and roughness of the paint (texture.relief)"};
     Output<Files> files{this, "files", "One .glb file"};
     Option<OutputName> path{this, "path", OutputName{"room.glb"}, extensions({".glb"}), "Output path below --out"};
     Option<std::string> material{
         this, "material", "unlit", one_of({"unlit", "pbr"}),
-        "unlit: as painted (KHR_materials_unlit); pbr: lit, rough, smooth normals; always pbr without colors"};
+        "unlit: as painted (KHR_materials_unlit); pbr: lit, rough, smooth normals; always pbr with a relief or without colors"};
     PictureOptions picture{this};
     Option<bool> quantize{
         this, "quantize", false,
@@ -43,9 +43,10 @@ class ExportGltf final : public Stage
 
     GlbOptions glb_options(RunContext& run) const
     {
-        // Without any color an unlit shape would be white all over.
+        // Without any color an unlit shape would be white all over, and unlit paint has no relief.
         const bool has_colors = exported.has_picture() || !exported.mesh().colors.empty();
-        return {.material = *material == "pbr" || !has_colors ? GltfMaterial::pbr : GltfMaterial::unlit,
+        const bool is_lit = *material == "pbr" || relief.has_value() || !has_colors;
+        return {.material = is_lit ? GltfMaterial::pbr : GltfMaterial::unlit,
                 .turn = up.turn(exported.mesh(), {0, 1, 0}, run),
                 .image_type = picture.extension() == ".jpg" ? "image/jpeg" : "image/png",
                 .quantize = *quantize,
@@ -58,9 +59,6 @@ class ExportGltf final : public Stage
         exported.check();
         if (relief.has_value() && !exported.has_picture())
             throw Error("port 'relief' needs port 'textured_mesh': wire the mesh that texture.relief read");
-        if (relief.has_value() && *material == "unlit")
-            throw Error(
-                "option \"material\" is \"unlit\", which shows no relief: set it to \"pbr\", or leave port 'relief' unwired");
     }
 
     void run(RunContext& run) override

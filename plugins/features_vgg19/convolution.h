@@ -5,13 +5,10 @@
 
 #include "winograd_kernel.h"
 
-#include <fresco/weights/vgg19.h>
-
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <span>
 #include <vector>
 

@@ -25,7 +25,7 @@ struct Convolution
 };
 
 /// VGG-19 for float32 pictures on the CPU: convolutions by minimal filtering, channels innermost from end to end, and for the
-/// way back one byte for each response instead of the response. Thread-safe. Equal bytes for any number of threads.
+/// way back at most one byte for each response instead of the response. Thread-safe. Equal bytes for any number of threads.
 class CpuEncoder : public std::enable_shared_from_this<CpuEncoder>
 {
   public:

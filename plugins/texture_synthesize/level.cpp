@@ -84,7 +84,7 @@ Level::Level(const Task& task, double spacing_m, double scale, const LevelOption
       share_(under != nullptr ? share_over(unshown, progress) : std::vector<float>()),
       patches_(task.surface, grid_, task.upright, options.side, options.stride, progress, task.lines, share_),
       picture_(task.picture, scale, options.side, progress, task.lines.empty() ? 0 : options.search.stroke_px),
-      start_(grid_.texels().size()), uses_(patches_, grid_, picture_, options.search.stroke_px),
+      start_(grid_.texels().size()), uses_(patches_, grid_, picture_, options.search.stroke_px, progress),
       crowding_(picture_.key_count(), 1.0F)
 {
     const auto painted = [](const Level& level, Vec2f at) { return level.picture().color(at); };

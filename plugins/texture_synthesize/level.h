@@ -98,6 +98,7 @@ class Level
     /// must outlive this level.
     Level(const Task& task, double spacing_m, double scale, const LevelOptions& options, const Progress& progress,
           const Level* under = nullptr);
+    Level(const Level&) = delete;  // Its parts refer to each other.
 
     const SurfaceGrid& grid() const { return grid_; }
     const Patches& patches() const { return patches_; }

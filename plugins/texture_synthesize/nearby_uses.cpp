@@ -24,7 +24,8 @@ int blocks_between(const Block& a, const Block& b)
 
 }  // namespace
 
-NearbyUses::NearbyUses(const Patches& patches, const SurfaceGrid& grid, const StylePicture& picture, double stroke_px)
+NearbyUses::NearbyUses(const Patches& patches, const SurfaceGrid& grid, const StylePicture& picture, double stroke_px,
+                       const Progress& progress)
     : patches_(&patches), cell_px_(static_cast<float>(stroke_px / 2)),
       columns_(static_cast<int>(static_cast<float>(picture.lab().width) / cell_px_) + 3),
       rows_(static_cast<int>(static_cast<float>(picture.lab().height) / cell_px_) + 3), order_(patches.count()),
@@ -55,8 +56,8 @@ NearbyUses::NearbyUses(const Patches& patches, const SurfaceGrid& grid, const St
         block_of_[place.first] = static_cast<std::uint32_t>(blocks_.size() - 1);
     }
     blocks_.push_back({0, 0, 0, places.size()});
-    beside_ = within(blocks_beside);
-    around_ = within(blocks_around);
+    beside_ = within(blocks_beside, progress);
+    around_ = within(blocks_around, progress);
 
     const RasterF variance = local_variance(picture.lab(), stroke_px / 2);
     for (std::size_t key = 0; key < motifs_.size(); ++key)
@@ -68,13 +69,15 @@ NearbyUses::NearbyUses(const Patches& patches, const SurfaceGrid& grid, const St
         v = v > 0 ? v / (v + *middle) : 0;
 }
 
-NearbyUses::Neighbors NearbyUses::within(int distance) const
+NearbyUses::Neighbors NearbyUses::within(int distance, const Progress& progress) const
 {
     Neighbors result;
     const auto end = blocks_.end() - 1;
     const auto place = [](const Block& b) { return std::tuple(b.x, b.y, b.z); };
     for (auto middle = blocks_.begin(); middle != end; ++middle)
     {
+        if (result.first.size() % 4096 == 0)
+            progress.check_canceled();
         result.first.push_back(result.blocks.size());
         for (int x = middle->x - distance; x <= middle->x + distance; ++x)
             for (int y = middle->y - distance; y <= middle->y + distance; ++y)

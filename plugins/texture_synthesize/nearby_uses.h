@@ -25,7 +25,8 @@ class NearbyUses
   public:
     NearbyUses() = default;
     /// `stroke_px`: width of a stroke, in texels of the grid and pixels of the picture.
-    NearbyUses(const Patches& patches, const SurfaceGrid& grid, const StylePicture& picture, double stroke_px);
+    NearbyUses(const Patches& patches, const SurfaceGrid& grid, const StylePicture& picture, double stroke_px,
+               const Progress& progress);
 
     /// All patches, block by block.
     const std::vector<std::uint32_t>& order() const { return order_; }
@@ -67,7 +68,7 @@ class NearbyUses
             return std::span(blocks).subspan(first[block], first[block + 1] - first[block]);
         }
     };
-    Neighbors within(int distance) const;
+    Neighbors within(int distance, const Progress& progress) const;
 
     /// The square that a place is in if it were `shift` squares further right and down.
     std::uint32_t cell(Vec2f at, float shift) const
@@ -94,6 +95,7 @@ class NearbyUses::Map
 {
   public:
     Map(const NearbyUses& uses, const Placed& placed);
+    Map(const NearbyUses& uses, Placed&&) = delete;
 
     /// Goes to a patch: its block, those beside it (2 to 4 strokes away) and those around it (8 to 10 strokes).
     void move_to(std::size_t patch);

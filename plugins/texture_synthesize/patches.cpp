@@ -494,7 +494,7 @@ Patches::Patches(const PaintedSurface& surface, const SurfaceGrid& grid, const U
                     });
         counts[i] = static_cast<std::uint32_t>(list.size() - before);
     };
-    points_.reserve(2 * regular * points_per_patch());  // Memory that is not used costs nothing, moving it does.
+    points_.reserve((regular + regular / 8) * points_per_patch());  // To be moved seldom.
     points_.resize(regular * points_per_patch());
     parallel_for(regular, patches_per_list, progress.threads(),
                  [&](std::size_t begin, std::size_t end)
@@ -520,7 +520,7 @@ Patches::Patches(const PaintedSurface& surface, const SurfaceGrid& grid, const U
         for (const std::uint32_t texel : list)
             ++first_cover_[texel + 1];
     std::partial_sum(first_cover_.begin(), first_cover_.end(), first_cover_.begin());
-    covers_.resize(first_cover_.back());
+    covers_ = std::make_unique_for_overwrite<std::uint32_t[]>(first_cover_.back());
     std::vector<std::uint32_t> filled(texels.size(), 0);
     std::uint32_t patch = 0;
     for (auto& list : lists)
@@ -530,7 +530,7 @@ Patches::Patches(const PaintedSurface& surface, const SurfaceGrid& grid, const U
                 covers_[first_cover_[list[at]] + filled[list[at]]++] = patch;
         list = std::vector<std::uint32_t>();
 #ifdef __GLIBC__
-        malloc_trim(0);  // So that covers_ takes the place of the lists.
+        malloc_trim(0);  // So that covers_, which nothing has touched yet, takes the place of the lists.
 #endif
     }
 }

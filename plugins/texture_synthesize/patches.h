@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -107,7 +108,7 @@ class Patches
     /// The patches over a texel, in ascending order; at least one where there is a share.
     std::span<const std::uint32_t> covers(std::size_t texel) const
     {
-        return std::span(covers_).subspan(first_cover_[texel], first_cover_[texel + 1] - first_cover_[texel]);
+        return {&covers_[first_cover_[texel]], first_cover_[texel + 1] - first_cover_[texel]};
     }
 
     /// Where a texel at `position` lies on a patch, in texels from its center to the right and down, to 1 / 1024. Not kept for
@@ -149,7 +150,7 @@ class Patches
     std::vector<Patch> patches_;
     std::vector<Point> points_;
     std::vector<std::size_t> first_cover_;
-    std::vector<std::uint32_t> covers_;
+    std::unique_ptr<std::uint32_t[]> covers_;
 };
 
 }  // namespace fresco::synthesize

@@ -291,7 +291,7 @@ Raster<T> to_raster(const NpyArray& array, std::string_view source)
     const auto fail = [&](const std::string& what) { throw Error(std::string(source) + ": " + what); };
     if (shape.size() != 2 && shape.size() != 3)
         fail("expected an array H x W or H x W x C");
-    if (*std::ranges::max_element(shape) > most)
+    if (std::max(shape[0], shape[1]) > most)
         fail("larger than 1048576 pixels along a side");
     if (array.type != form_of<T>().type)
         fail("array of type " + form_of(array.type).name() + "; expected " + form_of<T>().name());

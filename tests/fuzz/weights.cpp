@@ -107,8 +107,8 @@ void read_zip(Bytes bytes)
 }
 
 const Registered registered{{"safetensors", "sdk/weights/src/(safetensors|state_dict|vgg19)\\.cpp", read_safetensors},
-                            {"torch_pickle", "sdk/weights/src/(pickle_calls|pickle_machine|torch_state)\\.cpp", read_pickle},
-                            {"torch_zip", "sdk/weights/src/(torch_zip|zip_archive)\\.cpp", read_zip}};
+                            {"torch_pickle", "sdk/weights/src/pickle\\.cpp", read_pickle},
+                            {"torch_zip", "sdk/weights/src/torch_file\\.cpp", read_zip}};
 
 }  // namespace
 }  // namespace fresco::fuzz

@@ -36,11 +36,12 @@ class Progress : public Count
     /// A new unit or total begins a new count; a resumed stage's head start does not count as speed.
     void update(double new_done, double new_total, const std::string& new_unit, const Value& new_metrics)
     {
-        if (unit.empty() || unit != new_unit || total < new_total || total > new_total || new_done < done)
+        if (!begun_ || unit != new_unit || total < new_total || total > new_total || new_done < done)
         {
             first_ = new_done;
             first_time_ = Clock::now();
         }
+        begun_ = true;
         done = new_done;
         total = new_total;
         unit = new_unit;
@@ -65,7 +66,11 @@ class Progress : public Count
         return text;
     }
 
+    /// Of a stage that reported any progress.
+    bool has_begun() const { return begun_; }
+
   private:
+    bool begun_ = false;
     double first_ = 0;
     Clock::time_point first_time_;
 };
@@ -383,7 +388,7 @@ class PlainDisplay final : public QuietDisplay
             {
                 entry.shown = Clock::now();
                 print_message(stage + ": " +
-                              (entry.progress.unit.empty() ? duration_text(since(entry.begin)) : entry.progress.text()));
+                              (!entry.progress.has_begun() ? duration_text(since(entry.begin)) : entry.progress.text()));
             }
     }
 

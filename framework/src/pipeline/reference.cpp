@@ -158,7 +158,7 @@ std::vector<std::pair<fs::path, const ReferencePage*>> differing(const std::vect
     {
         others.erase(page.file);
         const fs::path file = folder / page.file;
-        if (!fs::exists(file) || read_text_file(file) != page.text)
+        if (!is_page(file) || read_text_file(file) != page.text)
             result.emplace_back(file, &page);
     }
     for (const std::string& file : others)

@@ -135,7 +135,7 @@ class StageRun
         start_ = std::chrono::steady_clock::now();
         verify_inputs();
         factory_.open_all();
-        std::unique_ptr<Configurable> object = factory_.make(request_.type);
+        std::unique_ptr<Configurable> object = factory_.make(request_.type, "stage");
         // The probe has seen that it is one, as for readers.
         auto& stage = dynamic_cast<Stage&>(*object);
         stage.configure(request_.options, factory_);

@@ -44,10 +44,20 @@ auto named(const std::filesystem::path& library, const Work& work)
 
 WorkerFactory::~WorkerFactory() = default;
 
-std::unique_ptr<Configurable> WorkerFactory::make(const std::string& type)
+std::unique_ptr<Configurable> WorkerFactory::make(const std::string& type, std::string_view kind)
 {
-    const std::filesystem::path& library = libraries_.at(type);
-    return named(library, [&] { return open(type, library).make(type); });
+    const auto library = libraries_.find(type);
+    if (library == libraries_.end() || identities_.find(type) == nullptr)
+        throw PluginFailure("no plugin is known for the type " + type);
+    return named(library->second,
+                 [&]
+                 {
+                     const PluginLibrary& plugin = open(type, library->second);
+                     for (const auto& entry : plugin.entries())
+                         if (entry.type == type && entry.kind != kind)
+                             throw Error("a " + std::string(kind) + " is needed, " + type + " is a " + entry.kind);
+                     return plugin.make(type);
+                 });
 }
 
 void WorkerFactory::open_all()
@@ -75,7 +85,7 @@ std::shared_ptr<Component> WorkerFactory::create(std::string_view kind, const Va
     if (const auto known = made_.find(identity); known != made_.end())
         return known->second;
     const std::string& type = config.at("type").as_string();
-    const auto shared = std::dynamic_pointer_cast<Component>(std::shared_ptr<Configurable>(make(type)));
+    const auto shared = std::dynamic_pointer_cast<Component>(std::shared_ptr<Configurable>(make(type, kind)));
     if (shared == nullptr)
         throw PluginFailure("plugin " + libraries_.at(type).string() + ": " + type + " is not a component");
     Value::Map options = config.as_map();

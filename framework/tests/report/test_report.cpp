@@ -342,6 +342,10 @@ TEST_CASE("while a page is made the store is in use")
 
 TEST_CASE("where a picture cannot be opened the page is there all the same")
 {
+    Workplace without({"good"});
+    without.write("sweep.yaml", sweep);
+    without.run({"run", "sweep.yaml", "--set", "n=[13, 110]"}, 0);
+    CHECK(contains(without.read("out/sweep.html"), "no plugin shows artifacts"));
     Workplace place({"good", "pictures"});
     place.write("sweep.yaml", sweep);
     // The viewer crashes.

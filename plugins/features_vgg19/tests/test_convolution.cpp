@@ -99,8 +99,9 @@ TEST_CASE("Every kernel's convolution is the sum over the window, rectified, for
         int height, width, inputs, outputs;
     };
     for (const auto* kernel : kernels_here())
-        for (const auto [height, width, inputs, outputs] : {Case{1, 1, 16, 16}, Case{1, 7, 16, 32}, Case{2, 2, 3, 48},
-                                                            Case{5, 4, 32, 80}, Case{9, 13, 16, 64}, Case{27, 30, 48, 64}})
+        for (const auto [height, width, inputs, outputs] :
+             {Case{1, 1, 16, 16}, Case{1, 7, 16, 32}, Case{2, 2, 3, 48}, Case{5, 4, 32, 80}, Case{9, 13, 16, 64},
+              Case{27, 30, 48, 64}, Case{9, 13, 256, 256}})
             for (const auto border : {Border::zero, Border::reflect})
             {
                 INFO(kernel->name << ", " << height << " x " << width << ", " << inputs << " -> " << outputs);
@@ -178,8 +179,8 @@ TEST_CASE("Every kernel's way back is the sum over the filters turned round")
     };
     for (const auto* kernel : kernels_here())
         // Few tiles, and as many as fill blocks and leave one, two or three groups over.
-        for (const auto [height, width, inputs, outputs] :
-             {Case{1, 2, 16, 16}, Case{7, 18, 80, 48}, Case{9, 30, 48, 144}, Case{67, 65, 16, 16}, Case{65, 77, 3, 16}})
+        for (const auto [height, width, inputs, outputs] : {Case{1, 2, 16, 16}, Case{7, 18, 80, 48}, Case{9, 30, 48, 144},
+                                                            Case{67, 65, 16, 16}, Case{65, 77, 3, 16}, Case{9, 13, 256, 256}})
             for (const int beyond : {0, 1})
             {
                 INFO(kernel->name << ", " << height << " x " << width << ", " << inputs << " -> " << outputs);
@@ -204,6 +205,8 @@ TEST_CASE("Every kernel's way back is the sum over the filters turned round")
 
 TEST_CASE("Pooling and its way back, by hand, with an odd row and column")
 {
+    const auto* kernel = GENERATE(from_range(kernels_here()));
+    INFO(kernel->name);
     // Channel 0 of 3 x 5 pixels; the other channels are 0. The filters leave everything as it is.
     const std::vector<float> values{1, 5, 2, 2, 9, 4, 3, 2, 2, 9, 9, 9, 9, 9, 9};
     const MapsShape shape{3, 5, 16};
@@ -223,7 +226,8 @@ TEST_CASE("Pooling and its way back, by hand, with an odd row and column")
     std::vector<std::uint8_t> chosen(2 * 16, 7);
     const auto rectified = [&](const Responses& out)
     {
-        Convolution3x3(weights, 16, 16).rectified(maps.data(), shape, Border::zero, bias.data(), out, on_threads(1));
+        Convolution3x3(weights, 16, 16, Convolution3x3::Way::there, *kernel)
+            .rectified(maps.data(), shape, Border::zero, bias.data(), out, on_threads(1));
         return std::array{std::round(100 * pooled[0]) / 100, std::round(100 * pooled[16]) / 100};
     };
     const auto back = [&](const float* with_own, const std::uint8_t* of_chosen)
@@ -231,7 +235,7 @@ TEST_CASE("Pooling and its way back, by hand, with an odd row and column")
         const ResponseGradient all{
             .own = with_own, .of_next = {of_next.data(), 32}, .pooled = true, .masks = mask.data(), .chosen = of_chosen};
         std::vector<float> gradient(shape.size());
-        Convolution3x3(weights, 16, 16, Convolution3x3::Way::back).back(all, shape, 0, gradient.data(), on_threads(1));
+        Convolution3x3(weights, 16, 16, Convolution3x3::Way::back, *kernel).back(all, shape, 0, gradient.data(), on_threads(1));
         std::vector<float> first;
         for (std::size_t i = 0; i < values.size(); ++i)
             first.push_back(std::round(100 * gradient[i * 16]) / 100);

@@ -192,7 +192,7 @@ TEST_CASE("uses nearby are those that every patch counts among all others")
     level.begin(nullptr, run);
     level.paint_round(run);
     const plain::PlainLevel twin(small.task, level, options, 0.9);
-    const NearbyUses uses(level.patches(), level.grid(), level.picture(), 3);
+    const NearbyUses uses(level.patches(), level.grid(), level.picture(), 3, run);
     const NearbyUses::Placed placed = uses.placed(level.matches());
     NearbyUses::Map map(uses, placed);
     const NearbyUses::Placed nothing;

@@ -7,7 +7,9 @@
 #include <algorithm>
 #include <cstring>
 #include <fmt/format.h>
+#include <functional>
 #include <limits>
+#include <numeric>
 #include <stdexcept>
 #include <utility>
 
@@ -131,6 +133,7 @@ class Reader
 
     ElementType type_of(const std::string& name, const std::string& where) const
     {
+        // From the first of them to the last.
         for (auto type = ElementType::float64; type <= ElementType::boolean; type = ElementType{static_cast<int>(type) + 1})
             if (name_of(type) == name)
                 return type;
@@ -225,7 +228,10 @@ std::vector<std::byte> to_safetensors(std::span<const TensorView> tensors, const
 {
     std::vector<std::byte> head;
     std::vector<std::byte> bytes;
-    for (const auto piece : pieces(tensors, metadata, head))
+    const auto all = pieces(tensors, metadata, head);
+    bytes.reserve(
+        std::transform_reduce(all.begin(), all.end(), std::size_t{0}, std::plus<>(), [](auto piece) { return piece.size(); }));
+    for (const auto piece : all)
         bytes.insert(bytes.end(), piece.begin(), piece.end());
     return bytes;
 }

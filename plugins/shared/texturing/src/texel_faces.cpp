@@ -266,6 +266,8 @@ TexelFaces find_texel_faces(const Mesh& mesh, const Charts& charts, int size, co
     std::vector<std::vector<std::uint32_t>> faces_in((static_cast<std::size_t>(size) + rows_per_band - 1) / rows_per_band);
     for (std::uint32_t face = 0; face < mesh.triangles.size(); ++face)
     {
+        if (face % 4096 == 0)
+            progress.check_canceled();
         const Box box = bounding_box(texel_corners(mesh, face, size), size);
         const std::size_t last = static_cast<std::size_t>(box.y1) / rows_per_band;
         for (std::size_t band = static_cast<std::size_t>(box.y0) / rows_per_band; band <= last; ++band)
@@ -274,11 +276,14 @@ TexelFaces find_texel_faces(const Mesh& mesh, const Charts& charts, int size, co
     parallel_for(faces_in.size(), 1, progress.threads(),
                  [&](std::size_t begin, std::size_t end)
                  {
-                     progress.check_canceled();
                      for (std::size_t band = begin; band < end; ++band)
-                         for (const std::uint32_t face : faces_in[band])
-                             draw_face(mesh, face, static_cast<int>(band * rows_per_band),
+                         for (std::size_t i = 0; i < faces_in[band].size(); ++i)
+                         {
+                             if (i % 1024 == 0)
+                                 progress.check_canceled();
+                             draw_face(mesh, faces_in[band][i], static_cast<int>(band * rows_per_band),
                                        static_cast<int>((band + 1) * rows_per_band) - 1, result);
+                         }
                  });
     adopt_small_charts(charts, result);
     return result;

@@ -58,6 +58,7 @@ struct TexelFaces
 
 /// Every texel that a face touches, however little; where several do, the one that holds the center comes first, then the lower
 /// face. Equal for any number of threads. Throws Canceled.
+/// \pre Texcoords are finite.
 TexelFaces find_texel_faces(const Mesh& mesh, const Charts& charts, int size, const Progress& progress);
 
 /// The weights of its face's corners at a covered texel's center: at least 0, and 1 in all.

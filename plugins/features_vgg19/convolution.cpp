@@ -341,7 +341,7 @@ void Convolution3x3::transform(const Job& job, const Block& block, std::size_t f
         pixels.next[i] =
             has_next ? of_next.values + unsigned_of(sy) * of_next.row + unsigned_of(sx * shape.channels) : zeros.data();
         pixels.chosen[i] = !has_next ? no_bytes : chosen != nullptr ? chosen + small.offset(sy, sx) : masks + offset;
-        pixels.number[i] = chosen != nullptr ? static_cast<std::uint8_t>(y % 2 * 2 + x % 2) : 1;
+        pixels.number[i] = static_cast<std::uint8_t>(chosen != nullptr ? y % 2 * 2 + x % 2 : 1);
         if (own == nullptr)
             return;
         pixels.own[i] = own + offset;

@@ -163,7 +163,7 @@ def _matrix(camera, width, height):
 
 
 def _pose(camera):
-    return np.vstack([np.array(camera["world_from_camera"]), [0, 0, 0, 1]])
+    return np.vstack([np.reshape(camera["world_from_camera"], (3, 4)), [0, 0, 0, 1]])
 
 
 def points(view):

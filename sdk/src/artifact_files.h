@@ -15,10 +15,6 @@
 namespace fresco::detail
 {
 
-Value to_value(const Camera& camera);
-/// Throws Error naming the place of what is missing, or of a camera that is not usable.
-Camera camera_from(const JsonPlace& place);
-
 /// A JSON file of an artifact's folder: an entry by its name, or the whole. Throws Error naming the file.
 class JsonFile
 {

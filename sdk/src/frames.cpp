@@ -83,8 +83,8 @@ Frame frame_from(const JsonPlace& place, const ArtifactFolder& folder)
     frame.sequence = safe_name_from(place["sequence"]);
     frame.name = safe_name_from(place["name"]);
     frame.number = place["number"].integer();
-    frame.color = detail::camera_from(place["color_camera"]);
-    frame.depth = detail::camera_from(place["depth_camera"]);
+    frame.color = camera_from(place["color_camera"]);
+    frame.depth = camera_from(place["depth_camera"]);
     frame.color_picture = picture_from(place["color_picture"], folder);
     frame.depth_picture = picture_from(place["depth_picture"], folder);
     frame.depth_unit_m = depth_unit_from(place["depth_unit_m"]);
@@ -150,8 +150,8 @@ void Frames::save(const ArtifactFolder& folder) const
         list.emplace_back(Value::Map{{"sequence", frame.sequence},
                                      {"name", frame.name},
                                      {"number", static_cast<std::int64_t>(frame.number)},
-                                     {"color_camera", detail::to_value(frame.color)},
-                                     {"depth_camera", detail::to_value(frame.depth)},
+                                     {"color_camera", to_value(frame.color)},
+                                     {"depth_camera", to_value(frame.depth)},
                                      {"color_picture", picture_to_value(frame.color_picture, folder)},
                                      {"depth_picture", picture_to_value(frame.depth_picture, folder)},
                                      {"depth_unit_m", frame.depth_unit_m},
@@ -282,6 +282,36 @@ void check_camera(const Camera& camera, std::string_view source)
     for (const double along : {at.x, at.y, at.z})
         if (!(std::abs(along) <= farthest_m))
             fail("the camera is more than 1e7 m from the world's origin; the pose is damaged, or of another unit");
+}
+
+Value to_value(const Camera& camera)
+{
+    const Intrinsics& k = camera.intrinsics;
+    const auto& r = camera.world_from_camera.rotation.m;
+    const Vec3d& at = camera.world_from_camera.translation;
+    Value::List pose{r[0], r[1], r[2], at.x, r[3], r[4], r[5], at.y, r[6], r[7], r[8], at.z};
+    return Value::Map{{"width", k.width},
+                      {"height", k.height},
+                      {"fx", k.fx},
+                      {"fy", k.fy},
+                      {"cx", k.cx},
+                      {"cy", k.cy},
+                      {"world_from_camera", std::move(pose)}};
+}
+
+Camera camera_from(const JsonPlace& place)
+{
+    place.has_only({"width", "height", "fx", "fy", "cx", "cy", "world_from_camera"});
+    Camera camera;
+    camera.intrinsics = {place["width"].size(), place["height"].size(), place["fx"].number(),
+                         place["fy"].number(),  place["cx"].number(),   place["cy"].number()};
+    // 3 x 4, row-major.
+    const auto pose = place["world_from_camera"].numbers(12);
+    RigidTransform& t = camera.world_from_camera;
+    t.rotation.m = {pose[0], pose[1], pose[2], pose[4], pose[5], pose[6], pose[8], pose[9], pose[10]};
+    t.translation = {pose[3], pose[7], pose[11]};
+    check_camera(camera, place.place());
+    return camera;
 }
 
 }  // namespace fresco

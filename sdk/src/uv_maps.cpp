@@ -2,6 +2,7 @@
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
+#include <fresco/frames.h>
 #include <fresco/run_context.h>
 #include <fresco/uv_maps.h>
 
@@ -43,7 +44,7 @@ void UvMaps::save(const ArtifactFolder& folder) const
     for (const View& view : views)
         list.emplace_back(Value::Map{{"sequence", view.sequence},
                                      {"frame", view.frame},
-                                     {"camera", detail::to_value(view.camera)},
+                                     {"camera", to_value(view.camera)},
                                      {"valid_pixels", Value::List(view.valid_pixels.begin(), view.valid_pixels.end())}});
     write_file(folder.path / "uvmaps.json", to_json(Value::Map{{"atlas", atlas},
                                                                {"texture_px", texture_px},
@@ -68,7 +69,7 @@ std::shared_ptr<UvMaps> UvMaps::load(const ArtifactFolder& folder)
         View view;
         view.sequence = place["sequence"].text();
         view.frame = place["frame"].text();
-        view.camera = detail::camera_from(place["camera"]);
+        view.camera = camera_from(place["camera"]);
         for (const JsonPlace& count : place["valid_pixels"].list(result->heights_px.size()))
             view.valid_pixels.push_back(count.integer());
         result->views.push_back(std::move(view));

@@ -12,6 +12,8 @@ namespace fresco
 {
 
 class ImageIo;
+class JsonPlace;
+class Value;
 
 /// A picture on disk: a user's file, or a file of the frames' own folder. Its content hash is taken when it is first listed and
 /// compared when it is read.
@@ -73,6 +75,11 @@ Raster8 mask_at(const Raster8& mask, int width, int height);
 /// longer side (from 178 degrees to 20 arc seconds), the center no more than 10 000 times the longer side away, finite entries, a
 /// pose that turns (rotation_error <= 1e-2, determinant positive) and stays within 1e7 m of the world's origin along each axis.
 void check_camera(const Camera& camera, std::string_view source);
+
+/// A camera in JSON: `width`, `height`, `fx`, `fy`, `cx`, `cy` in pixels, `world_from_camera` as 3 x 4 numbers, row by row.
+Value to_value(const Camera& camera);
+/// Reads one. Throws Error naming the place of what is missing, or of a camera that is not usable.
+Camera camera_from(const JsonPlace& place);
 
 /// What costs of stages count by.
 namespace count

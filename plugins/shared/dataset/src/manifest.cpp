@@ -35,36 +35,6 @@ std::string view_folder(std::size_t view)
     return fmt::format("views/{:06}/", view);
 }
 
-Value camera_value(const Camera& camera)
-{
-    const Intrinsics& k = camera.intrinsics;
-    const Mat3& r = camera.world_from_camera.rotation;
-    const Vec3d& at = camera.world_from_camera.translation;
-    const auto row = [&](int i, double last) { return Value::List{r(i, 0), r(i, 1), r(i, 2), last}; };
-    return Value::Map{{"width", k.width},
-                      {"height", k.height},
-                      {"fx", k.fx},
-                      {"fy", k.fy},
-                      {"cx", k.cx},
-                      {"cy", k.cy},
-                      {"world_from_camera", Value::List{row(0, at.x), row(1, at.y), row(2, at.z)}}};
-}
-
-Camera camera_from(const JsonPlace& place)
-{
-    place.has_only({"width", "height", "fx", "fy", "cx", "cy", "world_from_camera"});
-    Camera camera;
-    camera.intrinsics = {place["width"].size(), place["height"].size(), place["fx"].number(),
-                         place["fy"].number(),  place["cx"].number(),   place["cy"].number()};
-    const auto rows = place["world_from_camera"].list(3);
-    const auto x = rows[0].numbers(4);
-    const auto y = rows[1].numbers(4);
-    const auto z = rows[2].numbers(4);
-    camera.world_from_camera = {{{x[0], x[1], x[2], y[0], y[1], y[2], z[0], z[1], z[2]}}, {x[3], y[3], z[3]}};
-    check_camera(camera, place.place());
-    return camera;
-}
-
 bool is_part(std::string_view part)
 {
     const auto bad = [](char c) { return static_cast<unsigned char>(c) < 32 || c == 127 || c == '/' || c == '\\'; };
@@ -100,8 +70,8 @@ Value to_value(const View& view)
     return Value::Map{{"sequence", view.sequence},
                       {"frame", view.frame},
                       {"number", view.number},
-                      {"color_camera", camera_value(view.color)},
-                      {"depth_camera", camera_value(view.depth)},
+                      {"color_camera", to_value(view.color)},
+                      {"depth_camera", to_value(view.depth)},
                       {"depth_unit_m", view.depth_unit_m ? Value(*view.depth_unit_m) : Value()},
                       {"sharpness", view.sharpness},
                       {"valid_pixels", Value::List(view.valid_pixels.begin(), view.valid_pixels.end())}};

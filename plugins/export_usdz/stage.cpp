@@ -22,11 +22,11 @@ namespace
 class ExportUsdz final : public Stage
 {
     Input<TexturedMesh> textured_mesh{this, "textured_mesh", "The mesh with its picture, as texture.bake makes it"};
-    Input<Relief> relief{this, "relief", optional, "Normals and roughness of the paint (texture.relief); needs material: pbr"};
+    Input<Relief> relief{this, "relief", optional, "Normals and roughness of the paint (texture.relief)"};
     Output<Files> files{this, "files", "One .usdz file"};
     Option<OutputName> path{this, "path", OutputName{"room.usdz"}, extensions({".usdz"}), "Output path below --out"};
     Option<std::string> material{this, "material", "unlit", one_of({"unlit", "pbr"}),
-                                 "unlit: as painted (emitted); pbr: lit, rough, smooth normals"};
+                                 "unlit: as painted (emitted); pbr: lit, rough, smooth normals; always pbr with a relief"};
     PictureOptions picture{this};
     geometry::UprightOption up{this};
 
@@ -40,9 +40,6 @@ class ExportUsdz final : public Stage
     void run(RunContext& run) override
     {
         check_textured_mesh(*textured_mesh, "the mesh on port 'textured_mesh'");
-        if (relief.has_value() && *material == "unlit")
-            throw Error(
-                "option \"material\" is \"unlit\", which shows no relief: set it to \"pbr\", or leave port 'relief' unwired");
         const WeldedMesh welded = weld(up.standing(textured_mesh->mesh, {0, 1, 0}, run));
         const PictureOptions::Encoded image = picture.encoded(*textured_mesh, picture.extension(), run);
         const std::string extension = picture.extension();
@@ -63,7 +60,7 @@ class ExportUsdz final : public Stage
         zip.begin("room.usda");
         write_usda(welded,
                    {.picture = pictures[0].first,
-                    .lit = *material == "pbr",
+                    .lit = *material == "pbr" || relief.has_value(),
                     .normals = relief.has_value() ? pictures[1].first : "",
                     .roughness = relief.has_value() ? pictures[2].first : ""},
                    [&](std::string_view piece)

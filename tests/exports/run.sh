@@ -30,9 +30,9 @@ stages:
   usdz_lit: {type: export.usdz, input: bake, path: lit.usdz, material: pbr, image_format: jpeg, up: z}
   page: {type: export.page, input: {textured_mesh: bake, frames: scan}, path: room.html}
   relief: {type: texture.relief, input: bake}
-  relief_glb: {type: export.gltf, input: {textured_mesh: bake, relief: relief}, path: relief.glb, material: pbr, up: z}
-  relief_small: {type: export.gltf, input: {textured_mesh: bake, relief: relief}, path: relief_small.glb, material: pbr, quantize: true, max_texture_px: 128}
-  relief_usdz: {type: export.usdz, input: {textured_mesh: bake, relief: relief}, path: relief.usdz, material: pbr, up: z}
+  relief_glb: {type: export.gltf, input: {textured_mesh: bake, relief: relief}, path: relief.glb, up: z}
+  relief_small: {type: export.gltf, input: {textured_mesh: bake, relief: relief}, path: relief_small.glb, quantize: true, max_texture_px: 128}
+  relief_usdz: {type: export.usdz, input: {textured_mesh: bake, relief: relief}, path: relief.usdz, up: z}
   relief_page: {type: export.page, input: {textured_mesh: bake, frames: scan, relief: relief}, path: relief.html}
   page_bare: {type: export.page, input: bake, path: bare.html, up: z}
 YAML

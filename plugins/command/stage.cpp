@@ -25,14 +25,14 @@ namespace
 
 namespace fs = std::filesystem;
 
-/// While a program runs, the end of the host ends first what the program started, then this process; the kernel alone would leave
-/// what is further down.
+/// If the host dies while a program runs, ends everything that the program started, then this process. The kernel would end only
+/// this process's own children.
 class HostWatch
 {
   public:
     HostWatch()
     {
-        // Nor what is printed to a host that is gone.
+        // Printing to a host that is gone must not end this process before the program.
         signal(SIGPIPE, SIG_IGN);
         prctl(PR_SET_PDEATHSIG, SIGTERM);
     }

@@ -229,8 +229,8 @@ class Aligner
         }
     }
 
-    /// To the mean of all views: with that of the others two views would trade places for ever. Nothing where no other view
-    /// sees the point.
+    /// From the mean of all views, this one included: compared with the mean of the others, two views would swap colors forever.
+    /// Nothing if no other view sees the point.
     std::optional<double> difference(std::size_t v, std::size_t i) const
     {
         const Sample& sample = samples_[v][i];

@@ -46,9 +46,9 @@ struct HouseCameras
 };
 
 /// Reads the lines `dataset`, `n_images`, `depth_directory`, `color_directory`, `intrinsics_matrix` (of the views below it) and
-/// `scan`; poses have OpenGL axes there and are turned to OpenCV's. Throws Error "source:line: …": another line, a name that is
-/// no plain file name, a view before any intrinsics, a pose that is no rigid transform, a number of views that is not `n_images`,
-/// a file that is cut.
+/// `scan`; poses have OpenGL axes there and are turned to OpenCV's. Throws Error "source:line: …": an unknown line, an
+/// invalid file name, a view before any intrinsics, a pose that is not a rigid transform, a number of views other than
+/// `n_images`, a truncated file.
 HouseCameras parse_cameras(std::string_view text, std::string_view source);
 
 /// The camera of a view, pictures of width x height. Throws Error naming its source.

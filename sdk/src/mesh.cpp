@@ -28,7 +28,7 @@ namespace
 constexpr float farthest_vertex_m = 1e7F;
 constexpr double smallest_m2 = 1e-8;
 
-/// Whether all are no greater; not true of what is no number.
+/// Whether no coordinate is larger than `most`, or NaN.
 bool are_within(Vec3f p, float most)
 {
     return std::abs(p.x) <= most && std::abs(p.y) <= most && std::abs(p.z) <= most;

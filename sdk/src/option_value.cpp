@@ -14,7 +14,7 @@ namespace
 /// File systems have no longer names.
 constexpr std::size_t most_name_bytes = 255;
 
-/// What is wrong with a path below --out that is not empty; empty if nothing is.
+/// The problem of a nonempty path below --out; empty if it is valid.
 std::string output_name_problem(const std::string& text, const std::vector<std::string>& extensions)
 {
     const std::filesystem::path path(text);

@@ -27,7 +27,7 @@ struct QueuedTask
 {
     std::size_t number = 0;          ///< In the task table.
     std::string group;               ///< Tasks of a group have the same axes and the same kind of resources.
-    std::string name;                ///< "texture@kitchen,waves": that of its log.
+    std::string name;                ///< "stage@value,value": that of its log.
     std::vector<std::size_t> needs;  ///< Numbers of the tasks that must end before it.
     JobLimits limits;
 };
@@ -61,7 +61,7 @@ struct ArrayElement
 
 struct JobArray
 {
-    std::string name;                    ///< "texture-0"
+    std::string name;                    ///< "stage-0"
     std::vector<ArrayElement> elements;  ///< By index.
     std::vector<ArrayDependency> dependencies;
     JobLimits limits;

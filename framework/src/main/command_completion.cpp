@@ -144,7 +144,7 @@ Words offered(const CLI::App& app, Words asked, std::size_t current)
         return program_completions({asked.begin() + 1, asked.end()});
     const Words words = whole_words(asked);
     const Place place = place_of(app, words);
-    // Of `--out=a` and of `--set a=b` only what is behind the sign is completed.
+    // `--out=a` and `--set a=b` are completed after the sign.
     std::string word = words.back();
     const std::size_t sign = word.find('=');
     const bool with_option = place.waiting == nullptr && word.starts_with("--") && sign != std::string::npos;

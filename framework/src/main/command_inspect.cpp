@@ -157,7 +157,7 @@ void add_inspect_commands(CLI::App& app, int& exit_code)
     CLI::App* log = app.add_subcommand("log", "Show what a stage printed when its result was made");
     const auto of_log = std::make_shared<LogArguments>();
     log->add_option("file", of_log->file, "Pipeline file (YAML)")->required();
-    log->add_option("stage", of_log->stage, "Stage, as in the file; of a matrix also texture@waves")->required();
+    log->add_option("stage", of_log->stage, "Stage, as in the file; of a matrix also NAME@VALUE")->required();
     of_log->places.add_store_to(*log);
     log->callback([of_log, &exit_code] { exit_code = print_log(*of_log); });
 }

@@ -148,8 +148,8 @@ void check_descriptors(std::string_view command)
 int run_command_line(int argc, char** argv)
 {
     check_descriptors(argc > 1 ? argv[1] : "");
-    CLI::App app("fresco paints scanned rooms: a pipeline of stages turns posed RGB-D frames, a mesh and a picture into a "
-                 "painted, textured mesh.",
+    CLI::App app("fresco paints scanned rooms. It runs pipelines of stages, which are declared in YAML and loaded from shared "
+                 "libraries.",
                  "fresco");
     app.formatter(std::make_shared<FoldedHelp>());
     app.require_subcommand(1);

@@ -320,7 +320,7 @@ class Wiring
     std::map<std::string, std::size_t, std::less<>> index_;
     ProblemList& problems_;
     std::vector<std::pair<const StageDraft*, Position>> unwired_;  ///< Whose inputs are to be reported, with where.
-    bool gave_up_ = false;  ///< On the stage at hand: an input could not be resolved, so that missing ones say nothing.
+    bool gave_up_ = false;  ///< An input of the current stage could not be resolved: missing ones are not reported.
 };
 
 /// Wires the files among a stage's inputs through readers.

@@ -48,7 +48,7 @@ bool is_decimal(char c)
     return c >= '0' && c <= '9';
 }
 
-/// What the number means that a text is, `digits` being what is behind its sign; nothing if it is something else than
+/// The value of a text that is a number; nothing if `digits`, the text without its sign, is not
 /// ( . [0-9]+ | [0-9]+ ( . [0-9]* )? ) ( [eE] [-+]? [0-9]+ )?
 std::optional<ResolvedScalar> resolve_number(const std::string& text, std::string_view digits)
 {
@@ -238,7 +238,7 @@ class TreeBuilder final : public YAML::EventHandler
 
     std::size_t offset_of(const YAML::Mark& mark) const
     {
-        // At the end of the text, yaml-cpp moves the column alone back to the line's beginning.
+        // At the end of the text, yaml-cpp resets the column but keeps the position.
         const std::size_t begin = line_begin(std::min(static_cast<std::size_t>(std::max(mark.pos, 0)), text_.size()));
         return std::min(begin + static_cast<std::size_t>(std::max(mark.column, 0)), text_.size());
     }

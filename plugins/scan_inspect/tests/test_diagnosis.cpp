@@ -94,7 +94,7 @@ bool shown(bool is_right, const std::string& name, const Diagnosis& found)
     return is_right;
 }
 
-/// The share of the mistakes of which `is_named` holds for the causes found.
+/// The share of mistakes whose causes `is_named` accepts.
 template <class Named>
 double share_named(const Looked& right, const raycast::Scene* scene, const std::vector<Case>& cases, const std::string& where,
                    const Named& is_named)

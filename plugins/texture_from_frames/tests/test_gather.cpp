@@ -34,7 +34,7 @@ UvMap uv_map_of(const std::vector<std::vector<float>>& rows, float step = 0.01F)
     return map;
 }
 
-/// So far away in pixels that a row's points lie straight before it: what is between two pixels is depth / focal.
+/// Looks straight at a row of points, which are depth / focal apart.
 Camera camera_of(const UvMap& map, double focal = 100)
 {
     Camera camera;

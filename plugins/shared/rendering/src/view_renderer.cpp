@@ -1,5 +1,4 @@
 #include <fresco/error.h>
-#include <fresco/numerics/bilinear.h>
 #include <fresco/parallel.h>
 #include <fresco/rendering/raster_finder.h>
 #include <fresco/rendering/view_renderer.h>
@@ -9,137 +8,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <cstring>
 #include <fmt/format.h>
 #include <mutex>
 #include <string>
 #include <utility>
 #include <vector>
 
-// The same operations in the same order, with the instructions that this processor has.
-// A sanitizer cannot watch the choice between them, which is made before it starts.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_THREAD__) &&                          \
-    !defined(__SANITIZE_ADDRESS__)
-#define FRESCO_WIDE_VECTORS __attribute__((target_clones("avx2", "default"), flatten))
-#else
-#define FRESCO_WIDE_VECTORS
-#endif
-
 namespace fresco::rendering
 {
-
-namespace
-{
-constexpr float steps_per_unit = 257;  // 255 becomes 65535
-
-Raster16 stored(const RasterF& values)
-{
-    Raster16 result(values.width, values.height, 4);
-    for (std::size_t texel = 0; texel < values.values.size() / 3; ++texel)
-        for (std::size_t c = 0; c < 3; ++c)
-            result.values[4 * texel + c] =
-                static_cast<std::uint16_t>(std::clamp(values.values[3 * texel + c] * steps_per_unit + 0.5F, 0.0F, 65535.0F));
-    return result;
-}
-
-Raster8 with_four_channels(const Raster8& picture)
-{
-    Raster8 result(picture.width, picture.height, 4);
-    for (std::size_t texel = 0; texel < picture.values.size() / 3; ++texel)
-        std::copy_n(&picture.values[3 * texel], 3, &result.values[4 * texel]);
-    return result;
-}
-
-RasterF halved(const RasterF& level)
-{
-    return resized(level, std::max(1, level.width / 2), std::max(1, level.height / 2));
-}
-
-/// The same of a picture: one with even sides, such as any large texture, is never held as floats, which take four times its
-/// size.
-RasterF halved(const Raster8& picture)
-{
-    if (picture.width % 2 != 0 || picture.height % 2 != 0)
-    {
-        RasterF level(picture.width, picture.height, 3);
-        std::copy(picture.values.begin(), picture.values.end(), level.values.begin());
-        return halved(level);
-    }
-    RasterF result(picture.width / 2, picture.height / 2, 3);
-    for (int y = 0; y < result.height; ++y)
-        for (int x = 0; x < result.width; ++x)
-            for (int c = 0; c < 3; ++c)
-            {
-                const auto sum = [&](int row) { return picture.at(2 * x, row, c) + picture.at(2 * x + 1, row, c); };
-                result.at(x, y, c) = static_cast<float>(sum(2 * y) + sum(2 * y + 1)) / 4;
-            }
-    return result;
-}
-
-typedef std::int32_t FourInts __attribute__((vector_size(16)));
-
-// Compilers convert vectors of short integers one by one.
-MipMaps::Color loaded(const std::uint8_t* texel)
-{
-    std::int32_t all;
-    std::memcpy(&all, texel, sizeof all);
-    return __builtin_convertvector((FourInts{} + all) >> FourInts{0, 8, 16, 24} & 0xFF, MipMaps::Color);
-}
-
-MipMaps::Color loaded(const std::uint16_t* texel)
-{
-    std::int32_t red_green;
-    std::int32_t blue;
-    std::memcpy(&red_green, texel, sizeof red_green);
-    std::memcpy(&blue, texel + 2, sizeof blue);
-    return __builtin_convertvector(FourInts{red_green, red_green, blue, blue} >> FourInts{0, 16, 0, 16} & 0xFFFF, MipMaps::Color);
-}
-
-/// Bilinear, in the raster's own steps.
-template <class T>
-MipMaps::Color sampled(const Raster<T>& texels, Vec2d uv)
-{
-    return numerics::bilinear(numerics::between<float>(uv.x * texels.width - 0.5, texels.width),
-                              numerics::between<float>((1 - uv.y) * texels.height - 0.5, texels.height),
-                              [&](int x, int y) { return loaded(&texels.at(x, y)); });
-}
-}  // namespace
-
-MipMaps::MipMaps(const Raster8& picture, TextureFilter filter)
-{
-    if (picture.channels != 3 || picture.empty())
-        throw Error(fmt::format("the picture has {} channels; expected 3 (RGB)", picture.channels));
-    picture_ = with_four_channels(picture);
-    if (filter == TextureFilter::bilinear || (picture.width == 1 && picture.height == 1))
-        return;
-    RasterF level = halved(picture);
-    smaller_.push_back(stored(level));
-    while (level.width > 1 || level.height > 1)
-    {
-        level = halved(level);
-        smaller_.push_back(stored(level));
-    }
-}
-
-MipMaps::Color MipMaps::color_of_level(Vec2d uv, std::size_t level) const
-{
-    return level == 0 ? sampled(picture_, uv) : sampled(smaller_[level - 1], uv) * (1 / steps_per_unit);
-}
-
-MipMaps::Color MipMaps::color(Vec2d uv, double lod) const
-{
-    const double at = std::clamp(lod, 0.0, static_cast<double>(smaller_.size()));
-    const auto level = static_cast<std::size_t>(at);
-    const auto share = static_cast<float>(at - static_cast<double>(level));
-    const Color fine = color_of_level(uv, level);
-    return share > 0 ? fine * (1 - share) + color_of_level(uv, level + 1) * share : fine;
-}
-
-Vec3d MipMaps::sample(Vec2d uv, double lod) const
-{
-    const Color found = color(uv, lod);
-    return {double{found[0]}, double{found[1]}, double{found[2]}};
-}
 
 FilterOption::FilterOption(Configurable* owner)
     : filter_(owner, "filter", TextureFilter::trilinear,
@@ -201,85 +77,20 @@ double Lighting::at(std::uint32_t face, const std::array<double, 3>& weights) co
 namespace
 {
 
-/// Along the rows, and down the columns of samples.
-typedef double Two __attribute__((vector_size(16)));
-
 /// A number that is linear in the picture: its steps to the next samples, and itself at the center of the first.
 struct Linear
 {
-    Two steps{};
+    double right = 0;
+    double down = 0;
     double first = 0;
 
-    double at(double x, double y) const { return steps[0] * x + steps[1] * y + first; }
-};
-
-/// What a face has to a camera's samples. A ray meets the plane of the corners p0, p1, p2 (in the camera's frame) where its
-/// direction d has the weights M⁻¹ d, of M = (p0 p1 p2), divided by their sum, which is one over the depth: ratios of linear
-/// numbers, also for the texcoord (Olano and Greer, "Triangle scan conversion using 2D homogeneous coordinates", 1997).
-struct FacePlane
-{
-    std::uint32_t face = no_face;
-    bool is_front = false;
-    std::array<Linear, 3> weights{};
-    Linear nearness{};  ///< Their sum: 1 / depth.
-    Linear u{};         ///< Texels from the left border, times nearness.
-    Linear v{};         ///< Texels from the lower border, times nearness.
-    double u_low = 0;   ///< Bounds of the corners' texels.
-    double u_high = 0;
-    double v_low = 0;
-    double v_high = 0;
-};
-
-FacePlane plane_of(const Mesh& mesh, std::uint32_t face, const IntoCamera& into_camera, const Intrinsics& k, Vec2d texels)
-{
-    const Triangle& t = mesh.triangles[face];
-    const std::array<Vec3d, 3> p{into_camera.point(mesh.positions[t[0]]), into_camera.point(mesh.positions[t[1]]),
-                                 into_camera.point(mesh.positions[t[2]])};
-    FacePlane plane;
-    plane.face = face;
-    const double determinant = dot(p[0], cross(p[1], p[2]));
-    // Seen from its front, a face's corners run counterclockwise. Its plane may hold the camera: then nothing of it is seen.
-    plane.is_front = determinant < 0;
-    if (!plane.is_front)
-        return plane;
-    const auto add = [](Linear& sum, const Linear& term, double factor)
+    double at(double x, double y) const { return right * x + down * y + first; }
+    void add(const Linear& term, double factor)
     {
-        sum.steps += term.steps * factor;
-        sum.first += term.first * factor;
-    };
-    for (std::size_t corner = 0; corner < 3; ++corner)
-    {
-        const Vec3d row = cross(p[(corner + 1) % 3], p[(corner + 2) % 3]) * (1 / determinant);
-        Linear& weight = plane.weights[corner];
-        weight.steps = Two{row.x / k.fx, row.y / k.fy};
-        weight.first = row.z + weight.steps[0] * (0.5 - k.cx) + weight.steps[1] * (0.5 - k.cy);
-        const Vec2f uv = mesh.texcoords[3 * std::size_t{face} + corner];
-        const Vec2d texel{double{uv.x} * texels.x, double{uv.y} * texels.y};
-        add(plane.nearness, weight, 1);
-        add(plane.u, weight, texel.x);
-        add(plane.v, weight, texel.y);
-        plane.u_low = corner == 0 ? texel.x : std::min(plane.u_low, texel.x);
-        plane.u_high = corner == 0 ? texel.x : std::max(plane.u_high, texel.x);
-        plane.v_low = corner == 0 ? texel.y : std::min(plane.v_low, texel.y);
-        plane.v_high = corner == 0 ? texel.y : std::max(plane.v_high, texel.y);
+        right += term.right * factor;
+        down += term.down * factor;
+        first += term.first * factor;
     }
-    return plane;
-}
-
-/// Planes of the faces that were seen last: the pixels around see them, too.
-class PlaneCache
-{
-  public:
-    const FacePlane& plane(const Mesh& mesh, std::uint32_t face, const IntoCamera& into_camera, const Intrinsics& k, Vec2d texels)
-    {
-        FacePlane& kept = planes_[face % planes_.size()];
-        if (kept.face != face)
-            kept = plane_of(mesh, face, into_camera, k, texels);
-        return kept;
-    }
-
-  private:
-    std::vector<FacePlane> planes_{std::vector<FacePlane>(1024)};
 };
 
 /// What a sample looks up.
@@ -290,14 +101,35 @@ struct Footprint
     Vec2d along;     ///< … this, in texels, around the texel.
 };
 
+/// What a face has to a camera's samples. A ray meets the plane of the corners p0, p1, p2 (in the camera's frame) where its
+/// direction d has the weights M⁻¹ d, of M = (p0 p1 p2), divided by their sum, which is one over the depth: ratios of linear
+/// numbers, also for the texcoord (Olano and Greer, "Triangle scan conversion using 2D homogeneous coordinates", 1997).
+struct FacePlane
+{
+    std::uint32_t face = no_face;
+    bool is_front = false;
+    bool is_small = false;  ///< One footprint does for all of it: it is far away for its size.
+    Linear nearness{};      ///< The sum of the weights: 1 / depth.
+    Linear u{};             ///< Texels from the left border, times nearness.
+    Linear v{};             ///< Texels from the lower border, times nearness.
+    double u_low = 0;       ///< Bounds of the corners' texels.
+    double u_high = 0;
+    double v_low = 0;
+    double v_high = 0;
+    Footprint footprint{};  ///< If small.
+    std::array<Linear, 3> weights{};
+};
+
 /// From how far apart two neighboring samples look a texture up. (u, v): the texel here.
 Footprint footprint(const FacePlane& plane, double nearness, double u, double v, TextureFilter filter)
 {
     // Of the two samples to the right and below, whichever is farther, on the face's plane: (u' + s) / (n + m) - u' / n, of u' =
     // u n.
-    const Two there = nearness + plane.nearness.steps;
-    const Two du = (plane.u.steps - u * plane.nearness.steps) / there;
-    const Two dv = (plane.v.steps - v * plane.nearness.steps) / there;
+    typedef double Two __attribute__((vector_size(16)));
+    const Two step{plane.nearness.right, plane.nearness.down};
+    const Two there = nearness + step;
+    const Two du = (Two{plane.u.right, plane.u.down} - u * step) / there;
+    const Two dv = (Two{plane.v.right, plane.v.down} - v * step) / there;
     const Two squared = du * du + dv * dv;
     // One beyond the face's horizon does not count.
     const double across = there[0] > 0 ? squared[0] : 0;
@@ -317,86 +149,196 @@ Footprint footprint(const FacePlane& plane, double nearness, double u, double v,
     return print;
 }
 
+void place(FacePlane& plane, const Mesh& mesh, std::uint32_t face, const IntoCamera& into_camera, const Intrinsics& k,
+           Vec2d texels, TextureFilter filter)
+{
+    const Triangle& t = mesh.triangles[face];
+    const std::array<Vec3d, 3> p{into_camera.point(mesh.positions[t[0]]), into_camera.point(mesh.positions[t[1]]),
+                                 into_camera.point(mesh.positions[t[2]])};
+    plane.face = face;
+    const double determinant = dot(p[0], cross(p[1], p[2]));
+    // Seen from its front, a face's corners run counterclockwise. Its plane may hold the camera: then nothing of it is seen.
+    plane.is_front = determinant < 0;
+    if (!plane.is_front)
+        return;
+    plane.nearness = plane.u = plane.v = {};
+    Vec2d middle;
+    for (std::size_t corner = 0; corner < 3; ++corner)
+    {
+        const Vec3d row = cross(p[(corner + 1) % 3], p[(corner + 2) % 3]) * (1 / determinant);
+        Linear& weight = plane.weights[corner];
+        weight.right = row.x / k.fx;
+        weight.down = row.y / k.fy;
+        weight.first = row.z + weight.right * (0.5 - k.cx) + weight.down * (0.5 - k.cy);
+        const Vec2f uv = mesh.texcoords[3 * std::size_t{face} + corner];
+        const Vec2d texel{double{uv.x} * texels.x, double{uv.y} * texels.y};
+        plane.nearness.add(weight, 1);
+        plane.u.add(weight, texel.x);
+        plane.v.add(weight, texel.y);
+        middle = middle + texel * (1.0 / 3);
+        plane.u_low = corner == 0 ? texel.x : std::min(plane.u_low, texel.x);
+        plane.u_high = corner == 0 ? texel.x : std::max(plane.u_high, texel.x);
+        plane.v_low = corner == 0 ? texel.y : std::min(plane.v_low, texel.y);
+        plane.v_high = corner == 0 ? texel.y : std::max(plane.v_high, texel.y);
+    }
+    // Texels per sample grow with depth, and with its square where the surface is slanted.
+    constexpr double most_change = 0.01;
+    const auto [nearest, farthest] = std::minmax({p[0].z, p[1].z, p[2].z});
+    plane.is_small = filter == TextureFilter::bilinear || (nearest > 0 && farthest < nearest * (1 + most_change));
+    plane.footprint = {};
+    if (plane.is_small && filter != TextureFilter::bilinear)
+        plane.footprint = footprint(plane, 3 / (p[0].z + p[1].z + p[2].z), middle.x, middle.y, filter);
+}
+
+/// Planes of the faces that were seen last: the pixels around see them, too.
+class PlaneCache
+{
+  public:
+    const FacePlane& plane(const Mesh& mesh, std::uint32_t face, const IntoCamera& into_camera, const Intrinsics& k, Vec2d texels,
+                           TextureFilter filter)
+    {
+        FacePlane& kept = planes_[face % planes_.size()];
+        if (kept.face != face)
+            place(kept, mesh, face, into_camera, k, texels, filter);
+        return kept;
+    }
+
+  private:
+    std::vector<FacePlane> planes_{std::vector<FacePlane>(1024)};
+};
+
 std::uint8_t rounded(float v)
 {
     return static_cast<std::uint8_t>(std::clamp(v + 0.5F, 0.0F, 255.0F));
 }
 
 /// Draws the pixels of some rows from the faces that their samples see. `camera` is that of the samples.
-struct RowPainter
+class RowPainter
 {
-    const Mesh& mesh;
-    const RenderOptions& options;
-    const MipMaps& texture;
-    const Lighting& lighting;
-    const Camera& camera;
-    const FaceMap& faces;  ///< Of rows of samples from `first_sample_row` on.
+  public:
+    RowPainter(const Mesh& mesh, const RenderOptions& options, const MipMaps& texture, const Lighting& lighting,
+               const Camera& camera, const FaceMap& faces, int first_sample_row)
+        : mesh_(mesh), options_(options), lighting_(lighting), camera_(camera), faces_(faces),
+          first_sample_row_(first_sample_row),
+          into_camera_(camera.world_from_camera), texels_{double(texture.width()), double(texture.height())}, lookups_(texture)
+    {
+    }
 
-    FRESCO_WIDE_VECTORS void paint(int first_row, int end_row, int first_sample_row, Raster8& image) const
+    void paint(int first_row, int end_row, Raster8& image)
     {
         constexpr int columns = 32;
-        const IntoCamera into_camera(camera.world_from_camera);
-        PlaneCache planes;
         // In tiles: the rows of one see the same faces.
         for (int first = 0; first < image.width; first += columns)
             for (int y = first_row; y < end_row; ++y)
-                for (int x = first; x < std::min(first + columns, image.width); ++x)
-                    paint_pixel(x, y, first_sample_row, into_camera, planes, image);
+                paint_pixels(first, std::min(first + columns, image.width), y, image);
     }
 
   private:
-    void paint_pixel(int x, int y, int first_sample_row, const IntoCamera& into_camera, PlaneCache& planes, Raster8& image) const
+    /// Places of the lookups that are lit alike: those of a sample, or where nothing is shaded, of all samples of a pixel.
+    struct Group
     {
-        const int side = options.samples_per_side;
-        const Vec2d texels{double(texture.width()), double(texture.height())};
-        MipMaps::Color sum{};
-        int found = 0;
-        for (int sample_y = y * side; sample_y < (y + 1) * side; ++sample_y)
-            for (int sample_x = x * side; sample_x < (x + 1) * side; ++sample_x)
+        std::size_t places;
+        float light;
+    };
+
+    void paint_pixels(int first, int end, int y, Raster8& image)
+    {
+        const int side = options_.samples_per_side;
+        constexpr int most_places = 8;
+        lookups_.start(static_cast<std::size_t>(end - first) * side * side *
+                       (options_.filter == TextureFilter::anisotropic ? most_places : 1));
+        groups_.clear();
+        found_.clear();
+        for (int x = first; x < end; ++x)
+        {
+            const std::size_t before = lookups_.count();
+            const int found = add_pixel(x, y);
+            found_.push_back(found);
+            if (!is_shaded_ && found > 0)
+                groups_.push_back({lookups_.count() - before, 1});
+        }
+        lookups_.look_up();
+        const std::array<const float*, 3> colors{lookups_.colors(0).data(), lookups_.colors(1).data(), lookups_.colors(2).data()};
+        std::size_t place = 0;
+        auto group = groups_.begin();
+        for (int x = first; x < end; ++x)
+        {
+            const int found = found_[static_cast<std::size_t>(x - first)];
+            if (found == 0)
+                continue;
+            std::array<float, 3> sum{};
+            const auto end_group = group + (is_shaded_ ? found : 1);
+            for (; group != end_group; ++group)
             {
-                const std::uint32_t face = faces.at(sample_x, sample_y - first_sample_row);
-                if (face != no_face)
-                    found +=
-                        add_sample(planes.plane(mesh, face, into_camera, camera.intrinsics, texels), sample_x, sample_y, sum);
+                std::array<float, 3> color{};
+                for (const std::size_t end_place = place + group->places; place < end_place; ++place)
+                {
+                    color[0] += colors[0][place];
+                    color[1] += colors[1][place];
+                    color[2] += colors[2][place];
+                }
+                if (is_shaded_)
+                    for (float& value : color)
+                        value = std::min(value * group->light, 255.0F);
+                sum[0] += color[0];
+                sum[1] += color[1];
+                sum[2] += color[2];
             }
-        if (found == 0)
-            return;
-        std::uint8_t* rgba = &image.at(x, y);
-        for (int c = 0; c < 3; ++c)
-            rgba[c] = rounded(sum[c] / static_cast<float>(found));
-        rgba[3] = rounded(255 * static_cast<float>(found) / static_cast<float>(side * side));
+            std::uint8_t* rgba = &image.at(x, y);
+            const float share = 1 / static_cast<float>(found);
+            rgba[0] = rounded(sum[0] * share);
+            rgba[1] = rounded(sum[1] * share);
+            rgba[2] = rounded(sum[2] * share);
+            rgba[3] = rounded(255 * static_cast<float>(found) / static_cast<float>(side * side));
+        }
     }
 
-    int add_sample(const FacePlane& plane, double x, double y, MipMaps::Color& sum) const
+    /// How many of the pixel's samples see a face.
+    int add_pixel(int x, int y)
     {
-        if (!plane.is_front)
-            return 0;
+        const int side = options_.samples_per_side;
+        int found = 0;
+        for (int row = y * side; row < (y + 1) * side; ++row)
+            for (int column = x * side; column < (x + 1) * side; ++column)
+                if (const std::uint32_t face = faces_.at(column, row - first_sample_row_); face != no_face)
+                {
+                    const FacePlane& plane =
+                        planes_.plane(mesh_, face, into_camera_, camera_.intrinsics, texels_, options_.filter);
+                    if (plane.is_front)
+                        found += add_sample(plane, column, row);
+                }
+        return found;
+    }
+
+    int add_sample(const FacePlane& plane, double x, double y)
+    {
         const double nearness = plane.nearness.at(x, y);
         const double depth = 1 / nearness;
         if (depth < nearest_surface_m)
             return 0;
         double u = plane.u.at(x, y) * depth;
         double v = plane.v.at(x, y) * depth;
-        const Footprint print =
-            options.filter == TextureFilter::bilinear ? Footprint{} : footprint(plane, nearness, u, v, options.filter);
         // A sample on the border of a face may miss it by a rounding; it then shows the nearest point.
         if (u < plane.u_low || u > plane.u_high || v < plane.v_low || v > plane.v_high)
             weights_inside(plane, x, y, u, v);
-        MipMaps::Color color{};
+        const std::size_t before = lookups_.count();
+        if (plane.is_small && plane.footprint.places == 1)
+            lookups_.add(u, v, plane.footprint.lod, 1);
+        else
+            add_spread(u, v, plane.is_small ? plane.footprint : footprint(plane, nearness, u, v, options_.filter));
+        if (is_shaded_)
+            groups_.push_back(
+                {lookups_.count() - before, static_cast<float>(lighting_.at(plane.face, weights_inside(plane, x, y, u, v)))});
+        return 1;
+    }
+
+    void add_spread(double u, double v, const Footprint& print)
+    {
         for (int i = 1; i <= print.places; ++i)
         {
             const double share = static_cast<double>(i) / (print.places + 1) - 0.5;
-            color += texture.color(
-                {(u + share * print.along.x) / texture.width(), (v + share * print.along.y) / texture.height()}, print.lod);
+            lookups_.add(u + share * print.along.x, v + share * print.along.y, print.lod, 1 / static_cast<float>(print.places));
         }
-        color *= 1 / static_cast<float>(print.places);
-        if (options.lights.diffuse > 0)
-        {
-            color *= static_cast<float>(lighting.at(plane.face, weights_inside(plane, x, y, u, v)));
-            color = color < 255 ? color : MipMaps::Color{} + 255;
-        }
-        sum += color;
-        return 1;
     }
 
     /// Of the face's corners, none negative; (u, v) is moved to the texel there.
@@ -410,12 +352,26 @@ struct RowPainter
         for (std::size_t corner = 0; corner < 3; ++corner)
         {
             weights[corner] /= total;
-            const Vec2f uv = mesh.texcoords[3 * std::size_t{plane.face} + corner];
-            u += weights[corner] * double{uv.x} * texture.width();
-            v += weights[corner] * double{uv.y} * texture.height();
+            const Vec2f uv = mesh_.texcoords[3 * std::size_t{plane.face} + corner];
+            u += weights[corner] * double{uv.x} * texels_.x;
+            v += weights[corner] * double{uv.y} * texels_.y;
         }
         return weights;
     }
+
+    const Mesh& mesh_;
+    const RenderOptions& options_;
+    const Lighting& lighting_;
+    const Camera& camera_;
+    const FaceMap& faces_;  ///< Of rows of samples from `first_sample_row_` on.
+    int first_sample_row_;
+    IntoCamera into_camera_;
+    Vec2d texels_;
+    PlaneCache planes_;
+    Lookups lookups_;
+    bool is_shaded_ = options_.lights.diffuse > 0;
+    std::vector<Group> groups_;
+    std::vector<int> found_;  ///< Samples of each pixel.
 };
 
 /// Bounds what a view's samples take: 16 MB.
@@ -485,13 +441,13 @@ Raster8 ViewRenderer::render(const Camera& camera, const Progress& progress) con
         if (FaceMap& faces = work->faces.front(); faces.width != part.intrinsics.width || faces.height != part.intrinsics.height)
             faces = FaceMap(part.intrinsics.width, part.intrinsics.height);
         work->finder.find(std::span(&part, 1), progress, work->faces);
-        const RowPainter painter{mesh_, options_, texture_, lighting_, samples, work->faces.front()};
         constexpr std::size_t rows_per_block = 16;
         parallel_for(static_cast<std::size_t>(rows), rows_per_block, progress.threads(),
                      [&](std::size_t begin, std::size_t end)
                      {
                          progress.check_canceled();
-                         painter.paint(first + static_cast<int>(begin), first + static_cast<int>(end), first * side, image);
+                         RowPainter painter(mesh_, options_, texture_, lighting_, samples, work->faces.front(), first * side);
+                         painter.paint(first + static_cast<int>(begin), first + static_cast<int>(end), image);
                      });
     }
     const std::lock_guard lock(idle_->mutex);

@@ -6,6 +6,7 @@
 #include <fresco/math.h>
 #include <fresco/option.h>
 #include <fresco/parallel.h>
+#include <fresco/rendering/mip_maps.h>
 #include <fresco/texture.h>
 
 #include <array>
@@ -22,15 +23,6 @@
 namespace fresco::rendering
 {
 
-/// How a picture is looked up where a sample skips texels.
-enum class TextureFilter
-{
-    trilinear,    ///< Between smaller copies of it.
-    anisotropic,  ///< In up to eight places along the direction in which more texels are skipped, in copies that suit the other
-                  ///< one.
-    bilinear      ///< Always in the full one.
-};
-
 /// The option `filter`: declared in a stage as `FilterOption filter{this};`.
 class FilterOption
 {
@@ -40,32 +32,6 @@ class FilterOption
 
   private:
     Choice<TextureFilter> filter_;
-};
-
-/// An RGB picture at every size down to 1 x 1, each the area average of the one before; the smaller ones in 16 bits per channel.
-/// A texel takes four channels, so that it is loaded at once.
-class MipMaps
-{
-  public:
-    /// Red, green, blue, and a number that means nothing.
-    typedef float Color __attribute__((vector_size(16)));
-
-    /// Bilinear: the full size only. Throws Error unless the picture has 3 channels.
-    MipMaps(const Raster8& picture, TextureFilter filter);
-
-    int width() const { return picture_.width; }
-    int height() const { return picture_.height; }
-
-    /// The color (0..255 per channel) at uv, origin lower left: bilinear with texel centers at +0.5, clamped at the borders, and
-    /// linear between the two levels around `lod` (0 = full size, 1 = half, …).
-    Color color(Vec2d uv, double lod) const;
-    Vec3d sample(Vec2d uv, double lod) const;
-
-  private:
-    Color color_of_level(Vec2d uv, std::size_t level) const;
-
-    Raster8 picture_;
-    std::vector<Raster16> smaller_;
 };
 
 /// A distant lamp and light from everywhere: a color is multiplied by ambient + diffuse · max(0, normal · toward).

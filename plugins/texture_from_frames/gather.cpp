@@ -21,21 +21,25 @@ PicturePyramid::PicturePyramid(const Raster8& rgb)
         levels_.push_back(resized(levels_.back(), levels_.back().width / 2, levels_.back().height / 2));
 }
 
-std::array<float, 3> PicturePyramid::at(double x, double y, double footprint) const
+PicturePyramid::Lod PicturePyramid::lod(double footprint) const
+{
+    const double lod = std::clamp(std::log2(std::max(footprint, 1.0)), 0.0, static_cast<double>(levels_.size() - 1));
+    const auto level = static_cast<std::size_t>(lod);
+    return {level, static_cast<float>(lod - static_cast<double>(level))};
+}
+
+std::array<float, 3> PicturePyramid::at(double x, double y, Lod lod) const
 {
     const auto u = static_cast<float>(x / width());
     const auto v = static_cast<float>(1 - y / height());
-    const double lod = std::clamp(std::log2(std::max(footprint, 1.0)), 0.0, static_cast<double>(levels_.size() - 1));
-    const auto level = static_cast<std::size_t>(lod);
-    const auto share = static_cast<float>(lod - static_cast<double>(level));
     std::array<float, 3> color{};
-    sample_bilinear(levels_[level], u, v, color.data());
-    if (share > 0)
+    sample_bilinear(levels_[lod.level], u, v, color.data());
+    if (lod.share > 0)
     {
         std::array<float, 3> coarse{};
-        sample_bilinear(levels_[level + 1], u, v, coarse.data());
+        sample_bilinear(levels_[lod.level + 1], u, v, coarse.data());
         for (std::size_t c = 0; c < 3; ++c)
-            color[c] += (coarse[c] - color[c]) * share;
+            color[c] += (coarse[c] - color[c]) * lod.share;
     }
     return color;
 }
@@ -83,7 +87,9 @@ void PixelLinks::link_surfaces(const UvMap& map)
 {
     const int width = valid_.width;
     const int height = valid_.height;
-    const auto inverse = [&](int x, int y) { return 1 / static_cast<double>(map.depth.at(x, y)); };
+    std::vector<double> inverses(map.depth.values.size());
+    std::ranges::transform(map.depth.values, inverses.begin(), [](float depth) { return 1 / static_cast<double>(depth); });
+    const auto inverse = [&](int x, int y) { return inverses[static_cast<std::size_t>(y) * width + x]; };
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x)
         {
@@ -105,7 +111,12 @@ void PixelLinks::link_texels(const UvMap& map, const Camera& camera)
     const int width = valid_.width;
     const int height = valid_.height;
     const Camera own{camera.intrinsics.scaled_to(width, height), {}};
-    const auto point = [&](int x, int y) { return own.ray(x + 0.5, y + 0.5) * static_cast<double>(map.depth.at(x, y)); };
+    std::vector<Vec3d> points;
+    points.reserve(map.depth.values.size());
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+            points.push_back(own.ray(x + 0.5, y + 0.5) * static_cast<double>(map.depth.at(x, y)));
+    const auto point = [&](int x, int y) { return points[static_cast<std::size_t>(y) * width + x]; };
     // Squared texture per meter of the link to (x + dx, y + dy).
     const auto density = [&](int x, int y, int dx, int dy)
     {
@@ -364,7 +375,7 @@ class Gatherer
         const auto first_column = static_cast<int>(std::ceil(std::max(0.0, std::min({a.x, b.x, c.x}))));
         const auto last_column = static_cast<int>(std::floor(std::min(last, std::max({a.x, b.x, c.x}))));
         // The square is one pixel of the map large.
-        const double footprint = std::sqrt(scale_x_ * scale_y_ / std::abs(area));
+        const auto lod = picture_.lod(std::sqrt(scale_x_ * scale_y_ / std::abs(area)));
         for (int row = first_row; row <= last_row; ++row)
             for (int column = first_column; column <= last_column; ++column)
             {
@@ -377,7 +388,7 @@ class Gatherer
                 const double x = of_a * a.column + of_b * b.column + of_c * c.column;
                 const double y = of_a * a.row + of_b * b.row + of_c * c.row;
                 add(column, row, of_a * a.weight + of_b * b.weight + of_c * c.weight,
-                    picture_.at(x * scale_x_, y * scale_y_, footprint), x, y);
+                    picture_.at(x * scale_x_, y * scale_y_, lod), x, y);
             }
     }
 
@@ -387,7 +398,7 @@ class Gatherer
         const int last = target_.size_px - 1;
         const auto left = static_cast<int>(std::floor(pixel.x));
         const auto top = static_cast<int>(std::floor(pixel.y));
-        const auto rgb = picture_.at(pixel.column * scale_x_, pixel.row * scale_y_, std::sqrt(scale_x_ * scale_y_));
+        const auto rgb = picture_.at(pixel.column * scale_x_, pixel.row * scale_y_, picture_.lod(std::sqrt(scale_x_ * scale_y_)));
         for (int row = std::max(0, top); row <= std::min(last, top + 1); ++row)
             for (int column = std::max(0, left); column <= std::min(last, left + 1); ++column)
             {

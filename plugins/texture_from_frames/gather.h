@@ -27,9 +27,18 @@ class PicturePyramid
     int width() const { return levels_.front().width; }
     int height() const { return levels_.front().height; }
 
-    /// RGB in [0,1] at (x, y) in pixels of the full size (pixel centers at +0.5, clamped at the borders), averaged over about
-    /// `footprint` of its pixels along each side: bilinear in the two levels around it, linear between them.
-    std::array<float, 3> at(double x, double y, double footprint) const;
+    /// Between a level and the next.
+    struct Lod
+    {
+        std::size_t level;
+        float share;  ///< Of the next.
+    };
+    /// For the average over about `footprint` pixels of the full size along each side.
+    Lod lod(double footprint) const;
+
+    /// RGB in [0,1] at (x, y) in pixels of the full size (pixel centers at +0.5, clamped at the borders): bilinear in the two
+    /// levels, linear between them.
+    std::array<float, 3> at(double x, double y, Lod lod) const;
 
   private:
     std::vector<RasterF> levels_;

@@ -60,8 +60,10 @@ std::map<std::uint32_t, TexelSample> slow_gather(const UvMap& map, const PixelLi
     {
         if (!(sample_weight > 0))
             return;
-        const TexelSample sample{
-            static_cast<std::uint32_t>(row * size + column), static_cast<float>(sample_weight), picture.at(x, y, footprint), {}};
+        const TexelSample sample{static_cast<std::uint32_t>(row * size + column),
+                                 static_cast<float>(sample_weight),
+                                 picture.at(x, y, picture.lod(footprint)),
+                                 {}};
         const auto [place, is_new] = result.emplace(sample.texel, sample);
         if (!is_new && sample.weight > place->second.weight)
             place->second = sample;
@@ -205,12 +207,13 @@ TEST_CASE("pictures are averaged over what a texel covers")
 {
     const Raster8 picture = testing::picture(8, 4, [](int x, int, int) { return x % 2 == 0 ? 0 : 200; });
     const PicturePyramid pyramid(picture);
-    CHECK(pyramid.at(2.5, 1.5, 1)[0] == Approx(0).margin(1e-6));
-    CHECK(pyramid.at(3.5, 1.5, 0.2)[1] == Approx(200 / 255.0));
-    CHECK(pyramid.at(3.0, 1.5, 1)[2] == Approx(100 / 255.0));
-    CHECK(pyramid.at(2.5, 1.5, 2)[0] == Approx(100 / 255.0));
-    CHECK(pyramid.at(2.5, 1.5, std::sqrt(2.0))[0] == Approx(50 / 255.0));
-    CHECK(pyramid.at(2.5, 1.5, 1e6)[0] == Approx(100 / 255.0));
+    const auto color = [&](double x, double footprint) { return pyramid.at(x, 1.5, pyramid.lod(footprint)); };
+    CHECK(color(2.5, 1)[0] == Approx(0).margin(1e-6));
+    CHECK(color(3.5, 0.2)[1] == Approx(200 / 255.0));
+    CHECK(color(3.0, 1)[2] == Approx(100 / 255.0));
+    CHECK(color(2.5, 2)[0] == Approx(100 / 255.0));
+    CHECK(color(2.5, std::sqrt(2.0))[0] == Approx(50 / 255.0));
+    CHECK(color(2.5, 1e6)[0] == Approx(100 / 255.0));
 }
 
 TEST_CASE("gathering agrees with asking every triangle for every texel")

@@ -34,7 +34,6 @@ stages:
   frames: {{min_sharpness: 0, window_count: 1, max_frames: {frames}}}
   mesh: {{max_faces: 20000}}
   atlas: {{size_px: {size}}}
-  uvmaps: {{type: uvmaps.raster}}
   dataset: {{type: dataset.write, input: {{uvmaps: uvmaps, frames: frames, mesh: atlas}}, layout: stylemesh}}
   texture: {{theta_d_m: {theta_d_m}, execution: reference, optimizer: {{untouched: step}}, preview_every: 0, checkpoint_steps: 1}}
 """

@@ -7,12 +7,12 @@
 #include <fresco/torch/loss.h>
 
 #include <ATen/core/grad_mode.h>
-#include <ATen/ops/zeros.h>
+#include <ATen/ops/zeros_like.h>
 #include <torch/version.h>
 
 #include <algorithm>
-#include <array>
 #include <fmt/format.h>
+#include <initializer_list>
 #include <optional>
 
 namespace
@@ -76,13 +76,13 @@ class LossGram final : public fresco::Loss
                 continue;
             }
             torch::Tensor sum;
-            if (targets.coarse && !apart)
-                add_together(sum, part, i);
-            else
-                add(sum, part, i, fresco::Pixels::fine,
-                    {apart ? &*targets.coarse : nullptr, targets.fine ? &*targets.fine : nullptr});
             if (apart)
-                add(sum, part, i, fresco::Pixels::steep, {&*targets.coarse, nullptr});
+                add_apart(sum, part, i);
+            else if (targets.coarse)
+                add_together(sum, part, i);
+            else if (const auto fine = part.selected(*style.features, compared_[i].name, fresco::Pixels::fine); fine.size(1) > 0)
+                add(sum, averaged(gram::moments(fine, with_mean()), part, compared_[i].name, fresco::Pixels::fine),
+                    {&*targets.fine});
             if (sum.defined())
                 terms.push_back({compared_[i].name, sum * compared_[i].factor, &*style.features});
         }
@@ -152,21 +152,26 @@ class LossGram final : public fresco::Loss
                                 {part.step(), part.view(), part.repeat()}, moments);
     }
 
-    /// Adds the distances of one selection of pixels to its targets (null: none), where it has any pixels or the rule says so.
-    void add(torch::Tensor& sum, fresco::Part& part, std::size_t layer, fresco::Pixels pixels,
-             const std::array<const gram::Moments*, 2>& targets)
+    /// Adds the distances of the fine features to both targets, and of the others to the coarse one, as the released code does.
+    void add_apart(torch::Tensor& sum, fresco::Part& part, std::size_t layer)
     {
         const auto& name = compared_[layer].name;
-        const auto selected = part.selected(*style.features, name, pixels);
-        gram::Moments moments;
-        if (selected.size(1) > 0)
-            moments = averaged(gram::moments(selected, with_mean()), part, name, pixels);
-        else if (*rule == "released" && pixels == fresco::Pixels::fine)
-            // Zeros are compared then: a constant of the reported loss.
-            moments = {at::zeros({selected.size(0)}, selected.options().requires_grad(false)),
-                       at::zeros({selected.size(0), selected.size(0)}, selected.options().requires_grad(false))};
-        else
-            return;
+        const auto& coarse = *targets_[layer].coarse;
+        const auto& fine = targets_[layer].fine;
+        const auto selected = part.selected(*style.features, name, fresco::Pixels::all);
+        const auto halves = gram::moments_of_halves(selected, part.fine_count(*style.features, name), with_mean());
+        // Without fine features zeros are compared: a constant of the reported loss.
+        add(sum,
+            halves.fine ? averaged(*halves.fine, part, name, fresco::Pixels::fine)
+                        : gram::Moments{at::zeros_like(coarse.mean), at::zeros_like(coarse.second)},
+            {&coarse, fine ? &*fine : nullptr});
+        if (halves.others)
+            add(sum, averaged(*halves.others, part, name, fresco::Pixels::steep), {&coarse});
+    }
+
+    /// Adds the distances of some moments to targets (null: none).
+    void add(torch::Tensor& sum, const gram::Moments& moments, std::initializer_list<const gram::Moments*> targets) const
+    {
         for (const auto* target : targets)
         {
             if (target == nullptr)

@@ -35,6 +35,15 @@ struct MomentsOfBoth
 };
 MomentsOfBoth moments_of_both(const torch::Tensor& features, std::int64_t fine_count, bool with_mean = true);
 
+/// Of the first `fine_count` features and of the others, each missing where there are none. The same as moments() of each, but
+/// the gradient is written at once.
+struct MomentsOfHalves
+{
+    std::optional<Moments> fine;
+    std::optional<Moments> others;
+};
+MomentsOfHalves moments_of_halves(const torch::Tensor& features, std::int64_t fine_count, bool with_mean = true);
+
 /// Gram matrices divided by their number of features, C x C and symmetric.
 struct GramTargets
 {

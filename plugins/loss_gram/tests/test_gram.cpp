@@ -104,6 +104,26 @@ TEST_CASE("Moments of all and of the fine features are those of each, and so are
     for (const std::int64_t fine_count : {0, 100, 500})
         for (const bool turned : {false, true})
         {
+            const auto given = turned ? features.t().contiguous().t() : features;
+            const auto slow_input = given.detach().clone().requires_grad_();
+            const auto fast_input = given.detach().clone().requires_grad_();
+            const auto halves = gram::moments_of_halves(fast_input, fine_count);
+            REQUIRE(halves.fine.has_value() == (fine_count > 0));
+            REQUIRE(halves.others.has_value() == (fine_count < 500));
+            const auto none = gram::Moments{at::zeros({7}, at::kDouble), at::zeros({7, 7}, at::kDouble)};
+            const auto slow_half = [&](std::int64_t first, std::int64_t count)
+            { return count > 0 ? gram::moments(slow_input.narrow(1, first, count)) : none; };
+            const auto slow = value(slow_half(fine_count, 500 - fine_count), slow_half(0, fine_count));
+            const auto fast = value(halves.others.value_or(none), halves.fine.value_or(none));
+            slow.backward();
+            fast.backward();
+            CHECK(fast.item<double>() == slow.item<double>());
+            CHECK(fast_input.grad().allclose(slow_input.grad(), 1e-12, 1e-14));
+        }
+    CHECK_FALSE(gram::moments_of_halves(features.narrow(1, 0, 0), 0).others);
+    for (const std::int64_t fine_count : {0, 100, 500})
+        for (const bool turned : {false, true})
+        {
             const auto symmetric = [&](double factor) { return factor * (weights + weights.t()); };
             const auto given = turned ? features.t().contiguous().t() : features;
             const auto slow_input = given.detach().clone().requires_grad_();

@@ -7,7 +7,7 @@
 #include <fresco/numerics/greedy_cover.h>
 #include <fresco/numerics/numerics.h>
 #include <fresco/parallel.h>
-#include <fresco/raycast/ray_finder.h>
+#include <fresco/raycast/scene.h>
 #include <fresco/stage.h>
 #include <fresco/uv_mapping/uv_mapping_stage.h>
 

@@ -1,4 +1,4 @@
-#include <fresco/raycast/ray_finder.h>
+#include <fresco/raycast/scene.h>
 #include <fresco/uv_mapping/uv_mapping_stage.h>
 
 namespace

@@ -6,7 +6,6 @@
 
 #include <fresco/mesh.h>
 #include <fresco/random.h>
-#include <fresco/raycast/ray_finder.h>
 #include <fresco/raycast/scene.h>
 #include <fresco/rendering/raster_finder.h>
 #include <fresco/rendering/view_renderer.h>

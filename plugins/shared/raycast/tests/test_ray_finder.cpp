@@ -1,6 +1,6 @@
 #include "finder_cases.h"
 
-#include <fresco/raycast/ray_finder.h>
+#include <fresco/raycast/scene.h>
 
 std::unique_ptr<fresco::FaceFinder> make_finder(const fresco::Mesh& mesh)
 {

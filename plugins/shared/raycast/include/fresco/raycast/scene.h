@@ -3,6 +3,7 @@
 #include <fresco/camera.h>
 #include <fresco/mesh.h>
 #include <fresco/uv_mapping/shading.h>
+#include <fresco/uv_mapping/uv_mapper.h>
 
 #include <array>
 #include <cstdint>
@@ -87,5 +88,18 @@ double texels_per_pixel(const Mesh& mesh, std::uint32_t triangle, Vec2d uv, cons
 
 /// The vertex normals (V) interpolated at a hit; unit length, zero where they cancel.
 Vec3d normal(const Mesh& mesh, std::span<const Vec3f> vertex_normals, const Hit& hit);
+
+/// Finds what pixels see by casting the ray of every pixel center.
+class RayFinder final : public FaceFinder
+{
+  public:
+    /// The mesh must have passed check_mesh and must outlive the finder. Throws Error if Embree reports one (memory).
+    explicit RayFinder(const Mesh& mesh) : scene_(mesh) {}
+
+    void find(std::span<const Camera> cameras, const Progress& progress, std::span<FaceMap> faces) override;
+
+  private:
+    Scene scene_;
+};
 
 }  // namespace fresco::raycast

@@ -35,8 +35,8 @@ struct MomentsOfBoth
 };
 MomentsOfBoth moments_of_both(const torch::Tensor& features, std::int64_t fine_count, bool with_mean = true);
 
-/// Of the first `fine_count` features and of the others, each missing where there are none. The same as moments() of each, but
-/// the gradient is written at once.
+/// Moments of the first `fine_count` features and of the rest; a part without features has none. They equal moments() of each
+/// part, but the features' gradient is written in one pass.
 struct MomentsOfHalves
 {
     std::optional<Moments> fine;

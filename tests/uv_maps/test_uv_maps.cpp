@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <utility>
 
 using namespace fresco;
 
@@ -143,16 +144,8 @@ Raster8 cast_view(const TexturedMesh& textured, const rendering::RenderOptions& 
     return image;
 }
 
-void check_views(const Mesh& mesh, const std::vector<Camera>& cameras)
+void check_views(const TexturedMesh& textured, const rendering::RenderOptions& options, const std::vector<Camera>& cameras)
 {
-    TexturedMesh textured;
-    textured.mesh = mesh;
-    textured.image.pixels = Raster8(512, 512, 3);
-    Random random(3);
-    for (std::uint8_t& value : textured.image.pixels.values)
-        value = static_cast<std::uint8_t>(random.below(256));
-    const rendering::RenderOptions options{
-        .samples_per_side = 2, .filter = rendering::TextureFilter::trilinear, .lights = rendering::lights_of("scannet")};
     const rendering::ViewRenderer renderer(textured, options);
     for (const Camera& camera : cameras)
     {
@@ -173,6 +166,24 @@ void check_views(const Mesh& mesh, const std::vector<Camera>& cameras)
         CHECK(static_cast<double>(apart) < 3e-4 * static_cast<double>(seen));
     }
 }
+
+void check_views(const Mesh& mesh, const std::vector<Camera>& cameras)
+{
+    TexturedMesh textured;
+    textured.mesh = mesh;
+    textured.image.pixels = Raster8(512, 512, 3);
+    Random random(3);
+    for (std::uint8_t& value : textured.image.pixels.values)
+        value = static_cast<std::uint8_t>(random.below(256));
+    for (const auto& [filter, shading] :
+         {std::pair{rendering::TextureFilter::trilinear, "scannet"}, std::pair{rendering::TextureFilter::trilinear, "none"},
+          std::pair{rendering::TextureFilter::bilinear, "none"}})
+    {
+        const rendering::RenderOptions options{.samples_per_side = 2, .filter = filter, .lights = rendering::lights_of(shading)};
+        check_views(textured, options, cameras);
+    }
+}
+
 }  // namespace
 
 TEST_CASE("drawn and cast uv maps and views of the synthetic room agree")

@@ -133,8 +133,7 @@ void add_inspect_commands(CLI::App& app, int& exit_code)
                 return write_description(catalog, given.type, given.json, to.width, to.out, to.errors);
             return 0;
         });
-    describe->add_option("type", arguments->type, "Type, as in a pipeline file: mesh.decimate; or a file: room.glb, out/run.json")
-        ->required();
+    describe->add_option("type", arguments->type, "Type, as in a pipeline file, or a file, such as out/run.json")->required();
     describe->add_flag("--json", arguments->json, "Print JSON");
 
     CLI::App* graph = add("graph", "Print the pipeline's graph in the DOT language", false,

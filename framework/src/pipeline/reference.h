@@ -14,7 +14,7 @@ namespace fresco::host
 /// A page of Markdown.
 struct ReferencePage
 {
-    std::string file;  ///< "mesh.decimate.md", or "README.md": the table of contents.
+    std::string file;  ///< TYPE.md, or README.md: the table of contents.
     std::string text;
 };
 

@@ -20,7 +20,7 @@ namespace fresco::host
 /// What one plugin says of one stage or component type, without the library being open.
 struct TypeDescription
 {
-    std::string type;  ///< "mesh.decimate"
+    std::string type;  ///< As in a pipeline file.
     std::string kind;  ///< "stage", or a component's contract: "loss", "features", "image_io", "reader", …
     std::string help;
     /// Configurable::describe() — options, inputs, outputs — plus, for a stage, `cost` (describe_cost), and for a reader
@@ -51,7 +51,7 @@ struct Refusal
 /// A plugin of fresco's own that the build left out.
 struct UnbuiltPlugin
 {
-    std::string type;    ///< "texture.optimize"
+    std::string type;    ///< As in a pipeline file.
     std::string reason;  ///< "libtorch was not found"; empty where it was only not asked for.
 };
 

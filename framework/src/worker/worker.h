@@ -27,7 +27,7 @@ void remove_scratch_folders(const std::string& prefix);
 struct WorkerInput
 {
     std::string port;
-    std::string from;    ///< "mesh.simplified", for error texts.
+    std::string from;    ///< STAGE.OUTPUT, for error texts.
     std::string object;  ///< Empty for a file.
     std::string output;
     std::vector<std::string> references;  ///< Objects that `object` refers to.

@@ -65,7 +65,7 @@ MipMaps::MipMaps(const Raster8& picture, TextureFilter filter)
     if (picture.channels != 3 || picture.empty())
         throw Error(fmt::format("the picture has {} channels; expected 3 (RGB)", picture.channels));
     const std::size_t full = picture.values.size() / 3;
-    texels_.reserve(filter == TextureFilter::bilinear ? full : full + full / 2 + 64);
+    texels_.reserve(filter == TextureFilter::bilinear ? full : full + full / 3 + 64);
     levels_.push_back({picture.width, picture.height, 0});
     for (std::size_t texel = 0; texel < full; ++texel)
     {

@@ -120,9 +120,13 @@ struct FacePlane
     std::array<Linear, 3> weights{};
 };
 
+constexpr int most_places = 8;  ///< Of a footprint.
+
 /// From how far apart two neighboring samples look a texture up. (u, v): the texel here.
 Footprint footprint(const FacePlane& plane, double nearness, double u, double v, TextureFilter filter)
 {
+    if (filter == TextureFilter::bilinear)
+        return {};
     // Of the two samples to the right and below, whichever is farther, on the face's plane: (u' + s) / (n + m) - u' / n, of u' =
     // u n.
     typedef double Two __attribute__((vector_size(16)));
@@ -139,9 +143,8 @@ Footprint footprint(const FacePlane& plane, double nearness, double u, double v,
     if (filter == TextureFilter::anisotropic)
     {
         // After EXT_texture_filter_anisotropic.
-        constexpr double most_places = 8;
         const double ratio = std::sqrt(texels / std::max(1.0, std::min(across, down)));
-        print.places = static_cast<int>(std::clamp(std::ceil(ratio), 1.0, most_places));
+        print.places = static_cast<int>(std::clamp(std::ceil(ratio), 1.0, double{most_places}));
         print.along = across >= down ? Vec2d{du[0], dv[0]} : Vec2d{du[1], dv[1]};
         texels /= print.places * print.places;
     }
@@ -185,8 +188,7 @@ void place(FacePlane& plane, const Mesh& mesh, std::uint32_t face, const IntoCam
     constexpr double most_change = 0.01;
     const auto [nearest, farthest] = std::minmax({p[0].z, p[1].z, p[2].z});
     plane.is_small = filter == TextureFilter::bilinear || (nearest > 0 && farthest < nearest * (1 + most_change));
-    plane.footprint = {};
-    if (plane.is_small && filter != TextureFilter::bilinear)
+    if (plane.is_small)
         plane.footprint = footprint(plane, 3 / (p[0].z + p[1].z + p[2].z), middle.x, middle.y, filter);
 }
 
@@ -194,16 +196,26 @@ void place(FacePlane& plane, const Mesh& mesh, std::uint32_t face, const IntoCam
 class PlaneCache
 {
   public:
-    const FacePlane& plane(const Mesh& mesh, std::uint32_t face, const IntoCamera& into_camera, const Intrinsics& k, Vec2d texels,
-                           TextureFilter filter)
+    /// `texels`: the size of the texture.
+    PlaneCache(const Mesh& mesh, const Camera& camera, Vec2d texels, TextureFilter filter)
+        : mesh_(mesh), into_camera_(camera.world_from_camera), intrinsics_(camera.intrinsics), texels_(texels), filter_(filter)
+    {
+    }
+
+    const FacePlane& plane(std::uint32_t face)
     {
         FacePlane& kept = planes_[face % planes_.size()];
         if (kept.face != face)
-            place(kept, mesh, face, into_camera, k, texels, filter);
+            place(kept, mesh_, face, into_camera_, intrinsics_, texels_, filter_);
         return kept;
     }
 
   private:
+    const Mesh& mesh_;
+    IntoCamera into_camera_;
+    Intrinsics intrinsics_;
+    Vec2d texels_;
+    TextureFilter filter_;
     std::vector<FacePlane> planes_{std::vector<FacePlane>(1024)};
 };
 
@@ -218,9 +230,9 @@ class RowPainter
   public:
     RowPainter(const Mesh& mesh, const RenderOptions& options, const MipMaps& texture, const Lighting& lighting,
                const Camera& camera, const FaceMap& faces, int first_sample_row)
-        : mesh_(mesh), options_(options), lighting_(lighting), camera_(camera), faces_(faces),
-          first_sample_row_(first_sample_row),
-          into_camera_(camera.world_from_camera), texels_{double(texture.width()), double(texture.height())}, lookups_(texture)
+        : mesh_(mesh), options_(options), lighting_(lighting), faces_(faces),
+          first_sample_row_(first_sample_row), texels_{double(texture.width()), double(texture.height())},
+          planes_(mesh, camera, texels_, options.filter), lookups_(texture)
     {
     }
 
@@ -244,7 +256,6 @@ class RowPainter
     void paint_pixels(int first, int end, int y, Raster8& image)
     {
         const int side = options_.samples_per_side;
-        constexpr int most_places = 8;
         lookups_.start(static_cast<std::size_t>(end - first) * side * side *
                        (options_.filter == TextureFilter::anisotropic ? most_places : 1));
         groups_.clear();
@@ -302,8 +313,7 @@ class RowPainter
             for (int column = x * side; column < (x + 1) * side; ++column)
                 if (const std::uint32_t face = faces_.at(column, row - first_sample_row_); face != no_face)
                 {
-                    const FacePlane& plane =
-                        planes_.plane(mesh_, face, into_camera_, camera_.intrinsics, texels_, options_.filter);
+                    const FacePlane& plane = planes_.plane(face);
                     if (plane.is_front)
                         found += add_sample(plane, column, row);
                 }
@@ -362,10 +372,8 @@ class RowPainter
     const Mesh& mesh_;
     const RenderOptions& options_;
     const Lighting& lighting_;
-    const Camera& camera_;
     const FaceMap& faces_;  ///< Of rows of samples from `first_sample_row_` on.
     int first_sample_row_;
-    IntoCamera into_camera_;
     Vec2d texels_;
     PlaneCache planes_;
     Lookups lookups_;

@@ -36,7 +36,7 @@ TEST_CASE("each level is the area average of the one before, whether its sides a
     }
 }
 
-TEST_CASE("lookups made together find what each finds alone, also beyond the borders and between levels")
+TEST_CASE("a batch of lookups gives the colors of single ones, beyond the borders and between levels, too")
 {
     Random random(6);
     for (const auto& [width, height] : {std::pair{64, 33}, std::pair{1, 1}})

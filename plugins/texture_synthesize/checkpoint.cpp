@@ -11,7 +11,7 @@ namespace fresco::synthesize
 namespace
 {
 
-static_assert(sizeof(Vec3f) == 12 && sizeof(Match) == 20);
+static_assert(sizeof(Vec3f) == 12 && sizeof(Match) == 32);
 
 /// What the file begins with. Little-endian, as the rest.
 struct Header

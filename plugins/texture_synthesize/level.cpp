@@ -96,8 +96,8 @@ Level::Level(const Task& task, double spacing_m, double scale, const LevelOption
                        const Vec2f uv = texcoord_of(grid_, chart, texel);
                        start_[t] = lab_from_rgb(task_.start(chart, uv, 1 / grid_.sheet(chart).cells_per_uv));
                        if (under_ != nullptr && share_[t] < 1)
-                           start_[t] =
-                               start_[t] * share_[t] + under_->vote_at(chart, uv, texel.position, painted).mean * (1 - share_[t]);
+                           start_[t] = start_[t] * share_[t] +
+                                       under_->vote_at(chart, uv, texel.position, painted).shifted_mean() * (1 - share_[t]);
                    });
 }
 
@@ -254,7 +254,8 @@ void Level::begin(const Level* coarser, const Progress& progress)
                        const auto color = [&](const Level&, Vec2f at) {
                            return picture_.color({(at.x + 0.5F) * ratio - 0.5F, (at.y + 0.5F) * ratio - 0.5F});
                        };
-                       colors_[t] = coarser->vote_at(chart, texcoord_of(grid_, chart, texel), texel.position, color).mean;
+                       colors_[t] =
+                           coarser->vote_at(chart, texcoord_of(grid_, chart, texel), texel.position, color).shifted_mean();
                    });
 }
 
@@ -266,7 +267,7 @@ void Level::resume(std::vector<Vec3f> colors, std::vector<Match> matches, std::v
     const auto is_match = [&](const Match& match)
     {
         return is_finite({match.at.x, match.at.y, match.distance}) && picture_.inside(match.at) == match.at &&
-               match.distance >= 0 && std::abs(length(match.turn) - 1) < 1e-3F;
+               match.distance >= 0 && std::abs(length(match.turn) - 1) < 1e-3F && length(match.shift) < 1.001F * most_shift;
     };
     if (!std::all_of(colors.begin(), colors.end(), is_finite) || !std::all_of(matches.begin(), matches.end(), is_match) ||
         !std::all_of(crowding.begin(), crowding.end(), [](float v) { return std::isfinite(v) && v >= 1; }))
@@ -321,17 +322,17 @@ void Level::paint_round(const Progress& progress)
     for_each_texel(grid_, progress, [&](std::size_t t) { wanted[t] = colors_[t] * (1 - g) + start_[t] * g; });
     set_matches(search(patches_, grid_, wanted, picture_, uses_, options_.search, matches_, crowding_, progress));
     update_crowding(picture_, matches_, crowding_);
-    for_each_texel(grid_, progress,
-                   [&](std::size_t t)
-                   {
-                       const auto offset_on = [&](std::uint32_t patch)
-                       { return patches_.offset(patch, grid_.texels()[t].position); };
-                       const auto color = [&](Vec2f at) { return picture_.color(at); };
-                       // Texels without patches are not painted: there the start remains.
-                       colors_[t] = patches_.covers(t).empty()
-                                        ? start_[t]
-                                        : vote(patches_.covers(t), matches_, fits_, options_.side, offset_on, color).mean;
-                   });
+    for_each_texel(
+        grid_, progress,
+        [&](std::size_t t)
+        {
+            const auto offset_on = [&](std::uint32_t patch) { return patches_.offset(patch, grid_.texels()[t].position); };
+            const auto color = [&](Vec2f at) { return picture_.color(at); };
+            // Texels without patches are not painted: there the start remains.
+            colors_[t] = patches_.covers(t).empty()
+                             ? start_[t]
+                             : vote(patches_.covers(t), matches_, fits_, options_.side, offset_on, color).shifted_mean();
+        });
 }
 
 }  // namespace fresco::synthesize

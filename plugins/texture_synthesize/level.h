@@ -33,6 +33,10 @@ struct Vote
     std::uint32_t patch;  ///< The patch with the largest weight.
     Vec2f offset;         ///< The point on that patch, in texels from its center.
     float weight;         ///< That patch's; negative where no patch lies.
+    Vec3f shift;          ///< Weighted mean of the patches', L*a*b*; not in the colors yet.
+
+    /// Of colors in L*a*b*.
+    Vec3f shifted_mean() const { return mean + shift; }
 };
 
 /// `fits`: per patch, the fit_weight. `offset_on(patch)`: the point on the patch, in texels from its center. `color(place)`:
@@ -43,6 +47,7 @@ Vote vote(std::span<const std::uint32_t> covers, std::span<const Match> matches,
 {
     Vote result{};
     Vec3f sum;
+    Vec3f shifts;
     float total = 0;
     result.weight = -1;
     for (const std::uint32_t patch : covers)
@@ -54,6 +59,7 @@ Vote vote(std::span<const std::uint32_t> covers, std::span<const Match> matches,
             continue;
         const Vec3f own = color(match.place(offset));
         sum += own * weight;
+        shifts += match.shift * weight;
         total += weight;
         if (weight > result.weight)
         {
@@ -64,6 +70,7 @@ Vote vote(std::span<const std::uint32_t> covers, std::span<const Match> matches,
         }
     }
     result.mean = total > 0 ? sum * (1 / total) : result.heaviest;
+    result.shift = total > 0 ? shifts * (1 / total) : Vec3f{};
     return result;
 }
 
@@ -159,6 +166,7 @@ class Level
         const LevelVote other = under_->vote_at(chart, uv, position, color);
         LevelVote result = own.weight * share > other.weight * (1 - share) ? own : other;
         result.mean = own.mean * share + other.mean * (1 - share);
+        result.shift = own.shift * share + other.shift * (1 - share);
         return result;
     }
 

@@ -279,6 +279,17 @@ class Search
     }
     const float* values(const std::vector<Vec3f>& samples, std::size_t place) const { return &samples[place * (values_ / 3)].x; }
 
+    /// A patch of the surface, as it is wanted.
+    struct Look
+    {
+        const float* values;
+        Vec3f mean;
+    };
+    Look look(const std::vector<Vec3f>& samples, std::size_t place) const
+    {
+        return {values(samples, place), mean_color(values(samples, place), values_)};
+    }
+
     /// Of patches that are evenly spread.
     std::vector<float> sampled_features() const
     {
@@ -351,6 +362,7 @@ class Search
                       for (std::size_t i = 0; i < count; ++i)
                       {
                           uses.move_to(patches[i]);
+                          const Look wanted = look(samples, i);
                           std::size_t best = 0;
                           float least = std::numeric_limits<float>::infinity();
                           for (std::size_t c = 0; c < classes.size(); ++c)
@@ -361,15 +373,15 @@ class Search
                               const std::size_t key = classes[c].keys[found.key];
                               const Vec2f at = picture_.key(key);
                               const Vec2f turn = turn_of(at);
-                              const float cost = score(patches[i], distance(values(samples, i), at, turn), at, turn) +
-                                                 repeating(uses, patches[i], key, at);
+                              const float cost =
+                                  score(patches[i], distance(wanted, at, turn), at, turn) + repeating(uses, patches[i], key, at);
                               if (cost < least || (cost == least && key < best))
                               {
                                   least = cost;
                                   best = key;
                               }
                           }
-                          matches[patches[i]] = refined(values(samples, i), picture_.key(best));
+                          matches[patches[i]] = refined(wanted, picture_.key(best));
                       }
                   });
         return matches;
@@ -387,25 +399,44 @@ class Search
     /// Of a patch with its center at a key.
     Vec2f turn_of(Vec2f key) const { return picture_.is_directed() ? picture_.direction(key).along : Vec2f{1, 0}; }
 
-    float distance(const float* patch, Vec2f at, Vec2f turn) const
+    /// Mean squared difference of a value, with the shift that the copy gets.
+    float distance(const Look& patch, Vec2f at, Vec2f turn) const
     {
-        if (picture_.is_directed())
-            return turned_distance(patch, at, turn);
-        const int x = static_cast<int>(std::lround(at.x));
-        const int y = static_cast<int>(std::lround(at.y));
+        float sum = 0;
+        Vec3f mean;
         const auto side = static_cast<std::size_t>(picture_.side());
-        const float sum = patch_kernel().squared_distance(patch, picture_.patch(x, y),
-                                                          3 * static_cast<std::size_t>(picture_.lab().width), side, 3 * side);
-        return sum / static_cast<float>(values_);
+        if (picture_.is_directed())
+        {
+            const std::vector<float>& found = turned_patch(at, turn);
+            sum = patch_kernel().squared_distance(patch.values, found.data(), 3 * side, side, 3 * side);
+            mean = mean_color(found.data(), values_);
+        }
+        else
+        {
+            const int x = static_cast<int>(std::lround(at.x));
+            const int y = static_cast<int>(std::lround(at.y));
+            sum = patch_kernel().squared_distance(patch.values, picture_.patch(x, y),
+                                                  3 * static_cast<std::size_t>(picture_.lab().width), side, 3 * side);
+            mean = picture_.patch_mean(x, y);
+        }
+        const Vec3f gap = patch.mean - mean;
+        return std::max(0.0F, sum / static_cast<float>(values_) + (squared_gap(gap) - dot(gap, gap)) / 3);
     }
 
-    float turned_distance(const float* patch, Vec2f at, Vec2f turn) const
+    const std::vector<float>& turned_patch(Vec2f at, Vec2f turn) const
     {
         thread_local std::vector<float> found;
         found.resize(values_);
         picture_.turned_patch(at, turn, found.data());
-        const auto side = static_cast<std::size_t>(picture_.side());
-        return patch_kernel().squared_distance(patch, found.data(), 3 * side, side, 3 * side) / static_cast<float>(values_);
+        return found;
+    }
+
+    /// The shift of a copy.
+    Vec3f shift(const Look& patch, Vec2f at, Vec2f turn) const
+    {
+        return shift_for(patch.mean - (picture_.is_directed() ? mean_color(turned_patch(at, turn).data(), values_)
+                                                              : picture_.patch_mean(static_cast<int>(std::lround(at.x)),
+                                                                                    static_cast<int>(std::lround(at.y)))));
     }
 
     /// Without the price of what is seen nearby.
@@ -417,17 +448,17 @@ class Search
     }
 
     /// The best whole position between a key and the next ones.
-    Match refined(const float* patch, Vec2f key) const
+    Match refined(const Look& patch, Vec2f key) const
     {
         const Vec2f turn = turn_of(key);
-        Match best{key, distance(patch, key, turn), turn};
+        Match best{.at = key, .distance = distance(patch, key, turn), .turn = turn};
         const int reach = picture_.key_reach();
         for (int y = -reach; y <= reach; ++y)
             for (int x = -reach; x <= reach; ++x)
             {
                 const Vec2f at = picture_.inside(key + Vec2f{static_cast<float>(x), static_cast<float>(y)});
                 if (const float away = distance(patch, at, turn); away < best.distance)
-                    best = {at, away, turn};
+                    best = {.at = at, .distance = away, .turn = turn};
             }
         return best;
     }
@@ -458,14 +489,16 @@ class Search
                       {
                           sample(patch, samples, 0);
                           uses.move_to(patch);
-                          result[patch] = continued(values(samples, 0), patch, matches, sources, uses);
+                          const Look wanted = look(samples, 0);
+                          result[patch] = continued(wanted, patch, matches, sources, uses);
+                          result[patch].shift = shift(wanted, result[patch].at, result[patch].turn);
                       }
                   });
         return result;
     }
 
-    Match continued(const float* patch_values, std::size_t patch, const std::vector<Match>& matches,
-                    const std::vector<char>& sources, const NearbyUses::Map& uses) const
+    Match continued(const Look& wanted, std::size_t patch, const std::vector<Match>& matches, const std::vector<char>& sources,
+                    const NearbyUses::Map& uses) const
     {
         Match best = matches[patch];
         float least = score(patch, (best.distance + coherence_tolerance + lift_) * coherence_factor - lift_, best.at, best.turn) +
@@ -480,7 +513,7 @@ class Search
             if (length(at - beyond) >= beyond_border)
                 continue;
             const Vec2f turn = picture_.is_directed() ? turned(axis_in(other, patch), source.turn) : source.turn;
-            const float away = distance(patch_values, at, turn);
+            const float away = distance(wanted, at, turn);
             // Prices are at least 0, and mostly not needed.
             const float unpriced = score(patch, away, at, turn);
             if (unpriced >= least)
@@ -488,7 +521,7 @@ class Search
             if (const float found = unpriced + repeating(uses, patch, picture_.key_near(at), at); found < least)
             {
                 least = found;
-                best = {at, away, turn};
+                best = {.at = at, .distance = away, .turn = turn};
             }
         }
         return best;

@@ -85,8 +85,9 @@ class Variety
 struct Match
 {
     Vec2f at;            ///< Place of the patch's center, in the level's picture.
-    float distance = 0;  ///< Mean squared difference of a value of L*a*b*.
+    float distance = 0;  ///< Mean squared difference of a value of L*a*b* (see squared_gap).
     Vec2f turn{1, 0};    ///< Direction of the patch's x axis there, unit length.
+    Vec3f shift{};       ///< Added to the colors there, L*a*b*.
 
     /// Place of a point of the patch, `offset` from its center.
     Vec2f place(Vec2f offset) const { return at + turned(offset, turn); }

@@ -37,7 +37,7 @@ class TextureSynthesize final : public Stage
         "of soft stripes; at least two texels, at most the length of the room. 0: 3.5 for a room of 3 m and more, in proportion "
         "for "
         "something smaller"};
-    Option<double> painterly{this, "painterly", 0.15, range(0, 1),
+    Option<double> painterly{this, "painterly", 0.25, range(0, 1),
                              "0: keep what the start shows; 1: let the picture's own motifs take over"};
     Option<double> detail{
         this, "detail", 0.5, range(0, 1),

@@ -9,11 +9,21 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
 namespace fresco::synthesize
 {
+
+Vec3f mean_color(const float* values, std::size_t count)
+{
+    Vec3f sum;
+    for (std::size_t v = 0; v < count; v += 3)
+        sum += Vec3f{values[v], values[v + 1], values[v + 2]};
+    return sum * (3 / static_cast<float>(count));
+}
+
 namespace
 {
 
@@ -49,6 +59,22 @@ bool has_contrast(const RasterF& lab)
     return (squares.x + squares.y + squares.z) / count - dot(sum, sum) / (count * count) > least_variance;
 }
 
+/// Takes so much of its mean color from each patch that squared differences are those of squared_gap.
+void fade_means(std::vector<float>& patches, std::size_t values_per_patch)
+{
+    const float taken = 1 - std::sqrt(1 - shift_share);
+    for (std::size_t first = 0; first < patches.size(); first += values_per_patch)
+    {
+        const Vec3f away = mean_color(&patches[first], values_per_patch) * taken;
+        for (std::size_t v = first; v < first + values_per_patch; v += 3)
+        {
+            patches[v] -= away.x;
+            patches[v + 1] -= away.y;
+            patches[v + 2] -= away.z;
+        }
+    }
+}
+
 [[noreturn]] void refuse_one_color()
 {
     throw Error("the style picture has a single color: use a picture with brush strokes or other patterns");
@@ -68,6 +94,7 @@ StylePicture::StylePicture(const Raster8& rgb, double scale, int side, const Pro
                                 "{} pixels; use a larger picture",
                                 rgb.width, rgb.height, width, height, least));
     lab_ = lab_picture(resized(rgb, width, height));
+    find_means();
     if (stroke_px > 0)
         find_directions(stroke_px);
     if (!has_contrast(lab_))
@@ -82,6 +109,29 @@ StylePicture::StylePicture(const Raster8& rgb, double scale, int side, const Pro
     make_basis(progress);
 }
 
+void StylePicture::find_means()
+{
+    means_ = RasterF(lab_.width, lab_.height, 3);
+    const int half = side_ / 2;
+    const auto side = static_cast<std::size_t>(side_);
+    RasterF along(lab_.width, lab_.height, 3);  // Means of rows.
+    for (int y = 0; y < lab_.height; ++y)
+        for (int x = half; x < lab_.width - half; ++x)
+        {
+            const Vec3f mean = mean_color(&lab_.at(x - half, y), 3 * side);
+            std::ranges::copy(std::array{mean.x, mean.y, mean.z}, &along.at(x, y));
+        }
+    for (int y = half; y < lab_.height - half; ++y)
+        for (int x = half; x < lab_.width - half; ++x)
+            for (int c = 0; c < 3; ++c)
+            {
+                float sum = 0;
+                for (int row = y - half; row <= y + half; ++row)
+                    sum += along.at(x, row, c);
+                means_.at(x, y, c) = sum / static_cast<float>(side_);
+            }
+}
+
 void StylePicture::make_basis(const Progress& progress)
 {
     const std::size_t count = key_count();
@@ -89,7 +139,6 @@ void StylePicture::make_basis(const Progress& progress)
     const std::size_t row_values = 3 * static_cast<std::size_t>(side_);
     const std::size_t picture_row = 3 * static_cast<std::size_t>(lab_.width);
     std::vector<float> patches(count * values);
-    std::vector<double> sum(values, 0.0);
     for (std::size_t i = 0; i < count; ++i)
     {
         const Vec2f at = key(i);
@@ -102,14 +151,16 @@ void StylePicture::make_basis(const Progress& progress)
             for (int y = 0; y < side_; ++y, row += picture_row, out += row_values)
                 std::copy(row, row + row_values, out);
         }
-        for (std::size_t v = 0; v < values; ++v)
-            sum[v] += static_cast<double>(patches[i * values + v]);
     }
+    std::vector<float> centered = patches;
+    fade_means(centered, values);
+    std::vector<double> sum(values, 0.0);
+    for (std::size_t i = 0; i < count; ++i)
+        for (std::size_t v = 0; v < values; ++v)
+            sum[v] += static_cast<double>(centered[i * values + v]);
     mean_.resize(values);
     for (std::size_t v = 0; v < values; ++v)
         mean_[v] = static_cast<float>(sum[v] / static_cast<double>(count));
-
-    std::vector<float> centered = patches;
     for (std::size_t i = 0; i < count; ++i)
         for (std::size_t v = 0; v < values; ++v)
             centered[i * values + v] -= mean_[v];
@@ -169,6 +220,7 @@ void StylePicture::project(const float* patches, std::size_t rows, float* featur
 {
     const std::size_t values = values_per_patch();
     std::vector<float> centered(patches, patches + rows * values);
+    fade_means(centered, values);
     for (std::size_t row = 0; row < rows; ++row)
         for (std::size_t v = 0; v < values; ++v)
             centered[row * values + v] -= mean_[v];

@@ -13,14 +13,39 @@
 namespace fresco::synthesize
 {
 
-/// The style picture at one size, and the patches of it that are looked for. Positions are in its pixels, with pixel centers at
-/// whole numbers.
 /// `v`, rotated by the rotation that takes the x axis to `turn` (unit length).
 inline Vec2f turned(Vec2f v, Vec2f turn)
 {
     return {v.x * turn.x - v.y * turn.y, v.x * turn.y + v.y * turn.x};
 }
 
+/// Of `count` values, three a color.
+Vec3f mean_color(const float* values, std::size_t count);
+
+/// A copy may be shifted in color as a whole, as a painter mixes a stroke a little lighter: more places of the picture then fit,
+/// so that plain surfaces do not repeat one, and what the start shows stays legible (bias compensation: Darabi et al. 2012). The
+/// shift makes up for this share of what the mean of a copy lacks, but for no more than the limit.
+inline constexpr float shift_share = 0.75F;
+inline constexpr float most_shift = 14;  ///< L*a*b*
+
+/// The shift for a copy whose mean lacks `gap`, L*a*b*.
+inline Vec3f shift_for(Vec3f gap)
+{
+    const Vec3f shift = gap * shift_share;
+    const float size = length(shift);
+    return size > most_shift ? shift * (most_shift / size) : shift;
+}
+
+/// What counts of the squared gap: what the shift leaves of it, and a price of the shift. Within the limit it is
+/// (1 - shift_share) |gap|², as the principal components count it.
+inline float squared_gap(Vec3f gap)
+{
+    const Vec3f shift = shift_for(gap);
+    const Vec3f rest = gap - shift;
+    return dot(rest, rest) + (1 / shift_share - 1) * dot(shift, shift);
+}
+
+/// The style picture at one size, and the patches of it that are looked for.
 /// Positions are in pixels of this size, with pixel centers at whole numbers. Immutable, so thread-safe.
 class StylePicture
 {
@@ -57,7 +82,8 @@ class StylePicture
     /// How far strokes at a place deviate from `turn`: from 0 to 1, if they are clearly across. \pre is_directed()
     float misalignment(Vec2f at, Vec2f turn) const;
 
-    /// Projects `rows` patches (L*a*b*, side² x 3 values each, one after another) to the principal components of the keys.
+    /// Projects `rows` patches (L*a*b*, side² x 3 values each, one after another) to the principal components of the keys. The
+    /// mean color of a patch counts less (see squared_gap).
     std::size_t feature_count() const { return features_; }
     void project(const float* patches, std::size_t rows, float* features) const;
     /// K x feature_count().
@@ -69,16 +95,24 @@ class StylePicture
     Vec3f color(Vec2f at) const;
     /// The values of the patch around a whole pixel begin here; rows are lab().width * 3 apart.
     const float* patch(int x, int y) const { return &lab_.at(x - side_ / 2, y - side_ / 2); }
+    /// Their mean.
+    Vec3f patch_mean(int x, int y) const
+    {
+        const float* mean = &means_.at(x, y);
+        return {mean[0], mean[1], mean[2]};
+    }
     /// The values of the patch around any place whose x axis runs along `turn`, bilinear: side² x 3.
     void turned_patch(Vec2f at, Vec2f turn, float* values) const;
 
   private:
+    void find_means();
     void find_directions(double stroke_px);
     void make_basis(const Progress& progress);
 
     double scale_;
     int side_;
     RasterF lab_;
+    RasterF means_;       ///< Of the patch around each pixel; zero where none fits.
     int border_;          ///< From a patch's center to its farthest point along x or y, however it is turned.
     RasterF directions_;  ///< Per pixel the structure tensor's cos and sin of twice the angle along strokes, times coherence.
     int columns_ = 0;

@@ -5,6 +5,7 @@
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/geometry/topology.h>
+#include <fresco/images/lab.h>
 #include <fresco/images/stroke_width.h>
 #include <fresco/parallel.h>
 #include <fresco/texturing/texel_faces.h>
@@ -116,7 +117,7 @@ Painting paint(const Task& task, const Level& level, int size_px, Progress& prog
     result.source.picture_width = task.picture.width;
     result.source.picture_height = task.picture.height;
     result.source.pixels_per_texel = static_cast<float>(pixels_per_texel);
-    result.source.places = Raster16(size_px, size_px, SourceMap::values_count, SourceMap::none);
+    result.source.clear(size_px);
 
     const auto paint_texel = [&](int x, int y)
     {
@@ -132,7 +133,8 @@ Painting paint(const Task& task, const Level& level, int size_px, Progress& prog
         const Level::LevelVote vote = level.vote_at(chart, uv, texturing::texel_position(mesh, faces, texel),
                                                     [&](const Level& l, Vec2f at) { return of(l).color(at); });
         float* out = &result.texture.layers[0].at(x, y);
-        const Vec3f color = mixed(vote);
+        const Vec3f copied = mixed(vote);
+        const Vec3f color = rgb_from_lab(lab_from_rgb(copied) + vote.shift);
         out[0] = color.x;
         out[1] = color.y;
         out[2] = color.z;
@@ -147,7 +149,8 @@ Painting paint(const Task& task, const Level& level, int size_px, Progress& prog
                                 {{(at.x + 0.5F) * static_cast<float>(task.picture.width) / static_cast<float>(searched.width),
                                   (at.y + 0.5F) * static_cast<float>(task.picture.height) / static_cast<float>(searched.height)},
                                  std::atan2(in_picture.y, in_picture.x),
-                                 static_cast<float>(of(*vote.level).pixels_per_texel / pixels_per_texel)});
+                                 static_cast<float>(of(*vote.level).pixels_per_texel / pixels_per_texel),
+                                 color - copied});
     };
     std::size_t rows_done = 0;
     constexpr int rows_per_step = 256;
@@ -225,8 +228,8 @@ constexpr int coarse_stride = 3;
 constexpr int fine_stride = 4;
 constexpr int preview_px = 512;
 constexpr int least_patch_px = 5;
-constexpr double repeat_cost = 45;  // L*a*b*² per value; half of it where strokes are narrower: they show the room.
-constexpr double weave_cost = 12;
+constexpr double repeat_cost = 60;  // L*a*b*² per value; half of it where strokes are narrower: they show the room.
+constexpr double weave_cost = 25;
 constexpr int most_halvings = 2;  // Of strokes, where there is detail.
 constexpr int detail_rounds = 2;
 constexpr double detail_faithfulness = 0.5;

@@ -146,6 +146,10 @@ namespace
 
 constexpr float steps = 65534;
 constexpr float scale_steps = 256;
+constexpr float shift_steps = 255;
+constexpr float no_shift = 128;
+constexpr int place_values = 4;
+constexpr std::uint16_t no_place = 0xffff;
 constexpr float turn = 2 * std::numbers::pi_v<float>;
 
 std::uint16_t rounded(float share)
@@ -158,12 +162,21 @@ std::uint16_t rounded(float share)
 std::optional<SourceMap::Place> SourceMap::place(int x, int y) const
 {
     const std::uint16_t* value = &places.at(x, y);
-    if (value[0] == none)
+    if (value[0] == no_place)
         return std::nullopt;
     const auto share = [&](int i) { return static_cast<float>(value[i]) / steps; };
+    const std::uint8_t* const moved = &shifts.at(x, y);
+    const auto shift = [moved](int i) { return (static_cast<float>(moved[i]) - no_shift) / shift_steps; };
     return Place{{share(0) * static_cast<float>(picture_width), share(1) * static_cast<float>(picture_height)},
                  share(2) * turn,
-                 static_cast<float>(value[3]) / scale_steps};
+                 static_cast<float>(value[3]) / scale_steps,
+                 {shift(0), shift(1), shift(2)}};
+}
+
+void SourceMap::clear(int size_px)
+{
+    places = Raster16(size_px, size_px, place_values, no_place);
+    shifts = Raster8(size_px, size_px, 3, static_cast<std::uint8_t>(no_shift));
 }
 
 void SourceMap::set_place(int x, int y, const Place& place)
@@ -174,6 +187,12 @@ void SourceMap::set_place(int x, int y, const Place& place)
     const float turns = place.angle / turn;
     value[2] = rounded(turns - std::floor(turns));
     value[3] = static_cast<std::uint16_t>(std::lround(std::clamp(place.scale * scale_steps, 1.0F, 65535.0F)));
+    const auto step = [](float shift)
+    { return static_cast<std::uint8_t>(std::lround(std::clamp(shift * shift_steps + no_shift, 0.0F, 255.0F))); };
+    std::uint8_t* const moved = &shifts.at(x, y);
+    moved[0] = step(place.shift.x);
+    moved[1] = step(place.shift.y);
+    moved[2] = step(place.shift.z);
 }
 
 void SourceMap::save(const ArtifactFolder& folder) const
@@ -184,6 +203,7 @@ void SourceMap::save(const ArtifactFolder& folder) const
                                                                    {"pixels_per_texel", static_cast<double>(pixels_per_texel)}},
                                                         1));
     write_npy(folder.path / "places.npy", places);
+    write_npy(folder.path / "shifts.npy", shifts);
 }
 
 std::shared_ptr<SourceMap> SourceMap::load(const ArtifactFolder& folder)
@@ -197,9 +217,13 @@ std::shared_ptr<SourceMap> SourceMap::load(const ArtifactFolder& folder)
     if (!(result->pixels_per_texel > 0))
         file->fail("pixels_per_texel", "expected a number above 0");
     const auto places_file = folder.path / "places.npy";
-    result->places = detail::read_raster<std::uint16_t>(places_file, values_count);
+    result->places = detail::read_raster<std::uint16_t>(places_file, place_values);
     if (result->places.width != result->places.height)
         throw Error(places_file.string() + ": expected a square map");
+    const auto shifts_file = folder.path / "shifts.npy";
+    result->shifts = detail::read_raster<std::uint8_t>(shifts_file, 3);
+    if (result->shifts.width != result->size_px() || result->shifts.height != result->size_px())
+        throw Error(shifts_file.string() + ": expected as many texels as places.npy has");
     return result;
 }
 

@@ -19,9 +19,9 @@ SourceMap small_map()
     map.picture_width = 4000;
     map.picture_height = 3000;
     map.pixels_per_texel = 2.5F;
-    map.places = Raster16(4, 4, SourceMap::values_count, SourceMap::none);
+    map.clear(4);
     map.set_place(1, 2, {{3999.5F, 0.5F}, -0.5F});
-    map.set_place(3, 3, {{1234.25F, 2999.9F}, 3.0F, 2.0F});
+    map.set_place(3, 3, {{1234.25F, 2999.9F}, 3.0F, 2.0F, {0.1F, -0.49F, 2}});
     return map;
 }
 }  // namespace
@@ -43,15 +43,21 @@ TEST_CASE("places come back to a sixteenth of a pixel, also from disk")
     CHECK(std::abs(loaded->place(3, 3)->at.y - 2999.9F) < 1 / 16.0F);
     CHECK(place->scale == 1);
     CHECK(loaded->place(3, 3)->scale == 2);
+    CHECK(length(place->shift) == 0);
+    CHECK(length(loaded->place(3, 3)->shift - Vec3f{0.1F, -0.49F, 0.498F}) < 4e-3F);
 }
 
 TEST_CASE("a map that is not square or has no picture is refused by name")
 {
     const testing::TemporaryFolder folder;
     SourceMap map = small_map();
-    map.places = Raster16(4, 3, SourceMap::values_count, SourceMap::none);
+    map.places = Raster16(4, 3, 4);
     map.save({folder.path(), {}});
     CHECK_THROWS_WITH(SourceMap::load({folder.path(), {}}), Catch::Contains("places.npy") && Catch::Contains("square"));
+    map = small_map();
+    map.shifts = Raster8(3, 3, 3);
+    map.save({folder.path(), {}});
+    CHECK_THROWS_WITH(SourceMap::load({folder.path(), {}}), Catch::Contains("shifts.npy") && Catch::Contains("as many"));
     map = small_map();
     map.picture_width = 0;
     map.save({folder.path(), {}});

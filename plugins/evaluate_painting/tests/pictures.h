@@ -1,7 +1,5 @@
 #pragma once
 
-#include "rgb_from_lab.h"
-
 #include <fresco/image.h>
 #include <fresco/images/lab.h>
 #include <fresco/numerics/noise.h>

@@ -165,7 +165,7 @@ TEST_CASE("a map's points are measured in strokes, and motifs are told from plai
         SourceMap map;
         map.picture_width = map.picture_height = 160;
         map.pixels_per_texel = 1;
-        map.places = Raster16(256, 256, SourceMap::values_count, SourceMap::none);
+        map.clear(256);
         for (int y = 0; y < 256; ++y)
             for (int x = 0; x < 256; ++x)
                 map.set_place(x, y, {place(static_cast<float>(x), static_cast<float>(y)), 0});

@@ -88,7 +88,7 @@ struct PaintedWall
         std::ranges::fill(start->seen.values, std::uint8_t{1});
         start->atlas = source->atlas = atlas_id(mesh->mesh);
         source->picture_width = source->picture_height = 64;
-        source->places = Raster16(64, 64, SourceMap::values_count, SourceMap::none);
+        source->clear(64);
         for (int y = 0; y < 64; ++y)
             for (int x = 0; x < 64; ++x)
                 source->set_place(x, y, {{static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F}, 0});

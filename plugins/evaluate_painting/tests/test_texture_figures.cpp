@@ -200,7 +200,7 @@ SourceMap map_of(int size, const std::function<std::optional<Vec2f>(int, int)>& 
     SourceMap map;
     map.picture_width = width;
     map.picture_height = height;
-    map.places = Raster16(size, size, SourceMap::values_count, SourceMap::none);
+    map.clear(size);
     for (int y = 0; y < size; ++y)
         for (int x = 0; x < size; ++x)
             if (const auto at = place(x, y))

@@ -69,6 +69,8 @@ inline std::array<double, 3> enlarged(const SourceMap& map, const Raster8& rgb, 
         return t < 0.5 ? 0.75 - t * t : t < 1.5 ? 0.5 * (1.5 - t) * (1.5 - t) : 0.0;
     };
     std::vector<Group> groups;
+    std::array<double, 3> shift{};
+    double shifted = 0;
     // The middle first, then row by row.
     for (const int i : {4, 0, 1, 2, 3, 5, 6, 7, 8})
     {
@@ -100,6 +102,10 @@ inline std::array<double, 3> enlarged(const SourceMap& map, const Raster8& rgb, 
             own = &groups.emplace_back(Group{first_x, first_y});
         const double weight = spline(u - (x + 0.5)) * spline(v - (y + 0.5));
         const auto [own_x, own_y] = at(u, v);
+        shifted += weight;
+        shift[0] += weight * 255 * double{place->shift.x};
+        shift[1] += weight * 255 * double{place->shift.y};
+        shift[2] += weight * 255 * double{place->shift.z};
         own->weight += weight;
         own->x += weight * own_x;
         own->y += weight * own_y;
@@ -116,8 +122,8 @@ inline std::array<double, 3> enlarged(const SourceMap& map, const Raster8& rgb, 
             sum[c] += weight * own[c];
         total += weight;
     }
-    for (double& v_of : sum)
-        v_of = std::clamp(v_of / total, 0.0, 255.0);
+    for (std::size_t c = 0; c < 3; ++c)
+        sum[c] = std::clamp(sum[c] / total + shift[c] / shifted, 0.0, 255.0);
     return sum;
 }
 
@@ -153,7 +159,7 @@ SourceMap empty_map(const Mesh& mesh, int size_px, const Raster8& picture, doubl
     map.picture_width = picture.width;
     map.picture_height = picture.height;
     map.pixels_per_texel = static_cast<float>(pixels_per_texel);
-    map.places = Raster16(size_px, size_px, SourceMap::values_count, SourceMap::none);
+    map.clear(size_px);
     return map;
 }
 
@@ -267,7 +273,16 @@ TEST_CASE("every texel is what the plain method gives, at whole and odd factors"
 {
     const Mesh mesh = fresco::testing::two_chart_wall();
     const Raster8 picture = detailed_picture(128, 96);
-    const SourceMap map = patched_map(mesh, 40, picture, 1.3);
+    SourceMap map = patched_map(mesh, 40, picture, 1.3);
+    Random random(3);
+    for_each_wall_texel(40,
+                        [&](int x, int y)
+                        {
+                            SourceMap::Place place = *map.place(x, y);
+                            const auto any = [&] { return static_cast<float>(random.uniform() - 0.5) / 4; };
+                            place.shift = {any(), any(), any()};
+                            map.set_place(x, y, place);
+                        });
     for (const int size_px : {40, 97, 160})
     {
         CAPTURE(size_px);

@@ -298,7 +298,7 @@ testing::Inputs painted_wall()
     const auto source = std::make_shared<SourceMap>();
     source->atlas = atlas_id(textured->mesh);
     source->picture_width = source->picture_height = 64;
-    source->places = Raster16(64, 64, SourceMap::values_count);
+    source->clear(64);
     for (int y = 0; y < 64; ++y)
         for (int x = 0; x < 64; ++x)
             source->set_place(x, y, {{static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F}});

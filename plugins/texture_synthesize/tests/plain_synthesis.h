@@ -122,14 +122,45 @@ struct Picture
         return values;
     }
 
-    /// Mean squared difference from a place.
-    double distance(const Numbers& look, Vec2d at) const
+    static Vec3d mean_of(const Numbers& values)
     {
-        return squared_distance(look, values_at(at)) / static_cast<double>(look.size());
+        Vec3d sum;
+        for (std::size_t i = 0; i < values.size(); i += 3)
+            sum += Vec3d{values[i], values[i + 1], values[i + 2]};
+        return sum * (3 / static_cast<double>(values.size()));
     }
 
-    Numbers projected(const Numbers& values) const
+    static Numbers moved(Numbers values, Vec3d by)
     {
+        for (std::size_t i = 0; i < values.size(); i += 3)
+        {
+            values[i] += by.x;
+            values[i + 1] += by.y;
+            values[i + 2] += by.z;
+        }
+        return values;
+    }
+
+    /// Of a copy: three quarters of what its mean lacks, at most 14 L*a*b*.
+    Vec3d shift(const Numbers& look, Vec2d at) const
+    {
+        const Vec3d wanted = (mean_of(look) - mean_of(values_at(at))) * 0.75;
+        return wanted * std::min(1.0, 14 / std::max(length(wanted), 1e-9));
+    }
+
+    /// Mean squared difference from a place's shifted copy, with a third of the squared shift as its price.
+    double distance(const Numbers& look, Vec2d at) const
+    {
+        const Vec3d by = shift(look, at);
+        return squared_distance(look, moved(values_at(at), by)) / static_cast<double>(look.size()) + dot(by, by) / 9;
+    }
+
+    /// With half of its mean color: squared differences of means count a quarter.
+    static Numbers faded(const Numbers& values) { return moved(values, mean_of(values) * -0.5); }
+
+    Numbers projected(const Numbers& look) const
+    {
+        const Numbers values = faded(look);
         Numbers result;
         for (const Numbers& component : components)
         {
@@ -170,7 +201,7 @@ struct Picture
         mean.assign(static_cast<std::size_t>(3 * side * side), 0.0);
         std::vector<Numbers> values;
         for (const Vec2d key : keys)
-            values.push_back(values_at(key));
+            values.push_back(faded(values_at(key)));
         for (const Numbers& v : values)
             for (std::size_t i = 0; i < mean.size(); ++i)
                 mean[i] += v[i] / static_cast<double>(keys.size());
@@ -181,8 +212,8 @@ struct Picture
                     products[i][j] += (v[i] - mean[i]) * (v[j] - mean[j]);
         components = eigenvectors(products);
         components.resize(std::min<std::size_t>(mean.size(), 24));
-        for (const Numbers& v : values)
-            key_features.push_back(projected(v));
+        for (const Vec2d key : keys)
+            key_features.push_back(projected(values_at(key)));
     }
 };
 
@@ -351,6 +382,7 @@ struct Found
 {
     Vec2d at;
     double distance = 0;
+    Vec3d shift{};
 };
 
 /// The mean color of a point, and the patch that counts most in it.
@@ -359,6 +391,7 @@ struct Mixed
     Vec3d color;
     Vec3d heaviest_color;
     Covering heaviest{};
+    Vec3d shift;  ///< Of the mean.
 };
 
 /// What a search went by.
@@ -422,7 +455,8 @@ class PlainLevel
         for (std::size_t t = 0; t < level_.grid().texels().size(); ++t)
         {
             const std::size_t near = coarser.wall_.texel_near(wall_.chart(t), wall_.texcoord(t));
-            result.push_back(coarser.mixed(near, level_.grid().texels()[t].position, matches, color).color);
+            const Mixed vote = coarser.mixed(near, level_.grid().texels()[t].position, matches, color);
+            result.push_back(vote.color + vote.shift);
         }
         return result;
     }
@@ -449,7 +483,10 @@ class PlainLevel
         {
             result.uses = result.found;
             for (std::size_t p = 0; p < features.size(); ++p)
-                result.found[p] = continued(p, result.looks[p], result.uses, result.weights, pass == 0);
+            {
+                Found& found = result.found[p] = continued(p, result.looks[p], result.uses, result.weights, pass == 0);
+                found.shift = picture_.shift(result.looks[p], found.at);
+            }
         }
         return result;
     }
@@ -522,7 +559,10 @@ class PlainLevel
         std::vector<Vec3d> result;
         const auto color = [&](Vec2d at) { return color_of(picture_.lab, at); };
         for (std::size_t t = 0; t < level_.grid().texels().size(); ++t)
-            result.push_back(mixed(t, level_.grid().texels()[t].position, matches, color).color);
+        {
+            const Mixed vote = mixed(t, level_.grid().texels()[t].position, matches, color);
+            result.push_back(vote.color + vote.shift);
+        }
         return result;
     }
 
@@ -557,7 +597,8 @@ class PlainLevel
             const Mixed vote = mixed(near, texturing::texel_position(mesh, faces, texel), matches, color);
             const double lighter = 0.75 * dot(Vec3d{0.2126, 0.7152, 0.0722}, vote.heaviest_color - vote.color);
             const auto clamped = [lighter](double v) { return std::clamp(v + lighter, 0.0, 1.0); };
-            result[texel] = {{clamped(vote.color.x), clamped(vote.color.y), clamped(vote.color.z)},
+            const Vec3f copied = vec_cast<float>(Vec3d{clamped(vote.color.x), clamped(vote.color.y), clamped(vote.color.z)});
+            result[texel] = {vec_cast<double>(rgb_from_lab(lab_from_rgb(copied) + vec_cast<float>(vote.shift))),
                              to(task_.picture, matches[vote.heaviest.patch].at + vote.heaviest.offset)};
         }
         return result;
@@ -723,6 +764,7 @@ class PlainLevel
             return t * t * (3 - 2 * t);
         };
         Vec3d sum;
+        Vec3d shifts;
         Mixed result;
         double total = 0;
         double most = -1;
@@ -733,6 +775,7 @@ class PlainLevel
                                   std::pow(matches[cover.patch].distance + 1, -0.6);
             const Vec3d own = color(matches[cover.patch].at + at);
             sum += own * weight;
+            shifts += matches[cover.patch].shift * weight;
             total += weight;
             if (weight > most)
             {
@@ -742,6 +785,7 @@ class PlainLevel
             }
         }
         result.color = total > 0 ? sum * (1 / total) : result.heaviest_color;
+        result.shift = total > 0 ? shifts * (1 / total) : Vec3d{};
         return result;
     }
 

@@ -195,8 +195,8 @@ struct Studio
         testing::run_stage(FRESCO_PLUGIN_FILE, "texture.synthesize", options, inputs, out.path(), run,
                            {{"images", std::make_shared<stored_png::Codec>()}});
         Painted result;
-        for (const char* file :
-             {"texture/layer_0.npy", "texture/seen.npy", "texture/texture.json", "source/places.npy", "source/source_map.json"})
+        for (const char* file : {"texture/layer_0.npy", "texture/seen.npy", "texture/texture.json", "source/places.npy",
+                                 "source/shifts.npy", "source/source_map.json"})
             result.bytes.push_back(read_file(out.path() / file));
         result.texture = Texture::load({out.path() / "texture", out.path()});
         result.source = SourceMap::load({out.path() / "source", out.path()});

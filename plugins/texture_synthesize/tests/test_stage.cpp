@@ -128,7 +128,7 @@ TEST_CASE("every texel that a chart touches is painted in the picture's colors a
                 farthest = std::max(farthest, off_palette(wall.picture, color_at(*painted.texture, x, y)));
         }
     CHECK(wrong == 0);
-    CHECK(farthest < 0.1F);
+    CHECK(farthest < 0.15F);
     CHECK(run.reported.at("unseen_share").as_double() == 0);
     CHECK(run.reported.at("up").as_list().size() == 3);
     for (const char* key : {"stroke_px", "picture_width_cm", "picture_height_cm", "texel_mm", "searched_texel_mm",
@@ -173,7 +173,7 @@ TEST_CASE("what the start does not know is painted too, and its share reported")
     float farthest = 0;
     for_each_painted(*painted.texture, [&](int x, int y)
                      { farthest = std::max(farthest, off_palette(wall.picture, color_at(*painted.texture, x, y))); });
-    CHECK(farthest < 0.1F);
+    CHECK(farthest < 0.15F);
     // It continues the known half: the seam does not show.
     CHECK(std::abs(mean_light(*painted.texture, 0.8, 1) - mean_light(*painted.texture, 1, 1.2)) < 0.12);
     wall.start.seen = Raster8(96, 96);
@@ -256,7 +256,8 @@ TEST_CASE("the source map leads to what was painted, and its angles turn with th
                          const std::uint8_t* rgb = &wall.picture.at(pixel(place.at.x, 96), pixel(place.at.y, 80));
                          const Vec3f copied =
                              Vec3f{static_cast<float>(rgb[0]), static_cast<float>(rgb[1]), static_cast<float>(rgb[2])} *
-                             (1 / 255.0F);
+                                 (1 / 255.0F) +
+                             place.shift;
                          const Vec3f own = color_at(*painted.texture, x, y);
                          light.emplace_back(luminance(copied), luminance(own));
                          difference += static_cast<double>(length(copied - own));

@@ -69,11 +69,11 @@ inline constexpr Counted texels{.name = "texels", .assumed = 2048 * 2048, .also_
 }  // namespace count
 
 /// Where in a picture each texel of a painted texture comes from, so that a finer texture or another channel can be copied
-/// without a new search. On disk: `source_map.json` and `places.npy` (uint16 S x S x 4).
+/// without a new search. On disk: `source_map.json`, `places.npy` (uint16 S x S x 4) and `shifts.npy` (uint8 S x S x 3).
 struct SourceMap : Artifact
 {
     static constexpr std::string_view artifact_name = "source_map";
-    static constexpr int artifact_version = 2;
+    static constexpr int artifact_version = 3;
 
     /// A texel's place in the picture.
     struct Place
@@ -82,22 +82,23 @@ struct SourceMap : Artifact
         float angle =
             0;  ///< Radians: a texel to the right in the texture is scale pixels_per_texel (cos, sin) in the picture, y down.
         float scale = 1;  ///< How much smaller the picture is here than where it has pixels_per_texel.
+        Vec3f shift{};    ///< Added to the picture's color here; RGB, each in [-0.5,0.5].
     };
 
     std::string atlas;           ///< The mesh's atlas_id; empty: unknown.
     int picture_width = 0;       ///< Of the whole picture …
     int picture_height = 0;      ///< … that places are in.
     float pixels_per_texel = 1;  ///< The picture's pixels along a texel's side, at scale 1.
-    Raster16 places;             ///< See set_place. Zeros are a place: fill with `none` before use.
-
-    static constexpr int values_count = 4;         ///< Of a texel, in `places`.
-    static constexpr std::uint16_t none = 0xffff;  ///< All values of a texel that was not copied.
+    Raster16 places;             ///< S x S x 4: column and row in 1/65534 of the picture's width and height, angle in
+                                 ///< 1/65534 turn, scale in 1/256; all 0xffff where nothing was copied.
+    Raster8 shifts;              ///< S x S x 3: 128 + shift in 1/255.
 
     int size_px() const { return places.width; }
     /// Empty for a texel that was not copied from the picture.
     std::optional<Place> place(int x, int y) const;
-    /// Rounds to 1/65534 of the picture's sides and of a turn, and scales to 1/256; places outside of the picture are clamped to
-    /// it.
+    /// Begins a map of `size_px` texels a side, none of them copied.
+    void clear(int size_px);
+    /// Rounds to what the map can hold; places outside of the picture are clamped to it.
     void set_place(int x, int y, const Place& place);
 
     void save(const ArtifactFolder& folder) const override;

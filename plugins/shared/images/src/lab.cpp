@@ -41,6 +41,26 @@ Vec3f lab_from_rgb(Vec3f rgb)
     return lab_from_linear(light(rgb.x), light(rgb.y), light(rgb.z));
 }
 
+Vec3f rgb_from_lab(Vec3f lab)
+{
+    const auto curve_back = [](float f)
+    {
+        const float cube = f * f * f;
+        return cube > 216.0F / 24389.0F ? cube : (116 * f - 16) / (24389.0F / 27.0F);
+    };
+    const auto displayed = [](float light)
+    {
+        const float v = light <= 0.0031308F ? 12.92F * light : 1.055F * std::pow(light, 1 / 2.4F) - 0.055F;
+        return std::clamp(v, 0.0F, 1.0F);
+    };
+    const float fy = (lab.x + 16) / 116;
+    const float x = white_x * curve_back(fy + lab.y / 500);
+    const float y = curve_back(fy);
+    const float z = white_z * curve_back(fy - lab.z / 200);
+    return {displayed(3.240479F * x - 1.537150F * y - 0.498535F * z), displayed(-0.969256F * x + 1.875992F * y + 0.041556F * z),
+            displayed(0.055648F * x - 0.204043F * y + 1.057311F * z)};
+}
+
 RasterF lab_picture(const Raster8& rgb)
 {
     std::array<float, 256> light{};

@@ -1,5 +1,4 @@
 #include "catch.h"
-#include "rgb_from_lab.h"
 
 #include <fresco/images/lab.h>
 #include <fresco/random.h>

@@ -30,6 +30,7 @@ struct Copy
     Vec2f right;   ///< Per texel of the map.
     Vec2f down;
     std::uint8_t size = 0;  ///< Which of the sizes of the picture.
+    Vec3f shift;            ///< Added to its colors, in 0 to 255.
 
     Vec2f at(Vec2f texels) const { return center + right * texels.x + down * texels.y; }
 };
@@ -193,7 +194,8 @@ class Copies
         Copy copy{{place.at.x * to_picture.x - 0.5F, place.at.y * to_picture.y - 0.5F},
                   {right_x * to_picture.x, right_y * to_picture.y},
                   {-turn * right_y * to_picture.x, turn * right_x * to_picture.y},
-                  size};
+                  size,
+                  place.shift * 255};
         copy.center = copy.at({static_cast<float>(-dx), static_cast<float>(-dy)});
         const float limit = same_copy * step * to_picture.x;
         std::size_t group = meeting.groups;
@@ -224,11 +226,15 @@ Vec3f color_at(const Meeting& meeting, const Copies& copies, Vec2f at, const Lan
     const std::array<float, 3> along = spline_weights(at.y);
     std::array<float, window> weight{};
     std::array<Vec2f, window> place{};
+    Vec3f shift;
+    float all = 0;
     for (std::size_t i = 0; i < meeting.count; ++i)
     {
         const float w = across[meeting.neighbor[i] % 3] * along[meeting.neighbor[i] / 3];
         weight[meeting.group[i]] += w;
         place[meeting.group[i]] = place[meeting.group[i]] + meeting.copies[i].at(at) * w;
+        shift += meeting.copies[i].shift * w;
+        all += w;
     }
     const float heaviest = *std::max_element(weight.begin(), weight.begin() + static_cast<std::ptrdiff_t>(meeting.groups));
     Vec3f sum;
@@ -242,7 +248,8 @@ Vec3f color_at(const Meeting& meeting, const Copies& copies, Vec2f at, const Lan
         sum += color_at(copies.picture(meeting.size[g]), place[g] * (1 / weight[g]), lanczos) * w;
         total += w;
     }
-    return sum * (1 / total);
+    // All copies' shifts are mixed: where they meet, the painting's colors are continuous.
+    return sum * (1 / total) + shift * (1 / all);
 }
 
 }  // namespace

@@ -19,19 +19,17 @@ constexpr float vote_sigma = 0.35F;  // Of a side.
 constexpr float epsilon = 1;         // L*a*b*²: patches that fit better than this count alike.
 constexpr float power = -0.6F;
 
-/// 1 in the middle of a patch, 0 from its border on, smooth between.
-float to_border(float at, float side)
-{
-    const float t = std::clamp(4 * (0.5F - std::abs(at) / side), 0.0F, 1.0F);
-    return t * t * (3 - 2 * t);
-}
-
 }  // namespace
 
-float window_weight(Vec2f offset, float side)
+Window::Window(int side)
 {
-    const float gauss = std::exp(-dot(offset, offset) / (2 * vote_sigma * vote_sigma * side * side));
-    return gauss * to_border(offset.x, side) * to_border(offset.y, side);
+    for (int i = 0; static_cast<float>(i) <= static_cast<float>(side) / 2 * steps + 1; ++i)
+    {
+        const float at = static_cast<float>(i) / steps / static_cast<float>(side);
+        // 1 in the middle, 0 from the border on, smooth between.
+        const float t = std::clamp(4 * (0.5F - at), 0.0F, 1.0F);
+        values_.push_back(std::exp(-at * at / (2 * vote_sigma * vote_sigma)) * t * t * (3 - 2 * t));
+    }
 }
 
 float fit_weight(float distance)
@@ -83,6 +81,7 @@ Level::Level(const Task& task, double spacing_m, double scale, const LevelOption
     : task_(task), options_(options), under_(under), grid_(task.surface, spacing_m, progress, unshown.faces),
       share_(under != nullptr ? share_over(unshown, progress) : std::vector<float>()),
       patches_(task.surface, grid_, task.upright, options.side, options.stride, progress, task.lines, share_),
+      window_(options.side),
       picture_(task.picture, scale, options.side, progress, task.lines.empty() ? 0 : options.search.stroke_px),
       start_(grid_.texels().size()), uses_(patches_, grid_, picture_, options.search.stroke_px, progress),
       crowding_(picture_.key_count(), 1.0F)
@@ -157,8 +156,7 @@ std::vector<float> Level::missing(const Progress& progress) const
     for (std::size_t i = 0; i < points; ++i)
     {
         const auto at = [&](std::size_t along) { return static_cast<float>(along) - static_cast<float>(side / 2); };
-        window[i] = window_weight({at(i % static_cast<std::size_t>(side)), at(i / static_cast<std::size_t>(side))},
-                                  static_cast<float>(side));
+        window[i] = window_({at(i % static_cast<std::size_t>(side)), at(i / static_cast<std::size_t>(side))});
     }
     const float total = std::accumulate(window.begin(), window.end(), 0.0F);
     std::vector<float> of_patch(patches_.count());
@@ -207,7 +205,7 @@ std::vector<float> Level::missing(const Progress& progress) const
                        for (const std::uint32_t patch : patches_.covers(t))
                        {
                            const Vec2f offset = patches_.offset(patch, grid_.texels()[t].position);
-                           const float weight = window_weight(offset, static_cast<float>(side));
+                           const float weight = window_(offset);
                            sum += weight * of_patch[patch];
                            weights += weight;
                        }
@@ -322,17 +320,17 @@ void Level::paint_round(const Progress& progress)
     for_each_texel(grid_, progress, [&](std::size_t t) { wanted[t] = colors_[t] * (1 - g) + start_[t] * g; });
     set_matches(search(patches_, grid_, wanted, picture_, uses_, options_.search, matches_, crowding_, progress));
     update_crowding(picture_, matches_, crowding_);
-    for_each_texel(
-        grid_, progress,
-        [&](std::size_t t)
-        {
-            const auto offset_on = [&](std::uint32_t patch) { return patches_.offset(patch, grid_.texels()[t].position); };
-            const auto color = [&](Vec2f at) { return picture_.color(at); };
-            // Texels without patches are not painted: there the start remains.
-            colors_[t] = patches_.covers(t).empty()
-                             ? start_[t]
-                             : vote(patches_.covers(t), matches_, fits_, options_.side, offset_on, color).shifted_mean();
-        });
+    for_each_texel(grid_, progress,
+                   [&](std::size_t t)
+                   {
+                       const auto offset_on = [&](std::uint32_t patch)
+                       { return patches_.offset(patch, grid_.texels()[t].position); };
+                       const auto color = [&](Vec2f at) { return picture_.color(at); };
+                       // Texels without patches are not painted: there the start remains.
+                       colors_[t] = patches_.covers(t).empty()
+                                        ? start_[t]
+                                        : vote(patches_.covers(t), matches_, fits_, window_, offset_on, color).shifted_mean();
+                   });
 }
 
 }  // namespace fresco::synthesize

@@ -9,6 +9,9 @@
 #include <fresco/math.h>
 #include <fresco/parallel.h>
 
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <span>
@@ -20,9 +23,28 @@
 namespace fresco::synthesize
 {
 
-/// The weight of a patch in the vote is that of a Gaussian window (σ = 0.35 sides, falling to 0 at its border) times that of its
-/// fit (Kwatra et al. 2005).
-float window_weight(Vec2f offset, float side);
+/// A patch's window: a Gaussian (σ = 0.35 sides) that falls to 0 at the patch's border. The weight of a patch in the vote is that
+/// of its window times that of its fit (Kwatra et al. 2005).
+class Window
+{
+  public:
+    explicit Window(int side);
+
+    /// Of a point, `offset` texels from the patch's center: 0 … 1.
+    float operator()(Vec2f offset) const { return along(offset.x) * along(offset.y); }
+
+  private:
+    static constexpr float steps = 64;  ///< Per texel; linear between.
+
+    float along(float offset) const
+    {
+        const float at = std::min(std::abs(offset) * steps, static_cast<float>(values_.size() - 2));
+        const auto step = static_cast<std::size_t>(at);
+        return values_[step] + (values_[step + 1] - values_[step]) * (at - static_cast<float>(step));
+    }
+
+    std::vector<float> values_;
+};
 float fit_weight(float distance);
 
 /// The color of a point according to the patches over it.
@@ -42,8 +64,8 @@ struct Vote
 /// `fits`: per patch, the fit_weight. `offset_on(patch)`: the point on the patch, in texels from its center. `color(place)`:
 /// color of a place in the picture.
 template <class Offset, class Color>
-Vote vote(std::span<const std::uint32_t> covers, std::span<const Match> matches, std::span<const float> fits, int side,
-          const Offset& offset_on, const Color& color)
+Vote vote(std::span<const std::uint32_t> covers, std::span<const Match> matches, std::span<const float> fits,
+          const Window& window, const Offset& offset_on, const Color& color)
 {
     Vote result{};
     Vec3f sum;
@@ -54,7 +76,7 @@ Vote vote(std::span<const std::uint32_t> covers, std::span<const Match> matches,
     {
         const Match& match = matches[patch];
         const Vec2f offset = offset_on(patch);
-        const float weight = window_weight(offset, static_cast<float>(side)) * fits[patch];
+        const float weight = window(offset) * fits[patch];
         if (weight <= 0 && result.weight >= 0)
             continue;
         const Vec3f own = color(match.place(offset));
@@ -153,7 +175,7 @@ class Level
         const Vec3f center = grid_.texels()[texel].position;
         const Vec3f away = (position - center) * static_cast<float>(1 / grid_.spacing_m());
         const LevelVote own{vote(
-                                patches_.covers(texel), matches_, fits_, patches_.side(),
+                                patches_.covers(texel), matches_, fits_, window_,
                                 [&](std::uint32_t patch)
                                 {
                                     const TangentFrame& frame = patches_[patch].frame;
@@ -192,6 +214,7 @@ class Level
     SurfaceGrid grid_;
     std::vector<float> share_;
     Patches patches_;
+    Window window_;
     StylePicture picture_;
     std::vector<Vec3f> start_;   ///< Per texel, L*a*b*.
     std::vector<Vec3f> colors_;  ///< The same, as painted.

@@ -413,8 +413,7 @@ class Search
         }
         else
         {
-            const int x = static_cast<int>(std::lround(at.x));
-            const int y = static_cast<int>(std::lround(at.y));
+            const auto [x, y] = pixel(at);
             sum = patch_kernel().squared_distance(patch.values, picture_.patch(x, y),
                                                   3 * static_cast<std::size_t>(picture_.lab().width), side, 3 * side);
             mean = picture_.patch_mean(x, y);
@@ -434,10 +433,14 @@ class Search
     /// The shift of a copy.
     Vec3f shift(const Look& patch, Vec2f at, Vec2f turn) const
     {
-        return shift_for(patch.mean - (picture_.is_directed() ? mean_color(turned_patch(at, turn).data(), values_)
-                                                              : picture_.patch_mean(static_cast<int>(std::lround(at.x)),
-                                                                                    static_cast<int>(std::lround(at.y)))));
+        if (picture_.is_directed())
+            return shift_for(patch.mean - mean_color(turned_patch(at, turn).data(), values_));
+        const auto [x, y] = pixel(at);
+        return shift_for(patch.mean - picture_.patch_mean(x, y));
     }
+
+    /// The one that a place in the picture is nearest to. Faster than std::lround.
+    static std::pair<int, int> pixel(Vec2f at) { return {static_cast<int>(at.x + 0.5F), static_cast<int>(at.y + 0.5F)}; }
 
     /// Without the price of what is seen nearby.
     float score(std::size_t patch, float distance, Vec2f at, Vec2f turn) const

@@ -144,7 +144,7 @@ TEST_CASE("what is missing is that of a plain computation")
     const std::vector<float> found = level.missing(wall.run);
 
     const auto window = [](double x, double y) {
-        return static_cast<double>(window_weight({static_cast<float>(x), static_cast<float>(y)}, 7));
+        return static_cast<double>(Window(7)({static_cast<float>(x), static_cast<float>(y)}));
     };
     std::vector<double> of_patch;
     for (std::size_t p = 0; p < level.patches().count(); ++p)

@@ -18,6 +18,9 @@ namespace fresco::synthesize
 namespace
 {
 
+constexpr std::size_t faces_per_piece = 2048;
+constexpr std::size_t pieces_drawn_together = 64;
+
 /// Barycentric coordinates of `p`; clamped to the triangle where it lies outside by rounding.
 std::array<double, 3> weights_at(const std::array<Vec2d, 3>& c, Vec2d p)
 {
@@ -55,13 +58,29 @@ SurfaceGrid::SurfaceGrid(const PaintedSurface& surface, double spacing_m, const 
     : spacing_m_(spacing_m)
 {
     lay_out(surface);
-    const auto faces = static_cast<std::uint32_t>(surface.mesh.triangles.size());
-    for (std::uint32_t face = 0; face < faces; ++face)
+    const std::size_t faces = surface.mesh.triangles.size();
+    // A cell on the border of two faces belongs to the first one: pieces of faces are drawn together, and added in order.
+    std::vector<std::vector<Texel>> drawn(pieces_drawn_together);
+    for (std::size_t first = 0; first < faces; first += pieces_drawn_together * faces_per_piece)
     {
-        if (face % 4096 == 0)
-            progress.check_canceled();
-        if (wanted.empty() || wanted[face] != 0)
-            draw_face(surface, face);
+        const std::size_t end = std::min(faces, first + pieces_drawn_together * faces_per_piece);
+        parallel_for(end - first, faces_per_piece, progress.threads(),
+                     [&](std::size_t from, std::size_t to)
+                     {
+                         progress.check_canceled();
+                         std::vector<Texel>& out = drawn[from / faces_per_piece];
+                         out.clear();
+                         for (std::size_t face = first + from; face < first + to; ++face)
+                             if (wanted.empty() || wanted[face] != 0)
+                                 draw_face(surface, static_cast<std::uint32_t>(face), out);
+                     });
+        for (std::size_t piece = 0; piece * faces_per_piece < end - first; ++piece)
+            for (const Texel& texel : drawn[piece])
+                if (std::uint32_t& at = texel_of_cell_[texel.cell]; at == none)
+                {
+                    at = static_cast<std::uint32_t>(texels_.size());
+                    texels_.push_back(texel);
+                }
     }
 
     std::vector<std::uint32_t> largest(sheets_.size(), none);
@@ -130,7 +149,7 @@ void SurfaceGrid::lay_out(const PaintedSurface& surface)
     texel_of_cell_.assign(cells, none);
 }
 
-void SurfaceGrid::draw_face(const PaintedSurface& surface, std::uint32_t face)
+void SurfaceGrid::draw_face(const PaintedSurface& surface, std::uint32_t face, std::vector<Texel>& out) const
 {
     const std::uint32_t chart = surface.charts.of_face[face];
     if (!has_sheet(chart))
@@ -151,10 +170,8 @@ void SurfaceGrid::draw_face(const PaintedSurface& surface, std::uint32_t face)
             const std::size_t at = sheet.first_cell + static_cast<std::size_t>(y) * static_cast<std::size_t>(sheet.width) +
                                    static_cast<std::size_t>(x);
             const Vec2d center{x + 0.5, y + 0.5};
-            if (texel_of_cell_[at] != none || !inside(c, area, center))
-                continue;
-            texel_of_cell_[at] = static_cast<std::uint32_t>(texels_.size());
-            texels_.push_back({point_in(surface.mesh, face, weights_at(c, center)), face, static_cast<std::uint32_t>(at)});
+            if (inside(c, area, center))
+                out.push_back({point_in(surface.mesh, face, weights_at(c, center)), face, static_cast<std::uint32_t>(at)});
         }
 }
 
@@ -494,8 +511,8 @@ Patches::Patches(const PaintedSurface& surface, const SurfaceGrid& grid, const U
                     });
         counts[i] = static_cast<std::uint32_t>(list.size() - before);
     };
-    points_.reserve((regular + regular / 8) * points_per_patch());  // To be moved seldom.
-    points_.resize(regular * points_per_patch());
+    std::size_t room = regular + regular / 8 + 1;  // To be moved seldom; memory that nothing touches costs nothing.
+    points_ = std::make_unique_for_overwrite<Point[]>(room * points_per_patch());
     parallel_for(regular, patches_per_list, progress.threads(),
                  [&](std::size_t begin, std::size_t end)
                  {
@@ -509,8 +526,14 @@ Patches::Patches(const PaintedSurface& surface, const SurfaceGrid& grid, const U
     for (std::uint32_t texel = 0; texel < texels.size(); ++texel)
         if (is_wanted(texel) && near_center[texel].load(std::memory_order_relaxed) == 0)
         {
+            if (patches_.size() == room)
+            {
+                auto more = std::make_unique_for_overwrite<Point[]>(2 * room * points_per_patch());
+                std::copy_n(points_.get(), room * points_per_patch(), more.get());
+                points_ = std::move(more);
+                room *= 2;
+            }
             patches_.push_back(patch_at(texel));
-            points_.resize(patches_.size() * points_per_patch());
             counts.push_back(0);
             walk(alone, patches_.size() - 1, lists.back());
         }

@@ -63,7 +63,7 @@ class SurfaceGrid
 
   private:
     void lay_out(const PaintedSurface& surface);
-    void draw_face(const PaintedSurface& surface, std::uint32_t face);
+    void draw_face(const PaintedSurface& surface, std::uint32_t face, std::vector<Texel>& out) const;
     void adopt(const PaintedSurface& surface, std::uint32_t chart, std::uint32_t largest_face);
     void extend(const Sheet& sheet);
 
@@ -123,16 +123,16 @@ class Patches
     /// texels. A point off the surface takes the value of the patch's nearest point on it.
     void sample(const SurfaceGrid& grid, std::span<const Vec3f> values, std::size_t patch, Vec3f* out) const;
     /// Frees what sample() needs, half of the memory.
-    void forget_points() { points_ = std::vector<Point>(); }  // {} would only clear it.
+    void forget_points() { points_.reset(); }
 
   private:
     /// A patch's point between four cells of a chart's grid.
     struct Point
     {
-        std::uint32_t cell = 0;   ///< The first of the four.
-        std::uint16_t width = 0;  ///< From there to the cell below.
-        std::uint8_t across = 0;  ///< In 1 / 256 cell.
-        std::uint8_t along = 0;
+        std::uint32_t cell;   ///< The first of the four.
+        std::uint16_t width;  ///< From there to the cell below.
+        std::uint8_t across;  ///< In 1 / 256 cell.
+        std::uint8_t along;
     };
     class Walker;
 
@@ -148,7 +148,7 @@ class Patches
     int side_;
     float per_m_;  ///< Texels.
     std::vector<Patch> patches_;
-    std::vector<Point> points_;
+    std::unique_ptr<Point[]> points_;  ///< Of patch after patch.
     std::vector<std::size_t> first_cover_;
     std::unique_ptr<std::uint32_t[]> covers_;
 };

@@ -37,7 +37,7 @@ class TextureSynthesize final : public Stage
         "of soft stripes; at least two texels, at most the length of the room. 0: 3.5 for a room of 3 m and more, in proportion "
         "for "
         "something smaller"};
-    Option<double> painterly{this, "painterly", 0.25, range(0, 1),
+    Option<double> painterly{this, "painterly", 0.28, range(0, 1),
                              "0: keep what the start shows; 1: let the picture's own motifs take over"};
     Option<double> detail{
         this, "detail", 0.5, range(0, 1),
@@ -52,7 +52,7 @@ class TextureSynthesize final : public Stage
     Option<std::string> up = geometry::up_option(this);
     Option<int> patch_px{this, "patch_px", 11, range(5, 21), "Side of a copied patch in texels, odd; strokes are 8 texels wide"};
     Option<int> levels_count{this, "levels_count", 2, range(1, 4), "Scales to paint at, each half as fine as the next"};
-    Option<int> rounds_count{this, "rounds_count", 6, range(1, 100), "Rounds of search and vote at each scale"};
+    Option<int> rounds_count{this, "rounds_count", 4, range(1, 100), "Rounds of search and vote at each scale"};
     Option<int> seed{this, "seed", 0, range(0, 2147483647), "Another seed gives another painting"};
     Option<double> checkpoint_seconds{this,
                                       "checkpoint_seconds",

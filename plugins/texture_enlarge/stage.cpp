@@ -63,7 +63,7 @@ class TextureEnlarge final : public Stage
     void run(RunContext& run) override
     {
         check();
-        enlarge::Enlarged enlarged = enlarge::enlarged(*source, style->pixels, *mesh, *size_px, run);
+        enlarge::Enlarged enlarged = enlarge::enlarged(*source, style->pixels, *mesh, *size_px, enlarge::Colors::painted, run);
         run.report("pixels_per_texel", enlarge::pixels_per_texel(*source, style->pixels.width, *size_px));
         run.report("painted_share", enlarged.painted_share);
         TexturedMesh result;

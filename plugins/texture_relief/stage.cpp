@@ -59,7 +59,10 @@ class TextureRelief final : public Stage
                 throw Error(fmt::format("the mesh's picture has {} texels a side, the source map on port 'source' {}: wire the "
                                         "picture at its full size",
                                         textured_mesh->image.pixels.width, source->size_px()));
-            copied = enlarge::enlarged(*source, style->pixels, mesh, textured_mesh->image.pixels.width, run).picture;
+            // A copy's shift is no paint: it would raise or lower it as a whole.
+            copied = enlarge::enlarged(*source, style->pixels, mesh, textured_mesh->image.pixels.width,
+                                       enlarge::Colors::of_picture, run)
+                         .picture;
         }
         const Raster8& rgb = source.has_value() ? copied : textured_mesh->image.pixels;
         const texturing::Charts charts = texturing::find_charts(mesh);

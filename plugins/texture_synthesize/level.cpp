@@ -143,6 +143,7 @@ Level::Unshown Level::unshown(double least_missing, const Progress& progress) co
 void Level::settle()
 {
     patches_.forget_points();
+    picture_.forget_means();
     start_ = std::vector<Vec3f>();
     colors_ = std::vector<Vec3f>();
     uses_ = {};
@@ -269,7 +270,7 @@ void Level::resume(std::vector<Vec3f> colors, std::vector<Match> matches, std::v
     };
     if (!std::all_of(colors.begin(), colors.end(), is_finite) || !std::all_of(matches.begin(), matches.end(), is_match) ||
         !std::all_of(crowding.begin(), crowding.end(), [](float v) { return std::isfinite(v) && v >= 1; }))
-        throw Error("it has values that are not finite");
+        throw Error("it has values that no painting has");
     colors_ = std::move(colors);
     set_matches(std::move(matches));
     crowding_ = std::move(crowding);

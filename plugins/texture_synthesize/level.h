@@ -45,12 +45,13 @@ class Window
 
     std::vector<float> values_;
 };
+
 float fit_weight(float distance);
 
 /// The color of a point according to the patches over it.
 struct Vote
 {
-    Vec3f mean;           ///< Weighted mean.
+    Vec3f mean;           ///< Weighted mean, not shifted yet.
     Vec3f heaviest;       ///< Color of the patch with the largest weight.
     std::uint32_t patch;  ///< The patch with the largest weight.
     Vec2f offset;         ///< The point on that patch, in texels from its center.
@@ -92,7 +93,7 @@ Vote vote(std::span<const std::uint32_t> covers, std::span<const Match> matches,
         }
     }
     result.mean = total > 0 ? sum * (1 / total) : result.heaviest;
-    result.shift = total > 0 ? shifts * (1 / total) : Vec3f{};
+    result.shift = total > 0 ? shifts * (1 / total) : result.weight >= 0 ? matches[result.patch].shift : Vec3f{};
     return result;
 }
 

@@ -511,7 +511,7 @@ Patches::Patches(const PaintedSurface& surface, const SurfaceGrid& grid, const U
                     });
         counts[i] = static_cast<std::uint32_t>(list.size() - before);
     };
-    std::size_t room = regular + regular / 8 + 1;  // To be moved seldom; memory that nothing touches costs nothing.
+    std::size_t room = regular + regular / 8 + 1;  // Rarely has to grow; untouched memory costs nothing.
     points_ = std::make_unique_for_overwrite<Point[]>(room * points_per_patch());
     parallel_for(regular, patches_per_list, progress.threads(),
                  [&](std::size_t begin, std::size_t end)

@@ -66,10 +66,10 @@ class TextureSynthesize final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = {.fixed = 15, .per = {{count::texels, 5e-6}, {count::square_meters, 0.7}}},
+        return {.seconds = {.fixed = 10, .per = {{count::texels, 5e-6}, {count::square_meters, 0.7}}},
                 .parallel_share = 0.9,
                 .memory_mb = {.fixed = 500, .per = {{count::texels, 7e-5}, {count::square_meters, 8}}},
-                .disk_mb = {.per = {{count::texels, 1.9e-5}}},
+                .disk_mb = {.per = {{count::texels, 2.4e-5}}},
                 .makes = {{count::texels, {.squares_of = "size_px"}}}};
     }
 

@@ -28,6 +28,7 @@ namespace
 {
 
 constexpr double least_key_step = 2;
+constexpr std::size_t picture_rows_per_piece = 64;
 constexpr double least_variance = 1e-6;  // L*a*b*: of a picture that has any contrast.
 
 constexpr double direction_sigma = 0.5;  // Of a stroke's width: directions are averaged over a Gaussian.
@@ -59,7 +60,7 @@ bool has_contrast(const RasterF& lab)
     return (squares.x + squares.y + squares.z) / count - dot(sum, sum) / (count * count) > least_variance;
 }
 
-/// Takes so much of its mean color from each patch that squared differences are those of squared_gap.
+/// Subtracts from each patch the part of its mean color that makes squared differences match squared_gap.
 void fade_means(std::vector<float>& patches, std::size_t values_per_patch)
 {
     const float taken = 1 - std::sqrt(1 - shift_share);
@@ -94,7 +95,8 @@ StylePicture::StylePicture(const Raster8& rgb, double scale, int side, const Pro
                                 "{} pixels; use a larger picture",
                                 rgb.width, rgb.height, width, height, least));
     lab_ = lab_picture(resized(rgb, width, height));
-    find_means();
+    if (stroke_px <= 0)
+        find_means(progress);
     if (stroke_px > 0)
         find_directions(stroke_px);
     if (!has_contrast(lab_))
@@ -109,27 +111,31 @@ StylePicture::StylePicture(const Raster8& rgb, double scale, int side, const Pro
     make_basis(progress);
 }
 
-void StylePicture::find_means()
+void StylePicture::find_means(const Progress& progress)
 {
     means_ = RasterF(lab_.width, lab_.height, 3);
     const int half = side_ / 2;
-    const auto side = static_cast<std::size_t>(side_);
-    RasterF along(lab_.width, lab_.height, 3);  // Means of rows.
-    for (int y = 0; y < lab_.height; ++y)
-        for (int x = half; x < lab_.width - half; ++x)
-        {
-            const Vec3f mean = mean_color(&lab_.at(x - half, y), 3 * side);
-            std::ranges::copy(std::array{mean.x, mean.y, mean.z}, &along.at(x, y));
-        }
-    for (int y = half; y < lab_.height - half; ++y)
-        for (int x = half; x < lab_.width - half; ++x)
-            for (int c = 0; c < 3; ++c)
-            {
-                float sum = 0;
-                for (int row = y - half; row <= y + half; ++row)
-                    sum += along.at(x, row, c);
-                means_.at(x, y, c) = sum / static_cast<float>(side_);
-            }
+    const auto rows = static_cast<std::size_t>(lab_.height - 2 * half);
+    parallel_for(rows, picture_rows_per_piece, progress.threads(),
+                 [&](std::size_t begin, std::size_t end)
+                 {
+                     progress.check_canceled();
+                     std::vector<Vec3f> columns(static_cast<std::size_t>(lab_.width));  // Sums of a patch's height.
+                     for (int y = half + static_cast<int>(begin); y < half + static_cast<int>(end); ++y)
+                     {
+                         std::ranges::fill(columns, Vec3f{});
+                         for (int row = y - half; row <= y + half; ++row)
+                             for (int x = 0; x < lab_.width; ++x)
+                                 columns[static_cast<std::size_t>(x)] += mean_color(&lab_.at(x, row), 3);
+                         for (int x = half; x < lab_.width - half; ++x)
+                         {
+                             const auto first = static_cast<std::size_t>(x - half);
+                             const Vec3f mean = mean_color(&columns[first].x, 3 * static_cast<std::size_t>(side_)) *
+                                                (1 / static_cast<float>(side_));
+                             std::ranges::copy(std::array{mean.x, mean.y, mean.z}, &means_.at(x, y));
+                         }
+                     }
+                 });
 }
 
 void StylePicture::make_basis(const Progress& progress)

@@ -19,7 +19,7 @@ inline Vec2f turned(Vec2f v, Vec2f turn)
     return {v.x * turn.x - v.y * turn.y, v.x * turn.y + v.y * turn.x};
 }
 
-/// Of `count` values, three a color.
+/// The mean of `count` values, three per color.
 Vec3f mean_color(const float* values, std::size_t count);
 
 /// A copy may be shifted in color as a whole, as a painter mixes a stroke a little lighter: more places of the picture then fit,
@@ -28,7 +28,7 @@ Vec3f mean_color(const float* values, std::size_t count);
 inline constexpr float shift_share = 0.75F;
 inline constexpr float most_shift = 14;  ///< L*a*b*
 
-/// The shift for a copy whose mean lacks `gap`, L*a*b*.
+/// The shift for a copy whose mean falls short by `gap`, L*a*b*.
 inline Vec3f shift_for(Vec3f gap)
 {
     const Vec3f shift = gap * shift_share;
@@ -89,13 +89,16 @@ class StylePicture
     /// K x feature_count().
     const std::vector<float>& key_features() const { return key_features_; }
 
+    /// Frees what only searches need.
+    void forget_means() { means_ = RasterF(); }
+
     /// The nearest position at which a whole patch lies in the picture.
     Vec2f inside(Vec2f at) const;
     /// The picture at any place, bilinear, clamped at its border.
     Vec3f color(Vec2f at) const;
     /// The values of the patch around a whole pixel begin here; rows are lab().width * 3 apart.
     const float* patch(int x, int y) const { return &lab_.at(x - side_ / 2, y - side_ / 2); }
-    /// Their mean.
+    /// The mean of these values. \pre !is_directed(), and a whole patch fits there.
     Vec3f patch_mean(int x, int y) const
     {
         const float* mean = &means_.at(x, y);
@@ -105,14 +108,14 @@ class StylePicture
     void turned_patch(Vec2f at, Vec2f turn, float* values) const;
 
   private:
-    void find_means();
+    void find_means(const Progress& progress);
     void find_directions(double stroke_px);
     void make_basis(const Progress& progress);
 
     double scale_;
     int side_;
     RasterF lab_;
-    RasterF means_;       ///< Of the patch around each pixel; zero where none fits.
+    RasterF means_;       ///< Of the patch around each pixel; empty with directions.
     int border_;          ///< From a patch's center to its farthest point along x or y, however it is turned.
     RasterF directions_;  ///< Per pixel the structure tensor's cos and sin of twice the angle along strokes, times coherence.
     int columns_ = 0;

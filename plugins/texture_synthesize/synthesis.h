@@ -23,7 +23,8 @@ struct Painting
 
 /// Makes the texture of `size_px` texels a side from a finished level: the patches over each texel that a chart touches vote once
 /// more, with colors of the style picture at the texture's own size (never enlarged). The texel mixes the color of the patch with
-/// the largest weight (`heaviest_share`) with the mean of all. The same for any number of threads. Throws Canceled.
+/// the largest weight (`heaviest_share`) with the mean of all, and adds the mean shift. The same for any number of threads.
+/// Throws Canceled.
 Painting paint(const Task& task, const Level& level, int size_px, Progress& progress);
 
 /// texturing::mean_texel_m, in meters. Throws Error if charts or surface have no area.

@@ -256,7 +256,7 @@ TEST_CASE("copies that continue each other give the picture itself, turned, in m
                 map.set_place(x, y, {{static_cast<float>(at.x), static_cast<float>(at.y)}, float{angle}, c.scale});
             });
         testing::TestRun run;
-        const Raster8 large = enlarge::enlarged(map, picture, mesh, 256, run).picture;
+        const Raster8 large = enlarge::enlarged(map, picture, mesh, 256, enlarge::Colors::painted, run).picture;
         double worst = 0;
         for (int y = 156; y < 228; ++y)
             for (int x = 28; x < 100; ++x)
@@ -283,11 +283,15 @@ TEST_CASE("every texel is what the plain method gives, at whole and odd factors"
                             place.shift = {any(), any(), any()};
                             map.set_place(x, y, place);
                         });
+    testing::TestRun plain_run;
+    const Raster8 unshifted = enlarge::enlarged(map, picture, mesh, 97, enlarge::Colors::of_picture, plain_run).picture;
+    CHECK(unshifted ==
+          enlarge::enlarged(patched_map(mesh, 40, picture, 1.3), picture, mesh, 97, enlarge::Colors::painted, plain_run).picture);
     for (const int size_px : {40, 97, 160})
     {
         CAPTURE(size_px);
         testing::TestRun run;
-        const enlarge::Enlarged result = enlarge::enlarged(map, picture, mesh, size_px, run);
+        const enlarge::Enlarged result = enlarge::enlarged(map, picture, mesh, size_px, enlarge::Colors::painted, run);
         // Where a texel is wider than a pixel the picture is made smaller first.
         const double along_texel = enlarge::pixels_per_texel(map, picture.width, size_px);
         CHECK(along_texel == Approx(1.3 * 40 / size_px));
@@ -330,7 +334,9 @@ TEST_CASE("the finest band keeps at least 0.9 of the picture's energy, within co
     const auto share = [&](int side)
     {
         const SourceMap map = patched_map(mesh, 128, picture, 4, side);
-        return finest_band_energy(enlarge::enlarged(map, picture, mesh, 512, run).picture, 66, 322, 190, 446) / original;
+        return finest_band_energy(enlarge::enlarged(map, picture, mesh, 512, enlarge::Colors::painted, run).picture, 66, 322, 190,
+                                  446) /
+               original;
     };
     // One copy or two over each chart, at odd angles.
     CHECK(share(64) > 0.9);
@@ -357,7 +363,7 @@ TEST_CASE("no color crosses from chart to chart, and the gutter continues the ne
             map.set_place(static_cast<int>(texel % 16), static_cast<int>(texel / 16),
                           {{chart_of[texel] == 0 ? 10.0F : 54.0F, 30}, 0});
         }
-    const Raster8 large = enlarge::enlarged(map, picture, mesh, 128, run).picture;
+    const Raster8 large = enlarge::enlarged(map, picture, mesh, 128, enlarge::Colors::painted, run).picture;
     std::size_t wrong = 0;
     for (int y = 0; y < 128; ++y)
         for (int x = 0; x < 128; ++x)

@@ -569,6 +569,7 @@ class PlainLevel
     struct Texel
     {
         Vec3d rgb;
+        Vec3d shift;  ///< In rgb.
         Vec2d place;  ///< Of the heaviest patch, in pixels of the style picture, pixel centers at +0.5.
     };
 
@@ -598,7 +599,8 @@ class PlainLevel
             const double lighter = 0.75 * dot(Vec3d{0.2126, 0.7152, 0.0722}, vote.heaviest_color - vote.color);
             const auto clamped = [lighter](double v) { return std::clamp(v + lighter, 0.0, 1.0); };
             const Vec3f copied = vec_cast<float>(Vec3d{clamped(vote.color.x), clamped(vote.color.y), clamped(vote.color.z)});
-            result[texel] = {vec_cast<double>(rgb_from_lab(lab_from_rgb(copied) + vec_cast<float>(vote.shift))),
+            const Vec3d rgb = vec_cast<double>(rgb_from_lab(lab_from_rgb(copied) + vec_cast<float>(vote.shift)));
+            result[texel] = {rgb, rgb - vec_cast<double>(copied),
                              to(task_.picture, matches[vote.heaviest.patch].at + vote.heaviest.offset)};
         }
         return result;
@@ -785,7 +787,7 @@ class PlainLevel
             }
         }
         result.color = total > 0 ? sum * (1 / total) : result.heaviest_color;
-        result.shift = total > 0 ? shifts * (1 / total) : Vec3d{};
+        result.shift = total > 0 ? shifts * (1 / total) : most >= 0 ? matches[result.heaviest.patch].shift : Vec3d{};
         return result;
     }
 

@@ -243,6 +243,27 @@ TEST_CASE("each point of the surface belongs to one texel")
     }
 }
 
+TEST_CASE("texels depend neither on the number of faces nor on that of threads")
+{
+    // More faces than are drawn together.
+    const Prepared fine(turned_wall(0.4, 200), 0.05);
+    const Prepared coarse(turned_wall(0.4, 3), 0.05);
+    testing::TestRun alone(1);
+    const SurfaceGrid again(fine.surface, 0.05, alone);
+    const auto& texels = fine.grid.texels();
+    REQUIRE(texels.size() == coarse.grid.texels().size());
+    REQUIRE(texels.size() == again.texels().size());
+    std::size_t wrong = 0;
+    for (std::size_t t = 0; t < texels.size(); ++t)
+    {
+        const SurfaceGrid::Texel& other = again.texels()[t];
+        wrong += texels[t].face != other.face || texels[t].cell != other.cell || texels[t].position != other.position;
+        wrong += t > 0 && texels[t].face < texels[t - 1].face;
+        wrong += !near(texels[t].position, coarse.grid.texels()[coarse.grid.texel_at(texels[t].cell)].position, 1e-5F);
+    }
+    CHECK(wrong == 0);
+}
+
 TEST_CASE("cells outside of a chart have the nearest texel of its grid, and a margin lies around")
 {
     for (const double turn : {0.0, 0.5, 1.2})

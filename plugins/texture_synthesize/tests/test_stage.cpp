@@ -245,6 +245,7 @@ TEST_CASE("the source map leads to what was painted, and its angles turn with th
     const SourceMap& source = *painted.source;
     std::vector<std::pair<double, double>> light;
     double difference = 0;
+    double unshifted = 0;
     std::size_t turned = 0;
     std::size_t pairs = 0;
     std::size_t followed = 0;
@@ -256,11 +257,11 @@ TEST_CASE("the source map leads to what was painted, and its angles turn with th
                          const std::uint8_t* rgb = &wall.picture.at(pixel(place.at.x, 96), pixel(place.at.y, 80));
                          const Vec3f copied =
                              Vec3f{static_cast<float>(rgb[0]), static_cast<float>(rgb[1]), static_cast<float>(rgb[2])} *
-                                 (1 / 255.0F) +
-                             place.shift;
+                             (1 / 255.0F);
                          const Vec3f own = color_at(*painted.texture, x, y);
-                         light.emplace_back(luminance(copied), luminance(own));
-                         difference += static_cast<double>(length(copied - own));
+                         light.emplace_back(luminance(copied + place.shift), luminance(own));
+                         difference += static_cast<double>(length(copied + place.shift - own));
+                         unshifted += static_cast<double>(length(copied - own));
                          turned += turn_between(static_cast<double>(place.angle), x < 128 ? 0 : std::numbers::pi) > 0.01;
                          if (on_wall(256, x, y).x < 0 || on_wall(256, x + 1, y).x < 0)
                              return;
@@ -273,6 +274,7 @@ TEST_CASE("the source map leads to what was painted, and its angles turn with th
     CHECK(turned == 0);
     CHECK(correlation(light) > 0.9);
     CHECK(difference / static_cast<double>(light.size()) < 0.08);
+    CHECK(difference < 0.8 * unshifted);
     CHECK(followed > pairs * 3 / 5);
 }
 
@@ -489,7 +491,11 @@ TEST_CASE("a checkpoint that cannot be used is named in a warning, and the run b
                           {"of a level that there is not", [](auto& c) { c.level = 7; }},
                           {"too many rounds", [](auto& c) { c.rounds = 9; }},
                           {"a color that is no number", [](auto& c) { c.colors[3].x = NAN; }},
-                          {"a distance that is no number", [](auto& c) { c.matches[3].distance = NAN; }}};
+                          {"a distance that is no number", [](auto& c) { c.matches[3].distance = NAN; }},
+                          {"a shift that is no number", [](auto& c) { c.matches[3].shift.y = NAN; }},
+                          {"a shift beyond the limit", [](auto& c) {
+                               c.matches[3].shift = {20, 0, 0};
+                           }}};
     for (const Case& c : cases)
     {
         CAPTURE(c.name);

@@ -109,6 +109,7 @@ void compare_texture(const Painting& painting, const std::map<std::size_t, plain
     const int size = painting.texture.size_px();
     double worst = 0;
     double farthest = 0;
+    double shift = 0;
     for (int y = 0; y < size; ++y)
         for (int x = 0; x < size; ++x)
         {
@@ -124,11 +125,13 @@ void compare_texture(const Painting& painting, const std::map<std::size_t, plain
             worst = std::max({worst, std::abs(color.x), std::abs(color.y), std::abs(color.z)});
             const Vec2d told{std::clamp<double>(it->second.place.x, 0, painting.source.picture_width),
                              std::clamp<double>(it->second.place.y, 0, painting.source.picture_height)};
+            shift = std::max(shift, length(vec_cast<double>(place->shift) - it->second.shift));
             farthest =
                 std::max(farthest, length(Vec2d{static_cast<double>(place->at.x), static_cast<double>(place->at.y)} - told));
         }
     CHECK(worst < 2e-3);
     CHECK(farthest < 0.02);
+    CHECK(shift < 0.01);
 }
 
 }  // namespace

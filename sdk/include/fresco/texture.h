@@ -82,7 +82,7 @@ struct SourceMap : Artifact
         float angle =
             0;  ///< Radians: a texel to the right in the texture is scale pixels_per_texel (cos, sin) in the picture, y down.
         float scale = 1;  ///< How much smaller the picture is here than where it has pixels_per_texel.
-        Vec3f shift{};    ///< Added to the picture's color here; RGB, each in [-0.5,0.5].
+        Vec3f shift{};    ///< Added to the picture's color here; RGB, each within about 0.5.
     };
 
     std::string atlas;           ///< The mesh's atlas_id; empty: unknown.

@@ -66,7 +66,8 @@ class Result:
                        world_from_camera (4 x 4), float64
         regions        {name: bool array, one entry per face}
         relief         normals in the world: float32, size x size x 3; (-1, -1, -1) away from charts
-        source_map     the style picture's place of each texel, as texture.h describes it: uint16, size x size x 4
+        source_map     the style picture's place of each texel, as texture.h describes it: uint16, size x size x 4;
+                       shifts.npy in path() holds the shifts of their colors
         table          {column: array}
 
         Raises TypeError for other types: their files are in path()."""

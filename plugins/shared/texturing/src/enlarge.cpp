@@ -129,8 +129,8 @@ int first_texel(int at, int size, int map_size)
 class Copies
 {
   public:
-    Copies(const SourceMap& source, const Raster8& rgb, const Mesh& mesh, int size_px, const Progress& progress)
-        : source_(source), mesh_(mesh), charts_(texturing::find_charts(mesh)),
+    Copies(const SourceMap& source, const Raster8& rgb, const Mesh& mesh, int size_px, Colors colors, const Progress& progress)
+        : source_(source), colors_(colors), mesh_(mesh), charts_(texturing::find_charts(mesh)),
           faces_(texturing::find_texel_faces(mesh, charts_, source.size_px(), progress)), picture_(rgb)
     {
         for (std::size_t size = 0; size < smaller_.size(); ++size)
@@ -195,7 +195,7 @@ class Copies
                   {right_x * to_picture.x, right_y * to_picture.y},
                   {-turn * right_y * to_picture.x, turn * right_x * to_picture.y},
                   size,
-                  place.shift * 255};
+                  colors_ == Colors::painted ? place.shift * 255 : Vec3f{}};
         copy.center = copy.at({static_cast<float>(-dx), static_cast<float>(-dy)});
         const float limit = same_copy * step * to_picture.x;
         std::size_t group = meeting.groups;
@@ -211,6 +211,7 @@ class Copies
     }
 
     const SourceMap& source_;
+    Colors colors_;
     const Mesh& mesh_;
     texturing::Charts charts_;
     texturing::TexelFaces faces_;
@@ -271,11 +272,11 @@ void check_picture(const SourceMap& source, const Raster8& rgb)
                                 rgb.width, rgb.height, source.picture_width, source.picture_height));
 }
 
-Enlarged enlarged(const SourceMap& source, const Raster8& rgb, const Mesh& mesh, int size_px, Progress& progress)
+Enlarged enlarged(const SourceMap& source, const Raster8& rgb, const Mesh& mesh, int size_px, Colors colors, Progress& progress)
 {
     const int map_px = source.size_px();
     const Lanczos lanczos;
-    const Copies copies(source, rgb, mesh, size_px, progress);
+    const Copies copies(source, rgb, mesh, size_px, colors, progress);
     Enlarged result{Raster8(size_px, size_px, 3), 0};
     std::vector<std::uint8_t> is_painted(static_cast<std::size_t>(size_px) * static_cast<std::size_t>(size_px), 0);
     const double step = static_cast<double>(map_px) / size_px;

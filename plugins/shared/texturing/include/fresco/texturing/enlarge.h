@@ -8,6 +8,12 @@
 namespace fresco::enlarge
 {
 
+enum class Colors
+{
+    painted,    ///< Shifted as in the painting.
+    of_picture  ///< As they are in the picture.
+};
+
 struct Enlarged
 {
     Raster8 picture;           ///< S x S, RGB.
@@ -22,8 +28,9 @@ void check_picture(const SourceMap& source, const Raster8& rgb);
 
 /// Copies the picture through a source map to a texture of `size_px` texels a side, at least the map's. A texel looks up the
 /// copies of the 3 x 3 nearest texels of the map that are of its chart; those that continue each other count as one, where they
-/// differ the heavier prevails. `rgb` is the map's picture at any size. The gutter is filled. The mesh must have passed
-/// check_mesh and check_atlas. The same for any number of threads. Throws Error for a map that is empty, Canceled.
-Enlarged enlarged(const SourceMap& source, const Raster8& rgb, const Mesh& mesh, int size_px, Progress& progress);
+/// differ the heavier prevails. Shifts are averaged over all of them. `rgb` is the map's picture at any size. The gutter is
+/// filled. The mesh must have passed check_mesh and check_atlas. The same for any number of threads. Throws Error for a map that
+/// is empty, Canceled.
+Enlarged enlarged(const SourceMap& source, const Raster8& rgb, const Mesh& mesh, int size_px, Colors colors, Progress& progress);
 
 }  // namespace fresco::enlarge

@@ -37,7 +37,7 @@ class TextureSynthesize final : public Stage
         "of soft stripes; at least two texels, at most the length of the room. 0: 3.5 for a room of 3 m and more, in proportion "
         "for "
         "something smaller"};
-    Option<double> painterly{this, "painterly", 0.28, range(0, 1),
+    Option<double> painterly{this, "painterly", 0.35, range(0, 1),
                              "0: keep what the start shows; 1: let the picture's own motifs take over"};
     Option<double> detail{
         this, "detail", 0.5, range(0, 1),
@@ -47,7 +47,7 @@ class TextureSynthesize final : public Stage
         "Turns strokes to run down walls and slopes (gravity), along edges and pipes (curvature) or along "
         "the lines on port 'lines' (drawn); none: as they lie in the picture"};
     Option<bool> recolor{this, "recolor", true, "First recolor the start with the picture's colors; false: it already has them"};
-    Option<double> completeness{this, "completeness", 2.0, range(0.01, 1000),
+    Option<double> completeness{this, "completeness", 4.0, range(0.01, 1000),
                                 "Smaller values use all parts of the picture more evenly"};
     Option<std::string> up = geometry::up_option(this);
     Option<int> patch_px{this, "patch_px", 11, range(5, 21), "Side of a copied patch in texels, odd; strokes are 8 texels wide"};

@@ -112,7 +112,7 @@ class Painting:
 class FrescoSettings(bpy.types.PropertyGroup):
     picture: bpy.props.StringProperty(name="Picture", description="A painting or a photograph of one", subtype="FILE_PATH")
     stroke_cm: bpy.props.FloatProperty(name="Stroke (cm)", description="Width of a stroke in the world; 0: fresco's default", min=0, default=0)
-    painterly: bpy.props.FloatProperty(name="Painterly", description="0 keeps what the surface shows, 1 is all strokes", min=0, max=1, default=0.28)
+    painterly: bpy.props.FloatProperty(name="Painterly", description="0 keeps what the surface shows, 1 is all strokes", min=0, max=1, default=0.35)
 
 
 class FrescoPreferences(bpy.types.AddonPreferences):

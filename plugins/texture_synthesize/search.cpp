@@ -399,48 +399,36 @@ class Search
     /// Of a patch with its center at a key.
     Vec2f turn_of(Vec2f key) const { return picture_.is_directed() ? picture_.direction(key).along : Vec2f{1, 0}; }
 
-    /// Mean squared difference of a value, with the shift that the copy gets.
-    float distance(const Look& patch, Vec2f at, Vec2f turn) const
+    /// What the picture shows around a place.
+    struct Copy
     {
-        float sum = 0;
+        const float* values;  ///< Valid until the thread's next copy.
+        std::size_t row;      ///< From one row of the patch to the next.
         Vec3f mean;
-        const auto side = static_cast<std::size_t>(picture_.side());
-        if (picture_.is_directed())
-        {
-            const std::vector<float>& found = turned_patch(at, turn);
-            sum = patch_kernel().squared_distance(patch.values, found.data(), 3 * side, side, 3 * side);
-            mean = mean_color(found.data(), values_);
-        }
-        else
-        {
-            const auto [x, y] = pixel(at);
-            sum = patch_kernel().squared_distance(patch.values, picture_.patch(x, y),
-                                                  3 * static_cast<std::size_t>(picture_.lab().width), side, 3 * side);
-            mean = picture_.patch_mean(x, y);
-        }
-        const Vec3f gap = patch.mean - mean;
-        return std::max(0.0F, sum / static_cast<float>(values_) + (squared_gap(gap) - dot(gap, gap)) / 3);
-    }
-
-    const std::vector<float>& turned_patch(Vec2f at, Vec2f turn) const
+    };
+    Copy copy(Vec2f at, Vec2f turn) const
     {
+        if (!picture_.is_directed())
+        {
+            const int x = static_cast<int>(at.x + 0.5F);  // Faster than std::lround.
+            const int y = static_cast<int>(at.y + 0.5F);
+            return {picture_.patch(x, y), 3 * static_cast<std::size_t>(picture_.lab().width), picture_.patch_mean(x, y)};
+        }
         thread_local std::vector<float> found;
         found.resize(values_);
         picture_.turned_patch(at, turn, found.data());
-        return found;
+        return {found.data(), 3 * static_cast<std::size_t>(picture_.side()), mean_color(found.data(), values_)};
     }
 
-    /// The shift of a copy.
-    Vec3f shift(const Look& patch, Vec2f at, Vec2f turn) const
+    /// Mean squared difference of a value, with the shift that the copy gets.
+    float distance(const Look& patch, Vec2f at, Vec2f turn) const
     {
-        if (picture_.is_directed())
-            return shift_for(patch.mean - mean_color(turned_patch(at, turn).data(), values_));
-        const auto [x, y] = pixel(at);
-        return shift_for(patch.mean - picture_.patch_mean(x, y));
+        const auto side = static_cast<std::size_t>(picture_.side());
+        const Copy found = copy(at, turn);
+        const float sum = patch_kernel().squared_distance(patch.values, found.values, found.row, side, 3 * side);
+        const Vec3f gap = patch.mean - found.mean;
+        return std::max(0.0F, sum / static_cast<float>(values_) + (squared_gap(gap) - dot(gap, gap)) / 3);
     }
-
-    /// The one that a place in the picture is nearest to. Faster than std::lround.
-    static std::pair<int, int> pixel(Vec2f at) { return {static_cast<int>(at.x + 0.5F), static_cast<int>(at.y + 0.5F)}; }
 
     /// Without the price of what is seen nearby.
     float score(std::size_t patch, float distance, Vec2f at, Vec2f turn) const
@@ -494,7 +482,7 @@ class Search
                           uses.move_to(patch);
                           const Look wanted = look(samples, 0);
                           result[patch] = continued(wanted, patch, matches, sources, uses);
-                          result[patch].shift = shift(wanted, result[patch].at, result[patch].turn);
+                          result[patch].shift = shift_for(wanted.mean - copy(result[patch].at, result[patch].turn).mean);
                       }
                   });
         return result;

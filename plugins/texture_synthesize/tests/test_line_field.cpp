@@ -144,6 +144,49 @@ TEST_CASE("strokes are turned into the direction asked for, and as far as the pi
     CHECK((painted.bytes == wall.paint(four, Studio::options(turned)).bytes));
 }
 
+TEST_CASE("turned copies are shifted by what their own pixels lack")
+{
+    const Mesh mesh = fresco::testing::two_chart_wall();
+    const Raster8 picture = brush_picture(160, 128, 21);
+    testing::TestRun run;
+    const PaintedSurface surface(mesh, run);
+    const Upright upward = upright(surface, Vec3f{0, 1, 0});
+    const std::vector<Vec3f> lines(mesh.triangles.size(), Vec3f{0.6F, 0.8F, 0});
+    const Task task{surface, upward, picture, [](std::uint32_t, Vec2f uv, double) { return Vec3f{uv.x, 0.9F, uv.y}; }, lines};
+    const LevelOptions options{
+        .side = 7,
+        .stride = 4,
+        .faithfulness = 0.5,
+        .unrest = 0,
+        .least_missing = 0,
+        .search = {.completeness = 2, .stroke_px = 8, .variety = 0, .lift = 0, .repeat_cost = 0, .weave_cost = 0, .seed = 0}};
+    Level level(task, 0.04, 1, options, run);
+    level.begin(nullptr, run);
+    const std::vector<Vec3f> wanted = level.colors();
+    level.paint_round(run);
+    std::size_t turned = 0;
+    std::size_t limited = 0;
+    float worst = 0;
+    for (std::size_t p = 0; p < level.patches().count(); ++p)
+    {
+        const Match& match = level.matches()[p];
+        std::array<Vec3f, 49> look;
+        std::array<float, 147> copied{};
+        level.patches().sample(level.grid(), wanted, p, look.data());
+        level.picture().turned_patch(match.at, match.turn, copied.data());
+        Vec3f gap;
+        for (std::size_t i = 0; i < look.size(); ++i)
+            gap += (look[i] - Vec3f{copied[3 * i], copied[3 * i + 1], copied[3 * i + 2]}) * (1.0F / 49);
+        const Vec3f whole = gap * 0.75F;
+        worst = std::max(worst, length(match.shift - whole * std::min(1.0F, 14 / length(whole))));
+        turned += std::abs(match.turn.y) > 0.1F;
+        limited += std::abs(length(match.shift) - 14) < 1e-3F;
+    }
+    CHECK(worst < 0.02F);
+    CHECK(turned > level.patches().count() / 4);
+    CHECK(limited > 0);
+}
+
 TEST_CASE("lines are wired where they are used, and only there")
 {
     Studio wall;

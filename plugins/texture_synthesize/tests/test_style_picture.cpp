@@ -131,6 +131,15 @@ Raster8 doubled(const Raster8& picture)
 
 }  // namespace
 
+TEST_CASE("a shift makes up for three quarters of a gap, and for no more than its limit")
+{
+    CHECK(length(shift_for({8, 0, 0}) - Vec3f{6, 0, 0}) < 1e-5F);
+    CHECK(squared_gap({8, 0, 0}) == Approx(16));  // 2² left, and a third of 6².
+    CHECK(length(shift_for({0, -24, 32}) - Vec3f{0, -8.4F, 11.2F}) < 1e-5F);
+    CHECK(squared_gap({0, -24, 32}) == Approx(26.0 * 26 + 14.0 * 14 / 3));
+    CHECK(squared_gap({}) == 0);
+}
+
 TEST_CASE("the stroke width of stripes is theirs, at any angle and size")
 {
     testing::TestRun run;

@@ -296,7 +296,7 @@ template <class ColorAt>
 Sum sum_of(std::span<const TexcoordPair> pairs, const ColorAt& color_at, const Progress& progress)
 {
     std::vector<Sum> pieces((pairs.size() + pairs_per_piece - 1) / pairs_per_piece);
-    parallel_for(pairs.size(), pairs_per_piece, progress.threads(),
+    parallel_for(pairs.size(), pairs_per_piece, progress,
                  [&](std::size_t begin, std::size_t end)
                  {
                      progress.check_canceled();

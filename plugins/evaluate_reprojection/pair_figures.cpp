@@ -21,7 +21,7 @@ ViewSurface view_surface(const raycast::Scene& scene, const Camera& camera, cons
     const int height = camera.intrinsics.height;
     ViewSurface view{camera, RasterF(width, height), Raster8(width, height),
                      Raster<std::uint32_t>(width, height, 1, std::uint32_t{Hit::none})};
-    parallel_for(static_cast<std::size_t>(height), 8, progress.threads(),
+    parallel_for(static_cast<std::size_t>(height), 8, progress,
                  [&](std::size_t begin, std::size_t end)
                  {
                      progress.check_canceled();

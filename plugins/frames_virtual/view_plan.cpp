@@ -84,7 +84,7 @@ constexpr std::size_t block = 4096;
 template <class Work>
 void in_blocks(std::size_t count, const Progress& progress, const Work& work)
 {
-    parallel_for(count, block, progress.threads(),
+    parallel_for(count, block, progress,
                  [&](std::size_t begin, std::size_t end)
                  {
                      progress.check_canceled();

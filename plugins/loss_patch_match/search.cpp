@@ -61,7 +61,7 @@ class Distances
     template <class Begin, class Use, class End>
     void each(const fresco::Progress& progress, const Begin& begin_piece, const Use& use, const End& end_piece) const
     {
-        fresco::parallel_for(static_cast<std::size_t>(queries()), rows_at_once, progress.threads(),
+        fresco::parallel_for(static_cast<std::size_t>(queries()), rows_at_once, progress,
                              [&](std::size_t begin, std::size_t end)
                              {
                                  auto piece = begin_piece();

@@ -111,7 +111,7 @@ void VertexColors::add(std::span<const ColorView> views, const Progress& progres
         cameras_from_world.push_back(view.depth_camera.world_from_camera.inverse());
     constexpr std::size_t grain = 4096;
     std::vector<Sightings> parts(sums_.size() / grain + 1);
-    parallel_for(sums_.size(), grain, progress.threads(),
+    parallel_for(sums_.size(), grain, progress,
                  [&](std::size_t begin, std::size_t end)
                  {
                      progress.check_canceled();

@@ -101,7 +101,7 @@ std::vector<std::uint32_t> faces_in_sight(const raycast::Scene& scene, const Cam
     const auto height = static_cast<std::size_t>(camera.intrinsics.height);
     std::vector<std::uint32_t> result(width * height, Hit::none);
     constexpr std::size_t rows_per_piece = 16;
-    parallel_for(height, rows_per_piece, progress.threads(),
+    parallel_for(height, rows_per_piece, progress,
                  [&](std::size_t begin, std::size_t end)
                  {
                      progress.check_canceled();

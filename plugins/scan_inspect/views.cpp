@@ -94,7 +94,7 @@ RasterF mesh_depth(const raycast::Scene& scene, const Camera& camera, const Prog
 {
     const auto width = static_cast<std::size_t>(camera.intrinsics.width);
     RasterF depth(camera.intrinsics.width, camera.intrinsics.height);
-    parallel_for(static_cast<std::size_t>(depth.height), rows_per_block, progress.threads(),
+    parallel_for(static_cast<std::size_t>(depth.height), rows_per_block, progress,
                  [&](std::size_t begin, std::size_t end)
                  {
                      progress.check_canceled();

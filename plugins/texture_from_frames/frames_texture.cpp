@@ -369,7 +369,7 @@ void blend(const std::vector<BestSamples>& best, FramesTexture& result, const Bl
     const auto rows = static_cast<std::size_t>(size);
     std::vector<std::size_t> blended_in_row(rows);
     std::vector<std::size_t> rejected_in_row(rows);
-    parallel_for(rows, rows_per_block, progress.threads(),
+    parallel_for(rows, rows_per_block, progress,
                  [&](std::size_t first, std::size_t last)
                  {
                      progress.check_canceled();

@@ -164,7 +164,7 @@ ModelTexture transfer_colors(const fresco::Model& model, const ModelColors& colo
     texture.seen = fresco::Raster8(rules.size_px, rules.size_px, 1);
     std::vector<RowFigures> figures(size);
     std::atomic<std::size_t> done{0};
-    fresco::parallel_for(size, rows_per_piece, progress.threads(),
+    fresco::parallel_for(size, rows_per_piece, progress,
                          [&](std::size_t begin, std::size_t end)
                          {
                              progress.check_canceled();

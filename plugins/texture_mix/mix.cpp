@@ -82,7 +82,7 @@ Mix mix(const RasterF& photo, const RasterF& painted, const Mesh& mesh, const Te
     Mix result{RasterF(faces.size, faces.size, 3), steps(), steps(), steps()};
     std::vector<Distances> sums(size);
     constexpr std::size_t rows_per_block = 16;
-    parallel_for(size, rows_per_block, progress.threads(),
+    parallel_for(size, rows_per_block, progress,
                  [&](std::size_t begin, std::size_t end)
                  {
                      progress.check_canceled();

@@ -165,7 +165,7 @@ InitialTexture initial_texture(const ViewSource& source, const std::vector<std::
     {
         progress.check_canceled();
         std::vector<Loaded> group(std::min(batch, views.size() - begin));
-        parallel_for(group.size(), 1, progress.threads(),
+        parallel_for(group.size(), 1, progress,
                      [&](std::size_t first, std::size_t last)
                      {
                          for (std::size_t i = first; i < last; ++i)

@@ -38,7 +38,7 @@ RasterF paint_height(const Raster8& rgb, const Mesh& mesh, const TexelFaces& fac
     const auto size = static_cast<std::size_t>(faces.size);
     std::vector<double> squares(size, 0);
     constexpr std::size_t rows_per_block = 16;
-    parallel_for(size, rows_per_block, progress.threads(),
+    parallel_for(size, rows_per_block, progress,
                  [&](std::size_t begin, std::size_t end)
                  {
                      progress.check_canceled();

@@ -58,7 +58,7 @@ Vec2f texcoord_of(const SurfaceGrid& grid, std::uint32_t chart, const SurfaceGri
 template <class Work>
 void for_each_texel(const SurfaceGrid& grid, const Progress& progress, const Work& work)
 {
-    parallel_for(grid.texels().size(), texels_per_piece, progress.threads(),
+    parallel_for(grid.texels().size(), texels_per_piece, progress,
                  [&](std::size_t begin, std::size_t end)
                  {
                      progress.check_canceled();
@@ -161,7 +161,7 @@ std::vector<float> Level::missing(const Progress& progress) const
     }
     const float total = std::accumulate(window.begin(), window.end(), 0.0F);
     std::vector<float> of_patch(patches_.count());
-    parallel_for(of_patch.size(), 4096, progress.threads(),
+    parallel_for(of_patch.size(), 4096, progress,
                  [&](std::size_t begin, std::size_t end)
                  {
                      progress.check_canceled();
@@ -288,7 +288,7 @@ double Level::direction_error_deg(const Progress& progress) const
     const int side = patches_.side();
     std::vector<float> errors(patches_.count());
     parallel_for(
-        errors.size(), 4096, progress.threads(),
+        errors.size(), 4096, progress,
         [&](std::size_t begin, std::size_t end)
         {
             progress.check_canceled();

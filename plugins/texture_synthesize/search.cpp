@@ -133,7 +133,7 @@ Variety::Variety(const Patches& patches, const SurfaceGrid& grid, const StylePic
     const auto waves = static_cast<float>(1 / (strokes_per_wave * stroke_px * grid.spacing_m()));
     const auto scale = static_cast<float>(amount) / deviation;
     const auto salt = [seed](std::size_t field) { return noise::hash(seed, static_cast<std::uint32_t>(field)); };
-    parallel_for(patches.count(), 4096, progress.threads(),
+    parallel_for(patches.count(), 4096, progress,
                  [&](std::size_t begin, std::size_t end)
                  {
                      for (std::size_t i = begin; i < end; ++i)
@@ -175,7 +175,7 @@ std::vector<float> completeness_weights(const StylePicture& picture, std::span<c
     const NearestKeys nearest_queries(queries, {size, 0}, alike, 0, patch_kernel());
     const auto least = static_cast<float>(alpha * static_cast<double>(picture.values_per_patch()));
     std::vector<float> weights(picture.key_count());
-    parallel_for(weights.size(), keys_per_piece, progress.threads(),
+    parallel_for(weights.size(), keys_per_piece, progress,
                  [&](std::size_t begin, std::size_t end)
                  {
                      progress.check_canceled();
@@ -259,7 +259,7 @@ class Search
     template <class Work>
     void in_pieces(std::size_t count, const Work& work) const
     {
-        parallel_for(count, searched_together, progress_.threads(),
+        parallel_for(count, searched_together, progress_,
                      [&](std::size_t begin, std::size_t end)
                      {
                          progress_.check_canceled();

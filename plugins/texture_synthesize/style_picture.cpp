@@ -116,7 +116,7 @@ void StylePicture::find_means(const Progress& progress)
     means_ = RasterF(lab_.width, lab_.height, 3);
     const int half = side_ / 2;
     const auto rows = static_cast<std::size_t>(lab_.height - 2 * half);
-    parallel_for(rows, picture_rows_per_piece, progress.threads(),
+    parallel_for(rows, picture_rows_per_piece, progress,
                  [&](std::size_t begin, std::size_t end)
                  {
                      progress.check_canceled();

@@ -157,7 +157,7 @@ Painting paint(const Task& task, const Level& level, int size_px, Progress& prog
     for (int first = 0; first < size_px; first += rows_per_step)
     {
         const int rows = std::min(rows_per_step, size_px - first);
-        parallel_for(static_cast<std::size_t>(rows), rows_per_piece, progress.threads(),
+        parallel_for(static_cast<std::size_t>(rows), rows_per_piece, progress,
                      [&](std::size_t begin, std::size_t end)
                      {
                          progress.check_canceled();

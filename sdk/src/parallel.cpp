@@ -35,31 +35,37 @@ class Helpers
         return *helpers;
     }
 
-    /// Runs `work` here and on up to `count` helpers that are free meanwhile. Returns when all of them have left it.
-    void run(std::size_t count, const std::function<void()>& work)
+    /// What helpers are asked to do, until it is taken back.
+    struct Call
     {
-        Call call{work, count};
+        std::function<void()> work;
+        std::size_t invited = 0;
+        std::size_t working = 0;
+    };
+
+    /// Lets up to `more` helpers, as soon as they are free, do the call's work once each.
+    void invite(Call& call, std::size_t more)
+    {
         {
             const std::lock_guard lock(mutex_);
-            grow(count);
-            calls_.push_back(&call);
+            if (std::ranges::find(calls_, &call) == calls_.end())
+                calls_.push_back(&call);
+            call.invited += more;
+            grow(call.invited + call.working);
         }
-        for (std::size_t i = 0; i < count; ++i)
+        for (std::size_t i = 0; i < more; ++i)
             invited_.notify_one();
-        work();
+    }
+
+    /// Invites nobody any more; returns when all helpers have left the call.
+    void take_back(Call& call)
+    {
         std::unique_lock lock(mutex_);
         std::erase(calls_, &call);
         left_.wait(lock, [&] { return call.working == 0; });
     }
 
   private:
-    struct Call
-    {
-        const std::function<void()>& work;
-        std::size_t invited = 0;
-        std::size_t working = 0;
-    };
-
     void grow(std::size_t count)
     {
         try
@@ -103,9 +109,20 @@ class Helpers
     std::size_t threads_ = 0;
 };
 
+class FixedThreads final : public Progress
+{
+  public:
+    explicit FixedThreads(int threads) : threads_(threads) {}
+    int threads() const override { return threads_; }
+
+  private:
+    int threads_;
+};
+
 }  // namespace
 
-void parallel_for(std::size_t count, std::size_t grain, int threads, const std::function<void(std::size_t, std::size_t)>& work)
+void parallel_for(std::size_t count, std::size_t grain, const Progress& progress,
+                  const std::function<void(std::size_t, std::size_t)>& work)
 {
     if (count == 0)
         return;
@@ -116,41 +133,74 @@ void parallel_for(std::size_t count, std::size_t grain, int threads, const std::
     std::exception_ptr failure;
     std::size_t failed_piece = std::numeric_limits<std::size_t>::max();
 
-    const auto drain = [&]
+    const auto do_piece = [&](std::size_t piece)
     {
-        for (std::size_t piece = next++; piece < pieces; piece = next++)
+        try
         {
-            try
+            work(piece * grain, std::min(count, (piece + 1) * grain));
+        }
+        catch (...)
+        {
+            // Pieces are handed out in order, so every piece before the failed one has begun: the smallest number wins.
+            const std::lock_guard lock(mutex);
+            if (piece < failed_piece)
             {
-                work(piece * grain, std::min(count, (piece + 1) * grain));
+                failed_piece = piece;
+                failure = std::current_exception();
             }
-            catch (...)
-            {
-                // Pieces are handed out in order, so every piece before the failed one has begun: the smallest number wins.
-                const std::lock_guard lock(mutex);
-                if (piece < failed_piece)
-                {
-                    failed_piece = piece;
-                    failure = std::current_exception();
-                }
-                next = pieces;
-            }
+            next = pieces;
         }
     };
 
-    const std::size_t helpers = std::min(pieces, static_cast<std::size_t>(std::max(threads, 1))) - 1;
-    if (helpers == 0)
-        drain();
-    else
-        Helpers::here().run(helpers, drain);
+    // Of this call, besides the calling thread; also those that are still to come.
+    std::atomic<std::size_t> helpers{0};
+    const auto wanted = [&] { return static_cast<std::size_t>(std::max(progress.threads(), 1)) - 1; };
+    const auto may_stay = [&]
+    {
+        std::size_t now = helpers;
+        while (now > wanted())
+            if (helpers.compare_exchange_weak(now, now - 1))
+                return false;
+        return true;
+    };
+    Helpers::Call call{[&]
+                       {
+                           while (may_stay())
+                           {
+                               const std::size_t piece = next++;
+                               if (piece >= pieces)
+                                   return;
+                               do_piece(piece);
+                           }
+                       }};
+    Helpers* all = nullptr;
+    for (std::size_t piece = next++; piece < pieces; piece = next++)
+    {
+        const std::size_t there = helpers;
+        const std::size_t waiting = pieces - std::min<std::size_t>(next, pieces);
+        if (const std::size_t more = std::min(wanted() - std::min(there, wanted()), waiting); more > 0)
+        {
+            all = &Helpers::here();
+            helpers += more;
+            all->invite(call, more);
+        }
+        do_piece(piece);
+    }
+    if (all != nullptr)
+        all->take_back(call);
     if (failure)
         std::rethrow_exception(failure);
+}
+
+void parallel_for(std::size_t count, std::size_t grain, int threads, const std::function<void(std::size_t, std::size_t)>& work)
+{
+    parallel_for(count, grain, FixedThreads(threads), work);
 }
 
 void parallel_for_each(std::size_t count, std::string_view unit, Progress& progress, const std::function<void(std::size_t)>& work)
 {
     std::atomic<std::size_t> done{0};
-    parallel_for(count, 1, progress.threads(),
+    parallel_for(count, 1, progress,
                  [&](std::size_t i, std::size_t)
                  {
                      progress.check_canceled();

@@ -4,6 +4,7 @@
 #include <fresco/parallel.h>
 
 #include <atomic>
+#include <chrono>
 #include <mutex>
 #include <numeric>
 #include <set>
@@ -73,6 +74,45 @@ TEST_CASE("parallel_items calls work for every item once, and stops before the n
     CHECK(hits == std::vector<int>(10, 1));
     CHECK_THROWS_AS(fresco::parallel_items(hits.size(), 2, Stopping(), [&](std::size_t i) { ++hits[i]; }), fresco::Canceled);
     CHECK(hits == std::vector<int>{2, 2, 2, 2, 2, 2, 2, 2, 1, 1});
+}
+
+TEST_CASE("parallel_for takes threads that its progress gets while it works, and lets those go that it loses")
+{
+    struct Lent final : fresco::Progress
+    {
+        int threads() const override { return count; }
+        std::atomic<int> count{1};
+    };
+    Lent lent;
+    std::atomic<int> met{0};
+    std::atomic<bool> all_met = false;
+    std::mutex mutex;
+    std::set<std::thread::id> after;
+    fresco::parallel_for(60, 1, lent,
+                         [&](std::size_t i, std::size_t)
+                         {
+                             if (i == 0)
+                                 lent.count = 3;
+                             else if (i <= 3)
+                             {
+                                 // On three threads at once, or never.
+                                 if (++met == 3)
+                                 {
+                                     lent.count = 1;
+                                     all_met = true;
+                                 }
+                                 const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+                                 while (!all_met && std::chrono::steady_clock::now() < end)
+                                     std::this_thread::yield();
+                             }
+                             else
+                             {
+                                 const std::lock_guard lock(mutex);
+                                 after.insert(std::this_thread::get_id());
+                             }
+                         });
+    CHECK(all_met);
+    CHECK(after == std::set{std::this_thread::get_id()});
 }
 
 TEST_CASE("parallel_for rethrows the first failure")

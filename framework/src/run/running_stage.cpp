@@ -91,7 +91,7 @@ WorkerRequest make_worker_request(const StageNode& node, const RunState& state, 
 RunningStage::RunningStage(StageNode& node, const WorkerRequest& request, const Store& store, const StageLimits& limits,
                            ProgressDisplay& display)
     : node_(&node), store_(&store), limits_(limits), display_(&display), threads_(request.threads),
-      request_folder_(store.make_temporary()), resumes_(is_folder(store.checkpoint(request.key))),
+      lent_threads_(request.threads), request_folder_(store.make_temporary()), resumes_(is_folder(store.checkpoint(request.key))),
       log_(store.log_file(request.key))
 {
     for (const WorkerInput& input : request.inputs)
@@ -120,6 +120,12 @@ void RunningStage::stop(int signal) const
         signal_descendants(child_.pid, SIGKILL);
     }
     kill(child_.pid, signal);
+}
+
+void RunningStage::lend(int threads)
+{
+    if (threads != std::exchange(lent_threads_, threads))
+        send_all(child_.channel.get(), std::to_string(threads) + "\n");
 }
 
 void RunningStage::end_for(std::string limit, int signal)

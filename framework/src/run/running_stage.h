@@ -52,7 +52,10 @@ class RunningStage
     RunningStage& operator=(const RunningStage&) = delete;
 
     StageNode& node() const { return *node_; }
+    /// Its own; not those that it was lent.
     int threads() const { return threads_; }
+    /// Lets it use that many threads from now on.
+    void lend(int threads);
     pid_t process() const { return child_.pid; }
     int event_descriptor() const { return child_.channel.get(); }
     int output_descriptor() const { return child_.output.get(); }
@@ -87,6 +90,7 @@ class RunningStage
     StageLimits limits_;
     ProgressDisplay* display_;
     int threads_;
+    int lent_threads_;              ///< With its own.
     std::set<std::string> inputs_;  ///< Results that it reads.
     std::filesystem::path request_folder_;
     std::int64_t oom_kills_ = oom_kills();

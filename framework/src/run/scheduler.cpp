@@ -177,7 +177,23 @@ class Scheduler
                 break;
             start(*node, threads);
         }
+        lend_free_cores();
         return !starts.empty();
+    }
+
+    /// Stages that run use the cores that nobody else can use now; one that begins takes its share back.
+    void lend_free_cores()
+    {
+        int free = request_.cores;
+        for (const auto& running : running_)
+            free -= running.threads();
+        int left = static_cast<int>(running_.size());
+        for (auto& running : running_)
+        {
+            const int more = std::max(0, free / left--);
+            running.lend(running.threads() + more);
+            free -= more;
+        }
     }
 
     void start(StageNode& node, int threads)

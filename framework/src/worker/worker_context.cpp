@@ -11,10 +11,14 @@
 #include <cerrno>
 #include <cmath>
 #include <csignal>
+#include <cstdlib>
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sstream>
 #include <stdexcept>
+#include <sys/socket.h>
+#include <system_error>
+#include <thread>
 #include <unistd.h>
 
 namespace fresco::host
@@ -137,6 +141,35 @@ void WorkerChannel::send(std::string_view event, Value::Map entries)
         return;
     lost_ = lost_ || (errno != EPIPE && errno != ECONNRESET);
     stop = true;
+}
+
+void WorkerChannel::listen(int threads)
+{
+    threads_ = threads;
+    const auto hear = [this]
+    {
+        std::string heard;
+        char block[256];
+        // Nothing but a socket is read: a plugin may have put another file in its place.
+        for (ssize_t count = 0; (count = uninterrupted([&] { return ::recv(child_channel, block, sizeof block, 0); })) > 0;)
+        {
+            heard.append(block, static_cast<std::size_t>(count));
+            const std::size_t end = heard.rfind('\n');
+            if (end == std::string::npos)
+                continue;
+            const std::size_t begin = end == 0 ? 0 : heard.rfind('\n', end - 1) + 1;
+            threads_ = std::max(1, std::atoi(heard.c_str() + begin));
+            heard.erase(0, end + 1);
+        }
+    };
+    try
+    {
+        std::thread(hear).detach();
+    }
+    catch (const std::system_error&)
+    {
+        // No thread left: the stage keeps those that it began with.
+    }
 }
 
 void take_stop_signals()

@@ -133,6 +133,23 @@ TEST_CASE("Stages side by side are expected to need no more memory together than
     CHECK(course("100") == Words{"begin on 1", "begin on 1", "end", "end"});
 }
 
+TEST_CASE("A stage is lent the cores that nobody else can use")
+{
+    Workplace place;
+    place.write_stages(R"(
+  quick: {type: test.slow, steps: 4, log: log}
+  next:  {type: test.slow, input: {start: quick}, steps: 5, log: log}
+  long:  {type: test.slow, steps: 5000, log: log}
+)");
+    const auto run = place.start({"run", "room.yaml", "--cores", "3"});
+    Workplace::wait_until([&] { return place.logged("slow may use 3 threads") == 1; });
+    // It began with two. What the first one had went to the next.
+    CHECK(place.logged("slow from 0") == 3);
+    CHECK(place.logged("slow may use") == 1);
+    run->signal(SIGINT);
+    CHECK(run->wait().code == 75);
+}
+
 TEST_CASE("A wire from another output of the same stage is another input")
 {
     Workplace place;

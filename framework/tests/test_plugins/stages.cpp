@@ -14,6 +14,7 @@
 #include <new>
 #include <sstream>
 #include <thread>
+#include <utility>
 
 namespace
 {
@@ -134,8 +135,8 @@ class Maybe final : public LoggedStage
 };
 FRESCO_STAGE("test.maybe", Maybe, "A number, or none")
 
-/// Counts to `steps`, one checkpoint per step. Says so when it is stopped in order. A checkpoint made with another number in the
-/// file would give another sum.
+/// Counts to `steps`, one checkpoint per step. Says so when it is lent threads, and when it is stopped in order. A checkpoint
+/// made with another number in the file would give another sum.
 class Slow final : public LoggedStage
 {
     Input<Table> start{this, "start", fresco::optional, "Where to begin"};
@@ -168,9 +169,12 @@ class Slow final : public LoggedStage
                 run.warning(error.what());
             }
         log("slow from " + std::to_string(step));
+        int threads = run.threads();
         for (; step < *steps; ++step)
         {
             stop_if_told(run);
+            if (threads != std::exchange(threads, run.threads()))
+                log("slow may use " + std::to_string(threads) + " threads");
             if (step + 1 == *fail_at)
                 throw fresco::Error("told to fail in step " + std::to_string(*fail_at));
             sum += each;

@@ -19,21 +19,25 @@ class Progress
     virtual void progress(double done, double total, std::string_view unit);
     /// Throws fresco::Canceled once the run must stop. Call it at least every second.
     virtual void check_canceled() const;
-    /// Threads this work may use; results do not depend on it.
+    /// Threads this work may use now; results do not depend on it. It may change: in a run, a stage is lent the cores that
+    /// others have left.
     virtual int threads() const;
 };
 
-/// Calls `work(begin, end)` for pieces of [0, count) of at most `grain` items on up to `threads` threads. The pieces depend
-/// only on `count` and `grain`, never on `threads`, so that per-piece results summed in order are the same for any thread count.
-/// The first exception (by piece) is rethrown after all threads have ended. Blocks until done.
+/// Calls `work(begin, end)` for pieces of [0, count) of at most `grain` items on up to progress.threads() threads, which it
+/// asks before each piece. The pieces depend only on `count` and `grain`, never on the threads, so that per-piece results
+/// summed in order are the same for any thread count. The first exception (by piece) is rethrown after all threads have ended.
+/// Blocks until done.
+void parallel_for(std::size_t count, std::size_t grain, const Progress& progress,
+                  const std::function<void(std::size_t, std::size_t)>& work);
+/// The same on up to `threads` threads.
 void parallel_for(std::size_t count, std::size_t grain, int threads, const std::function<void(std::size_t, std::size_t)>& work);
 
-/// Calls work(i) for each i of [0, count) as parallel_for does, on progress.threads() threads. Looks for cancelation before each
-/// piece of `grain` items.
+/// Calls work(i) for each i of [0, count) as parallel_for does. Looks for cancelation before each piece of `grain` items.
 template <std::integral Index, class Work>
 void parallel_items(Index count, std::size_t grain, const Progress& progress, const Work& work)
 {
-    parallel_for(static_cast<std::size_t>(count), grain, progress.threads(),
+    parallel_for(static_cast<std::size_t>(count), grain, progress,
                  [&](std::size_t begin, std::size_t end)
                  {
                      progress.check_canceled();
@@ -42,8 +46,8 @@ void parallel_items(Index count, std::size_t grain, const Progress& progress, co
                  });
 }
 
-/// Calls `work(i)` for each item as parallel_for does, one by one, on progress.threads() threads. Looks for cancelation before
-/// each and reports afterward how many are done, in `unit` ("views").
+/// Calls `work(i)` for each item as parallel_for does, one by one. Looks for cancelation before each and reports afterward how
+/// many are done, in `unit` ("views").
 void parallel_for_each(std::size_t count, std::string_view unit, Progress& progress,
                        const std::function<void(std::size_t)>& work);
 

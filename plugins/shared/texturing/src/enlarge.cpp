@@ -302,7 +302,7 @@ Enlarged enlarged(const SourceMap& source, const Raster8& rgb, const Mesh& mesh,
     for (int first = 0; first < map_px; first += rows_per_step)
     {
         const int rows = std::min(rows_per_step, map_px - first);
-        parallel_for(static_cast<std::size_t>(rows), 1, progress.threads(),
+        parallel_for(static_cast<std::size_t>(rows), 1, progress,
                      [&](std::size_t row, std::size_t)
                      {
                          progress.check_canceled();

@@ -273,7 +273,7 @@ TexelFaces find_texel_faces(const Mesh& mesh, const Charts& charts, int size, co
         for (std::size_t band = static_cast<std::size_t>(box.y0) / rows_per_band; band <= last; ++band)
             faces_in[band].push_back(face);
     }
-    parallel_for(faces_in.size(), 1, progress.threads(),
+    parallel_for(faces_in.size(), 1, progress,
                  [&](std::size_t begin, std::size_t end)
                  {
                      for (std::size_t band = begin; band < end; ++band)

@@ -120,7 +120,7 @@ RasterF collapse(const Texture& texture, const Progress& progress)
         }
     };
     constexpr std::size_t rows_per_block = 32;
-    parallel_for(static_cast<std::size_t>(size), rows_per_block, progress.threads(),
+    parallel_for(static_cast<std::size_t>(size), rows_per_block, progress,
                  [&](std::size_t begin, std::size_t end)
                  {
                      progress.check_canceled();
@@ -204,7 +204,7 @@ std::vector<int> nearest_rows(const Raster8& image, const std::vector<std::uint8
     std::vector<int> rows(is_source.size(), no_row);
     const auto nearer = [](int row, int candidate, int current)
     { return candidate != no_row && (current == no_row || std::abs(candidate - row) < std::abs(current - row)); };
-    parallel_for(width, columns_per_block, progress.threads(),
+    parallel_for(width, columns_per_block, progress,
                  [&](std::size_t begin, std::size_t end)
                  {
                      progress.check_canceled();
@@ -284,7 +284,7 @@ void fill_from_nearest(Raster8& image, const std::vector<std::uint8_t>& is_sourc
     const auto width = static_cast<std::size_t>(image.width);
     const auto channels = static_cast<std::size_t>(image.channels);
     constexpr std::size_t rows_per_block = 32;
-    parallel_for(static_cast<std::size_t>(image.height), rows_per_block, progress.threads(),
+    parallel_for(static_cast<std::size_t>(image.height), rows_per_block, progress,
                  [&](std::size_t begin, std::size_t end)
                  {
                      progress.check_canceled();
@@ -386,7 +386,7 @@ std::vector<Raster8> smaller_pictures(const Mesh& mesh, const Charts& charts, co
     std::vector<std::uint8_t> is_source(smaller.face.size(), 0);
     const auto size = static_cast<std::size_t>(max_px);
     constexpr std::size_t rows_per_block = 16;
-    parallel_for(size, rows_per_block, progress.threads(),
+    parallel_for(size, rows_per_block, progress,
                  [&](std::size_t begin, std::size_t end)
                  {
                      progress.check_canceled();

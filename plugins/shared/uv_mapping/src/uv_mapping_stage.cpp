@@ -162,7 +162,7 @@ void UvMappingStage::run(RunContext& run)
         else
         {
             const auto& maps = mapper.make(frame.color, heights, run, load_mask(frame));
-            parallel_for(heights.size(), 1, run.threads(),
+            parallel_for(heights.size(), 1, run,
                          [&](std::size_t level, std::size_t) {
                              UvMaps::write_map({kept.folder(), {}}, i, heights[level], maps[level].map, result.uv_bits);
                          });

@@ -3,7 +3,9 @@
 #include <fresco/parallel.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <limits>
 #include <numeric>
 #include <tuple>
 #include <utility>
@@ -15,7 +17,6 @@ namespace
 
 /// Surface nearer to the camera's plane than this is cut away, in meters.
 constexpr double near_m = 1e-5;
-constexpr std::size_t vertices_per_block = 16384;
 
 }  // namespace
 
@@ -57,12 +58,121 @@ Projected Frustum::project(Vec3d point) const
     return result;
 }
 
-void project_all(const std::vector<Vec3f>& positions, const IntoCamera& into_camera, const Frustum& frustum,
-                 const Progress& progress, std::vector<Projected>& projected)
+bool Frustum::misses(Vec3d center, double radius) const
 {
-    projected.resize(positions.size());
-    parallel_items(positions.size(), vertices_per_block, progress,
-                   [&](std::size_t v) { projected[v] = frustum.project(into_camera.point(positions[v])); });
+    const auto beyond = [&](double aside, double slope) { return aside > radius * std::sqrt(1 + slope * slope); };
+    return center.z + radius < near_m || beyond(picture.left * center.z - center.x, picture.left) ||
+           beyond(center.x - picture.right * center.z, picture.right) ||
+           beyond(picture.above * center.z - center.y, picture.above) ||
+           beyond(center.y - picture.below * center.z, picture.below);
+}
+
+namespace
+{
+
+/// With two zeros before each of the lowest ten bits.
+std::uint32_t spread(std::uint32_t n)
+{
+    n = (n | n << 16) & 0x030000FF;
+    n = (n | n << 8) & 0x0300F00F;
+    n = (n | n << 4) & 0x030C30C3;
+    return (n | n << 2) & 0x09249249;
+}
+
+struct Bounds
+{
+    Vec3f low;
+    Vec3f high;
+
+    explicit Bounds(Vec3f point) : low(point), high(point) {}
+    void add(Vec3f p)
+    {
+        low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+        high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+    }
+};
+
+/// The faces along a space-filling curve (Morton, 1966) through their first corners.
+std::vector<std::uint32_t> faces_by_place(const Mesh& mesh)
+{
+    if (mesh.triangles.empty())
+        return {};
+    Bounds bounds(mesh.positions[mesh.triangles.front()[0]]);
+    for (const Triangle& t : mesh.triangles)
+        bounds.add(mesh.positions[t[0]]);
+    const Vec3f size = bounds.high - bounds.low;
+    const float most = std::max({size.x, size.y, size.z, std::numeric_limits<float>::min()});
+    const auto cell = [&](float along) { return spread(static_cast<std::uint32_t>(along / most * 1023.0F)); };
+    std::vector<std::uint64_t> keys(mesh.triangles.size());
+    for (std::size_t f = 0; f < keys.size(); ++f)
+    {
+        const Vec3f p = mesh.positions[mesh.triangles[f][0]] - bounds.low;
+        keys[f] = (std::uint64_t{cell(p.x) | cell(p.y) << 1 | cell(p.z) << 2} << 32) | f;
+    }
+    std::ranges::sort(keys);
+    std::vector<std::uint32_t> faces(keys.size());
+    std::ranges::transform(keys, faces.begin(), [](std::uint64_t key) { return static_cast<std::uint32_t>(key); });
+    return faces;
+}
+
+/// A ball around the corners; a little larger, against rounding.
+FaceClusters::Ball ball_around(const Mesh& mesh, std::span<const std::uint32_t> vertices)
+{
+    Bounds bounds(mesh.positions[vertices.front()]);
+    for (const std::uint32_t v : vertices)
+        bounds.add(mesh.positions[v]);
+    const Vec3f center = (bounds.low + bounds.high) * 0.5F;
+    double squared = 0;
+    for (const std::uint32_t v : vertices)
+    {
+        const Vec3d arm = vec_cast<double>(mesh.positions[v]) - vec_cast<double>(center);
+        squared = std::max(squared, dot(arm, arm));
+    }
+    return {center, static_cast<float>(std::sqrt(squared) * 1.0001 + 1e-6)};
+}
+
+}  // namespace
+
+FaceClusters::FaceClusters(const Mesh& mesh) : faces_(faces_by_place(mesh)), corners_(faces_.size()), first_vertex_{0}
+{
+    std::vector<std::uint32_t> vertices;
+    for (std::size_t begin = 0; begin < faces_.size(); begin += most_faces)
+    {
+        const std::size_t end = std::min(begin + most_faces, faces_.size());
+        vertices.clear();
+        for (std::size_t i = begin; i < end; ++i)
+            vertices.insert(vertices.end(), mesh.triangles[faces_[i]].begin(), mesh.triangles[faces_[i]].end());
+        std::ranges::sort(vertices);
+        const auto repeated = std::ranges::unique(vertices);
+        vertices.erase(repeated.begin(), repeated.end());
+        for (std::size_t i = begin; i < end; ++i)
+        {
+            for (std::size_t corner = 0; corner < 3; ++corner)
+            {
+                const auto place = std::ranges::lower_bound(vertices, mesh.triangles[faces_[i]][corner]);
+                corners_[i][corner] = static_cast<std::uint8_t>(place - vertices.begin());
+            }
+            std::ranges::sort(corners_[i]);
+        }
+        balls_.push_back(ball_around(mesh, vertices));
+        vertices_.insert(vertices_.end(), vertices.begin(), vertices.end());
+        first_vertex_.push_back(static_cast<std::uint32_t>(vertices_.size()));
+    }
+}
+
+std::span<const std::uint32_t> FaceClusters::faces(std::size_t cluster) const
+{
+    return std::span(faces_).subspan(first_face(cluster), first_face(cluster + 1) - first_face(cluster));
+}
+
+std::span<const std::uint32_t> FaceClusters::vertices(std::size_t cluster) const
+{
+    return std::span(vertices_).subspan(first_vertex_[cluster], first_vertex_[cluster + 1] - first_vertex_[cluster]);
+}
+
+std::span<const std::array<std::uint8_t, 3>> FaceClusters::corners(std::size_t cluster) const
+{
+    return std::span(corners_).subspan(first_face(cluster), first_face(cluster + 1) - first_face(cluster));
 }
 
 namespace
@@ -260,20 +370,8 @@ Grid::Grid(const Intrinsics& k, std::uint32_t first)
     end_tile = first + static_cast<std::uint32_t>(tiles_across) * static_cast<std::uint32_t>(tiles_down);
 }
 
-namespace
-{
-
-void order(std::uint32_t& a, std::uint32_t& b)
-{
-    const std::uint32_t less = std::min(a, b);
-    b = std::max(a, b);
-    a = less;
-}
-
-}  // namespace
-
-void TileBins::fill(const Mesh& mesh, std::size_t begin, std::size_t end, const std::vector<Projected>& projected,
-                    const Frustum& frustum, const IntoCamera& into_camera, const std::vector<Grid>& grids, bool through_backs)
+void TileBins::fill(const Mesh& mesh, const FaceClusters& clusters, std::size_t begin, std::size_t end, const Frustum& frustum,
+                    const IntoCamera& into_camera, const std::vector<Grid>& grids, bool through_backs)
 {
     const auto is_front = [&](const Triangle& t)
     {
@@ -282,29 +380,34 @@ void TileBins::fill(const Mesh& mesh, std::size_t begin, std::size_t end, const 
     };
     pieces_.clear();
     entries_.clear();
-    for (std::size_t f = begin; f < end; ++f)
+    std::array<Projected, FaceClusters::most_vertices> projected;
+    for (std::size_t cluster = begin; cluster < end; ++cluster)
     {
-        Triangle t = mesh.triangles[f];
-        const std::uint8_t a = projected[t[0]].sides;
-        const std::uint8_t b = projected[t[1]].sides;
-        const std::uint8_t c = projected[t[2]].sides;
-        if (out_of_sight(a, b, c) || (through_backs && !is_front(t)))
+        const auto& [center, radius] = clusters.ball(cluster);
+        if (frustum.misses(into_camera.point(center), double{radius}))
             continue;
-        const auto face = static_cast<std::uint32_t>(f);
-        // In one order whatever the face begins with: faces with the same corners get the same depths, and the first one is seen.
-        order(t[0], t[1]);
-        order(t[1], t[2]);
-        order(t[0], t[1]);
-        if (!needs_clipping(a, b, c))
+        const std::span vertices = clusters.vertices(cluster);
+        for (std::size_t v = 0; v < vertices.size(); ++v)
+            projected[v] = frustum.project(into_camera.point(mesh.positions[vertices[v]]));
+        const std::span faces = clusters.faces(cluster);
+        for (std::size_t i = 0; i < faces.size(); ++i)
         {
-            add(face, projected[t[0]], projected[t[1]], projected[t[2]], grids);
-            continue;
+            const auto& corners = clusters.corners(cluster)[i];
+            const Projected& a = projected[corners[0]];
+            const Projected& b = projected[corners[1]];
+            const Projected& c = projected[corners[2]];
+            if (out_of_sight(a.sides, b.sides, c.sides) || (through_backs && !is_front(mesh.triangles[faces[i]])))
+                continue;
+            if (!needs_clipping(a.sides, b.sides, c.sides))
+            {
+                add(faces[i], a, b, c, grids);
+                continue;
+            }
+            const auto corner = [&](std::size_t n) { return into_camera.point(mesh.positions[vertices[corners[n]]]); };
+            const Clipped part = clipped({corner(0), corner(1), corner(2)}, frustum);
+            for (std::size_t n = 2; n < part.count; ++n)
+                add(faces[i], part.corners[0], part.corners[n - 1], part.corners[n], grids);
         }
-        const Clipped part = clipped({into_camera.point(mesh.positions[t[0]]), into_camera.point(mesh.positions[t[1]]),
-                                      into_camera.point(mesh.positions[t[2]])},
-                                     frustum);
-        for (std::size_t i = 2; i < part.count; ++i)
-            add(face, part.corners[0], part.corners[i - 1], part.corners[i], grids);
     }
     sort(grids.back().end_tile);
 }
@@ -347,7 +450,7 @@ void TileBins::sort(std::uint32_t tiles)
 namespace
 {
 
-constexpr std::size_t faces_per_block = 16384;
+constexpr std::size_t clusters_per_block = 256;
 /// Every block has a count per tile, which shall not outgrow the faces.
 constexpr std::size_t most_blocks = 256;
 constexpr std::size_t tiles_at_once = 4;
@@ -375,7 +478,6 @@ void RasterFinder::find(std::span<const Camera> cameras, const Progress& progres
     const Camera& camera = cameras.front();
     const Frustum frustum(camera.intrinsics);
     const IntoCamera into_camera(camera.world_from_camera);
-    project_all(mesh_.positions, into_camera, frustum, progress, projected_);
 
     std::vector<Grid> grids;
     std::vector<std::size_t> picture_of;
@@ -384,16 +486,16 @@ void RasterFinder::find(std::span<const Camera> cameras, const Progress& progres
         grids.emplace_back(sized.intrinsics, grids.empty() ? 0 : grids.back().end_tile);
         picture_of.resize(grids.back().end_tile, grids.size() - 1);
     }
-    const std::size_t count = mesh_.triangles.size();
-    const std::size_t block = std::max(faces_per_block, (count + most_blocks - 1) / most_blocks);
+    const std::size_t count = clusters_->count();
+    const std::size_t block = std::max(clusters_per_block, (count + most_blocks - 1) / most_blocks);
     bins_.resize((count + block - 1) / block);
-    parallel_for(count, block, progress.threads(),
+    parallel_for(count, block, progress,
                  [&](std::size_t begin, std::size_t end)
                  {
                      progress.check_canceled();
-                     bins_[begin / block].fill(mesh_, begin, end, projected_, frustum, into_camera, grids, through_backs_);
+                     bins_[begin / block].fill(mesh_, *clusters_, begin, end, frustum, into_camera, grids, through_backs_);
                  });
-    parallel_for(picture_of.size(), tiles_at_once, progress.threads(),
+    parallel_for(picture_of.size(), tiles_at_once, progress,
                  [&](std::size_t begin, std::size_t end)
                  {
                      progress.check_canceled();

@@ -7,8 +7,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <condition_variable>
 #include <cstddef>
 #include <fmt/format.h>
+#include <map>
 #include <mutex>
 #include <string>
 #include <utility>
@@ -401,7 +403,7 @@ class Alone final : public Progress
 
 struct ViewRenderer::Workspace
 {
-    Workspace(const Mesh& mesh, const RenderOptions& options) : finder(mesh, options.through_backs) {}
+    explicit Workspace(const RasterFinder& first) : finder(first) {}
     RasterFinder finder;
     std::vector<FaceMap> faces{1};
 };
@@ -414,7 +416,7 @@ struct ViewRenderer::Idle
 
 ViewRenderer::ViewRenderer(const TexturedMesh& mesh, const RenderOptions& options)
     : mesh_(mesh.mesh), options_(options), texture_(mesh.image.pixels, options.filter), lighting_(mesh.mesh, options.lights),
-      idle_(std::make_unique<Idle>())
+      finder_(std::make_unique<RasterFinder>(mesh.mesh, options.through_backs)), idle_(std::make_unique<Idle>())
 {
 }
 
@@ -432,7 +434,7 @@ Raster8 ViewRenderer::render(const Camera& camera, const Progress& progress) con
         }
     }
     if (work == nullptr)
-        work = std::make_unique<Workspace>(mesh_, options_);
+        work = std::make_unique<Workspace>(*finder_);
 
     const int side = options_.samples_per_side;
     const Intrinsics& size = camera.intrinsics;
@@ -450,7 +452,7 @@ Raster8 ViewRenderer::render(const Camera& camera, const Progress& progress) con
             faces = FaceMap(part.intrinsics.width, part.intrinsics.height);
         work->finder.find(std::span(&part, 1), progress, work->faces);
         constexpr std::size_t rows_per_block = 16;
-        parallel_for(static_cast<std::size_t>(rows), rows_per_block, progress.threads(),
+        parallel_for(static_cast<std::size_t>(rows), rows_per_block, progress,
                      [&](std::size_t begin, std::size_t end)
                      {
                          progress.check_canceled();
@@ -474,23 +476,52 @@ void ViewRenderer::render_in_order(std::span<const Camera> cameras, Progress& pr
                                    const std::function<void(const Raster8&)>& take) const
 {
     const Alone alone(progress);
-    const auto at_once = static_cast<std::size_t>(progress.threads());
-    std::vector<Raster8> rendered;
-    for (std::size_t first = 0; first < cameras.size() + at_once; first += at_once)
+    std::mutex mutex;
+    std::condition_variable changed;
+    std::map<std::size_t, Raster8> rendered;
+    std::size_t next = 0;  // To be taken.
+    bool taking = false;
+    bool failed = false;
+    const auto take_ready = [&](std::unique_lock<std::mutex>& lock)
     {
-        const auto next = cameras.subspan(std::min(first, cameras.size()));
-        std::vector<Raster8> coming(std::min(at_once, next.size()));
-        parallel_for(1 + coming.size(), 1, progress.threads(),
-                     [&](std::size_t task, std::size_t)
+        while (!taking && !failed && rendered.contains(next))
+        {
+            taking = true;
+            const Raster8 picture = std::move(rendered.extract(next).mapped());
+            lock.unlock();
+            take(picture);
+            progress.progress(static_cast<double>(next + 1), static_cast<double>(cameras.size()), "views");
+            lock.lock();
+            taking = false;
+            ++next;
+            changed.notify_all();
+        }
+    };
+    parallel_for(cameras.size(), 1, progress,
+                 [&](std::size_t i, std::size_t)
+                 {
+                     std::unique_lock lock(mutex);
+                     // Whoever has the next one does not wait.
+                     changed.wait(lock, [&] { return failed || i < next + 2 * static_cast<std::size_t>(progress.threads()); });
+                     if (failed)
+                         return;
+                     lock.unlock();
+                     try
                      {
-                         if (task == 0)
-                             std::ranges::for_each(rendered, take);
-                         else
-                             coming[task - 1] = render(next[task - 1], alone);
-                     });
-        rendered = std::move(coming);
-        progress.progress(static_cast<double>(std::min(first, cameras.size())), static_cast<double>(cameras.size()), "views");
-    }
+                         Raster8 picture = render(cameras[i], alone);
+                         lock.lock();
+                         rendered.emplace(i, std::move(picture));
+                         take_ready(lock);
+                     }
+                     catch (...)
+                     {
+                         if (!lock.owns_lock())
+                             lock.lock();
+                         failed = true;
+                         changed.notify_all();
+                         throw;
+                     }
+                 });
 }
 
 }  // namespace fresco::rendering

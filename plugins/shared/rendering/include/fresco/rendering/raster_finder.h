@@ -7,14 +7,17 @@
 #include <fresco/uv_mapping/into_camera.h>
 #include <fresco/uv_mapping/uv_mapper.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
-/// \file Finds the face at each pixel by rasterization: projects the vertices, clips the faces, sorts them into
-/// tiles of the pictures, and draws the tiles on all threads. RasterFinder does it all; the steps are declared for tests.
+/// \file Finds the face at each pixel by rasterization: passes over what lies aside, projects the rest, clips the faces, sorts
+/// them into tiles of the pictures, and draws the tiles on all threads. RasterFinder does it all; the steps are declared for
+/// tests.
 
 namespace fresco::rendering
 {
@@ -51,6 +54,8 @@ struct Frustum
 
     /// `point`: in the camera's frame.
     Projected project(Vec3d point) const;
+    /// Whether a ball lies beyond one of the planes of `out_of_sight`. `center`: in the camera's frame.
+    bool misses(Vec3d center, double radius) const;
 };
 
 /// Whether all three corners lie beyond one plane, so that the face is not seen.
@@ -63,9 +68,41 @@ inline bool needs_clipping(std::uint8_t a, std::uint8_t b, std::uint8_t c)
     return ((a | b | c) & (Frustum::behind | Frustum::far_aside)) != 0;
 }
 
-/// Projects the vertices of a mesh on progress.threads() threads. Throws Canceled.
-void project_all(const std::vector<Vec3f>& positions, const IntoCamera& into_camera, const Frustum& frustum,
-                 const Progress& progress, std::vector<Projected>& projected);
+/// The faces of a mesh in clusters of neighbors, of which a camera sees all or none in most cases.
+class FaceClusters
+{
+  public:
+    static constexpr std::size_t most_faces = 64;
+    static constexpr std::size_t most_vertices = 3 * most_faces;
+
+    explicit FaceClusters(const Mesh& mesh);
+
+    std::size_t count() const { return balls_.size(); }
+
+    struct Ball
+    {
+        Vec3f center;
+        float radius;
+    };
+    /// Holds all corners of the cluster.
+    const Ball& ball(std::size_t cluster) const { return balls_[cluster]; }
+    /// Of the mesh.
+    std::span<const std::uint32_t> faces(std::size_t cluster) const;
+    /// The vertices of its faces in the mesh, ascending.
+    std::span<const std::uint32_t> vertices(std::size_t cluster) const;
+    /// Per face, its corners' places among the vertices, ascending: in one order whatever the face begins with, so that faces
+    /// with the same corners get the same depths, and the first one is seen.
+    std::span<const std::array<std::uint8_t, 3>> corners(std::size_t cluster) const;
+
+  private:
+    std::size_t first_face(std::size_t cluster) const { return std::min(cluster * most_faces, faces_.size()); }
+
+    std::vector<Ball> balls_;
+    std::vector<std::uint32_t> faces_;
+    std::vector<std::array<std::uint8_t, 3>> corners_;  ///< Of `faces_`.
+    std::vector<std::uint32_t> vertices_;
+    std::vector<std::uint32_t> first_vertex_;  ///< Of each cluster, and the end.
+};
 
 /// The part of a triangle that lies before the near plane and between the frustum's outer planes.
 struct Clipped
@@ -146,10 +183,10 @@ struct Grid
 class TileBins
 {
   public:
-    /// Bins the faces [begin, end) for all pictures, with `through_backs` only those that are seen from their front. Reuses the
-    /// memory of the last call.
-    void fill(const Mesh& mesh, std::size_t begin, std::size_t end, const std::vector<Projected>& projected,
-              const Frustum& frustum, const IntoCamera& into_camera, const std::vector<Grid>& grids, bool through_backs = false);
+    /// Bins the faces of the clusters [begin, end) for all pictures, with `through_backs` only those that are seen from their
+    /// front. Reuses the memory of the last call.
+    void fill(const Mesh& mesh, const FaceClusters& clusters, std::size_t begin, std::size_t end, const Frustum& frustum,
+              const IntoCamera& into_camera, const std::vector<Grid>& grids, bool through_backs = false);
 
     std::span<const std::uint32_t> pieces_of(std::uint32_t tile) const
     {
@@ -173,22 +210,26 @@ class TileBins
     std::vector<std::uint32_t> sorted_;
 };
 
-/// Finds the face at each pixel by drawing the mesh's faces into a depth buffer, a tile at a time. Vertices are projected once
-/// for all sizes, in double precision, and snapped to 1/65536 of a pixel (coarser beyond 4096 px), so that every pixel on the
-/// common edge of two faces belongs to exactly one of them. Memory: 24 bytes per vertex and some 44 per face in sight and size.
+/// Finds the face at each pixel by drawing the mesh's faces into a depth buffer, a tile at a time. Vertices are projected in
+/// double precision and snapped to 1/65536 of a pixel (coarser beyond 4096 px), so that every pixel on the common edge of two
+/// faces belongs to exactly one of them. Memory: 12 bytes per face of the mesh, which copies share, and some 44 per face in sight
+/// and size.
 class RasterFinder final : public FaceFinder
 {
   public:
     /// The mesh must have passed check_mesh and must outlive the finder. `through_backs`: faces seen from their back are not
     /// there.
-    explicit RasterFinder(const Mesh& mesh, bool through_backs = false) : mesh_(mesh), through_backs_(through_backs) {}
+    explicit RasterFinder(const Mesh& mesh, bool through_backs = false)
+        : mesh_(mesh), clusters_(std::make_shared<FaceClusters>(mesh)), through_backs_(through_backs)
+    {
+    }
 
     void find(std::span<const Camera> cameras, const Progress& progress, std::span<FaceMap> faces) override;
 
   private:
     const Mesh& mesh_;
+    std::shared_ptr<const FaceClusters> clusters_;
     bool through_backs_;
-    std::vector<Projected> projected_;
     std::vector<TileBins> bins_;
 };
 

@@ -73,6 +73,8 @@ struct RenderOptions
 /// valid mesh with texcoords, and frames whose color cameras are usable.
 void check_showable(const TexturedMesh& mesh, const Frames& frames);
 
+class RasterFinder;
+
 /// Draws a textured mesh as cameras see it, by rasterization (RasterFinder) of several samples per pixel.
 class ViewRenderer
 {
@@ -90,7 +92,7 @@ class ViewRenderer
     /// Renders as many views at once as there are threads, and gives each to `take(i, picture)`, on any thread and in any order.
     void render_each(std::span<const Camera> cameras, Progress& progress,
                      const std::function<void(std::size_t, const Raster8&)>& take) const;
-    /// The same, with the pictures in their order: while some are taken, the next are rendered.
+    /// The same, with the pictures in their order and one at a time: while it is taken, the next are rendered.
     void render_in_order(std::span<const Camera> cameras, Progress& progress,
                          const std::function<void(const Raster8&)>& take) const;
 
@@ -102,7 +104,8 @@ class ViewRenderer
     RenderOptions options_;
     MipMaps texture_;
     Lighting lighting_;
-    std::unique_ptr<Idle> idle_;  ///< Workspaces that no view uses now.
+    std::unique_ptr<const RasterFinder> finder_;  ///< Each workspace begins with a copy.
+    std::unique_ptr<Idle> idle_;                  ///< Workspaces that no view uses now.
 };
 
 /// The option `samples`: RenderOptions::samples_per_side.

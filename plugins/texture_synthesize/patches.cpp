@@ -64,7 +64,7 @@ SurfaceGrid::SurfaceGrid(const PaintedSurface& surface, double spacing_m, const 
     for (std::size_t first = 0; first < faces; first += pieces_drawn_together * faces_per_piece)
     {
         const std::size_t end = std::min(faces, first + pieces_drawn_together * faces_per_piece);
-        parallel_for(end - first, faces_per_piece, progress.threads(),
+        parallel_for(end - first, faces_per_piece, progress,
                      [&](std::size_t from, std::size_t to)
                      {
                          progress.check_canceled();
@@ -234,6 +234,7 @@ namespace
 
 constexpr float reach_cosine = 0.64278761F;  // 50 degrees
 constexpr std::size_t patches_per_piece = 512;
+constexpr std::size_t patches_per_list = patches_per_piece * 16;
 
 /// With its x axis along a line, in the direction that is nearer to its own.
 TangentFrame turned_along(const TangentFrame& frame, Vec3f line)
@@ -467,6 +468,63 @@ class Patches::Walker
     std::vector<std::uint32_t> queue_;
 };
 
+namespace
+{
+
+/// Cells in a direction from the center that one word can tell, and more than a patch reaches.
+constexpr int reach_cells = 32;
+
+constexpr std::uint32_t near_word(int right, int down, std::uint32_t across, std::uint32_t along)
+{
+    return static_cast<std::uint32_t>(down + reach_cells) << 22U | static_cast<std::uint32_t>(right + reach_cells) << 16U |
+           across << 8U | along;
+}
+
+}  // namespace
+
+void Patches::PackedPoints::add(std::span<const Point> points, std::uint32_t cell)
+{
+    const auto width = static_cast<std::int64_t>(points.front().width);
+    const std::size_t first = words_.size();
+    first_.push_back(first);
+    words_.push_back(points.front().width);
+    for (const Point& point : points)
+    {
+        const std::int64_t away = std::int64_t{point.cell} - cell;
+        const std::int64_t down = (away + (away < 0 ? -width : width) / 2) / width;
+        const std::int64_t right = away - down * width;
+        if (point.width != width || std::max(std::abs(right), std::abs(down)) >= reach_cells)
+        {
+            words_.resize(first);
+            words_.push_back(0);
+            for (const Point& each : points)
+                words_.insert(words_.end(),
+                              {each.cell, std::uint32_t{each.width} << 16U | std::uint32_t{each.across} << 8U | each.along});
+            return;
+        }
+        words_.push_back(near_word(static_cast<int>(right), static_cast<int>(down), point.across, point.along));
+    }
+}
+
+template <class Visit>
+void Patches::PackedPoints::visit(std::size_t patch, std::uint32_t cell, const Visit& visit) const
+{
+    const std::uint32_t* word = &words_[first_[patch]];
+    const std::uint32_t* const end = words_.data() + (patch + 1 < first_.size() ? first_[patch + 1] : words_.size());
+    const std::uint32_t width = *word++;
+    const auto fraction = [](std::uint32_t bits) { return static_cast<std::uint8_t>(bits & 0xFFU); };
+    if (width == 0)
+        for (; word != end; word += 2)
+            visit(Point{word[0], static_cast<std::uint16_t>(word[1] >> 16U), fraction(word[1] >> 8U), fraction(word[1])});
+    else
+    {
+        const std::uint32_t corner = cell - reach_cells * width - reach_cells;
+        for (; word != end; ++word)
+            visit(Point{corner + (*word >> 22U) * width + (*word >> 16U & 63U), static_cast<std::uint16_t>(width),
+                        fraction(*word >> 8U), fraction(*word)});
+    }
+}
+
 Patches::Patches(const PaintedSurface& surface, const SurfaceGrid& grid, const Upright& upright, int side, int stride,
                  const Progress& progress, std::span<const Vec3f> lines, std::span<const float> share)
     : side_(side), per_m_(static_cast<float>(1 / grid.spacing_m()))
@@ -491,18 +549,19 @@ Patches::Patches(const PaintedSurface& surface, const SurfaceGrid& grid, const U
             patches_.push_back(patch_at(texel));
     }
 
-    constexpr std::size_t patches_per_list = patches_per_piece * 16;
-    const std::size_t regular = patches_.size();
-    std::vector<std::vector<std::uint32_t>> lists((regular + patches_per_list - 1) / patches_per_list + 1);
-    std::vector<std::uint32_t> counts(regular);  // Texels under each patch, which its list holds one patch after another.
+    regular_ = patches_.size();
+    std::vector<std::vector<std::uint32_t>> lists((regular_ + patches_per_list - 1) / patches_per_list + 1);
+    points_.resize(lists.size());
+    std::vector<std::uint32_t> counts(regular_);  // Texels under each patch, which its list holds one patch after another.
     std::vector<std::atomic<std::uint8_t>> near_center(texels.size());
     const auto reach = static_cast<float>(stride);
-    const auto walk = [&](Walker& walker, std::size_t i, std::vector<std::uint32_t>& list)
+    const auto walk = [&](Walker& walker, std::vector<Point>& points, std::size_t i, std::size_t at_list)
     {
         if (i % patches_per_piece == 0)
             progress.check_canceled();
+        std::vector<std::uint32_t>& list = lists[at_list];
         const std::size_t before = list.size();
-        walker.walk(patches_[i], &points_[i * points_per_patch()],
+        walker.walk(patches_[i], points.data(),
                     [&](std::uint32_t texel, Vec2f at)
                     {
                         list.push_back(texel);
@@ -510,32 +569,29 @@ Patches::Patches(const PaintedSurface& surface, const SurfaceGrid& grid, const U
                             near_center[texel].store(1, std::memory_order_relaxed);
                     });
         counts[i] = static_cast<std::uint32_t>(list.size() - before);
+        points_[at_list].add(points, texels[patches_[i].texel].cell);
     };
-    std::size_t room = regular + regular / 8 + 1;  // Rarely has to grow; untouched memory costs nothing.
-    points_ = std::make_unique_for_overwrite<Point[]>(room * points_per_patch());
-    parallel_for(regular, patches_per_list, progress.threads(),
+    parallel_for(regular_, patches_per_list, progress,
                  [&](std::size_t begin, std::size_t end)
                  {
                      Walker walker(surface, grid, side);
+                     std::vector<Point> points(points_per_patch());
+                     const std::size_t at_list = begin / patches_per_list;
+                     points_[at_list].reserve((end - begin) * (points_per_patch() + 1));
                      for (std::size_t i = begin; i < end; ++i)
-                         walk(walker, i, lists[begin / patches_per_list]);
-                     lists[begin / patches_per_list].shrink_to_fit();
+                         walk(walker, points, i, at_list);
+                     lists[at_list].shrink_to_fit();
+                     points_[at_list].shrink();
                  });
     // One after another: each shows which texels are still bare.
     Walker alone(surface, grid, side);
+    std::vector<Point> points(points_per_patch());
     for (std::uint32_t texel = 0; texel < texels.size(); ++texel)
         if (is_wanted(texel) && near_center[texel].load(std::memory_order_relaxed) == 0)
         {
-            if (patches_.size() == room)
-            {
-                auto more = std::make_unique_for_overwrite<Point[]>(2 * room * points_per_patch());
-                std::copy_n(points_.get(), room * points_per_patch(), more.get());
-                points_ = std::move(more);
-                room *= 2;
-            }
             patches_.push_back(patch_at(texel));
             counts.push_back(0);
-            walk(alone, patches_.size() - 1, lists.back());
+            walk(alone, points, patches_.size() - 1, lists.size() - 1);
         }
 
     first_cover_.assign(texels.size() + 1, 0);
@@ -560,17 +616,19 @@ Patches::Patches(const PaintedSurface& surface, const SurfaceGrid& grid, const U
 
 void Patches::sample(const SurfaceGrid& grid, std::span<const Vec3f> values, std::size_t patch, Vec3f* out) const
 {
-    const Point* point = &points_[patch * points_per_patch()];
-    for (std::size_t i = 0; i < points_per_patch(); ++i, ++point)
-    {
-        const float x = static_cast<float>(point->across) / 256;
-        const float y = static_cast<float>(point->along) / 256;
-        const std::size_t cell = point->cell;
-        const Vec3f top = values[grid.texel_at(cell)] * (1 - x) + values[grid.texel_at(cell + 1)] * x;
-        const Vec3f bottom =
-            values[grid.texel_at(cell + point->width)] * (1 - x) + values[grid.texel_at(cell + point->width + 1)] * x;
-        out[i] = top * (1 - y) + bottom * y;
-    }
+    const bool is_regular = patch < regular_;
+    const PackedPoints& points = is_regular ? points_[patch / patches_per_list] : points_.back();
+    points.visit(is_regular ? patch % patches_per_list : patch - regular_, grid.texels()[patches_[patch].texel].cell,
+                 [&](const Point& point)
+                 {
+                     const float x = static_cast<float>(point.across) / 256;
+                     const float y = static_cast<float>(point.along) / 256;
+                     const std::size_t cell = point.cell;
+                     const std::size_t below = cell + point.width;
+                     const Vec3f top = values[grid.texel_at(cell)] * (1 - x) + values[grid.texel_at(cell + 1)] * x;
+                     const Vec3f bottom = values[grid.texel_at(below)] * (1 - x) + values[grid.texel_at(below + 1)] * x;
+                     *out++ = top * (1 - y) + bottom * y;
+                 });
 }
 
 }  // namespace fresco::synthesize

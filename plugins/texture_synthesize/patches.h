@@ -123,7 +123,7 @@ class Patches
     /// texels. A point off the surface takes the value of the patch's nearest point on it.
     void sample(const SurfaceGrid& grid, std::span<const Vec3f> values, std::size_t patch, Vec3f* out) const;
     /// Frees what sample() needs, half of the memory.
-    void forget_points() { points_.reset(); }
+    void forget_points() { points_ = {}; }
 
   private:
     /// A patch's point between four cells of a chart's grid.
@@ -135,6 +135,24 @@ class Patches
         std::uint8_t along;
     };
     class Walker;
+
+    /// The points of some patches, one word each where they lie in one grid around the patch's center, as most do; they are the
+    /// largest part of what a synthesis holds.
+    class PackedPoints
+    {
+      public:
+        /// Of the next patch, whose center is in `cell`.
+        void add(std::span<const Point> points, std::uint32_t cell);
+        /// Calls visit(point) for each point of a patch, in their order.
+        template <class Visit>
+        void visit(std::size_t patch, std::uint32_t cell, const Visit& visit) const;
+        void reserve(std::size_t words) { words_.reserve(words); }
+        void shrink() { words_.shrink_to_fit(); }
+
+      private:
+        std::vector<std::uint32_t> words_;  ///< Of each patch: the width of its grid, or 0 if points have two words; the points.
+        std::vector<std::size_t> first_;    ///< Word of each patch.
+    };
 
     std::size_t points_per_patch() const { return static_cast<std::size_t>(side_) * static_cast<std::size_t>(side_); }
 
@@ -148,7 +166,8 @@ class Patches
     int side_;
     float per_m_;  ///< Texels.
     std::vector<Patch> patches_;
-    std::unique_ptr<Point[]> points_;  ///< Of patch after patch.
+    std::size_t regular_ = 0;           ///< Patches on the stride's texels, the first ones.
+    std::vector<PackedPoints> points_;  ///< Of some patches each (see points_of), at last of all that are not regular.
     std::vector<std::size_t> first_cover_;
     std::unique_ptr<std::uint32_t[]> covers_;
 };

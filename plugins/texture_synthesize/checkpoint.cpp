@@ -11,14 +11,13 @@ namespace fresco::synthesize
 namespace
 {
 
-static_assert(sizeof(Vec3f) == 12 && sizeof(Match) == 32);
+static_assert(sizeof(Match) == 32);
 
 /// What the file begins with. Little-endian, as the rest.
 struct Header
 {
     std::int64_t level = 0;
     std::int64_t rounds = 0;
-    std::uint64_t colors = 0;
     std::uint64_t matches = 0;
     std::uint64_t crowding = 0;
 };
@@ -27,12 +26,10 @@ struct Header
 
 void write_checkpoint(const std::filesystem::path& file, const Checkpoint& checkpoint)
 {
-    const Header header{checkpoint.level, checkpoint.rounds, checkpoint.colors.size(), checkpoint.matches.size(),
-                        checkpoint.crowding.size()};
-    const std::size_t colors_bytes = checkpoint.colors.size() * sizeof(Vec3f);
+    const Header header{checkpoint.level, checkpoint.rounds, checkpoint.matches.size(), checkpoint.crowding.size()};
     const std::size_t matches_bytes = checkpoint.matches.size() * sizeof(Match);
     const std::size_t crowding_bytes = checkpoint.crowding.size() * sizeof(float);
-    std::vector<std::byte> bytes(sizeof header + colors_bytes + matches_bytes + crowding_bytes);
+    std::vector<std::byte> bytes(sizeof header + matches_bytes + crowding_bytes);
     std::byte* at = bytes.data();
     const auto put = [&at](const void* from, std::size_t count)
     {
@@ -41,7 +38,6 @@ void write_checkpoint(const std::filesystem::path& file, const Checkpoint& check
         at += count;
     };
     put(&header, sizeof header);
-    put(checkpoint.colors.data(), colors_bytes);
     put(checkpoint.matches.data(), matches_bytes);
     put(checkpoint.crowding.data(), crowding_bytes);
     write_checked(file, bytes);
@@ -60,10 +56,10 @@ std::optional<Checkpoint> read_checkpoint(const std::filesystem::path& file)
     std::memcpy(&header, at, sizeof header);
     at += sizeof header;
     const auto rest = static_cast<std::size_t>(bytes.data() + bytes.size() - at);
-    if (header.colors > rest || header.matches > rest || header.crowding > rest ||
-        header.colors * sizeof(Vec3f) + header.matches * sizeof(Match) + header.crowding * sizeof(float) != rest)
+    if (header.matches > rest || header.crowding > rest ||
+        header.matches * sizeof(Match) + header.crowding * sizeof(float) != rest)
         throw damaged;
-    Checkpoint result{static_cast<int>(header.level), static_cast<int>(header.rounds), {}, {}, {}};
+    Checkpoint result{static_cast<int>(header.level), static_cast<int>(header.rounds), {}, {}};
     const auto take = [&at](auto& values, std::size_t count)
     {
         values.resize(count);
@@ -72,7 +68,6 @@ std::optional<Checkpoint> read_checkpoint(const std::filesystem::path& file)
             std::memcpy(values.data(), at, size);
         at += size;
     };
-    take(result.colors, header.colors);
     take(result.matches, header.matches);
     take(result.crowding, header.crowding);
     return result;

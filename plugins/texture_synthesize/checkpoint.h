@@ -12,12 +12,11 @@
 namespace fresco::synthesize
 {
 
-/// The state of a synthesis after a round.
+/// The state of a synthesis after a round. The colors follow from it.
 struct Checkpoint
 {
     int level = 0;
     int rounds = 0;  ///< Finished rounds of this level.
-    std::vector<Vec3f> colors;
     std::vector<Match> matches;
     std::vector<float> crowding;
 };

@@ -70,9 +70,9 @@ void for_each_texel(const SurfaceGrid& grid, const Progress& progress, const Wor
 }  // namespace
 
 Level::Level(const Task& task, double spacing_m, double scale, const LevelOptions& options, const Progress& progress,
-             const Level* under)
+             Level* under)
     : Level(task, spacing_m, scale, options, progress, under,
-            under != nullptr ? under->unshown(options.least_missing, progress) : Unshown{})
+            under != nullptr ? under->settled_unshown(options.least_missing, progress) : Unshown{})
 {
 }
 
@@ -113,6 +113,13 @@ std::vector<float> Level::share_over(const Unshown& unshown, const Progress& pro
     return share;
 }
 
+Level::Unshown Level::settled_unshown(double least_missing, const Progress& progress)
+{
+    Unshown result = unshown(least_missing, progress);
+    settle();
+    return result;
+}
+
 Level::Unshown Level::unshown(double least_missing, const Progress& progress) const
 {
     Unshown result{missing(progress), std::vector<std::uint8_t>(task_.surface.mesh.triangles.size(), 0)};
@@ -147,6 +154,7 @@ void Level::settle()
     start_ = std::vector<Vec3f>();
     colors_ = std::vector<Vec3f>();
     uses_ = {};
+    give_back_memory();
 }
 
 std::vector<float> Level::missing(const Progress& progress) const
@@ -258,9 +266,9 @@ void Level::begin(const Level* coarser, const Progress& progress)
                    });
 }
 
-void Level::resume(std::vector<Vec3f> colors, std::vector<Match> matches, std::vector<float> crowding)
+void Level::resume(std::vector<Match> matches, std::vector<float> crowding, const Progress& progress)
 {
-    if (colors.size() != start_.size() || matches.size() != patches_.count() || crowding.size() != picture_.key_count())
+    if (matches.size() != patches_.count() || crowding.size() != picture_.key_count())
         throw Error("it belongs to another surface or picture");
     const auto is_finite = [](Vec3f v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); };
     const auto is_match = [&](const Match& match)
@@ -268,19 +276,30 @@ void Level::resume(std::vector<Vec3f> colors, std::vector<Match> matches, std::v
         return is_finite({match.at.x, match.at.y, match.distance}) && picture_.inside(match.at) == match.at &&
                match.distance >= 0 && std::abs(length(match.turn) - 1) < 1e-3F && length(match.shift) < 1.001F * most_shift;
     };
-    if (!std::all_of(colors.begin(), colors.end(), is_finite) || !std::all_of(matches.begin(), matches.end(), is_match) ||
+    if (!std::all_of(matches.begin(), matches.end(), is_match) ||
         !std::all_of(crowding.begin(), crowding.end(), [](float v) { return std::isfinite(v) && v >= 1; }))
         throw Error("it has values that no painting has");
-    colors_ = std::move(colors);
-    set_matches(std::move(matches));
     crowding_ = std::move(crowding);
+    set_matches(std::move(matches), progress);
 }
 
-void Level::set_matches(std::vector<Match> matches)
+void Level::set_matches(std::vector<Match> matches, const Progress& progress)
 {
     matches_ = std::move(matches);
     fits_.resize(matches_.size());
     std::ranges::transform(matches_, fits_.begin(), [](const Match& match) { return fit_weight(match.distance); });
+    colors_.resize(start_.size());
+    for_each_texel(grid_, progress,
+                   [&](std::size_t t)
+                   {
+                       const auto offset_on = [&](std::uint32_t patch)
+                       { return patches_.offset(patch, grid_.texels()[t].position); };
+                       const auto color = [&](Vec2f at) { return picture_.color(at); };
+                       // Texels without patches are not painted: there the start remains.
+                       colors_[t] = patches_.covers(t).empty()
+                                        ? start_[t]
+                                        : vote(patches_.covers(t), matches_, fits_, window_, offset_on, color).shifted_mean();
+                   });
 }
 
 double Level::direction_error_deg(const Progress& progress) const
@@ -319,19 +338,8 @@ void Level::paint_round(const Progress& progress)
     const auto g = static_cast<float>(options_.faithfulness);
     std::vector<Vec3f>& wanted = colors_;
     for_each_texel(grid_, progress, [&](std::size_t t) { wanted[t] = colors_[t] * (1 - g) + start_[t] * g; });
-    set_matches(search(patches_, grid_, wanted, picture_, uses_, options_.search, matches_, crowding_, progress));
+    set_matches(search(patches_, grid_, wanted, picture_, uses_, options_.search, matches_, crowding_, progress), progress);
     update_crowding(picture_, matches_, crowding_);
-    for_each_texel(grid_, progress,
-                   [&](std::size_t t)
-                   {
-                       const auto offset_on = [&](std::uint32_t patch)
-                       { return patches_.offset(patch, grid_.texels()[t].position); };
-                       const auto color = [&](Vec2f at) { return picture_.color(at); };
-                       // Texels without patches are not painted: there the start remains.
-                       colors_[t] = patches_.covers(t).empty()
-                                        ? start_[t]
-                                        : vote(patches_.covers(t), matches_, fits_, window_, offset_on, color).shifted_mean();
-                   });
 }
 
 }  // namespace fresco::synthesize

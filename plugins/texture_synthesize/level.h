@@ -125,9 +125,9 @@ class Level
 {
   public:
     /// `spacing_m`: a texel's side. `scale`: pixels of the level's picture per pixel of the style picture. `under`: finished; it
-    /// must outlive this level.
+    /// is settled by this, and must outlive this level.
     Level(const Task& task, double spacing_m, double scale, const LevelOptions& options, const Progress& progress,
-          const Level* under = nullptr);
+          Level* under = nullptr);
     Level(const Level&) = delete;  // Its parts refer to each other.
 
     const SurfaceGrid& grid() const { return grid_; }
@@ -142,8 +142,9 @@ class Level
 
     /// Begins with the start, or with the result of a coarser level (not of one over another).
     void begin(const Level* coarser, const Progress& progress);
-    /// Continues an earlier run. Throws Error unless sizes fit this surface and picture and all values are finite.
-    void resume(std::vector<Vec3f> colors, std::vector<Match> matches, std::vector<float> crowding);
+    /// Continues an earlier run after a round. Throws Error unless sizes fit this surface and picture and all values are finite,
+    /// Canceled.
+    void resume(std::vector<Match> matches, std::vector<float> crowding, const Progress& progress);
     /// One round: a search, then a vote.
     void paint_round(const Progress& progress);
     /// Frees what only rounds, missing() and levels that begin with this one need: it can still vote.
@@ -194,7 +195,7 @@ class Level
     }
 
   private:
-    void set_matches(std::vector<Match> matches);
+    void set_matches(std::vector<Match> matches, const Progress& progress);
     std::uint32_t texel_near(std::uint32_t chart, Vec2f uv) const;
 
     /// Where a level over this one counts.
@@ -204,6 +205,7 @@ class Level
         std::vector<std::uint8_t> faces;  ///< 1: within about a patch of a texel with a share.
     };
     Unshown unshown(double least_missing, const Progress& progress) const;
+    Unshown settled_unshown(double least_missing, const Progress& progress);
     std::vector<float> share_over(const Unshown& unshown, const Progress& progress) const;
 
     Level(const Task& task, double spacing_m, double scale, const LevelOptions& options, const Progress& progress,

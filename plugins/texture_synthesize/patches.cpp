@@ -15,6 +15,14 @@
 
 namespace fresco::synthesize
 {
+
+void give_back_memory()
+{
+#ifdef __GLIBC__
+    malloc_trim(0);
+#endif
+}
+
 namespace
 {
 
@@ -82,6 +90,8 @@ SurfaceGrid::SurfaceGrid(const PaintedSurface& surface, double spacing_m, const 
                     texels_.push_back(texel);
                 }
     }
+
+    texels_.shrink_to_fit();
 
     std::vector<std::uint32_t> largest(sheets_.size(), none);
     std::vector<double> area(sheets_.size(), 0.0);
@@ -594,6 +604,8 @@ Patches::Patches(const PaintedSurface& surface, const SurfaceGrid& grid, const U
             walk(alone, points, patches_.size() - 1, lists.size() - 1);
         }
 
+    patches_.shrink_to_fit();
+
     first_cover_.assign(texels.size() + 1, 0);
     for (const auto& list : lists)
         for (const std::uint32_t texel : list)
@@ -608,9 +620,7 @@ Patches::Patches(const PaintedSurface& surface, const SurfaceGrid& grid, const U
             for (std::uint32_t n = 0; n < counts[patch]; ++n, ++at)
                 covers_[first_cover_[list[at]] + filled[list[at]]++] = patch;
         list = std::vector<std::uint32_t>();
-#ifdef __GLIBC__
-        malloc_trim(0);  // So that covers_, which nothing has touched yet, takes the place of the lists.
-#endif
+        give_back_memory();  // So that covers_, which nothing has touched yet, takes the place of the lists.
     }
 }
 

@@ -15,6 +15,9 @@
 namespace fresco::synthesize
 {
 
+/// Gives the system what was freed, which would stay with the process: a synthesis lets go of much at a time.
+void give_back_memory();
+
 /// A surface in texels of one size in meters. Every chart of the atlas has its own grid, aligned with its texcoords; each point
 /// of the surface belongs to one texel, independent of the size of the atlas's texture and of the packing of its charts.
 class SurfaceGrid

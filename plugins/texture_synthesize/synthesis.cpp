@@ -285,7 +285,6 @@ class Synthesis
         for (int halvings = 1; halvings <= halvings_; ++halvings)
         {
             auto next = detail_level(halvings, *levels.back());
-            levels.back()->settle();
             shares.emplace_back(share_of_surface(*next, *levels.front()));
             if (next->patches().count() == 0)
                 break;
@@ -328,7 +327,7 @@ class Synthesis
         return count;
     }
 
-    std::unique_ptr<Level> detail_level(int halvings, const Level& under) const
+    std::unique_ptr<Level> detail_level(int halvings, Level& under) const
     {
         const double texels = detail_texels(halvings);
         const bool is_full = texels == stroke_texels;
@@ -407,7 +406,7 @@ class Synthesis
     {
         try
         {
-            level.resume(std::move(found.colors), std::move(found.matches), std::move(found.crowding));
+            level.resume(std::move(found.matches), std::move(found.crowding), run_);
         }
         catch (const Error& error)
         {
@@ -437,7 +436,7 @@ class Synthesis
             const bool is_end = number == finest_ && round + 1 == count && halvings_ > 0;
             if (options_.checkpoint_seconds > 0 && since(is_end ? started_ : saved_) >= options_.checkpoint_seconds)
             {
-                write_checkpoint(file_of(number), {number, round + 1, level.colors(), level.matches(), level.crowding()});
+                write_checkpoint(file_of(number), {number, round + 1, level.matches(), level.crowding()});
                 saved_ = Clock::now();
             }
             if (images_ != nullptr && since(shown_) >= options_.preview_seconds)

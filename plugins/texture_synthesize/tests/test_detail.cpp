@@ -102,7 +102,6 @@ TEST_CASE("finer strokes go where the painting lacks what the start shows, and n
     broad.begin(nullptr, wall.run);
     broad.paint_round(wall.run);
     Level fine(wall.task, spacing_m / 2, 0.9, wall.level_options(1.5), wall.run, &broad);
-    broad.settle();
     CHECK(broad.colors().capacity() == 0);
     fine.begin(nullptr, wall.run);
     fine.paint_round(wall.run);

@@ -486,11 +486,9 @@ TEST_CASE("a checkpoint that cannot be used is named in a warning, and the run b
         const char* name;
         std::function<void(synthesize::Checkpoint&)> change;
     };
-    const Case cases[] = {{"fewer texels", [](auto& c) { c.colors.pop_back(); }},
-                          {"more patches", [](auto& c) { c.matches.emplace_back(); }},
+    const Case cases[] = {{"more patches", [](auto& c) { c.matches.emplace_back(); }},
                           {"of a level that there is not", [](auto& c) { c.level = 7; }},
                           {"too many rounds", [](auto& c) { c.rounds = 9; }},
-                          {"a color that is no number", [](auto& c) { c.colors[3].x = NAN; }},
                           {"a distance that is no number", [](auto& c) { c.matches[3].distance = NAN; }},
                           {"a shift that is no number", [](auto& c) { c.matches[3].shift.y = NAN; }},
                           {"a shift beyond the limit", [](auto& c) {
@@ -511,11 +509,9 @@ TEST_CASE("a checkpoint that cannot be used is named in a warning, and the run b
 namespace
 {
 
-Checkpoint sample(std::size_t colors, std::size_t matches)
+Checkpoint sample(std::size_t matches)
 {
-    Checkpoint result{2, 5, {}, {}, {1, 2.5F}};
-    for (std::size_t i = 0; i < colors; ++i)
-        result.colors.push_back({static_cast<float>(i), -1, 0.5F});
+    Checkpoint result{2, 5, {}, {1, 2.5F}};
     for (std::size_t i = 0; i < matches; ++i)
         result.matches.push_back({{3, static_cast<float>(i)}, 7.25F});
     return result;
@@ -542,7 +538,7 @@ TEST_CASE("a damaged checkpoint is refused by name")
 {
     testing::TemporaryFolder folder;
     const auto file = folder.path() / "round.bin";
-    write_checkpoint(file, sample(3, 2));
+    write_checkpoint(file, sample(2));
     std::vector<std::byte> bytes = read_file(file);
     std::size_t read = 0;
     for (std::size_t length = 0; length < bytes.size(); ++length)

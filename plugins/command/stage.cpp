@@ -249,11 +249,13 @@ class Command final : public Stage
 
     static void execute(const std::vector<std::string>& words, const fs::path& scratch, RunContext& run)
     {
-        const EnvironmentChanges environment{{"TMPDIR", made(scratch / "tmp").string()},
-                                             {"FRESCO_THREADS", std::to_string(run.threads())},
-                                             // Lines when they are printed, nothing written beside the user's scripts.
-                                             {"PYTHONUNBUFFERED", "1"},
-                                             {"PYTHONDONTWRITEBYTECODE", "1"}};
+        EnvironmentChanges environment{{"TMPDIR", made(scratch / "tmp").string()},
+                                       // Lines when they are printed, nothing written beside the user's scripts.
+                                       {"PYTHONUNBUFFERED", "1"},
+                                       {"PYTHONDONTWRITEBYTECODE", "1"}};
+        const std::string threads = std::to_string(run.threads());
+        for (const char* name : {"FRESCO_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"})
+            environment.emplace_back(name, threads);
         Printed printed(run);
         const ProcessEnd end =
             run_program(words, environment, made(scratch / "work"), run, [&](const std::string& line) { printed.take(line); });

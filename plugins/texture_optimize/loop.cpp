@@ -294,6 +294,9 @@ class Loop
         {
             for (; step_ < schedule_.steps(); ++step_)
             {
+                // Cores are lent, and taken back.
+                if (const int threads = std::max(1, run_.threads()); threads != at::get_num_threads())
+                    at::set_num_threads(threads);
                 interrupt_point();
                 measure();
                 if (has_stopped_falling(held_out_, options_.stop_gain))
@@ -521,7 +524,6 @@ class Loop
 
 Texture optimized_texture(const LoopInputs& inputs, const LoopComponents& components, const LoopOptions& options, RunContext& run)
 {
-    at::set_num_threads(std::max(1, run.threads()));
     if (!options.reference)
         reuse_tensor_memory();
     Loop loop(inputs, components, options, run);

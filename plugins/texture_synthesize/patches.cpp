@@ -91,8 +91,6 @@ SurfaceGrid::SurfaceGrid(const PaintedSurface& surface, double spacing_m, const 
                 }
     }
 
-    texels_.shrink_to_fit();
-
     std::vector<std::uint32_t> largest(sheets_.size(), none);
     std::vector<double> area(sheets_.size(), 0.0);
     std::vector<std::uint8_t> has_texel(sheets_.size(), 0);
@@ -115,6 +113,7 @@ SurfaceGrid::SurfaceGrid(const PaintedSurface& surface, double spacing_m, const 
                 adopt(surface, chart, largest[chart]);
             extend(sheets_[chart]);
         }
+    texels_.shrink_to_fit();
 }
 
 void SurfaceGrid::lay_out(const PaintedSurface& surface)

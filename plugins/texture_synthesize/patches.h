@@ -170,7 +170,7 @@ class Patches
     float per_m_;  ///< Texels.
     std::vector<Patch> patches_;
     std::size_t regular_ = 0;           ///< Patches on the stride's texels, the first ones.
-    std::vector<PackedPoints> points_;  ///< Of some patches each (see points_of), at last of all that are not regular.
+    std::vector<PackedPoints> points_;  ///< Of as many patches each, at last of all that are not regular.
     std::vector<std::size_t> first_cover_;
     std::unique_ptr<std::uint32_t[]> covers_;
 };

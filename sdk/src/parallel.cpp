@@ -4,6 +4,7 @@
 #include <atomic>
 #include <condition_variable>
 #include <exception>
+#include <functional>
 #include <limits>
 #include <mutex>
 #include <thread>
@@ -163,22 +164,24 @@ void parallel_for(std::size_t count, std::size_t grain, const Progress& progress
                 return false;
         return true;
     };
-    Helpers::Call call{[&]
-                       {
-                           while (may_stay())
-                           {
-                               const std::size_t piece = next++;
-                               if (piece >= pieces)
-                                   return;
-                               do_piece(piece);
-                           }
-                       }};
+    const auto help = [&]
+    {
+        while (may_stay())
+        {
+            const std::size_t piece = next++;
+            if (piece >= pieces)
+                return;
+            do_piece(piece);
+        }
+    };
+    Helpers::Call call{std::ref(help)};
     Helpers* all = nullptr;
     for (std::size_t piece = next++; piece < pieces; piece = next++)
     {
         const std::size_t there = helpers;
+        const std::size_t most = std::max(wanted(), there);
         const std::size_t waiting = pieces - std::min<std::size_t>(next, pieces);
-        if (const std::size_t more = std::min(wanted() - std::min(there, wanted()), waiting); more > 0)
+        if (const std::size_t more = std::min(most - there, waiting); more > 0)
         {
             all = &Helpers::here();
             helpers += more;

@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <filesystem>
 #include <mutex>
 #include <numeric>
 #include <set>
@@ -113,6 +114,22 @@ TEST_CASE("parallel_for takes threads that its progress gets while it works, and
                          });
     CHECK(all_met);
     CHECK(after == std::set{std::this_thread::get_id()});
+}
+
+TEST_CASE("parallel_for starts no more threads than its progress ever asks for, however often that changes")
+{
+    struct Restless final : fresco::Progress
+    {
+        int threads() const override { return 1 + static_cast<int>(asked++ % 3); }
+        mutable std::atomic<unsigned> asked{0};
+    };
+    const auto threads_here = []
+    { return std::distance(std::filesystem::directory_iterator("/proc/self/task"), std::filesystem::directory_iterator()); };
+    const auto before = threads_here();
+    std::vector<std::atomic<int>> hits(20'000);
+    fresco::parallel_for(hits.size(), 1, Restless(), [&](std::size_t i, std::size_t) { ++hits[i]; });
+    CHECK(std::all_of(hits.begin(), hits.end(), [](const auto& hit) { return hit == 1; }));
+    CHECK(threads_here() <= before + 2);
 }
 
 TEST_CASE("parallel_for rethrows the first failure")

@@ -124,8 +124,8 @@ void RunningStage::stop(int signal) const
 
 void RunningStage::lend(int threads)
 {
-    if (threads != std::exchange(lent_threads_, threads))
-        send_all(child_.channel.get(), std::to_string(threads) + "\n");
+    if (threads != lent_threads_ && send_all(child_.channel.get(), std::to_string(threads) + "\n"))
+        lent_threads_ = threads;
 }
 
 void RunningStage::end_for(std::string limit, int signal)
@@ -230,23 +230,36 @@ void RunningStage::take_events()
 {
     events_.read_from(child_.channel.get());
     output_.read_from(child_.output.get());
+    // Its log begins with an event: what it printed after that waits for it.
+    while (!runs_ && take_next_event())
+    {
+    }
     std::string line;
     while (output_.next(line))
         take_print(line);
-    while (events_.next(line))
+    while (take_next_event())
     {
-        try
-        {
-            take_event(line);
-        }
-        catch (const Error&)
-        {
-            // Written by something else in the process, over the host's channel.
-            if (!line.empty())
-                display_->stage_prints(node_->stage->name, line);
-        }
     }
     log_.flush();
+}
+
+/// False if there is none.
+bool RunningStage::take_next_event()
+{
+    std::string line;
+    if (!events_.next(line))
+        return false;
+    try
+    {
+        take_event(line);
+    }
+    catch (const Error&)
+    {
+        // Written by something else in the process, over the host's channel.
+        if (!line.empty())
+            display_->stage_prints(node_->stage->name, line);
+    }
+    return true;
 }
 
 bool RunningStage::ended()

@@ -80,6 +80,7 @@ class RunningStage
 
   private:
     std::string end_text() const;
+    bool take_next_event();
     void take_event(const std::string& line);
     void take_print(const std::string& line);
     void take_result(const Value& event);

@@ -16,7 +16,6 @@
 #include <fmt/format.h>
 #include <sstream>
 #include <stdexcept>
-#include <sys/socket.h>
 #include <system_error>
 #include <thread>
 #include <unistd.h>
@@ -146,12 +145,13 @@ void WorkerChannel::send(std::string_view event, Value::Map entries)
 void WorkerChannel::listen(int threads)
 {
     threads_ = threads;
-    const auto hear = [this]
+    // Of its own: a plugin may close the other, and put something else in its place.
+    const int channel = fcntl(child_channel, F_DUPFD_CLOEXEC, child_channel + 1);
+    const auto hear = [this, channel]
     {
         std::string heard;
         char block[256];
-        // Nothing but a socket is read: a plugin may have put another file in its place.
-        for (ssize_t count = 0; (count = uninterrupted([&] { return ::recv(child_channel, block, sizeof block, 0); })) > 0;)
+        for (ssize_t count = 0; (count = uninterrupted([&] { return ::read(channel, block, sizeof block); })) > 0;)
         {
             heard.append(block, static_cast<std::size_t>(count));
             const std::size_t end = heard.rfind('\n');

@@ -8,7 +8,11 @@
 #include <fresco/testing.h>
 #include <fresco/testing_scenes.h>
 
+#include <atomic>
+#include <chrono>
 #include <cmath>
+#include <numeric>
+#include <thread>
 
 using namespace fresco;
 
@@ -61,6 +65,48 @@ TEST_CASE("alpha is the share of a pixel that shows the surface")
     CHECK(image.at(0, 20, 0) == 90);  // straight alpha
     camera.world_from_camera.translation = {0, 0, 5};
     CHECK(renderer.render(camera, Progress{}).values == std::vector<std::uint8_t>(41 * 41 * 4, 0));
+}
+
+TEST_CASE("pictures of a film come in order, one at a time, up to the first failure")
+{
+    TexturedMesh textured = wall(4);
+    std::fill(textured.image.pixels.values.begin(), textured.image.pixels.values.end(), std::uint8_t{90});
+    const rendering::ViewRenderer renderer(textured, {.samples_per_side = 1, .filter = rendering::TextureFilter::trilinear});
+    std::vector<Camera> cameras;
+    for (int i = 0; i < 40; ++i)
+        cameras.push_back(testing::camera(i + 1, 8, 8));
+    for (const int threads : {1, 4})
+    {
+        testing::TestRun run(threads);
+        std::atomic<int> at_once{0};
+        std::vector<int> widths;
+        const auto take = [&](const Raster8& picture)
+        {
+            CHECK(++at_once == 1);
+            widths.push_back(picture.width);
+            std::this_thread::sleep_for(std::chrono::microseconds(picture.width % 5 * 300));
+            --at_once;
+        };
+        renderer.render_in_order(cameras, run, take);
+        std::vector<int> expected(40);
+        std::iota(expected.begin(), expected.end(), 1);
+        CHECK(widths == expected);
+        for (const int last : {1, 7, 40})
+        {
+            widths.clear();
+            CHECK_THROWS_WITH(renderer.render_in_order(cameras, run,
+                                                       [&](const Raster8& picture)
+                                                       {
+                                                           take(picture);
+                                                           if (picture.width == last)
+                                                               throw Error("the disk is full");
+                                                       }),
+                              "the disk is full");
+            CHECK(widths.size() == static_cast<std::size_t>(last));
+        }
+        run.cancel_after(5);
+        CHECK_THROWS_AS(renderer.render_in_order(cameras, run, take), Canceled);
+    }
 }
 
 TEST_CASE("what lies behind the backs of faces can be seen")

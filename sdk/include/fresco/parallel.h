@@ -19,8 +19,8 @@ class Progress
     virtual void progress(double done, double total, std::string_view unit);
     /// Throws fresco::Canceled once the run must stop. Call it at least every second.
     virtual void check_canceled() const;
-    /// Threads this work may use now; results do not depend on it. It may change: in a run, a stage is lent the cores that
-    /// others have left.
+    /// Threads this work may use now; results do not depend on it. It may change from one call to the next: in a run, a stage is
+    /// lent the cores that others have left, until another one begins. Never throws.
     virtual int threads() const;
 };
 

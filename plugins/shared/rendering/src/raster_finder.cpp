@@ -115,7 +115,8 @@ std::vector<std::uint32_t> faces_by_place(const Mesh& mesh)
     return faces;
 }
 
-/// A ball around the corners; a little larger, against rounding.
+/// A ball around the corners; a little larger, as it may be in the frame of a camera whose pose is a rotation to two digits only
+/// (check_camera).
 FaceClusters::Ball ball_around(const Mesh& mesh, std::span<const std::uint32_t> vertices)
 {
     Bounds bounds(mesh.positions[vertices.front()]);
@@ -128,7 +129,7 @@ FaceClusters::Ball ball_around(const Mesh& mesh, std::span<const std::uint32_t> 
         const Vec3d arm = vec_cast<double>(mesh.positions[v]) - vec_cast<double>(center);
         squared = std::max(squared, dot(arm, arm));
     }
-    return {center, static_cast<float>(std::sqrt(squared) * 1.0001 + 1e-6)};
+    return {center, static_cast<float>(std::sqrt(squared) * 1.02 + 1e-6)};
 }
 
 }  // namespace

@@ -501,8 +501,12 @@ void ViewRenderer::render_in_order(std::span<const Camera> cameras, Progress& pr
                  [&](std::size_t i, std::size_t)
                  {
                      std::unique_lock lock(mutex);
-                     // Whoever has the next one does not wait.
-                     changed.wait(lock, [&] { return failed || i < next + 2 * static_cast<std::size_t>(progress.threads()); });
+                     const auto may_begin = [&]
+                     {
+                         // Whoever has the next one does not wait.
+                         return failed || i < next + 2 * static_cast<std::size_t>(std::max(1, progress.threads()));
+                     };
+                     changed.wait(lock, may_begin);
                      if (failed)
                          return;
                      lock.unlock();

@@ -149,6 +149,70 @@ Intrinsics picture(int width, int height)
 
 }  // namespace
 
+TEST_CASE("no cluster is passed over that has a face in sight, also by poses that are not quite rotations")
+{
+    std::mt19937 random(3);
+    const auto along = [&](float reach) { return std::uniform_real_distribution<float>(-reach, reach)(random); };
+    Mesh mesh;
+    for (std::uint32_t face = 0; face < 3000; ++face)
+    {
+        const Vec3f middle{along(3), along(3), along(3)};
+        for (int corner = 0; corner < 3; ++corner)
+            mesh.positions.push_back(middle + Vec3f{along(0.2F), along(0.2F), along(0.2F)});
+        mesh.triangles.push_back({3 * face, 3 * face + 1, 3 * face + 2});
+    }
+    const FaceClusters clusters(mesh);
+    const Intrinsics size = picture(300, 200);
+    const Frustum frustum(size);
+    std::vector<int> seen(mesh.triangles.size());
+    std::size_t passed_over = 0;
+    for (int view = 0; view < 60; ++view)
+    {
+        const Vec3d x = normalized(Vec3d{along(1), along(1), along(1)});
+        const Vec3d y = normalized(cross(x, Vec3d{along(1), along(1), along(1)}));
+        const Vec3d z = cross(x, y);
+        RigidTransform pose;
+        pose.translation = {along(3), along(3), along(3)};
+        for (const auto& [row, axis] : {std::pair{0, x}, {1, y}, {2, z}})
+        {
+            pose.rotation(row, 0) = 0.996 * axis.x;
+            pose.rotation(row, 1) = 0.996 * axis.y;
+            pose.rotation(row, 2) = 0.996 * axis.z;
+        }
+        REQUIRE_NOTHROW(check_camera({size, pose}, "the camera"));
+        const IntoCamera into_camera(pose);
+        for (std::size_t cluster = 0; cluster < clusters.count(); ++cluster)
+        {
+            const auto& [center, radius] = clusters.ball(cluster);
+            const bool misses = frustum.misses(into_camera.point(center), double{radius});
+            passed_over += misses;
+            for (const std::uint32_t face : clusters.faces(cluster))
+            {
+                ++seen[face];
+                const auto sides = [&](std::size_t corner)
+                { return frustum.project(into_camera.point(mesh.positions[mesh.triangles[face][corner]])).sides; };
+                if (misses)
+                    REQUIRE(out_of_sight(sides(0), sides(1), sides(2)));
+            }
+        }
+    }
+    CHECK(passed_over > 20 * clusters.count());
+    CHECK(std::ranges::count(seen, 60) == 3000);
+
+    // One of 3 m, aside but for 3 mm of a corner.
+    RigidTransform pose;
+    for (int i = 0; i < 3; ++i)
+        pose.rotation(i, i) = 0.996;
+    const Vec3d inward = normalized(Vec3d{1, 0, -frustum.picture.left});
+    const Vec3d corner = Vec3d{2 * frustum.picture.left, 0, 2} + inward * 0.003;
+    mesh.positions = {vec_cast<float>(pose.point(corner)), vec_cast<float>(pose.point(corner - inward * 3)),
+                      vec_cast<float>(pose.point(corner - inward * 2.9 + Vec3d{0, 0.1, 0}))};
+    mesh.triangles = {{0, 1, 2}};
+    const FaceClusters one(mesh);
+    const auto& [center, radius] = one.ball(0);
+    CHECK_FALSE(frustum.misses(IntoCamera(pose).point(center), double{radius}));
+}
+
 TEST_CASE("coordinates stay below the limit in pictures of any size")
 {
     CHECK(Grid(picture(640, 480), 0).bits == 16);

@@ -294,7 +294,7 @@ class Loop
         {
             for (; step_ < schedule_.steps(); ++step_)
             {
-                // Cores are lent, and taken back.
+                // The host may have lent cores since the last step, or taken them back.
                 if (const int threads = std::max(1, run_.threads()); threads != at::get_num_threads())
                     at::set_num_threads(threads);
                 interrupt_point();

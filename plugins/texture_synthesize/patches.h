@@ -15,7 +15,7 @@
 namespace fresco::synthesize
 {
 
-/// Gives the system what was freed, which would stay with the process: a synthesis lets go of much at a time.
+/// Returns freed memory to the system. A synthesis frees hundreds of megabytes at a time, which malloc would keep.
 void give_back_memory();
 
 /// A surface in texels of one size in meters. Every chart of the atlas has its own grid, aligned with its texcoords; each point
@@ -170,7 +170,7 @@ class Patches
     float per_m_;  ///< Texels.
     std::vector<Patch> patches_;
     std::size_t regular_ = 0;           ///< Patches on the stride's texels, the first ones.
-    std::vector<PackedPoints> points_;  ///< Of as many patches each, at last of all that are not regular.
+    std::vector<PackedPoints> points_;  ///< Lists of equal length for the regular patches, and one for the rest.
     std::vector<std::size_t> first_cover_;
     std::unique_ptr<std::uint32_t[]> covers_;
 };

@@ -153,7 +153,7 @@ void parallel_for(std::size_t count, std::size_t grain, const Progress& progress
         }
     };
 
-    // Of this call, besides the calling thread; also those that are still to come.
+    // Helpers invited to this call that have not left it.
     std::atomic<std::size_t> helpers{0};
     const auto wanted = [&] { return static_cast<std::size_t>(std::max(progress.threads(), 1)) - 1; };
     const auto may_stay = [&]

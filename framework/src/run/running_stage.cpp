@@ -124,7 +124,8 @@ void RunningStage::stop(int signal) const
 
 void RunningStage::lend(int threads)
 {
-    if (threads != lent_threads_ && send_all(child_.channel.get(), std::to_string(threads) + "\n"))
+    const std::string_view number(reinterpret_cast<const char*>(&threads), sizeof threads);
+    if (threads != lent_threads_ && send_all(child_.channel.get(), number))
         lent_threads_ = threads;
 }
 
@@ -230,7 +231,7 @@ void RunningStage::take_events()
 {
     events_.read_from(child_.channel.get());
     output_.read_from(child_.output.get());
-    // Its log begins with an event: what it printed after that waits for it.
+    // The event that opens its log may arrive together with what it printed afterward.
     while (!runs_ && take_next_event())
     {
     }
@@ -243,7 +244,7 @@ void RunningStage::take_events()
     log_.flush();
 }
 
-/// False if there is none.
+/// Returns false once no event is waiting.
 bool RunningStage::take_next_event()
 {
     std::string line;

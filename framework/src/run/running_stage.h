@@ -52,9 +52,9 @@ class RunningStage
     RunningStage& operator=(const RunningStage&) = delete;
 
     StageNode& node() const { return *node_; }
-    /// Its own; not those that it was lent.
+    /// The number it began with, without the cores it was lent later.
     int threads() const { return threads_; }
-    /// Lets it use that many threads from now on.
+    /// Lets the stage use this many threads from now on.
     void lend(int threads);
     pid_t process() const { return child_.pid; }
     int event_descriptor() const { return child_.channel.get(); }
@@ -91,7 +91,7 @@ class RunningStage
     StageLimits limits_;
     ProgressDisplay* display_;
     int threads_;
-    int lent_threads_;              ///< With its own.
+    int lent_threads_;              ///< What it may use now.
     std::set<std::string> inputs_;  ///< Results that it reads.
     std::filesystem::path request_folder_;
     std::int64_t oom_kills_ = oom_kills();

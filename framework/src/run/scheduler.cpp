@@ -181,7 +181,7 @@ class Scheduler
         return !starts.empty();
     }
 
-    /// Stages that run use the cores that nobody else can use now; one that begins takes its share back.
+    /// Divides the cores that no waiting stage can use among the running ones, until another stage begins.
     void lend_free_cores()
     {
         int free = request_.cores;
@@ -190,7 +190,7 @@ class Scheduler
         int left = static_cast<int>(running_.size());
         for (auto& running : running_)
         {
-            const int more = std::max(0, free / left--);
+            const int more = free / left--;
             running.lend(running.threads() + more);
             free -= more;
         }

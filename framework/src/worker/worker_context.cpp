@@ -11,11 +11,11 @@
 #include <cerrno>
 #include <cmath>
 #include <csignal>
-#include <cstdlib>
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sstream>
 #include <stdexcept>
+#include <sys/socket.h>
 #include <system_error>
 #include <thread>
 #include <unistd.h>
@@ -145,22 +145,14 @@ void WorkerChannel::send(std::string_view event, Value::Map entries)
 void WorkerChannel::listen(int threads)
 {
     threads_ = threads;
-    // Of its own: a plugin may close the other, and put something else in its place.
+    // A plugin may close the descriptor it knows and put something else in its place; this one stays.
     const int channel = fcntl(child_channel, F_DUPFD_CLOEXEC, child_channel + 1);
     const auto hear = [this, channel]
     {
-        std::string heard;
-        char block[256];
-        for (ssize_t count = 0; (count = uninterrupted([&] { return ::read(channel, block, sizeof block); })) > 0;)
-        {
-            heard.append(block, static_cast<std::size_t>(count));
-            const std::size_t end = heard.rfind('\n');
-            if (end == std::string::npos)
-                continue;
-            const std::size_t begin = end == 0 ? 0 : heard.rfind('\n', end - 1) + 1;
-            threads_ = std::max(1, std::atoi(heard.c_str() + begin));
-            heard.erase(0, end + 1);
-        }
+        const auto receive = [channel](int& number)
+        { return uninterrupted([&] { return ::recv(channel, &number, sizeof number, MSG_WAITALL); }); };
+        for (int number = 0; receive(number) == static_cast<ssize_t>(sizeof number);)
+            threads_ = std::max(1, number);
     };
     try
     {
@@ -168,7 +160,7 @@ void WorkerChannel::listen(int threads)
     }
     catch (const std::system_error&)
     {
-        // No thread left: the stage keeps those that it began with.
+        // The system has no thread left: the stage keeps the number it began with.
     }
 }
 

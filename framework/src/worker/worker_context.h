@@ -20,7 +20,8 @@
 namespace fresco::host
 {
 
-/// The worker's side of the channel to the host: one JSON line per event. Thread-safe.
+/// The worker's side of the channel to the host. It sends one JSON line per event, and hears one int per change of the number of
+/// threads. Thread-safe.
 class WorkerChannel
 {
   public:

@@ -143,7 +143,7 @@ TEST_CASE("A stage is lent the cores that nobody else can use")
 )");
     const auto run = place.start({"run", "room.yaml", "--cores", "3"});
     Workplace::wait_until([&] { return place.logged("slow may use 3 threads") == 1; });
-    // It began with two. What the first one had went to the next.
+    // It began with two; the core that `quick` left went to `next` first.
     CHECK(place.logged("slow from 0") == 3);
     CHECK(place.logged("slow may use") == 1);
     run->signal(SIGINT);

@@ -135,8 +135,8 @@ class Maybe final : public LoggedStage
 };
 FRESCO_STAGE("test.maybe", Maybe, "A number, or none")
 
-/// Counts to `steps`, one checkpoint per step. Says so when it is lent threads, and when it is stopped in order. A checkpoint
-/// made with another number in the file would give another sum.
+/// Counts to `steps`, one checkpoint per step. Logs when its number of threads changes and when it is stopped in order. A
+/// checkpoint made with another number in the file would give another sum.
 class Slow final : public LoggedStage
 {
     Input<Table> start{this, "start", fresco::optional, "Where to begin"};

@@ -141,14 +141,16 @@ TEST_CASE("a program runs in a folder of its own, with the cores it may use, and
     const fs::path temporary = place.root() / "temporary";
     fs::create_directory(temporary);
     place.environment["TMPDIR"] = temporary.string();
-    place.write("room.yaml",
-                shell(std::string("pwd; echo cores $FRESCO_THREADS; echo tmp $TMPDIR; ls; cat; ls /proc/self/fd | wc -l; ") +
-                      "echo \"rest $0\"; " + table_word));
+    place.write(
+        "room.yaml",
+        shell(std::string(
+                  "pwd; echo cores $FRESCO_THREADS $OMP_NUM_THREADS; echo tmp $TMPDIR; ls; cat; ls /proc/self/fd | wc -l; ") +
+              "echo \"rest $0\"; " + table_word));
     const Finished finished = place.run({"run", "room.yaml", "--cores", "1"});
     INFO(finished.err);
     REQUIRE(finished.code == 0);
     CHECK(contains(finished.err, "made: " + temporary.string() + "/fresco-"));
-    CHECK(contains(finished.err, "cores 1\n"));
+    CHECK(contains(finished.err, "cores 1 1\n"));
     CHECK(contains(finished.err, "tmp " + temporary.string() + "/fresco-"));
     CHECK(fs::is_empty(temporary));
     // Input, output, error, and what ls opens itself.

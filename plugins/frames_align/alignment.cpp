@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <span>
 #include <utility>
 
 namespace fresco::align
@@ -109,6 +110,8 @@ constexpr double least_weight = 1e-3;
 constexpr double tiny_share = 1e-6;
 constexpr std::size_t unknowns = 7;  ///< Turn, shift, exposure.
 
+constexpr std::size_t points_at_once = 1 << 12;
+
 using Vector = std::array<double, unknowns>;
 
 /// The value and its derivatives along x and y of a bilinear lookup.
@@ -163,16 +166,15 @@ class Aligner
     {
         parallel_items(views_.size(), 1, progress,
                        [&](std::size_t v) { look_view(v, std::min(level, views_[v].levels.size() - 1), reweigh); });
-        std::ranges::fill(sums_, 0);
-        std::ranges::fill(totals_, 0);
-        for (std::size_t v = 0; v < views_.size(); ++v)
-            for (std::size_t i = 0; i < samples_[v].size(); ++i)
-            {
-                const auto point = views_[v].sightings[i].point;
-                const auto weight = static_cast<double>(samples_[v][i].weight);
-                sums_[point] += weight * static_cast<double>(samples_[v][i].value);
-                totals_[point] += weight;
-            }
+        // In the order of the views, whichever thread adds.
+        parallel_for(sums_.size(), points_at_once, progress,
+                     [&](std::size_t begin, std::size_t end)
+                     {
+                         std::ranges::fill(std::span(sums_).subspan(begin, end - begin), 0);
+                         std::ranges::fill(std::span(totals_).subspan(begin, end - begin), 0);
+                         for (std::size_t v = 0; v < views_.size(); ++v)
+                             add_points(v, begin, end);
+                     });
     }
 
     /// One step of every view, or only of its exposure; the largest move in pixels of the level.
@@ -208,6 +210,19 @@ class Aligner
         float along_x = 0;
         float along_y = 0;
     };
+
+    /// Of the points [begin, end).
+    void add_points(std::size_t v, std::size_t begin, std::size_t end)
+    {
+        const auto& seen = views_[v].sightings;
+        const auto first = std::ranges::lower_bound(seen, begin, {}, &Sighting::point);
+        for (auto i = static_cast<std::size_t>(first - seen.begin()); i < seen.size() && seen[i].point < end; ++i)
+        {
+            const auto weight = static_cast<double>(samples_[v][i].weight);
+            sums_[seen[i].point] += weight * static_cast<double>(samples_[v][i].value);
+            totals_[seen[i].point] += weight;
+        }
+    }
 
     void look_view(std::size_t v, std::size_t level, bool reweigh)
     {

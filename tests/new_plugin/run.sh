@@ -8,14 +8,17 @@ fresco=$work/prefix/bin/fresco
 cd "$work"
 python3 "$(dirname "$0")/links.py" "$work/prefix/share/fresco"
 kinds=(stage reader)
-fast=-DCMAKE_CXX_FLAGS_RELEASE=-O0  # To compile.
+fast=(-DCMAKE_CXX_FLAGS_RELEASE=-O0)  # To compile.
+# All of their tests have the same main, with all of Catch in it.
+! command -v ccache >/dev/null || fast+=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
+export CCACHE_DIR=$work/ccache
 [ "$torch" = plain ] || kinds+=(loss features texture)
 for kind in "${kinds[@]}"; do
     type=paint.made_$kind folder=paint_made_$kind
     "$fresco" new "$kind" "$type" >said
     # What it says is what is done here.
     grep -qx "  cmake -S $folder -B $folder/build -DCMAKE_PREFIX_PATH=$work/prefix" said || { cat said; exit 1; }
-    "$cmake" -S "$folder" -B "$folder/build" -G Ninja "$fast" -DCMAKE_PREFIX_PATH="$work/prefix" >log 2>&1 || { cat log; exit 1; }
+    "$cmake" -S "$folder" -B "$folder/build" -G Ninja "${fast[@]}" -DCMAKE_PREFIX_PATH="$work/prefix" >log 2>&1 || { cat log; exit 1; }
     "$cmake" --build "$folder/build" >log 2>&1 || { cat log; exit 1; }
     ctest --test-dir "$folder/build" --output-on-failure >log 2>&1 || { cat log; exit 1; }
     grep -q "100% tests passed, 0 tests failed out of 1" log || { cat log; exit 1; }
@@ -36,7 +39,7 @@ mkdir mine
 cp -r "$(dirname "$0")/../../plugins/texture_bake" mine/
 sed -n '/^\*\*A plugin of the tree, elsewhere/,/^Give the copy/p' "$(dirname "$0")/../../sdk/docs/plugins.md" |
     sed -n '/^```cmake/,/^```$/p' | grep -v '^```' >mine/CMakeLists.txt
-"$cmake" -S mine -B mine/build -G Ninja "$fast" -DCMAKE_PREFIX_PATH="$work/prefix" >log 2>&1 || { cat log; exit 1; }
+"$cmake" -S mine -B mine/build -G Ninja "${fast[@]}" -DCMAKE_PREFIX_PATH="$work/prefix" >log 2>&1 || { cat log; exit 1; }
 "$cmake" --build mine/build >log 2>&1 || { cat log; exit 1; }
 ctest --test-dir mine/build --output-on-failure >log 2>&1 || { cat log; exit 1; }
 grep -q "100% tests passed, 0 tests failed out of 1" log || { cat log; exit 1; }

@@ -93,10 +93,40 @@ std::string unit_of(const std::string& name)
     return {};
 }
 
-template <class T>
-OptionDeclaration completed(OptionDeclaration option, const T& value)
+void declare(OptionDeclaration& option, std::nullptr_t)
 {
-    option.kind = kind_of<T>;
+    option.in_key = false;
+}
+void declare(OptionDeclaration& option, const Range* accepted)
+{
+    option.min = accepted->min;
+    option.max = accepted->max;
+}
+void declare(OptionDeclaration& option, const OneOf* accepted)
+{
+    option.choices = accepted->words;
+}
+void declare(OptionDeclaration& option, const Extensions* accepted)
+{
+    option.extensions = accepted->extensions;
+    option.formats = accepted->formats;
+}
+void declare(OptionDeclaration& option, const FolderWith* expected)
+{
+    option.contains = expected->entries;
+    option.contains_unless = expected->unless;
+}
+void declare(OptionDeclaration& option, const char* help)
+{
+    option.help = help;
+}
+
+template <class T>
+OptionDeclaration declared(std::string name, bool is_required, const T& value, std::initializer_list<detail::OptionTerm> said)
+{
+    OptionDeclaration option{.name = std::move(name), .kind = kind_of<T>, .required = is_required};
+    for (const detail::OptionTerm& term : said)
+        std::visit([&](const auto what) { declare(option, what); }, term.said);
     option.unit = unit_of(option.name);
     if (!option.required)
         option.default_value = written(value);
@@ -117,8 +147,9 @@ OptionDeclaration completed(OptionDeclaration option, const T& value)
 }  // namespace
 
 template <class T>
-Option<T>::Option(Configurable* owner, T value, OptionDeclaration declaration)
-    : Parameter(owner, completed(std::move(declaration), value)), value_(std::move(value))
+Option<T>::Option(Configurable* owner, std::string name, bool is_required, T value,
+                  std::initializer_list<detail::OptionTerm> said)
+    : Parameter(owner, declared(std::move(name), is_required, value, said)), value_(std::move(value))
 {
 }
 

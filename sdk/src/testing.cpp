@@ -42,6 +42,7 @@ TemporaryFolder::~TemporaryFolder()
 }
 
 TestRun::TestRun(int threads) : threads_(threads) {}
+TestRun::~TestRun() = default;
 
 void TestRun::progress(double, double, std::string_view) {}
 

@@ -27,6 +27,17 @@ auto& held(Data& data, std::string_view wanted, const Value& value)
 
 }  // namespace
 
+// By assignment: where a copy runs out of memory, libstdc++'s constructor destroys what is not there yet.
+Value::Value(const Value& other)
+{
+    data_ = other.data_;
+}
+
+Value::Value(Value&&) noexcept = default;
+Value& Value::operator=(const Value&) = default;
+Value& Value::operator=(Value&&) noexcept = default;
+Value::~Value() = default;
+
 bool Value::as_bool() const
 {
     return held<bool>(data_, "true or false", *this);

@@ -3,6 +3,7 @@
 #include <fresco/component.h>
 #include <fresco/option_declaration.h>
 
+#include <cstddef>
 #include <filesystem>
 #include <initializer_list>
 #include <limits>
@@ -11,6 +12,7 @@
 #include <string>
 #include <type_traits>
 #include <utility>
+#include <variant>
 #include <vector>
 
 /// \file Options: declared once as members; parsing, validation, `describe`, docs, editor schema and cache key come from that.
@@ -122,42 +124,23 @@ inline constexpr NotInKey not_in_key{};
 
 namespace detail
 {
-inline void declare(OptionDeclaration& option, Range accepted)
+/// One of the things that are said of an option, by reference: for the length of a call. The library puts them together, once for
+/// all options instead of once for each.
+struct OptionTerm
 {
-    option.min = accepted.min;
-    option.max = accepted.max;
-}
-inline void declare(OptionDeclaration& option, const OneOf& accepted)
-{
-    option.choices = accepted.words;
-}
-inline void declare(OptionDeclaration& option, const Extensions& accepted)
-{
-    option.extensions = accepted.extensions;
-    option.formats = accepted.formats;
-}
-inline void declare(OptionDeclaration& option, const FolderWith& expected)
-{
-    option.contains = expected.entries;
-    option.contains_unless = expected.unless;
-}
-inline void declare(OptionDeclaration& option, NotInKey)
-{
-    option.in_key = false;
-}
-inline void declare(OptionDeclaration& option, const std::string& help)
-{
-    option.help = help;
-}
+    OptionTerm(const Range& accepted) : said(&accepted) {}
+    OptionTerm(const OneOf& accepted) : said(&accepted) {}
+    OptionTerm(const Extensions& accepted) : said(&accepted) {}
+    OptionTerm(const FolderWith& expected) : said(&expected) {}
+    OptionTerm(NotInKey) : said(nullptr) {}
+    OptionTerm(const char* help) : said(help) {}
+    OptionTerm(const std::string& help) : said(help.c_str()) {}
 
-template <class... More>
-OptionDeclaration declared(std::string name, bool is_required, const More&... more)
-{
-    static_assert((int{std::is_convertible_v<More, std::string>} + ... + 0) == 1, "an option has one line of help");
-    OptionDeclaration option{.name = std::move(name), .required = is_required};
-    (declare(option, more), ...);
-    return option;
-}
+    std::variant<std::nullptr_t, const Range*, const OneOf*, const Extensions*, const FolderWith*, const char*> said;
+};
+
+template <class... Terms>
+inline constexpr bool has_one_help = (int{std::is_convertible_v<Terms, std::string>} + ... + 0) == 1;
 }  // namespace detail
 
 /// A setting of one of the types bool, int, std::int64_t, double, std::string, std::vector<int>, std::vector<double>, InputFile,
@@ -170,20 +153,22 @@ class Option final : public Parameter
   public:
     template <class... More>
     Option(Configurable* owner, std::string name, T value, const More&... more)
-        : Option(owner, std::move(value), detail::declared(std::move(name), false, more...))
+        : Option(owner, std::move(name), false, std::move(value), {more...})
     {
+        static_assert(detail::has_one_help<More...>, "an option has one line of help");
     }
     template <class... More>
     Option(Configurable* owner, std::string name, Required, const More&... more)
-        : Option(owner, T{}, detail::declared(std::move(name), true, more...))
+        : Option(owner, std::move(name), true, T{}, {more...})
     {
+        static_assert(detail::has_one_help<More...>, "an option has one line of help");
     }
 
     const T& operator*() const { return value_; }
     const T* operator->() const { return &value_; }
 
   private:
-    Option(Configurable* owner, T value, OptionDeclaration declaration);
+    Option(Configurable* owner, std::string name, bool is_required, T value, std::initializer_list<detail::OptionTerm> said);
     void set(const Value& value, ComponentFactory& factory) override;
 
     T value_;

@@ -38,6 +38,7 @@ class TestRun final : public RunContext
 {
   public:
     explicit TestRun(int threads = 2);
+    ~TestRun() override;
 
     std::vector<std::string> messages;  ///< Warnings begin with "warning: ".
     Value reported{Value::Map{}};

@@ -35,12 +35,11 @@ class Value
     Value(std::string_view v) : data_(std::string(v)) {}
     Value(List v) : data_(std::move(v)) {}
     Value(Map v) : data_(std::move(v)) {}
-    /// By assignment: where a copy runs out of memory, libstdc++'s constructor destroys what is not there yet.
-    Value(const Value& other) { data_ = other.data_; }
-    Value(Value&&) noexcept = default;
-    Value& operator=(const Value&) = default;
-    Value& operator=(Value&&) noexcept = default;
-    ~Value() = default;
+    Value(const Value& other);
+    Value(Value&&) noexcept;
+    Value& operator=(const Value&);
+    Value& operator=(Value&&) noexcept;
+    ~Value();
 
     bool is_null() const { return std::holds_alternative<std::monostate>(data_); }
     bool is_bool() const { return std::holds_alternative<bool>(data_); }

@@ -5,7 +5,7 @@ fresco=$1 source=$2 paper=$2/pipelines/paper
 python=$(python_with numpy) || { skip "the paper's evaluation with random weights: no python3 with numpy is at hand"; exit 0; }
 
 "$python" "$source/tests/presets/random_vgg19.py" "$work/vgg19.safetensors"
-"$python" -c 'import numpy, sys; numpy.save(sys.argv[1], numpy.random.default_rng(1).integers(0, 256, (96, 96, 3), numpy.uint8))' "$work/style.npy"
+"$python" -c 'import numpy, sys; numpy.save(sys.argv[1], numpy.random.default_rng(1).integers(0, 256, (192, 64, 3), numpy.uint8))' "$work/style.npy"
 places=(--store "$work/store" --no-report)
 # shellcheck disable=SC2016  # ${scene} is the pipelines' own
 room=(--set scan.type=scan.synthetic_room --set scan.frames_count=12 --set scan.color_width_px=160 --set scan.color_height_px=120

@@ -5,6 +5,8 @@ fresco=$1 pipelines=$2
 python=$(python_with numpy) || { skip "the presets run with random weights: no python3 with numpy is at hand"; exit 0; }
 
 "$python" "$(dirname "$0")/random_vgg19.py" "$work/vgg19.safetensors"
+# Narrow: most of such a step is the picture's own features.
+"$python" -c 'import numpy, sys; numpy.save(sys.argv[1], numpy.random.default_rng(1).integers(0, 256, (192, 64, 3), numpy.uint8))' "$work/style.npy"
 for preset in "$pipelines"/presets/*.yaml; do
     name=$(basename "$preset" .yaml)
     [ "$name" != preview ] || continue
@@ -19,7 +21,7 @@ for preset in "$pipelines"/presets/*.yaml; do
     cat >"$work/$name.yaml" <<YAML
 version: 1
 base: $preset
-vars: {data: $work, picture: $pipelines/demo.jpg, weights: $work/vgg19.safetensors}
+vars: {data: $work, picture: $work/style.npy, weights: $work/vgg19.safetensors}
 stages:
   scan: {type: scan.synthetic_room, frames_count: 6, color_width_px: 160, color_height_px: 120, edge_m: 0.15}
   frames: {min_sharpness: 0, window_count: 1}

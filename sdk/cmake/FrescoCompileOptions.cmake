@@ -23,7 +23,10 @@ target_compile_options(
               $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict> # GCC 12 reports false overlaps in std::string's operator+ (its bug 105651)
               -ffile-prefix-map=${PROJECT_SOURCE_DIR}=.
               -ffile-prefix-map=${PROJECT_BINARY_DIR}=build
-              -ffp-contract=off)
+              -ffp-contract=off
+              # Nobody reads errno or the processor's flags after arithmetic: roots and comparisons in loops become vectors.
+              -fno-math-errno
+              -fno-trapping-math)
 # As RPATH, not RUNPATH: so the program's counts for the libraries behind plugins too, and comes before LD_LIBRARY_PATH, in which a
 # cluster's modules put other versions.
 target_link_options(fresco_compile_options INTERFACE -Wl,--disable-new-dtags)

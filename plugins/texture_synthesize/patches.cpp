@@ -107,13 +107,15 @@ SurfaceGrid::SurfaceGrid(const PaintedSurface& surface, double spacing_m, const 
         }
     }
     for (std::uint32_t chart = 0; chart < sheets_.size(); ++chart)
-        if (has_sheet(chart))
-        {
-            if (!has_texel[chart])
-                adopt(surface, chart, largest[chart]);
-            extend(sheets_[chart]);
-        }
+        if (has_sheet(chart) && !has_texel[chart])
+            adopt(surface, chart, largest[chart]);
     texels_.shrink_to_fit();
+    parallel_items(sheets_.size(), 1, progress,
+                   [&](std::size_t chart)
+                   {
+                       if (has_sheet(static_cast<std::uint32_t>(chart)))
+                           extend(sheets_[chart]);
+                   });
 }
 
 void SurfaceGrid::lay_out(const PaintedSurface& surface)

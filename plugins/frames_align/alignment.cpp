@@ -110,7 +110,7 @@ constexpr double least_weight = 1e-3;
 constexpr double tiny_share = 1e-6;
 constexpr std::size_t unknowns = 7;  ///< Turn, shift, exposure.
 
-constexpr std::size_t points_at_once = 1 << 12;
+constexpr std::size_t points_at_once = 1 << 10;
 
 using Vector = std::array<double, unknowns>;
 
@@ -211,7 +211,7 @@ class Aligner
         float along_y = 0;
     };
 
-    /// Of the points [begin, end).
+    /// Adds what view `v` sees of the points [begin, end) to their sums.
     void add_points(std::size_t v, std::size_t begin, std::size_t end)
     {
         const auto& seen = views_[v].sightings;

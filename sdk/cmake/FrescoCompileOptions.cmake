@@ -24,7 +24,7 @@ target_compile_options(
               -ffile-prefix-map=${PROJECT_SOURCE_DIR}=.
               -ffile-prefix-map=${PROJECT_BINARY_DIR}=build
               -ffp-contract=off
-              # Nobody reads errno or the processor's flags after arithmetic: roots and comparisons in loops become vectors.
+              # Nothing reads errno or the floating-point flags after arithmetic; without them, the compiler may vectorize square roots and comparisons.
               -fno-math-errno
               -fno-trapping-math)
 # As RPATH, not RUNPATH: so the program's counts for the libraries behind plugins too, and comes before LD_LIBRARY_PATH, in which a

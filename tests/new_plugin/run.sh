@@ -9,7 +9,7 @@ cd "$work"
 python3 "$(dirname "$0")/links.py" "$work/prefix/share/fresco"
 kinds=(stage reader)
 fast=(-DCMAKE_CXX_FLAGS_RELEASE=-O0)  # To compile.
-# All of their tests have the same main, with all of Catch in it.
+# The tests of all these plugins compile the same main, which holds all of Catch.
 ! command -v ccache >/dev/null || fast+=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
 export CCACHE_DIR=$work/ccache
 [ "$torch" = plain ] || kinds+=(loss features texture)

@@ -5,7 +5,7 @@ fresco=$1 pipelines=$2
 python=$(python_with numpy) || { skip "the presets run with random weights: no python3 with numpy is at hand"; exit 0; }
 
 "$python" "$(dirname "$0")/random_vgg19.py" "$work/vgg19.safetensors"
-# Narrow: most of such a step is the picture's own features.
+# A narrow picture: its features take most of the time of a single step.
 "$python" -c 'import numpy, sys; numpy.save(sys.argv[1], numpy.random.default_rng(1).integers(0, 256, (192, 64, 3), numpy.uint8))' "$work/style.npy"
 for preset in "$pipelines"/presets/*.yaml; do
     name=$(basename "$preset" .yaml)

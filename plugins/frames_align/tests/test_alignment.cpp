@@ -143,6 +143,24 @@ TEST_CASE("the prior holds cameras where pictures say nothing")
     CHECK(align::align(blank, points.size(), usual, run).moved_px[1] == 0);
 }
 
+TEST_CASE("points add up to the same whichever are added together")
+{
+    const auto points = surface_points(mesh_of(0.04), 10000);
+    const auto truth = cameras();
+    REQUIRE(points.size() > 2000);
+    auto views = views_of(truth, truth, points, even_gains);
+    testing::TestRun run;
+    const auto expected = align::align(views, points.size(), usual, run);
+    constexpr std::uint32_t more = 700;  // Points that no view sees, before all others.
+    for (AlignedView& view : views)
+        for (Sighting& sighting : view.sightings)
+            sighting.point += more;
+    const auto found = align::align(views, points.size() + more, usual, run);
+    CHECK(found.error_before == expected.error_before);
+    CHECK(found.error_after == expected.error_after);
+    CHECK(found.corrected_from_recorded == expected.corrected_from_recorded);
+}
+
 TEST_CASE("points are vertices, one of each cell, not more than asked for")
 {
     const Mesh mesh = mesh_of(0.02);

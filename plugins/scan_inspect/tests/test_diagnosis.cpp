@@ -94,7 +94,7 @@ bool shown(bool is_right, const std::string& name, const Diagnosis& found)
     return is_right;
 }
 
-/// A third of the cases, which ctest has time for; test_scan_inspect "[.all]" tries all of them.
+/// A third of the cases: ctest has no time for all of them, which test_scan_inspect "[.all]" tries.
 std::vector<Case> sample(const std::vector<Case>& cases)
 {
     std::vector<Case> some;

@@ -124,8 +124,8 @@ inline constexpr NotInKey not_in_key{};
 
 namespace detail
 {
-/// One of the things that are said of an option, by reference: for the length of a call. The library puts them together, once for
-/// all options instead of once for each.
+/// One of the arguments that describe an option. Refers to it, so it must not outlive the constructor's call. The declaration is
+/// put together in the library: compiled here, each option of each stage would have its own copy of that code.
 struct OptionTerm
 {
     OptionTerm(const Range& accepted) : said(&accepted) {}

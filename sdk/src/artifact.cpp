@@ -67,6 +67,11 @@ void Artifact::write_exchange(const Exchange& to) const
     save(to.folder);
 }
 
+std::vector<ExchangeForm> Artifact::exchange_forms()
+{
+    return {{}};
+}
+
 namespace detail
 {
 

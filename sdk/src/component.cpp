@@ -128,6 +128,8 @@ InputPort::InputPort(Configurable* owner, std::string name, const ArtifactType& 
     owner->inputs_.push_back(this);
 }
 
+InputPort::~InputPort() = default;
+
 void InputPort::not_wired() const
 {
     throw Error("input \"" + name() + "\" is not wired");
@@ -143,6 +145,14 @@ OutputPort::OutputPort(Configurable* owner, std::string name, const ArtifactType
     : Port(std::move(name), type, is_optional, std::move(help)), parts_(std::move(parts))
 {
     owner->outputs_.push_back(this);
+}
+
+OutputPort::~OutputPort() = default;
+
+void OutputPort::set_folder(ArtifactFolder folder)
+{
+    folder_ = std::move(folder);
+    folder_.references = &references_;
 }
 
 Value OutputPort::describe() const
@@ -175,19 +185,17 @@ Value parsed_default(const std::string& text)
     return Value::Map{{"type", text}};
 }
 
-OptionDeclaration with_default(OptionDeclaration option, std::string_view component_kind, const std::string& default_config)
-{
-    option.component_kind = component_kind;
-    option.default_value = parsed_default(default_config);
-    option.optional = option.optional || (option.kind == OptionKind::component && option.default_value.is_null());
-    return option;
-}
-
 }  // namespace
 
-SlotBase::SlotBase(Configurable* owner, OptionDeclaration option, std::string_view component_kind,
-                   const std::string& default_config)
-    : Parameter(owner, with_default(std::move(option), component_kind, default_config))
+SlotBase::SlotBase(Configurable* owner, std::string name, OptionKind kind, std::string_view component_kind,
+                   const std::string& default_config, std::string help, bool is_optional, std::string for_form)
+    : Parameter(owner, {.name = std::move(name),
+                        .kind = kind,
+                        .default_value = parsed_default(default_config),
+                        .component_kind = std::string(component_kind),
+                        .optional = is_optional || (kind == OptionKind::component && default_config.empty()),
+                        .for_form = std::move(for_form),
+                        .help = std::move(help)})
 {
 }
 

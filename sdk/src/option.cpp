@@ -146,6 +146,17 @@ OptionDeclaration declared(std::string name, bool is_required, const T& value, s
 
 }  // namespace
 
+namespace detail
+{
+OptionTerm::OptionTerm(const Range& accepted) : said(&accepted) {}
+OptionTerm::OptionTerm(const OneOf& accepted) : said(&accepted) {}
+OptionTerm::OptionTerm(const Extensions& accepted) : said(&accepted) {}
+OptionTerm::OptionTerm(const FolderWith& expected) : said(&expected) {}
+OptionTerm::OptionTerm(NotInKey) : said(nullptr) {}
+OptionTerm::OptionTerm(const char* help) : said(help) {}
+OptionTerm::OptionTerm(const std::string& help) : said(help.c_str()) {}
+}  // namespace detail
+
 template <class T>
 Option<T>::Option(Configurable* owner, std::string name, bool is_required, T value,
                   std::initializer_list<detail::OptionTerm> said)

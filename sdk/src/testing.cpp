@@ -102,6 +102,13 @@ void TestRun::reads_folder(const fs::path& folder, std::string_view names)
     folders_read.push_back(folder / names);
 }
 
+TestFactory::~TestFactory() = default;
+
+void TestFactory::add(const std::string& type, std::function<std::shared_ptr<Component>()> make)
+{
+    makers_[type] = std::move(make);
+}
+
 std::shared_ptr<Component> TestFactory::create(std::string_view kind, const Value& config)
 {
     const std::string key = std::string(kind) + to_json(config);

@@ -27,6 +27,18 @@ auto& held(Data& data, std::string_view wanted, const Value& value)
 
 }  // namespace
 
+Value::Value() = default;
+Value::Value(bool v) : data_(v) {}
+Value::Value(int v) : data_(std::int64_t{v}) {}
+Value::Value(std::int64_t v) : data_(v) {}
+Value::Value(std::size_t v) : data_(static_cast<std::int64_t>(v)) {}
+Value::Value(double v) : data_(v) {}
+Value::Value(const char* v) : data_(std::string(v)) {}
+Value::Value(std::string v) : data_(std::move(v)) {}
+Value::Value(std::string_view v) : data_(std::string(v)) {}
+Value::Value(List v) : data_(std::move(v)) {}
+Value::Value(Map v) : data_(std::move(v)) {}
+
 // By assignment: where a copy runs out of memory, libstdc++'s constructor destroys what is not there yet.
 Value::Value(const Value& other)
 {
@@ -37,6 +49,7 @@ Value::Value(Value&&) noexcept = default;
 Value& Value::operator=(const Value&) = default;
 Value& Value::operator=(Value&&) noexcept = default;
 Value::~Value() = default;
+bool operator==(const Value& a, const Value& b) = default;
 
 bool Value::as_bool() const
 {

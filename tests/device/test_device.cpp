@@ -49,8 +49,8 @@ std::filesystem::path weights_in(const std::filesystem::path& folder)
 struct Room
 {
     testing::TemporaryFolder folder;
-    Wall wall{folder.path() / "wall", 4, {30, 45}};
-    Raster8 style = testing::picture(96, 72, [](int x, int y, int c) { return 40 + (3 * (96 * y + x) + c) * 37 % 150; });
+    Wall wall{folder.path() / "wall", 4, {20, 30}};
+    Raster8 style = testing::picture(64, 64, [](int x, int y, int c) { return 40 + (3 * (64 * y + x) + c) * 37 % 150; });
     std::filesystem::path weights = weights_in(folder.path());
 
     struct Result
@@ -134,7 +134,7 @@ TEST_CASE("every loss gives on another device what it gives on the processor, an
         CHECK(distance(far.texture, near.texture) < 5e-3);
         if (other_device().is_cuda())
             continue;
-        const auto longer = room.painted(losses, testing::far_device(), 5);
+        const auto longer = room.painted(losses, testing::far_device(), 3);
         CHECK(longer.waits - far.waits == static_cast<std::int64_t>(longer.losses.size() - far.losses.size()));
         const auto traffic = testing::far_traffic();
         CHECK(traffic.events_recorded > 0);

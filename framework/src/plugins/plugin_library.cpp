@@ -132,6 +132,11 @@ std::vector<fs::path> own_libraries_of(void* handle, const fs::path& library)
     const link_map* first = own;
     while (first->l_prev != nullptr)
         first = first->l_prev;
+    // libtorch brings hundreds of libraries.
+    const auto file_name = [](std::string_view path) { return path.substr(path.rfind('/') + 1); };
+    std::multimap<std::string_view, const link_map*> loaded;
+    for (const link_map* each = first; each != nullptr; each = each->l_next)
+        loaded.emplace(file_name(each->l_name), each);
     std::set<const link_map*> seen{own};
     std::vector<const link_map*> open{own};
     while (!open.empty())
@@ -139,9 +144,9 @@ std::vector<fs::path> own_libraries_of(void* handle, const fs::path& library)
         const link_map* current = open.back();
         open.pop_back();
         for (const auto& name : needed_by(*current))
-            for (const link_map* other = first; other != nullptr; other = other->l_next)
-                if (fs::path(other->l_name).filename() == fs::path(name).filename() && seen.insert(other).second)
-                    open.push_back(other);
+            for (auto [other, end] = loaded.equal_range(file_name(name)); other != end; ++other)
+                if (seen.insert(other->second).second)
+                    open.push_back(other->second);
     }
     seen.erase(own);
     std::error_code error;

@@ -104,11 +104,6 @@ struct Exchange
     RunContext& run;
 };
 
-inline std::vector<ExchangeForm> Artifact::exchange_forms()
-{
-    return {{}};
-}
-
 struct ArtifactType
 {
     std::string name;

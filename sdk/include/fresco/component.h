@@ -110,8 +110,9 @@ class SlotBase : public Parameter
     ~SlotBase() override;
 
   protected:
-    /// `option` with its kind; `default_config` as Slot and SlotMap say.
-    SlotBase(Configurable* owner, OptionDeclaration option, std::string_view component_kind, const std::string& default_config);
+    /// `default_config` as Slot and SlotMap say.
+    SlotBase(Configurable* owner, std::string name, OptionKind kind, std::string_view component_kind,
+             const std::string& default_config, std::string help, bool is_optional = false, std::string for_form = "");
     std::shared_ptr<Component> make(const Value& config, ComponentFactory& factory) const;
     [[noreturn]] void wrong_contract(const Value& config) const;
     [[noreturn]] void not_assigned() const;
@@ -126,24 +127,16 @@ class Slot final : public detail::SlotBase
 {
   public:
     Slot(Configurable* owner, std::string name, const std::string& default_config, std::string help)
-        : SlotBase(owner, {.name = std::move(name), .kind = OptionKind::component, .help = std::move(help)}, T::component_kind,
-                   default_config)
+        : SlotBase(owner, std::move(name), OptionKind::component, T::component_kind, default_config, std::move(help))
     {
     }
     Slot(Configurable* owner, std::string name, const std::string& default_config, Optional, std::string help)
-        : SlotBase(owner, {.name = std::move(name), .kind = OptionKind::component, .optional = true, .help = std::move(help)},
-                   T::component_kind, default_config)
+        : SlotBase(owner, std::move(name), OptionKind::component, T::component_kind, default_config, std::move(help), true)
     {
     }
-
     Slot(Configurable* owner, std::string name, const std::string& default_config, ForForm form, std::string help)
-        : SlotBase(owner,
-                   {.name = std::move(name),
-                    .kind = OptionKind::component,
-                    .optional = true,
-                    .for_form = std::move(form.name),
-                    .help = std::move(help)},
-                   T::component_kind, default_config)
+        : SlotBase(owner, std::move(name), OptionKind::component, T::component_kind, default_config, std::move(help), true,
+                   std::move(form.name))
     {
     }
 
@@ -175,8 +168,7 @@ class SlotMap final : public detail::SlotBase
 {
   public:
     SlotMap(Configurable* owner, std::string name, const std::string& default_config, std::string help)
-        : SlotBase(owner, {.name = std::move(name), .kind = OptionKind::components, .help = std::move(help)}, T::component_kind,
-                   default_config)
+        : SlotBase(owner, std::move(name), OptionKind::components, T::component_kind, default_config, std::move(help))
     {
     }
 

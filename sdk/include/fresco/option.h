@@ -128,13 +128,13 @@ namespace detail
 /// put together in the library: compiled here, each option of each stage would have its own copy of that code.
 struct OptionTerm
 {
-    OptionTerm(const Range& accepted) : said(&accepted) {}
-    OptionTerm(const OneOf& accepted) : said(&accepted) {}
-    OptionTerm(const Extensions& accepted) : said(&accepted) {}
-    OptionTerm(const FolderWith& expected) : said(&expected) {}
-    OptionTerm(NotInKey) : said(nullptr) {}
-    OptionTerm(const char* help) : said(help) {}
-    OptionTerm(const std::string& help) : said(help.c_str()) {}
+    OptionTerm(const Range& accepted);
+    OptionTerm(const OneOf& accepted);
+    OptionTerm(const Extensions& accepted);
+    OptionTerm(const FolderWith& expected);
+    OptionTerm(NotInKey);
+    OptionTerm(const char* help);
+    OptionTerm(const std::string& help);
 
     std::variant<std::nullptr_t, const Range*, const OneOf*, const Extensions*, const FolderWith*, const char*> said;
 };

@@ -42,6 +42,7 @@ class Port
 class InputPort : public Port
 {
   public:
+    ~InputPort() override;
     /// Loads the value from a stored artifact's folder.
     virtual void load(const ArtifactFolder& folder) = 0;
     /// Takes a value made elsewhere (a reader, a test). Throws Error if it is of another type.
@@ -101,17 +102,14 @@ class Input final : public InputPort
 class OutputPort : public Port
 {
   public:
+    ~OutputPort() override;
     /// Optional, and the stage gave no value: there is nothing to save.
     bool is_left_out() const { return is_optional() && value() == nullptr; }
     /// The names of the parts that the artifact always has; empty where they depend on what is read.
     const std::vector<std::string>& parts() const { return parts_; }
     Value describe() const;
     /// Before `run`: where the artifact goes.
-    void set_folder(ArtifactFolder folder)
-    {
-        folder_ = std::move(folder);
-        folder_.references = &references_;
-    }
+    void set_folder(ArtifactFolder folder);
     /// After save(): the ids of the results in the store that the artifact refers to.
     const std::set<std::string>& references() const { return references_; }
     /// After `run`: writes the value; throws Error if the stage gave none.

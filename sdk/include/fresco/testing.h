@@ -74,7 +74,8 @@ class TestRun final : public RunContext
 class TestFactory final : public ComponentFactory
 {
   public:
-    void add(const std::string& type, std::function<std::shared_ptr<Component>()> make) { makers_[type] = std::move(make); }
+    ~TestFactory() override;
+    void add(const std::string& type, std::function<std::shared_ptr<Component>()> make);
     std::shared_ptr<Component> create(std::string_view kind, const Value& config) override;
 
   private:

@@ -24,17 +24,17 @@ class Value
     using Entry = std::pair<std::string, Value>;
     using Map = std::vector<Entry>;
 
-    Value() = default;
-    Value(bool v) : data_(v) {}
-    Value(int v) : data_(std::int64_t{v}) {}
-    Value(std::int64_t v) : data_(v) {}
-    Value(std::size_t v) : data_(static_cast<std::int64_t>(v)) {}
-    Value(double v) : data_(v) {}
-    Value(const char* v) : data_(std::string(v)) {}
-    Value(std::string v) : data_(std::move(v)) {}
-    Value(std::string_view v) : data_(std::string(v)) {}
-    Value(List v) : data_(std::move(v)) {}
-    Value(Map v) : data_(std::move(v)) {}
+    Value();
+    Value(bool v);
+    Value(int v);
+    Value(std::int64_t v);
+    Value(std::size_t v);
+    Value(double v);
+    Value(const char* v);
+    Value(std::string v);
+    Value(std::string_view v);
+    Value(List v);
+    Value(Map v);
     Value(const Value& other);
     Value(Value&&) noexcept;
     Value& operator=(const Value&);
@@ -68,7 +68,7 @@ class Value
     void set(std::string_view key, Value value);
 
     std::string_view kind_name() const;
-    friend bool operator==(const Value&, const Value&) = default;
+    friend bool operator==(const Value& a, const Value& b);
 
   private:
     std::variant<std::monostate, bool, std::int64_t, double, std::string, List, Map> data_;

@@ -3,7 +3,7 @@
 set -euo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-# ctest names the descriptions of the built plugins that the build left: to ask all of them anew takes ten seconds of processor time.
+# ctest's preset names the plugin descriptions that the build left; without them, every test would load all plugins first.
 export XDG_CACHE_HOME=${FRESCO_TEST_CACHE:-$work/cache} XDG_DATA_HOME=$work/data
 unset FRESCO_PLUGIN_PATH FRESCO_FAULT
 test_name=$(basename "$(dirname "$(realpath "$0")")")

@@ -27,6 +27,7 @@ auto& held(Data& data, std::string_view wanted, const Value& value)
 
 }  // namespace
 
+// Not inline: each source that makes values would compile the variant again.
 Value::Value() = default;
 Value::Value(bool v) : data_(v) {}
 Value::Value(int v) : data_(std::int64_t{v}) {}

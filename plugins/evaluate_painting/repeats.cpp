@@ -12,6 +12,7 @@
 #include <cmath>
 #include <cstdint>
 #include <fmt/format.h>
+#include <utility>
 
 using namespace fresco;
 
@@ -90,73 +91,124 @@ PlaceCell place_cell(const CopiedPoint& point)
     return {static_cast<int>(std::lround(std::log2(point.scale))), number(point.place.y), number(point.place.x)};
 }
 
+/// The points of one cell.
+struct CellPoints
+{
+    std::span<const CopiedPoint> points;
+    Vec2f middle;  ///< Of the cell, in the picture.
+
+    /// How far a place is from the cell, 0 inside, in square.
+    float distance_squared(Vec2f place) const
+    {
+        const auto outside = [](float away) { return std::max(std::abs(away) - same_place / 2, 0.0F); };
+        const Vec2f away{outside(place.x - middle.x), outside(place.y - middle.y)};
+        return dot(away, away);
+    }
+};
+/// Cells around one place in the picture.
+using Around = std::vector<CellPoints>;
+
 /// Points by their place in the picture, and those of one cell by their x on the surface.
 class PointsByPlace
 {
   public:
-    explicit PointsByPlace(std::span<const CopiedPoint> points) : points_(points.begin(), points.end())
+    explicit PointsByPlace(std::span<const CopiedPoint> points)
     {
-        std::ranges::sort(points_, {}, [](const CopiedPoint& p) { return std::pair(place_cell(p), p.at.x); });
-        for (std::size_t i = 0; i < points_.size(); ++i)
-            if (const PlaceCell cell = place_cell(points_[i]); cells_.empty() || cells_.back() != cell)
+        std::vector<std::pair<PlaceCell, CopiedPoint>> sorted;
+        sorted.reserve(points.size());
+        for (const CopiedPoint& point : points)
+            sorted.emplace_back(place_cell(point), point);
+        std::ranges::sort(sorted, {}, [](const auto& each) { return std::pair(each.first, each.second.at.x); });
+        points_.reserve(points.size());
+        for (const auto& [cell, point] : sorted)
+        {
+            if (cells_.empty() || cells_.back() != cell)
             {
                 cells_.push_back(cell);
-                first_.push_back(i);
+                first_.push_back(points_.size());
             }
+            points_.push_back(point);
+        }
         first_.push_back(points_.size());
     }
 
-    const std::vector<CopiedPoint>& points() const { return points_; }
-
-    /// Calls visit(other, distance on the surface, distance in the picture) for points of about the same place, in strokes of the
-    /// point's scale, until it returns true.
+    /// Calls visit(point, those from around its place in the picture) for points `begin` to `end`.
     template <class Visit>
-    bool any_near(const CopiedPoint& point, float reach, const Visit& visit) const
+    void visit(std::size_t begin, std::size_t end, const Visit& visit) const
     {
-        const auto [scale, middle_y, middle_x] = place_cell(point);
-        for (int y = middle_y - 1; y <= middle_y + 1; ++y)
-            for (int x = middle_x - 1; x <= middle_x + 1; ++x)
+        auto cell = static_cast<std::size_t>(std::ranges::upper_bound(first_, begin) - first_.begin()) - 1;
+        for (; begin < end; ++cell)
+        {
+            const Around around = near(cells_[cell]);
+            for (const std::size_t last = std::min(end, first_[cell + 1]); begin < last; ++begin)
+                visit(points_[begin], around);
+        }
+    }
+
+  private:
+    /// The points of the cell and of the eight around it.
+    Around near(const PlaceCell& middle) const
+    {
+        Around around;
+        for (int y = -1; y <= 1; ++y)
+            for (int x = -1; x <= 1; ++x)
             {
-                const PlaceCell wanted{scale, y, x};
+                const PlaceCell wanted{middle[0], middle[1] + y, middle[2] + x};
                 const auto found = std::ranges::lower_bound(cells_, wanted);
                 if (found == cells_.end() || *found != wanted)
                     continue;
                 const auto cell = static_cast<std::size_t>(found - cells_.begin());
-                const auto in_cell = std::span(points_).subspan(first_[cell], first_[cell + 1] - first_[cell]);
-                const float margin = reach / point.scale;
-                for (auto other =
-                         std::ranges::lower_bound(in_cell, point.at.x - margin, {}, [](const CopiedPoint& p) { return p.at.x; });
-                     other != in_cell.end() && other->at.x <= point.at.x + margin; ++other)
-                    if (visit(*other, length(other->at - point.at) * point.scale, length(other->place - point.place)))
-                        return true;
+                const auto center = [](int number) { return (static_cast<float>(number) + 0.5F) * same_place; };
+                around.push_back({std::span(points_).subspan(first_[cell], first_[cell + 1] - first_[cell]),
+                                  {center(wanted[2]), center(wanted[1])}});
             }
-        return false;
+        return around;
     }
 
-  private:
     std::vector<CopiedPoint> points_;
     std::vector<PlaceCell> cells_;
-    std::vector<std::size_t> first_;
+    std::vector<std::size_t> first_;  ///< Point of each cell; last their number.
 };
 
-bool is_repeated(const PointsByPlace& points, const CopiedPoint& point)
+/// Calls visit(step to it, its distance on the surface, its distance in the picture) for points of `around` until it returns
+/// true; passes over those that are farther away than `reach` on the surface or `apart` in the picture. Distances are in strokes
+/// of the point's scale.
+template <class Visit>
+bool any_near(const CopiedPoint& point, const Around& around, float reach, float apart, const Visit& visit)
 {
-    return point.is_motif && points.any_near(point, farthest,
-                                             [](const CopiedPoint&, float on_surface, float in_picture) {
-                                                 return on_surface > nearest && on_surface < farthest && in_picture < same_place;
-                                             });
+    const float margin = reach / point.scale;
+    for (const CellPoints& cell : around)
+    {
+        if (cell.distance_squared(point.place) > apart * apart)
+            continue;
+        auto other = std::ranges::lower_bound(cell.points, point.at.x - margin, {}, [](const CopiedPoint& p) { return p.at.x; });
+        for (; other != cell.points.end() && other->at.x <= point.at.x + margin; ++other)
+        {
+            const Vec3f step = other->at - point.at;
+            if (std::abs(step.y) <= margin && std::abs(step.z) <= margin &&
+                visit(step, length(step) * point.scale, length(other->place - point.place)))
+                return true;
+        }
+    }
+    return false;
 }
 
-bool is_woven(const PointsByPlace& points, const CopiedPoint& point)
+bool is_repeated(const CopiedPoint& point, const Around& around)
+{
+    return point.is_motif && any_near(point, around, farthest, same_place,
+                                      [](Vec3f, float on_surface, float in_picture)
+                                      { return on_surface > nearest && on_surface < farthest && in_picture < same_place; });
+}
+
+bool is_woven(const CopiedPoint& point, const Around& around)
 {
     std::vector<Vec3f> steps;
-    return points.any_near(
-        point, farthest_woven,
-        [&](const CopiedPoint& other, float on_surface, float in_picture)
+    return any_near(
+        point, around, farthest_woven, same_woven,
+        [&](Vec3f step, float on_surface, float in_picture)
         {
             if (on_surface < nearest_woven || on_surface > farthest_woven || in_picture > std::min(same_woven, on_surface / 4))
                 return false;
-            const Vec3f step = other.at - point.at;
             steps.push_back(step);
             return std::ranges::any_of(steps, [&](Vec3f s) { return length(s + step) < opposite * (length(s) + length(step)); });
         });
@@ -169,13 +221,17 @@ Repeats repeats(std::span<const CopiedPoint> points, const Progress& progress)
     const PointsByPlace by_place(points);
     std::atomic<std::size_t> repeated{0};
     std::atomic<std::size_t> woven{0};
-    parallel_items(points.size(), points_per_piece, progress,
-                   [&](std::size_t i)
-                   {
-                       const CopiedPoint& point = by_place.points()[i];
-                       repeated += is_repeated(by_place, point) ? 1 : 0;
-                       woven += is_woven(by_place, point) ? 1 : 0;
-                   });
+    parallel_for(points.size(), points_per_piece, progress,
+                 [&](std::size_t begin, std::size_t end)
+                 {
+                     progress.check_canceled();
+                     by_place.visit(begin, end,
+                                    [&](const CopiedPoint& point, const Around& around)
+                                    {
+                                        repeated += is_repeated(point, around) ? 1 : 0;
+                                        woven += is_woven(point, around) ? 1 : 0;
+                                    });
+                 });
     const auto share = [&](std::size_t count)
     { return static_cast<double>(count) / static_cast<double>(std::max<std::size_t>(1, points.size())); };
     return {share(repeated), share(woven)};

@@ -36,6 +36,7 @@ constexpr int fitted = 8;              // Texels to either side of the middle, a
 constexpr double unevenness = 0.05;    // Of the side.
 constexpr double fitted_share = 0.75;  // Of the texels around that must be the chart's.
 constexpr std::size_t pixels_per_piece = 65536;
+constexpr std::size_t swatches_per_piece = 8;
 
 /// A square cut out of a surface or of a picture, seen straight on.
 struct Swatch
@@ -150,7 +151,8 @@ class SurfaceCutter
         std::vector<std::optional<Swatch>> found(tries_together);
         for (std::size_t first = 0; first < tries.size() && result.size() < most_swatches; first += tries_together)
         {
-            parallel_items(tries_together, 8, progress, [&](std::size_t i) { found[i] = cut_at(tries[first + i]); });
+            parallel_items(tries_together, swatches_per_piece, progress,
+                           [&](std::size_t i) { found[i] = cut_at(tries[first + i]); });
             for (std::optional<Swatch>& swatch : found)
                 if (swatch && result.size() < most_swatches)
                     result.push_back(std::move(*swatch));
@@ -279,21 +281,25 @@ class SurfaceCutter
 };
 
 /// Squares of `side_px` all over a picture; none if it is smaller.
-std::vector<Swatch> picture_swatches(const Raster8& rgb, double side_px)
+std::vector<Swatch> picture_swatches(const Raster8& rgb, double side_px, const Progress& progress)
 {
-    std::vector<Swatch> result;
     if (rgb.width < side_px || rgb.height < side_px)
-        return result;
-    const RasterF light = light_of(rgb, Progress());
-    const double step = side_px / swatch_side;
+        return {};
+    const RasterF light = light_of(rgb, progress);
     Random random(1);
-    for (std::size_t i = 0; i < most_swatches; ++i)
+    std::vector<Vec2d> middles(most_swatches);
+    for (Vec2d& middle : middles)
     {
-        const double x = side_px / 2 + random.uniform() * (rgb.width - side_px);
-        const double y = side_px / 2 + random.uniform() * (rgb.height - side_px);
-        const Axes steps{{step, 0}, {0, step}};
-        result.push_back({cut(light, {x, y}, steps), mean_color(rgb, {x, y}, steps), {}, {}});
+        middle.x = side_px / 2 + random.uniform() * (rgb.width - side_px);
+        middle.y = side_px / 2 + random.uniform() * (rgb.height - side_px);
     }
+    const double step = side_px / swatch_side;
+    const Axes steps{{step, 0}, {0, step}};
+    std::vector<Swatch> result(most_swatches);
+    parallel_items(most_swatches, swatches_per_piece, progress,
+                   [&](std::size_t i) {
+                       result[i] = {cut(light, middles[i], steps), mean_color(rgb, middles[i], steps), {}, {}};
+                   });
     return result;
 }
 
@@ -478,16 +484,52 @@ std::array<Line, swatch_side> tapered(const RasterF& light)
     mean /= swatch_side * swatch_side;
     across /= norm;
     along /= norm;
-    const auto window = [](int i) { return 0.5 - 0.5 * std::cos(2 * std::numbers::pi * (i + 1) / (swatch_side + 1)); };
+    static const std::array<double, swatch_side> window = []
+    {
+        std::array<double, swatch_side> hann{};
+        for (std::size_t i = 0; i < swatch_side; ++i)
+            hann[i] = 0.5 - 0.5 * std::cos(2 * std::numbers::pi * static_cast<double>(i + 1) / (swatch_side + 1));
+        return hann;
+    }();
     std::array<Line, swatch_side> result;
-    for (int y = 0; y < swatch_side; ++y)
-        for (int x = 0; x < swatch_side; ++x)
-            result[static_cast<std::size_t>(y)][static_cast<std::size_t>(x)] =
-                (double{light.at(x, y)} - mean - across * offset(x) - along * offset(y)) * window(x) * window(y);
+    for (std::size_t y = 0; y < swatch_side; ++y)
+        for (std::size_t x = 0; x < swatch_side; ++x)
+            result[y][x] = (double{light.at(static_cast<int>(x), static_cast<int>(y))} - mean -
+                            across * offset(static_cast<int>(x)) - along * offset(static_cast<int>(y))) *
+                           window[x] * window[y];
     return result;
 }
 
-/// Of the detail between `finest_sigma` and `broadest_sigma`, from all directions.
+/// One frequency of a transformed swatch.
+struct Frequency
+{
+    std::size_t bin = 0;  ///< Of the spectrum.
+    double kept = 0;      ///< Share of its amplitude between `finest_sigma` and `broadest_sigma`.
+};
+
+/// Row by row.
+const std::vector<Frequency>& frequencies()
+{
+    static const std::vector<Frequency> values = []
+    {
+        std::vector<Frequency> table;
+        const auto cycles = [](int i) { return i <= swatch_side / 2 ? i : i - swatch_side; };
+        for (int y = 0; y < swatch_side; ++y)
+            for (int x = 0; x < swatch_side; ++x)
+            {
+                const double frequency = std::hypot(cycles(x), cycles(y));
+                const double square =
+                    2 * std::numbers::pi * std::numbers::pi * frequency * frequency / (swatch_side * swatch_side);
+                table.push_back({static_cast<std::size_t>(std::lround(frequency * bins_per_cycle)),
+                                 (1 - std::exp(-square * broadest_sigma * broadest_sigma)) *
+                                     std::exp(-square * finest_sigma * finest_sigma)});
+            }
+        return table;
+    }();
+    return values;
+}
+
+/// Of the detail that is kept, from all directions.
 Spectrum spectrum_of(const RasterF& light)
 {
     std::array<Line, swatch_side> rows = tapered(light);
@@ -502,13 +544,8 @@ Spectrum spectrum_of(const RasterF& light)
         transform(column);
         for (std::size_t y = 0; y < swatch_side; ++y)
         {
-            const auto cycles = [](std::size_t i)
-            { return i <= swatch_side / 2 ? static_cast<double>(i) : static_cast<double>(i) - swatch_side; };
-            const double frequency = std::hypot(cycles(x), cycles(y));
-            const double square = 2 * std::numbers::pi * std::numbers::pi * frequency * frequency / (swatch_side * swatch_side);
-            const double kept =
-                (1 - std::exp(-square * broadest_sigma * broadest_sigma)) * std::exp(-square * finest_sigma * finest_sigma);
-            result[static_cast<std::size_t>(std::lround(frequency * bins_per_cycle))] += std::norm(column[y]) * kept * kept;
+            const Frequency& frequency = frequencies()[y * swatch_side + x];
+            result[frequency.bin] += std::norm(column[y]) * frequency.kept * frequency.kept;
         }
     }
     return result;
@@ -559,11 +596,11 @@ Spectrum sum_of(const std::vector<Spectrum>& all)
     return result;
 }
 
-std::vector<Spectrum> spectra_of(const std::vector<Swatch>& swatches)
+std::vector<Spectrum> spectra_of(const std::vector<Swatch>& swatches, const Progress& progress)
 {
-    std::vector<Spectrum> result;
-    for (const Swatch& swatch : swatches)
-        result.push_back(spectrum_of(swatch.light));
+    std::vector<Spectrum> result(swatches.size());
+    parallel_items(swatches.size(), swatches_per_piece, progress,
+                   [&](std::size_t i) { result[i] = spectrum_of(swatches[i].light); });
     return result;
 }
 
@@ -599,8 +636,8 @@ RasterF capture_distances(const UvMaps& uvmaps, int cells_px, const Progress& pr
 StrokeSize stroke_size(const TexturedMesh& painting, const Raster8& style, double stroke_cm, const UvMaps* uvmaps,
                        const Progress& progress)
 {
-    const std::vector<Swatch> in_picture = picture_swatches(style, strokes_per_side * stroke_width_px(style, progress));
-    const std::vector<Spectrum> picture_spectra = spectra_of(in_picture);
+    const std::vector<Swatch> in_picture = picture_swatches(style, strokes_per_side * stroke_width_px(style, progress), progress);
+    const std::vector<Spectrum> picture_spectra = spectra_of(in_picture, progress);
     const double picture_width = half_width(sum_of(picture_spectra));
     if (std::isnan(picture_width))
         throw Error(fmt::format("the picture on port 'style' is {} x {}: smaller than {:g} of its strokes, or of one color, so "
@@ -608,7 +645,7 @@ StrokeSize stroke_size(const TexturedMesh& painting, const Raster8& style, doubl
                                 style.width, style.height, strokes_per_side));
     const double side_m = strokes_per_side * stroke_cm / 100;
     const std::vector<Swatch> swatches = SurfaceCutter(painting.mesh, painting.image.pixels, side_m, progress).cut_all(progress);
-    const std::vector<Spectrum> spectra = spectra_of(swatches);
+    const std::vector<Spectrum> spectra = spectra_of(swatches, progress);
     StrokeSize result{not_measured, {}, swatches.size()};
     if (swatches.size() < least_swatches)
         return result;

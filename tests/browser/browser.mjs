@@ -4,7 +4,7 @@ import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 
-const patience_ms = 30000;
+const patience_ms = 120000;
 
 export class Browser {
     /// `more`: arguments of the program in addition to those that every test needs.

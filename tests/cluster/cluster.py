@@ -228,15 +228,20 @@ stages:
 """
 
 
+def steps_done(folder):
+    """Of each task that has a checkpoint."""
+    return [int(step.read_text().split()[0]) for step in (folder.work / ".fresco/checkpoints").glob("*/step")]
+
+
 def interruption(place, slurm, long):
     """The signal before the time limit: the task goes on from its checkpoint, by itself. A canceled one does not come back."""
     limited, canceled = Folder(place, slurm, "limited"), Folder(place, slurm, "canceled")
     for folder in (limited, canceled):
         # Slurm looks at time limits twice a minute.
-        (folder.work / "many.yaml").write_text(SLOW.format(log=json.dumps(str(folder.log)), steps=1200 if long else 200))
+        (folder.work / "many.yaml").write_text(SLOW.format(log=json.dumps(str(folder.log)), steps=1200 if long else 400))
         folder.submit()
     slurm.wait(lambda: sum(state == "RUNNING" for state in slurm.queue().values()) == 4, 60, "four running tasks")
-    time.sleep(3)
+    slurm.wait(lambda: all(len(done := steps_done(folder)) == 2 and min(done) >= 25 for folder in (limited, canceled)), 120, "25 steps of each task")
     for job in limited.running():
         if long:
             # The limit itself: 1 minute, of which the last 60 s begin at once.
@@ -257,7 +262,7 @@ def interruption(place, slurm, long):
     expect(canceled.states() == {"done": 2}, f"after the second submission: {canceled.states()}")
     lines = limited.log.read_text().splitlines()
     resumed = [int(line.split()[-1]) for line in lines if line.startswith("slow from") and not line.endswith(" 0")]
-    # A checkpoint per step: those of 3 s are not done again.
+    # A checkpoint per step: those are not done again.
     expect(len(resumed) == 2 and min(resumed) >= 20, f"resumed at steps {resumed}: {lines}")
     for folder in (limited, canceled):
         lines = folder.log.read_text().splitlines()
@@ -271,7 +276,7 @@ version: 1
 stages:
   hungry:
     type: command
-    run: [python3, -c, "import sys, time; x = bytearray(700_000_000); time.sleep(4); open(sys.argv[1], 'w').write('done')", "{made}/a.txt"]
+    run: [python3, -c, "import sys, time; x = bytearray(700_000_000); time.sleep(10); open(sys.argv[1], 'w').write('done')", "{made}/a.txt"]
     outputs: {made: files}
 """
 

@@ -19,7 +19,7 @@ SlurmctldHost={host}(127.0.0.1)
 SlurmctldPort={controller_port}
 SlurmdPort={node_port}
 AuthType=auth/munge
-AuthInfo=socket={folder}/munge.socket,cred_expire=5
+AuthInfo=socket={folder}/munge.socket,cred_expire=20
 CredType=cred/munge
 SlurmUser=root
 SlurmdUser=root
@@ -193,9 +193,17 @@ class Slurm:
         return ended.stdout
 
     def queue(self):
-        """State by "JOB_INDEX" of what has not ended."""
-        lines = self.ask("squeue", "--noheader", "--array", "--format=%F_%K %T").splitlines()
-        return dict(line.split() for line in lines if line.strip())
+        """State by "JOB_INDEX" of what has not ended. A controller too busy to answer is asked again."""
+        for _ in range(20):
+            try:
+                asked = subprocess.run(["squeue", "--noheader", "--array", "--format=%F_%K %T"], env=self.environment, text=True,
+                                       capture_output=True, timeout=30)
+                if asked.returncode == 0:
+                    return dict(line.split() for line in asked.stdout.splitlines() if line.strip())
+            except subprocess.TimeoutExpired:
+                pass
+            time.sleep(0.5)
+        raise TimeoutError("squeue does not answer")
 
     @staticmethod
     def wait(condition, seconds, what):

@@ -1,4 +1,5 @@
 """test_python.py FRESCO: what the package promises."""
+import os
 import pathlib
 import signal
 import subprocess
@@ -106,7 +107,8 @@ class Runs(unittest.TestCase):
         np.testing.assert_array_equal(table["b"], ["x", "y"])
 
     def test_an_interrupted_run_leaves_nothing_behind_and_resumes(self):
-        pipeline = {"vars": {"seconds": 6000.25}, "stages": {**SLOW, "scan": STAGES["scan"]}}
+        seconds = 10_000_000 + os.getpid()  # No other process sleeps so long.
+        pipeline = {"vars": {"seconds": seconds}, "stages": {**SLOW, "scan": STAGES["scan"]}}
 
         def interrupt(progress):
             if progress.ended == 1 and "slow" in progress.running:
@@ -114,7 +116,7 @@ class Runs(unittest.TestCase):
 
         with self.assertRaises(KeyboardInterrupt):
             fresco.run(pipeline, out="interrupted", store="store", on_progress=interrupt)
-        self.assertNotIn("6000.25", subprocess.run(["ps", "ax", "-o", "args"], capture_output=True, text=True, check=True).stdout)
+        self.assertNotIn(str(seconds), subprocess.run(["ps", "ax", "-o", "args"], capture_output=True, text=True, check=True).stdout)
         left = fresco.open_results("interrupted")
         self.assertEqual((left.data["exit_code"], left.data["outcome"]), (75, "interrupted"))
         result = fresco.run(pipeline, {"seconds": 0}, out="interrupted", store="store")

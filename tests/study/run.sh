@@ -19,7 +19,7 @@ python3 -c 'import json; print(json.dumps([{"view": f"seq-01_frame-{i:06d}", "le
                                            for i in range(6)]))' >"$work/hints.json"
 run() { "$fresco" run "$work/study.yaml" --store "$work/store" --out "$work/out" "$@"; }
 run >/dev/null
-timeout 240 node "$source/participate.mjs" "$chromium" "$work/out/study.html" "$work/out/study.key.json" "$work/results"
+timeout 600 node "$source/participate.mjs" "$chromium" "$work/out/study.html" "$work/out/study.key.json" "$work/results"
 ls "$work/results"
 for code in one two three; do
     cmp "$work/results/$code.text" "$work"/results/study-*-$code.json || fail "the saved file of $code is not the text shown"

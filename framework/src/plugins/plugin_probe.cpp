@@ -214,7 +214,8 @@ std::vector<Probe> probe_plugins(const std::vector<std::filesystem::path>& libra
         }
         std::vector<pollfd> descriptors;
         for (const auto& entry : running)
-            descriptors.push_back({entry.child.channel.get(), POLLIN, 0});
+            for (const FileDescriptor* from : {&entry.child.channel, &entry.child.output})
+                descriptors.push_back({from->get(), POLLIN, 0});
         poll(descriptors.data(), descriptors.size(), 20);
         for (auto& entry : running)
         {

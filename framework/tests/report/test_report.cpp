@@ -214,7 +214,7 @@ TEST_CASE("metrics of a stage are drawn over its progress, through an interrupti
     place.write_stages(R"(
   slow: {type: test.slow, steps: 60, step_ms: 20}
 )");
-    const auto running = place.start({"run", "room.yaml", "--json-log"});
+    const auto running = place.start({"run", "room.yaml", "--json-log", "--set", "slow.step_ms=500"});
     Workplace::wait_until([&] { return running->says("\"progress\""); });
     running->signal(SIGTERM);
     CHECK(running->wait().code == 75);
@@ -363,13 +363,13 @@ TEST_CASE("a preview that hangs is ended, and its artifact is named")
     using namespace std::chrono_literals;
     const std::string process = "the process that makes them ";
     CHECK(said_of("exec sleep 100", 300ms) == process + "did not return within 0.3 s");
-    CHECK(said_of("trap '' TERM; echo scan.frames >&3; sleep 100", 300ms) ==
-          process + "did not return within 0.3 s when it showed scan.frames");
+    CHECK(said_of("trap '' TERM; echo scan.frames >&3; sleep 100", 2s) ==
+          process + "did not return within 2.0 s when it showed scan.frames");
     CHECK(said_of("echo scan.frames >&3; kill -SEGV $$", 100s) ==
           process + "ended by Segmentation fault (signal 11) when it showed scan.frames");
     CHECK(said_of("exit 3", 100s) == process + "ended with code 3");
     CHECK(said_of("echo scan.frames >&3; echo first; echo why; exit 1", 100s) == "why");
     // The limit is that of one artifact; and what such a process leaves running is not waited for.
-    CHECK(said_of("for i in 1 2 3 4 5 6 7 8; do echo $i >&3; sleep 0.2; done", 1200ms).empty());
+    CHECK(said_of("for i in 1 2 3 4 5 6 7 8; do echo $i >&3; sleep 0.5; done", 3s).empty());
     CHECK(said_of("sleep 100 & echo done", 100s).empty());
 }

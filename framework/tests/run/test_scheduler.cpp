@@ -7,8 +7,8 @@ namespace
 
 const char* const diamond = R"(
   source: {type: test.source, value: 5, log: log}
-  left:   {type: test.add, input: {left: source}, plus: 1, wait_ms: 300, log: log}
-  right:  {type: test.add, input: {left: source}, plus: 2, wait_ms: 300, log: log}
+  left:   {type: test.add, input: {left: source}, plus: 1, wait_ms: 1000, log: log}
+  right:  {type: test.add, input: {left: source}, plus: 2, wait_ms: 1000, log: log}
   join:   {type: test.add, input: {left: left, right: right}, plus: 3, log: log}
   text:   {type: test.sink, input: join, path: sum.txt, log: log}
   other:  {type: test.sink, input: left, path: deep/left.txt, log: log}
@@ -114,13 +114,14 @@ TEST_CASE("Stages side by side are expected to need no more memory together than
     Workplace place;
     // The cost() of test.source says 30 MB.
     place.write_stages(R"(
-  one: {type: test.source, value: 1, wait_ms: 300}
-  two: {type: test.source, value: 2, wait_ms: 300}
+  one: {type: test.source, value: 1}
+  two: {type: test.source, value: 2}
 )");
-    const auto course = [&](const std::string& memory)
+    const auto course = [&](const std::string& memory, const std::string& wait_ms)
     {
         Words told;
-        const Finished finished = place.make({"--cores", "2", "--json-log", "--memory", memory, "--store", memory});
+        const Finished finished = place.make({"--cores", "2", "--json-log", "--memory", memory, "--store", memory, "--set",
+                                              "one.wait_ms=" + wait_ms, "--set", "two.wait_ms=" + wait_ms});
         for (const auto& event : events(finished.out))
             if (const auto& name = event.at("event").as_string(); name == "begin")
                 told.push_back("begin on " + std::to_string(event.at("threads").as_int()));
@@ -128,9 +129,9 @@ TEST_CASE("Stages side by side are expected to need no more memory together than
                 told.push_back(name);
         return told;
     };
-    CHECK(course("40") == Words{"begin on 2", "end", "begin on 2", "end"});
-    CHECK(course("5") == Words{"begin on 2", "end", "begin on 2", "end"});
-    CHECK(course("100") == Words{"begin on 1", "begin on 1", "end", "end"});
+    CHECK(course("40", "300") == Words{"begin on 2", "end", "begin on 2", "end"});
+    CHECK(course("5", "300") == Words{"begin on 2", "end", "begin on 2", "end"});
+    CHECK(course("100", "2000") == Words{"begin on 1", "begin on 1", "end", "end"});
 }
 
 TEST_CASE("A stage is lent the cores that nobody else can use")
@@ -186,13 +187,10 @@ TEST_CASE("A failing stage stops only what depends on it and is named with place
 TEST_CASE("Interrupted in order, a run goes on from its checkpoint")
 {
     Workplace place;
-    // So slow that it is not done before a busy machine hears of the signals, and quick in the end.
-    const auto write_stages = [&](int step_ms)
-    {
-        place.write_stages("\n  slow: {type: test.slow, steps: 60, log: log, step_ms: " + std::to_string(step_ms) +
-                           "}\n  text: {type: test.sink, input: slow, path: count.txt, log: log}\n");
-    };
-    write_stages(500);
+    place.write_stages(R"(
+  slow: {type: test.slow, steps: 60, step_ms: 1, log: log}
+  text: {type: test.sink, input: slow, path: count.txt, log: log}
+)");
     const auto step = [&]
     {
         const auto plan = fresco::parse_json(place.run({"plan", "room.yaml", "--json"}).out);
@@ -202,7 +200,8 @@ TEST_CASE("Interrupted in order, a run goes on from its checkpoint")
     for (const int number : {SIGINT, SIGTERM, SIGHUP})
     {
         const std::size_t before = place.log().size();
-        const auto run = place.start({"run", "room.yaml", "--json-log"});
+        // So slow that it is not done before a busy machine hears of the signal.
+        const auto run = place.start({"run", "room.yaml", "--json-log", "--set", "slow.step_ms=500"});
         Workplace::wait_until([&] { return place.log().size() > before && run->says("\"progress\""); });
         run->signal(number);
         if (number == SIGTERM)  // Sent again it is no demand to hurry.
@@ -217,7 +216,6 @@ TEST_CASE("Interrupted in order, a run goes on from its checkpoint")
     const double seconds = step().at("cost").at("seconds").as_double();
     CHECK(seconds < 6);
     CHECK(step().at("reason").as_string() == "interrupted at " + std::to_string(std::lround(100 * (1 - seconds / 6))) + " %");
-    write_stages(1);
     place.make();
     const auto costs = fresco::parse_json(lines_of(place.read(".fresco/stats.jsonl")).at(0));
     CHECK(costs.at("type").as_string() == "test.slow");
@@ -236,20 +234,20 @@ TEST_CASE("Interrupted in order, a run goes on from its checkpoint")
     CHECK(fs::is_empty(place.file(".fresco/checkpoints")));
 }
 
-TEST_CASE("Copying hundreds of files to --out is interrupted too, and the next run goes on with it")
+TEST_CASE("Copying over a thousand files to --out is interrupted too, and the next run goes on with it")
 {
     Workplace place;
     place.write_stages("\n  source: {type: test.source}\n"
-                       "  text: {type: test.sink, input: source, copies: 400}\n");
+                       "  text: {type: test.sink, input: source, copies: 1500}\n");
     const auto copied = [&] { return std::distance(fs::directory_iterator(place.file("out/copies")), {}); };
     const auto run = place.start({"run", "room.yaml"});
     Workplace::wait_until([&] { return fs::exists(place.file("out/copies/9.txt")); });
     run->signal(SIGINT);
     CHECK(run->wait().code == 75);
-    CHECK(copied() < 400);
+    CHECK(copied() < 1500);
     CHECK(contains(place.read("out/run.json"), "\"outcome\": \"interrupted\""));
     place.make();
-    CHECK(copied() == 400);
+    CHECK(copied() == 1500);
 }
 
 TEST_CASE("A stage that does not listen is ended all the same")
@@ -274,8 +272,13 @@ TEST_CASE("Two runs at once make a result once; the one that waits says which pr
     const auto first = place.start({"run", "room.yaml", "--out", "out1"});
     Workplace::wait_until([&] { return !place.log().empty(); });
     const pid_t maker = first->a_child();
-    const Finished second = place.make({"--out", "out2"});
-    CHECK(contains(second.err,
+    REQUIRE(kill(maker, SIGSTOP) == 0);
+    const auto second = place.start({"run", "room.yaml", "--out", "out2"});
+    Workplace::wait_until([&] { return second->says("waiting for another run"); });
+    REQUIRE(kill(maker, SIGCONT) == 0);
+    const Finished waited = second->wait();
+    CHECK(waited.code == 0);
+    CHECK(contains(waited.err,
                    "slow: waiting for another run that makes the same result: process " + std::to_string(maker) + " on "));
     CHECK(first->wait().code == 0);
     CHECK(place.logged("slow") == 1);

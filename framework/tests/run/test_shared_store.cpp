@@ -31,7 +31,7 @@ TEST_CASE("A checkpoint of another type of processor is not gone on with, and th
     Workplace place;
     place.write("room.yaml", slow);
     {
-        const auto run = place.start({"run", "room.yaml", "--json-log"});
+        const auto run = place.start({"run", "room.yaml", "--json-log", "--set", "slow.step_ms=400"});
         // Then it has a checkpoint.
         Workplace::wait_until([&] { return std::ranges::count(run->out(), '\n') > 4; });
         run->signal(SIGKILL);

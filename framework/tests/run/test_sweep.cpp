@@ -113,7 +113,7 @@ TEST_CASE("combinations begin in their order, as many at once as are asked for")
             alone.push_back(std::string(what) + n + ".000000");
     CHECK(place.log() == alone);
     place.clear_log();
-    place.make({"--cores", "4", "--jobs", "2", "--store", "other"});
+    place.make({"--cores", "4", "--jobs", "2", "--store", "other", "--set", "one.wait_ms=600"});
     const Words log = place.log();
     REQUIRE(log.size() == 8);
     int at_work = 0;
@@ -155,9 +155,10 @@ stages:
 TEST_CASE("an interrupted sweep goes on where it was")
 {
     Workplace place;
-    place.write("room.yaml", matrix("[5, 6, 7]", "  slow: {type: test.slow, steps: \"${n}\", step_ms: 60, log: log}\n"
+    place.write("room.yaml", matrix("[5, 6, 7]", "  slow: {type: test.slow, steps: \"${n}\", step_ms: 1, log: log}\n"
                                                  "  text: {type: test.sink, input: slow, path: n.txt}\n"));
-    const auto run = place.start({"run", "room.yaml", "--json-log"});
+    // So slow that it is not done before a busy machine hears of the signal.
+    const auto run = place.start({"run", "room.yaml", "--json-log", "--set", "slow.step_ms=500"});
     Workplace::wait_until(
         [&]
         {

@@ -269,7 +269,7 @@ TEST_CASE("a program that hears no signal is ended with all it started, wherever
                            "while :; do sleep 0.1; done\n");
     place.write("room.yaml", command("run: [sh, deaf.sh, " + place.file("pid").string() +
                                      ", first, \"{o}\"], files: [deaf.sh], outputs: {o: table}"));
-    CHECK(place.run({"run", "room.yaml", "--isolate", "made", "--isolate-time", "0.5s"}).code == 1);
+    CHECK(place.run({"run", "room.yaml", "--isolate", "made", "--isolate-time", "3s"}).code == 1);
     CHECK(has_ended(place.read("pid")));
 }
 

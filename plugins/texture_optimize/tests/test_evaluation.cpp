@@ -536,7 +536,9 @@ TEST_CASE("prefetched items come in order and no more than asked ahead")
         Prefetch<std::unique_ptr<int>> loader(3, 40, 1 + threads, threads,
                                               [&](std::size_t i, std::size_t thread)
                                               {
-                                                  ++made;
+                                                  // The first ones wait until every thread is at work, however late it begins.
+                                                  for (++made; made < static_cast<int>(threads);)
+                                                      std::this_thread::yield();
                                                   for (auto known = most.load(); known < thread;)
                                                       most.compare_exchange_weak(known, thread);
                                                   // The first of three takes longest.

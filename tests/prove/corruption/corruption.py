@@ -49,7 +49,7 @@ class Site:
         place.write("folder/b", "2")
         self.kept = [(self.work / ".fresco", place.root / "kept/store"), (place.root / "cache", place.root / "kept/cache")]
         time.sleep(2.1)  # Now the stamps are old enough to be relied on.
-        place.write("room.yaml", PIPELINE.replace("STEP", "700"))
+        place.write("room.yaml", PIPELINE.replace("STEP", "3000"))
         first = place.run("--no-report", "--until", "text")
         if first.code != 0:
             sys.exit(f"the first run ended with {first}")

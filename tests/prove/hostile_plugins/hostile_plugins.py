@@ -134,8 +134,8 @@ def run_way(place, name):
 
 
 def run_kill_others(place):
-    case = Case(place, "kill_others", step=200)
-    ended = case.run("--set", "how=kill_others", "--cores", "2")
+    case = Case(place, "kill_others")
+    ended = case.run("--set", "how=kill_others", "--set", "good.step_ms=5000", "--cores", "2")
     case.expect(ended.code == 1, f"ended with {ended}")
     case.expect("killed from outside" in ended.stages["good"]["error"], f"the error of good: {ended.stages['good']['error']}")
     case.expect(ended.stages["last"]["state"] == "ran", "the others did not go on")
@@ -207,7 +207,11 @@ def main():
         cases += [pool.submit(run_kill_others, place), pool.submit(run_spoil_by_thread, place),
                   pool.submit(run_print_much, place, 1024 if given.long else 64)]
         problems = [problem for case in cases for problem in case.result()]
-        if left := left_processes(place):
+        for _ in range(100):  # One that was killed may take a moment to end.
+            if not (left := left_processes(place)):
+                break
+            time.sleep(0.1)
+        else:
             problems.append(f"processes are left: {left}")
             for process in left:
                 os.kill(int(process), 9)

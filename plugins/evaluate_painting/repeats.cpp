@@ -97,7 +97,7 @@ struct CellPoints
     std::span<const CopiedPoint> points;
     Vec2f middle;  ///< Of the cell, in the picture.
 
-    /// How far a place is from the cell, 0 inside, in square.
+    /// Squared distance of a place from the cell; 0 inside.
     float distance_squared(Vec2f place) const
     {
         const auto outside = [](float away) { return std::max(std::abs(away) - same_place / 2, 0.0F); };
@@ -105,8 +105,8 @@ struct CellPoints
         return dot(away, away);
     }
 };
-/// Cells around one place in the picture.
-using Around = std::vector<CellPoints>;
+
+using NearbyCells = std::vector<CellPoints>;
 
 /// Points by their place in the picture, and those of one cell by their x on the surface.
 class PointsByPlace
@@ -114,42 +114,44 @@ class PointsByPlace
   public:
     explicit PointsByPlace(std::span<const CopiedPoint> points)
     {
-        std::vector<std::pair<PlaceCell, CopiedPoint>> sorted;
+        std::vector<std::pair<PlaceCell, std::uint32_t>> sorted;
         sorted.reserve(points.size());
-        for (const CopiedPoint& point : points)
-            sorted.emplace_back(place_cell(point), point);
-        std::ranges::sort(sorted, {}, [](const auto& each) { return std::pair(each.first, each.second.at.x); });
+        for (std::uint32_t i = 0; i < points.size(); ++i)
+            sorted.emplace_back(place_cell(points[i]), i);
+        std::ranges::sort(sorted, [&](const auto& a, const auto& b)
+                          { return a.first != b.first ? a.first < b.first : points[a.second].at.x < points[b.second].at.x; });
         points_.reserve(points.size());
-        for (const auto& [cell, point] : sorted)
+        for (const auto& [cell, index] : sorted)
         {
             if (cells_.empty() || cells_.back() != cell)
             {
                 cells_.push_back(cell);
                 first_.push_back(points_.size());
             }
-            points_.push_back(point);
+            points_.push_back(points[index]);
         }
         first_.push_back(points_.size());
     }
 
-    /// Calls visit(point, those from around its place in the picture) for points `begin` to `end`.
+    /// Calls visit(point, the cells around its place in the picture) for points from `begin` to before `end`, in their order
+    /// here.
     template <class Visit>
-    void visit(std::size_t begin, std::size_t end, const Visit& visit) const
+    void for_each(std::size_t begin, std::size_t end, const Visit& visit) const
     {
         auto cell = static_cast<std::size_t>(std::ranges::upper_bound(first_, begin) - first_.begin()) - 1;
         for (; begin < end; ++cell)
         {
-            const Around around = near(cells_[cell]);
+            const NearbyCells nearby = near(cells_[cell]);
             for (const std::size_t last = std::min(end, first_[cell + 1]); begin < last; ++begin)
-                visit(points_[begin], around);
+                visit(points_[begin], nearby);
         }
     }
 
   private:
-    /// The points of the cell and of the eight around it.
-    Around near(const PlaceCell& middle) const
+    /// The cell and the eight around it, where there are points from them.
+    NearbyCells near(const PlaceCell& middle) const
     {
-        Around around;
+        NearbyCells nearby;
         for (int y = -1; y <= 1; ++y)
             for (int x = -1; x <= 1; ++x)
             {
@@ -159,27 +161,28 @@ class PointsByPlace
                     continue;
                 const auto cell = static_cast<std::size_t>(found - cells_.begin());
                 const auto center = [](int number) { return (static_cast<float>(number) + 0.5F) * same_place; };
-                around.push_back({std::span(points_).subspan(first_[cell], first_[cell + 1] - first_[cell]),
+                nearby.push_back({std::span(points_).subspan(first_[cell], first_[cell + 1] - first_[cell]),
                                   {center(wanted[2]), center(wanted[1])}});
             }
-        return around;
+        return nearby;
     }
 
     std::vector<CopiedPoint> points_;
     std::vector<PlaceCell> cells_;
-    std::vector<std::size_t> first_;  ///< Point of each cell; last their number.
+    std::vector<std::size_t> first_;  ///< Index of each cell's first point, then the number of points.
 };
 
-/// Calls visit(step to it, its distance on the surface, its distance in the picture) for points of `around` until it returns
-/// true; passes over those that are farther away than `reach` on the surface or `apart` in the picture. Distances are in strokes
-/// of the point's scale.
+/// Calls visit(step to it, its distance on the surface, its distance in the picture) for at least the points within `reach` on
+/// the surface, in strokes of the point's scale, and `most_apart` in the picture, and for some beyond. Returns true once `visit`
+/// does.
 template <class Visit>
-bool any_near(const CopiedPoint& point, const Around& around, float reach, float apart, const Visit& visit)
+bool any_near(const CopiedPoint& point, const NearbyCells& nearby, float reach, float most_apart, const Visit& visit)
 {
-    const float margin = reach / point.scale;
-    for (const CellPoints& cell : around)
+    constexpr float slack = 1.0001F;  // Distances are rounded; `visit` compares them itself.
+    const float margin = slack * reach / point.scale;
+    for (const CellPoints& cell : nearby)
     {
-        if (cell.distance_squared(point.place) > apart * apart)
+        if (cell.distance_squared(point.place) > slack * most_apart * most_apart)
             continue;
         auto other = std::ranges::lower_bound(cell.points, point.at.x - margin, {}, [](const CopiedPoint& p) { return p.at.x; });
         for (; other != cell.points.end() && other->at.x <= point.at.x + margin; ++other)
@@ -193,18 +196,18 @@ bool any_near(const CopiedPoint& point, const Around& around, float reach, float
     return false;
 }
 
-bool is_repeated(const CopiedPoint& point, const Around& around)
+bool is_repeated(const CopiedPoint& point, const NearbyCells& nearby)
 {
-    return point.is_motif && any_near(point, around, farthest, same_place,
+    return point.is_motif && any_near(point, nearby, farthest, same_place,
                                       [](Vec3f, float on_surface, float in_picture)
                                       { return on_surface > nearest && on_surface < farthest && in_picture < same_place; });
 }
 
-bool is_woven(const CopiedPoint& point, const Around& around)
+bool is_woven(const CopiedPoint& point, const NearbyCells& nearby)
 {
     std::vector<Vec3f> steps;
     return any_near(
-        point, around, farthest_woven, same_woven,
+        point, nearby, farthest_woven, same_woven,
         [&](Vec3f step, float on_surface, float in_picture)
         {
             if (on_surface < nearest_woven || on_surface > farthest_woven || in_picture > std::min(same_woven, on_surface / 4))
@@ -225,12 +228,12 @@ Repeats repeats(std::span<const CopiedPoint> points, const Progress& progress)
                  [&](std::size_t begin, std::size_t end)
                  {
                      progress.check_canceled();
-                     by_place.visit(begin, end,
-                                    [&](const CopiedPoint& point, const Around& around)
-                                    {
-                                        repeated += is_repeated(point, around) ? 1 : 0;
-                                        woven += is_woven(point, around) ? 1 : 0;
-                                    });
+                     by_place.for_each(begin, end,
+                                       [&](const CopiedPoint& point, const NearbyCells& nearby)
+                                       {
+                                           repeated += is_repeated(point, nearby) ? 1 : 0;
+                                           woven += is_woven(point, nearby) ? 1 : 0;
+                                       });
                  });
     const auto share = [&](std::size_t count)
     { return static_cast<double>(count) / static_cast<double>(std::max<std::size_t>(1, points.size())); };

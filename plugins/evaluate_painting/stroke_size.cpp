@@ -500,19 +500,19 @@ std::array<Line, swatch_side> tapered(const RasterF& light)
     return result;
 }
 
-/// One frequency of a transformed swatch.
-struct Frequency
+/// What becomes of one frequency of a transformed swatch.
+struct SpectrumTerm
 {
     std::size_t bin = 0;  ///< Of the spectrum.
     double kept = 0;      ///< Share of its amplitude between `finest_sigma` and `broadest_sigma`.
 };
 
-/// Row by row.
-const std::vector<Frequency>& frequencies()
+/// For each frequency of a transformed swatch, row by row.
+const std::vector<SpectrumTerm>& spectrum_terms()
 {
-    static const std::vector<Frequency> values = []
+    static const std::vector<SpectrumTerm> values = []
     {
-        std::vector<Frequency> table;
+        std::vector<SpectrumTerm> table;
         const auto cycles = [](int i) { return i <= swatch_side / 2 ? i : i - swatch_side; };
         for (int y = 0; y < swatch_side; ++y)
             for (int x = 0; x < swatch_side; ++x)
@@ -529,7 +529,7 @@ const std::vector<Frequency>& frequencies()
     return values;
 }
 
-/// Of the detail that is kept, from all directions.
+/// Energy of the detail that `spectrum_terms` keeps, from all directions.
 Spectrum spectrum_of(const RasterF& light)
 {
     std::array<Line, swatch_side> rows = tapered(light);
@@ -544,8 +544,8 @@ Spectrum spectrum_of(const RasterF& light)
         transform(column);
         for (std::size_t y = 0; y < swatch_side; ++y)
         {
-            const Frequency& frequency = frequencies()[y * swatch_side + x];
-            result[frequency.bin] += std::norm(column[y]) * frequency.kept * frequency.kept;
+            const SpectrumTerm& term = spectrum_terms()[y * swatch_side + x];
+            result[term.bin] += std::norm(column[y]) * term.kept * term.kept;
         }
     }
     return result;

@@ -60,7 +60,7 @@ struct StrokeSize
 /// Compares a painting with its picture in squares five strokes wide; `stroke_cm` is the requested width. The spectrum of L*
 /// between a tenth of a stroke and a stroke (Gaussian sigmas), averaged over squares and directions, gives an autocorrelation.
 /// The result is stroke_cm times the half width of the painting's autocorrelation over that of the picture's, both in strokes.
-/// Broad or fine structure that is not in the picture changes it, too. `uvmaps` may be null. Throws Error for a picture that is
-/// smaller than five of its strokes or has no contrast; Canceled.
+/// Broad or fine structure that is not in the picture changes it, too. `uvmaps` may be null. The same for any number of threads.
+/// Throws Error for a picture that is smaller than five of its strokes or has no contrast; Canceled.
 StrokeSize stroke_size(const fresco::TexturedMesh& painting, const fresco::Raster8& style, double stroke_cm,
                        const fresco::UvMaps* uvmaps, const fresco::Progress& progress);

@@ -537,7 +537,9 @@ TEST_CASE("prefetched items come in order and no more than asked ahead")
                                               [&](std::size_t i, std::size_t thread)
                                               {
                                                   // The first ones wait until every thread is at work, however late it begins.
-                                                  for (++made; made < static_cast<int>(threads);)
+                                                  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+                                                  for (++made; made < static_cast<int>(threads) &&
+                                                               std::chrono::steady_clock::now() < end;)
                                                       std::this_thread::yield();
                                                   for (auto known = most.load(); known < thread;)
                                                       most.compare_exchange_weak(known, thread);

@@ -114,6 +114,42 @@ bool names_unknown_command(const CLI::App& app, int argc, char** argv)
     return true;
 }
 
+/// Prints what CLI11 refuses, with the nearest word for one that it does not know; or the help, where it was asked for or a
+/// command was left out. The exit code.
+int end_parsing(const CLI::App& app, const CLI::ParseError& error)
+{
+    if (error.get_exit_code() == 0)
+        return app.exit(error);
+    const CLI::App* command = &app;
+    std::string name = app.get_name();
+    for (; !command->get_subcommands().empty(); name += " " + command->get_name())
+        command = command->get_subcommands().front();
+    const std::vector<std::string> unknown = command->remaining();
+    const bool wants_command = command->get_require_subcommand_min() > 0;
+    if (wants_command && unknown.empty())
+    {
+        std::cout << app.help();
+        return exit_usage;
+    }
+    std::vector<std::string> options, commands;
+    for (const CLI::Option* option : command->get_options())
+        for (const std::string& known : option->get_lnames())
+            options.push_back("--" + known);
+    for (const CLI::App* each : command->get_subcommands([](const CLI::App* known) { return !known->get_group().empty(); }))
+        commands.push_back(each->get_name());
+    std::string text = error.what();
+    if (const auto option = std::ranges::find_if(unknown, [](const auto& word) { return word.starts_with('-'); });
+        option != unknown.end())
+    {
+        const std::string meant = fresco::nearest(option->substr(0, option->find('=')), options);
+        text = "unknown option '" + *option + "'" + (meant.empty() ? "" : " (did you mean '" + meant + "'?)");
+    }
+    else if (wants_command)
+        text = "unknown command '" + unknown.front() + "'" + fresco::suggestion(unknown.front(), commands);
+    print_message("error: " + text + "\n    " + name + " --help lists what it accepts");
+    return exit_usage;
+}
+
 /// A file that the program opens must not become standard input, output or error of somebody who closed his.
 void open_closed_streams()
 {
@@ -179,11 +215,7 @@ int run_command_line(int argc, char** argv)
     }
     catch (const CLI::ParseError& error)
     {
-        std::ostringstream said;
-        const int code = app.exit(error, std::cout, said);
-        if (code != 0)
-            print_message(said.str().substr(0, said.str().find_last_not_of('\n') + 1));
-        return code == 0 ? 0 : exit_usage;
+        return end_parsing(app, error);
     }
     return exit_code;
 }

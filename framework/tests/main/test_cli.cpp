@@ -361,3 +361,15 @@ TEST_CASE("A program fresco-NAME is the command NAME, beside fresco and in PATH"
     CHECK(place.run({"internal-complete", "2", "--", "fresco", "far-off", ""}).out.empty());
     CHECK(contains(place.run({"internal-manual"}).out, "\\-\\-help\\-all"));
 }
+
+TEST_CASE("A command line that is refused gets lines, the nearest word, and where help is; without a command it is the help")
+{
+    Simple place;
+    CHECK(place.run({}, 2).out.starts_with("fresco paints"));
+    CHECK(contains(place.run({"store"}, 2).out, "Usage: fresco store"));
+    CHECK(place.run({"run"}, 2).err == "error: pipeline is required\n    fresco run --help lists what it accepts\n");
+    CHECK(place.run({"run", "--prevew=1", "room.yaml"}, 2)
+              .err.starts_with("error: unknown option '--prevew=1' (did you mean '--preview'?)\n"));
+    CHECK(contains(place.run({"store", "verfy"}, 2).err, "unknown command 'verfy' (did you mean 'verify'?)\n"));
+    CHECK(contains(place.run({"plan", "room.yaml", "more"}, 2).err, "more\n    fresco plan --help"));
+}

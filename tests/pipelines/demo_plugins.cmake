@@ -1,5 +1,6 @@
-# cmake -DPLUGINS=NAME;… -DPIPELINES=FILE;… -P demo_plugins.cmake: pipelines that do not optimize, and so need no libtorch, use only
-# stages and components that `./bootstrap demo` builds.
+# cmake -DPLUGINS=NAME;… -DPIPELINES=FILE;… -DSOURCE=FOLDER -P demo_plugins.cmake: pipelines that do not optimize, and so need no libtorch,
+# use only stages and components that `./bootstrap demo` builds; so do README's features. What `./bootstrap build` installs later changes
+# no plugin of the demo: it would run again.
 cmake_minimum_required(VERSION 3.22)
 set(read_count 0)
 foreach(pipeline IN LISTS PIPELINES)
@@ -19,4 +20,24 @@ foreach(pipeline IN LISTS PIPELINES)
 endforeach()
 if(read_count LESS 3)
     message(FATAL_ERROR "Only ${read_count} pipelines were read")
+endif()
+
+file(READ ${SOURCE}/README.md readme)
+string(REGEX REPLACE "\n## License.*" "" readme "${readme}")
+string(REGEX MATCHALL "`[a-z]+\\.[a-z0-9_]+`" names "${readme}")
+list(REMOVE_ITEM names "`texture.optimize`")
+foreach(name IN LISTS names)
+    string(REGEX REPLACE "`(.*)\\.(.*)`" "\\1_\\2" plugin ${name})
+    if(EXISTS ${SOURCE}/plugins/${plugin} AND NOT plugin IN_LIST PLUGINS)
+        message(SEND_ERROR "README.md names ${name}, which the target demo does not build")
+    endif()
+endforeach()
+
+file(READ ${SOURCE}/bootstrap bootstrap)
+string(REGEX MATCH "\npackages=\\(([^)]*)\\)" packages "${bootstrap}")
+string(REGEX MATCHALL "[a-z0-9.+-]+" packages "${CMAKE_MATCH_1}")
+set(expected demo packages libtorch-dev libopenmesh-dev catch2 python3-numpy python3-zstandard curl)
+if(NOT packages STREQUAL expected)
+    message(SEND_ERROR "bootstrap: 'packages' has ${packages}, not ${expected}: what a plugin of the demo links or includes belongs to "
+                       "'demo_packages'; anything else is added to this test")
 endif()

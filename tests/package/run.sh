@@ -3,7 +3,7 @@
 source "$(dirname "$0")/../program_test.sh"
 cmake=$1 build=$2
 
-# One that lies elsewhere than the system's is found only by its path.
+# The linker finds a library outside the system's folders only by its path.
 bare=$(grep -ohE ' -l[A-Za-z0-9_+]+' "$build/build.ninja" | grep -vx ' -ldl' | sort -u) || true
 [ -z "$bare" ] || fail "linked by their bare names instead of find_library:$bare"
 

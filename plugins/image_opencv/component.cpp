@@ -35,7 +35,7 @@ class OpenCvImages final : public fresco::ImageIo
     fresco::ImageHeader check(const std::filesystem::path& file) const override
     {
         const PictureInfo info = check_picture(fresco::read_file(file), file.string(), Walk::whole);
-        return {info.width, info.height, info.bits, info.is_gray, info.orientation};
+        return {info.width, info.height, info.bits, info.is_gray, info.orientation, info.has_alpha};
     }
 
     fresco::Raster8 read_rgb(const std::filesystem::path& file) const override
@@ -49,7 +49,7 @@ class OpenCvImages final : public fresco::ImageIo
     {
         const auto [info, picture] = read_srgb(file);
         const auto convert = [key = decoded_key(info)](const auto& raster)
-        { return raster.channels == 4 ? to_rgba(raster) : to_rgb(raster, key); };
+        { return raster.channels == 4 || key ? to_rgba(raster, key) : to_rgb(raster); };
         return oriented(std::visit(convert, picture), info.orientation);
     }
 

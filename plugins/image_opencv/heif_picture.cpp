@@ -151,6 +151,7 @@ PictureInfo check_heif(std::span<const std::byte> bytes, std::string_view source
     PictureInfo info;
     info.is_heif = true;
     file.take_size(info, 0, heif_image_handle_get_width(picture.get()), heif_image_handle_get_height(picture.get()));
+    info.has_alpha = heif_image_handle_has_alpha_channel(picture.get()) != 0;
     info.bits = heif_image_handle_get_luma_bits_per_pixel(picture.get());
     if (walk == Walk::whole)
         info.profile = profile_of(picture.get(), source);

@@ -51,17 +51,25 @@ template fresco::Raster8 to_rgb(const fresco::Raster8&, std::optional<std::uint1
 template fresco::Raster8 to_rgb(const fresco::Raster16&, std::optional<std::uint16_t>);
 
 template <class T>
-fresco::Raster8 to_rgba(const fresco::Raster<T>& picture)
+fresco::Raster8 to_rgba(const fresco::Raster<T>& picture, std::optional<std::uint16_t> transparent_gray)
 {
     constexpr unsigned step = std::numeric_limits<T>::max() / 255U;
-    fresco::Raster8 result(picture.width, picture.height, picture.channels);
-    std::ranges::transform(picture.values, result.values.begin(),
-                           [](T v) { return static_cast<std::uint8_t>((v + step / 2) / step); });
+    const auto in_8_bits = [](T v) { return static_cast<std::uint8_t>((v + step / 2) / step); };
+    fresco::Raster8 result(picture.width, picture.height, 4);
+    if (picture.channels == 4)
+        std::ranges::transform(picture.values, result.values.begin(), in_8_bits);
+    else
+        for (std::size_t i = 0; i < result.values.size(); ++i)
+        {
+            const T gray = picture.values[i / 4];
+            constexpr std::uint8_t clear = 0, opaque = 255;
+            result.values[i] = i % 4 < 3 ? in_8_bits(gray) : gray == transparent_gray ? clear : opaque;
+        }
     return result;
 }
 
-template fresco::Raster8 to_rgba(const fresco::Raster8&);
-template fresco::Raster8 to_rgba(const fresco::Raster16&);
+template fresco::Raster8 to_rgba(const fresco::Raster8&, std::optional<std::uint16_t>);
+template fresco::Raster8 to_rgba(const fresco::Raster16&, std::optional<std::uint16_t>);
 
 fresco::Raster8 oriented(fresco::Raster8 picture, int orientation)
 {

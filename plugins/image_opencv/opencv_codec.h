@@ -22,9 +22,10 @@ namespace image_opencv
 template <class T>
 fresco::Raster8 to_rgb(const fresco::Raster<T>& picture, std::optional<std::uint16_t> transparent_gray = std::nullopt);
 
-/// 8-bit RGBA of a picture of 4 channels, straight alpha. 16 bits: 65535 becomes 255, rounded.
+/// 8-bit RGBA, straight alpha, of a picture of 4 channels, or of gray with transparent pixels of exactly `transparent_gray`. 16
+/// bits: 65535 becomes 255, rounded.
 template <class T>
-fresco::Raster8 to_rgba(const fresco::Raster<T>& picture);
+fresco::Raster8 to_rgba(const fresco::Raster<T>& picture, std::optional<std::uint16_t> transparent_gray = std::nullopt);
 
 /// The picture as displayed, for an EXIF orientation of 1..8 (EXIF 2.32, section 4.6.4): 5 to 8 swap width and height.
 fresco::Raster8 oriented(fresco::Raster8 picture, int orientation);

@@ -80,7 +80,8 @@ constexpr std::uint32_t name(const char (&text)[5])
 enum ColorType : unsigned
 {
     gray = 0,
-    palette = 3
+    palette = 3,
+    with_alpha = 4  ///< Added to the others.
 };
 
 bool depth_allowed(unsigned color_type, unsigned bits)
@@ -165,6 +166,7 @@ class PngWalk
         info_.bits = static_cast<int>(bytes_.u8(at + 8));
         color_type_ = bytes_.u8(at + 9);
         info_.is_gray = color_type_ == gray;
+        info_.has_alpha = (color_type_ & with_alpha) != 0;
         if (!depth_allowed(color_type_, bytes_.u8(at + 8)))
             bytes_.fail(at + 8, fmt::format("color type {} with {} bits is not defined by PNG", color_type_, info_.bits));
         if (bytes_.u8(at + 10) != 0 || bytes_.u8(at + 11) != 0 || bytes_.u8(at + 12) > 1)
@@ -189,8 +191,12 @@ class PngWalk
         data_ended_ = has_data_;
         if (type == name("PLTE"))
             has_palette_ = true;
-        else if (type == name("tRNS") && color_type_ == gray && data.size() == 2)
-            info_.transparent_gray = static_cast<std::uint16_t>(bytes_.u16(begin_ + 8));
+        else if (type == name("tRNS"))
+        {
+            info_.has_alpha = true;
+            if (color_type_ == gray && data.size() == 2)
+                info_.transparent_gray = static_cast<std::uint16_t>(bytes_.u16(begin_ + 8));
+        }
         else if (type == name("eXIf"))
             info_.orientation = exif_orientation(data);
         else if (type == name("iCCP"))
@@ -250,6 +256,7 @@ bool is_frame(unsigned marker)
     return marker >= sof_baseline && marker <= sof_last && marker != dht && marker != jpg && marker != dac;
 }
 
+constexpr int most_scans = 100;
 constexpr std::string_view icc_mark("ICC_PROFILE\0", 12);
 
 bool begins_with(std::span<const std::byte> bytes, std::string_view text)
@@ -293,7 +300,7 @@ class JpegWalk
         const unsigned code = marker();
         if (code == eoi)
         {
-            if (!has_scan_)
+            if (scans_ == 0)
                 bytes_.fail(begin, "the picture has no data: the file is damaged");
             ended_ = true;
             return;
@@ -370,7 +377,11 @@ class JpegWalk
     {
         if (!has_frame_)
             bytes_.fail(begin, "picture data before the frame header");
-        has_scan_ = true;
+        // Each scan passes over the whole picture, so that a small file with many of them keeps the decoder busy for minutes.
+        if (++scans_ > most_scans)
+            bytes_.fail(begin, fmt::format("the picture is stored in more than {} scans, where progressive JPEGs have about ten; "
+                                           "save it again with another program",
+                                           most_scans));
         for (;;)
         {
             const auto rest = bytes_.part(next_, bytes_.size() - next_);
@@ -395,7 +406,7 @@ class JpegWalk
     unsigned components_ = 0;
     bool has_adobe_ = false;
     bool has_frame_ = false;
-    bool has_scan_ = false;
+    int scans_ = 0;
     bool ended_ = false;
 };
 

@@ -32,6 +32,7 @@ struct PictureInfo
     int height = 0;        ///< width * height <= max_pixels.
     int bits = 8;          ///< Per sample as stored: 1, 2, 4, 8, 10, 12 or 16.
     bool is_gray = false;
+    bool has_alpha = false;                         ///< Pixels may be transparent; known after Walk::whole.
     int orientation = 1;                            ///< EXIF, 1..8; known after Walk::whole.
     std::optional<std::uint16_t> transparent_gray;  ///< PNG color key of a gray picture, as stored.
     std::vector<std::byte> profile;                 ///< ICC, not looked into; empty: none. Known after Walk::whole.

@@ -14,7 +14,8 @@ constexpr std::size_t chunk_header_bytes = 8;
 
 enum ExtendedFlag : unsigned
 {
-    animated = 0x02
+    animated = 0x02,
+    transparent = 0x10
 };
 
 class WebpWalk
@@ -51,6 +52,7 @@ class WebpWalk
         {
             if ((bytes_.u8(at) & animated) != 0)
                 bytes_.fail(at, "a moving WebP picture; save one of its pictures by itself");
+            info_.has_alpha = (bytes_.u8(at) & transparent) != 0;
             bytes_.take_size(info_, at + 4, 1 + (bytes_.u32_little(at + 4) & 0xFFFFFFU), 1 + (bytes_.u32_little(at + 6) >> 8U));
         }
         else if (is_first && is_lossy)
@@ -65,6 +67,7 @@ class WebpWalk
             if (bytes_.u8(at) != 0x2F)
                 bytes_.fail(at, "expected the signature of VP8L: the file is damaged");
             const std::uint32_t sides = bytes_.u32_little(at + 1);
+            info_.has_alpha = (sides >> 28U & 1U) != 0;
             bytes_.take_size(info_, at + 1, 1 + (sides & 0x3FFFU), 1 + (sides >> 14U & 0x3FFFU));
         }
         else if (is_first)

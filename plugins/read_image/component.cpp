@@ -55,7 +55,7 @@ class ReadImage final : public fresco::FileReader
         if (!images.has_value())
             throw fresco::Error(file.string() +
                                 ": no picture codec (option \"images\"); only NPY pictures can be read without one");
-        return std::make_shared<fresco::Image>(images->read_rgb(file));
+        return std::make_shared<fresco::Image>(fresco::read_picture(*images, file));
     }
 };
 

@@ -109,7 +109,14 @@ class RegionsMasks final : public Stage
         {
             const auto faces = faces_in_sight(scene, frames->frames[frame].color, run);
             for (const auto& [region, file] : masks)
-                votes.add(region, images->read_rgb(file), faces);
+            {
+                const Raster8 mask = read_picture(*images, file);
+                if (mask.channels == 4)
+                    throw Error(file.string() +
+                                ": the mask has transparent pixels; save it without transparency, white where the "
+                                "region is and black elsewhere");
+                votes.add(region, mask, faces);
+            }
             run.progress(static_cast<double>(++done), static_cast<double>(by_frame.size()), "frames");
         }
         return votes;

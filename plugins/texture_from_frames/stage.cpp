@@ -5,6 +5,7 @@
 #include <fresco/npy.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
+#include <fresco/texturing/texture_pictures.h>
 #include <fresco/uv_mapping/view_frames.h>
 
 #include <algorithm>
@@ -47,13 +48,14 @@ std::vector<std::filesystem::path> pictures_in(const std::filesystem::path& fold
     return files;
 }
 
-Raster8 read_rgb(const std::filesystem::path& file, const ImageIo* images)
+/// RGB, or RGBA with transparent pixels.
+Raster8 read(const std::filesystem::path& file, const ImageIo* images)
 {
     if (file.extension() != ".npy")
     {
         if (images == nullptr)
             throw Error(file.string() + ": no picture codec (option \"images\"); only NPY can be read without one");
-        return images->read_rgb(file);
+        return read_picture(*images, file);
     }
     const NpyArray array = read_npy(file);
     if (array.type != NpyType::uint8 || array.shape.size() != 3 || array.shape[2] != 3)
@@ -66,7 +68,7 @@ Raster8 read_rgb(const std::filesystem::path& file, const ImageIo* images)
 /// A picture in place of the frame's own, of the camera's aspect ratio to a pixel in width or height.
 Raster8 picture_for(const Frame& frame, const std::filesystem::path& file, const ImageIo* images)
 {
-    Raster8 picture = read_rgb(file, images);
+    Raster8 picture = read(file, images);
     const Intrinsics& camera = frame.color.intrinsics;
     const double aspect = static_cast<double>(camera.width) / camera.height;
     if (std::abs(picture.width - picture.height * aspect) > 1 && std::abs(picture.height - picture.width / aspect) > 1)
@@ -74,6 +76,19 @@ Raster8 picture_for(const Frame& frame, const std::filesystem::path& file, const
             "{}: is {}x{}; the color camera of {} has {}x{}; pictures must show its whole view, at any size of that aspect ratio",
             file.string(), picture.width, picture.height, name_of(frame), camera.width, camera.height));
     return picture;
+}
+
+/// Takes what the picture does not show, its transparent pixels, out of the map.
+void leave_out_transparent(from_frames::View& view, const std::string& source)
+{
+    if (view.picture.channels != 4)
+        return;
+    texturing::OpaquePicture opaque = texturing::opaque_picture(view.picture, source, Progress());
+    const Raster8 shown = mask_at(opaque.opaque, view.map.valid.width, view.map.valid.height);
+    for (std::size_t i = 0; i < shown.values.size(); ++i)
+        if (shown.values[i] == 0)
+            view.map.valid.values[i] = 0;
+    view.picture = std::move(opaque.rgb);
 }
 
 class TextureFromFrames final : public Stage
@@ -87,7 +102,7 @@ class TextureFromFrames final : public Stage
     Option<int> height_px{this, "height_px", 0, range(0, 8192), "Height of the uv maps to use; 0: the largest"};
     Option<InputFolder> pictures{this, "pictures", InputFolder{},
                                  "Folder of pictures in place of the cameras' (<sequence>_<frame>.png, .jpg or .npy), in any "
-                                 "size of the camera's aspect ratio, such as stylized frames"};
+                                 "size of the camera's aspect ratio, such as stylized frames; transparent pixels show nothing"};
     Option<std::string> exposure{
         this, "exposure", "gain", one_of({"gain", "none"}),
         "gain: factors that change slowly over each picture, so that pictures agree; only where the texture gains by them"};
@@ -163,6 +178,8 @@ class TextureFromFrames final : public Stage
                                    own ? load_color(frame, codec) : picture_for(frame, files[wanted[i]], codec),
                                    {},
                                    frame.sequence};
+            if (!own)
+                leave_out_transparent(view, files[wanted[i]].string());
             if (*sensor_tolerance_m > 0 && !frame.depth_picture.empty())
                 view.measured = sensor_depth(view.map, view.camera, frame.depth, load_depth(frame, codec), 0);
             return view;

@@ -1,6 +1,7 @@
 #include "pictures.h"
 
 #include <fresco/error.h>
+#include <fresco/image_io.h>
 #include <fresco/numerics/noise.h>
 #include <fresco/parallel.h>
 
@@ -95,6 +96,9 @@ RasterF opaque_rgb(const Raster8& picture)
     for (int y = 0; y < picture.height; ++y)
         for (int x = 0; x < picture.width; ++x)
         {
+            if (picture.channels == 4 && picture.at(x, y, 3) < least_opaque_alpha)
+                throw Error("the style picture has transparent pixels, whose colors are unknown, and losses compare it as a "
+                            "whole: cut out an opaque part, or paint with texture.synthesize, which copies opaque parts only");
             const float alpha = picture.channels == 4 ? static_cast<float>(picture.at(x, y, 3)) / 255 : 1.0F;
             for (int c = 0; c < 3; ++c)
                 result.at(x, y, c) =

@@ -67,12 +67,12 @@ struct StyleSizes
     RasterF coarse;
 };
 
-/// Alpha is composited on white and gray spread over three channels. A longer side over 2048 px is first reduced to 2048; `fine`
+/// Gray is spread over three channels. A longer side over 2048 px is first reduced to 2048; `fine`
 /// has a shorter side of exactly 256 px, never enlarged (then `message` says so); `coarse` is four times as large, at most the
 /// picture. Released: where a side is over 2048 px, the shorter becomes 2048, which may enlarge; then `fine` has a shorter side
 /// of 256 px, enlarged too, and `coarse` is the third of these: 256 px, the halvings that are no smaller, ascending (256 px again
-/// where one is), the picture. Both without antialiasing. Throws Error for a side below 64 px or another number of channels than
-/// 1, 3 or 4.
+/// where one is), the picture. Both without antialiasing. Throws Error for a side below 64 px, another number of channels than
+/// 1, 3 or 4, and transparent pixels.
 StyleSizes style_sizes(const Raster8& picture, Protocol protocol, const std::function<void(const std::string&)>& message);
 
 /// S x S x 3 of colored noise: the sum of five octaves with cells of 4 to 64 texels, each interpolated between random corners,

@@ -82,7 +82,7 @@ Level::Level(const Task& task, double spacing_m, double scale, const LevelOption
       share_(under != nullptr ? share_over(unshown, progress) : std::vector<float>()),
       patches_(task.surface, grid_, task.upright, options.side, options.stride, progress, task.lines, share_),
       window_(options.side),
-      picture_(task.picture, scale, options.side, progress, task.lines.empty() ? 0 : options.search.stroke_px),
+      picture_(task.picture, scale, options.side, progress, task.lines.empty() ? 0 : options.search.stroke_px, task.opaque),
       start_(grid_.texels().size()), uses_(patches_, grid_, picture_, options.search.stroke_px, progress),
       crowding_(picture_.key_count(), 1.0F)
 {
@@ -274,7 +274,8 @@ void Level::resume(std::vector<Match> matches, std::vector<float> crowding, cons
     const auto is_match = [&](const Match& match)
     {
         return is_finite({match.at.x, match.at.y, match.distance}) && picture_.inside(match.at) == match.at &&
-               match.distance >= 0 && std::abs(length(match.turn) - 1) < 1e-3F && length(match.shift) < 1.001F * most_shift;
+               picture_.has_patch(match.at) && match.distance >= 0 && std::abs(length(match.turn) - 1) < 1e-3F &&
+               length(match.shift) < 1.001F * most_shift;
     };
     if (!std::all_of(matches.begin(), matches.end(), is_match) ||
         !std::all_of(crowding.begin(), crowding.end(), [](float v) { return std::isfinite(v) && v >= 1; }))

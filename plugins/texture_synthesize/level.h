@@ -106,6 +106,7 @@ struct Task
     /// The start's displayed RGB at a texcoord of a chart, averaged over about `footprint` in texcoords.
     std::function<Vec3f(std::uint32_t chart, Vec2f uv, double footprint)> start;
     std::span<const Vec3f> lines = {};  ///< Per face the direction of strokes, without a sign; empty: as in the picture.
+    Raster8 opaque = {};                ///< Of the style picture: 0 where it is transparent; empty: nowhere.
 };
 
 /// Settings of one level.

@@ -172,7 +172,7 @@ StartPicture::StartPicture(const PaintedSurface& surface, const Texture& texture
     texturing::fill_unseen(surface.mesh, surface.charts, faces_, known, rgb_, progress);
 }
 
-void StartPicture::recolor(const Raster8& picture)
+void StartPicture::recolor(const Raster8& picture, const Raster8& opaque)
 {
     ColorMoments from;
     for (std::size_t texel = 0; texel < faces_.inside.size(); ++texel)
@@ -180,7 +180,8 @@ void StartPicture::recolor(const Raster8& picture)
             from.add({double{rgb_.values[3 * texel]}, double{rgb_.values[3 * texel + 1]}, double{rgb_.values[3 * texel + 2]}});
     ColorMoments to;
     for (std::size_t i = 0; i + 2 < picture.values.size(); i += 3)
-        to.add(Vec3d{double(picture.values[i]), double(picture.values[i + 1]), double(picture.values[i + 2])} * (1.0 / 255));
+        if (opaque.empty() || opaque.values[i / 3] != 0)
+            to.add(Vec3d{double(picture.values[i]), double(picture.values[i + 1]), double(picture.values[i + 2])} * (1.0 / 255));
     const ColorMap map = monge_kantorovich(from, to);
     for (std::size_t i = 0; i + 2 < rgb_.values.size(); i += 3)
     {

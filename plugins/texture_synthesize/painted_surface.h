@@ -64,8 +64,9 @@ class StartPicture
     std::size_t chart_texels() const { return chart_texels_; }
     std::size_t known_texels() const { return known_texels_; }
 
-    /// Maps its colors to a picture's (see fresco/recolor.h), clamped to [0,1].
-    void recolor(const Raster8& picture);
+    /// Maps its colors to a picture's (see fresco/recolor.h), clamped to [0,1]. `opaque`: 0 for pixels that do not count; empty:
+    /// all do.
+    void recolor(const Raster8& picture, const Raster8& opaque = {});
 
     /// RGB in [0,1] at a texcoord of a chart, averaged over about `footprint` in texcoords; without colors of other charts.
     Vec3f at(std::uint32_t chart, Vec2f uv, double footprint) const;

@@ -197,7 +197,7 @@ void update_crowding(const StylePicture& picture, std::span<const Match> matches
     for (int y = 1; y <= height; ++y)
         for (int x = 1; x <= width; ++x)
             sums.at(x, y) += sums.at(x - 1, y) + sums.at(x, y - 1) - sums.at(x - 1, y - 1);
-    const double area = static_cast<double>(width) * height;
+    const double area = picture.opaque_count(0, 0, width, height);
     const int half = std::max(1, static_cast<int>(std::lround(std::sqrt(window_share * area) / 2)));
     for (std::size_t key = 0; key < crowding.size(); ++key)
     {
@@ -207,7 +207,7 @@ void update_crowding(const StylePicture& picture, std::span<const Match> matches
         const int y0 = std::max(0, static_cast<int>(at.y) - half);
         const int y1 = std::min(height, static_cast<int>(at.y) + half);
         const double count = sums.at(x1, y1) + sums.at(x0, y0) - sums.at(x0, y1) - sums.at(x1, y0);
-        const double use = count / static_cast<double>(matches.size()) * area / (static_cast<double>(x1 - x0) * (y1 - y0));
+        const double use = count / static_cast<double>(matches.size()) * area / picture.opaque_count(x0, y0, x1, y1);
         crowding[key] = std::max(1.0F, crowding[key] * static_cast<float>(std::pow(use / fair_use, crowd_step)));
     }
 }
@@ -448,6 +448,8 @@ class Search
             for (int x = -reach; x <= reach; ++x)
             {
                 const Vec2f at = picture_.inside(key + Vec2f{static_cast<float>(x), static_cast<float>(y)});
+                if (!picture_.has_patch(at))
+                    continue;
                 if (const float away = distance(patch, at, turn); away < best.distance)
                     best = {.at = at, .distance = away, .turn = turn};
             }
@@ -501,7 +503,7 @@ class Search
             const Match& source = matches[other];
             const Vec2f beyond = source.place(patches_.offset(other, patches_[patch].center));
             const Vec2f at = picture_.inside(beyond);
-            if (length(at - beyond) >= beyond_border)
+            if (length(at - beyond) >= beyond_border || !picture_.has_patch(at))
                 continue;
             const Vec2f turn = picture_.is_directed() ? turned(axis_in(other, patch), source.turn) : source.turn;
             const float away = distance(wanted, at, turn);

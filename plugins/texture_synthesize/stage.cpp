@@ -7,9 +7,11 @@
 #include <fresco/mesh.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
+#include <fresco/texturing/texture_pictures.h>
 
 #include <fmt/format.h>
 #include <string>
+#include <utility>
 #include <vector>
 
 using namespace fresco;
@@ -88,8 +90,8 @@ class TextureSynthesize final : public Stage
                             : std::string("option \"direction\" is \"drawn\": wire port 'lines' to a texture with lines"));
         if (lines.has_value())
             check_atlas(lines->atlas, *mesh, "the texture on port 'lines'");
-        if (style->pixels.channels != 3)
-            throw Error(fmt::format("the style picture has {} channels; expected RGB", style->pixels.channels));
+        if (style->pixels.channels != 3 && style->pixels.channels != 4)
+            throw Error(fmt::format("the style picture has {} channels; expected RGB or RGBA", style->pixels.channels));
         if (*patch_px % 2 == 0)
             throw Error(fmt::format("option \"patch_px\" is {}; expected an odd number", *patch_px));
         const int texels = painted_size_px(*size_px, mesh->texture_px, "the mesh on port 'mesh'", run);
@@ -119,8 +121,13 @@ class TextureSynthesize final : public Stage
         const Vec3d upward = geometry::shown_up(*up, *mesh, frames, run);
         const synthesize::Upright upright = synthesize::upright(surface, vec_cast<float>(upward));
         synthesize::StartPicture picture(surface, *start, run);
+        // Transparent pixels are not copied.
+        texturing::OpaquePicture opaque;
+        if (style->pixels.channels == 4)
+            opaque = texturing::opaque_picture(style->pixels, "port 'style'", run);
+        const Raster8& copied = opaque.rgb.empty() ? style->pixels : opaque.rgb;
         if (*recolor)
-            picture.recolor(style->pixels);
+            picture.recolor(copied, opaque.opaque);
         run.report("up", Value::List{double{upright.up.x}, double{upright.up.y}, double{upright.up.z}});
         run.report("unseen_share", 1 - static_cast<double>(picture.known_texels()) / static_cast<double>(picture.chart_texels()));
         const synthesize::SynthesisOptions options{.size_px = texels,
@@ -136,8 +143,9 @@ class TextureSynthesize final : public Stage
                                                    .preview_seconds = *preview_seconds};
         const std::vector<Vec3f> directions = stroke_lines(surface, upright, stroke_m, run);
         const synthesize::Task task{
-            surface, upright, style->pixels,
-            [&](std::uint32_t chart, Vec2f uv, double footprint) { return picture.at(chart, uv, footprint); }, directions};
+            surface,    upright,
+            copied,     [&](std::uint32_t chart, Vec2f uv, double footprint) { return picture.at(chart, uv, footprint); },
+            directions, std::move(opaque.opaque)};
         synthesize::Painting painting =
             synthesize::synthesize(task, options, images.has_value() ? images.get().get() : nullptr, run);
         texture = std::move(painting.texture);

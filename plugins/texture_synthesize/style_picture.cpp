@@ -83,7 +83,8 @@ void fade_means(std::vector<float>& patches, std::size_t values_per_patch)
 
 }  // namespace
 
-StylePicture::StylePicture(const Raster8& rgb, double scale, int side, const Progress& progress, double stroke_px)
+StylePicture::StylePicture(const Raster8& rgb, double scale, int side, const Progress& progress, double stroke_px,
+                           const Raster8& opaque)
     : scale_(scale), side_(side), border_(stroke_px > 0 ? static_cast<int>(std::ceil(side / 2 * std::numbers::sqrt2)) : side / 2)
 {
     if (is_of_one_color(rgb))
@@ -108,7 +109,51 @@ StylePicture::StylePicture(const Raster8& rgb, double scale, int side, const Pro
         key_step_ += 0.125;
     columns_ = count_along(width, border_, key_step_);
     rows_ = count_along(height, border_, key_step_);
+    if (!opaque.empty())
+        find_opaque_keys(resized(opaque, width, height));
     make_basis(progress);
+}
+
+void StylePicture::find_opaque_keys(const Raster8& opaque)
+{
+    opaque_sums_ = Raster<std::uint32_t>(opaque.width + 1, opaque.height + 1);
+    for (int y = 1; y <= opaque.height; ++y)
+        for (int x = 1; x <= opaque.width; ++x)
+            opaque_sums_.at(x, y) = (opaque.at(x - 1, y - 1) == 255 ? 1U : 0U) + opaque_sums_.at(x - 1, y) +
+                                    opaque_sums_.at(x, y - 1) - opaque_sums_.at(x - 1, y - 1);
+    for (std::uint32_t place = 0; place < grid_count(); ++place)
+        if (has_patch(grid_place(place)))
+            opaque_keys_.push_back(place);
+    if (opaque_keys_.empty())
+        throw Error(fmt::format("no opaque part of the style picture is as large as one patch of {} pixels, at {}x{} pixels, the "
+                                "scale of the search; use a picture with less transparency, or a larger one",
+                                2 * border_ + 1, opaque.width, opaque.height));
+    nearest_key_.resize(grid_count());
+    for (std::size_t place = 0; place < nearest_key_.size(); ++place)
+    {
+        const auto away = [&](std::uint32_t key) { return length(grid_place(key) - grid_place(place)); };
+        nearest_key_[place] = static_cast<std::uint32_t>(std::ranges::min_element(opaque_keys_, {}, away) - opaque_keys_.begin());
+    }
+}
+
+double StylePicture::opaque_count(int x0, int y0, int x1, int y1) const
+{
+    if (opaque_sums_.empty())
+        return static_cast<double>(x1 - x0) * (y1 - y0);
+    const auto& sums = opaque_sums_;
+    return static_cast<double>(sums.at(x1, y1) + sums.at(x0, y0) - sums.at(x0, y1) - sums.at(x1, y0));
+}
+
+bool StylePicture::has_patch(Vec2f at) const
+{
+    if (opaque_sums_.empty())
+        return true;
+    // A place between pixels looks up the next one, too.
+    const int reach = border_ + 1;
+    const int x = static_cast<int>(std::lround(at.x)), y = static_cast<int>(std::lround(at.y));
+    const int x0 = std::max(0, x - reach), y0 = std::max(0, y - reach);
+    const int x1 = std::min(lab_.width, x + reach + 1), y1 = std::min(lab_.height, y + reach + 1);
+    return opaque_count(x0, y0, x1, y1) == static_cast<double>(x1 - x0) * (y1 - y0);
 }
 
 void StylePicture::find_means(const Progress& progress)
@@ -195,6 +240,11 @@ void StylePicture::make_basis(const Progress& progress)
 
 Vec2f StylePicture::key(std::size_t number) const
 {
+    return grid_place(opaque_keys_.empty() ? number : opaque_keys_[number]);
+}
+
+Vec2f StylePicture::grid_place(std::size_t number) const
+{
     const std::size_t column = number % static_cast<std::size_t>(columns_);
     const std::size_t row = number / static_cast<std::size_t>(columns_);
     return {static_cast<float>(border_ + std::lround(static_cast<double>(column) * key_step_)),
@@ -214,7 +264,8 @@ std::size_t StylePicture::key_near(Vec2f at) const
                 best = other;
         return static_cast<std::size_t>(best);
     };
-    return index(at.y, rows_) * static_cast<std::size_t>(columns_) + index(at.x, columns_);
+    const std::size_t place = index(at.y, rows_) * static_cast<std::size_t>(columns_) + index(at.x, columns_);
+    return nearest_key_.empty() ? place : nearest_key_[place];
 }
 
 int StylePicture::key_reach() const

@@ -5,6 +5,7 @@
 #include <fresco/parallel.h>
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 /// \file The style picture at the size of one level, with the patches (keys) that a search may find in it, their principal
@@ -55,16 +56,18 @@ class StylePicture
 
     /// `scale`: this picture's pixels along a pixel of `rgb`. `side`: of a patch, odd. Keys are patches on a regular grid, every
     /// second pixel or as many as most_keys allows. `stroke_px`: width of strokes in this picture; turns every key so that
-    /// strokes run along its x axis; 0: keys are not turned. Throws Error for a picture smaller than a patch, or without
+    /// strokes run along its x axis; 0: keys are not turned. `opaque`: of the size of `rgb`; pixels of less than 255 are in no
+    /// patch; empty: all are opaque. Throws Error for a picture smaller than a patch, without an opaque one, or without
     /// contrast.
-    StylePicture(const Raster8& rgb, double scale, int side, const Progress& progress, double stroke_px = 0);
+    StylePicture(const Raster8& rgb, double scale, int side, const Progress& progress, double stroke_px = 0,
+                 const Raster8& opaque = {});
 
     double scale() const { return scale_; }
     int side() const { return side_; }
     const RasterF& lab() const { return lab_; }
     std::size_t values_per_patch() const { return 3 * static_cast<std::size_t>(side_) * static_cast<std::size_t>(side_); }
 
-    std::size_t key_count() const { return static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_); }
+    std::size_t key_count() const { return opaque_keys_.empty() ? grid_count() : opaque_keys_.size(); }
     Vec2f key(std::size_t number) const;
     /// The key nearest to a position.
     std::size_t key_near(Vec2f at) const;
@@ -94,6 +97,10 @@ class StylePicture
 
     /// The nearest position at which a whole patch lies in the picture.
     Vec2f inside(Vec2f at) const;
+    /// Whether a whole patch lies on opaque pixels there, however it is turned. \pre inside(at) == at
+    bool has_patch(Vec2f at) const;
+    /// The number of opaque pixels in the rectangle from (x0, y0) to before (x1, y1).
+    double opaque_count(int x0, int y0, int x1, int y1) const;
     /// The picture at any place, bilinear, clamped at its border.
     Vec3f color(Vec2f at) const;
     /// The values of the patch around a whole pixel begin here; rows are lab().width * 3 apart.
@@ -108,6 +115,9 @@ class StylePicture
     void turned_patch(Vec2f at, Vec2f turn, float* values) const;
 
   private:
+    std::size_t grid_count() const { return static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_); }
+    Vec2f grid_place(std::size_t number) const;
+    void find_opaque_keys(const Raster8& opaque);
     void find_means(const Progress& progress);
     void find_directions(double stroke_px);
     void make_basis(const Progress& progress);
@@ -115,8 +125,12 @@ class StylePicture
     double scale_;
     int side_;
     RasterF lab_;
-    RasterF means_;       ///< Of the patch around each pixel; empty with directions.
-    int border_;          ///< From a patch's center to its farthest point along x or y, however it is turned.
+    RasterF means_;                      ///< Of the patch around each pixel; empty with directions.
+    int border_;                         ///< From a patch's center to its farthest point along x or y, however it is turned.
+    Raster<std::uint32_t> opaque_sums_;  ///< Of the opaque pixels above and to the left; empty: all are opaque.
+    /// Places of the grid where an opaque patch lies, and for each place the nearest of these keys; empty: all places are keys.
+    std::vector<std::uint32_t> opaque_keys_;
+    std::vector<std::uint32_t> nearest_key_;
     RasterF directions_;  ///< Per pixel the structure tensor's cos and sin of twice the angle along strokes, times coherence.
     int columns_ = 0;
     int rows_ = 0;

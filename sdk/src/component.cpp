@@ -73,6 +73,18 @@ Raster8 ImageIo::read_with_alpha(const std::filesystem::path& file) const
 {
     return read_rgb(file);
 }
+
+Raster8 read_picture(const ImageIo& images, const std::filesystem::path& file)
+{
+    Raster8 picture = images.read_with_alpha(file);
+    if (picture.channels != 4)
+        return picture;
+    for (std::size_t i = 3; i < picture.values.size(); i += 4)
+        if (picture.values[i] < least_opaque_alpha)
+            return picture;
+    return images.read_rgb(file);
+}
+
 FileReader::~FileReader() = default;
 FileOrigin::~FileOrigin() = default;
 Viewer::~Viewer() = default;

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <functional>
 #include <optional>
 #include <set>
 #include <utility>
@@ -122,10 +123,10 @@ void settle_picture(PictureFile& picture, const ArtifactFolder& folder, const st
     }
 }
 
-/// The picture that was listed, of its camera's size: an NPY array, or what `decode` of `images` reads (null: NPY only).
+/// The picture that was listed, of its camera's size: an NPY array, or what `decode` reads by `images` (null: NPY only).
 template <class T>
 Raster<T> load_picture(const PictureFile& picture, const Camera& camera, int channels, const ImageIo* images,
-                       Raster<T> (ImageIo::*decode)(const fs::path&) const)
+                       const std::function<Raster<T>(const fs::path&)>& decode)
 {
     const fs::path& file = picture.path;
     if (!picture.hash.empty() && file_hash(file) != picture.hash)
@@ -133,7 +134,7 @@ Raster<T> load_picture(const PictureFile& picture, const Camera& camera, int cha
     const bool is_npy = decode == nullptr || file.extension() == ".npy";
     if (!is_npy && images == nullptr)
         throw Error(file.string() + ": no picture codec (option \"images\"); only NPY pictures can be read without one");
-    Raster<T> raster = is_npy ? detail::read_raster<T>(file, channels) : (images->*decode)(file);
+    Raster<T> raster = is_npy ? detail::read_raster<T>(file, channels) : decode(file);
     const Intrinsics& k = camera.intrinsics;
     if (raster.width != k.width || raster.height != k.height)
         throw Error(fmt::format("{}: is {}x{} pixels; its intrinsics say {}x{}", file.string(), raster.width, raster.height,
@@ -200,18 +201,45 @@ std::shared_ptr<Frames> Frames::from_exchange(const Exchange& from)
     return result;
 }
 
+namespace
+{
+
+/// Throws Error if stages would take a transparent pixel of the frame's picture for the surface.
+void check_transparent_are_masked(const Raster8& picture, const Frame& frame)
+{
+    const Raster8 mask = load_mask(frame);
+    if (!mask.empty() && (mask.width != picture.width || mask.height != picture.height))
+        return;  // The caller refuses the picture by its size.
+    for (std::size_t i = 0; i < picture.values.size() / 4; ++i)
+        if (picture.values[4 * i + 3] < least_opaque_alpha && (mask.empty() || mask.values[i] != 0))
+            throw Error(frame.color_picture.path.string() +
+                        ": has transparent pixels that the frame's mask does not ignore; read the frames with scan.frames, which "
+                        "masks them, or save the picture without transparency");
+}
+
+}  // namespace
+
 Raster8 load_color(const Frame& frame, const ImageIo* images)
 {
     if (frame.color_picture.empty())
         throw Error(frame.sequence + "/" + frame.name + ": has no color picture");
-    return load_picture<std::uint8_t>(frame.color_picture, frame.color, 3, images, &ImageIo::read_rgb);
+    return load_picture<std::uint8_t>(frame.color_picture, frame.color, 3, images,
+                                      [&](const fs::path& file)
+                                      {
+                                          Raster8 picture = read_picture(*images, file);
+                                          if (picture.channels != 4)
+                                              return picture;
+                                          check_transparent_are_masked(picture, frame);
+                                          return images->read_rgb(file);
+                                      });
 }
 
 Raster16 load_depth_steps(const Frame& frame, const ImageIo* images)
 {
     if (frame.depth_picture.empty())
         throw Error(frame.sequence + "/" + frame.name + ": has no depth picture");
-    return load_picture<std::uint16_t>(frame.depth_picture, frame.depth, 1, images, &ImageIo::read_depth);
+    return load_picture<std::uint16_t>(frame.depth_picture, frame.depth, 1, images,
+                                       [images](const fs::path& file) { return images->read_depth(file); });
 }
 
 RasterF load_depth(const Frame& frame, const ImageIo* images)

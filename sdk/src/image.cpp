@@ -56,7 +56,8 @@ void Image::write_exchange(const Exchange& to) const
 
 std::shared_ptr<Image> Image::from_exchange(const Exchange& from)
 {
-    return from.as == png ? std::make_shared<Image>(codec(from).read_rgb(from.folder.path / "image.png")) : load(from.folder);
+    return from.as == png ? std::make_shared<Image>(read_picture(codec(from), from.folder.path / "image.png"))
+                          : load(from.folder);
 }
 
 namespace

@@ -26,9 +26,28 @@ class RawImages final : public ImageIo
     {
         const NpyArray array = read_npy(file);
         const auto extent = [&](std::size_t axis) { return static_cast<int>(array.shape.at(axis)); };
-        return {extent(1), extent(0), array.type == NpyType::uint8 ? 8 : 16, array.shape.size() == 2, orientation};
+        return {extent(1),
+                extent(0),
+                array.type == NpyType::uint8 ? 8 : 16,
+                array.shape.size() == 2,
+                orientation,
+                array.shape.size() == 3 && extent(2) == 4};
     }
-    Raster8 read_rgb(const std::filesystem::path& file) const override { return decode<std::uint8_t>(file, 3); }
+    /// Transparent pixels are white.
+    Raster8 read_rgb(const std::filesystem::path& file) const override
+    {
+        const Raster8 image = read_with_alpha(file);
+        if (image.channels == 3)
+            return image;
+        Raster8 rgb(image.width, image.height, 3);
+        for (std::size_t i = 0; i < rgb.values.size(); ++i)
+            rgb.values[i] = image.values[i / 3 * 4 + 3] < least_opaque_alpha ? 255 : image.values[i / 3 * 4 + i % 3];
+        return rgb;
+    }
+    Raster8 read_with_alpha(const std::filesystem::path& file) const override
+    {
+        return decode<std::uint8_t>(file, check(file).alpha ? 4 : 3);
+    }
     Raster16 read_depth(const std::filesystem::path& file) const override { return decode<std::uint16_t>(file, 1); }
     std::vector<std::byte> encode_png(const Raster8& image) const override { return encode(image); }
     std::vector<std::byte> encode_png(const Raster16& image) const override { return encode(image); }

@@ -62,6 +62,17 @@ TEST_CASE("image.opencv: every kind of PNG becomes 8-bit RGB")
     CHECK(codec.rgb(file_of(
               Png{.width = 2, .bits = 16, .rows = bytes_of({0, 1, 1, 1, 2}), .before_data = chunk("tRNS", bytes_of({1, 2}))})) ==
           Values{1, 1, 1, 255, 255, 255});
+    const auto key = codec.write(
+        file_of(Png{.width = 2, .bits = 2, .rows = bytes_of({0, 0b01100000}), .before_data = chunk("tRNS", bytes_of({0, 1}))}));
+    CHECK(codec.images->check(key).alpha);
+    CHECK(codec.images->read_with_alpha(key).values == Values{85, 85, 85, 0, 170, 170, 170, 255});
+    CHECK(read_picture(*codec.images, key).channels == 4);
+    for (const int alpha : {249, 250})
+    {
+        const auto file = codec.write(file_of(Png{.color_type = 6, .rows = bytes_of({0, 100, 0, 255, alpha})}));
+        CHECK(read_picture(*codec.images, file).channels == (alpha < 250 ? 4 : 3));
+        CHECK((alpha < 250 || read_picture(*codec.images, file) == codec.images->read_rgb(file)));
+    }
     // Orientation 6: the stored left end is shown at the top.
     const auto turned = codec.images->read_rgb(codec.write(
         file_of(Png{.width = 2, .rows = bytes_of({0, 7, 9}), .before_data = chunk("eXIf", tiff_orientation(6, true))})));
@@ -114,6 +125,10 @@ TEST_CASE("image.opencv: the check reports the kind of samples and refuses a tru
     const auto colors = codec.images->check(codec.write(codec.images->encode_jpeg(pattern(19, 9, 3), 80)));
     CHECK(colors.bits == 8);
     CHECK_FALSE(colors.gray);
+    CHECK_FALSE(colors.alpha);
+    CHECK_FALSE(codec.images->check(codec.write(codec.images->encode_png(pattern(3, 2, 3)))).alpha);
+    CHECK(codec.images->check(codec.write(codec.images->encode_png(pattern(3, 2, 4)))).alpha);
+    CHECK(codec.images->check(codec.write(file_of(Png{.color_type = 4, .rows = bytes_of({0, 100, 51})}))).alpha);
     CHECK_THROWS_AS(codec.images->check(codec.write(Bytes(deep.begin(), deep.end() - 1))), Error);
     CHECK(codec.images->header(codec.write(Bytes(deep.begin(), deep.end() - 1))).width == 7);
 }

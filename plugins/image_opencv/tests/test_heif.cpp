@@ -72,6 +72,7 @@ TEST_CASE("image.opencv: HEIC and AVIF have the pixels of the PNG, with its prof
     CHECK(header.width == 64);
     CHECK(header.height == 64);
     CHECK(header.orientation == 1);
+    CHECK_FALSE(codec.images->check(codec.write(heic)).alpha);
     CHECK_THROWS_WITH(codec.images->read_depth(codec.write(deep)), Contains("expected a depth picture"));
 }
 

@@ -216,6 +216,20 @@ TEST_CASE("JPEG check: more than 300 megapixels are refused by the header alone"
     refused_jpeg(file_of(Jpeg{.blocks = {{0}}, .width = 65'000, .height = 65'000}), "at most 300 megapixels", Walk::size);
 }
 
+TEST_CASE("JPEG check: more scans than any encoder writes are refused")
+{
+    const auto with_scans = [](int count)
+    {
+        Bytes file = small_jpeg();
+        const Bytes scan(file.begin() + static_cast<std::ptrdiff_t>(find(file, {0xFF, 0xDA, 0, 12})), file.end() - 2);
+        for (int i = 1; i < count; ++i)
+            file.insert(file.end() - 2, scan.begin(), scan.end());
+        return file;
+    };
+    CHECK_NOTHROW(check_jpeg(with_scans(100), "a.jpg", Walk::whole));
+    refused_jpeg(with_scans(101), "more than 100 scans");
+}
+
 TEST_CASE("JPEG check: kinds that would be read wrongly are refused")
 {
     const auto with = [](std::initializer_list<int> pattern, std::size_t offset, int value)

@@ -34,6 +34,9 @@ TEST_CASE("image.opencv: WebP has the pixels of the PNG, with and without alpha,
     const Raster8 clear = pattern(7, 5, 4);
     CHECK(codec.images->read_with_alpha(codec.write(webp_of(clear))).values == clear.values);
     CHECK(codec.rgb(webp_of(clear)) == codec.rgb(codec.images->encode_png(clear)));
+    CHECK(codec.images->check(codec.write(webp_of(clear))).alpha);
+    CHECK_FALSE(codec.images->check(codec.write(webp_of(colors))).alpha);
+    CHECK(codec.images->check(codec.write(extended_webp(0x10, 7, 5, {}, webp_of(clear)))).alpha);
     for (const bool with_mark : {false, true})
     {
         Bytes exif = with_mark ? bytes_of({'E', 'x', 'i', 'f', 0, 0}) : Bytes{};

@@ -412,6 +412,30 @@ TEST_CASE("the stage gives the mesh its picture and reports how fine it is")
     CHECK(run.reported.at("painted_share").as_double() == Approx(0.18).margin(0.03));
 }
 
+TEST_CASE("transparent pixels of the picture show nothing")
+{
+    Enlarging enlarging;
+    testing::TestRun run;
+    const auto plain = enlarging.run(run)->image.pixels;
+    const Raster8 rgb = enlarging.picture;
+    Raster8 rgba(rgb.width, rgb.height, 4, 255);
+    for (int y = 0; y < rgb.height; ++y)
+        for (int x = 0; x < rgb.width; ++x)
+            std::copy_n(&rgb.at(x, y), 3, &rgba.at(x, y));
+    enlarging.picture = rgba;
+    CHECK(enlarging.run(run)->image.pixels == plain);
+    const auto with_left = [&](std::uint8_t color)
+    {
+        for (int y = 0; y < rgb.height; ++y)
+            std::fill_n(&rgba.at(0, y), 3, color);
+        for (int y = 0; y < rgb.height; ++y)
+            rgba.at(0, y, 3) = 0;
+        enlarging.picture = rgba;
+        return enlarging.run(run)->image.pixels;
+    };
+    CHECK(with_left(0) == with_left(255));
+}
+
 TEST_CASE("the stage says what it cannot use before it begins")
 {
     struct Case
@@ -427,7 +451,8 @@ TEST_CASE("the stage says what it cannot use before it begins")
     };
     for (const Case& c : {Case{[](Enlarging& e) { e.mesh.texcoords.clear(); }, "port 'mesh'", "no texcoords"},
                           {[](Enlarging& e) { e.source.atlas = std::string(32, 'a'); }, "port 'source'", "atlas"},
-                          {[](Enlarging& e) { e.picture = Raster8(128, 96, 4); }, "port 'style'", "4 channels"},
+                          {[](Enlarging& e) { e.picture = Raster8(128, 96, 4); }, "port 'style'", "transparent everywhere"},
+                          {[](Enlarging& e) { e.picture = Raster8(128, 96, 1); }, "port 'style'", "1 channels"},
                           {[](Enlarging& e) { e.picture = detailed_picture(128, 128); }, "128x128", "same picture"},
                           {[](Enlarging& e) { e.size_px = 48; }, "size_px 48", "source map's 64"},
                           {[](Enlarging& e) { e.size_px = 512; }, "size_px 512", "size_px to 256 at most"},

@@ -163,4 +163,24 @@ TEST_CASE("pictures of a folder take the place of the cameras'")
     write_file(styled / "seq-01_frame-1.png", testing::RawImages().encode_png(Raster8(160, 120, 3, 9)));
     write_file(styled / "seq-01_frame-3.jpg", testing::RawImages().encode_jpeg(Raster8(160, 120, 3, 9), 90));
     CHECK(made(recording, options, run)->layers[0].at(16, 16, 0) > 0.1F);
+
+    // What all pictures are transparent at is not seen: here the upper half of the first, which alone is left.
+    recording.maps->views.resize(1);
+    const auto first = [&](std::uint8_t alpha_above)
+    {
+        Raster8 picture(160, 120, 4, 100);
+        for (std::size_t i = 3; i < picture.values.size(); i += 4)
+            picture.values[i] = i < picture.values.size() / 2 ? alpha_above : 255;
+        fs::remove(styled / "seq-01_frame-0.npy");
+        write_file(styled / "seq-01_frame-0.png", testing::RawImages().encode_png(picture));
+        return made(recording, options, run);
+    };
+    const auto seen = [](const Texture& made) { return static_cast<double>(std::ranges::count(made.seen.values, 1)); };
+    const auto whole = first(255);
+    const auto half = first(0);
+    CHECK(seen(*half) > 0);
+    CHECK(seen(*half) < 0.7 * seen(*whole));
+    for (std::size_t i = 0; i < half->seen.values.size(); ++i)
+        if (half->seen.values[i] != 0)
+            CHECK(half->layers[0].values[3 * i] == Approx(100 / 255.0).margin(1e-3));
 }

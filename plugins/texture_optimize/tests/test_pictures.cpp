@@ -122,7 +122,7 @@ TEST_CASE("the released code shrinks a style picture without antialiasing")
     CHECK(s.coarse.at(9, 5, 0) == Approx(127.5 / 255.0));
 }
 
-TEST_CASE("alpha is composited on white, gray spread, other pictures refused")
+TEST_CASE("gray is spread, transparent and other pictures are refused")
 {
     const auto ignore = [](const std::string&) {};
     Raster8 rgba(64, 64, 4);
@@ -130,12 +130,14 @@ TEST_CASE("alpha is composited on white, gray spread, other pictures refused")
     {
         rgba.values[i] = 255;
         rgba.values[i + 2] = 51;
-        rgba.values[i + 3] = 51;
+        rgba.values[i + 3] = 250;
     }
-    const auto composited = style_sizes(rgba, Protocol::paper, ignore).fine;
-    CHECK(composited.values[0] == Approx(1));
-    CHECK(composited.values[1] == Approx(0.8));
-    CHECK(composited.values[2] == Approx(0.84));
+    const auto opaque = style_sizes(rgba, Protocol::paper, ignore).fine;
+    CHECK(opaque.values[0] == Approx(1));
+    CHECK(opaque.values[1] == Approx(5 / 255.0));
+    rgba.values[4 * 100 + 3] = 249;
+    CHECK_THROWS_WITH(style_sizes(rgba, Protocol::paper, ignore),
+                      Catch::Contains("transparent pixels") && Catch::Contains("texture.synthesize"));
     CHECK(style_sizes(Raster8(64, 64, 1, 51), Protocol::paper, ignore).fine.at(1, 1, 2) == Approx(0.2));
     CHECK_THROWS_AS(style_sizes(Raster8(64, 64, 2), Protocol::paper, ignore), Error);
     CHECK_THROWS_WITH(style_sizes(Raster8(100, 63, 3), Protocol::released_scannet, ignore),

@@ -278,6 +278,41 @@ TEST_CASE("the source map leads to what was painted, and its angles turn with th
     CHECK(followed > pairs * 3 / 5);
 }
 
+TEST_CASE("transparent parts of the picture are not copied, and alpha that hides nothing changes nothing")
+{
+    Studio wall;
+    const Painted plain = wall.paint({{"up", "y"}});
+    const Raster8 rgb = wall.picture;
+    const auto with_alpha = [&](std::uint8_t alpha_at_right)
+    {
+        wall.picture = Raster8(96, 80, 4, 255);
+        for (int y = 0; y < 80; ++y)
+            for (int x = 0; x < 96; ++x)
+            {
+                std::copy_n(&rgb.at(x, y), 3, &wall.picture.at(x, y));
+                if (x >= 60)
+                    wall.picture.at(x, y, 3) = alpha_at_right;
+            }
+    };
+    with_alpha(250);
+    CHECK(wall.paint({{"up", "y"}}).bytes == plain.bytes);
+    for (const char* direction : {"none", "gravity"})
+    {
+        with_alpha(249);
+        const Painted part = wall.paint({{"direction", direction}, {"up", "y"}});
+        float rightmost = 0;
+        for_each_painted(*part.texture, [&](int x, int y) { rightmost = std::max(rightmost, part.source->place(x, y)->at.x); });
+        CHECK(rightmost > 40);
+        CHECK(rightmost < 60);
+        // What is stored there has no influence.
+        for (int y = 0; y < 80; ++y)
+            std::fill_n(&wall.picture.at(60, y), 4 * 36, std::uint8_t{0});
+        CHECK(wall.paint({{"direction", direction}, {"up", "y"}}).bytes == part.bytes);
+    }
+    wall.picture = Raster8(96, 80, 4, 0);
+    CHECK_THROWS_WITH(wall.paint({{"up", "y"}}), Catch::Contains("port 'style'") && Catch::Contains("transparent everywhere"));
+}
+
 TEST_CASE("up comes from the option, or else from the cameras, or else from the mesh")
 {
     struct Case

@@ -107,6 +107,59 @@ TEST_CASE("the key near a position is the nearest")
     }
 }
 
+TEST_CASE("no patch lies on a transparent pixel, and the key near a position is the nearest of those that are left")
+{
+    testing::TestRun run;
+    Random random(9);
+    const Raster8 rgb = brush_picture(120, 100, 1);
+    Raster8 opaque(120, 100, 1, 255);
+    for (int y = 0; y < 100; ++y)
+        for (int x = 0; x < 120; ++x)
+            if (std::hypot(x - 60, y - 40) < 25 || y == 90)
+                opaque.at(x, y) = 0;
+    for (const double stroke_px : {0.0, 6.0})
+        for (const double scale : {1.0, 0.5})
+        {
+            CAPTURE(stroke_px, scale);
+            const StylePicture all(rgb, scale, 5, run, stroke_px);
+            const StylePicture part(rgb, scale, 5, run, stroke_px, opaque);
+            CHECK(part.key_count() < all.key_count());
+            CHECK(part.key_features().size() == part.key_count() * part.feature_count());
+            // A turned patch reaches farther.
+            const int reach = stroke_px > 0 ? 3 : 2;
+            const auto is_opaque = [&](Vec2f at)
+            {
+                for (int y = 0; y < 100; ++y)
+                    for (int x = 0; x < 120; ++x)
+                        if (opaque.at(x, y) == 0 && std::abs((x + 0.5) * scale - 0.5 - at.x) <= reach &&
+                            std::abs((y + 0.5) * scale - 0.5 - at.y) <= reach)
+                            return false;
+                return true;
+            };
+            std::size_t wrong = 0;
+            for (std::size_t k = 0; k < part.key_count(); ++k)
+                wrong += !is_opaque(part.key(k)) || !part.has_patch(part.key(k)) || part.key_near(part.key(k)) != k;
+            // None is missing that lies a pixel farther away from what is transparent.
+            std::size_t found = 0;
+            for (std::size_t k = 0; k < all.key_count(); ++k)
+                found += part.has_patch(all.key(k));
+            CHECK(found == part.key_count());
+            CHECK(wrong == 0);
+            for (int i = 0; i < 100; ++i)
+            {
+                const Vec2f at = part.inside({static_cast<float>(random.uniform() * part.lab().width),
+                                              static_cast<float>(random.uniform() * part.lab().height)});
+                if (part.has_patch(at))
+                    wrong += !is_opaque(at);
+            }
+            CHECK(wrong == 0);
+            CHECK(all.has_patch(all.inside({60, 40})));
+            CHECK(part.opaque_count(0, 0, part.lab().width, part.lab().height) <
+                  all.opaque_count(0, 0, all.lab().width, all.lab().height));
+        }
+    CHECK_THROWS_WITH(StylePicture(rgb, 1, 5, run, 0, Raster8(120, 100, 1, 254)), Catch::Contains("no opaque part"));
+}
+
 namespace
 {
 

@@ -22,7 +22,12 @@ struct ImageHeader
     int bits = 0;         ///< Per sample as stored; 0 = not looked at.
     bool gray = false;    ///< One channel; meaningful where bits > 0.
     int orientation = 1;  ///< EXIF's, 1 to 8, which read_rgb applies; 1 where it was not looked at.
+    bool alpha = false;   ///< Pixels may be transparent; false where it was not looked at.
 };
+
+/// Pixels of less alpha count as transparent: nothing was recorded there, and nothing can be copied from there. The codecs of
+/// some formats do not keep 255 exactly.
+inline constexpr int least_opaque_alpha = 250;
 
 /// Reads and writes picture files: the contract behind `image.opencv`. Thread-safe. Every reader checks the header first
 /// (limit: 300 megapixels) and refuses a picture that is cut short; errors name the file.
@@ -50,5 +55,8 @@ class ImageIo : public Component
     /// calls read_rgb.
     virtual Raster8 read_with_alpha(const std::filesystem::path& file) const;
 };
+
+/// As ImageIo::read_with_alpha if the picture has transparent pixels (see least_opaque_alpha), else as ImageIo::read_rgb.
+Raster8 read_picture(const ImageIo& images, const std::filesystem::path& file);
 
 }  // namespace fresco

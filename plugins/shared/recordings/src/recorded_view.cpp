@@ -160,10 +160,14 @@ class FrameMaker
         {
             return {frame_of(view, [](const fs::path& file) { return PictureFile{file, ""}; })};
         }
-        // The picture has a name that the user has never seen.
+        // The user has never seen the folder that the picture is unpacked to.
         catch (const Error& error)
         {
-            throw Error(view.source + ": a picture in it cannot be used (" + error.what() + ")");
+            std::string text = error.what();
+            const std::string unpacked = (folder_ / "").string();
+            if (const auto at = text.find(unpacked); at != std::string::npos)
+                text.erase(at, unpacked.size());
+            throw Error(view.source + ": a picture in it cannot be used (" + text + ")");
         }
     }
 
@@ -203,7 +207,7 @@ class FrameMaker
         check_panorama(view.color, header);
         auto picture = images_.read_rgb(view.color);
         widen_at_poles(picture);
-        auto mask = mask_of(view);
+        auto mask = mask_of(view, header.alpha);
         widen_at_poles(mask);
         Raster16 depth;
         if (!view.depth.empty())
@@ -246,7 +250,7 @@ class FrameMaker
         frame.depth = view.depth_camera.value_or(frame.color);
         frame.depth_unit_m = view.depth_unit_m;
         frame.color_picture = view.lens.distorts() ? undistort_color(view, frame) : reference(view.color);
-        Raster8 mask = mask_of(view);
+        Raster8 mask = mask_of(view, color.alpha);
         if (view.lens.distorts() && !mask.empty())
             mask = undistorted(mask, view.camera, view.lens, frame.color.intrinsics);
         mask = ignoring(std::move(mask));
@@ -279,6 +283,7 @@ class FrameMaker
     PictureFile write(const Frame& frame, const std::string& ending, const std::vector<std::byte>& bytes) const
     {
         const auto file = folder_ / frame.sequence / (frame.name + ending);
+        fs::create_directories(file.parent_path());
         write_file(file, bytes);
         return {file, ""};
     }
@@ -290,7 +295,13 @@ class FrameMaker
     Raster8 read_mask(const fs::path& file) const
     {
         if (file.extension() != ".npy")
-            return images_.read_rgb(file);
+        {
+            Raster8 mask = read_picture(images_, file);
+            if (mask.channels == 4)
+                throw Error(file.string() + ": the mask has transparent pixels; save it without transparency, black where to "
+                                            "ignore the picture and white elsewhere");
+            return mask;
+        }
         const NpyArray array = read_npy(file);
         if (array.shape.size() != 2 || array.type != NpyType::uint8)
             throw Error(file.string() + ": expected a mask, uint8 of height x width");
@@ -298,11 +309,24 @@ class FrameMaker
         std::ranges::copy(array.as<std::uint8_t>(), mask.values.begin());
         return mask;
     }
-    /// 0 and 255, of the color picture; empty without a mask.
-    Raster8 mask_of(const RecordedView& view) const
+    /// 0 and 255, of the color picture: 0 where the view's mask is black or the picture transparent. Empty without either.
+    Raster8 mask_of(const RecordedView& view, bool has_alpha) const
     {
-        if (view.mask.empty())
-            return {};
+        Raster8 mask = view.mask.empty() ? Raster8{} : given_mask(view);
+        if (!has_alpha)
+            return mask;
+        const Raster8 picture = read_picture(images_, view.color);
+        if (picture.channels != 4)
+            return mask;
+        if (mask.empty())
+            mask = Raster8(picture.width, picture.height, 1, 255);
+        for (std::size_t i = 0; i < mask.values.size(); ++i)
+            if (picture.values[4 * i + 3] < least_opaque_alpha)
+                mask.values[i] = 0;
+        return mask;
+    }
+    Raster8 given_mask(const RecordedView& view) const
+    {
         const auto picture = read_mask(view.mask);
         if (picture.width != view.camera.width || picture.height != view.camera.height)
             throw Error(view.mask.string() + ": the mask is " + size_text(picture.width, picture.height) + "; the picture of " +
@@ -325,6 +349,7 @@ class FrameMaker
     PictureFile write_mask(const Frame& frame, const Raster8& mask) const
     {
         const auto file = folder_ / frame.sequence / (frame.name + ".mask.npy");
+        fs::create_directories(file.parent_path());
         const std::vector<std::size_t> shape{static_cast<std::size_t>(mask.height), static_cast<std::size_t>(mask.width)};
         write_npy(file, shape, std::span(mask.values));
         return {file, ""};
@@ -377,10 +402,6 @@ Frames recorded_frames(const std::vector<RecordedView>& views, const ImageIo& im
                        const UnpackView& unpack)
 {
     refuse_doubles(views);
-    for (const auto& view : views)
-        if (view.lens.distorts() || view.is_panorama || !view.mask.empty())
-            for (const auto& sequence : frame_sequences(view))
-                fs::create_directories(folder / sequence);
     const FrameMaker maker(images, folder, unpack);
     std::vector<std::vector<Frame>> made(views.size());
     parallel_for_each(views.size(), "frames", progress, [&](std::size_t i) { made[i] = maker.make(views[i]); });

@@ -120,6 +120,67 @@ TEST_CASE("what a mask ignores is neither color nor depth, with a lens and witho
     }
 }
 
+TEST_CASE("transparent pixels are ignored as those of a mask are, and load_color refuses a frame that does not", "[recordings]")
+{
+    for (const double k1 : {0.0, 0.1})
+    {
+        Recording recording;
+        const auto plain = recording.read();
+        const fresco::Raster8 rgb = recording.images.read_rgb(recording.views[1].color);
+        fresco::Raster8 rgba(32, 24, 4, 255);
+        const auto write = [&](std::uint8_t alpha_at_left)
+        {
+            for (int y = 0; y < 24; ++y)
+                for (int x = 0; x < 32; ++x)
+                {
+                    for (int c = 0; c < 3; ++c)
+                        rgba.at(x, y, c) = rgb.at(x, y, c);
+                    rgba.at(x, y, 3) = x < 16 ? alpha_at_left : 255;
+                }
+            fresco::write_file(recording.views[1].color, recording.images.encode_png(rgba));
+        };
+        recording.views[1].lens = {.k1 = k1};
+        write(249);
+        auto frame = recording.read().frames[1];
+        CHECK(recording.read().frames[0].mask.empty());
+        const auto kept = fresco::load_mask(frame);
+        const auto depth = fresco::load_depth(frame, &recording.images);
+        for (int y = 0; y < 12; ++y)
+            for (const int x : {0, 5, 9, 15})
+            {
+                CHECK((kept.at(2 * x, 2 * y) == 0) == (x < 8));
+                CHECK((depth.at(x, y) == 0) == (x < 8));
+            }
+        CHECK(fresco::load_color(frame, &recording.images).channels == 3);
+        if (k1 == 0)
+        {
+            frame.mask = {};
+            CHECK_THROWS_WITH(fresco::load_color(frame, &recording.images), Contains(recording.views[1].color.string()) &&
+                                                                                Contains("transparent pixels") &&
+                                                                                Contains("scan.frames"));
+            // A mask of its own does not show what is transparent.
+            const auto file = recording.folder.path() / "mask.npy";
+            fresco::write_npy(file, fresco::Raster8(32, 24, 1, 255));
+            recording.views[1].mask = file;
+            CHECK(fresco::load_mask(recording.read().frames[1]) == kept);
+            frame.mask = {file, ""};
+            CHECK_THROWS_WITH(fresco::load_color(frame, &recording.images), Contains("transparent pixels"));
+            recording.views[1].mask.clear();
+        }
+        // Alpha that hides nothing changes nothing.
+        write(250);
+        frame = recording.read().frames[1];
+        CHECK(frame.mask.empty());
+        if (k1 == 0)
+            CHECK(frame.depth_picture.path == plain.frames[1].depth_picture.path);
+    }
+    Recording recording;
+    const auto file = recording.folder.path() / "mask.png";
+    fresco::write_file(file, recording.images.encode_png(fresco::Raster8(32, 24, 4, 0)));
+    recording.views[1].mask = file;
+    CHECK_THAT(recording.error(), Contains("mask.png: the mask has transparent pixels"));
+}
+
 TEST_CASE("a panorama gives six frames, with depth and masks, the same for any thread count", "[recordings]")
 {
     Recording recording;

@@ -262,9 +262,8 @@ double pixels_per_texel(const SourceMap& source, int picture_width, int size_px)
 
 void check_picture(const SourceMap& source, const Raster8& rgb)
 {
-    if (rgb.channels != 3)
-        throw Error(fmt::format("the picture on port 'style' has {} channels; expected RGB: wire it without alpha or gray",
-                                rgb.channels));
+    if (rgb.channels != 3 && rgb.channels != 4)
+        throw Error(fmt::format("the picture on port 'style' has {} channels; expected RGB or RGBA", rgb.channels));
     const double stretch = double{1} * rgb.width * source.picture_height / rgb.height / source.picture_width;
     if (std::abs(stretch - 1) > 0.02)
         throw Error(fmt::format("the style picture has {}x{} pixels, the one that was painted after {}x{}: wire the same "
@@ -274,6 +273,8 @@ void check_picture(const SourceMap& source, const Raster8& rgb)
 
 Enlarged enlarged(const SourceMap& source, const Raster8& rgb, const Mesh& mesh, int size_px, Colors colors, Progress& progress)
 {
+    if (rgb.channels == 4)
+        return enlarged(source, texturing::opaque_picture(rgb, "port 'style'", progress).rgb, mesh, size_px, colors, progress);
     const int map_px = source.size_px();
     const Lanczos lanczos;
     const Copies copies(source, rgb, mesh, size_px, colors, progress);

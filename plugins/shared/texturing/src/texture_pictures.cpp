@@ -1,4 +1,5 @@
 #include <fresco/error.h>
+#include <fresco/image_io.h>
 #include <fresco/parallel.h>
 #include <fresco/texturing/texel_faces.h>
 #include <fresco/texturing/texture_pictures.h>
@@ -304,6 +305,22 @@ void fill_from_nearest(Raster8& image, const std::vector<std::uint8_t>& is_sourc
                          }
                      }
                  });
+}
+
+OpaquePicture opaque_picture(const Raster8& picture, const std::string& source, const Progress& progress)
+{
+    OpaquePicture result{Raster8(picture.width, picture.height, 3), Raster8(picture.width, picture.height)};
+    std::vector<std::uint8_t> is_opaque(result.opaque.values.size());
+    for (std::size_t i = 0; i < is_opaque.size(); ++i)
+    {
+        std::copy_n(&picture.values[4 * i], 3, &result.rgb.values[3 * i]);
+        is_opaque[i] = picture.values[4 * i + 3] >= least_opaque_alpha ? 1 : 0;
+        result.opaque.values[i] = is_opaque[i] != 0 ? 255 : 0;
+    }
+    if (std::ranges::find(is_opaque, 1) == is_opaque.end())
+        throw Error(source + ": the picture is transparent everywhere; use one with opaque parts");
+    fill_from_nearest(result.rgb, is_opaque, progress);
+    return result;
 }
 
 namespace

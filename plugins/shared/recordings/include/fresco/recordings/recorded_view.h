@@ -60,7 +60,7 @@ using UnpackView = std::function<bool(RecordedView& view, const std::filesystem:
 /// those without a lens.
 ///
 /// A mask that ignores anything is written as <sequence>/<name>.mask.npy, and so is the depth picture, without the surface that
-/// the color camera sees at ignored pixels.
+/// the color camera sees at ignored pixels. Transparent pixels of the color picture are ignored, too.
 ///
 /// Throws Error naming the file or `source`: a picture or mask that is cut or of another size than its camera's, a depth picture
 /// that is not 16-bit gray or of another shape, a panorama that is not twice as wide as high, a color picture that EXIF turns, a

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 /// \file Pictures of textures: from layers to one picture, linear light, gutters, smaller ones.
@@ -37,6 +38,15 @@ double displayed(double light);
 /// border. `is_source`: W x H. Felzenszwalb and Huttenlocher, "Distance Transforms of Sampled Functions" (2012). Throws Error if
 /// there is no source, Canceled.
 void fill_from_nearest(Raster8& image, const std::vector<std::uint8_t>& is_source, const Progress& progress);
+
+/// What a picture with alpha has to copy.
+struct OpaquePicture
+{
+    Raster8 rgb;     ///< A transparent pixel has the color of the nearest one that is not.
+    Raster8 opaque;  ///< 255; 0: transparent (see least_opaque_alpha).
+};
+/// Throws Error naming `source` if all pixels are transparent, Canceled. \pre picture.channels == 4
+OpaquePicture opaque_picture(const Raster8& picture, const std::string& source, const Progress& progress);
 
 /// The mesh's picture with at most `max_px` texels a side; as it is where it is no larger or `max_px` is 0. A texel averages, by
 /// area and in linear light, only the texels of its own chart, and the gutter is filled again from the nearest chart texels: no

@@ -85,12 +85,38 @@ class TextureFromModel final : public Stage
             const double pixels_per_uv = pixels_per_texel(static_cast<int>(i), size);
             if (pixels_per_uv < 0)
                 continue;
-            result[i] = images->read_rgb(model->loaded_from / model->pictures[i]);
+            result[i] = picture(i, run);
             const double pixels = pixels_per_uv * std::sqrt(double{1} * result[i].width * result[i].height);
             for (int power = 1; pixels / power > most_pixels_per_texel && power <= result[i].width; power *= 2)
                 result[i] = halved(result[i]);
         }
         return result;
+    }
+
+    /// As glTF has it for opaque materials, the color of a pixel counts whatever its alpha is.
+    Raster8 picture(std::size_t number, RunContext& run) const
+    {
+        const std::string name = fmt::format("picture {} of the model on port 'model'", number);
+        Raster8 picture;
+        const std::string file = (model->loaded_from / model->pictures[number]).string();
+        try
+        {
+            picture = read_picture(*images, file);
+        }
+        // The user has never seen the path in the store.
+        catch (const Error& error)
+        {
+            std::string text = error.what();
+            const auto at = text.find(file);
+            throw Error(at == std::string::npos ? name + ": " + text : text.replace(at, file.size(), name));
+        }
+        if (picture.channels != 4)
+            return picture;
+        run.warning(name + " has transparent pixels; they are painted, with the colors that are stored under them");
+        Raster8 rgb(picture.width, picture.height, 3);
+        for (std::size_t i = 0; i < rgb.values.size(); ++i)
+            rgb.values[i] = picture.values[i / 3 * 4 + i % 3];
+        return rgb;
     }
 
     /// The side of a texel in the picture's uv, on average over its faces; negative for a picture that no face shows.

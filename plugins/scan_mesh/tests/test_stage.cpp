@@ -104,6 +104,27 @@ TEST_CASE("what cannot be moved is refused", "[scan.mesh]")
     CHECK_THROWS_WITH(read(file, run, Value::Map{}), Contains("mesh.ply"));
 }
 
+TEST_CASE("a picture in a model is named by the model", "[scan.mesh]")
+{
+    struct Refusing final : stored_png::Codec
+    {
+        fresco::ImageHeader check(const std::filesystem::path& file) const override
+        {
+            throw fresco::Error(file.string() + ": byte 33: damaged");
+        }
+    };
+    const fresco::testing::TemporaryFolder folder;
+    const auto glb = model_samples::write_glb_box(folder.path());
+    const auto obj = model_samples::write_obj_box(folder.path());
+    for (const auto& [file, name] : {std::pair(glb, glb.string() + ": image 0"), {obj, (folder.path() / "side 0.png").string()}})
+    {
+        TestRun run;
+        CHECK_THROWS_WITH(fresco::testing::run_stage(FRESCO_PLUGIN_FILE, "scan.mesh", Value::Map{{"path", file.string()}}, {},
+                                                     folder.path() / "out", run, {{"images", std::make_shared<Refusing>()}}),
+                          Catch::Equals(name + ": byte 33: damaged"));
+    }
+}
+
 TEST_CASE("a model goes on with its materials and pictures", "[scan.mesh]")
 {
     const fresco::testing::TemporaryFolder folder;

@@ -237,6 +237,29 @@ TEST_CASE("six pictures come out on their sides, the right way up", "[texture.fr
     CHECK(texture.seen.at(32, 160) == 1);
 }
 
+TEST_CASE("pixels count whatever their alpha is, with a warning; a damaged picture is named by its model", "[texture.from_model]")
+{
+    const Fixture fixture;
+    Model model = fixture.painted_box();
+    const Mesh mesh = box_mesh(atlas_uv);
+    testing::TestRun run;
+    const Texture opaque = fixture.run(model, mesh, run);
+    CHECK(run.messages.empty());
+    const Raster8 rgb = Box::picture(0, 16);
+    Raster8 rgba(16, 16, 4, 0);
+    for (int y = 0; y < 16; ++y)
+        for (int x = 0; x < 16; ++x)
+            std::copy_n(&rgb.at(x, y), 3, &rgba.at(x, y));
+    const auto file = model.loaded_from / model.pictures[0];
+    write_file(file, stored_png::Codec().encode_png(rgba));
+    CHECK(fixture.run(model, mesh, run).layers[0] == opaque.layers[0]);
+    REQUIRE(run.messages.size() == 1);
+    CHECK_THAT(run.messages[0], Catch::Contains("warning: picture 0 of the model on port 'model' has transparent pixels"));
+    std::filesystem::remove(file);
+    CHECK_THROWS_WITH(fixture.run(model, mesh, run), Catch::Contains("picture 0 of the model on port 'model': ") &&
+                                                         !Catch::Contains(model.loaded_from.string()));
+}
+
 TEST_CASE("where the picture is finer than the texture, a texel takes the mean light below it", "[texture.from_model]")
 {
     // Stripes of one pixel, black and white: 5 pixels per texel, and 40, which are made fewer first.

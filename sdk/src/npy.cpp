@@ -137,6 +137,8 @@ class HeaderParser
         while (!accept(")"))
         {
             skip_blanks();
+            if (position_ < text_.size() && text_[position_] == '-')
+                fail("a negative extent; expected the number of rows, columns or channels");
             std::size_t extent = 0;
             const char* begin = text_.data() + position_;
             const auto [end, error] = std::from_chars(begin, text_.data() + text_.size(), extent);

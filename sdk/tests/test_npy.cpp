@@ -54,6 +54,9 @@ TEST_CASE("NumPy's own headers are read")
     std::string huge = file;
     huge.replace(huge.find("(3,), }"), 31, "(99999999999999, 9999999999), }");
     CHECK_THROWS_AS(parse(huge), fresco::Error);
+    std::string negative = file;
+    negative.replace(negative.find("(3,), "), 6, "(-1,),");
+    CHECK_THROWS_WITH(parse(negative), Catch::Contains("n.npy: byte 61: a negative extent"));
 }
 
 TEST_CASE("An NPY file cut at any byte or with a byte more is refused")

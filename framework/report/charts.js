@@ -69,12 +69,12 @@ const curveCharts = curves => Object.entries(curves?.metrics ?? {}).flatMap(([na
 
 /// For the "judged_frames" that a stage reports: a bar per frame; beyond a thousand frames, the largest of each few. Null where
 /// the lists are not of one length.
-function barsOf({ names, values, kept, least = 0, most = Infinity }) {
+function barsOf({ names, values, kept, beyond, least = 0, most = Infinity }) {
     if (!Array.isArray(names) || !names.length || values?.length !== names.length || kept?.length !== names.length)
         return null;
     const frames = names.map((name, i) => {
         const value = typeof values[i] === "number" ? values[i] : 0;
-        return { name, value, verdict: kept[i] ? "kept" : value < least || value > most ? "beyond" : "dropped" };
+        return { name, value, verdict: kept[i] ? "kept" : beyond?.[i] ?? (value < least || value > most) ? "beyond" : "dropped" };
     });
     const each = Math.ceil(frames.length / 1000);
     const bars = Array.from({ length: Math.ceil(frames.length / each) }, (_, bar) =>

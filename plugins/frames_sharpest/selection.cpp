@@ -70,15 +70,14 @@ Selection select_frames(const std::vector<MeasuredFrame>& frames, const Selectio
 {
     if (frames.empty())
         throw fresco::Error("port 'frames' has no frames: check the scan's path and the stages that drop frames");
-    const auto passes = [&](std::size_t i) { return frames[i].is_needed || frames[i].sharpness >= options.min_sharpness; };
     Selection selection;
     for (std::size_t i = 0; i < frames.size(); ++i)
-        selection.blurred += passes(i) ? 0 : 1;
+        selection.blurred += passes(frames[i], options.min_sharpness) ? 0 : 1;
     if (selection.blurred == frames.size())
         refuse_all_blurred(frames, options.min_sharpness);
 
     for (const auto i : sharpest_of_windows(frames, static_cast<std::size_t>(options.window_count)))
-        if (passes(i))
+        if (passes(frames[i], options.min_sharpness))
             selection.kept.push_back(i);
     selection.less_sharp = frames.size() - selection.blurred - selection.kept.size();
 

@@ -22,6 +22,12 @@ struct SelectionOptions
     int max_frames;    ///< Of more frames, keep the sharpest in each of this many equal stretches; 0 = no limit.
 };
 
+/// Whether a frame is not dropped for its own sake; another may still be kept in its place.
+inline bool passes(const MeasuredFrame& frame, double min_sharpness)
+{
+    return frame.is_needed || frame.sharpness >= min_sharpness;
+}
+
 struct Selection
 {
     std::vector<std::size_t> kept;  ///< Indices in the order of the frames.

@@ -103,11 +103,13 @@ class FramesSharpest final : public fresco::Stage
         using fresco::Value;
         Value::List names;
         Value::List values;
+        Value::List beyond;
         Value::List kept(measured.size(), Value(false));
         for (const MeasuredFrame& frame : measured)
         {
             names.emplace_back(frame.sequence + "/" + frame.name);
             values.emplace_back(std::abs(frame.sharpness));
+            beyond.emplace_back(!passes(frame, threshold()));
         }
         for (const std::size_t i : selection.kept)
             kept[i] = true;
@@ -115,6 +117,7 @@ class FramesSharpest final : public fresco::Stage
                           {compares() ? "most" : "least", std::abs(threshold())},
                           {"names", std::move(names)},
                           {"values", std::move(values)},
+                          {"beyond", std::move(beyond)},
                           {"kept", std::move(kept)}};
     }
 

@@ -66,6 +66,8 @@ assert.equal(page.upOf([{ figures: {} }]), undefined);
 const judged = { measure: "sharpness", least: 150, names: ["s/a", "s/b", "s/c"], values: [300, 100, 200], kept: [true, false, false] };
 equal(page.barsOf(judged).bars.map(({ verdict }) => verdict), ["kept", "beyond", "dropped"]);
 equal(page.barsOf({ ...judged, least: undefined, most: 150, values: [100, 200, 120] }).bars.map(({ verdict }) => verdict), ["kept", "beyond", "dropped"]);
+equal(page.barsOf({ ...judged, beyond: [false, false, true] }).counts, { kept: 1, beyond: 1, dropped: 1 });
+equal(page.barsOf({ ...judged, beyond: [false, false, true] }).bars.map(({ verdict }) => verdict), ["kept", "dropped", "beyond"]);
 assert.equal(page.barsOf({ ...judged, values: [] }), null);
 assert.equal(page.barsOf({}), null);
 const many = page.barsOf({ names: Array(5000).fill("frame"), values: Array.from({ length: 5000 }, (_, i) => i), kept: Array(5000).fill(true) });

@@ -230,6 +230,8 @@ TEST_CASE("frames blurred by motion are dropped, sharp ones and lone sights of a
     testing::run_stage(FRESCO_PLUGIN_FILE, "frames.sharpest", Value::Map{}, {{"frames", std::make_shared<Frames>(frames)}},
                        folder.path() / "out", run, {{"images", images}});
     const Value& judged = run.reported.at("judged_frames");
+    // A frame that is kept for its surface is beyond the limit without being dropped for it.
+    CHECK(std::ranges::count(judged.at("beyond").as_list(), Value(true)) == run.reported.at("dropped_blurred").as_int());
     std::size_t blurred_count = 0, blurred_dropped = 0, sharp_count = 0, sharp_dropped = 0, needed = 0;
     for (std::size_t i = 0; i < lengths.size(); ++i)
     {

@@ -108,6 +108,7 @@ TEST_CASE("the stage keeps sharp frames, reports and leaves its input as it was"
     CHECK(run.reported.at("kept").as_int() == 3);
     const fresco::Value& judged = run.reported.at("judged_frames");
     CHECK(judged.at("kept") == fresco::Value::List{true, false, true, true, false});
+    CHECK(judged.at("beyond") == fresco::Value::List{false, true, false, false, true});
     CHECK(judged.at("names").as_list().at(4).as_string() == "seq-01/frame-4");
     CHECK(judged.at("values").as_list().at(4).as_double() == 0);
     CHECK(judged.at("values").as_list().at(0).as_double() > judged.at("least").as_double());

@@ -1,9 +1,10 @@
 """Serves one file over HTTP, on a port of its own that it writes to PORT_FILE. For the tests of fetching.
 
-usage: range_server.py FILE PORT_FILE LOG [cut=N] [ranges=no]
+usage: range_server.py FILE PORT_FILE LOG [cut=N] [ranges=no] [says=N]
 
 cut=N     the first answer ends after N bytes, as if the connection broke.
 ranges=no knows no ranges.
+says=N    announces N bytes, or with N = 0 no number.
 
 Each request is a line of LOG: the path and the range asked for.
 """
@@ -38,7 +39,9 @@ class Handler(http.server.BaseHTTPRequestHandler):
             self.send_error(416)
             return
         self.send_response(206 if begin else 200)
-        self.send_header("Content-Length", str(len(contents) - begin))
+        says = int(options.get("says", len(contents) - begin))
+        if says:
+            self.send_header("Content-Length", str(says))
         if begin:
             self.send_header("Content-Range", "bytes %d-%d/%d" % (begin, len(contents) - 1, len(contents)))
         self.end_headers()

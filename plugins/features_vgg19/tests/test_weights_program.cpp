@@ -1,10 +1,13 @@
 #include "started_program.h"
 
+#include "../weights_program/download.h"
+
 #include <fresco/testing.h>
 #include <fresco/value.h>
 #include <fresco/weights/sha256.h>
 #include <fresco/weights/state_dict.h>
 
+#include <csignal>
 #include <span>
 
 namespace
@@ -105,6 +108,11 @@ TEST_CASE("weights inspect says what a file holds")
 
     fresco::write_file(place.file("bad.pth"), std::string("nothing of the kind"));
     CHECK(place.run({"inspect", "bad.pth"}).code == 1);
+    // What the file says cannot move the cursor, in errors neither.
+    fresco::write_file(place.file("hostile.safetensors"), small_weights({{"input", "a\x1b[2J\u009b1A"}}));
+    const Finished hostile = place.run({"inspect", "hostile.safetensors"});
+    CHECK(hostile.code == 1);
+    CHECK(contains(hostile.err, "a?[2J?1A"));
     CHECK(place.run({"inspect", "none.pth"}).code == 3);
     CHECK(place.run({}).code == 2);
     CHECK(place.run({"get", "vgg16"}).code == 2);
@@ -216,6 +224,49 @@ TEST_CASE("weights get refuses what is not the file")
     place.environment["PATH"] = "/nowhere";
     fs::remove(place.file("w.pth"));
     CHECK(contains(get({"--url", server.url(), "--sha256", hash}).err, "curl is not installed"));
+}
+
+TEST_CASE("weights get ends where a server sends too much, and keeps nothing of it")
+{
+    std::signal(SIGXFSZ, SIG_IGN);
+    Workplace place;
+    const auto bytes = small_weights();
+    const fs::path to = place.file("w.pth");
+    const auto fetch = [&](const Server& server, std::size_t most_bytes) {
+        return fresco::weights::download({server.url(), fresco::weights::sha256(bytes), to, most_bytes});
+    };
+    for (const char* says : {"says=700000000", "says=0"})
+    {
+        const Server server(place, bytes, {says});
+        CHECK_THROWS_WITH(fetch(server, 5000), Catch::Contains(server.url()) && Catch::Contains("sends more than 5000 bytes"));
+        CHECK_FALSE((fs::exists(to) || fs::exists(to.string() + ".fresco-part")));
+    }
+    const Server huge(place, bytes, {"says=700000000"});
+    const Finished refused = place.run({"get", "vgg19", "--to", to.string(), "--url", huge.url()});
+    CHECK(refused.code == 1);
+    CHECK(contains(refused.err, "more than 600000000 bytes"));
+    const Server server(place, bytes, {"says=0"});
+    CHECK(fetch(server, bytes.size() + 1));
+    CHECK(fresco::read_file(to) == bytes);
+}
+
+TEST_CASE("weights get expects the whole SHA-256, and no http behind https")
+{
+    Workplace place;
+    // In place of curl, notes what it is asked to do.
+    fs::create_directories(place.file("programs"));
+    const fs::path curl = place.file("programs/curl");
+    fresco::write_file(curl, std::string("#!/bin/sh\necho \"$@\" > " + place.file("asked").string() + "\nexit 7\n"));
+    fs::permissions(curl, fs::perms::owner_all);
+    place.environment["PATH"] = place.file("programs");
+    const auto asked = [&](const std::string& url)
+    {
+        CHECK(place.run({"get", "vgg19", "--to", "w.pth", "--url", url}).code == 1);
+        return fresco::read_text_file(place.file("asked"));
+    };
+    CHECK(contains(asked("https://127.0.0.1/w.pth"), "--proto-redir =https "));
+    CHECK(contains(asked("http://127.0.0.1/w.pth"), "--proto-redir =http,https "));
+    CHECK(contains(place.run({"get", "--help"}).out, "dcbb9e9dad569fff7a846263a77324fc34978fea2bfb039c012d710e1776ae44"));
 }
 
 TEST_CASE("the words of a command line are offered as fresco asks for them")

@@ -5,12 +5,14 @@
 #include <fresco/process.h>
 #include <fresco/weights/sha256.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstdio>
 #include <fcntl.h>
 #include <spawn.h>
 #include <sys/file.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <system_error>
 #include <unistd.h>
@@ -39,6 +41,7 @@ struct Fetched
 };
 
 constexpr int no_ranges = 33;
+constexpr int too_large = 63;
 constexpr int not_found_program = 127;
 
 std::string read_to_end(int descriptor)
@@ -54,10 +57,30 @@ std::string read_to_end(int descriptor)
     }
 }
 
+/// Limits the size of files that this process and its children write, as long as it lives.
+class FileSizeLimit
+{
+  public:
+    explicit FileSizeLimit(std::uint64_t most_bytes)
+    {
+        getrlimit(RLIMIT_FSIZE, &before_);
+        const rlimit limited{std::min<rlim_t>(before_.rlim_cur, most_bytes), before_.rlim_max};
+        setrlimit(RLIMIT_FSIZE, &limited);
+    }
+    FileSizeLimit(const FileSizeLimit&) = delete;
+    FileSizeLimit& operator=(const FileSizeLimit&) = delete;
+    ~FileSizeLimit() { setrlimit(RLIMIT_FSIZE, &before_); }
+
+  private:
+    rlimit before_{};
+};
+
 /// Appends to `part` what it lacks. The user's curl settings are not read: they could write elsewhere. A server that sends less
 /// than 1 kB/s for a minute counts as gone.
-Fetched run_curl(const std::string& url, const fs::path& part)
+Fetched run_curl(const std::string& url, const fs::path& part, std::uint64_t most_bytes)
 {
+    // Before 8.4, curl's own limit counts only where the server says how much it sends.
+    const FileSizeLimit limit(most_bytes);
     std::vector<std::string> texts{"curl",
                                    "--disable",
                                    "--fail",
@@ -65,7 +88,9 @@ Fetched run_curl(const std::string& url, const fs::path& part)
                                    "--proto",
                                    "=http,https",
                                    "--proto-redir",
-                                   "=http,https",
+                                   url.starts_with("https:") ? "=https" : "=http,https",
+                                   "--max-filesize",
+                                   std::to_string(most_bytes),
                                    "--globoff",
                                    "--show-error",
                                    isatty(STDERR_FILENO) == 1 ? "--progress-bar" : "--silent",
@@ -194,7 +219,13 @@ bool download(const Download& what)
         std::string hash = resumed ? sha256_of_file(part.path()) : "";
         if (!has_sha256_prefix(hash, what.sha256_prefix))
         {
-            const Fetched fetched = run_curl(what.url, part.path());
+            const Fetched fetched = run_curl(what.url, part.path(), what.most_bytes);
+            if (fetched.exit_code == too_large || part.size() >= what.most_bytes)
+            {
+                fs::remove(part.path());
+                throw Error(what.url + ": the server sends more than " + std::to_string(what.most_bytes) +
+                            " bytes, so that it is another file; check the URL");
+            }
             const bool cannot_resume = fetched.exit_code == no_ranges || fetched.status == "416";
             if (fetched.exit_code != 0 && !(resumed && cannot_resume))
                 not_fetched(what.url, fetched, part);

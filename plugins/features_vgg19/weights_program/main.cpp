@@ -33,9 +33,22 @@ std::string printable(std::string text)
     return text;
 }
 
+/// The same for errors, which quote them beside paths: control characters of ASCII and those that UTF-8 writes as C2 80 to C2 9F.
+std::string without_controls(std::string text)
+{
+    for (std::size_t i = 0; i < text.size(); ++i)
+        if (const auto c = static_cast<unsigned char>(text[i]); c < 0x20 || c == 0x7F)
+            text[i] = '?';
+        else if (c == 0xC2 && i + 1 < text.size() && static_cast<unsigned char>(text[i + 1]) < 0xA0)
+            text.replace(i, 2, "?");
+    return text;
+}
+
 /// torchvision names its files after the beginning of their SHA-256.
 constexpr const char* published_url = "https://download.pytorch.org/models/vgg19-dcbb9e9d.pth";
-constexpr const char* published_sha256 = "dcbb9e9d";
+constexpr const char* published_sha256 = "dcbb9e9dad569fff7a846263a77324fc34978fea2bfb039c012d710e1776ae44";
+/// The published file has 574,673,361; other files of the whole VGG-19 differ by some kilobytes.
+constexpr std::uint64_t most_bytes = 600'000'000;
 constexpr const char* published_name = "vgg19-dcbb9e9d.pth";
 
 struct WeightsArguments
@@ -175,7 +188,7 @@ fs::path place(const WeightsArguments& arguments)
 int get(const WeightsArguments& arguments)
 {
     const fs::path to = place(arguments);
-    const bool fetched = weights::download({arguments.url, arguments.sha256, to});
+    const bool fetched = weights::download({arguments.url, arguments.sha256, to, most_bytes});
     std::fprintf(stderr, "%s\n", fetched ? "downloaded; SHA-256 verified" : "already there; SHA-256 verified");
     fmt::print("{}\n", to.string());
     return 0;
@@ -215,8 +228,10 @@ void add_commands(CLI::App& app, int& exit_code)
     CLI::App* fetch =
         add("get", "Download torchvision's file with curl, or the rest of it, verify its SHA-256 and print its path", get);
     fetch->add_option("network", arguments->network, "vgg19 (548 MB)")->required()->check(CLI::IsMember({"vgg19"}));
-    fetch->add_option("--url", arguments->url, "URL to download from")->capture_default_str();
-    fetch->add_option("--sha256", arguments->sha256, "First 8 to 64 digits of the expected SHA-256")->capture_default_str();
+    fetch->add_option("--url", arguments->url, "URL to download from, at most 600 MB; https is not redirected to http")
+        ->capture_default_str();
+    fetch->add_option("--sha256", arguments->sha256, "The expected SHA-256, or its first 8 digits or more")
+        ->capture_default_str();
     fetch->add_option("--to", arguments->to, "Destination file or folder (default: weights/ in the user's cache)");
 }
 
@@ -283,12 +298,12 @@ int main(int argc, char** argv)
     }
     catch (const MissingInput& error)
     {
-        fmt::print(stderr, "error: {}\n", error.what());
+        fmt::print(stderr, "error: {}\n", without_controls(error.what()));
         return exit_missing_input;
     }
     catch (const std::exception& error)
     {
-        fmt::print(stderr, "error: {}\n", error.what());
+        fmt::print(stderr, "error: {}\n", without_controls(error.what()));
     }
     return 1;
 }

@@ -88,7 +88,7 @@ void print_text(const Plan& plan, const std::vector<std::string>& notes, const s
         return;
     }
     for (const auto& note : notes)
-        fmt::print("{}\n", folded(note, width));
+        fmt::print("{}\n", folded(harmless(note, LineEnds::none), width));
     fmt::print("{}\n", folded(fmt::format("about {} in all, at most {} of memory at a time per stage, {} more in the store (~: "
                                           "estimated, not yet measured here)",
                                           duration_text(plan.total.seconds), size_text(plan.total.memory_mb),

@@ -54,7 +54,7 @@ std::string value_text(const Value& value)
 
 void write_stage(const Value& stage, std::size_t width, std::ostream& out)
 {
-    out << '\n' << stage.at("stage").as_string() << '\n';
+    out << '\n' << harmless(stage.at("stage").as_string(), LineEnds::none) << '\n';
     TextTable table = table_of({Kind::figure, Kind::figure, Kind::text});
     for (const auto& [what, all] : {std::pair("input", "inputs"), {"option", "options"}, {"figure", "figures"}})
         if (const Value* entries = stage.find(all))
@@ -195,7 +195,7 @@ void write_file_origin(const TypeDescription& reader, const std::filesystem::pat
     }
     const auto versions = each(origin.at("versions").as_map(),
                                [](const Value::Entry& entry) { return entry.first + " " + entry.second.as_string(); });
-    out << file.string() << ": made with " << join(versions, ", ") << '\n';
+    out << harmless(file.string() + ": made with " + join(versions, ", "), LineEnds::none) << '\n';
     for (const Value& stage : origin.at("stages").as_list())
         write_stage(stage, width, out);
 }
@@ -231,7 +231,7 @@ void write_run_origin(const std::filesystem::path& file, bool json, std::ostream
         out << to_json(run, 2) << '\n';
         return;
     }
-    out << file.string() << ": report of a run of " << run.at("pipeline").at("file").as_string() << '\n';
+    out << harmless(file.string() + ": report of a run of " + run.at("pipeline").at("file").as_string(), LineEnds::none) << '\n';
     TextTable table = table_of({Kind::figure, Kind::text});
     table.add({"format", format->as_string() + ", version " + std::to_string(run.at("version").as_int()) +
                              ": pipelines/results.md says what is in it"});

@@ -312,6 +312,13 @@ TEST_CASE("describe says how a file was made, and which run a report is of")
                                                       "  figure  up         [0,0,1]\n"
                                                       "\nexport.gltf\n");
     CHECK(fresco::parse_json(place.run({"describe", "--json", "room.note"}).out) == fresco::parse_json(origin));
+    // What moves the cursor or begins a line of its own is escaped, wherever it stands.
+    const std::string evil = R"(\u001b]0;x\u0007\u009b1A\nok)";
+    const std::string shown = R"(\x1b]0;x\x07\x9b1A\nok)";
+    place.write("evil.note", R"({"versions": {")" + evil + R"(": ")" + evil + R"("}, "stages": [{"stage": ")" + evil +
+                                 R"(", "options": {")" + evil + R"(": ")" + evil + R"("}, "inputs": {}}]})");
+    CHECK(place.run({"describe", "evil.note"}).out ==
+          "evil.note: made with " + shown + " " + shown + "\n\n" + shown + "\n  option  " + shown + "  " + shown + "\n");
     place.write("bad.note", "{");
     const Finished bad = place.run({"describe", "bad.note"});
     CHECK((bad.code == 1 && contains(bad.err, "bad.note")));
@@ -324,6 +331,11 @@ TEST_CASE("describe says how a file was made, and which run a report is of")
     const Finished report = place.run({"describe", "out/run.json"});
     CHECK(contains(report.out, "out/run.json: report of a run of " + place.file("room.yaml").string()));
     CHECK(contains(report.out, "run room.yaml"));
+    std::string edited = fresco::read_text_file(place.file("out/run.json"));
+    const std::string named = "\"file\":\"" + place.file("room.yaml").string();
+    REQUIRE(contains(edited, named));
+    place.write("evil.json", edited.replace(edited.find(named), named.size(), R"("file":"\u001b[2J)"));
+    CHECK(contains(place.run({"describe", "evil.json"}).out, R"(report of a run of \x1b[2J)"));
     place.write("other.json", "{}");
     CHECK(contains(place.run({"describe", "other.json"}).err, "not the report of a run"));
 }

@@ -103,6 +103,8 @@ TEST_CASE("what a program hands on unchanged comes back bit by bit", "[exchange]
         const std::string as = GENERATE("npy", "png");
         CHECK(through(place, as, picture())->pixels.values == picture().pixels.values);
         CHECK(fs::exists(place.scratch() / ("image." + as)));
+        const Image clear(Raster8(2, 2, 4, 100));
+        CHECK(through(place, as, clear)->pixels == clear.pixels);
     }
     SECTION("a textured mesh, in both forms")
     {

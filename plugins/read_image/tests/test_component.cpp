@@ -22,6 +22,11 @@ class OnePixel final : public ImageIo
         asked = file;
         return {1, 1, 3, 9};
     }
+    /// Transparent.
+    Raster8 read_with_alpha(const std::filesystem::path& file) const override
+    {
+        return file.stem() == "clear" ? Raster8(1, 1, 4, 7) : read_rgb(file);
+    }
     Raster16 read_depth(const std::filesystem::path&) const override { return {}; }
     std::vector<std::byte> encode_png(const Raster8&) const override { return {}; }
     std::vector<std::byte> encode_png(const Raster16&) const override { return {}; }
@@ -66,6 +71,7 @@ TEST_CASE("read.image: all but NPY go to the codec")
         CHECK(reader.read(reader.folder.path() / name) == Raster8(1, 1, 3, 9));
         CHECK(reader.codec->asked.filename() == name);
     }
+    CHECK(reader.read(reader.folder.path() / "clear.png") == Raster8(1, 1, 4, 7));
 }
 
 TEST_CASE("read.image: NPY pictures of one, three and four channels")

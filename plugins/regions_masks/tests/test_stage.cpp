@@ -196,6 +196,10 @@ TEST_CASE("regions.masks: masks of another size, or that mark nothing, are refus
     const testing::TemporaryFolder black;
     draw(black.path() / "tv/frame-000000.png", width, height, [](int, int) { return false; });
     CHECK_THROWS_WITH(masked(black.path(), run), Contains("tv: no mask marks any surface of the mesh"));
+    const testing::TemporaryFolder clear;
+    fs::create_directories(clear.path() / "tv");
+    write_file(clear.path() / "tv/frame-000000.png", testing::RawImages().encode_png(Raster8(width, height, 4, 0)));
+    CHECK_THROWS_WITH(masked(clear.path(), run), Contains("tv/frame-000000.png: the mask has transparent pixels"));
     Regions other;
     other.names = {"a"};
     other.label_of_face = {0};

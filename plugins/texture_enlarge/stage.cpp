@@ -3,6 +3,7 @@
 #include <fresco/stage.h>
 #include <fresco/texture.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 #include <utility>
@@ -13,6 +14,7 @@ namespace
 {
 
 constexpr double fewest_pixels_per_texel = 0.5;
+constexpr int most_px_by_itself = 8192;  // Many devices show no larger texture, and exports of one take gigabytes.
 
 class TextureEnlarge final : public Stage
 {
@@ -20,13 +22,15 @@ class TextureEnlarge final : public Stage
     Input<Image> style{this, "style", "The picture that it was painted after, or a larger copy of it"};
     Input<Mesh> mesh{this, "mesh", "The mesh with the atlas that was painted"};
     Output<TexturedMesh> textured_mesh{this, "textured_mesh", "The mesh with its 8-bit picture"};
-    Option<int> size_px{this, "size_px", 8192, range(16, 16384), "Texels per side"};
+    Option<int> size_px{this, "size_px", 0, range(0, 16384),
+                        "Texels per side, at least the source map's; 0: as large as the picture allows, up to 8192"};
 
+    /// Fixed memory is that of 8192 texels a side, since size_px 0 does not say how many will be made.
     Cost cost() const override
     {
         return {.seconds = {.fixed = 1, .per = {{count::texels, 2e-7}}},
                 .parallel_share = 0.9,
-                .memory_mb = {.fixed = 100, .per = {{count::faces, 3e-4}, {count::texels, 8.5e-6}}},
+                .memory_mb = {.fixed = 670, .per = {{count::faces, 3e-4}, {count::texels, 8.5e-6}}},
                 .disk_mb = {.per = {{count::faces, 4.8e-5}, {count::texels, 3e-6}}},
                 .makes = {{count::texels, {.squares_of = "size_px"}}}};
     }
@@ -38,33 +42,43 @@ class TextureEnlarge final : public Stage
             throw Error("the mesh on port 'mesh' has no texcoords: wire the atlas.* stage that was painted");
         check_atlas(source->atlas, *mesh, "the source map on port 'source'");
         enlarge::check_picture(*source, style->pixels);
-        check_size();
     }
 
-    void check_size() const
+    /// Returns the texels per side to paint.
+    int checked_size() const
     {
-        if (*size_px < source->size_px())
+        const int map_px = source->size_px();
+        const int width = style->pixels.width;
+        const int most_px =
+            static_cast<int>(map_px * enlarge::pixels_per_texel(*source, width, map_px) / fewest_pixels_per_texel + 1e-3);
+        if (*size_px == 0)
+            return std::max(std::min(most_px, most_px_by_itself), map_px);
+        if (*size_px < map_px)
             throw Error(fmt::format("size_px {} is less than the source map's {}: for a smaller texture use texture.bake, and "
                                     "max_texture_px where it is exported",
-                                    *size_px, source->size_px()));
-        const int width = style->pixels.width;
+                                    *size_px, map_px));
         const double pixels = enlarge::pixels_per_texel(*source, width, *size_px);
-        if (pixels >= fewest_pixels_per_texel)
-            return;
-        const double most_px = *size_px * pixels / fewest_pixels_per_texel;
-        const std::string smaller =
-            most_px >= source->size_px() ? fmt::format("set size_px to {} at most, or ", static_cast<int>(most_px)) : "";
-        throw Error(
-            fmt::format("at size_px {} a texel would be {:.2g} pixels of the style picture, which holds no more detail: "
-                        "{}wire a copy of the picture at least {:.0f} pixels wide (it has {}), or use a smaller stroke_cm",
-                        *size_px, pixels, smaller, std::ceil(width * fewest_pixels_per_texel / pixels), width));
+        if (*size_px > most_px)
+            throw Error(fmt::format("at size_px {} a texel would be {:.2g} pixels of the style picture, which holds no more "
+                                    "detail: set size_px to {}, wire a copy of the picture at least {:.0f} pixels wide "
+                                    "(it has {}), or use a smaller stroke_cm",
+                                    *size_px, pixels,
+                                    most_px >= map_px ? fmt::format("{} at most (0: as large as the picture allows)", most_px)
+                                                      : "0 for the size that was painted",
+                                    std::ceil(width * fewest_pixels_per_texel / pixels), width));
+        return *size_px;
     }
 
     void run(RunContext& run) override
     {
         check();
-        enlarge::Enlarged enlarged = enlarge::enlarged(*source, style->pixels, *mesh, *size_px, enlarge::Colors::painted, run);
-        run.report("pixels_per_texel", enlarge::pixels_per_texel(*source, style->pixels.width, *size_px));
+        const int texels = checked_size();
+        const double pixels = enlarge::pixels_per_texel(*source, style->pixels.width, texels);
+        if (*size_px == 0)
+            run.message(fmt::format("{} texels a side, {:.2g} pixels of the picture each", texels, pixels));
+        enlarge::Enlarged enlarged = enlarge::enlarged(*source, style->pixels, *mesh, texels, enlarge::Colors::painted, run);
+        run.report("size_px", texels);
+        run.report("pixels_per_texel", pixels);
         run.report("painted_share", enlarged.painted_share);
         TexturedMesh result;
         result.image = Image(std::move(enlarged.picture));

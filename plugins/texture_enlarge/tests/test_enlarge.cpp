@@ -412,6 +412,25 @@ TEST_CASE("the stage gives the mesh its picture and reports how fine it is")
     CHECK(run.reported.at("painted_share").as_double() == Approx(0.18).margin(0.03));
 }
 
+TEST_CASE("size_px 0: as large as the picture allows, and never smaller than what was painted")
+{
+    const auto made = [](const Raster8& picture, float pixels_per_texel = 2)
+    {
+        Enlarging enlarging;
+        enlarging.picture = picture;
+        enlarging.source.pixels_per_texel = pixels_per_texel;
+        enlarging.size_px = 0;
+        testing::TestRun run;
+        const int width = enlarging.run(run)->image.pixels.width;
+        CHECK(run.reported.at("size_px").as_double() == width);
+        return width;
+    };
+    // Two pixels a texel at 64 texels a side: half a pixel at 256.
+    CHECK(made(detailed_picture(128, 96)) == 256);
+    CHECK(made(detailed_picture(200, 150)) == 400);
+    CHECK(made(detailed_picture(128, 96), 0.4F) == 64);
+}
+
 TEST_CASE("transparent pixels of the picture show nothing")
 {
     Enlarging enlarging;
@@ -456,7 +475,8 @@ TEST_CASE("the stage says what it cannot use before it begins")
                           {[](Enlarging& e) { e.picture = detailed_picture(128, 128); }, "128x128", "same picture"},
                           {[](Enlarging& e) { e.size_px = 48; }, "size_px 48", "source map's 64"},
                           {[](Enlarging& e) { e.size_px = 512; }, "size_px 512", "size_px to 256 at most"},
-                          {coarse_source, "size_px 64", "160 pixels wide"}})
+                          {coarse_source, "size_px 64", "160 pixels wide"},
+                          {coarse_source, "size_px 64", "set size_px to 0"}})
     {
         CAPTURE(c.place, c.word);
         Enlarging enlarging;

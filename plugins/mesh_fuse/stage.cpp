@@ -1,5 +1,7 @@
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
+#include <fresco/inspection/diagnosis.h>
+#include <fresco/inspection/views.h>
 #include <fresco/mesh.h>
 #include <fresco/parallel.h>
 #include <fresco/stage.h>
@@ -11,6 +13,7 @@
 #include <algorithm>
 #include <fmt/format.h>
 #include <functional>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -23,8 +26,14 @@ namespace
 /// Frames that are held at once.
 constexpr std::size_t batch = 8;
 constexpr double gigabyte = 1e9;
-/// Right recordings stay below 0.07, gross mistakes reach 0.17.
-constexpr double most_contradicted = 0.12;
+constexpr std::size_t checked_frames = 12;
+/// Shares of depths that agree. Below the first, the cause is searched; below the second, a certain mistake is an error.
+constexpr double doubtful_share = 0.7;
+constexpr double wrong_share = 0.5;
+/// Fewer comparisons can be explained, but not called wrong.
+constexpr std::size_t fewest_overlapping_frames = 3;
+constexpr double fewest_compared_depths = 1000;
+constexpr double fewest_depths_of_frame = 8;
 
 class MeshFuse final : public Stage
 {
@@ -39,6 +48,9 @@ class MeshFuse final : public Stage
                                     "Remove separate pieces of surface with less area"};
     Option<double> max_memory_gb{this, "max_memory_gb", 4, range(0.01, 10'000),
                                  "Stop with an error if volume and mesh need more"};
+    Option<bool> check_poses{
+        this, "check_poses", true,
+        "End with an error if depth pictures contradict each other or the given mesh; false: do not compare"};
     Slot<ImageIo> images{this, "images", "image.opencv", optional, "Reads pictures that are not NPY; none: all are NPY"};
 
     Cost cost() const override
@@ -150,25 +162,80 @@ class MeshFuse final : public Stage
             },
             [&](std::vector<fuse::ColorView>& views, std::size_t) { colors.add(views, run); });
         made.colors = colors.colors();
-        const double contradicted = colors.contradicted_share();
-        run.report("contradicted_share", contradicted);
-        if (contradicted > most_contradicted)
-            run.warning(
-                fmt::format("the views contradict each other: {:.0f} % of their looks at the fused surface measured something "
-                            "behind it; poses, intrinsics or units are wrong. scan.inspect without a mesh names the mistake",
-                            100 * contradicted));
+    }
+
+    /// Frames with depth if there are any.
+    Frames comparable_frames() const
+    {
+        Frames comparable = *frames;
+        std::erase_if(comparable.frames, [](const Frame& frame) { return frame.depth_picture.empty(); });
+        return comparable.frames.empty() ? *frames : comparable;
+    }
+
+    /// Wrong conventions of poses would fuse into a heap, or paint the given mesh with the wrong pictures. Without depth, edges
+    /// of the color pictures are compared with the mesh's outlines.
+    void compare_poses(RunContext& run) const
+    {
+        std::optional<raycast::Scene> cast;
+        if (given.has_value())
+        {
+            check_mesh(*given, "the mesh on port 'mesh'");
+            cast.emplace(*given);
+        }
+        const raycast::Scene* const scene = cast ? &*cast : nullptr;
+        const Frames comparable = comparable_frames();
+        std::vector<inspect::View> views;
+        std::vector<inspect::DepthView> depths;
+        for (const inspect::Chosen& chosen : inspect::chosen_frames(comparable, checked_frames, given.has_value(), codec()))
+        {
+            run.check_canceled();
+            const bool with_color = comparable.frames[chosen.frame].depth_picture.empty();
+            views.push_back(inspect::view_of(comparable, chosen, codec(), with_color));
+            depths.push_back(views.back().depth);
+        }
+        const auto agreements = inspect::agreement(inspect::depth_ratios(scene, depths, {}, 1), 1);
+        const inspect::Agreement sum = inspect::total(agreements);
+        if (sum.samples > 0)
+            run.report("agreement", sum.share());
+        if (sum.share() < doubtful_share && (given.has_value() || views.size() > 1))
+            tell(inspect::diagnose(scene, views, run), agreements, run);
+    }
+
+    void tell(const inspect::Diagnosis& found, const std::vector<inspect::Agreement>& agreements, RunContext& run) const
+    {
+        const inspect::Agreement sum = inspect::total(agreements);
+        const auto overlapping = std::ranges::count_if(agreements, [](const inspect::Agreement& frame)
+                                                       { return frame.covered() >= fewest_depths_of_frame; });
+        const bool is_explained = found.assumption != inspect::Assumption{};
+        const bool overlap =
+            static_cast<std::size_t>(overlapping) >= fewest_overlapping_frames && sum.covered() >= fewest_compared_depths;
+        if (sum.samples > 0 && !overlap && !is_explained)
+            return run.message("depth pictures overlap too little to tell whether the poses are right");
+        std::string text;
+        bool is_certain = is_explained;
+        for (const inspect::Finding& finding : found.findings)
+        {
+            text += (text.empty() ? "" : "; ") + finding.text;
+            is_certain |= finding.certain && (sum.samples > 0 || finding.cause == "equal_poses");
+        }
+        if (is_certain && sum.share() < wrong_share)
+            throw Error("the recording contradicts itself: " + text + ". Set check_poses: false to go on all the same");
+        if (!text.empty())
+            run.warning(text);
     }
 
     void run(RunContext& run) override
     {
         run.report("fused", !given.has_value());
+        const std::vector<const Frame*> measured = given.has_value() ? std::vector<const Frame*>() : frames_with_depth(run);
+        if (*check_poses && !frames->frames.empty())
+            compare_poses(run);
         if (given.has_value())
         {
             run.message(fmt::format("the recording has a mesh of {} faces: it is passed on", given->triangles.size()));
             mesh = Mesh(*given);
             return;
         }
-        const std::vector<const Frame*> measured = frames_with_depth(run);
         Mesh made = extract(fuse_frames(measured, run), run);
         color(made, measured, run);
         check_mesh(made, "the fused mesh");
@@ -182,3 +249,4 @@ class MeshFuse final : public Stage
 }  // namespace
 
 FRESCO_STAGE("mesh.fuse", MeshFuse, "Fuses depth pictures into a mesh, or passes on the one there is")
+FRESCO_LIBRARY("Embree", raycast::embree_version())

@@ -17,8 +17,6 @@ namespace
 {
 
 constexpr double least_facing = 0.2;
-/// Of the distance: noise grows with it.
-constexpr double through_share = 0.05;
 
 bool is_inside(Vec3d seen, const Intrinsics& k)
 {
@@ -66,7 +64,7 @@ VertexColors::VertexColors(const Mesh& mesh, double tolerance_m)
 {
 }
 
-void VertexColors::add(const ColorView& view, const RigidTransform& camera_from_world, std::size_t vertex, Sightings& seen_here)
+void VertexColors::add(const ColorView& view, const RigidTransform& camera_from_world, std::size_t vertex)
 {
     const Vec3d position = vec_cast<double>(mesh_.positions[vertex]);
     const Vec3d local = camera_from_world.point(position);
@@ -77,21 +75,11 @@ void VertexColors::add(const ColorView& view, const RigidTransform& camera_from_
     if (!is_inside(seen, k))
         return;
     const double measured = double{view.depth.at(static_cast<int>(seen.x), static_cast<int>(seen.y))};
-    const double farther = measured - local.z;
-    // Nearer: something stands before the vertex, which contradicts nothing.
-    if (!(measured > 0) || farther < -tolerance_m_)
+    if (!(measured > 0) || std::abs(measured - local.z) > tolerance_m_)
         return;
     const Vec3d toward = normalized(view.depth_camera.world_from_camera.translation - position);
     const double cosine = dot(toward, vec_cast<double>(normals_[vertex]));
     if (!(cosine >= least_facing))
-        return;
-    ++seen_here.all;
-    if (farther > tolerance_m_ + through_share * local.z)
-    {
-        ++seen_here.through;
-        return;
-    }
-    if (farther > tolerance_m_)
         return;
     const Vec3d pixel = view.color_camera.project(position);
     if (!is_inside(pixel, view.color_camera.intrinsics))
@@ -109,21 +97,14 @@ void VertexColors::add(std::span<const ColorView> views, const Progress& progres
     std::vector<RigidTransform> cameras_from_world;
     for (const ColorView& view : views)
         cameras_from_world.push_back(view.depth_camera.world_from_camera.inverse());
-    constexpr std::size_t grain = 4096;
-    std::vector<Sightings> parts(sums_.size() / grain + 1);
-    parallel_for(sums_.size(), grain, progress,
+    parallel_for(sums_.size(), 4096, progress,
                  [&](std::size_t begin, std::size_t end)
                  {
                      progress.check_canceled();
                      for (std::size_t i = 0; i < views.size(); ++i)
                          for (std::size_t vertex = begin; vertex < end; ++vertex)
-                             add(views[i], cameras_from_world[i], vertex, parts[begin / grain]);
+                             add(views[i], cameras_from_world[i], vertex);
                  });
-    for (const Sightings& part : parts)
-    {
-        sightings_.all += part.all;
-        sightings_.through += part.through;
-    }
 }
 
 std::vector<Rgb8> VertexColors::colors() const

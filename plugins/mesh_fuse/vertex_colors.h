@@ -34,29 +34,16 @@ class VertexColors
     void add(std::span<const ColorView> views, const fresco::Progress& progress);
     /// One per vertex. An unseen vertex gets the colors of its neighbors, otherwise gray.
     std::vector<fresco::Rgb8> colors() const;
-    /// Of all cameras that look at a vertex with nothing before it, the share that measured what lies behind it: views that were
-    /// fused contradict each other there. 0 if no camera does.
-    double contradicted_share() const
-    {
-        return sightings_.all > 0 ? static_cast<double>(sightings_.through) / static_cast<double>(sightings_.all) : 0;
-    }
 
   private:
     using Sum = std::array<float, 4>;  ///< Red, green and blue times weights; weights.
 
-    struct Sightings
-    {
-        std::size_t all = 0;
-        std::size_t through = 0;
-    };
-
-    void add(const ColorView& view, const fresco::RigidTransform& camera_from_world, std::size_t vertex, Sightings& seen_here);
+    void add(const ColorView& view, const fresco::RigidTransform& camera_from_world, std::size_t vertex);
 
     const fresco::Mesh& mesh_;
     std::vector<fresco::Vec3f> normals_;
     double tolerance_m_;
     std::vector<Sum> sums_;
-    Sightings sightings_;
 };
 
 }  // namespace fuse

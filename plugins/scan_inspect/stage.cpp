@@ -1,12 +1,12 @@
-#include "diagnosis.h"
 #include "drawing.h"
-#include "views.h"
-#include "wording.h"
 
 #include <fresco/files.h>
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
+#include <fresco/inspection/diagnosis.h>
+#include <fresco/inspection/views.h>
+#include <fresco/inspection/wording.h>
 #include <fresco/mesh.h>
 #include <fresco/stage.h>
 
@@ -55,12 +55,12 @@ class ScanInspect final : public Stage
         if (frames->frames.empty())
             throw Error("port 'frames' has no frames: check the scan's path and the stages that drop frames");
         const auto chosen =
-            inspect::chosen_frames(*frames, static_cast<std::size_t>(*frames_count), mesh.has_value(), *images.get());
+            inspect::chosen_frames(*frames, static_cast<std::size_t>(*frames_count), mesh.has_value(), images.get().get());
         std::vector<inspect::View> views;
         for (const inspect::Chosen& one : chosen)
         {
             run.check_canceled();
-            views.push_back(inspect::view_of(*frames, one, *images.get()));
+            views.push_back(inspect::view_of(*frames, one, images.get().get()));
             run.progress(static_cast<double>(views.size()), static_cast<double>(chosen.size()), "frames");
         }
         const auto found = inspect::diagnose(scene, views, run);

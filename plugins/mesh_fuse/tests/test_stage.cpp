@@ -1,4 +1,5 @@
 #include "catch.h"
+#include "recordings.h"
 #include "room.h"
 
 #include <fresco/frames.h>
@@ -9,7 +10,9 @@
 
 #include <cmath>
 #include <functional>
+#include <map>
 #include <numbers>
+#include <tuple>
 
 using namespace fresco;
 using Catch::Contains;
@@ -53,13 +56,16 @@ std::shared_ptr<Frames> one_frame(const std::filesystem::path& folder, const std
 }
 
 std::shared_ptr<Mesh> fuse_frames(const std::shared_ptr<Frames>& frames, const Value& options, testing::TestRun& run,
-                                  const std::shared_ptr<Mesh>& given = nullptr)
+                                  const std::shared_ptr<Mesh>& given = nullptr, const std::shared_ptr<ImageIo>& images = nullptr)
 {
     const testing::TemporaryFolder folder;
     testing::Inputs inputs{{"frames", frames}};
     if (given)
         inputs["mesh"] = given;
-    testing::run_stage(FRESCO_PLUGIN_FILE, "mesh.fuse", options, inputs, folder.path(), run);
+    std::map<std::string, std::shared_ptr<Component>> components;
+    if (images)
+        components["images"] = images;
+    testing::run_stage(FRESCO_PLUGIN_FILE, "mesh.fuse", options, inputs, folder.path(), run, components);
     return Mesh::load({folder.path() / "mesh", folder.path()});
 }
 
@@ -163,23 +169,152 @@ TEST_CASE("a mesh that is given is passed on as it is")
     CHECK(passed->texcoords == given->texcoords);
 }
 
-TEST_CASE("views that contradict each other are told")
+TEST_CASE("the share of depths that agree is what it is by hand, and decides between silence, a warning and an error")
 {
     const testing::TemporaryFolder folder;
-    auto frames = room_frames(folder.path());
+    const auto frames = room_frames(folder.path());
+    // All frames but the first see the walls at 0.7 times the distance, from one place. Of the four that are compared, each of
+    // n depths meets three others: 6 n agree, 3 n are seen through, and 3 n lie behind, which counts half.
+    frames->frames.assign(5, frames->frames[0]);
     testing::TestRun right;
-    fuse_frames(frames, Value::Map{{"voxel_m", 0.03}}, right);
-    CHECK(right.reported.at("contradicted_share").as_double() < 0.05);
+    fuse_frames(frames, Value::Map{{"voxel_m", 0.05}}, right);
+    CHECK(right.reported.at("agreement").as_double() == 1);
     CHECK(right.messages.empty());
-    // Three frames see a wall at 0.7 times the distance at which one sees it.
-    frames->frames.assign(4, frames->frames[0]);
-    for (std::size_t i = 1; i < 4; ++i)
+    for (std::size_t i = 1; i < 5; ++i)
         frames->frames[i].depth_unit_m *= 0.7;
+    testing::TestRun doubtful;
+    fuse_frames(frames, Value::Map{{"voxel_m", 0.05}}, doubtful);
+    CHECK(doubtful.reported.at("agreement").as_double() == Approx(4 / 7.0).margin(0.005));
+    REQUIRE(doubtful.messages.size() == 1);
+    CHECK_THAT(doubtful.messages[0], Contains("warning: ") && Contains("all inspected frames have the same pose"));
+    // Of three, 2 n agree, 2 n are seen through and 2 n lie behind.
+    frames->frames.resize(3);
     testing::TestRun wrong;
-    fuse_frames(frames, Value::Map{{"voxel_m", 0.03}}, wrong);
-    CAPTURE(wrong.reported.at("contradicted_share").as_double());
-    REQUIRE(wrong.messages.size() == 1);
-    CHECK_THAT(wrong.messages[0], Contains("contradict each other"));
+    CHECK_THROWS_WITH(fuse_frames(frames, Value::Map{{"voxel_m", 0.05}}, wrong),
+                      Contains("the same pose") && Contains("check_poses: false"));
+    CHECK(wrong.reported.at("agreement").as_double() == Approx(0.4).margin(0.005));
+    testing::TestRun unchecked;
+    fuse_frames(frames, Value::Map{{"voxel_m", 0.05}, {"check_poses", false}}, unchecked);
+    CHECK(unchecked.messages.empty());
+}
+
+namespace
+{
+
+using Pose = RigidTransform;
+
+/// The recording with the depth cameras' poses changed; the color cameras stay fixed to them.
+std::shared_ptr<Frames> posed(const Frames& recorded, const std::function<Pose(const Pose&)>& change)
+{
+    auto frames = std::make_shared<Frames>(recorded);
+    for (Frame& frame : frames->frames)
+    {
+        const Pose depth_from_color = frame.depth.world_from_camera.inverse() * frame.color.world_from_camera;
+        frame.depth.world_from_camera = change(frame.depth.world_from_camera);
+        frame.color.world_from_camera = frame.depth.world_from_camera * depth_from_color;
+    }
+    return frames;
+}
+
+Pose opengl(Pose pose)
+{
+    for (const int row : {0, 1, 2})
+        for (const int column : {1, 2})
+            pose.rotation(row, column) *= -1;
+    return pose;
+}
+
+Pose scaled(Pose pose, double scale)
+{
+    pose.translation = pose.translation * scale;
+    return pose;
+}
+
+/// Conventions that a recording may have got wrong, and what the error says of each.
+std::vector<std::tuple<std::string, std::function<Pose(const Pose&)>, std::string>> wrong_conventions()
+{
+    return {
+        {"OpenGL axes", opengl, "negate the second and third columns"},
+        {"inverse", [](const Pose& pose) { return pose.inverse(); }, "invert them"},
+        {"inverse of OpenGL axes", [](const Pose& pose) { return opengl(pose).inverse(); }, "with all 2 corrections together"},
+        {"transposed",
+         [](const Pose& pose) {
+             return Pose{transposed(pose.rotation), pose.translation};
+         },
+         "transpose them"},
+        {"identity", [](const Pose&) { return Pose{}; }, "the same pose"},
+        {"no rotations",
+         [](const Pose& pose) {
+             return Pose{{}, pose.translation};
+         },
+         "the same rotation"},
+        {"no positions", [](const Pose& pose) { return scaled(pose, 0); }, "the same position"},
+        {"millimeters", [](const Pose& pose) { return scaled(pose, 1000); }, "multiply the positions by 0.001"}};
+}
+
+}  // namespace
+
+TEST_CASE("wrong conventions of poses are refused by name, right poses pass silently")
+{
+    const auto* walk = recordings::walk();
+    if (walk == nullptr)
+        return;
+    const Value options = Value::Map{{"voxel_m", 0.1}};
+    const auto run_on = [&](const std::shared_ptr<Frames>& frames, const std::shared_ptr<Mesh>& mesh, testing::TestRun& run)
+    { fuse_frames(frames, options, run, mesh, walk->images); };
+    for (const auto& [name, change, advice] : wrong_conventions())
+    {
+        INFO(name);
+        testing::TestRun run;
+        CHECK_THROWS_WITH(run_on(posed(*walk->frames, change), nullptr, run), Contains("check_poses: false") && Contains(advice));
+        CHECK(run.reported.at("agreement").as_double() < 0.5);
+    }
+    testing::TestRun right;
+    run_on(walk->frames, nullptr, right);
+    CHECK(right.messages.empty());
+    CHECK(right.reported.at("agreement").as_double() > 0.8);
+
+    // The recording's own mesh is the judge where there is one.
+    testing::TestRun by_mesh;
+    run_on(walk->frames, walk->mesh, by_mesh);
+    CHECK(by_mesh.reported.at("agreement").as_double() > 0.8);
+    CHECK(by_mesh.messages.size() == 1);
+    CHECK_THROWS_WITH(run_on(posed(*walk->frames, opengl), walk->mesh, by_mesh), Contains("negate the second and third columns"));
+    CHECK_THROWS_WITH(run_on(posed(*walk->frames, [](const Pose&) { return Pose{}; }), walk->mesh, by_mesh),
+                      Contains("the same pose"));
+}
+
+TEST_CASE("without depth, the mesh's outlines are held against the edges of the pictures")
+{
+    const auto* room = recordings::room();
+    if (room == nullptr)
+        return;
+    Frames without_depth = *room->frames;
+    for (Frame& frame : without_depth.frames)
+        frame.depth_picture = {};
+    testing::TestRun run;
+    const auto fuse = [&](const std::function<Pose(const Pose&)>& change)
+    { fuse_frames(posed(without_depth, change), Value::Map{}, run, room->mesh, room->images); };
+    fuse([](const Pose& pose) { return pose; });
+    CHECK(run.messages.size() == 1);
+    CHECK_THROWS_WITH(fuse(opengl), Contains("negate the second and third columns"));
+}
+
+TEST_CASE("frames that overlap too little are neither refused nor warned of")
+{
+    const auto* walk = recordings::walk();
+    if (walk == nullptr)
+        return;
+    for (const std::size_t count : {1, 2, 3, 4})
+    {
+        auto sparse = std::make_shared<Frames>();
+        for (std::size_t i = 0; i < count; ++i)
+            sparse->frames.push_back(walk->frames->frames[15 * i]);
+        testing::TestRun run;
+        fuse_frames(sparse, Value::Map{{"voxel_m", 0.1}}, run, nullptr, walk->images);
+        for (const std::string& message : run.messages)
+            CHECK_THAT(message, Contains("overlap too little to tell"));
+    }
 }
 
 TEST_CASE("what cannot be fused is refused with a way out")

@@ -1,4 +1,4 @@
-#include "agreement.h"
+#include <fresco/inspection/agreement.h>
 
 #include <fresco/evaluation/statistics.h>
 #include <fresco/numerics/bilinear.h>
@@ -447,6 +447,7 @@ constexpr double fewest_depths = 100;
 constexpr double fewest_depths_of_frame = 8;
 constexpr std::size_t fewest_frames = 3;
 constexpr double explained_share = 0.6;
+constexpr double explained_among_frames = 0.7;
 constexpr double left_of_disagreement = 0.5;
 constexpr double left_among_frames = 0.7;
 constexpr double least_step_share = 0.25;
@@ -507,7 +508,8 @@ bool covers_more(const std::vector<Agreement>& before, const std::vector<Agreeme
 
 bool explains(const std::vector<Agreement>& recorded, const std::vector<Agreement>& assumed, bool by_mesh)
 {
-    return gains_most(recorded, assumed, explained_share, by_mesh ? left_of_disagreement : left_among_frames) ||
+    return gains_most(recorded, assumed, by_mesh ? explained_share : explained_among_frames,
+                      by_mesh ? left_of_disagreement : left_among_frames) ||
            (total(assumed).share() >= good_share && covers_more(recorded, assumed));
 }
 

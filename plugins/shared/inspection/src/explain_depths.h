@@ -1,6 +1,6 @@
 #pragma once
 
-#include "agreement.h"
+#include <fresco/inspection/agreement.h>
 
 #include <fresco/parallel.h>
 #include <fresco/raycast/scene.h>

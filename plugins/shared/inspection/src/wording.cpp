@@ -1,4 +1,4 @@
-#include "wording.h"
+#include <fresco/inspection/wording.h>
 
 #include "explain_depths.h"
 
@@ -36,13 +36,27 @@ void tell(Findings& findings, const char* cause, std::string text, bool certain 
     findings.push_back({cause, std::move(text), certain});
 }
 
-void tell_reading(const Assumption& a, Findings& findings)
+const char* const negate_columns = "negate the second and third columns of their rotations";
+const char* const opengl_files = " files with OpenGL's axes (transforms.json, scan.folder with axes: opengl)";
+
+/// Whether inverting what a reader made of files with OpenGL's axes tells what to do with the files: their axes turn the world,
+/// which frames among themselves do not see, or the mesh.
+bool tells_of_opengl_files(const Assumption& a, double extent)
+{
+    return a.reading == Reading::inverted && (extent == 0 || a.world_turn == axis_rotations()[1]);
+}
+
+void tell_reading(const Assumption& a, double extent, Findings& findings)
 {
     switch (a.reading)
     {
     case Reading::inverted:
         tell(findings, "inverted_poses",
-             "the poses are inverted, camera_from_world where world_from_camera is expected: invert them");
+             std::string("the poses are inverted, camera_from_world where world_from_camera is expected: invert them (with "
+                         "scan.folder, set direction to its other value)") +
+                 (a.camera_turn == Mat3{} && tells_of_opengl_files(a, extent)
+                      ? std::string("; in") + opengl_files + ", also " + negate_columns + " afterward"
+                      : ""));
         break;
     case Reading::transposed:
         tell(findings, "transposed_rotations",
@@ -63,12 +77,14 @@ void tell_reading(const Assumption& a, Findings& findings)
     }
 }
 
-void tell_axes(const Assumption& a, bool inside_out, Findings& findings)
+void tell_axes(const Assumption& a, double extent, bool inside_out, Findings& findings)
 {
     if (a.camera_turn == axis_rotations()[1])
         tell(findings, "opengl_axes",
-             "the poses have OpenGL's camera axes (y up, z backward) where OpenCV's (y down, z forward) are expected: negate "
-             "the second and third columns of their rotations");
+             std::string("the poses have OpenGL's camera axes (y up, z backward) where OpenCV's (y down, z forward) are "
+                         "expected, or OpenCV's in a transforms.json, which has OpenGL's: ") +
+                 negate_columns + " (with scan.folder, set axes to its other value)" +
+                 (tells_of_opengl_files(a, extent) ? std::string(". In") + opengl_files + ", only invert the poses" : ""));
     else if (!(a.camera_turn == Mat3{}))
         tell(findings, "camera_axes",
              "the poses have other camera axes than OpenCV's: right, down and forward are their " + axis_names(a.camera_turn));
@@ -78,7 +94,8 @@ void tell_axes(const Assumption& a, bool inside_out, Findings& findings)
     std::erase(axes, '+');
     if (determinant(a.world_turn) > 0)
         tell(findings, "world_axes",
-             "mesh and poses are rotated against each other: read the mesh with scan.mesh and axes: \"" + axes + "\"");
+             "mesh and poses are rotated against each other: read the mesh with scan.mesh and axes: \"" + axes + "\"" +
+                 (tells_of_opengl_files(a, extent) ? std::string(", but not with") + opengl_files : ""));
     else
         tell(findings, "mirrored_mesh",
              "the mesh is mirrored: export it again without mirroring, or replace each vertex's x y z by its " + axes +
@@ -90,6 +107,14 @@ void tell_units(const Assumption& a, double extent, Findings& findings)
     const double poses = a.pose_scale;
     const double depths = a.depth_scale;
     const bool large = extent > largest_room;
+    if (extent == 0 && poses != 1)
+    {
+        tell(findings, poses == 0.001 ? "millimeter_poses" : "pose_unit",
+             "the poses' positions and the depths are in different units: multiply the positions by " + number(poses) +
+                 " (unit_m of scan.colmap, scan.nerfstudio or scan.folder) or, if these are in meters, depth_unit_m by " +
+                 number(1 / poses));
+        return;
+    }
     const auto unit = [](double scale)
     { return "read it with scan.mesh and multiply unit_m of scan.mesh by " + number(1 / scale); };
     if (poses != 1 && (std::abs(std::log(depths / poses)) < 0.03 || (poses > 1 && large)))
@@ -118,6 +143,8 @@ void tell_units(const Assumption& a, double extent, Findings& findings)
     if (depths == 0.001)
         tell(findings, "millimeter_depth",
              "depths come out 1000 times too large: the depth pictures hold millimeters, set depth_unit_m: 0.001");
+    else if (depths != 1 && extent == 0)
+        tell(findings, "depth_unit", "the depths are not in meters: multiply depth_unit_m by " + number(depths));
     else if (depths != 1)
         tell(findings, "depth_unit",
              "depths are not in the mesh's unit: multiply depth_unit_m by " + number(depths) +
@@ -215,8 +242,8 @@ double mesh_extent(const Mesh& mesh)
 void tell_assumption(const Diagnosis& diagnosis, double extent, bool one_camera, Findings& findings)
 {
     const Assumption& a = diagnosis.assumption;
-    tell_reading(a, findings);
-    tell_axes(a, diagnosis.front_share < 0.5, findings);
+    tell_reading(a, extent, findings);
+    tell_axes(a, extent, diagnosis.front_share < 0.5, findings);
     if (a.lag_frames != 0)
         tell(findings, "pose_lag",
              "poses and pictures are shifted in time: each picture fits the pose listed " + number(std::abs(a.lag_frames)) +
@@ -294,8 +321,9 @@ void tell_figures(const Diagnosis& diagnosis, std::size_t by_depth, Findings& fi
 {
     for (std::size_t i = 0; i < findings.size(); ++i)
         if (i < by_depth && diagnosis.depths > 0)
-            findings[i].text += " (" + percent(diagnosis.explained.agreement) + " of the covered depths agree then, " +
-                                percent(diagnosis.recorded.agreement) + " as recorded)";
+            findings[i].text += (by_depth > 1 ? " (with all " + std::to_string(by_depth) + " corrections together, " : " (") +
+                                percent(diagnosis.explained.agreement) + " of the covered depths agree" +
+                                (by_depth > 1 ? ", " : " then, ") + percent(diagnosis.recorded.agreement) + " as recorded)";
         else
             findings[i].text += " (edges along the outlines are " + number(1 + diagnosis.explained.edge_response) +
                                 " times as strong as elsewhere then, " + number(1 + diagnosis.recorded.edge_response) +
@@ -314,6 +342,16 @@ void tell_uncovered(bool by_mesh, Findings& findings)
          by_mesh ? "no inspected frame sees the mesh, and no usual mistake explains it: do mesh and frames belong together?"
                  : "no inspected frame sees what another one does, and no usual mistake explains it: are the poses in order?",
          false);
+}
+
+void tell_equal_poses(bool positions, bool rotations, Findings& findings)
+{
+    tell(findings, "equal_poses",
+         std::string("all inspected frames have the same ") +
+             (!positions   ? "rotation"
+              : !rotations ? "position"
+                           : "pose") +
+             ", which does not fit what they show: export the recording with its poses");
 }
 
 void tell_disagreement(const Fit& fit, bool by_mesh, bool certain, Findings& findings)

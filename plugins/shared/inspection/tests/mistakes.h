@@ -1,8 +1,7 @@
 #pragma once
 
-#include "agreement.h"
-#include "views.h"
-
+#include <fresco/inspection/agreement.h>
+#include <fresco/inspection/views.h>
 #include <fresco/numerics/numerics.h>
 #include <fresco/random.h>
 #include <fresco/testing.h>

@@ -1,9 +1,9 @@
-#include "agreement.h"
 #include "catch.h"
 #include "explain_depths.h"
-#include "views.h"
-#include "wording.h"
 
+#include <fresco/inspection/agreement.h>
+#include <fresco/inspection/views.h>
+#include <fresco/inspection/wording.h>
 #include <fresco/testing.h>
 #include <fresco/testing_scenes.h>
 
@@ -30,7 +30,7 @@ Camera camera(int width, int height)
 
 }  // namespace
 
-TEST_CASE("quaternions are put into the other order", "[scan.inspect]")
+TEST_CASE("quaternions are put into the other order", "[inspection]")
 {
     // w x y z = 0.8 0.6 0 0, read as x y z w: w = 0, x = 0.8, y = 0.6, half a turn about (0.8, 0.6, 0).
     RigidTransform meant_pose;
@@ -52,7 +52,7 @@ TEST_CASE("quaternions are put into the other order", "[scan.inspect]")
     CHECK(meant(meant_pose, Reading::transposed).rotation == transposed(meant_pose.rotation));
 }
 
-TEST_CASE("a lag lies between recorded poses, or at the first or last", "[scan.inspect]")
+TEST_CASE("a lag lies between recorded poses, or at the first or last", "[inspection]")
 {
     PoseTrack track;
     for (const double angle : {0.0, 0.2, 0.6})
@@ -77,7 +77,7 @@ TEST_CASE("a lag lies between recorded poses, or at the first or last", "[scan.i
     CHECK(at(-3).first == Approx(0).margin(1e-12));
 }
 
-TEST_CASE("depths are compared with the mesh's where it is", "[scan.inspect]")
+TEST_CASE("depths are compared with the mesh's where it is", "[inspection]")
 {
     const Mesh mesh = two_walls();
     const raycast::Scene scene(mesh);
@@ -130,7 +130,7 @@ TEST_CASE("depths are compared with the mesh's where it is", "[scan.inspect]")
     CHECK(samples.front().x == 3.5F);
 }
 
-TEST_CASE("without a mesh, points of one view are looked up in the others of its group", "[scan.inspect]")
+TEST_CASE("without a mesh, points of one view are looked up in the others of its group", "[inspection]")
 {
     const auto seen = [](double x, float depth, std::size_t group)
     {
@@ -159,7 +159,7 @@ TEST_CASE("without a mesh, points of one view are looked up in the others of its
         CHECK(b[i] / 10 == Approx(a[i]).margin(1e-4));
 }
 
-TEST_CASE("a mistake is found only if it explains most, clearly better, in enough frames", "[scan.inspect]")
+TEST_CASE("a mistake is found only if it explains most, clearly better, in enough frames", "[inspection]")
 {
     const auto frames = [](std::size_t count, double agreeing, double in_front, double behind) {
         return std::vector<Agreement>(count, {1000, agreeing, in_front, behind});
@@ -197,7 +197,7 @@ TEST_CASE("a mistake is found only if it explains most, clearly better, in enoug
     CHECK_FALSE(gains({0, 0, 0.1, 0}, {0.5, -0.4, 0.6, -0.5}));
 }
 
-TEST_CASE("a focal length at the end of the search is no advice", "[scan.inspect]")
+TEST_CASE("a focal length at the end of the search is no advice", "[inspection]")
 {
     const auto told = [](double depth, double color)
     {
@@ -217,7 +217,7 @@ TEST_CASE("a focal length at the end of the search is no advice", "[scan.inspect
     CHECK_THAT(told(0.45, 0.45), Catch::Contains("both cameras") && Catch::Contains("or more"));
 }
 
-TEST_CASE("advice names the option that mends it", "[scan.inspect]")
+TEST_CASE("advice names the option that mends it", "[inspection]")
 {
     const auto told = [](const Assumption& assumption, double extent)
     {
@@ -246,4 +246,37 @@ TEST_CASE("advice names the option that mends it", "[scan.inspect]")
     a = {};
     a.move.translation = {0.1, 0, 0};
     CHECK_THAT(told(a, 6), Catch::Contains("transform: [1.000000, 0.000000, 0.000000, -0.1000, "));
+}
+
+TEST_CASE("corrections that are only right together say so, and alternatives are one finding", "[inspection]")
+{
+    const auto told = [](const Assumption& assumption)
+    {
+        Diagnosis diagnosis;
+        diagnosis.assumption = assumption;
+        diagnosis.depths = 100;
+        diagnosis.recorded.agreement = 0.06;
+        diagnosis.explained.agreement = 0.83;
+        std::vector<Finding> findings;
+        tell_assumption(diagnosis, 0, false, findings);
+        tell_figures(diagnosis, findings.size(), findings);
+        return findings;
+    };
+    using Catch::Contains;
+    const std::string in_json = "axes: opengl), also negate the second and third columns of their rotations afterward";
+    Assumption a;
+    a.reading = Reading::inverted;
+    REQUIRE(told(a).size() == 1);
+    CHECK_THAT(told(a)[0].text, Contains(in_json) && Contains("(83 % of the covered depths agree then, 6 % as recorded)"));
+    a.camera_turn = axis_rotations()[1];
+    REQUIRE(told(a).size() == 2);
+    CHECK_THAT(told(a)[0].text, !Contains(in_json) && Contains("(with all 2 corrections together, 83 %"));
+    CHECK_THAT(told(a)[1].text,
+               Contains("In files with OpenGL's axes (transforms.json, scan.folder with axes: opengl), only invert the poses") &&
+                   Contains("(with all 2 corrections together, 83 %"));
+    a = {};
+    a.pose_scale = 5;
+    REQUIRE(told(a).size() == 1);
+    CHECK_THAT(told(a)[0].text,
+               Contains("multiply the positions by 5 ") && Contains("or, if these are in meters, depth_unit_m by 0.2 "));
 }

@@ -1,7 +1,6 @@
 #pragma once
 
-#include "diagnosis.h"
-
+#include <fresco/inspection/diagnosis.h>
 #include <fresco/mesh.h>
 
 #include <string>
@@ -17,7 +16,7 @@ namespace fresco::inspect
 double mesh_extent(const Mesh& mesh);
 
 /// One finding for each assumption about poses, mesh and depth. `extent`: see mesh_extent; decides whether the mesh or the depth
-/// is probably in meters. `one_camera`: depth and color were given the same camera.
+/// is probably in meters; 0 without a mesh. `one_camera`: depth and color were given the same camera.
 void tell_assumption(const Diagnosis& diagnosis, double extent, bool one_camera, std::vector<Finding>& findings);
 
 /// One finding for each assumption about the color camera.
@@ -32,6 +31,7 @@ void tell_figures(const Diagnosis& diagnosis, std::size_t by_depth, std::vector<
 void tell_inside_out(std::vector<Finding>& findings);
 /// `by_mesh`: the frames were compared with a mesh, not with each other.
 void tell_uncovered(bool by_mesh, std::vector<Finding>& findings);
+void tell_equal_poses(bool positions, bool rotations, std::vector<Finding>& findings);
 void tell_disagreement(const Fit& fit, bool by_mesh, bool certain, std::vector<Finding>& findings);
 void tell_no_edges(std::vector<Finding>& findings);
 

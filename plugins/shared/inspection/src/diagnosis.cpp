@@ -1,10 +1,10 @@
-#include "diagnosis.h"
+#include <fresco/inspection/diagnosis.h>
 
 #include "explain_depths.h"
-#include "wording.h"
 
 #include <fresco/camera.h>
 #include <fresco/evaluation/statistics.h>
+#include <fresco/inspection/wording.h>
 #include <fresco/numerics/numerics.h>
 
 #include <algorithm>
@@ -145,6 +145,23 @@ class Judge
     }
 
   private:
+    template <class Part>
+    bool all_share(Part RigidTransform::*part) const
+    {
+        const auto of = [&](const View& view) { return view.depth.track.poses[view.depth.track.own].*part; };
+        return views_.size() > 1 && std::ranges::all_of(views_, [&](const View& view) { return of(view) == of(views_.front()); });
+    }
+    /// Equal poses, positions or rotations where they do not fit. Without depth, only equal poses are odd enough.
+    bool tell_placeholders()
+    {
+        const bool positions = all_share(&RigidTransform::translation);
+        const bool rotations = all_share(&RigidTransform::rotation);
+        const bool fits = depths_.empty() ? result_.explained.edge_response >= fair_response : result_.explained.fits;
+        if (fits || !(depths_.empty() ? positions && rotations : positions || rotations))
+            return false;
+        tell_equal_poses(positions, rotations, result_.findings);
+        return true;
+    }
     bool shared_camera() const { return std::ranges::all_of(depths_, one_camera); }
 
     /// Views among themselves know only the quotient of two units. Depths that no room has tell which one is wrong.
@@ -405,6 +422,8 @@ class Judge
     void judge_rest()
     {
         const Fit& fit = result_.explained;
+        if (tell_placeholders())
+            return;
         if (depths_.empty())
         {
             if (scene_ != nullptr)

@@ -34,7 +34,7 @@ inline std::shared_ptr<const Recording> record(const std::string& type, const st
     const auto file = std::filesystem::path(FRESCO_PLUGIN_FILE).parent_path() / (library + ".so");
     if (!std::filesystem::exists(file))
     {
-        skipped("scan.inspect on " + type + ": " + library + " is not built");
+        skipped("the test on " + type + ": " + library + " is not built");
         return nullptr;
     }
     auto result = std::make_shared<Recording>();
@@ -85,7 +85,7 @@ inline const Recording* walk()
 inline std::shared_ptr<const Recording> real(const std::string& type, const std::string& library, const std::string& folder,
                                              Value::Map options = {})
 {
-    const auto path = shared_data(folder, "scan.inspect on a real recording");
+    const auto path = shared_data(folder, "the test on a real recording");
     const auto codec = std::filesystem::path(FRESCO_PLUGIN_FILE).parent_path() / "image_opencv.so";
     if (path.empty() || !std::filesystem::exists(codec))
         return nullptr;

@@ -1,11 +1,10 @@
 #pragma once
 
-#include "agreement.h"
-
 #include <fresco/camera.h>
 #include <fresco/frames.h>
 #include <fresco/image.h>
 #include <fresco/image_io.h>
+#include <fresco/inspection/agreement.h>
 #include <fresco/parallel.h>
 #include <fresco/raycast/scene.h>
 
@@ -114,11 +113,11 @@ struct Chosen
 /// `count` frames, evenly spread. Without a mesh, half as many groups of up to four of one sequence: 0, 1, 2 and 4 spacings after
 /// the first. The spacing is the least of 1, 2, 4, … frames after which depths have changed by more than 4 % at half of the
 /// pixels, so that the views of a group differ, and overlap. Throws as load_depth does. \pre frames
-std::vector<Chosen> chosen_frames(const Frames& frames, std::size_t count, bool with_mesh, const ImageIo& images);
+std::vector<Chosen> chosen_frames(const Frames& frames, std::size_t count, bool with_mesh, const ImageIo* images);
 
 /// The frame: depths on a grid of 40 columns, silhouettes and edges at a height of 120 px, at which a tenth of a focal length
 /// moves them by four pixels and a color camera that is not synchronized by one or two. Throws as check_camera, load_color and
 /// load_depth do. Thread-safe.
-View view_of(const Frames& frames, const Chosen& chosen, const ImageIo& images);
+View view_of(const Frames& frames, const Chosen& chosen, const ImageIo* images, bool with_color = true);
 
 }  // namespace fresco::inspect

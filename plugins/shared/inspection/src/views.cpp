@@ -1,4 +1,4 @@
-#include "views.h"
+#include <fresco/inspection/views.h>
 
 #include "explain_depths.h"
 
@@ -349,14 +349,14 @@ std::vector<DepthSample> silhouette_of(const RasterF& depth)
 }
 
 /// See chosen_frames; 1 without depth.
-std::size_t telling_spacing(const Frames& frames, const ImageIo& images)
+std::size_t telling_spacing(const Frames& frames, const ImageIo* images)
 {
     constexpr std::size_t looks = 4;
     constexpr double telling_change = 0.04;
     const auto depths = [&](std::size_t i)
     {
         const Frame& frame = frames.frames[i];
-        return frame.depth_picture.empty() ? RasterF() : nearest_sampled(load_depth(frame, &images), grid_columns, grid_columns);
+        return frame.depth_picture.empty() ? RasterF() : nearest_sampled(load_depth(frame, images), grid_columns, grid_columns);
     };
     const std::size_t all = frames.frames.size();
     std::size_t spacing = 1;
@@ -385,7 +385,7 @@ Camera at_height(const Camera& camera, int height)
     return {camera.intrinsics.scaled_to(camera.intrinsics.width_at(height), height), camera.world_from_camera};
 }
 
-std::vector<Chosen> chosen_frames(const Frames& frames, std::size_t count, bool with_mesh, const ImageIo& images)
+std::vector<Chosen> chosen_frames(const Frames& frames, std::size_t count, bool with_mesh, const ImageIo* images)
 {
     const std::size_t all = frames.frames.size();
     std::vector<std::size_t> offsets{0};
@@ -408,7 +408,7 @@ std::vector<Chosen> chosen_frames(const Frames& frames, std::size_t count, bool 
     return chosen;
 }
 
-View view_of(const Frames& frames, const Chosen& chosen, const ImageIo& images)
+View view_of(const Frames& frames, const Chosen& chosen, const ImageIo* images, bool with_color)
 {
     const std::size_t index = chosen.frame;
     const Frame& frame = frames.frames[index];
@@ -427,13 +427,13 @@ View view_of(const Frames& frames, const Chosen& chosen, const ImageIo& images)
     view.color = at_height(frame.color, edge_height).intrinsics;
     if (has_depth)
     {
-        const RasterF measured = load_depth(frame, &images);
+        const RasterF measured = load_depth(frame, images);
         view.depth.samples = sample_depth(measured, grid_columns);
         view.silhouette = silhouette_of(measured);
     }
-    if (!frame.color_picture.empty())
+    if (with_color && !frame.color_picture.empty())
     {
-        const Raster8 picture = resized(load_color(frame, &images), view.color.width, view.color.height);
+        const Raster8 picture = resized(load_color(frame, images), view.color.width, view.color.height);
         view.edges = edge_strength(picture);
         view.colors = sample_color(picture);
         const auto edges_of = [&](std::size_t other)
@@ -441,7 +441,7 @@ View view_of(const Frames& frames, const Chosen& chosen, const ImageIo& images)
             if (other >= frames.frames.size() || frames.frames[other].sequence != frame.sequence ||
                 frames.frames[other].color_picture.empty())
                 return RasterF();
-            return edge_strength(resized(load_color(frames.frames[other], &images), view.color.width, view.color.height));
+            return edge_strength(resized(load_color(frames.frames[other], images), view.color.width, view.color.height));
         };
         view.edges_before = edges_of(index - 1);
         view.edges_after = edges_of(index + 1);

@@ -42,7 +42,7 @@ std::string label_of(const std::string& text)
 /// What the program itself writes below `--out`.
 bool is_taken(const std::string& label)
 {
-    static const std::set<std::string> own{"preview", "report.html", "run.json", "sweep.html", "sweep.json"};
+    static const std::set<std::string> own{"preview", "progress", "report.html", "run.json", "sweep.html", "sweep.json"};
     return own.contains(lower_case(label));
 }
 

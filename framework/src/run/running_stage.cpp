@@ -42,7 +42,7 @@ EnvironmentChanges library_environment(int threads)
 
 std::filesystem::path preview_folder(const std::filesystem::path& out, const PipelineStage& stage)
 {
-    return out / stage.place / "preview" / stage.own_name;
+    return out / stage.place / "progress" / stage.own_name;
 }
 
 WorkerRequest make_worker_request(const StageNode& node, const RunState& state, const Store& store, const fs::path& out,

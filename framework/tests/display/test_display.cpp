@@ -35,7 +35,7 @@ std::vector<ViewStage> half_way()
     texture.rate = 2;
     texture.metrics = {{"loss", 0.25}, {"rate", std::nullopt}};
     texture.history = {1, 0.5, 0.25};
-    texture.preview = "out/preview/texture/texture.png";
+    texture.preview = "out/progress/texture/texture.png";
     return stages;
 }
 
@@ -73,12 +73,12 @@ TEST_CASE("the view of a run: every stage, what the running one counts, its loss
     CHECK(draw_view(half_way(), frame_of(100, 24)) ==
           Words{" = scan    stored", " ✓ mesh    12 s", " ✗ bad     failed after 2.0 s",
                 " ● texture ━━━━━┈┈┈┈┈┈┈┈┈┈┈┈┈┈┈ 100 of 400 steps · 2:23 min left · 2 steps/s",
-                "           loss 0.25 █▃▁ · rate not finite · out/preview/texture/texture.png", " · bake    ~0.7 s",
+                "           loss 0.25 █▃▁ · rate not finite · out/progress/texture/texture.png", " · bake    ~0.7 s",
                 " - behind  not run", "2 of 6 done · 1 failed · 1:15 min · about 2:23 min left"});
     CHECK(draw_view(half_way(), frame_of(80, 24, false)) ==
           Words{" = scan    stored", " + mesh    12 s", " x bad     failed after 2.0 s",
                 " > texture ####------------ 100 of 400 steps, 2:23 min left, 2 steps/s",
-                "           loss 0.25, rate not finite, out/preview/texture/texture.png", " . bake    ~0.7 s",
+                "           loss 0.25, rate not finite, out/progress/texture/texture.png", " . bake    ~0.7 s",
                 " - behind  not run", "2 of 6 done, 1 failed, 1:15 min, about 2:23 min left"});
 }
 

@@ -156,7 +156,7 @@ def main():
         status, _ = borrower.run(fault=point)
         assert status != 0, f"the run came through: {point} was not reached"
         landed += 1
-    finish(borrower, {name: contents for name, contents in expected.items() if not name.startswith("preview/")})  # The optimizer does not run.
+    finish(borrower, {name: contents for name, contents in expected.items() if not name.startswith("progress/")})  # The optimizer does not run.
     subprocess.run([FRESCO, "store", "verify", "--store", str(reference.store)], check=True, stdout=subprocess.DEVNULL, env=ENVIRONMENT)
 
     if LONG:

@@ -74,6 +74,8 @@ void PipelineArguments::add_to(CLI::App& command)
                 return text.find('=') == std::string::npos || text.front() == '=' ? "'" + text + "' is not NAME=VALUE"
                                                                                   : std::string();
             });
+    command.add_option("--without", without, "Leave out this stage, which no other may read; may be repeated")
+        ->allow_extra_args(false);
     command.add_flag("--preview", preview, "Apply the file's 'preview': fewer frames, faces and texels, in under a minute");
 }
 
@@ -84,6 +86,7 @@ PipelineRequest PipelineArguments::request() const
     request.working_directory = std::filesystem::current_path();
     request.until = until;
     request.preview = preview;
+    request.without = without;
     if (given_text)
         request.texts.push_back({request.working_directory / file, *given_text});
     for (const auto& text : sets)
@@ -168,8 +171,9 @@ std::unique_ptr<LoadedPipeline> load_and_report(const PipelineRequest& request)
     loaded->catalog = load_catalog();
     warn_of_plugin_folders();
     loaded->result = load_pipeline(request, loaded->catalog);
-    for (const std::string& line : told(loaded->result.problems))
-        print_message(line);
+    for (const auto* problems : {&loaded->result.problems, &loaded->result.left_out, &loaded->result.warnings})
+        for (const std::string& line : told(*problems))
+            print_message(line);
     return loaded;
 }
 

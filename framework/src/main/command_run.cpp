@@ -157,14 +157,13 @@ int end_of_run(const RunArguments& arguments, const RunSummary& summary)
     return summary.exit_code;
 }
 
-/// Where the pipeline has problems, which were printed. The exit code.
-int refuse(const RunArguments& arguments, const PipelineResult& result)
+/// For machines, the problems that were printed, and the exit code that they lead to, which is returned.
+int tell_problems(const RunArguments& arguments, const std::vector<Problem>& problems, int exit_code)
 {
     if (arguments.json_log)
-        fmt::print("{}\n", to_json(Value::Map{{"event", "problems"},
-                                              {"exit_code", result.exit_code()},
-                                              {"problems", problems_as_value(result.problems)}}));
-    return result.exit_code();
+        fmt::print("{}\n", to_json(Value::Map{
+                               {"event", "problems"}, {"exit_code", exit_code}, {"problems", problems_as_value(problems)}}));
+    return exit_code;
 }
 
 RunRequest request_for(const RunArguments& arguments, const Pipeline& pipeline)
@@ -199,7 +198,7 @@ int run_task(const RunArguments& arguments)
     const Task task = read_task(folder, head, *arguments.task);
     const auto loaded = load_and_report(task_request(head, task));
     if (!loaded->result.problems.empty())
-        return refuse(arguments, loaded->result);
+        return tell_problems(arguments, loaded->result.problems, loaded->result.exit_code());
     if (const std::string changed = changed_plugin(head, loaded->result.pipeline); !changed.empty())
     {
         print_message("error: " + changed);
@@ -227,9 +226,17 @@ int run(const RunArguments& arguments)
 {
     if (arguments.task)
         return run_task(arguments);
-    const auto loaded = load_and_report(arguments.pipeline.request());
+    PipelineRequest wanted = arguments.pipeline.request();
+    wanted.keep_going = arguments.keep_going;
+    const auto loaded = load_and_report(wanted);
     if (!loaded->result.problems.empty())
-        return refuse(arguments, loaded->result);
+        return tell_problems(arguments, loaded->result.problems, loaded->result.exit_code());
+    int code_left_out = 0;
+    if (!loaded->result.left_out.empty())
+    {
+        print_message("the other combinations run (--keep-going)");
+        code_left_out = tell_problems(arguments, loaded->result.left_out, static_cast<int>(ProblemKind::missing_input));
+    }
     check_matrix_options(arguments, loaded->result.pipeline);
     arguments.places.check();
     RunRequest request = request_for(arguments, loaded->result.pipeline);
@@ -242,7 +249,9 @@ int run(const RunArguments& arguments)
     set_limits(arguments, request);
     auto display = make_display(display_kind(arguments));
     const auto begin = std::chrono::steady_clock::now();
-    const RunSummary summary = run_pipeline(request, *display);
+    RunSummary summary = run_pipeline(request, *display);
+    if (summary.exit_code == 0)
+        summary.exit_code = code_left_out;
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
     const ReportRequest ended{&request, &summary, &loaded->catalog, arguments.words, elapsed.count(), summary.exit_code == 75};
     std::vector<ReportOutcome> reports;
@@ -311,8 +320,8 @@ void add_run_command(CLI::App& app, const std::vector<std::string>& words, int& 
     auto* task =
         command->add_option("--task", arguments->task,
                             "Run only this task of the folder that stands in place of the pipeline ('fresco plan --tasks')");
-    for (const char* other :
-         {"--set", "--preview", "--out", "--store", "--until", "--jobs", "--keep-going", "--thumbnails", "--no-report"})
+    for (const char* other : {"--set", "--without", "--preview", "--out", "--store", "--until", "--jobs", "--keep-going",
+                              "--thumbnails", "--no-report"})
         task->excludes(other);
     command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }

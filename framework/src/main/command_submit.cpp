@@ -150,7 +150,7 @@ void TableArguments::add_to(CLI::App& command, const std::string& file_help)
         ->check(CLI::Range(0.0, 1e6))
         ->capture_default_str();
     command.add_option("--cores", cores, "Processor cores of each task")->check(CLI::Range(1, 4096))->capture_default_str();
-    for (const char* name : {"--set", "--preview", "--store", "--out", "--until", "--folder", "--pack", "--cores"})
+    for (const char* name : {"--set", "--without", "--preview", "--store", "--out", "--until", "--folder", "--pack", "--cores"})
         options_.push_back(command.get_option(name));
     command.get_option("pipeline")->description(file_help);
 }

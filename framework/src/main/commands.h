@@ -63,6 +63,7 @@ struct PipelineArguments
     std::string file;  ///< "-": `given_text` is the pipeline, its relative paths those of the working directory.
     std::optional<std::string> given_text;  ///< What standard input held.
     std::vector<std::string> sets;
+    std::vector<std::string> without;
     std::string until;
     bool preview = false;
 

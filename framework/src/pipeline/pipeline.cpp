@@ -5,11 +5,13 @@
 #include "pipeline/pipeline_sets.h"
 #include "pipeline/pipeline_sweep.h"
 #include <fresco/error.h>
+#include <fresco/files.h>
 #include <fresco/wording.h>
 
 #include <algorithm>
 #include <fmt/format.h>
 #include <ostream>
+#include <set>
 
 namespace fresco::host
 {
@@ -52,6 +54,33 @@ std::map<std::string, std::filesystem::path> read_inputs(const PipelineDocument&
     return inputs;
 }
 
+/// The stages whose results nobody reads and that write no files, in a pipeline that has others that do.
+ProblemList unread_stages(const Pipeline& pipeline)
+{
+    std::set<std::string> unread;
+    bool writes_files = false;
+    for (const PipelineStage& stage : pipeline.stages)
+    {
+        const Value::List& outputs = stage.type->declaration.at("outputs").as_list();
+        const auto is_files = [](const Value& output) { return output.at("artifact").as_string() == Files::artifact_name; };
+        const bool is_sink = outputs.empty() || std::ranges::any_of(outputs, is_files);
+        writes_files = writes_files || is_sink;
+        if (!is_sink)
+            unread.insert(stage.own_name);
+    }
+    for (const PipelineStage& stage : pipeline.stages)
+        for (const Wire& wire : stage.wires)
+            unread.erase(wire.from_stage.substr(0, wire.from_stage.find('@')));
+    ProblemList warnings;
+    for (const PipelineStage& stage : pipeline.stages)
+        if (writes_files && unread.contains(stage.own_name))
+            warnings.add(stage.position,
+                         "no stage reads the result of '" + stage.own_name +
+                             "': name it as the input of one, or leave it out (--without " + stage.own_name + ")",
+                         ProblemKind::warning);
+    return warnings;
+}
+
 void load(const PipelineRequest& request, const Catalog& catalog, PipelineResult& result, ProblemList& problems)
 {
     PipelineDocument document = read_pipeline_document(result.pipeline.file, request.file.string(), request.texts, problems);
@@ -61,12 +90,18 @@ void load(const PipelineRequest& request, const Catalog& catalog, PipelineResult
     Settings settings(request.sets, request.working_directory, problems);
     std::vector<MatrixAxis> matrix = read_matrix(document, problems);
     settings.set_vars(document, matrix);
+    drop_stages(document, request.without, problems);
     if (!request.until.empty() && !document.stages.find(request.until))
         problems.add({"--until " + request.until, 0, 0},
                      "unknown stage '" + request.until + "'" + suggestion(request.until, document.stages.keys()));
     result.pipeline.inputs = read_inputs(document, problems);
     TypeTable types(catalog);
-    load_stages(document, matrix, request.part, settings, types, result.pipeline, problems);
+    ProblemList missing;
+    load_stages(document, matrix, request.part, settings, types, result.pipeline, problems,
+                request.keep_going ? &missing : nullptr);
+    result.left_out = missing.sorted();
+    if (request.until.empty() && !request.part)
+        result.warnings = unread_stages(result.pipeline).sorted();
 }
 }  // namespace
 

@@ -30,6 +30,7 @@ struct Position
 /// The exit code a problem leads to.
 enum class ProblemKind
 {
+    warning = 0,
     invalid = 2,
     missing_input = 3,
     plugin = 4
@@ -72,6 +73,7 @@ struct PipelineStage
     std::shared_ptr<const Value> options;  ///< Shared with the stages of a matrix that have the same.
     std::vector<Wire> wires;
     std::vector<std::filesystem::path> input_files;  ///< Of InputFile options (components' too) and of wires.
+    std::vector<std::string> output_names;           ///< Files and folders that its options name, below `place` in `--out`.
     std::vector<const TypeDescription*> components;  ///< Every component type it uses, readers too, sorted, unique.
     Position position;                               ///< Of the stage's key.
 };
@@ -134,6 +136,8 @@ struct PipelineRequest
     bool preview = false;                                   ///< `--preview`: with the options that the file's `preview` sets.
     std::vector<PipelineText> texts = {};                   ///< Where not empty: read in place of the files on the disk.
     std::optional<SweepPart> part = {};                     ///< Combinations to load; all of them where not given.
+    std::vector<std::string> without = {};                  ///< `--without STAGE`: left out of the file.
+    bool keep_going = false;                                ///< Combinations that lack an input are left out if others remain.
 };
 
 /// Either a pipeline without problems, or problems (all of them, in the file's order) and no stages.
@@ -141,6 +145,8 @@ struct PipelineResult
 {
     Pipeline pipeline;
     std::vector<Problem> problems;
+    std::vector<Problem> warnings = {};
+    std::vector<Problem> left_out = {};  ///< What the combinations lack that are left out to keep going.
     /// 0, or the largest claim among the problems: 2 before 4 before 3.
     int exit_code() const;
 };

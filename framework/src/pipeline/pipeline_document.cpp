@@ -1,5 +1,7 @@
 #include "pipeline/pipeline_document.h"
 #include "base/common.h"
+#include "base/file_contents.h"
+#include "base/process.h"
 #include <fresco/files_io.h>
 #include <fresco/wording.h>
 
@@ -58,8 +60,11 @@ std::optional<std::string> text_on_disk(const fs::path& file, const std::string&
     if (!fs::is_regular_file(status))
     {
         const bool exists = fs::exists(status);
+        const std::string reason = unreachable_text(failure.value());
         problems.add(wanted_at,
-                     exists ? "'" + file.string() + "' is not a regular file" : "no such pipeline file '" + file.string() + "'",
+                     exists           ? "'" + file.string() + "' is not a regular file"
+                     : reason.empty() ? "no such pipeline file '" + file.string() + "'"
+                                      : "'" + file.string() + "': " + reason,
                      exists ? ProblemKind::invalid : ProblemKind::missing_input);
         return std::nullopt;
     }
@@ -238,6 +243,36 @@ std::string shown_beside(const std::string& shown, const std::string& base)
     return (fs::path(shown).parent_path() / base).lexically_normal().string();
 }
 
+/// The pipelines that come with the program.
+fs::path installed_pipelines()
+{
+    return own_program().parent_path().parent_path() / "share/fresco/pipelines";
+}
+
+/// The base that `name` names: the file `beside` the upper one, else an installed pipeline. Nothing, and a problem, where there
+/// is neither.
+std::optional<fs::path> base_file(const fs::path& beside, const YamlNode& name, const std::vector<PipelineText>& texts,
+                                  ProblemList& problems)
+{
+    const fs::path installed = (installed_pipelines() / name.text).lexically_normal();
+    for (const fs::path& file : {beside, installed})
+        if (std::ranges::find(texts, file, &PipelineText::file) != texts.end())
+            return file;
+    std::error_code unknown;
+    for (const fs::path& file : {beside, installed})
+        if (fs::exists(file, unknown))
+            return file;
+    std::vector<std::string> names;
+    for (fs::directory_iterator entry(installed_pipelines(), unknown), end; !unknown && entry != end; entry.increment(unknown))
+        if (entry->path().extension() == ".yaml")
+            names.push_back(entry->path().filename());
+    std::ranges::sort(names);
+    const std::string also = installed == beside ? "" : ", nor an installed one, '" + installed.string() + "'";
+    problems.add(name, "no such pipeline file '" + beside.string() + "'" + also + suggestion(name.text, names),
+                 ProblemKind::missing_input);
+    return std::nullopt;
+}
+
 bool same_file(const fs::path& a, const fs::path& b)
 {
     std::error_code failure;
@@ -287,7 +322,12 @@ PipelineDocument read_pipeline_document(const fs::path& file, const std::string&
         const YamlNode& base = layers.back().base;
         if (base.is_null())
             break;
-        const fs::path next = (base.path_base() / base.text).lexically_normal();
+        const fs::path beside = (base.path_base() / base.text).lexically_normal();
+        const auto found = base_file(beside, base, texts, problems);
+        complete = complete && found;
+        if (!found)
+            break;
+        const fs::path& next = *found;
         wanted_at = base;
         const bool again = std::ranges::any_of(files, [&](const fs::path& seen) { return same_file(seen, next); });
         if (again || files.size() >= base_limit)
@@ -297,7 +337,7 @@ PipelineDocument read_pipeline_document(const fs::path& file, const std::string&
             complete = false;
             break;
         }
-        name = fs::path(base.text).is_absolute() ? base.text : shown_beside(name, base.text);
+        name = fs::path(base.text).is_absolute() ? base.text : next == beside ? shown_beside(name, base.text) : next.string();
         files.push_back(next);
     }
     if (complete && std::ranges::none_of(layers, &Layer::has_stages))
@@ -327,6 +367,19 @@ void apply_preview(PipelineDocument& document, const std::string& shown, Problem
     for (YamlNode::Entry& entry : document.preview.entries)
         if (YamlNode::Entry* stage = document.stages.find(entry.key); stage && stage->value.is_map() && entry.value.is_map())
             merge(stage->value, std::move(entry.value), Level::stage, problems);
+}
+
+void drop_stages(PipelineDocument& document, const std::vector<std::string>& names, ProblemList& problems)
+{
+    const std::vector<std::string> known = document.stages.keys();
+    for (const std::string& name : names)
+        if (document.stages.find(name))
+        {
+            document.stages.erase(name);
+            document.dropped.insert(name);
+        }
+        else if (document.complete && !document.dropped.contains(name))
+            problems.add({"--without " + name, 0, 0}, "unknown stage '" + name + "'" + suggestion(name, known));
 }
 
 }  // namespace fresco::host

@@ -17,11 +17,12 @@ namespace fresco::host
 /// A pipeline file with the files it builds on, merged: nothing substituted, no type looked up.
 struct PipelineDocument
 {
-    YamlNode vars;                 ///< A map: name -> value (null: must be given by --set). Those under `inputs`, too.
-    std::set<std::string> inputs;  ///< Vars under `inputs`: folders whose place does not count.
-    YamlNode matrix;               ///< A map: var -> the values it takes; empty: none.
-    YamlNode stages;               ///< A map: name -> a map, or an invalid node where that is reported already.
-    YamlNode preview;              ///< A map: stage -> its options in a preview; null: none.
+    YamlNode vars;                  ///< A map: name -> value (null: must be given by --set). Those under `inputs`, too.
+    std::set<std::string> inputs;   ///< Vars under `inputs`: folders whose place does not count.
+    YamlNode matrix;                ///< A map: var -> the values it takes; empty: none.
+    YamlNode stages;                ///< A map: name -> a map, or an invalid node where that is reported already.
+    YamlNode preview;               ///< A map: stage -> its options in a preview; null: none.
+    std::set<std::string> dropped;  ///< Stages that were here, and were left out by drop_stages().
     std::vector<PipelineText> texts;
     bool complete = true;  ///< False: a file was not read to its end, so that things may seem to be missing.
 };
@@ -36,5 +37,8 @@ PipelineDocument read_pipeline_document(const std::filesystem::path& file, const
 
 /// Merges the document's preview into its stages, as those of a file above it. A document without one is a problem.
 void apply_preview(PipelineDocument& document, const std::string& shown, ProblemList& problems);
+
+/// Leaves out stages that `--without` names. An unknown one is a problem; that another reads one shows when stages are wired.
+void drop_stages(PipelineDocument& document, const std::vector<std::string>& names, ProblemList& problems);
 
 }  // namespace fresco::host

@@ -150,6 +150,17 @@ Value plain_value(const YamlNode& node, Reading reading)
     return is_text ? Value(node.text) : resolve_scalar(node).value;
 }
 
+/// Only the words of a program may hold several lines.
+void check_lines(const YamlNode& node, const std::string& owner, ProblemList& problems)
+{
+    if (node.is_scalar() && node.text.find_first_of("\n\t") != std::string::npos)
+        problems.add(node, owner + ": " + node.summary() + " has an end of line or a tab: write it in one line");
+    for (const YamlNode& item : node.items)
+        check_lines(item, owner, problems);
+    for (const YamlNode::Entry& entry : node.entries)
+        check_lines(entry.value, owner, problems);
+}
+
 const YamlNode& part_of(const YamlNode& node, const std::vector<std::string>& place)
 {
     const YamlNode* part = &node;
@@ -213,6 +224,8 @@ Value OptionChecker::complete(const KnownType& type, YamlNode config, const std:
         if (!written && (option.default_value.is_null() || !is_needed(option, *type.declaration, result)))
             continue;
         const YamlNode node = written ? written->value : yaml_from_value(option.default_value, config);
+        if (written && !option.is_slot() && option.kind != OptionKind::command_line)
+            check_lines(node, user + ": option '" + option.name + "'", problems_);
         Value value = option.is_slot() ? complete_slot(option, node, user, uses) : check_plain(option, node, user, uses);
         if (option.kind == OptionKind::input_folder && value.is_string() && !value.as_string().empty() &&
             !config.find(option.contains_unless))
@@ -344,6 +357,8 @@ fs::path check_input_path(const YamlNode& node, bool folder, const std::string& 
     const fs::file_status status = fs::status(path, failure);
     if (!is_utf8(path.string()))
         report(shown + ": the name is not UTF-8 text: rename it");
+    else if (const std::string reason = unreachable_text(failure.value()); !reason.empty())
+        report(shown + ": " + reason);
     else if (!fs::exists(status))
         report(std::string("no such ") + (folder ? "folder " : "file ") + shown);
     else if (folder && !fs::is_directory(status))

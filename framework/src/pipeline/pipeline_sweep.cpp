@@ -273,6 +273,8 @@ class StageDrafts
         beginning.components.assign(draft.uses.components.begin(), draft.uses.components.end());
         std::ranges::sort(beginning.components, {}, &TypeDescription::type);
         beginning.wires = draft.wires;
+        for (const OptionUses::OutputUse& use : draft.uses.output_names)
+            beginning.output_names.push_back(use.path);
         checked.output_names = std::move(draft.uses.output_names);
         checked.shape = shape_of(stage, std::move(draft));
     }
@@ -341,6 +343,26 @@ class SweepBuilder
         note(colliding_outputs(members_.back()));
     }
 
+    /// Leaves out the combinations that lack an input, where that is all that is wrong and others remain. Reports what they lack;
+    /// whether there were some.
+    bool leave_out_incomplete(ProblemList& missing)
+    {
+        std::set<std::size_t> incomplete;
+        for (const auto& [problem, members] : problems_)
+        {
+            if (problem.kind != ProblemKind::missing_input)
+                return false;
+            incomplete.insert(members.begin(), members.end());
+        }
+        if (incomplete.empty() || incomplete.size() == members_.size())
+            return false;
+        report(missing);
+        problems_.clear();
+        for (auto member = incomplete.rbegin(); member != incomplete.rend(); ++member)
+            members_.erase(members_.begin() + static_cast<std::ptrdiff_t>(*member));
+        return true;
+    }
+
     /// Every problem once; one that not all combinations have says which values they have in common.
     void report(ProblemList& problems) const
     {
@@ -405,7 +427,7 @@ class SweepBuilder
         for (const std::size_t shape : shapes)
             stages.push_back(drafts_.shape(shape));
         ProblemList problems;
-        wire_stages(stages, problems);
+        wire_stages(stages, document_.dropped, problems);
         structure.order = check_graph(stages, problems).order(makers_of_ruled_parts(stages));
         structure.problems = problems.sorted();
         for (StageDraft& stage : stages)
@@ -538,7 +560,7 @@ std::map<std::string, AxisSet> axis_sets(const SweepPart& part, const std::vecto
 }  // namespace
 
 void load_stages(const PipelineDocument& document, const std::vector<MatrixAxis>& matrix, const std::optional<SweepPart>& part,
-                 const Settings& settings, TypeTable& types, Pipeline& pipeline, ProblemList& problems)
+                 const Settings& settings, TypeTable& types, Pipeline& pipeline, ProblemList& problems, ProblemList* missing)
 {
     std::vector<Choices> cells;
     try
@@ -554,15 +576,16 @@ void load_stages(const PipelineDocument& document, const std::vector<MatrixAxis>
     SweepBuilder builder(document, matrix, drafts);
     for (const Choices& choices : cells)
         builder.add(choices);
+    const bool some_left_out = missing != nullptr && problems.empty() && builder.leave_out_incomplete(*missing);
     builder.report(problems);
     if (!problems.empty())
         return;
     builder.build(pipeline, part ? axis_sets(*part, matrix) : std::map<std::string, AxisSet>{});
     for (const MatrixAxis& axis : matrix)
         pipeline.sweep.axes.push_back(axis.var);
-    pipeline.sweep.narrowed =
-        part || std::ranges::any_of(matrix, [](const MatrixAxis& axis)
-                                    { return !std::ranges::all_of(axis.choices, &MatrixAxis::Choice::chosen); });
+    pipeline.sweep.narrowed = part || some_left_out ||
+                              std::ranges::any_of(matrix, [](const MatrixAxis& axis)
+                                                  { return !std::ranges::all_of(axis.choices, &MatrixAxis::Choice::chosen); });
 }
 
 }  // namespace fresco::host

@@ -55,11 +55,13 @@ std::optional<std::vector<Piece>> split_references(const std::string& text)
     return pieces;
 }
 
-/// Has the value of a var stand where the var is used, its paths counted from where it was written.
+/// Has the value of a var stand where the var is used, its paths counted from where it was written. A mistake in one from the
+/// command line is to be mended there.
 void place(YamlNode& node, const YamlPlace& use)
 {
     node.origin = node.written_in();
-    node.stand_at(use);
+    if (!node.from_command_line())
+        node.stand_at(use);
     for (YamlNode& item : node.items)
         place(item, use);
     for (YamlNode::Entry& entry : node.entries)
@@ -195,7 +197,11 @@ YamlNode Variables::substitute_scalar(const YamlNode& node)
         if (!good)
             continue;
         if (i == 0)
+        {
             result.origin = value->written_in();
+            if (value->from_command_line())
+                result.stand_at(*value);
+        }
         result.text += value->text;
     }
     return good ? result : YamlNode(YamlNode::Kind::invalid, node);

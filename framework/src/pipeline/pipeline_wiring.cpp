@@ -76,9 +76,16 @@ void check_commands(const StageDraft& stage, ProblemList& problems)
     }
 }
 
-/// An input for each that the rules name, and what is to be checked once it is known whose parts they are for.
-void append_named_inputs(StageDraft& stage, TypeDescription& type, const OptionDeclaration& option, ProblemList& problems)
+/// An input for each that the rules name, and what is to be checked once it is known whose parts they are for. False where
+/// `input` lacks one: then nothing is known of the others either.
+bool append_named_inputs(StageDraft& stage, TypeDescription& type, const OptionDeclaration& option, ProblemList& problems)
 {
+    const YamlNode::Entry* wired = stage.config.find("input");
+    std::vector<std::string> words{option.rule->word};
+    if (wired)
+        std::ranges::copy_if(wired->value.keys(), std::back_inserter(words),
+                             [&](const std::string& key) { return !stage.type.declaration->input(key); });
+    const std::size_t before = problems.size();
     const Value& rules = stage.options.at(option.name);
     const auto at = [&](const std::string& part)
     {
@@ -94,12 +101,16 @@ void append_named_inputs(StageDraft& stage, TypeDescription& type, const OptionD
             problems.add(at(part), stage.title() + ": option '" + option.name + "': '" + name +
                                        "' is another input of the stage; expected " + option.rule->word + ", or a " +
                                        option.rule->input + " of another name");
+        else if (wired && wired->value.is_map() && std::ranges::find(words, name) == words.end())
+            problems.add(at(part), stage.title() + ": option '" + option.name + "': 'input' has no " + option.rule->input + " '" +
+                                       name + "'" + suggestion(name, words));
     }
     Value ports = Value::Map{};
     for (const std::string& name : option.inputs_named(rules))
         if (!stage.type.declaration->input(name))
             ports.set(name, Value::Map{{"artifact", option.rule->artifact}, {"version", option.rule->version}});
     append_ports(type, "inputs", ports);
+    return problems.size() == before;
 }
 
 using Ports = std::vector<const PortDeclaration*>;
@@ -112,7 +123,8 @@ Ports pointers(const std::vector<PortDeclaration>& ports)
 class Wiring
 {
   public:
-    Wiring(std::vector<StageDraft>& stages, ProblemList& problems) : stages_(stages), problems_(problems)
+    Wiring(std::vector<StageDraft>& stages, const std::set<std::string>& dropped, ProblemList& problems)
+        : stages_(stages), dropped_(dropped), problems_(problems)
     {
         for (std::size_t i = 0; i < stages.size(); ++i)
             index_.emplace(stages[i].name, i);
@@ -193,6 +205,12 @@ class Wiring
         const std::size_t dot = node.text.find('.');
         const std::string name = node.text.substr(0, dot);
         const auto found = index_.find(name);
+        if (dropped_.contains(name))
+        {
+            problems_.add({"--without " + name, 0, 0},
+                          stage.title() + " reads it: leave that out, too (--without " + stage.name + "), or set its input");
+            return {};
+        }
         if (found == index_.end())
         {
             const auto names = problems_.takes_hints() ? each(stages_, &StageDraft::name) : std::vector<std::string>{};
@@ -317,6 +335,7 @@ class Wiring
     }
 
     std::vector<StageDraft>& stages_;
+    const std::set<std::string>& dropped_;
     std::map<std::string, std::size_t, std::less<>> index_;
     ProblemList& problems_;
     std::vector<std::pair<const StageDraft*, Position>> unwired_;  ///< Whose inputs are to be reported, with where.
@@ -425,9 +444,9 @@ std::string StageDraft::title() const
     return "stage '" + name + "'" + (type ? " (" + type.description->type + ")" : "");
 }
 
-void wire_stages(std::vector<StageDraft>& stages, ProblemList& problems)
+void wire_stages(std::vector<StageDraft>& stages, const std::set<std::string>& dropped, ProblemList& problems)
 {
-    Wiring(stages, problems).wire_all();
+    Wiring(stages, dropped, problems).wire_all();
 }
 
 StageGraph check_graph(const std::vector<StageDraft>& stages, ProblemList& problems)
@@ -468,8 +487,11 @@ void settle_declared_ports(StageDraft& stage, TypeTable& types, ProblemList& pro
     for (const OptionDeclaration& option : options)
         if (option.is_ports())
             append_ports(own, option.kind == OptionKind::input_ports ? "inputs" : "outputs", stage.options.at(option.name));
-        else if (option.kind == OptionKind::rules)
-            append_named_inputs(stage, own, option, problems);
+        else if (option.kind == OptionKind::rules && !append_named_inputs(stage, own, option, problems))
+        {
+            stage.type = {};
+            return;
+        }
     stage.own_type = types.adopt(std::move(own));
     stage.type = {stage.own_type.get(), &types.declaration(*stage.own_type)};
 }

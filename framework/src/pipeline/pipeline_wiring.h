@@ -4,6 +4,7 @@
 #include "pipeline/pipeline_options.h"
 
 #include <memory>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -45,8 +46,9 @@ struct StageDraft
 /// Whether the whole `input` is one file.
 bool is_file_input(const YamlNode& input, const TypeDeclaration& type);
 
-/// Resolves the `input` of every stage to wires, but for files (see wire_files), and reports what does not fit.
-void wire_stages(std::vector<StageDraft>& stages, ProblemList& problems);
+/// Resolves the `input` of every stage to wires, but for files (see wire_files), and reports what does not fit. `dropped`: stages
+/// that `--without` left out.
+void wire_stages(std::vector<StageDraft>& stages, const std::set<std::string>& dropped, ProblemList& problems);
 
 /// The graph of what the stages take from one another. Reports every cycle.
 StageGraph check_graph(const std::vector<StageDraft>& stages, ProblemList& problems);

@@ -73,7 +73,7 @@ std::string to_string(const Problem& problem)
 {
     const Position& at = problem.position;
     const std::string place = at.line > 0 ? fmt::format(":{}:{}", at.line, at.column) : "";
-    return at.file + place + ": error: " + problem.text;
+    return at.file + place + (problem.kind == ProblemKind::warning ? ": warning: " : ": error: ") + problem.text;
 }
 
 }  // namespace fresco::host

@@ -198,6 +198,11 @@ class TreeBuilder final : public YAML::EventHandler
             report(mark, "this quote is never closed");
             throw Stop{};
         }
+        if (has_control_characters(text))
+        {
+            report(mark, "'" + shortened(text) + "' has a control character: leave it out");
+            node.kind = YamlNode::Kind::invalid;
+        }
         node.text = text;
         node.plain = tag == "?";
         deliver(std::move(node));
@@ -305,6 +310,8 @@ class TreeBuilder final : public YAML::EventHandler
             if (key.is_valid())
                 odd_keys_.emplace_back(key, "a key must be a word, not " + key.summary());
         }
+        else if (key.text.find_first_of("\n\t") != std::string::npos)
+            problems_.add(key, "the key '" + shortened(key.text) + "' has an end of line or a tab: write it in one line");
         else if (const auto [first, fresh] = map.keys.emplace(key.text, key.line); !fresh)
             problems_.add(key, fmt::format("the key '{}' appears twice; the first is on line {}", key.text, first->second));
         else
@@ -442,6 +449,19 @@ ResolvedScalar resolve_scalar(const YamlNode& scalar)
                     [](char c) { return is_decimal(c) || (c >= 'a' && c <= 'f') || (c >= 'A' && c <= 'F'); }))
         return {{}, "'" + text + "' is a number to some readers and text to others: write it in decimal, or in quotes for text"};
     return {Value(text), {}};
+}
+
+bool has_control_characters(std::string_view text)
+{
+    unsigned char before = 0;
+    for (const char c : text)
+    {
+        const auto byte = static_cast<unsigned char>(c);
+        if ((byte < 0x20 && c != '\n' && c != '\t') || byte == 0x7F || (before == 0xC2 && byte >= 0x80 && byte < 0xA0))
+            return true;
+        before = byte;
+    }
+    return false;
 }
 
 YamlNode parse_yaml(std::string_view text, std::shared_ptr<const YamlSource> source, ProblemList& problems, bool& complete)

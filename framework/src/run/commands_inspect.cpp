@@ -65,7 +65,10 @@ void write_stage(const Value& stage, std::size_t width, std::ostream& out)
 
 const char* kind_name(ProblemKind kind)
 {
-    return kind == ProblemKind::invalid ? "invalid" : kind == ProblemKind::plugin ? "plugin" : "missing_input";
+    return kind == ProblemKind::invalid   ? "invalid"
+           : kind == ProblemKind::plugin  ? "plugin"
+           : kind == ProblemKind::warning ? "warning"
+                                          : "missing_input";
 }
 
 Value stages_as_value(const Catalog& catalog, bool all)
@@ -286,16 +289,19 @@ int write_check(const PipelineResult& result, bool json, std::ostream& out)
                            {"ok", result.problems.empty()},
                            {"stages", each<Value>(result.pipeline.stages, told)},
                            {"combinations", each<Value>(result.pipeline.sweep.combinations, &Combination::name)},
-                           {"problems", problems_as_value(result.problems)}},
+                           {"problems", problems_as_value(result.problems)},
+                           {"warnings", problems_as_value(result.warnings)}},
                        2)
             << '\n';
     }
     else if (result.problems.empty())
     {
+        write_problems(result.warnings, out);
         const std::size_t combinations = result.pipeline.sweep.combinations.size();
         out << result.pipeline.file.string() << ": " << result.pipeline.stages.size()
             << (result.pipeline.stages.size() == 1 ? " stage" : " stages")
-            << (combinations > 0 ? " of " + std::to_string(combinations) + " combinations" : "") << ", no problems\n";
+            << (combinations > 0 ? " of " + std::to_string(combinations) + " combinations" : "") << ", "
+            << (result.warnings.empty() ? "no problems" : counted(result.warnings.size(), "warning")) << "\n";
     }
     else
         write_problems(result.problems, out);

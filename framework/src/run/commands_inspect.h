@@ -28,10 +28,10 @@ int internal_origin(const std::filesystem::path& library, const std::string& typ
 /// Of a run.json or sweep.json: which run it reports. Throws Error where it is another file.
 void write_run_origin(const std::filesystem::path& file, bool json, std::ostream& out);
 
-/// As a list of maps: file, line, column, kind (invalid, missing_input, plugin), text.
+/// As a list of maps: file, line, column, kind (invalid, missing_input, plugin, warning), text.
 Value problems_as_value(const std::vector<Problem>& problems);
 
-/// The problems, or one line that there are none; as JSON {file, ok, stages, problems}.
+/// The problems, or one line that there are none; as JSON {file, ok, stages, problems, warnings}.
 int write_check(const PipelineResult& result, bool json, std::ostream& out);
 
 /// Stages and components with their kind; with `all` also their libraries, the types that several libraries have, and what cannot

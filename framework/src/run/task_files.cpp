@@ -78,9 +78,13 @@ Value pipeline_value(const PipelineRequest& pipeline)
                             {"copy", copy_name(i, pipeline.texts[i].file)},
                             {"hash", content_hash(pipeline.texts[i].text)}});
     const auto set_value = [](const auto& set) { return Map{{"name", set.first}, {"value", set.second}}; };
-    return Map{{"file", pipeline.file.string()}, {"working_directory", pipeline.working_directory.string()},
-               {"until", pipeline.until},        {"preview", pipeline.preview},
-               {"files", std::move(files)},      {"sets", each<Value>(pipeline.sets, set_value)}};
+    return Map{{"file", pipeline.file.string()},
+               {"working_directory", pipeline.working_directory.string()},
+               {"until", pipeline.until},
+               {"preview", pipeline.preview},
+               {"files", std::move(files)},
+               {"sets", each<Value>(pipeline.sets, set_value)},
+               {"without", list_value(pipeline.without)}};
 }
 
 Value head_value(const TaskTable& table)
@@ -127,12 +131,13 @@ std::vector<std::size_t> ascending(const JsonPlace& list, std::size_t end)
 
 PipelineRequest read_pipeline(const JsonPlace& place, const fs::path& folder)
 {
-    place.has_only({"file", "working_directory", "until", "preview", "files", "sets"});
+    place.has_only({"file", "working_directory", "until", "preview", "files", "sets", "without"});
     PipelineRequest pipeline;
     pipeline.file = place["file"].text();
     pipeline.working_directory = place["working_directory"].text();
     pipeline.until = place["until"].text();
     pipeline.preview = place["preview"].flag();
+    pipeline.without = place["without"].texts();
     for (const JsonPlace& file : place["files"].list())
     {
         file.has_only({"file", "copy", "hash"});

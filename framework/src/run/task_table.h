@@ -21,7 +21,7 @@
 ///      "pipeline": {"file": "/home/me/many.yaml", "working_directory": "/home/me", "until": "",
 ///                   "preview": false,
 ///                   "files": [{"file": "/home/me/many.yaml", "copy": "pipeline/0-many.yaml", "hash": "…"}],
-///                   "sets": [{"name": "texture.device", "value": "cuda"}]},
+///                   "sets": [{"name": "texture.device", "value": "cuda"}], "without": ["video"]},
 ///      "plugins": {"mesh.decimate": {"library": "/usr/lib/fresco/mesh_decimate.so", "hash": "…"}},
 ///      "store": "/data/store", "out": "/data/out",
 ///      "axes": [{"name": "data", "labels": ["kitchen", "office"]}], "stage_axes": {"scan": ["data"], "mesh": ["data"]},

@@ -64,6 +64,7 @@ TEST_CASE("commands, options and types are offered from the program and the regi
                                               // A setting before, in one word or as a shell cuts it.
                                               {{"run", "--set", "start=3", "room.yaml", "--set", "add.pl"}, {"add.plus="}},
                                               {{"run", "room.yaml", "--set", "start", "=", "3", "--until", "s"}, {"source"}},
+                                              {{"check", "room.yaml", "--without", "o"}, {"odd"}},
                                               {{"log", "room.yaml", ""}, {"add", "odd", "source"}},
                                               // In one word with the option, whole (zsh) or cut (bash).
                                               {{"plan", "room.yaml", "--until=so"}, {"source"}},

@@ -194,6 +194,31 @@ stages:
     CHECK_THAT(found[3], Catch::StartsWith("p.yaml:7:18: ") && Catch::EndsWith("(with a 'y')"));
 }
 
+TEST_CASE("combinations that lack an input are left out to keep going, where others lack nothing")
+{
+    const Room folder;
+    const auto load = [&](const std::string& scans, const std::string& more, bool keep_going)
+    {
+        folder.write("p.yaml", "version: 1\nvars: {data: , title: }\nmatrix: {data: [" + scans + R"(], title: [a, b]}
+stages:
+  scan: {type: scan.folder, path: "${data}"}
+  look: {type: mesh.pass, input: scan, title: "${title}"}
+)" + more);
+        return load_pipeline({.file = "p.yaml", .sets = {}, .working_directory = folder.path(), .keep_going = keep_going},
+                             usual_catalog());
+    };
+    const PipelineResult going = load("scan, attic", "", true);
+    CHECK(lines(going).empty());
+    CHECK(combination_names(going) == Words{"scan,a", "scan,b"});
+    CHECK(names_of(going) == Words{"scan@scan", "look@scan,a", "look@scan,b"});
+    CHECK(going.pipeline.sweep.narrowed);
+    REQUIRE(going.left_out.size() == 1);
+    CHECK_THAT(to_string(going.left_out[0]), Catch::StartsWith("p.yaml:5:35: error: ") && Catch::EndsWith("(with data 'attic')"));
+    CHECK(load("scan, attic", "", false).exit_code() == 3);
+    CHECK(load("attic, cellar", "", true).exit_code() == 3);
+    CHECK(load("scan, attic", "  bad: {type: mesh.pas}\n", true).problems.size() == 2);
+}
+
 TEST_CASE("axes build on the base's: an upper axis goes before it, an empty one removes it, a var that is set is no axis")
 {
     const TemporaryFolder folder;

@@ -210,8 +210,8 @@ TEST_CASE("--set reaches into components, also those that are only defaults", "[
              {{{"mesh.max_faces", "[1"}}, "--set mesh.max_faces=[1: error: a '[' is not closed"},
              {{{"mesh..x", "1"}}, "expected NAME=VALUE"},
              {{{"uvmaps.heights_px", "64"}}, "(write [64])"},
-             // At its place in the file.
-             {{{"picture", "no.jpg"}}, "p.yaml:11:57: error: stage 'texture' (texture.optimize): input 'style': no such file '"}})
+             {{{"picture", "no.jpg"}},
+              "--set picture=no.jpg: error: stage 'texture' (texture.optimize): input 'style': no such file '"}})
     {
         const PipelineResult result = check(folder, room, usual_catalog(), row.sets);
         CHECK(result.problems.size() <= 1);
@@ -288,6 +288,23 @@ stages:
     const PipelineResult missing = check(folder, "version: 1\nbase: none.yaml\n");
     CHECK_THAT(joined_lines(missing), StartsWith("p.yaml:2:7: error: no such pipeline file '"));
     CHECK(missing.exit_code() == 3);
+}
+
+TEST_CASE("A base is beside the file, or an installed pipeline of the name", "[pipeline]")
+{
+    const Room folder;
+    const std::string over = "version: 1\nbase: photo_texture.yaml\nstages:\n  scan: {type: scan.folder, path: scan}\n";
+    const PipelineResult installed = check(folder, over);
+    REQUIRE(installed.pipeline.texts.size() == 3);
+    CHECK(installed.pipeline.texts[1].file.string().ends_with("/share/fresco/pipelines/photo_texture.yaml"));
+    CHECK(installed.pipeline.texts[2].file.string().ends_with("/share/fresco/pipelines/presets/preview.yaml"));
+    folder.write("photo_texture.yaml", "version: 1\nstages: {own: {type: mesh.pass}}\n");
+    const PipelineResult beside = check(folder, over);
+    CHECK(names_of(beside) == Words{"own", "scan"});
+    CHECK_THAT(joined_lines(check(folder, "version: 1\nbase: photo_textur.yaml\n")),
+               StartsWith("p.yaml:2:7: error: no such pipeline file '" + folder.path().string() +
+                          "/photo_textur.yaml', nor an installed one, '") &&
+                   Contains("/share/fresco/pipelines/photo_textur.yaml' (did you mean 'photo_texture.yaml'?)"));
 }
 
 TEST_CASE("A preview changes options of the pipeline and of its bases, and --set goes before it", "[pipeline]")

@@ -276,3 +276,90 @@ TEST_CASE("Numbers are read alike where a comma is the decimal point", "[pipelin
     CHECK_FALSE(problem.empty());
     CHECK_THAT(range, Contains("from 4 to 50000000"));
 }
+
+TEST_CASE("Only the words of a program have several lines; control characters are nowhere", "[pipeline]")
+{
+    for (const std::string text : {"\"a\\nb\"", "\"a\\tb\"", "|\n      a\n"})
+        CHECK_THAT(problem_of("a: {type: mesh.pass}\n  b:\n    type: mesh.pass\n    title: " + text),
+                   StartsWith("p.yaml:6:12: error: stage 'b' (mesh.pass): option 'title': ") &&
+                       Contains("an end of line or a tab"));
+    const TemporaryFolder folder;
+    const std::string text = "version: 1\nstages:\n  a: {type: mesh.pass, title: x}\n";
+    const auto set = [&](const std::string& name, const std::string& value) {
+        return joined_lines(check(folder, text, usual_catalog(), {{name, value}}));
+    };
+    CHECK(set("a.title", "y").empty());
+    CHECK_THAT(set("a.title", "y\x1b"), Contains(": error: control characters are not allowed"));
+    CHECK_THAT(set("a.ti\x01tle", "y"), Contains(": error: control characters are not allowed"));
+    CHECK_THAT(set("a.title", R"("y\0")"), StartsWith(R"(--set a.title="y\0": error: )") && Contains("control character"));
+    CHECK_THAT(set("a.title", "y\nz"), Contains("an end of line or a tab"));
+}
+
+TEST_CASE("A mistake in what --set gives a var is reported there", "[pipeline]")
+{
+    const Room folder;
+    const auto set = [&](const std::string& name, const std::string& value) {
+        return joined_lines(check(folder, room, usual_catalog(), {{name, value}}));
+    };
+    CHECK_THAT(set("data", "scna"),
+               StartsWith("--set data=scna: error: stage 'scan' (scan.folder): option 'path': no such folder '"));
+    CHECK_THAT(set("picture", "pci.jpg"),
+               StartsWith("--set picture=pci.jpg: error: stage 'texture' (texture.optimize): input 'style'"));
+    CHECK_THAT(joined_lines(check(folder,
+                                  "version: 1\nvars: {data: , size: }\nstages:\n  a: {type: mesh.pass, size: \"${size}\"}\n"
+                                  "  s: {type: scan.folder, path: \"${data}/deep\"}\n",
+                                  usual_catalog(), {{"data", "scan"}, {"size", "large"}})),
+               StartsWith("--set data=scan: error: stage 's'") && Contains(" | --set size=large: error: stage 'a'"));
+    // In the file, where the var is used.
+    CHECK_THAT(
+        joined_lines(check(folder, "version: 1\nvars: {data: scna}\nstages: {s: {type: scan.folder, path: \"${data}\"}}\n")),
+        StartsWith("p.yaml:3:39: error: "));
+}
+
+TEST_CASE("A stage is left out by --without, which none that stays may read", "[pipeline]")
+{
+    const Room folder;
+    folder.write("p.yaml", room);
+    const auto load = [&](Words without, Sets sets = {}, const std::string& until = "")
+    {
+        return load_pipeline({.file = "p.yaml",
+                              .sets = std::move(sets),
+                              .working_directory = folder.path(),
+                              .until = until,
+                              .without = std::move(without)},
+                             usual_catalog());
+    };
+    CHECK(names_of(load({"glb"})) == Words{"scan", "frames", "mesh", "uvmaps", "texture"});
+    CHECK(names_of(load({"glb", "texture", "glb"})) == Words{"scan", "frames", "mesh", "uvmaps"});
+    const Words read = lines(load({"mesh"}));
+    REQUIRE(read.size() == 1);
+    CHECK(read[0] ==
+          "--without mesh: error: stage 'uvmaps' (uvmaps.raycast) reads it: leave that out, too (--without uvmaps), or set "
+          "its input");
+    CHECK(names_of(load({"mesh"}, {{"uvmaps.input.mesh", "scan"}})) == Words{"scan", "frames", "uvmaps", "texture", "glb"});
+    CHECK(joined_lines(load({"gbl"})) == "--without gbl: error: unknown stage 'gbl' (did you mean 'glb'?)");
+    CHECK_THAT(joined_lines(load({"glb"}, {}, "glb")), StartsWith("--until glb: error: unknown stage 'glb'"));
+}
+
+TEST_CASE("A result that nobody reads is worth a warning in a pipeline that writes files", "[pipeline]")
+{
+    const Room folder;
+    const auto warnings = [&](const std::string& text, const std::string& until = "")
+    {
+        folder.write("p.yaml", text);
+        const PipelineResult result =
+            load_pipeline({.file = "p.yaml", .sets = {}, .working_directory = folder.path(), .until = until}, usual_catalog());
+        CHECK(joined_lines(result).empty());
+        return each(result.warnings, [](const Problem& problem) { return to_string(problem); });
+    };
+    const std::string more = "  mixed: {type: mesh.pass, input: mesh}\n";
+    CHECK(warnings(room).empty());
+    CHECK(warnings(room + more) ==
+          Words{"p.yaml:13:3: warning: no stage reads the result of 'mixed': name it as the input of one, or "
+                "leave it out (--without mixed)"});
+    CHECK(warnings(room + more, "mixed").empty());
+    CHECK(warnings("version: 1\nstages:\n  mesh: {type: mesh.pass}\n" + more).empty());
+    // Once for all combinations.
+    CHECK(warnings(room + "  mixed: {type: mesh.pass, title: \"${weights}\"}\nmatrix: {weights: [vgg.st, pic.jpg]}\n").size() ==
+          1);
+}

@@ -248,7 +248,9 @@ TEST_CASE("Rules that do not fit are refused before a run, with their place", "[
     for (const Row& row : std::vector<Row>{
              {"{flor: keep, walls: dark}", "8:93", "stage 'planes' (regions.planes) makes no 'flor' (did you mean 'floor'?)"},
              {"{floor: keep, floor: dark}", "8:69", "p.yaml:8:106: error: the key 'floor' appears twice"},
-             {"{floor: dusk, walls: dark}", "8:30", "needs the input 'dusk' (texture (version 2)); it is made by photo.texture"},
+             {"{floor: dusk, walls: dark}", "8:93", "option 'regions': 'input' has no texture 'dusk' (did you mean 'dark'?)"},
+             {"{floor: keeep, walls: dark}", "8:93", "option 'regions': 'input' has no texture 'keeep' (did you mean 'keep'?)"},
+             {"{floor: keep, walls: drak}", "8:106", "option 'regions': 'input' has no texture 'drak' (did you mean 'dark'?)"},
              {"{floor: keep}", "8:69", "has no input 'dark' (there are: photo, regions)"},
              {"{floor: photo, walls: dark}", "8:93", "'photo' is another input of the stage"},
              {"{floor: {texture: dark, strength: 2}}", "8:126", "from 0 to 1 for 'strength' of 'floor', got 2"}})

@@ -152,6 +152,24 @@ stages:
     CHECK(contains(going.err, "stage bad@error (test.fail)"));
 }
 
+TEST_CASE("a missing input stops only its own combinations by --keep-going, and is said first")
+{
+    Workplace place;
+    place.write("one.txt", "1");
+    place.write("room.yaml", matrix("[one.txt, two.txt]", R"(
+  base: {type: test.source, file: "${n}", log: log}
+  text: {type: test.sink, input: base, path: sum.txt, log: log}
+)"));
+    place.run({"run", "room.yaml"}, 3);
+    CHECK(place.log().empty());
+    const Finished going = place.run({"run", "room.yaml", "--keep-going", "--json-log"}, 3);
+    CHECK(going.err.starts_with("room.yaml:6:35: error: stage 'base' (test.source): option 'file': no such file '"));
+    CHECK(place.logged("sink") == 1);
+    CHECK(fs::exists(place.file("out/one/sum.txt")));
+    CHECK(place.read_json("out/sweep.json").at("exit_code").as_int() == 3);
+    CHECK(events(going.out, "problems").size() == 1);
+}
+
 TEST_CASE("an interrupted sweep goes on where it was")
 {
     Workplace place;
@@ -216,8 +234,8 @@ TEST_CASE("no two stages write one file, whichever way its folder came about, an
                    "would both write small/f.txt below --out: give one of them another path"));
     CHECK(place.read("out/large/f.txt") == "2.000000\n");
     // What they agree on is no conflict.
-    place.make({"--set", "other.value=1"});
-    CHECK(place.read("out/small/f.txt") == "1.000000\n");
+    place.make({"--set", "other.value=1", "--out", "agreed"});
+    CHECK(place.read("agreed/small/f.txt") == "1.000000\n");
 
     place.write("room.yaml", stages("sweep.json"));
     const Finished own = place.make({"--out", "own"});

@@ -102,6 +102,10 @@ TEST_CASE("a task keeps the settings of its command line, and refuses another pl
     Workplace place;
     place.write("sweep.yaml", "version: 1\nvars: {n: 3}\nstages:\n  one: {type: test.source, value: \"${n}\", log: log}\n"
                               "  sum: {type: test.add, input: {left: one}, log: log}\n");
+    make_tasks(place, {"--set", "n=7", "--without", "sum"});
+    CHECK(run_task(place, 0).code == 0);
+    CHECK(place.logged("add") == 0);
+    fs::remove_all(place.file("tasks"));
     make_tasks(place, {"--set", "n=7"});
     CHECK(run_task(place, 0).code == 0);
     CHECK(place.run({"run", "sweep.yaml", "--set", "n=7"}).code == 0);

@@ -33,6 +33,10 @@ class JsonFile
 /// The part of `path` below `base`, or nothing.
 std::optional<std::string> below(const std::filesystem::path& path, const std::filesystem::path& base);
 
+/// Says by errno why a file or folder cannot be made. exFAT and its relatives only call an argument invalid: names the character
+/// that they refuse.
+std::string cause_of(int error, const std::filesystem::path& path);
+
 /// A raster of an NPY file. Throws Error naming the file if it is of another type or number of channels. `channels` 0: any from 1
 /// to 4.
 template <class T>

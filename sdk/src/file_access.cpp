@@ -151,12 +151,22 @@ const char* next_name(DIR* folder)
     }
 }
 
+/// A program may have made a folder that even its owner may not list or change. The owner may allow it again.
+void allow_owner(int folder, const char* name)
+{
+    const FileDescriptor fd(uninterrupted([&] { return openat(folder, name, O_PATH | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC); }));
+    struct stat status = {};
+    if (fd.valid() && fstat(fd.get(), &status) == 0 && (status.st_mode & S_IRWXU) != S_IRWXU)
+        chmod(("/proc/self/fd/" + std::to_string(fd.get())).c_str(), S_IRWXU);
+}
+
 bool remove_in(int folder, const char* name)
 {
     if (unlinkat(folder, name, 0) == 0 || errno == ENOENT)
         return true;
     if (errno != EISDIR && errno != EPERM)
         return false;
+    allow_owner(folder, name);
     {
         const OpenedFolder opened = list_folder(folder, name, O_NOFOLLOW);
         if (!opened)
@@ -194,6 +204,16 @@ void FileDescriptor::reset()
     if (fd_ >= 0)
         ::close(fd_);
     fd_ = -1;
+}
+
+std::string detail::cause_of(int error, const fs::path& path)
+{
+    const std::string name = path.filename();
+    const std::size_t refused = name.find_first_of("\"*:<>?\\|");
+    std::string text = std::strerror(error);
+    if (error == EINVAL && refused != std::string::npos)
+        text += std::string(": this file system takes no '") + name[refused] + "' in names; choose another name, or another disk";
+    return text;
 }
 
 void forbid_links_below(const fs::path& folder, const std::string& advice)
@@ -311,7 +331,7 @@ void make_folder(const fs::path& folder)
     const PathEntry entry(folder);
     entry.check_kind(true);
     if (!entry.valid() || (mkdirat(entry.folder(), entry.name(), 0777) != 0 && errno != EEXIST))
-        throw Error(folder.string() + ": cannot make the folder: " + std::strerror(errno));
+        throw Error(folder.string() + ": cannot make the folder: " + detail::cause_of(errno, folder));
     if (!is_folder(folder))
         throw Error(folder.string() + ": cannot make the folder: " + std::strerror(ENOTDIR));
     sync_folder(folder.has_parent_path() ? folder.parent_path() : ".");

@@ -1,6 +1,8 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
+#include "artifact_files.h"
+
 #include <fresco/error.h>
 #include <fresco/file_access.h>
 #include <fresco/files_io.h>
@@ -149,7 +151,7 @@ class Draft
     }
 
   private:
-    [[noreturn]] void fail() const { throw Error(file_.string() + ": cannot be written: " + cause()); }
+    [[noreturn]] void fail() const { throw Error(file_.string() + ": cannot be written: " + detail::cause_of(errno, file_)); }
     FileDescriptor open_here(const char* name, int flags) const
     {
         return FileDescriptor(uninterrupted([&] { return ::openat(opened_folder_.get(), name, flags | O_CLOEXEC, 0666); }));

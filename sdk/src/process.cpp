@@ -28,7 +28,8 @@ namespace
 
 [[noreturn]] void cannot_start(const char* what)
 {
-    throw Error(std::string("cannot start a process (") + what + "): " + std::strerror(errno));
+    throw Error(std::string("cannot start a process (") + what + "): " + std::strerror(errno) +
+                (errno == EAGAIN ? ": raise the limit of processes (ulimit -u)" : ""));
 }
 
 /// The same descriptor at a number above those that the child gives a meaning.

@@ -160,7 +160,7 @@ void read_stored(Bytes bytes)
     const auto result = store.lookup(key);
     const auto damage = store.verify(object, 1);
     const auto record = read_stage_record(store, pipeline, "s");
-    used_results(store);
+    used_results(store, 0);
     write_again(store, pipeline, record, index, here);
     if (!result && !record)
     {

@@ -3,7 +3,9 @@
 #include <fresco/wording.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdint>
+#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <string_view>
@@ -145,6 +147,13 @@ std::string seen_in(const OpenFile& file, const std::vector<FileFormat>& known)
 }
 
 }  // namespace
+
+std::string unreachable_text(int error)
+{
+    if (error == 0 || error == ENOENT || error == ENOTDIR)
+        return "";
+    return error == ENAMETOOLONG ? "the path is too long" : std::string("cannot be reached: ") + std::strerror(error);
+}
 
 std::string file_problem(const fs::path& path, const std::vector<std::string>& extensions, const std::vector<FileFormat>& formats,
                          const std::function<std::vector<FileFormat>()>& others)

@@ -13,6 +13,10 @@
 namespace fresco::host
 {
 
+/// Why nothing can be seen at a path, by errno: "the path is too long", "cannot be reached: Permission denied". Empty: nothing is
+/// there.
+std::string unreachable_text(int error);
+
 /// Why a file cannot be what an option or reader wants that takes files with these extensions (".png") and in these formats:
 /// "'a.ply' is empty", "'a.ply' is not a PLY mesh: it begins with \"hello\"". `others`: formats that it may be of instead. Empty
 /// where nothing speaks against it, for an extension without a format, and for a file that cannot be read. Reads a few kilobytes

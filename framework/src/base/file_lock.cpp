@@ -22,6 +22,21 @@ namespace
 
 constexpr std::string_view holder_begin = "process ";
 
+/// How errors go on that say why something cannot be locked.
+constexpr const char* lock_advice = ": a store needs a file system with locks; choose another with --store";
+
+/// Says by errno why a file cannot be opened as a lock, or no process can be started to try it. Neither is the fault of the file
+/// system's locks.
+std::string lack_text()
+{
+    const std::string reason = std::strerror(errno);
+    if (errno == ENOSPC || errno == EDQUOT)
+        return reason + ": free some space (df) or files (df -i), or choose another store with --store";
+    if (errno == EMFILE)
+        return reason + ": raise the limit (ulimit -n)";
+    return with_process_limit(reason);
+}
+
 /// What is wrong with the locks of this file; empty: nothing.
 std::string lock_problem(const std::filesystem::path& file)
 {
@@ -30,19 +45,19 @@ std::string lock_problem(const std::filesystem::path& file)
     {
         fd = open_file(file, O_RDWR | O_CREAT);
         if (!fd.valid())
-            return std::string("cannot be opened as a lock: ") + std::strerror(errno);
+            return "cannot be opened as a lock: " + lack_text();
     }
     const auto gets = [&](int which, int operation)
     { return uninterrupted([&] { return flock(descriptors[which].get(), operation | LOCK_NB); }) == 0; };
     if (!gets(0, LOCK_EX))
-        return std::string("cannot be locked: ") + std::strerror(errno);
+        return std::string("cannot be locked: ") + std::strerror(errno) + lock_advice;
     for (const int operation : {LOCK_EX, LOCK_SH})
         if (gets(1, operation))
-            return "was locked twice at once";
+            return std::string("was locked twice at once") + lock_advice;
     if (errno != EWOULDBLOCK)
-        return std::string("cannot be locked: ") + std::strerror(errno);
+        return std::string("cannot be locked: ") + std::strerror(errno) + lock_advice;
     if (!gets(0, LOCK_UN) || !gets(1, LOCK_EX))
-        return "stays locked after it was unlocked";
+        return std::string("stays locked after it was unlocked") + lock_advice;
     return "";
 }
 
@@ -57,7 +72,7 @@ void FileLock::open()
 {
     fd_ = open_file(file_, O_RDWR | O_CREAT);
     if (!fd_.valid())
-        throw Error(file_.string() + ": cannot be opened as a lock: " + std::strerror(errno));
+        throw Error(file_.string() + ": cannot be opened as a lock: " + lack_text());
 }
 
 void FileLock::fail() const
@@ -136,12 +151,12 @@ std::string broken_lock(const std::filesystem::path& file)
     constexpr char no_memory = '\0';
     int ends[2];
     if (pipe2(ends, O_CLOEXEC) != 0)
-        return std::string("cannot be tried as a lock: ") + std::strerror(errno);
+        return "cannot be tried as a lock: " + lack_text();
     const FileDescriptor said(ends[0]);
     FileDescriptor says(ends[1]);
     const pid_t child = fork();
     if (child < 0)
-        return std::string("cannot be tried as a lock: ") + std::strerror(errno);
+        return "cannot be tried as a lock: " + lack_text();
     if (child == 0)
     {
         try
@@ -166,7 +181,7 @@ std::string broken_lock(const std::filesystem::path& file)
     for (int tries = 0; tries < 100 && waitpid(child, nullptr, WNOHANG) == 0; ++tries)
         poll(nullptr, 0, 1);
     if (!answered)
-        return "cannot be locked: flock did not return within " + std::to_string(patience_ms / 1000) + " seconds";
+        return "cannot be locked: flock did not return within " + std::to_string(patience_ms / 1000) + " seconds" + lock_advice;
     char text[512];
     const ssize_t count = uninterrupted([&] { return read(said.get(), text, sizeof text); });
     if (count <= 0)

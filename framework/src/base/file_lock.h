@@ -59,12 +59,9 @@ class Backoff
     std::chrono::milliseconds time_{50};
 };
 
-/// How errors go on that say why something cannot be locked.
-inline constexpr const char* lock_advice = ": a store needs a file system with locks; choose another with --store";
-
-/// Why locks of a file are not what they say; empty: they are. flock may fail, not return, or let in two holders at once. Makes
-/// the file, which nobody else may try. Another process tries it, so that this one is held up for no more than three seconds. The
-/// process must be single-threaded.
+/// Why locks of a file are not what they say, and what to do; empty: they are. flock may fail, not return, or let in two holders
+/// at once. Makes the file, which nobody else may try. Another process tries it, so that this one is held up for no more than
+/// three seconds. The process must be single-threaded.
 std::string broken_lock(const std::filesystem::path& file);
 
 }  // namespace fresco::host

@@ -1,5 +1,6 @@
 #include "base/file_stamp.h"
 #include "base/common.h"
+#include "base/file_contents.h"
 #include "base/glob.h"
 #include "base/records.h"
 #include <fresco/error.h>
@@ -9,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cerrno>
 #include <chrono>
 #include <ctime>
 #include <fstream>
@@ -192,7 +194,11 @@ Dependency take_dependency(const std::filesystem::path& path, bool folder)
 {
     const auto now = look_at(place_of(path, folder));
     if (!now)
-        throw MissingInput(place_of(path, folder).string() + ": no such " + (folder ? "folder" : "file"));
+    {
+        const std::string reason = unreachable_text(errno);
+        throw MissingInput(place_of(path, folder).string() + ": " +
+                           (reason.empty() ? std::string("no such ") + (folder ? "folder" : "file") : reason));
+    }
     const auto stamp = reliable(now);
     return {path, folder, stamp, contents_of(path, folder)};
 }

@@ -56,6 +56,13 @@ fs::path own_program()
     return fs::read_symlink("/proc/self/exe", error);
 }
 
+std::string with_process_limit(std::string text)
+{
+    if (text.find(std::strerror(EAGAIN)) != std::string::npos && text.find("ulimit -u") == std::string::npos)
+        text += ": no more processes or threads may be started; raise the limit (ulimit -u)";
+    return text;
+}
+
 HeardEnd hear_out(const Child& child, std::chrono::milliseconds limit, const std::function<void(const std::string&)>& said,
                   const std::function<void(const std::string&)>& printed)
 {

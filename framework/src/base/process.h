@@ -52,6 +52,9 @@ struct HeardEnd : ProcessEnd
     bool timed_out = false;
 };
 
+/// Adds the advice to raise the limit of processes to a text that has the system's words for their lack.
+std::string with_process_limit(std::string text);
+
 /// Passes on the lines that the leader of a process group sends over its channel and that it prints, until it ends. Kills it,
 /// with all that it started, `limit` after its start or the last line over the channel.
 HeardEnd hear_out(const Child& child, std::chrono::milliseconds limit, const std::function<void(const std::string&)>& said,

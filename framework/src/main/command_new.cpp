@@ -61,8 +61,9 @@ void write_folder(const fs::path& folder, const std::vector<TextFile>& files)
     try
     {
         write_files(temporary, files);
-        // As mkdir would have given them; mkdtemp's are only for the owner.
-        fs::permissions(temporary, static_cast<fs::perms>(0777U & ~current_mask()));
+        // As mkdir would have given them; mkdtemp's are only for the owner. Some file systems have permissions of their own.
+        std::error_code refused;
+        fs::permissions(temporary, static_cast<fs::perms>(0777U & ~current_mask()), refused);
         if (!there)
             fs::rename(temporary, path);
         else

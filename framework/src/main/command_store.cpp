@@ -29,10 +29,14 @@ struct StoreArguments
     std::vector<std::string> results;
 };
 
+std::string days_text(double days)
+{
+    return days < 1 ? fmt::format("{:.0f} h", days * 24) : fmt::format("{:.0f} d", days);
+}
+
 std::string age_text(std::int64_t time_s)
 {
-    const double days = (static_cast<double>(std::time(nullptr)) - static_cast<double>(time_s)) / 86400.0;
-    return days < 1 ? fmt::format("{:.0f} h", days * 24) : fmt::format("{:.0f} d", days);
+    return days_text((static_cast<double>(std::time(nullptr)) - static_cast<double>(time_s)) / 86400.0);
 }
 
 Value to_value(const StoredObject& object)
@@ -96,10 +100,20 @@ int tidy(const StoreArguments& arguments)
     if (arguments.json)
     {
         Value::List removed = each<Value>(result.removed, [&](const auto& object) { return to_value(object); });
+        Value::List kept = each<Value>(result.kept,
+                                       [](const KeptForUnseen& each)
+                                       {
+                                           return Value::Map{{"pipeline", each.pipeline},
+                                                             {"days_ago", each.days_ago},
+                                                             {"results", each.results},
+                                                             {"disk_mb", each.disk_mb}};
+                                       });
         print_value(Value::Map{{"removed", std::move(removed)},
                                {"freed_mb", result.freed_mb},
                                {"checkpoints", result.checkpoints},
                                {"leftovers", result.leftovers},
+                               {"kept", std::move(kept)},
+                               {"stuck", Value::List(result.stuck.begin(), result.stuck.end())},
                                {"dry_run", arguments.dry_run}});
         return 0;
     }
@@ -111,6 +125,12 @@ int tidy(const StoreArguments& arguments)
                                            arguments.dry_run ? "would remove" : "removed", result.removed.size(),
                                            size_text(result.freed_mb), result.checkpoints, result.leftovers);
     fmt::print("{}{}\n", table.text(width), folded(counts, width));
+    for (const KeptForUnseen& kept : result.kept)
+        print_line(fmt::format("kept {} results ({}) of {}, which is not there now: it last ran {} ago, less than --keep-days {}",
+                               kept.results, size_text(kept.disk_mb), kept.pipeline, days_text(kept.days_ago),
+                               arguments.keep_days));
+    for (const std::string& stuck : result.stuck)
+        print_line("cannot be removed: " + stuck);
     return 0;
 }
 
@@ -161,7 +181,8 @@ void add_store_command(CLI::App& app, int& exit_code)
     add("verify", "Verify every result against its hashes; exit code 1 if any is damaged", verify)
         ->add_flag("--remove", arguments->remove, "Remove damaged results");
     CLI::App* gc = add("gc", "Remove results that no pipeline's last run used and that are older than --keep-days", tidy);
-    gc->add_option("--keep-days", arguments->keep_days, "Keep results and checkpoints younger than this")
+    gc->add_option("--keep-days", arguments->keep_days,
+                   "Keep results and checkpoints younger than this, and the last results of pipelines that ran since")
         ->check(CLI::NonNegativeNumber)
         ->capture_default_str();
     CLI::App* copied =

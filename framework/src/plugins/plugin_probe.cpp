@@ -187,8 +187,10 @@ bool finish(RunningProbe& running)
     else
         return true;
     probe.description = Value();
-    // What only took long, was killed from outside, or may have lacked memory or descriptors, may work the next time.
-    const bool lacked = memory_limit_mb() > 0 || end.signal == SIGKILL || (end.signal == 0 && end.exit_code != 0);
+    // What only took long, was killed from outside, or may have lacked memory, descriptors or threads, may work the next time.
+    // OpenBLAS interrupts a process in which it cannot start its threads.
+    const bool lacked =
+        memory_limit_mb() > 0 || end.signal == SIGKILL || end.signal == SIGINT || (end.signal == 0 && end.exit_code != 0);
     probe.lasting = running.timed_out ? running.loops : !lacked;
     return true;
 }

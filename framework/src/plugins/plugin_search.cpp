@@ -8,15 +8,20 @@
 #include "plugins/plugin_probe.h"
 #include "plugins/plugin_search.h"
 #include <fresco/error.h>
+#include <fresco/file_access.h>
 #include <fresco/files_io.h>
 
 #include <algorithm>
 #include <cstdlib>
 #include <dlfcn.h>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <set>
+#include <sys/stat.h>
 #include <thread>
+#include <unistd.h>
+#include <utility>
 
 namespace fresco::host
 {
@@ -43,23 +48,26 @@ fs::path sdk_library()
                                                                                                   : fs::path();
 }
 
+/// A folder below /tmp, for users whose cache folder cannot be written. Empty unless it exists, or `make` makes it, and only this
+/// user can write to it: descriptions decide what is loaded.
+fs::path private_folder(bool make)
+{
+    std::error_code error;
+    const fs::path folder = fs::temp_directory_path(error) / ("fresco-" + std::to_string(geteuid()));
+    if (make)
+        mkdir(folder.c_str(), S_IRWXU);
+    struct stat status = {};
+    const bool is_own = !error && lstat(folder.c_str(), &status) == 0 && S_ISDIR(status.st_mode) && status.st_uid == geteuid() &&
+                        (status.st_mode & (S_IRWXG | S_IRWXO)) == 0;
+    return is_own ? folder : fs::path();
+}
+
 /// A description is keyed by the contents of library and SDK and by everything that decides what the loader finds: the path,
 /// LD_LIBRARY_PATH, and the names and contents of the files in the folders of fresco's own libraries.
 class DescriptorCache
 {
   public:
-    DescriptorCache() : folder_(descriptor_cache_folder()), hashes_(folder_.empty() ? fs::path() : folder_ / "stamps.json")
-    {
-        const auto prepare = [&]
-        {
-            forbid_links_below(folder_.parent_path(), "set another cache folder with XDG_CACHE_HOME");
-            make_folder(folder_);
-        };
-        // Who has no home has no cache.
-        if (!folder_.empty() && !attempt(prepare))
-            folder_.clear();
-        sdk_hash_ = hash(sdk_library());
-    }
+    DescriptorCache() : folders_(usable_folders()), hashes_(stamps_in(folders_)) { sdk_hash_ = hash(sdk_library()); }
 
     /// As it was when first asked for: in an image, where stamps are not relied on, each file is still read only once.
     std::string hash(const fs::path& file)
@@ -76,7 +84,11 @@ class DescriptorCache
         const auto read = [&]() -> std::optional<Probe>
         {
             const std::string key = key_of(library);
-            const Value value = read_record(file_of(key));
+            const auto file =
+                std::ranges::find_if(folders_, [&](const fs::path& folder) { return is_file(file_in(folder, key)); });
+            if (file == folders_.end())
+                return std::nullopt;
+            const Value value = read_record(file_in(*file, key));
             const auto is_as_it_was = [&](const Value::Entry& own)
             { return fs::exists(own.first) && hash(own.first) == own.second.as_string(); };
             if (value.at("key").as_string() != key || !std::ranges::all_of(value.at("own_hashes").as_map(), is_as_it_was) ||
@@ -84,14 +96,14 @@ class DescriptorCache
                 return std::nullopt;
             return Probe{library, value.at("description"), value.at("refusal").as_string(), true};
         };
-        return folder_.empty() ? std::nullopt : attempt(read).value_or(std::nullopt);
+        return attempt(read).value_or(std::nullopt);
     }
 
     void remember(const Probe& probe)
     {
-        if (folder_.empty() || (!probe.refusal.empty() && !probe.lasting))
+        if (!probe.refusal.empty() && !probe.lasting)
             return;
-        const auto write = [&]
+        const auto write_to = [&](const fs::path& folder)
         {
             Value::Map own;
             if (probe.refusal.empty())
@@ -101,14 +113,27 @@ class DescriptorCache
             if (file_hash(probe.library) != hash(probe.library))
                 return;
             const std::string key = key_of(probe.library);
-            write_record(file_of(key), Value::Map{{"key", key},
-                                                  {"description", probe.description},
-                                                  {"refusal", probe.refusal},
-                                                  {"own_hashes", std::move(own)},
-                                                  {"own_names", own_names(probe.library)}});
+            write_record(file_in(folder, key), Value::Map{{"key", key},
+                                                          {"description", probe.description},
+                                                          {"refusal", probe.refusal},
+                                                          {"own_hashes", std::move(own)},
+                                                          {"own_names", own_names(probe.library)}});
         };
-        // A cache that cannot be written costs time, nothing else.
-        attempt(write);
+        const auto is_written = [&](const fs::path& folder) { return attempt([&] { write_to(folder); }); };
+        auto folder = std::ranges::find_if(folders_, is_written);
+        const fs::path own = folder == folders_.end() ? private_folder(true) : fs::path();
+        if (!own.empty() && std::ranges::count(folders_, own) == 0)
+        {
+            folders_.push_back(own);
+            folder = std::find_if(std::prev(folders_.end()), folders_.end(), is_written);
+        }
+        if (std::exchange(is_told_, true) || (folder != folders_.end() && *folder == descriptor_cache_folder()))
+            return;
+        const fs::path wanted = descriptor_cache_folder();
+        print_message("warning: " + (wanted.empty() ? "there is no cache folder" : wanted.string() + " cannot be written") +
+                      (folder == folders_.end() ? ", so that each run takes seconds to find its plugins: set "
+                                                : "; what plugins declare is kept in " + folder->string() + ": set ") +
+                      "XDG_CACHE_HOME to a folder that can be written");
     }
 
     void save() { hashes_.save(); }
@@ -121,7 +146,32 @@ class DescriptorCache
                library.string() + ":" + (path != nullptr ? path : "");
     }
 
-    fs::path file_of(const std::string& key) const { return folder_ / (content_hash(key) + ".json"); }
+    static fs::path file_in(const fs::path& folder, const std::string& key) { return folder / (content_hash(key) + ".json"); }
+
+    static bool is_writable(const fs::path& folder) { return access(folder.c_str(), W_OK | X_OK) == 0; }
+
+    /// The user's folder comes first. One that can only be read may hold descriptions, as in an image of a container.
+    static std::vector<fs::path> usable_folders()
+    {
+        std::vector<fs::path> folders;
+        const fs::path wanted = descriptor_cache_folder();
+        const auto prepare = [&]
+        {
+            forbid_links_below(wanted.parent_path(), "set another cache folder with XDG_CACHE_HOME");
+            make_folder(wanted);
+        };
+        if (!wanted.empty() && attempt(prepare))
+            folders.push_back(wanted);
+        if (const fs::path own = private_folder(folders.empty() || !is_writable(wanted)); !own.empty())
+            folders.push_back(own);
+        return folders;
+    }
+
+    static fs::path stamps_in(const std::vector<fs::path>& folders)
+    {
+        const auto folder = std::ranges::find_if(folders, is_writable);
+        return folder == folders.end() ? fs::path() : *folder / "stamps.json";
+    }
 
     /// Of the libraries in the folders of fresco's own: where one is added, the loader may choose it instead of another.
     Value own_names(const fs::path& library)
@@ -137,11 +187,12 @@ class DescriptorCache
         return names;
     }
 
-    fs::path folder_;
+    std::vector<fs::path> folders_;
     FileHashes hashes_;
     std::map<fs::path, std::string> files_;
     std::map<fs::path, std::string> names_;
     std::string sdk_hash_;
+    bool is_told_ = false;
 };
 
 void add_to_catalog(Catalog& catalog, const Probe& probe, std::size_t place, DescriptorCache& cache)

@@ -6,9 +6,11 @@
 #include <fresco/process.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <csignal>
 #include <cstdlib>
+#include <cstring>
 
 namespace fresco::host
 {
@@ -282,8 +284,11 @@ bool RunningStage::ended()
 std::string RunningStage::end_text() const
 {
     const std::string report = "; please report it to the author of the plugin " + node_->stage->type->library.string();
+    const auto lacks_processes = [](const std::string& line) { return line.find(std::strerror(EAGAIN)) != std::string::npos; };
     std::string text;
-    if (end_.exit_code == worker_lost_channel)
+    if (end_.signal != SIGKILL && std::ranges::any_of(tail_, lacks_processes))
+        text = "its process ended, most likely because no more processes or threads may be started: raise the limit (ulimit -u)";
+    else if (end_.exit_code == worker_lost_channel)
         text = "it closed descriptor " + std::to_string(child_channel) + ", by which it speaks to the host" + report;
     else if (end_.signal == SIGKILL && oom_kills() > oom_kills_)
         text = "its process was killed, most likely because the machine ran out of memory (it had used " +
@@ -311,7 +316,7 @@ std::string RunningStage::end_text() const
 std::string RunningStage::failure_text(const fs::path& pipeline) const
 {
     const bool said = exceeded_limit() || !answer_.failure.empty();
-    const std::string text = !said ? end_text() : exceeded_limit() ? limit_text_ : answer_.failure;
+    const std::string text = !said ? end_text() : exceeded_limit() ? limit_text_ : with_process_limit(answer_.failure);
     const bool shown = !said && printed_lines_ <= tail_lines;
     if (shown || printed_lines_ == 0)
         return text;

@@ -77,7 +77,7 @@ void check_locks(const Store& store)
 {
     const WorkFolder folder(store);
     if (const std::string problem = broken_lock(folder.path() / "lock"); !problem.empty())
-        throw Error(store.root().string() + ": " + problem + lock_advice);
+        throw Error(store.root().string() + ": " + problem);
 }
 
 void check_locks_between_machines(const Store& store, const fs::path& own)

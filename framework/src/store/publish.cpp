@@ -74,8 +74,11 @@ void sync_tree(const fs::path& root, const Tree& tree)
 void open_to_others(const fs::path& folder)
 {
     const FileDescriptor fd = open_file(folder, O_RDONLY | O_DIRECTORY);
-    if (!fd.valid() || fchmod(fd.get(), 0777 & ~current_mask()) != 0)
-        throw Error(folder.string() + ": its permissions cannot be set: " + std::strerror(errno));
+    if (!fd.valid())
+        throw Error(folder.string() + ": cannot be opened: " + std::strerror(errno));
+    if (fchmod(fd.get(), 0777 & ~current_mask()) != 0)
+        throw Error(folder.string() + ": its permissions cannot be set: " + std::strerror(errno) +
+                    "; choose a store on another file system with --store");
 }
 
 /// With what those objects refer to themselves.
@@ -249,7 +252,7 @@ CopiedResults copy_results(const Store& from, const Store& to, const std::vector
         if (!from.present(object))
             throw Error(from.object(object).string() + ": no such result; 'fresco store ls' lists them");
     if (chosen.empty())
-        for (const auto& path : entries_of(from.root() / "objects"))
+        for (const auto& path : stored_objects(from))
             if (const std::string id = path.filename().string(); from.present(id))
                 chosen.push_back(id);
     CopiedResults done;

@@ -2,7 +2,14 @@
 #include "base/common.h"
 #include "base/records.h"
 #include <fresco/error.h>
+#include <fresco/file_access.h>
 #include <fresco/files_io.h>
+
+#include <algorithm>
+#include <ctime>
+#include <fcntl.h>
+#include <limits>
+#include <sys/stat.h>
 
 namespace fresco::host
 {
@@ -32,6 +39,21 @@ StageRecord read_record_of(const fs::path& file)
     return record;
 }
 
+/// By the file server's clock. A file that another user owns keeps its time.
+void set_time_to_now(const fs::path& file)
+{
+    if (const PathEntry entry(file); entry.valid())
+        utimensat(entry.folder(), entry.name(), nullptr, AT_SYMLINK_NOFOLLOW);
+}
+
+/// Removes what a pipeline's folder holds of other stages than these.
+void remove_records(const fs::path& folder, const std::set<std::string>& kept)
+{
+    for (const fs::path& file : entries_of(folder))
+        if ((file.extension() == ".json" || file.extension() == ".log") && !kept.contains(file.stem().string()))
+            remove_quietly(file);
+}
+
 /// Whether nothing is there; where that cannot be told, something may be.
 bool is_gone(const fs::path& file)
 {
@@ -55,7 +77,7 @@ void write_stage_record(const Store& store, const fs::path& pipeline, const Stag
 {
     if (const auto old = read_stage_record(store, pipeline, record.stage);
         old && old->key == record.key && old->object == record.object)
-        return;
+        return set_time_to_now(pipeline_folder(store, pipeline) / (record.stage + ".json"));
     const std::string text = text_of(pipeline);
     const fs::path folder = folder_of(store, text);
     make_folder(folder);
@@ -69,20 +91,34 @@ void write_stage_record(const Store& store, const fs::path& pipeline, const Stag
 void remove_old_records(const Store& store, const fs::path& pipeline, const std::set<std::string>& stages)
 {
     const fs::path folder = pipeline_folder(store, pipeline);
-    if (!is_folder(folder))
-        return;
-    for (const fs::path& file : entries_of(folder))
-        if ((file.extension() == ".json" || file.extension() == ".log") && !stages.contains(file.stem().string()))
-            remove_quietly(file);
+    if (is_folder(folder))
+        remove_records(folder, stages);
 }
 
-UsedResults used_results(const Store& store)
+void remove_abandoned(const fs::path& folder)
+{
+    remove_records(folder, {});
+    if (entries_of(folder).empty())
+        remove_quietly(folder);
+}
+
+double age_days(const fs::path& path)
+{
+    const auto stamp = stamp_of(path);
+    const double modified_s = stamp ? static_cast<double>(stamp->mtime_ns) * 1e-9 : 0;
+    return std::max(0.0, static_cast<double>(std::time(nullptr)) - modified_s) / 86400.0;
+}
+
+UsedResults used_results(const Store& store, double keep_days)
 {
     UsedResults used;
     for (const auto& folder : entries_of(store.root() / "stages"))
     {
-        bool abandoned = false;
-        std::set<std::string> objects;
+        if (!is_stored_name(folder.filename().native()))
+            continue;
+        bool is_unseen = false;
+        UnseenPipeline pipeline;
+        pipeline.days_ago = std::numeric_limits<double>::max();
         std::set<std::string> damaged;
         for (const auto& file : entries_of(folder))
         {
@@ -91,8 +127,10 @@ UsedResults used_results(const Store& store)
             try
             {
                 const StageRecord record = read_record_of(file);
-                objects.insert(record.object);
-                abandoned = abandoned || is_gone(record.pipeline);
+                is_unseen = is_unseen || is_gone(record.pipeline);
+                pipeline.file = record.pipeline;
+                pipeline.days_ago = std::min(pipeline.days_ago, age_days(file));
+                pipeline.objects.insert(record.object);
             }
             catch (const MissingInput&)
             {
@@ -103,13 +141,16 @@ UsedResults used_results(const Store& store)
                 damaged.insert(file.stem().string());
             }
         }
-        if (abandoned)
+        if (is_unseen && pipeline.days_ago >= keep_days)
         {
             used.abandoned.push_back(folder);
             continue;
         }
-        used.objects.merge(objects);
         used.stages.merge(damaged);
+        if (is_unseen)
+            used.unseen.push_back(std::move(pipeline));
+        else
+            used.objects.merge(pipeline.objects);
     }
     return used;
 }

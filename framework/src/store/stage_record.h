@@ -27,10 +27,19 @@ struct StageRecord
 std::filesystem::path pipeline_folder(const Store& store, const std::filesystem::path& pipeline);
 /// Of the pipeline file's stage.
 std::optional<StageRecord> read_stage_record(const Store& store, const std::filesystem::path& pipeline, const std::string& stage);
-/// Writes it if it says something new.
+/// Writes the record if it says something new. Its time becomes that of the pipeline's last run in any case.
 void write_stage_record(const Store& store, const std::filesystem::path& pipeline, const StageRecord& record);
 /// Removes records, and links to logs, of stages that the pipeline file no longer has.
 void remove_old_records(const Store& store, const std::filesystem::path& pipeline, const std::set<std::string>& stages);
+
+/// The results of the last run of a pipeline whose file cannot be seen: it came from standard input, its disk is not mounted, or
+/// it was moved or removed.
+struct UnseenPipeline
+{
+    std::string file;
+    double days_ago = 0;  ///< Age of the last run.
+    std::set<std::string> objects;
+};
 
 /// What the last runs used.
 struct UsedResults
@@ -38,8 +47,13 @@ struct UsedResults
     std::set<std::string> objects;
     /// Names of stages whose record is damaged: any result of such a stage may be in use.
     std::set<std::string> stages;
-    std::vector<std::filesystem::path> abandoned;  ///< Folders of records of pipelines whose file is gone.
+    std::vector<UnseenPipeline> unseen;            ///< Their last runs are younger than `keep_days`.
+    std::vector<std::filesystem::path> abandoned;  ///< Record folders of those that last ran earlier.
 };
-UsedResults used_results(const Store& store);
+UsedResults used_results(const Store& store, double keep_days);
+/// Removes such a folder with the records and links in it.
+void remove_abandoned(const std::filesystem::path& folder);
+/// Days since the file was last written; a missing file counts as written in 1970.
+double age_days(const std::filesystem::path& path);
 
 }  // namespace fresco::host

@@ -23,6 +23,7 @@ namespace
 {
 
 constexpr const char* another_store = "choose another store with --store";
+constexpr const char* store_folders[] = {"objects", "keys", "stages", "checkpoints", "logs", "locks", "runs", "tmp"};
 constexpr std::string_view store_format = "fresco store 2\n";
 /// The first format's file had no checksum.
 constexpr std::string_view first_format = "fresco store 1\n";
@@ -40,11 +41,25 @@ std::string gpu_text(const Value& gpus)
                 " to compute its results again, or choose another with --store");
 }
 
+/// A process that was killed while it made the store left at most the draft of its format.
+bool is_empty_but_for_drafts(const fs::path& root)
+{
+    return std::ranges::all_of(entries_of(root),
+                               [](const fs::path& path) { return is_temporary_name(path.filename().native()); });
+}
+
 void check_format(const fs::path& root)
 {
     const fs::path file = root / "format";
     if (!path_status(file))
-        return write_checked(file, store_format);
+    {
+        const bool is_free = is_empty_but_for_drafts(root);
+        // Another process may have made the store meanwhile; its format comes first.
+        if (!is_free && !path_status(file))
+            throw Error(root.string() + ": is neither empty nor a store: choose another folder with --store");
+        if (is_free)
+            return write_checked(file, store_format);
+    }
     const std::string text = read_text_file(file);
     if (text == first_format)
         refuse_format(file, text);
@@ -55,7 +70,7 @@ void check_format(const fs::path& root)
     }
     catch (const Error&)
     {
-        if (!is_folder(root / "objects") || !is_folder(root / "keys"))
+        if (!std::ranges::all_of(store_folders, [&](const char* folder) { return is_folder(root / folder); }))
             throw Error(file.string() + ": is not the file of a store: choose another folder with --store");
         // Damaged. All else in the store is checked by itself.
         return write_checked(file, store_format);
@@ -149,7 +164,7 @@ Store::Store(fs::path root) : root_(std::move(root))
     make_folder_or(root_, another_store);
     forbid_links_below(fs::absolute(root_), another_store);
     check_format(root_);
-    for (const char* folder : {"objects", "keys", "stages", "checkpoints", "logs", "locks", "runs", "tmp"})
+    for (const char* folder : store_folders)
         make_folder(root_ / folder);
 }
 
@@ -305,9 +320,21 @@ void Store::discard(std::string_view object) const
             throw Error(manifest_file(object).string() + ": cannot be removed: " + std::strerror(errno));
         sync_folder(this->object(object));
     }
-    const fs::path aside = make_temporary();
-    rename_path(this->object(object), aside / "object");
-    remove_quietly(aside);
+    // Where there is no room to move it aside, it is removed where it is: without a manifest it is garbage already.
+    if (const auto aside = attempt([&] { return make_temporary(); }))
+    {
+        rename_path(this->object(object), *aside / "object");
+        remove_quietly(*aside);
+    }
+    else
+        remove_quietly(this->object(object));
+}
+
+std::vector<fs::path> stored_objects(const Store& store)
+{
+    std::vector<fs::path> objects = entries_of(store.root() / "objects");
+    std::erase_if(objects, [](const fs::path& path) { return !is_stored_name(path.filename().native()); });
+    return objects;
 }
 
 void make_folder_or(const fs::path& folder, const std::string& advice)
@@ -331,6 +358,11 @@ bool is_stored_name(std::string_view name)
 {
     constexpr std::size_t digits = 32;
     return name.size() == digits && name.find_first_not_of("0123456789abcdef") == std::string_view::npos;
+}
+
+bool is_temporary_name(std::string_view name)
+{
+    return name.starts_with(temporary_file_prefix) && is_stored_name(name.substr(temporary_file_prefix.size()));
 }
 
 void rethrow_if_there(const fs::path& file)
@@ -406,7 +438,7 @@ bool Store::restore(const std::string& key) const
     if (!objects_)
     {
         objects_.emplace();
-        for (const fs::path& path : entries_of(root_ / "objects"))
+        for (const fs::path& path : stored_objects(*this))
             objects_->insert(path.filename().string());
     }
     std::vector<StoredResult> results;

@@ -66,7 +66,7 @@ class Store
   public:
     /// Whether a store was made in this folder.
     static bool is_at(const std::filesystem::path& folder);
-    /// Makes the folders. Throws Error if that fails, the store has another format, or a file of somebody else's is in the way.
+    /// Makes the folders. Throws Error if that fails, the store has another format, or the folder is neither empty nor a store.
     explicit Store(std::filesystem::path root);
 
     const std::filesystem::path& root() const { return root_; }
@@ -155,6 +155,10 @@ void remove_quietly(const std::filesystem::path& path);
 /// Whether a name can be a key or an object: 32 hexadecimal digits. Everything else in their folders is somebody else's, and
 /// stays.
 bool is_stored_name(std::string_view name);
+/// Whether a name is that of a file on its way to another name, see temporary_file_prefix.
+bool is_temporary_name(std::string_view name);
+/// The folders of all objects, whole or not.
+std::vector<std::filesystem::path> stored_objects(const Store& store);
 
 /// In a handler: throws again what hinders from reading a file that is there. Neither is it damaged, nor may it count as gone.
 void rethrow_if_there(const std::filesystem::path& file);

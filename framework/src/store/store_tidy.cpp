@@ -7,7 +7,9 @@
 #include <fresco/files_io.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
+#include <cstring>
 #include <ctime>
 #include <optional>
 #include <set>
@@ -36,16 +38,22 @@ bool with_manifest(const Store& store, const std::string& object, const Use& use
 }
 
 /// With what the used objects refer to. Of damaged ones that cannot be told; its makers have their own records.
-UsedResults all_used(const Store& store)
+UsedResults all_used(const Store& store, double keep_days)
 {
-    UsedResults used = used_results(store);
-    const auto add_references = [&](const Value& manifest)
+    const auto add_references = [&](std::set<std::string>& objects)
     {
-        for (const auto& reference : manifest.at("references").as_list())
-            used.objects.insert(reference.as_string());
+        for (const std::string& object : std::set<std::string>(objects))
+            with_manifest(store, object,
+                          [&](const Value& manifest)
+                          {
+                              for (const auto& reference : manifest.at("references").as_list())
+                                  objects.insert(reference.as_string());
+                          });
     };
-    for (const std::string& object : std::set<std::string>(used.objects))
-        with_manifest(store, object, add_references);
+    UsedResults used = used_results(store, keep_days);
+    add_references(used.objects);
+    for (UnseenPipeline& pipeline : used.unseen)
+        add_references(pipeline.objects);
     return used;
 }
 
@@ -59,11 +67,12 @@ double folder_mb(const fs::path& folder)
     return bytes / (1024.0 * 1024.0);
 }
 
-double age_days(const fs::path& path)
+/// Throws Error where the files of a Presence could not be made.
+void check_room(const Store& store)
 {
-    const auto stamp = stamp_of(path);
-    const double modified_s = stamp ? static_cast<double>(stamp->mtime_ns) * 1e-9 : 0;
-    return std::max(0.0, static_cast<double>(std::time(nullptr)) - modified_s) / 86400.0;
+    const WorkFolder folder(store);
+    for (const char* name : {"1", "2", "3"})
+        write_file(folder.path() / name, "room");
 }
 
 /// A checkpoint serves until its stage is done, or is given up.
@@ -92,7 +101,8 @@ void remove_logs(const Store& store, const std::set<std::string>& kept_keys, con
     for (const auto& path : entries_of(store.root() / "logs"))
     {
         const std::string key = path.stem().string();
-        if (is_stored_name(key) && !kept_keys.contains(key) && (removed_keys.contains(key) || age_days(path) >= keep_days))
+        if (is_stored_name(key) && path.extension() == ".log" && !kept_keys.contains(key) &&
+            (removed_keys.contains(key) || age_days(path) >= keep_days))
             remove_quietly(path);
     }
 }
@@ -111,32 +121,34 @@ std::optional<std::string> key_of_object(const Store& store, const std::string& 
 void remove_leftovers(const Store& store, const UsedResults& used)
 {
     std::set<std::string> objects = used.objects;
-    for (const auto& path : entries_of(store.root() / "objects"))
+    for (const UnseenPipeline& pipeline : used.unseen)
+        objects.insert(pipeline.objects.begin(), pipeline.objects.end());
+    for (const auto& path : stored_objects(store))
         objects.insert(path.filename().string());
     for (const auto& file : entries_of(store.root() / "keys"))
     {
         const std::string prefix = object_prefix(file.stem().string());
         const auto object = objects.lower_bound(prefix);
         const bool leads_on = object != objects.end() && object->starts_with(prefix);
-        if (is_stored_name(file.stem().native()) && !leads_on)
+        if (is_stored_name(file.stem().native()) && file.extension() == ".json" && !leads_on)
             remove_quietly(file);
     }
     for (const auto& file : entries_of(store.root() / "locks"))
         if (is_stored_name(file.filename().native()) && FileLock(file).try_exclusive())
             remove_quietly(file);
     std::vector<fs::path> folders = entries_of(store.root() / "stages");
+    std::erase_if(folders, [](const fs::path& folder) { return !is_stored_name(folder.filename().native()); });
     folders.insert(folders.end(), {store.root(), store.root() / "keys", store.root() / "checkpoints"});
     for (const auto& folder : folders)
         for (const auto& file : entries_of(folder))
-            if (const std::string name = file.filename();
-                name.starts_with(temporary_file_prefix) && is_stored_name(name.substr(temporary_file_prefix.size())))
+            if (is_temporary_name(file.filename().native()))
                 remove_quietly(file);
 }
 
 std::vector<StoredObject> objects_of(const Store& store, const UsedResults& used)
 {
     std::vector<StoredObject> objects;
-    for (const auto& path : entries_of(store.root() / "objects"))
+    for (const auto& path : stored_objects(store))
     {
         StoredObject object;
         object.id = path.filename().string();
@@ -163,13 +175,13 @@ std::vector<StoredObject> objects_of(const Store& store, const UsedResults& used
 std::vector<StoredObject> list_objects(const Store& store)
 {
     // There may be records of another user that may not be read here. Nothing is removed by this list.
-    return objects_of(store, attempt([&] { return all_used(store); }).value_or(UsedResults{}));
+    return objects_of(store, attempt([&] { return all_used(store, 0); }).value_or(UsedResults{}));
 }
 
 std::vector<Damage> verify_store(const Store& store, int threads)
 {
     std::vector<Damage> damages;
-    for (const auto& path : entries_of(store.root() / "objects"))
+    for (const auto& path : stored_objects(store))
     {
         const std::string id = path.filename().string();
         if (store.present(id))
@@ -208,7 +220,11 @@ bool discard_damaged(const Store& store, const std::string& object, int threads)
 
 TidyResult tidy_store(const Store& store, double keep_days, bool dry_run)
 {
-    const Presence presence(store);
+    // Where there is no room for a few files, the clean-up does without a sign of life: no run can begin there, and the file of
+    // the lock exists.
+    std::optional<Presence> presence;
+    if (attempt([&] { check_room(store); }))
+        presence.emplace(store);
     FileLock lock = store_lock(store);
     if (!lock.try_exclusive())
     {
@@ -221,12 +237,22 @@ TidyResult tidy_store(const Store& store, double keep_days, bool dry_run)
     const double now = static_cast<double>(std::time(nullptr));
     std::set<std::string> kept_keys;
     std::set<std::string> removed_keys;
-    const UsedResults used = all_used(store);
+    const UsedResults used = all_used(store, keep_days);
+    for (const UnseenPipeline& pipeline : used.unseen)
+        result.kept.push_back({pipeline.file, pipeline.days_ago});
     for (auto& object : objects_of(store, used))
     {
         const bool old = (now - static_cast<double>(object.time_s)) / 86400.0 >= keep_days;
-        if (object.whole && (object.in_use || !old))
+        const auto user =
+            std::ranges::find_if(used.unseen, [&](const UnseenPipeline& each) { return each.objects.contains(object.id); });
+        if (object.whole && (object.in_use || !old || user != used.unseen.end()))
         {
+            if (!object.in_use && old)
+            {
+                KeptForUnseen& kept = result.kept[static_cast<std::size_t>(user - used.unseen.begin())];
+                ++kept.results;
+                kept.disk_mb += object.disk_mb;
+            }
             kept_keys.insert(object.key);
             continue;
         }
@@ -236,22 +262,25 @@ TidyResult tidy_store(const Store& store, double keep_days, bool dry_run)
             store.discard(object.id);
         result.removed.push_back(std::move(object));
     }
+    std::erase_if(result.kept, [](const KeptForUnseen& kept) { return kept.results == 0; });
     result.checkpoints = remove_checkpoints(store, keep_days, dry_run);
     if (!dry_run)
         remove_logs(store, kept_keys, removed_keys, keep_days);
     for (const auto& path : abandoned_temporaries(store))
     {
-        ++result.leftovers;
-        if (!dry_run)
-            remove_quietly(path);
+        if (dry_run || remove_path(path))
+            ++result.leftovers;
+        else
+            result.stuck.push_back(path.string() + ": " + std::strerror(errno));
     }
     if (dry_run)
         return result;
     for (const auto& folder : used.abandoned)
-        remove_quietly(folder);
+        remove_abandoned(folder);
     remove_leftovers(store, used);
-    FileHashes(store.file_index()).tidy();
-    tidy_costs(store);
+    // Both are caches: where there is still no room, they stay as they are.
+    attempt([&] { FileHashes(store.file_index()).tidy(); });
+    attempt([&] { tidy_costs(store); });
     return result;
 }
 

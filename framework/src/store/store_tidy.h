@@ -33,16 +33,28 @@ std::vector<Damage> verify_store(const Store& store, int threads);
 /// to `threads` threads. True if it is gone, false if it is whole. Throws Error if another run holds the key for 10 s.
 bool discard_damaged(const Store& store, const std::string& object, int threads);
 
+/// Old results that are kept because a pipeline whose file cannot be seen used them within `keep_days`.
+struct KeptForUnseen
+{
+    std::string pipeline;
+    double days_ago = 0;  ///< Age of its last run.
+    int results = 0;
+    double disk_mb = 0;
+};
+
 struct TidyResult
 {
     std::vector<StoredObject> removed;
     double freed_mb = 0;
     int checkpoints = 0;
-    int leftovers = 0;  ///< Temporary folders of killed runs.
+    int leftovers = 0;               ///< Temporary folders of killed runs.
+    std::vector<std::string> stuck;  ///< Those that cannot be removed, with the reason.
+    std::vector<KeptForUnseen> kept;
 };
 
 /// Removes results that no pipeline's last run used and that are older than `keep_days`, half-written ones, checkpoints of
-/// finished stages and those older than that, the logs of both, and what killed runs left. Throws Error if a run is using the
+/// finished stages and those older than that, the logs of both, and what killed runs left. A pipeline whose file cannot be seen
+/// counts until its last run is that old. Works where the disk has no room for another file. Throws Error if a run is using the
 /// store.
 TidyResult tidy_store(const Store& store, double keep_days, bool dry_run);
 

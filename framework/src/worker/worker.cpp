@@ -80,7 +80,7 @@ WorkerInput input_from(const Value& value)
 
 std::string with_advice(std::string text)
 {
-    if (text.find(std::generic_category().message(ENOSPC)) == std::string::npos)
+    if (text.find(std::generic_category().message(ENOSPC)) == std::string::npos || text.find("--store") != std::string::npos)
         return text;
     const std::string temporary = temporary_folder_in(text);
     return text +

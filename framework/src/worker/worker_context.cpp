@@ -29,8 +29,18 @@ namespace
 std::atomic<bool> stop{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 
-void ask_to_stop(int)
+constexpr std::string_view own_interrupt_event =
+    "\n{\"event\":\"failed\",\"text\":\"a library in its process interrupted it, as OpenBLAS does where no more threads may be "
+    "started: raise the limit (ulimit -u)\"}\n";
+
+/// A signal that the process sends itself is a failure. One from outside stops the run, which may then be run again.
+void ask_to_stop(int, siginfo_t* info, void*)
 {
+    if (info->si_code <= 0 && info->si_pid == getpid())
+    {
+        send_all(child_channel, own_interrupt_event);
+        _exit(worker_failed);
+    }
     stop = true;
 }
 
@@ -167,8 +177,8 @@ void WorkerChannel::listen(int threads)
 void take_stop_signals()
 {
     struct sigaction action = {};
-    action.sa_handler = ask_to_stop;
-    action.sa_flags = SA_RESTART;
+    action.sa_sigaction = ask_to_stop;
+    action.sa_flags = SA_RESTART | SA_SIGINFO;
     for (const int number : {SIGTERM, SIGINT, SIGHUP})
         sigaction(number, &action, nullptr);
 }
@@ -264,6 +274,8 @@ void WorkerContext::report(std::string_view key, Value value)
 fs::path WorkerContext::preview_folder()
 {
     make_folder(request_.preview_folder);
+    if (const fs::path mark = request_.preview_folder / progress_mark; !path_status(mark))
+        write_file(mark, "The pictures here show a stage at work. fresco replaces them.\n");
     return request_.preview_folder;
 }
 

@@ -3,6 +3,7 @@
 #include "store/store.h"
 
 #include <cerrno>
+#include <unistd.h>
 
 // What a strange machine and strange names do to a run. Damage: prove_corruption; calls that fail: prove_failing_calls.
 
@@ -55,7 +56,7 @@ TEST_CASE("Exports touch neither the user's files next to them nor each other's"
     place.make({"--set", "source.value=2"});
     CHECK(place.read("out/a") == "2.000000\n");
     for (const std::string& name : names_below(place.file("out")))
-        CHECK(!name.starts_with(fresco::temporary_file_prefix));
+        CHECK((name == ".fresco-outputs" || !name.starts_with(fresco::temporary_file_prefix)));
 #endif
     CHECK(place.read("out/a.tmp") == place.read("out/a"));
     CHECK(place.read("out/b.tmp") == "mine");
@@ -68,6 +69,7 @@ TEST_CASE("Without a home nothing is written to the working directory")
     place.write_stages("\n  source: {type: test.source}\n");
     for (const char* name : {"HOME", "XDG_CACHE_HOME", "XDG_DATA_HOME"})
         place.environment[name] = "";
+    place.environment["TMPDIR"] = place.root();
     CHECK(place.run({"check", "room.yaml"}).code == 0);
     CHECK(names_below(place.work()) == Words{"room.yaml"});
 }
@@ -103,6 +105,33 @@ TEST_CASE("Locks that fail, that everybody gets, or that nobody comes back from,
     CHECK(place.log().empty());
     for (const char* folder : {".fresco/runs", ".fresco/tmp"})
         CHECK((!fs::exists(place.file(folder)) || fs::is_empty(place.file(folder))));
+}
+
+TEST_CASE("A clean-up needs no room for another file, and nothing but locks is called a lack of locks")
+{
+    ChainPlace place;
+    place.make();
+    place.make({"--set", "source.value=2"});
+    REQUIRE(place.objects().size() == 6);
+    place.environment["LD_PRELOAD"] = test_plugin("lacking/lacking.so");
+    place.environment["LACKING_INODES"] = "1";
+    const Finished finished = place.run({"run", "room.yaml"}, 1);
+    CHECK(contains(finished.err, "No space left on device"));
+    CHECK_FALSE(contains(finished.err, "locks"));
+    place.run({"store", "gc", "--keep-days", "0"}, 0);
+    CHECK(place.objects().size() == 3);
+}
+
+TEST_CASE("A file system without permissions, or without all characters in names, is an error that says what to do")
+{
+    ChainPlace place;
+    const auto [lack, words] = GENERATE(table<std::string, std::string>(
+        {{"LACKING_PERMISSIONS", "permissions cannot be set: Operation not permitted; choose a store on another file system with "
+                                 "--store"},
+         {"LACKING_CHARACTERS", "a:b.txt: cannot be written: Invalid argument: this file system takes no ':' in names"}}));
+    place.environment["LD_PRELOAD"] = test_plugin("lacking/lacking.so");
+    place.environment[lack] = "1";
+    CHECK(contains(place.run({"run", "room.yaml", "--set", "text.path=a:b.txt"}, 1).err, words));
 }
 
 TEST_CASE("With few descriptors stages wait for each other")
@@ -162,4 +191,45 @@ TEST_CASE("A path that is not UTF-8 is shown by its bytes")
                 "version: 1\nvars: {file: a.number}\nstages:\n  sum: {type: test.add, input: {left: {file: \"${file}\"}}}\n");
     CHECK(contains(place.run({"run", "room.yaml", "--set", "file=caf\xe9.number"}, 3).err,
                    "caf\\xe9.number': the name is not UTF-8"));
+}
+
+TEST_CASE("A stage that cannot start a thread has failed by the limit, and the run does not ask to be run again")
+{
+    Workplace place({"misbehaving"});
+    place.write_stages("\n  bad: {type: test.misbehave, how: nothing}\n");
+    const std::string how = GENERATE("interrupt_itself", "say_no_thread", "throw_no_thread");
+    const Finished finished = place.run({"run", "room.yaml", "--set", "bad.how=" + how}, 1);
+    CHECK(contains(finished.err, "raise the limit (ulimit -u)"));
+    CHECK_FALSE(contains(finished.err, "report it to the author"));
+}
+
+TEST_CASE("A cache folder that cannot be written is told once, and plugins are asked once")
+{
+    Workplace place;
+    place.write_stages("\n  source: {type: test.source}\n");
+    place.environment["XDG_CACHE_HOME"] = "/proc/nowhere";
+    place.environment["TMPDIR"] = place.root();
+    const std::string first = place.run({"check", "room.yaml"}, 0).err;
+    CHECK(contains(first, "/proc/nowhere/fresco/descriptors cannot be written"));
+    CHECK(contains(first, "set XDG_CACHE_HOME"));
+    CHECK_FALSE(contains(place.run({"check", "room.yaml"}, 0).err, "XDG_CACHE_HOME"));
+    // Descriptions from a folder that others can write to are not trusted.
+    const fs::path kept = place.root() / ("fresco-" + std::to_string(geteuid()));
+    fs::permissions(kept, fs::perms::all);
+    CHECK(contains(place.run({"check", "room.yaml"}, 0).err, "each run takes seconds"));
+}
+
+TEST_CASE("A path that is too long is called so")
+{
+    ChainPlace place;
+    std::string path;
+    while (path.size() < 4400)
+        path += std::string(199, 'd') + '/';
+    for (const Words& words :
+         {Words{"check", "room.yaml", "--set", "source.file=" + path + "x"}, Words{"check", path + "x.yaml"}})
+    {
+        const Finished finished = place.run(words, 3);
+        CHECK(contains(finished.err, "the path is too long"));
+        CHECK_FALSE(contains(finished.err, "no such"));
+    }
 }

@@ -9,6 +9,7 @@
 
 #include <atomic>
 #include <sys/stat.h>
+#include <unistd.h>
 
 using namespace fresco::host;
 using fresco::content_hash;
@@ -65,6 +66,107 @@ TEST_CASE("A store of another format is refused with both and with what to do")
     write(format, "A4");
     CHECK_THROWS_WITH(Store(folder.path()), Catch::Contains("format: is not the file of a store"));
     CHECK(names_in(folder.path()) == Words{"format"});
+}
+
+TEST_CASE("A folder that is neither empty nor a store is refused as one")
+{
+    const TemporaryFolder folder;
+    const std::string mine = GENERATE("objects/thesis.pdf", "notes", "format/notes", ".fresco-thesis");
+    write(folder.path() / mine, "mine");
+    CHECK_THROWS_WITH(Store(folder.path()), Catch::Contains("neither empty nor a store") || Catch::Contains("is not the file") ||
+                                                Catch::Contains("is a folder in place of a file") ||
+                                                Catch::Contains("is not a regular file"));
+    CHECK(names_in(folder.path()).size() == 1);
+    CHECK(fresco::read_text_file(folder.path() / mine) == "mine");
+}
+
+TEST_CASE("A store whose maker was killed is made again")
+{
+    const TemporaryFolder folder;
+    write(folder.path() / (".fresco-" + content_hash("draft")), "fresco st");
+    Store(folder.path());
+    CHECK(Store::is_at(folder.path()));
+}
+
+TEST_CASE("Names that no store makes are neither listed nor removed")
+{
+    const OwnStore store;
+    const std::string key = content_hash("unused");
+    const auto unused = publish_text(store, key, "[1]");
+    const fs::path gone = store.path() / "gone.yaml";
+    write_stage_record(store, gone, {"s", key, unused.object, {}});
+    const std::vector<fs::path> mine{"objects/thesis/manifest.json",
+                                     "objects/thesis.pdf",
+                                     "keys/" + key + ".txt",
+                                     "keys/thesis.json",
+                                     "logs/" + key + ".txt",
+                                     "stages/thesis/s.json",
+                                     "stages/thesis/.fresco-" + key,
+                                     pipeline_folder(store, gone).lexically_relative(store.root()) / "notes.txt",
+                                     "checkpoints/thesis",
+                                     "locks/thesis",
+                                     "tmp/thesis/a",
+                                     "notes.txt"};
+    for (const fs::path& file : mine)
+        write(store.root() / file, "mine");
+    CHECK(list_objects(store).size() == 1);
+    CHECK(verify_store(store, 1).empty());
+    CHECK(tidy_store(store, 0, false).removed.size() == 1);
+    CHECK(names_in(store.root() / "objects") == Words{"thesis", "thesis.pdf"});
+    CHECK(names_in(pipeline_folder(store, gone)) == Words{"notes.txt"});
+    for (const fs::path& file : mine)
+        CHECK(fresco::read_text_file(store.root() / file) == "mine");
+}
+
+TEST_CASE("Results of a pipeline's last run stay for keep_days, though its file cannot be seen")
+{
+    const OwnStore store;
+    const fs::path pipeline = store.path() / "unmounted/room.yaml";
+    const auto below = publish_text(store, content_hash("below"), "[0]");
+    const auto result = publish_text(store, content_hash("key"), "[1]", {}, {below.object});
+    const StageRecord record{"s", content_hash("key"), result.object, {}};
+    write_stage_record(store, pipeline, record);
+    const fs::path file = pipeline_folder(store, pipeline) / "s.json";
+    touch(file, 24 * 6);
+    const TidyResult kept = tidy_store(store, 7, false);
+    CHECK(kept.removed.empty());
+    REQUIRE(kept.kept.size() == 1);
+    CHECK(kept.kept[0].pipeline == pipeline.string());
+    CHECK(kept.kept[0].days_ago == Approx(6).margin(0.1));
+    CHECK(kept.kept[0].results == 2);
+    touch(file, 24 * 8);
+    CHECK(tidy_store(store, 7, true).removed.size() == 2);
+    write_stage_record(store, pipeline, record);  // The same again, by another run.
+    CHECK(tidy_store(store, 7, false).removed.empty());
+    touch(file, 24 * 8);
+    CHECK(tidy_store(store, 7, false).kept.empty());
+    CHECK(!fs::exists(pipeline_folder(store, pipeline)));
+    CHECK(!store.present(result));
+}
+
+TEST_CASE("A folder that its owner may not list or change is removed, and one that stays is named")
+{
+    const OwnStore store;
+    ProcessIdentity ended = this_process();
+    ++ended.start;
+    const fs::path left = store.root() / "tmp" / (ended.text() + ".01");
+    write(left / "closed/a", "");
+    write(left / "read_only/a", "");
+    if (geteuid() == 0)  // Nothing is forbidden to root.
+        for (const auto& entry : fs::recursive_directory_iterator(store.path()))
+            REQUIRE(lchown(entry.path().c_str(), 65534, 65534) == 0);
+    fs::permissions(left / "closed", fs::perms::none);
+    fs::permissions(left / "read_only", fs::perms::owner_read | fs::perms::owner_exec);
+    fs::permissions(store.path(), fs::perms::all);
+    in_processes(1,
+                 [&](int)
+                 {
+                     if (geteuid() == 0 && setuid(65534) != 0)
+                         throw fresco::Error("the test cannot be another user");
+                     if (const TidyResult tidied = tidy_store(store, 0, false); tidied.leftovers != 1 || !tidied.stuck.empty())
+                         throw fresco::Error("the folder stays");
+                 });
+    CHECK(!fs::exists(left));
 }
 
 TEST_CASE("A lost record of a key is written again from the results")

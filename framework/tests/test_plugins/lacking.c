@@ -1,6 +1,7 @@
-/* Loaded before the C library (LD_PRELOAD), in place of a file system that lacks something. LACKING_FLOCK: flock fails with the error
- * of this number, "blocks" for ever, or is "granted" to everybody. LACKING_TMPFILE: there are no files without names. LACKING_NAMES: as
- * in a network file system, a process sees the records of keys that it has listed. */
+/* Loaded before the C library (LD_PRELOAD), in place of a file system that lacks something. LACKING_FLOCK: flock fails with the
+ * error of this number, "blocks" for ever, or is "granted" to everybody. LACKING_TMPFILE: there are no files without names.
+ * LACKING_NAMES: as in a network file system, a process sees the records of keys that it has listed. LACKING_INODES: there is no
+ * room for another file. LACKING_CHARACTERS: names have no ':'. LACKING_PERMISSIONS: a mount with permissions of its own. */
 #define _GNU_SOURCE
 #include <errno.h>
 #include <fcntl.h>
@@ -8,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
@@ -24,6 +26,31 @@ int flock(int fd, int operation)
     return -1;
 }
 
+static int fails(int reason)
+{
+    errno = reason;
+    return -1;
+}
+
+int mkdirat(int folder, const char* path, mode_t mode)
+{
+    if (getenv("LACKING_INODES") != NULL && faccessat(folder, path, F_OK, 0) != 0)
+        return fails(ENOSPC);
+    return (int)syscall(SYS_mkdirat, folder, path, mode);
+}
+
+int renameat(int folder, const char* path, int new_folder, const char* new_path)
+{
+    if (getenv("LACKING_CHARACTERS") != NULL && strchr(new_path, ':') != NULL)
+        return fails(EINVAL);
+    return (int)syscall(SYS_renameat2, folder, path, new_folder, new_path, 0);
+}
+
+int fchmod(int fd, mode_t mode)
+{
+    return getenv("LACKING_PERMISSIONS") != NULL ? fails(EPERM) : (int)syscall(SYS_fchmod, fd, mode);
+}
+
 int openat(int folder, const char* path, int flags, ...)
 {
     static int listed = 0;
@@ -32,20 +59,17 @@ int openat(int folder, const char* path, int flags, ...)
     const mode_t mode = (flags & (O_CREAT | O_TMPFILE)) != 0 ? va_arg(rest, mode_t) : 0;
     va_end(rest);
     if ((flags & O_TMPFILE) == O_TMPFILE && getenv("LACKING_TMPFILE") != NULL)
-    {
-        errno = EOPNOTSUPP;
-        return -1;
-    }
+        return fails(EOPNOTSUPP);
+    const int makes = (flags & O_TMPFILE) == O_TMPFILE || ((flags & O_CREAT) != 0 && faccessat(folder, path, F_OK, 0) != 0);
+    if (makes && getenv("LACKING_INODES") != NULL)
+        return fails(ENOSPC);
     if (getenv("LACKING_NAMES") != NULL)
     {
         const char* end = strstr(path, "/keys");
         if (end != NULL && strcmp(end, "/keys") == 0)
             listed = 1;
         else if (end != NULL && strncmp(end, "/keys/", 6) == 0 && (flags & O_ACCMODE) == O_RDONLY && !listed)
-        {
-            errno = ENOENT;
-            return -1;
-        }
+            return fails(ENOENT);
     }
     return (int)syscall(SYS_openat, folder, path, flags, mode);
 }

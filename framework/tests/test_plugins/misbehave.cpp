@@ -200,6 +200,15 @@ const std::map<std::string, std::function<void(const Surroundings&)>>& ways()
         {"exit_canceled", [](In) { std::_Exit(75); }},
         {"end_by_exit", [](In) { end_by_exit(); }},
         {"throw_int", [](In) { throw 7; }},
+        // As OpenBLAS, libgomp and the standard library do where no thread can be started.
+        {"interrupt_itself", [](In) { (void)std::raise(SIGINT); }},
+        {"say_no_thread",
+         [](In)
+         {
+             std::fprintf(stderr, "libgomp: Thread creation failed: %s\n", std::strerror(EAGAIN));
+             std::_Exit(1);
+         }},
+        {"throw_no_thread", [](In) { throw std::system_error(EAGAIN, std::generic_category()); }},
         {"loop", [](In) { keep_busy(); }},
         {"deaf", [](In) { stay_deaf(); }},
         {"allocate",

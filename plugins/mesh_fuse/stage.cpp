@@ -4,6 +4,7 @@
 #include <fresco/inspection/views.h>
 #include <fresco/mesh.h>
 #include <fresco/parallel.h>
+#include <fresco/raycast/scene.h>
 #include <fresco/stage.h>
 
 #include "integration.h"
@@ -30,8 +31,8 @@ constexpr std::size_t checked_frames = 12;
 /// Shares of depths that agree. Below the first, the cause is searched; below the second, a certain mistake is an error.
 constexpr double doubtful_share = 0.7;
 constexpr double wrong_share = 0.5;
-/// Fewer comparisons can be explained, but not called wrong.
-constexpr std::size_t fewest_overlapping_frames = 3;
+/// Frames that overlap less may be right although few depths agree.
+constexpr std::ptrdiff_t fewest_overlapping_frames = 3;
 constexpr double fewest_compared_depths = 1000;
 constexpr double fewest_depths_of_frame = 8;
 
@@ -206,19 +207,19 @@ class MeshFuse final : public Stage
         const inspect::Agreement sum = inspect::total(agreements);
         const auto overlapping = std::ranges::count_if(agreements, [](const inspect::Agreement& frame)
                                                        { return frame.covered() >= fewest_depths_of_frame; });
-        const bool is_explained = found.assumption != inspect::Assumption{};
-        const bool overlap =
-            static_cast<std::size_t>(overlapping) >= fewest_overlapping_frames && sum.covered() >= fewest_compared_depths;
-        if (sum.samples > 0 && !overlap && !is_explained)
-            return run.message("depth pictures overlap too little to tell whether the poses are right");
+        bool is_named = found.assumption != inspect::Assumption{};
+        bool is_certain = false;
         std::string text;
-        bool is_certain = is_explained;
         for (const inspect::Finding& finding : found.findings)
         {
             text += (text.empty() ? "" : "; ") + finding.text;
-            is_certain |= finding.certain && (sum.samples > 0 || finding.cause == "equal_poses");
+            is_named |= finding.cause == "equal_poses";
+            is_certain |= finding.certain && sum.samples > 0;
         }
-        if (is_certain && sum.share() < wrong_share)
+        const bool overlap = overlapping >= fewest_overlapping_frames && sum.covered() >= fewest_compared_depths;
+        if (!is_named && !given.has_value() && !overlap)
+            return run.message("depth pictures overlap too little to tell whether the poses are right");
+        if ((is_named || is_certain) && sum.share() < wrong_share)
             throw Error("the recording contradicts itself: " + text + ". Set check_poses: false to go on all the same");
         if (!text.empty())
             run.warning(text);

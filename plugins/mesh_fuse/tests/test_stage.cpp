@@ -280,6 +280,8 @@ TEST_CASE("wrong conventions of poses are refused by name, right poses pass sile
     CHECK(by_mesh.reported.at("agreement").as_double() > 0.8);
     CHECK(by_mesh.messages.size() == 1);
     CHECK_THROWS_WITH(run_on(posed(*walk->frames, opengl), walk->mesh, by_mesh), Contains("negate the second and third columns"));
+    CHECK_THROWS_WITH(run_on(posed(*walk->frames, [](const Pose& pose) { return scaled(pose, 0); }), walk->mesh, by_mesh),
+                      Contains("the same position"));
     CHECK_THROWS_WITH(run_on(posed(*walk->frames, [](const Pose&) { return Pose{}; }), walk->mesh, by_mesh),
                       Contains("the same pose"));
 }

@@ -362,7 +362,8 @@ void tell_disagreement(const Fit& fit, bool by_mesh, bool certain, Findings& fin
                                   percent(fit.in_front) + " are seen through";
         return tell(findings, certain ? "unexplained" : "agree_in_part",
                     certain ? "the frames contradict each other: " + views + ", and no usual mistake explains it"
-                            : "the frames agree in part: " + views + ". No usual mistake explains it; look at the picture",
+                            : "the frames agree in part: " + views +
+                                  ". No usual mistake explains it: see the picture that scan.inspect draws",
                     certain);
     }
     const std::string figures = "where the mesh is, " + percent(fit.agreement) +
@@ -374,7 +375,9 @@ void tell_disagreement(const Fit& fit, bool by_mesh, bool certain, Findings& fin
         tell(findings, "incomplete_mesh", figures + ": does it lack what stands there? Otherwise, check its unit", false);
     else
         tell(findings, "agree_in_part",
-             "mesh and frames agree in part: " + figures + ". No usual mistake explains it; look at the picture", false);
+             "mesh and frames agree in part: " + figures +
+                 ". No usual mistake explains it: see the picture that scan.inspect draws",
+             false);
 }
 
 void tell_no_edges(Findings& findings)

@@ -43,6 +43,7 @@ struct RunArguments
     bool json_log = false;
     IsolationRequest isolation;
     bool no_report = false;
+    bool replace = false;
     std::optional<std::size_t> task;  ///< Of the folder that stands in place of the pipeline.
 };
 
@@ -246,7 +247,9 @@ int run(const RunArguments& arguments)
     request.jobs = std::max(1, arguments.jobs);
     request.keep_going = arguments.keep_going;
     request.until = arguments.pipeline.until;
+    request.replace = arguments.replace;
     set_limits(arguments, request);
+    refuse_obstacles(report_obstacles(request, !arguments.no_report));
     auto display = make_display(display_kind(arguments));
     const auto begin = std::chrono::steady_clock::now();
     RunSummary summary = run_pipeline(request, *display);
@@ -314,6 +317,8 @@ void add_run_command(CLI::App& app, const std::vector<std::string>& words, int& 
           "10m or STAGE=1h30m: maximum time of an isolated stage (default: ten times the estimate, at least 10m)");
     command->add_option("--thumbnails", arguments->thumbnails,
                         "Stage of a matrix whose pictures sweep.html shows (default: the last that makes pictures)");
+    command->add_flag("--replace", arguments->replace,
+                      "Overwrite files in --out that fresco did not write, or that changed since");
     command->add_flag("--no-report", arguments->no_report, "Write no run.json and no report.html");
     command->add_flag("--quiet", arguments->quiet, "Print only errors");
     command->add_flag("--json-log", arguments->json_log, "Print one JSON object per event to standard output");
@@ -321,7 +326,7 @@ void add_run_command(CLI::App& app, const std::vector<std::string>& words, int& 
         command->add_option("--task", arguments->task,
                             "Run only this task of the folder that stands in place of the pipeline ('fresco plan --tasks')");
     for (const char* other : {"--set", "--without", "--preview", "--out", "--store", "--until", "--jobs", "--keep-going",
-                              "--thumbnails", "--no-report"})
+                              "--thumbnails", "--replace", "--no-report"})
         task->excludes(other);
     command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }

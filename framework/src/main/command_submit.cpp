@@ -129,9 +129,11 @@ int export_snakemake(const TableArguments& arguments)
     const fs::path folder = guarded_task_folder(arguments.folder);
     if (const std::string problem = script_problem("--folder", folder.string()); !problem.empty())
         throw UsageError("error: " + problem);
+    const fs::path file = folder / "Snakefile";
+    if (path_status(file))
+        throw UsageError("error: " + file.string() + ": already exists; nothing was written: choose another --folder");
     if (const int code = write_tasks(arguments); code != 0)
         return code;
-    const fs::path file = folder / "Snakefile";
     write_file(file, snakefile(read_task_head(folder), folder, own_program()));
     print_line(path_text(file));
     return 0;

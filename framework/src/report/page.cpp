@@ -67,6 +67,33 @@ std::string run_child(const Value& request, const Store& store)
     return wait_for_page(start_child({"internal-page", file.string()}), std::chrono::minutes(2));
 }
 
+/// What went wrong; empty: nothing.
+std::string make_html(const Page& page, const Catalog& catalog, const Store& store)
+{
+    std::string signature = page.signature;
+    std::string failed;
+    std::string note = page.hurry;
+    if (!note.empty())
+        signature = "interrupted";
+    else if (viewers_of(catalog).as_map().empty())
+        note = "There are no pictures: no plugin shows artifacts (view.files and others)";
+    else
+    {
+        failed = run_child(Value::Map{{"html", page.html.string()},
+                                      {"signature", signature},
+                                      {"data", page.data},
+                                      {"store", store.root().string()},
+                                      {"previews", page.previews}},
+                           store);
+        if (failed.empty())
+            return "";
+        note = "There are no pictures: " + failed;
+        signature = "without pictures";
+    }
+    write_durable_file(page.html, page_html(page.data, {{Value::Map{{"notes", Value::List{note}}}}, {}}, signature));
+    return failed.empty() ? "" : page.html.string() + " is without pictures: " + failed;
+}
+
 }  // namespace
 
 std::string wait_for_page(const Child& child, std::chrono::milliseconds limit)
@@ -99,15 +126,29 @@ std::string page_version()
     return program_version() + " " + content_hash(std::string(report_css) + std::string(report_js));
 }
 
-void check_replaceable(const Page& page, const std::vector<Exporter::File>& exported)
+std::vector<std::string> page_obstacles(const Page& page)
 {
+    std::vector<std::string> found;
+    const OutputRecord record(page.json.parent_path());
+    FileHashes hashes({});
     for (const auto& [file, begin] : {std::pair(page.json, json_begin), std::pair(page.html, html_begin)})
     {
+        std::string reason = page.replace ? "" : record.obstacle(file.filename().string(), page.owner, hashes);
+        if (reason.empty() && !page.replace && fs::is_regular_file(file) && !begins_with(file, begin))
+            reason = "was not written by fresco";
+        if (!reason.empty())
+            found.push_back(file.string() + ": " + reason + "; " + obstacle_advice);
+    }
+    return found;
+}
+
+void check_replaceable(const Page& page, const std::vector<Exporter::File>& exported)
+{
+    for (const fs::path& file : {page.json, page.html})
         if (const auto own = std::ranges::find(exported, file, &Exporter::File::path); own != exported.end())
             throw Error("the stage " + own->stage + " writes " + file.filename().string() + " itself");
-        if (fs::is_regular_file(file) && !begins_with(file, begin))
-            throw Error(file.string() + ": was not written by fresco and stays; move it away, or give another --out");
-    }
+    if (const auto obstacles = page_obstacles(page); !obstacles.empty())
+        throw Error(obstacles.front());
 }
 
 bool is_current(const Page& page)
@@ -118,33 +159,19 @@ bool is_current(const Page& page)
 void write_data(const Page& page)
 {
     make_folder_or(page.json.parent_path(), "choose another with --out");
-    write_durable_file(page.json, json_lines(page.data));
+    const std::string text = json_lines(page.data);
+    FileHashes hashes({});
+    OutputRecord(page.json.parent_path())
+        .begin({{page.json.filename().string(), content_hash(text)}, {page.html.filename().string(), ""}}, page.owner, hashes);
+    write_durable_file(page.json, text);
 }
 
 std::string write_html(const Page& page, const Catalog& catalog, const Store& store)
 {
-    std::string signature = page.signature;
-    std::string failed;
-    std::string note = page.hurry;
-    if (!note.empty())
-        signature = "interrupted";
-    else if (viewers_of(catalog).as_map().empty())
-        note = "There are no pictures: no plugin shows artifacts (view.files and others)";
-    else
-    {
-        failed = run_child(Value::Map{{"html", page.html.string()},
-                                      {"signature", signature},
-                                      {"data", page.data},
-                                      {"store", store.root().string()},
-                                      {"previews", page.previews}},
-                           store);
-        if (failed.empty())
-            return "";
-        note = "There are no pictures: " + failed;
-        signature = "without pictures";
-    }
-    write_durable_file(page.html, page_html(page.data, {{Value::Map{{"notes", Value::List{note}}}}, {}}, signature));
-    return failed.empty() ? "" : page.html.string() + " is without pictures: " + failed;
+    const std::string failed = make_html(page, catalog, store);
+    OutputRecord(page.html.parent_path())
+        .wrote({{page.json.filename().string(), file_hash(page.json)}, {page.html.filename().string(), file_hash(page.html)}});
+    return failed;
 }
 
 std::string page_html(const Value& data, const PageMedia& media, const std::string& signature)

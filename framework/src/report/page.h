@@ -4,6 +4,7 @@
 #include "pipeline/pipeline.h"
 #include "plugins/catalog.h"
 #include "run/exports.h"
+#include "run/scheduler.h"
 #include "store/store.h"
 #include <fresco/value.h>
 #include <fresco/viewer.h>
@@ -23,14 +24,21 @@ namespace fresco::host
 struct Page
 {
     std::filesystem::path json;
-    std::filesystem::path html;
+    std::filesystem::path html;  ///< In the same folder.
+    OutputOwner owner;
+    bool replace = false;   ///< Whatever lies in the place of the two files.
     Value data;             ///< Of `json`; the page draws the same.
     Value previews;         ///< What there is to look at: see preview_requests.
     std::string signature;  ///< Of the results that the page shows.
     std::string hurry;      ///< Why no pictures are made; empty: they are.
 };
 
-/// Throws Error where one of the two files is among those that stages exported, or is there and fresco did not write it.
+/// Of a matrix: sweep.json and sweep.html.
+Page sweep_page(const RunRequest& run);
+
+/// Why the two files may not be written: the user's own are in the way.
+std::vector<std::string> page_obstacles(const Page& page);
+/// Throws Error where there are obstacles, or one of the two files is among those that stages exported.
 void check_replaceable(const Page& page, const std::vector<Exporter::File>& exported);
 
 /// Whether both files are there, and of results with this signature.

@@ -43,6 +43,19 @@ std::vector<Subject> subjects_of(const RunRequest& run)
     return each(run.pipeline->sweep.combinations, subject_of);
 }
 
+Page page_of(const RunRequest& run, const Subject& subject)
+{
+    const std::string combination = subject.combination != nullptr ? subject.combination->name : "";
+    return {subject.out / "run.json",
+            subject.out / "report.html",
+            {run.pipeline->file, combination, ""},
+            run.replace,
+            {},
+            {},
+            "",
+            ""};
+}
+
 /// Those whose result is read by one that has a result.
 std::set<std::string> read_stages(const ReportRequest& request, const Subject& subject)
 {
@@ -155,7 +168,8 @@ Value previews_of(const ReportRequest& request, const Subject& subject, const St
 
 void write(const ReportRequest& request, const Subject& subject, ReportOutcome& outcome)
 {
-    Page page{subject.out / "run.json", outcome.file, {}, {}, signature_of(request, subject), ""};
+    Page page = page_of(*request.run, subject);
+    page.signature = signature_of(request, subject);
     check_replaceable(page, request.summary->files);
     outcome.there = true;
     if (!any_is(request, subject, StageState::done) && is_current(page))
@@ -172,7 +186,7 @@ void write(const ReportRequest& request, const Subject& subject, ReportOutcome& 
 
 ReportOutcome write_report(const ReportRequest& request, const Subject& subject)
 {
-    ReportOutcome outcome{subject.out / "report.html", false, false, ""};
+    ReportOutcome outcome{page_of(*request.run, subject).html, false, false, ""};
     try
     {
         write(request, subject, outcome);
@@ -257,6 +271,23 @@ Value stage_data(const PipelineStage& stage, const StageOutcome* outcome, const 
                       {"messages", entry("messages", Value::List{})},
                       {"curves", entry("curves", {})},
                       {"versions", entry("versions", Value::Map{})}};
+}
+
+std::vector<std::string> report_obstacles(const RunRequest& run, bool reports)
+{
+    std::vector<std::string> found;
+    const auto add = [&](const Page& page) { std::ranges::move(page_obstacles(page), std::back_inserter(found)); };
+    if (reports)
+        for (const Subject& subject : subjects_of(run))
+            add(page_of(run, subject));
+    if (!run.pipeline->sweep.axes.empty())
+        add(sweep_page(run));
+    return found;
+}
+
+Page sweep_page(const RunRequest& run)
+{
+    return {run.out / "sweep.json", run.out / "sweep.html", {run.pipeline->file, "", ""}, run.replace, {}, {}, "", ""};
 }
 
 std::vector<ReportOutcome> write_reports(const ReportRequest& request)

@@ -36,10 +36,14 @@ struct ReportOutcome
 
 /// Writes `run.json` (pipelines/results.md) and `report.html`, a page that draws it, into the run's folder of results. Of a
 /// matrix both for each combination, into the folder of its name. Each whole or not at all; not at all where the last are of the
-/// same results, nor in the place of a file that fresco did not write. Where pictures cannot be made, and where the run was
-/// interrupted, the page has none and says so, and the next run writes it again. Never throws because of what it reports about.
-/// The host must be single-threaded.
+/// same results, nor in the place of a file that fresco did not write, or that changed since. Where pictures cannot be made, and
+/// where the run was interrupted, the page has none and says so, and the next run writes it again. Never throws because of what
+/// it reports about. The host must be single-threaded.
 std::vector<ReportOutcome> write_reports(const ReportRequest& request);
+
+/// Why the run could not write its report, or the summary of its matrix: the user's own files are in the way. Without reports,
+/// `reports` is false.
+std::vector<std::string> report_obstacles(const RunRequest& run, bool reports);
 
 struct SweepSummaryFiles
 {

@@ -38,7 +38,8 @@ class Summary
 
     SweepSummaryFiles write()
     {
-        Page page{run_.out / "sweep.json", run_.out / "sweep.html", {}, {}, signature(), ""};
+        Page page = sweep_page(run_);
+        page.signature = signature();
         check_replaceable(page, summary_.files);
         page.data = origin_data(request_, "fresco-sweep");
         page.data.set("axes", Value::List(pipeline_.sweep.axes.begin(), pipeline_.sweep.axes.end()));

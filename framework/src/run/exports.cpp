@@ -4,9 +4,12 @@
 #include "base/machine.h"
 #include "base/records.h"
 #include <fresco/error.h>
+#include <fresco/file_access.h>
 #include <fresco/files.h>
 
 #include <algorithm>
+#include <sys/stat.h>
+#include <utility>
 
 namespace fresco::host
 {
@@ -27,10 +30,94 @@ std::vector<std::string> files_outputs(const PipelineStage& stage)
     return names;
 }
 
-void Exporter::copy(const PipelineStage& stage, const std::string& object, const std::function<bool()>& stop)
+Exporter::Exporter(const Store& store, const Pipeline& pipeline, fs::path out, FileHashes& hashes, bool replace)
+    : store_(store), pipeline_(pipeline), out_(std::move(out)), hashes_(hashes), replace_(replace)
+{
+    for (const PipelineText& text : pipeline.texts)
+        protect(text.file);
+    for (const PipelineStage& stage : pipeline.stages)
+        for (const fs::path& file : stage.input_files)
+            protect(file);
+}
+
+void Exporter::protect(const fs::path& input)
+{
+    new_inputs_.push_back(input);
+}
+
+std::optional<Exporter::FileId> Exporter::id_of(const fs::path& file)
+{
+    struct stat status = {};
+    if (stat(file.c_str(), &status) != 0)
+        return std::nullopt;
+    return FileId(status.st_dev, status.st_ino);
+}
+
+bool Exporter::is_input(const fs::path& file)
+{
+    for (const fs::path& input : std::exchange(new_inputs_, {}))
+        if (const auto id = id_of(input))
+            inputs_.insert(*id);
+    const auto id = id_of(file);
+    return id && inputs_.contains(*id);
+}
+
+OutputOwner Exporter::owner(const PipelineStage& stage) const
+{
+    return {pipeline_.file, stage.place, stage.own_name};
+}
+
+fs::path Exporter::folder_of(const PipelineStage& stage) const
+{
+    return (out_ / stage.place).lexically_normal();
+}
+
+std::string Exporter::obstacle(const PipelineStage& stage, const OutputRecord& record, const std::string& name)
+{
+    const fs::path file = (folder_of(stage) / name).lexically_normal();
+    if (is_input(file))
+        return file.string() + ": is an input of this pipeline, which no output replaces; choose another folder with --out";
+    if (is_folder(file))
+        return file.string() + ": is a folder where the stage's file goes; move it away";
+    const std::string reason = replace_ ? "" : record.obstacle(name, owner(stage), hashes_);
+    return reason.empty() ? "" : file.string() + ": " + reason + "; " + obstacle_advice;
+}
+
+std::vector<std::string> Exporter::obstacles(const PipelineStage& stage, const std::string& object)
+{
+    const OutputRecord record(folder_of(stage));
+    std::set<std::string> names;
+    if (object.empty())
+    {
+        for (const std::string& name : stage.output_names)
+            if (!is_folder(folder_of(stage) / name))
+                names.insert(name);
+        for (const std::string& name : record.names_of(owner(stage)))
+            names.insert(name);
+    }
+    else
+        for (const auto& output : files_outputs(stage))
+        {
+            const fs::path folder = store_.object(object) / output;
+            // A list that cannot be read is repaired when it is copied.
+            const auto listed = attempt([&] { return Files::load({folder, store_.root()})->names; });
+            for (const std::string& name : listed.value_or(std::vector<std::string>{}))
+                if (!is_there(folder_of(stage) / name, folder / name))
+                    names.insert(name);
+        }
+    std::vector<std::string> found;
+    for (const std::string& name : names)
+        if (std::string text = obstacle(stage, record, name); !text.empty())
+            found.push_back(std::move(text));
+    return found;
+}
+
+std::size_t Exporter::copy(const PipelineStage& stage, const std::string& object, const std::function<bool()>& stop)
 {
     const std::size_t at_once =
         std::clamp(static_cast<std::size_t>(std::max(free_descriptors(), 0)) / 2, std::size_t{1}, most_copies_at_once);
+    OutputRecord record(folder_of(stage));
+    std::set<std::string> written;
     for (const auto& output : files_outputs(stage))
     {
         const fs::path folder = store_.object(object) / output;
@@ -46,18 +133,18 @@ void Exporter::copy(const PipelineStage& stage, const std::string& object, const
             throw Damage{object, error.what()};
         }
         bool verified = false;
-        std::vector<File> found;
-        std::vector<FileCopy> copies;
+        Batch batch;
         for (const auto& name : listed->names)
         {
             if (stop())
-                return;
-            if (copies.size() >= at_once)
-                place(found, copies);
-            const fs::path to = place_of(stage, name);
+                return 0;
+            if (batch.copies.size() >= at_once)
+                place(stage, record, batch);
+            const fs::path to = (folder_of(stage) / name).lexically_normal();
             const auto collision = owners_.claim(fs::path(stage.place) / name, stage.name, true);
             const fs::path from = folder / name;
-            const bool same = is_there(to, from);
+            // Files that --replace gives up become fresco's, also with the same contents.
+            const bool same = is_there(to, from) && !(replace_ && !record.obstacle(name, owner(stage), hashes_).empty());
             // Two exports of one texture may well agree on its picture.
             if (collision && !same)
                 throw Error(to.string() + ": " + *collision);
@@ -67,28 +154,62 @@ void Exporter::copy(const PipelineStage& stage, const std::string& object, const
                 if (auto damage = verified ? std::nullopt : store_.verify(object, 1, output))
                     throw std::move(*damage);
                 verified = true;
-                if (is_folder(to))
-                    throw Error(to.string() + ": is a folder where the stage's file goes; move it away");
+                if (const std::string text = obstacle(stage, record, name); !text.empty())
+                    throw Error(text);
                 make_folder_or(to.parent_path(), "choose another with --out");
-                copies.push_back({from, to});
+                batch.copies.push_back({from, to});
             }
-            found.push_back({stage.name, to, !same});
+            batch.found.push_back({stage.name, to, !same});
+            written.insert(fs::path(name).lexically_normal().generic_string());
         }
-        place(found, copies);
+        place(stage, record, batch);
     }
+    return remove_stale(stage, record, written);
 }
 
-void Exporter::place(std::vector<File>& found, std::vector<FileCopy>& copies)
+void Exporter::place(const PipelineStage& stage, OutputRecord& record, Batch& batch)
 {
-    copy_files(copies, [] { fault_point("export.written"); });
-    for (const FileCopy& copy : copies)
+    std::vector<OutputRecord::NewFile> files;
+    for (const FileCopy& copy : batch.copies)
+        files.push_back({copy.to.lexically_relative(folder_of(stage)).generic_string(), hashes_.hash(copy.from)});
+    if (!files.empty())
+        record.begin(files, owner(stage), hashes_);
+    copy_files(batch.copies, [] { fault_point("export.written"); });
+    for (std::size_t i = 0; i < files.size(); ++i)
     {
-        hashes_.remember(copy.to, hashes_.hash(copy.from));
+        hashes_.remember(batch.copies[i].to, files[i].hash);
         fault_point("export.copied");
     }
-    files_.insert(files_.end(), found.begin(), found.end());
-    found.clear();
-    copies.clear();
+    if (!files.empty())
+        record.wrote(files);
+    for (const File& file : batch.found)
+        if (const auto id = id_of(file.path))
+            if (const auto [other, fresh] = exported_.emplace(*id, file.path); !fresh && other->second != file.path)
+                throw Error(file.path.string() + ": is the same file as " + other->second.string() +
+                            ", which this run wrote: this file system ignores case, so give one of them another name");
+    files_.insert(files_.end(), batch.found.begin(), batch.found.end());
+    batch = {};
+}
+
+std::size_t Exporter::remove_stale(const PipelineStage& stage, OutputRecord& record, const std::set<std::string>& written)
+{
+    std::vector<std::string> stale;
+    for (const std::string& name : record.names_of(owner(stage)))
+        if (!written.contains(name))
+            stale.push_back(name);
+    if (stale.empty())
+        return 0;
+    std::size_t count = 0;
+    for (const std::string& name : stale)
+    {
+        const fs::path file = folder_of(stage) / name;
+        const auto id = id_of(file);
+        if (id && is_file(file) && !exported_.contains(*id) && !is_input(file) &&
+            record.obstacle(name, owner(stage), hashes_).empty())
+            count += remove_path(file) ? 1 : 0;
+    }
+    record.forget(stale);
+    return count;
 }
 
 std::size_t Exporter::missing(const PipelineStage& stage, const std::string& object) const
@@ -99,14 +220,9 @@ std::size_t Exporter::missing(const PipelineStage& stage, const std::string& obj
         const fs::path folder = store_.object(object) / output;
         const auto listed = Files::load({folder, store_.root()});
         for (const auto& name : listed->names)
-            count += is_there(place_of(stage, name), folder / name) ? 0 : 1;
+            count += is_there(folder_of(stage) / name, folder / name) ? 0 : 1;
     }
     return count;
-}
-
-fs::path Exporter::place_of(const PipelineStage& stage, const std::string& name) const
-{
-    return (out_ / stage.place / name).lexically_normal();
 }
 
 bool Exporter::is_there(const fs::path& to, const fs::path& from) const

@@ -2,15 +2,19 @@
 
 #include "base/file_stamp.h"
 #include "pipeline/pipeline.h"
+#include "run/output_record.h"
 #include "store/store.h"
 #include <fresco/files_io.h>
 
 #include <filesystem>
 #include <functional>
+#include <map>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
-/// \file Copies what stages export to --out, and knows what lies there already.
+/// \file Copies what stages export to --out, and replaces nothing there that is not fresco's.
 
 namespace fresco::host
 {
@@ -22,10 +26,8 @@ std::vector<std::string> files_outputs(const PipelineStage& stage);
 class Exporter
 {
   public:
-    Exporter(const Store& store, std::filesystem::path out, FileHashes& hashes)
-        : store_(store), out_(std::move(out)), hashes_(hashes)
-    {
-    }
+    /// `replace`: whatever lies in the places of outputs is given up, but for inputs. All must outlive it.
+    Exporter(const Store& store, const Pipeline& pipeline, std::filesystem::path out, FileHashes& hashes, bool replace = false);
 
     struct File
     {
@@ -34,25 +36,51 @@ class Exporter
         bool written = false;  ///< False: it was there already, with these contents.
     };
 
-    /// Copies each file of the stage's result that is missing or different, whole or not at all. Throws Error if a file cannot
-    /// be written or another stage wrote the same path; throws Damage if the store's copy is not what was written. Asks
-    /// `stop` before each file, of which there may be thousands: where it says so, the rest is left to the next run.
-    void copy(const PipelineStage& stage, const std::string& object, const std::function<bool()>& stop);
+    /// Why the stage could not write its files, one by one, before it runs: a file of the user's, or of another pipeline's, is in
+    /// the way. `object`: its result, if that is stored; empty: the files that its options name, and those of the last run.
+    std::vector<std::string> obstacles(const PipelineStage& stage, const std::string& object);
+    /// Nothing is written over this file.
+    void protect(const std::filesystem::path& input);
+
+    /// Copies each file of the stage's result that is missing or different, whole or not at all; removes files that the stage
+    /// wrote before and writes no longer, unless they were changed. Throws Error if a file cannot be written, is not fresco's to
+    /// replace, or another stage wrote the same path; throws Damage if the store's copy is not what was written. Asks `stop`
+    /// before each file, of which there may be thousands: where it says so, the rest is left to the next run.
+    /// How many files were removed.
+    std::size_t copy(const PipelineStage& stage, const std::string& object, const std::function<bool()>& stop);
     const std::vector<File>& files() const { return files_; }
     /// How many files of the stage's result `copy` would write.
     std::size_t missing(const PipelineStage& stage, const std::string& object) const;
 
   private:
-    /// Makes the copies, and counts all of `found` among the files. Empties both.
-    void place(std::vector<File>& found, std::vector<FileCopy>& copies);
-    std::filesystem::path place_of(const PipelineStage& stage, const std::string& name) const;
+    using FileId = std::pair<std::uintmax_t, std::uintmax_t>;  ///< Device and inode.
+
+    /// The files of one stage that are being copied.
+    struct Batch
+    {
+        std::vector<File> found;
+        std::vector<FileCopy> copies;
+    };
+    /// Makes the copies, and counts all that was found among the files. Empties the batch.
+    void place(const PipelineStage& stage, OutputRecord& record, Batch& batch);
+    std::size_t remove_stale(const PipelineStage& stage, OutputRecord& record, const std::set<std::string>& written);
+    OutputOwner owner(const PipelineStage& stage) const;
+    std::filesystem::path folder_of(const PipelineStage& stage) const;
+    std::string obstacle(const PipelineStage& stage, const OutputRecord& record, const std::string& name);
+    bool is_input(const std::filesystem::path& file);
     bool is_there(const std::filesystem::path& to, const std::filesystem::path& from) const;
+    static std::optional<FileId> id_of(const std::filesystem::path& file);
 
     const Store& store_;
+    const Pipeline& pipeline_;
     std::filesystem::path out_;
     FileHashes& hashes_;
+    bool replace_;
     std::vector<File> files_;
     OutputOwners owners_;
+    std::vector<std::filesystem::path> new_inputs_;     ///< Not among inputs_ yet.
+    std::set<FileId> inputs_;                           ///< By whatever name or link they are reached.
+    std::map<FileId, std::filesystem::path> exported_;  ///< Two names may be one file where case doesn't count.
 };
 
 }  // namespace fresco::host

@@ -293,7 +293,7 @@ Plan make_plan(const Pipeline& pipeline, const std::filesystem::path& store_fold
     FileHashes hashes(store.file_index());
     RunState state(pipeline, store, hashes, until, upstream ? &*upstream : nullptr);
     state.update();
-    const Exporter exporter(store, out, hashes);
+    const Exporter exporter(store, pipeline, out, hashes);
 
     Plan plan;
     for (const auto& node : state.nodes())

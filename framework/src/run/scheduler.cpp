@@ -2,6 +2,7 @@
 #include "base/common.h"
 #include "base/machine.h"
 #include "base/process.h"
+#include "base/text.h"
 #include "run/running_stage.h"
 #include "run/stage_choice.h"
 #include "store/presence.h"
@@ -103,7 +104,7 @@ class Scheduler
           hashes_(store_.file_index()),
           state_(*request.pipeline, store_, hashes_, request.until, upstream(), request.part ? &*request.part : nullptr),
           turns_(request.pipeline->sweep, request.jobs, request.keep_going), costs_(store_, request.estimates),
-          exporter_(store_, request.out, hashes_)
+          exporter_(store_, *request.pipeline, request.out, hashes_, request.replace)
     {
     }
 
@@ -112,6 +113,7 @@ class Scheduler
         if (enter_store())
         {
             state_.update();
+            check_outputs();
             take_finished();
             for (;;)
             {
@@ -157,6 +159,34 @@ class Scheduler
                 return false;
         }
         return true;
+    }
+
+    void protect_inputs(const StoredResult& result)
+    {
+        for (const Dependency& dependency : result.dependencies)
+            if (!dependency.folder)
+                exporter_.protect(dependency.path);
+    }
+
+    /// Throws Error where a file that fresco may not replace lies in the place of an output: before anything runs.
+    void check_outputs()
+    {
+        std::vector<std::string> found;
+        for (const StageNode& node : state_.nodes())
+            if (node.result)
+                protect_inputs(*node.result);
+        for (const StageNode& node : state_.nodes())
+        {
+            if (node.exports_files && node.selected)
+                for (std::string& text : exporter_.obstacles(*node.stage, node.present ? node.result->object : ""))
+                    found.push_back(std::move(text));
+            const fs::path pictures = preview_folder(request_.out, *node.stage);
+            if (node.state == StageState::waiting && !request_.replace && !path_status(pictures / progress_mark) &&
+                !entries_of(pictures).empty())
+                found.push_back(pictures.string() +
+                                ": holds files that fresco did not write, where it shows the stage at work; " + obstacle_advice);
+        }
+        refuse_obstacles(found);
     }
 
     /// False where no stage was to be started.
@@ -418,6 +448,9 @@ class Scheduler
         if (!there || !node.may_run || taken_[node.stage->name] == node.result->object)
             return;
         taken_[node.stage->name] = node.result->object;
+        // A process that made it tells its object only.
+        if (const auto made = attempt([&] { return result_of(node.result->object, store_.manifest(node.result->object)); }))
+            protect_inputs(*made);
         link_stage_log(store_, request_.pipeline->file, node.stage->name, node.key);
         record(node);
         if (node.exports_files && !stopping())
@@ -438,13 +471,16 @@ class Scheduler
         const std::size_t before = exporter_.files().size();
         try
         {
-            exporter_.copy(*node.stage, node.result->object,
-                           [this]
-                           {
-                               take_stops();
-                               use_->beat();
-                               return stopping();
-                           });
+            const std::size_t removed = exporter_.copy(*node.stage, node.result->object,
+                                                       [this]
+                                                       {
+                                                           take_stops();
+                                                           use_->beat();
+                                                           return stopping();
+                                                       });
+            if (removed > 0)
+                display_.note(node.stage->name + ": removed " + counted(removed, "file") +
+                              " of the last run that it no longer writes");
             for (std::size_t i = before; i < exporter_.files().size(); ++i)
                 display_.exported(node.stage->name, exporter_.files()[i].path, exporter_.files()[i].written);
         }

@@ -38,6 +38,9 @@ struct WorkerInput
 /// How an error ends about something below `--out`.
 inline constexpr const char* another_out = "choose another folder with --out";
 
+/// In a folder of pictures of a running stage: fresco made it, and may replace what is in it.
+inline constexpr const char* progress_mark = ".fresco-progress";
+
 /// All that a process of its own needs to run one stage.
 struct WorkerRequest
 {

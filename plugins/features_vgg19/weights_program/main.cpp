@@ -145,6 +145,8 @@ void cut(weights::Vgg19Weights& vgg19, const std::string& until, const std::stri
 
 int convert(const WeightsArguments& arguments)
 {
+    if (fs::exists(fs::symlink_status(arguments.out)))
+        throw Error(arguments.out + ": already exists; choose another name, or remove it");
     const auto file = weights::read_weights(arguments.file);
     auto vgg19 = weights::recognize_vgg19(file.contents, arguments.file);
     apply(arguments, vgg19);

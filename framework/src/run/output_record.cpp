@@ -1,0 +1,140 @@
+#include "run/output_record.h"
+#include "base/common.h"
+#include "base/records.h"
+#include "base/text.h"
+#include <fresco/error.h>
+#include <fresco/file_access.h>
+
+#include <algorithm>
+
+namespace fresco::host
+{
+namespace
+{
+
+std::string hash_now(const fs::path& file, FileHashes& hashes)
+{
+    return attempt([&] { return hashes.hash(file); }).value_or("");
+}
+
+fs::path resolved(const fs::path& path)
+{
+    std::error_code error;
+    const fs::path whole = fs::weakly_canonical(path, error);
+    return error ? path : whole;
+}
+
+}  // namespace
+
+OutputRecord::OutputRecord(fs::path folder) : folder_(std::move(folder))
+{
+    read();
+}
+
+void OutputRecord::read()
+{
+    entries_.clear();
+    if (const auto record = attempt([&] { return read_record(folder_ / file_name).at("files"); }))
+        for (const auto& [name, entry] : record->as_map())
+            entries_.emplace(name, entry);
+}
+
+void OutputRecord::write() const
+{
+    write_record(folder_ / file_name,
+                 Value::Map{{"format", "fresco-outputs"}, {"files", Value::Map(entries_.begin(), entries_.end())}});
+}
+
+Value OutputRecord::identity(const OutputOwner& owner) const
+{
+    const fs::path from_here = resolved(owner.pipeline).lexically_relative(resolved(folder_));
+    return Value::Map{{"pipeline", from_here.generic_string()}, {"combination", owner.combination}, {"stage", owner.stage}};
+}
+
+std::string OutputRecord::obstacle(const std::string& name, const OutputOwner& owner, FileHashes& hashes) const
+{
+    const fs::path file = folder_ / name;
+    if (!path_status(file))
+        return "";
+    if (is_folder(file))
+        return "is a folder";
+    const auto found = entries_.find(name);
+    if (found == entries_.end() || !is_file(file))
+        return "was not written by fresco";
+    const Value& entry = found->second;
+    const Value own = identity(owner);
+    const bool is_report = owner.stage.empty();
+    if (!is_report && !(entry.at("pipeline") == own.at("pipeline")))
+        return "was written by another pipeline, " + resolved(folder_ / entry.at("pipeline").as_string()).string();
+    if (!is_report && !(entry.at("combination") == own.at("combination")))
+        return "was written by another combination, '" + entry.at("combination").as_string() + "'";
+    const Value now = hash_now(file, hashes);
+    const bool unfinished_report = is_report && entry.at("hash").as_string().empty();
+    return unfinished_report || now == entry.at("hash") || now == entry.at("before") ? "" : "changed since fresco wrote it";
+}
+
+void OutputRecord::begin(const std::vector<NewFile>& files, const OutputOwner& owner, FileHashes& hashes)
+{
+    read();
+    for (const NewFile& file : files)
+    {
+        const fs::path path = folder_ / file.name;
+        const bool own = is_file(path) && obstacle(file.name, owner, hashes).empty();
+        Value entry = identity(owner);
+        entry.set("size", Value());
+        entry.set("hash", file.hash);
+        entry.set("before", own ? hash_now(path, hashes) : "");
+        entries_.insert_or_assign(file.name, std::move(entry));
+    }
+    write();
+}
+
+void OutputRecord::wrote(const std::vector<NewFile>& files)
+{
+    const auto ours = entries_;
+    read();
+    for (const NewFile& file : files)
+    {
+        Value entry = ours.at(file.name);
+        std::error_code error;
+        const auto size = fs::file_size(folder_ / file.name, error);
+        entry.set("size", error ? Value() : Value(static_cast<std::int64_t>(size)));
+        entry.set("hash", file.hash);
+        entry.set("before", "");
+        entries_.insert_or_assign(file.name, std::move(entry));
+    }
+    write();
+}
+
+std::vector<std::string> OutputRecord::names_of(const OutputOwner& owner) const
+{
+    const Value own = identity(owner);
+    std::vector<std::string> names;
+    for (const auto& [name, entry] : entries_)
+        if (std::ranges::all_of(own.as_map(), [&](const auto& part) { return entry.at(part.first) == part.second; }))
+            names.push_back(name);
+    return names;
+}
+
+void OutputRecord::forget(const std::vector<std::string>& names)
+{
+    read();
+    for (const std::string& name : names)
+        entries_.erase(name);
+    write();
+}
+
+void refuse_obstacles(const std::vector<std::string>& obstacles)
+{
+    constexpr std::size_t shown = 8;
+    if (obstacles.empty())
+        return;
+    std::string text = obstacles.front();
+    for (std::size_t i = 1; i < std::min(obstacles.size(), shown); ++i)
+        text += "\n  " + obstacles[i];
+    if (obstacles.size() > shown)
+        text += "\n  and " + counted(obstacles.size() - shown, "more file");
+    throw Error(text);
+}
+
+}  // namespace fresco::host

@@ -1,0 +1,384 @@
+#!/usr/bin/env python3
+"""Puts files of the user's where fresco writes, reads or cleans up, lets it work, and compares their contents before and after: in the
+output folder, as inputs and pipeline files, in a store, and where commands write. What fresco wrote itself it replaces and removes.
+--cases N with --long tries a random part."""
+import os
+import pathlib
+import re
+import sys
+import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from workplace import Workplace, arguments, some_of
+
+PIPELINE = """version: 1
+vars: {plus: 1, count: 4, target: text.txt}
+stages:
+  base:   {type: test.source, value: 1, file: extra}
+  sum:    {type: test.add, input: {left: base}, plus: "${plus}"}
+  text:   {type: test.sink, input: sum, path: "${target}", copies: 2}
+  pieces: {type: test.pieces, count: "${count}"}
+"""
+MATRIX = PIPELINE + "matrix: {plus: [1, 2]}\n"
+# Of the last two, no pipeline file says that they will be written.
+OUTPUTS = ("text.txt", "run.json", "report.html", "copies/0.txt", "piece_2.txt")
+MINE = "mine\n"
+
+
+class Case:
+    """A project folder, and the contents that must stay."""
+
+    def __init__(self, place, folder):
+        self.place, self.folder = place, folder
+        self.kept = {}
+        self.write("extra", "123")
+        self.write("room.yaml", PIPELINE)
+
+    def write(self, name, text):
+        file = self.folder / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text)
+        return file
+
+    def keep(self, name, text=MINE):
+        """Writes a file of the user's, unless it is there, and notes what it holds."""
+        file = self.folder / name
+        if not os.path.lexists(file):
+            self.write(name, text)
+        self.kept[file] = (file.read_bytes(), file.stat().st_mode, os.path.islink(file))
+        return file
+
+    def check_kept(self):
+        for file, before in self.kept.items():
+            now = (file.read_bytes(), file.stat().st_mode, os.path.islink(file)) if os.path.lexists(file) else "deleted"
+            assert now == before, f"{file.relative_to(self.folder)} was {before}, is {now}"
+
+    def call(self, *words, code=0, says=""):
+        ended = self.place.call(*words, folder=self.folder)
+        assert ended.code == code, f"{' '.join(words)}: {ended}"
+        assert re.search(says, ended.text), f"{' '.join(words)}: does not say '{says}': {ended}"
+        self.check_kept()
+        return ended
+
+    def run(self, *words, file="room.yaml", **expected):
+        return self.call("run", file, *words, **expected)
+
+    def refused(self, *words, name="", **expected):
+        """The run names the file and both ways out."""
+        return self.run(*words, code=1, says=re.escape(name) + r".*--out(.|\n)*--replace", **expected)
+
+    def text(self, name):
+        file = self.folder / name
+        return file.read_text() if file.is_file() else None
+
+    def holds(self, **files):
+        for name, text in files.items():
+            path = name.replace("__", "/").replace("_txt", ".txt")
+            assert self.text(path) == text, f"{path} holds {self.text(path)!r}, not {text!r}"
+
+
+def foreign(name):
+    def case(site):
+        site.keep(f"out/{name}")
+        site.refused(name=name)
+    return case
+
+
+def changed(name):
+    def case(site):
+        site.run()
+        site.write(f"out/{name}", MINE)
+        site.keep(f"out/{name}")
+        site.refused("--set", "plus=2", "--set", "count=5", name=name) if name != "piece_2.txt" else site.refused("--set", "count=5", name=name)
+    return case
+
+
+def linked(name, kind):
+    def case(site):
+        target = site.keep("thesis.txt")
+        link = site.folder / "out" / name
+        link.parent.mkdir(parents=True, exist_ok=True)
+        (os.link if kind == "hard" else os.symlink)(target, link)
+        site.kept[link] = site.kept[target][:2] + (kind == "soft",)
+        site.refused(name=name)
+    return case
+
+
+def replaced(name):
+    def case(site):
+        site.write(f"out/{name}", MINE)
+        site.run("--replace")
+        assert site.text(f"out/{name}") != MINE
+        site.run("--set", "plus=2")
+    return case
+
+
+def same_contents(site):
+    """Equal to what fresco writes, but the user's: the next painting would replace it."""
+    site.run("--out", "first")
+    site.keep("out/text.txt", site.text("first/text.txt"))
+    site.run()
+    site.refused("--set", "plus=2", name="text.txt")
+
+
+def own_files(*words):
+    def case(site):
+        site.run(*words)
+        first = site.text("out/text.txt")
+        site.run("--set", "plus=2", *words)
+        assert site.text("out/text.txt") != first
+        site.run(*words)
+        assert site.text("out/text.txt") == first
+    return case
+
+
+def after_failed_run(site):
+    site.write("room.yaml", PIPELINE + "  bad: {type: test.fail, input: sum}\n")
+    site.run(code=1)
+    site.run("--set", "plus=2", code=1, says="test.fail|bad")
+    site.write("room.yaml", PIPELINE)
+    site.run("--set", "plus=3")
+
+
+def after_kill(delay):
+    def case(site):
+        site.write("room.yaml", PIPELINE.replace('count: "${count}"', 'count: "${count}", wait_ms: 20'))
+        for plus in (1, 2, 3):
+            process = site.place.start("run", "room.yaml", "--set", f"plus={plus}", folder=site.folder)
+            time.sleep(delay)
+            process.kill()
+            process.communicate()
+        site.run("--set", "plus=4")
+    return case
+
+
+def moved_project(site):
+    site.run()
+    moved = site.folder.with_name(site.folder.name + "-moved")
+    site.folder.rename(moved)
+    site.folder = moved
+    site.run("--set", "plus=2")
+
+
+def another_pipeline(site):
+    site.run("--no-report")
+    site.write("other.yaml", PIPELINE)
+    site.keep("out/text.txt")
+    site.refused("--set", "plus=2", file="other.yaml", name="room.yaml")
+
+
+def reports_of_another_pipeline(site):
+    """What tells of a run is replaced by the next run's."""
+    site.run()
+    site.write("other.yaml", "version: 1\nstages: {base: {type: test.source, value: 1}, text: {type: test.sink, input: base, path: o.txt}}\n")
+    site.keep("out/text.txt")
+    site.run(file="other.yaml")
+
+
+def stale_removed(site):
+    site.run()
+    site.run("--set", "count=2", says="pieces: removed 2 files of the last run")
+    site.holds(out__piece_1_txt="piece 1\n", out__piece_2_txt=None, out__piece_3_txt=None)
+
+
+def stale_changed(site):
+    site.run()
+    site.write("out/piece_3.txt", MINE)
+    site.keep("out/piece_3.txt")
+    site.refused("--set", "count=2", name="piece_3.txt")
+    site.run("--set", "count=2", "--replace")
+
+
+def stale_foreign(site):
+    site.run()
+    site.keep("out/piece_9.txt")
+    site.keep("out/notes/mine.txt")
+    site.run("--set", "count=2")
+
+
+def stale_until(site):
+    site.run()
+    site.keep("out/piece_3.txt")
+    site.run("--until", "text", "--set", "count=2")
+
+
+def stale_dropped(site):
+    site.run()
+    site.keep("out/piece_3.txt")
+    site.write("room.yaml", PIPELINE[:PIPELINE.index("  pieces")].replace("count: 4, ", ""))
+    site.run("--set", "plus=2")
+
+
+def stale_failed(site):
+    site.run()
+    site.keep("out/piece_3.txt")
+    site.write("room.yaml", PIPELINE[:PIPELINE.index("  pieces")].replace("count: 4, ", "") + "  pieces: {type: test.fail, input: sum}\n")
+    site.run("--set", "plus=2", code=1, says="two found")
+
+
+def stale_renamed(site):
+    site.run()
+    site.run("--set", "target=other.txt")
+    site.holds(out__text_txt=None, out__other_txt="5.000000\n")
+
+
+def other_combination(site):
+    site.write("room.yaml", MATRIX)
+    site.run()
+    site.keep("out/plus=1/text.txt")
+    site.run("--set", "plus=2", "--set", "target=other.txt")
+    assert site.text("out/plus=2/text.txt") is None
+
+
+def foreign_in_combination(site):
+    site.write("room.yaml", MATRIX)
+    site.keep("out/plus=2/text.txt")
+    site.refused(name="plus=2/text.txt")
+
+
+def foreign_progress(site):
+    site.keep("out/progress/sum/texture.png")
+    site.refused(name="out/progress/sum")
+
+
+def foreign_sweep(site):
+    site.write("room.yaml", MATRIX)
+    site.keep("out/sweep.json")
+    site.refused(name="sweep.json")
+
+
+def onto(name, *words, setup=None, text=None):
+    """An output that is an input or a pipeline file, however it is reached; --replace changes nothing."""
+    def case(site):
+        if setup:
+            setup(site)
+        site.keep(name)
+        for more in ([], ["--replace"]):
+            site.run("--set", f"target={text or name}", *words, *more, code=1, says="is an input of this pipeline|--out")
+    return case
+
+
+def link_to_project(site):
+    (site.folder / "elsewhere").symlink_to(site.folder)
+
+
+def base_file(site):
+    site.write("base.yaml", PIPELINE)
+    site.write("room.yaml", "version: 1\nbase: base.yaml\n")
+
+
+def folder_input(site):
+    site.write("data/a", "1")
+    site.write("room.yaml", PIPELINE.replace("file: extra", "folder: data"))
+
+
+def hard_linked_input(site):
+    (site.folder / "out").mkdir()
+    os.link(site.folder / "extra", site.folder / "out/text.txt")
+
+
+def loop(site):
+    """The pipeline reads what it would write."""
+    site.run()
+    site.write("room.yaml", PIPELINE.replace("file: extra", "file: out/text.txt"))
+    site.keep("out/text.txt")
+    for more in ([], ["--replace"]):
+        site.run(*more, code=1, says="is an input of this pipeline")
+
+
+def input_link(site):
+    """A link to data elsewhere, in a project that writes into its own folder."""
+    site.write("elsewhere.bin", "1234567")
+    (site.folder / "extra").unlink()
+    (site.folder / "extra").symlink_to(site.folder / "elsewhere.bin")
+    site.keep("extra")
+    site.run("--out", ".", "--no-report")
+
+
+def store_is_users(name):
+    def case(site):
+        site.keep(f"data/{name}")
+        for words in (["run", "room.yaml", "--store", "data"], ["store", "gc", "--store", "data"], ["store", "gc", "--store", "data", "--keep-days", "0"]):
+            ended = site.place.call(*words, folder=site.folder)
+            assert ended.code in (1, 2, 3), ended
+            site.check_kept()
+    return case
+
+
+def unseen_results(site):
+    """gc keeps what the last run of a pipeline used, though its disk isn't mounted now."""
+    site.run()
+    results = sorted(path.name for path in (site.folder / ".fresco/objects").iterdir())
+    (site.folder / "room.yaml").rename(site.folder / "away.yaml")
+    site.call("store", "gc", "--keep-days", "1")
+    assert sorted(path.name for path in (site.folder / ".fresco/objects").iterdir()) == results
+    site.call("store", "gc", "--keep-days", "0")
+    assert not list((site.folder / ".fresco/objects").iterdir())
+
+
+def file_in_store(name):
+    def case(site):
+        site.run()
+        site.keep(f".fresco/{name}")
+        (site.folder / "room.yaml").unlink()
+        site.call("store", "gc", "--keep-days", "0")
+        site.call("store", "verify")
+        site.call("store", "ls")
+    return case
+
+
+def refuses(file, *words, code=2):
+    def case(site):
+        site.keep(file)
+        site.call(*words, code=code, says="already exists|not empty|move it away|is not a page")
+    return case
+
+
+CASES = {f"a foreign {name}": foreign(name) for name in OUTPUTS}
+CASES |= {f"a changed {name}": changed(name) for name in OUTPUTS}
+CASES |= {f"a {kind} link at {name}": linked(name, kind) for name in OUTPUTS for kind in ("soft", "hard")}
+CASES |= {f"--replace of {name}": replaced(name) for name in OUTPUTS}
+CASES |= {f"own files {' '.join(words)}": own_files(*words) for words in ([], ["--no-report"], ["--quiet"], ["--out", "./x/../out"])}
+CASES |= {f"killed after {delay} s": after_kill(delay) for delay in (0.05, 0.15, 0.3, 0.6)}
+CASES |= {
+    "the same contents": same_contents, "after a failed run": after_failed_run, "a moved project": moved_project,
+    "another pipeline's": another_pipeline, "reports of another pipeline": reports_of_another_pipeline,
+    "stale, removed": stale_removed, "stale, changed": stale_changed, "stale, foreign": stale_foreign, "stale, --until": stale_until,
+    "stale, dropped stage": stale_dropped, "stale, failed stage": stale_failed, "stale, renamed": stale_renamed,
+    "another combination's": other_combination, "foreign in a combination": foreign_in_combination, "foreign sweep.json": foreign_sweep,
+    "foreign pictures of progress": foreign_progress,
+    "onto an input": onto("extra", "--out", "."), "onto an input by ..": onto("extra", "--out", "x/.."),
+    "onto an input by a link": onto("extra", "--out", "elsewhere", setup=link_to_project),
+    "onto the pipeline file": onto("room.yaml", "--out", "."), "onto its base": onto("base.yaml", "--out", ".", setup=base_file),
+    "onto a folder's file": onto("data/a", "--out", ".", setup=folder_input), "onto a folder's file inside": onto("data/a", "--out", "data", setup=folder_input, text="a"),
+    "onto an input's second name": onto("extra", "--out", "out", setup=hard_linked_input, text="text.txt"),
+    "onto its own input": loop, "an input that is a link": input_link,
+    "foreign objects/": store_is_users("objects/thesis.txt"), "foreign objects/ID": store_is_users("objects/0123456789abcdef0123456789abcdef/a"),
+    "foreign tmp/": store_is_users("tmp/thesis.txt"), "foreign folder": store_is_users("thesis.txt"),
+    "in objects/": file_in_store("objects/thesis.txt"), "in a folder of objects/": file_in_store("objects/mine/thesis.txt"),
+    "in tmp/": file_in_store("tmp/thesis.txt"), "in the store": file_in_store("thesis.txt"), "in checkpoints/": file_in_store("checkpoints/mine/thesis.txt"),
+    "an unseen pipeline": unseen_results,
+    "a Snakefile": refuses("Snakefile", "export", "snakemake", "room.yaml", "--folder", "."),
+    "init": refuses("project/room.yaml", "init", "project"), "reference": refuses("pages/test.sink.md", "reference", "pages", code=1),
+    "new": refuses("my_stage/stage.cpp", "new", "stage", "my.stage"),
+}
+
+
+def main():
+    given = arguments(__doc__)
+    names = some_of(given, list(CASES))
+    problems = []
+    with Workplace(given.fresco, [given.plugins / "good/test_stages.so"]) as place:
+        for number, name in enumerate(names):
+            folder = place.work / f"case-{number}"
+            folder.mkdir()
+            try:
+                CASES[name](Case(place, folder))
+            except AssertionError as error:
+                problems.append(f"{name}: {error}")
+    print("\n".join(problems))
+    print(f"{len(names)} ways to lose a file of the user's: {len(problems)} lost or not named")
+    sys.exit(bool(problems))
+
+
+main()

@@ -186,6 +186,44 @@ TEST_CASE("a whole synthesis is that of a plain twin")
     }
 }
 
+TEST_CASE("no round takes a patch from a transparent part of the picture, by whichever step")
+{
+    SmallTask small;
+    testing::TestRun run;
+    Task task = small.task;
+    task.opaque = Raster8(task.picture.width, task.picture.height, 1, 255);
+    for (int y = 0; y < task.opaque.height; ++y)
+        for (int x = 0; x < task.opaque.width; ++x)
+            if (x % 20 == 0)
+                task.opaque.at(x, y) = 0;
+    const LevelOptions options{
+        .side = 5,
+        .stride = 3,
+        .faithfulness = 0.5,
+        .unrest = 10,
+        .least_missing = 0,
+        .search = {.completeness = 2, .stroke_px = 8, .variety = 5, .lift = 8, .repeat_cost = 30, .weave_cost = 10, .seed = 0}};
+    Level all(small.task, 0.035, 0.9, options, run);
+    Level part(task, 0.035, 0.9, options, run);
+    std::size_t wrong = 0;
+    std::size_t elsewhere = 0;
+    for (Level* level : {&all, &part})
+    {
+        level->begin(nullptr, run);
+        for (int round = 0; round < 3; ++round)
+        {
+            level->paint_round(run);
+            for (const Match& match : level->matches())
+                (level == &all ? elsewhere : wrong) += !part.picture().has_patch(match.at);
+        }
+    }
+    CHECK(wrong == 0);
+    CHECK(elsewhere > 0);
+    const std::vector<Match> foreign = all.matches();
+    const std::vector<float> crowding(part.picture().key_count(), 1);
+    CHECK_THROWS_WITH(part.resume(foreign, crowding, run), Catch::Contains("values that no painting has"));
+}
+
 TEST_CASE("uses nearby are those that every patch counts among all others")
 {
     SmallTask small;

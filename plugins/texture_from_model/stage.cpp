@@ -52,6 +52,7 @@ class TextureFromModel final : public Stage
         check_mesh(*mesh, "the mesh on port 'mesh'");
         if (mesh->texcoords.empty())
             throw Error("the mesh on port 'mesh' has no texcoords: wire an atlas.* stage");
+        texturing::check_layout(*mesh, "the mesh on port 'mesh'", run);
         const int size = painted_size_px(*size_px, mesh->texture_px, "the mesh on port 'mesh'", run);
         const ColorSource source = color_source(*model);
         const ModelColors colors = source == ColorSource::shape ? ModelColors(*model) : ModelColors(*model, pictures(size, run));

@@ -342,6 +342,9 @@ TEST_CASE("what is out of reach is not seen and continues the rest; a mesh of an
     for (Vec3f& p : far.positions)
         p.x += 100;
     CHECK_THROWS_WITH(fixture.run(colored(wall()), far, run), Contains("no part of the mesh on port 'mesh' is within"));
+    for (Vec2f& uv : far.texcoords)
+        uv.y = 0.5F;
+    CHECK_THROWS_WITH(fixture.run(colored(wall()), far, run), Contains("the mesh on port 'mesh' has no room in the atlas"));
     far.texcoords.clear();
     CHECK_THROWS_WITH(fixture.run(colored(wall()), far, run), Contains("has no texcoords: wire an atlas.* stage"));
     Model wrong = colored(wall());

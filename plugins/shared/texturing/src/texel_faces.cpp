@@ -1,3 +1,4 @@
+#include <fresco/error.h>
 #include <fresco/numerics/numerics.h>
 #include <fresco/parallel.h>
 #include <fresco/texturing/texel_faces.h>
@@ -6,9 +7,12 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <fmt/format.h>
 #include <limits>
 #include <numeric>
+#include <string>
 #include <tuple>
+#include <utility>
 
 namespace fresco::texturing
 {
@@ -130,6 +134,8 @@ class TriangleTest
     }
 
     bool holds(Vec2d center) const { return inside_by(center, 0); }
+    /// Rounding does not matter, so that faces side by side never hold the same center.
+    bool surely_holds(Vec2d center) const { return inside_by(center, -0.01); }
 
     /// The texels of a row that can touch the triangle, and those of them whose centers it holds for sure: the others are still
     /// to be tested.
@@ -233,6 +239,98 @@ void draw_face(const Mesh& mesh, std::uint32_t face, int first_row, int last_row
     }
 }
 
+/// What a face says of the place that a texcoord stands for.
+struct FacePlace
+{
+    Corners corners;  ///< In texels.
+    std::array<Vec3d, 3> points;
+
+    FacePlace(const Mesh& mesh, std::uint32_t face, int size) : corners(texel_corners(mesh, face, size))
+    {
+        for (std::size_t i = 0; i < 3; ++i)
+            points[i] = vec_cast<double>(mesh.positions[mesh.triangles[face][i]]);
+    }
+    double twice_texels() const { return cross(corners[1] - corners[0], corners[2] - corners[0]); }
+    double m2() const { return length(cross(points[1] - points[0], points[2] - points[0])) / 2; }
+    Vec3d at(Vec2d center) const
+    {
+        const Vec2d to = center - corners[0];
+        const double b = cross(to, corners[2] - corners[0]) / twice_texels();
+        const double c = cross(corners[1] - corners[0], to) / twice_texels();
+        return points[0] + (points[1] - points[0]) * b + (points[2] - points[0]) * c;
+    }
+};
+
+/// The shares of a surface that are not where painting expects them.
+struct LayoutFaults
+{
+    double overlapping = 0;
+    double without_texels = 0;
+};
+
+LayoutFaults layout_faults(const Mesh& mesh, const Progress& progress)
+{
+    constexpr double same_place_texels = 4;
+    constexpr double no_texels = 1e-6;  // Of those that the area is worth.
+    const auto count = static_cast<std::uint32_t>(mesh.triangles.size());
+    double m2 = 0;
+    double squares = 0;  // Of the texture: the faces' areas.
+    for (std::uint32_t face = 0; face < count; ++face)
+    {
+        const FacePlace place(mesh, face, 1);
+        m2 += place.m2();
+        squares += std::abs(place.twice_texels()) / 2;
+    }
+    // Where thousands of faces lie on each other, a few texels show it.
+    const int size = static_cast<int>(std::clamp(4096 / std::sqrt(squares + 1e-9), 16.0, 2048.0));
+    const double same_place_m = same_place_texels * mean_texel_m(mesh, size);
+    const std::size_t texels = static_cast<std::size_t>(size) * static_cast<std::size_t>(size);
+    std::vector<std::uint32_t> first(texels, TexelFaces::none);
+    std::vector<std::uint8_t> is_shared(texels, 0);
+    LayoutFaults faults;
+    for (std::uint32_t face = 0; face < count; ++face)
+    {
+        if (face % 1024 == 0)
+            progress.check_canceled();
+        const FacePlace place(mesh, face, size);
+        const double area = std::abs(place.twice_texels()) / 2;
+        if (area * m2 <= no_texels * place.m2() * squares * static_cast<double>(texels))
+        {
+            faults.without_texels += place.m2() / m2;
+            continue;
+        }
+        const TriangleTest test(place.corners);
+        const Box box = bounding_box(place.corners, size);
+        for (int y = box.y0; y <= box.y1; ++y)
+        {
+            const TriangleTest::Span span = test.span(y + 0.5);
+            const int begin = static_cast<int>(std::ceil(std::clamp<double>(span.first, box.x0, box.x1 + 1)));
+            const int last = static_cast<int>(std::floor(std::clamp<double>(span.last, box.x0 - 1, box.x1)));
+            for (int x = begin; x <= last; ++x)
+            {
+                const Vec2d center{x + 0.5, y + 0.5};
+                if (!test.surely_holds(center))
+                    continue;
+                const std::size_t texel =
+                    static_cast<std::size_t>(y) * static_cast<std::size_t>(size) + static_cast<std::size_t>(x);
+                if (first[texel] == TexelFaces::none)
+                {
+                    first[texel] = face;
+                    continue;
+                }
+                const FacePlace other(mesh, first[texel], size);
+                if (place.twice_texels() * other.twice_texels() < 0 ||
+                    length(place.at(center) - other.at(center)) <= same_place_m)
+                    continue;
+                faults.overlapping += place.m2() / area / m2;
+                if (std::exchange(is_shared[texel], std::uint8_t{1}) == 0)
+                    faults.overlapping += 2 * other.m2() / std::abs(other.twice_texels()) / m2;
+            }
+        }
+    }
+    return faults;
+}
+
 /// A chart too small to hold any texel center owns the texels it touches.
 void adopt_small_charts(const Charts& charts, TexelFaces& result)
 {
@@ -247,6 +345,25 @@ void adopt_small_charts(const Charts& charts, TexelFaces& result)
             result.inside[texel] = 1;
 }
 }  // namespace
+
+void check_layout(const Mesh& mesh, std::string_view source, RunContext& run)
+{
+    constexpr double most = 0.05;
+    constexpr double hardly_any = 0.001;
+    const LayoutFaults faults = layout_faults(mesh, run);
+    const auto tell = [&](double share, const char* what)
+    {
+        if (share <= hardly_any)
+            return;
+        const std::string text = fmt::format("{:.{}f} % of the surface of {} {}; atlas.project lays out a new atlas",
+                                             100 * std::min(share, 1.0), share < 0.01 ? 1 : 0, source, what);
+        if (share > most)
+            throw Error(text);
+        run.warning(text);
+    };
+    tell(faults.overlapping, "lies on other parts in the atlas and would show their paint");
+    tell(faults.without_texels, "has no room in the atlas, since the texcoords of a face are a point or a line");
+}
 
 std::size_t TexelFaces::at(Vec2f uv) const
 {

@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
+#include <string>
 #include <utility>
 
 using namespace fresco;
@@ -144,4 +146,66 @@ TEST_CASE("links cross a seam at the same surface points, in both directions")
         const Vec3f apart = texel_position(mesh, faces, a) - texel_position(mesh, faces, b);
         CHECK(length(apart) < 2.1F / 12);  // two texels of 1/12 m
     }
+}
+
+namespace
+{
+
+/// What check_layout says of a wall in two charts, of which the right one lies where `place` puts its texcoords.
+std::string layout_problem(const std::function<Vec2f(Vec2f)>& place)
+{
+    Mesh mesh = testing::two_chart_wall();
+    for (std::size_t corner = 6; corner < 12; ++corner)
+        mesh.texcoords[corner] = place(mesh.texcoords[corner]);
+    testing::TestRun run;
+    try
+    {
+        check_layout(mesh, "the test's mesh", run);
+    }
+    catch (const Error& error)
+    {
+        return std::string("error: ") + error.what();
+    }
+    return run.messages.empty() ? "" : run.messages.front();
+}
+
+}  // namespace
+
+TEST_CASE("an atlas is refused where charts lie on each other or have no room, by the share of the surface")
+{
+    CHECK(layout_problem([](Vec2f uv) { return uv; }).empty());
+    // The charts are 0.3 wide, from 0.1 and from 0.6.
+    CHECK(layout_problem(
+              [](Vec2f uv) {
+                  return uv - Vec2f{0.35F, 0};
+              }) == "error: 50 % of the surface of the test's mesh lies on other parts in the atlas and would show their paint; "
+                    "atlas.project lays out a new atlas");
+    CHECK_THAT(layout_problem(
+                   [](Vec2f uv) {
+                       return uv - Vec2f{0.206F, 0};
+                   }),
+               Catch::StartsWith("warning: 2 % of the surface of the test's mesh lies on other parts"));
+    CHECK(layout_problem([](Vec2f uv) { return uv - Vec2f{0.2F, 0}; }).empty());
+    CHECK_THAT(layout_problem(
+                   [](Vec2f uv) {
+                       return Vec2f{uv.x, 0.25F};
+                   }),
+               Catch::StartsWith("error: 50 % of the surface of the test's mesh has no room in the atlas"));
+    // Half a model that shares the texture of the other, and faces that are there twice.
+    CHECK(layout_problem([](Vec2f uv) { return Vec2f{1 - uv.x, uv.y}; }).empty());
+    Mesh twice = testing::two_chart_wall();
+    testing::append(twice, testing::two_chart_wall());
+    testing::TestRun run;
+    check_layout(twice, "the test's mesh", run);
+    CHECK(run.messages.empty());
+}
+
+TEST_CASE("the layout of thousands of faces on each other is measured by few texels")
+{
+    Mesh mesh;
+    for (int i = 0; i < 20'000; ++i)
+        testing::append(mesh, testing::wall(1, static_cast<float>(i)));
+    testing::TestRun run;
+    // Centers on the diagonal, where the two faces of a wall meet, are not counted.
+    CHECK_THROWS_WITH(check_layout(mesh, "the test's mesh", run), Catch::StartsWith("96 %"));
 }

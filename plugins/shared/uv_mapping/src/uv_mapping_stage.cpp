@@ -1,5 +1,6 @@
 #include <fresco/parallel.h>
 #include <fresco/run_context.h>
+#include <fresco/texturing/texel_faces.h>
 #include <fresco/uv_mapping/uv_mapping_stage.h>
 #include <fresco/uv_maps.h>
 
@@ -135,6 +136,7 @@ void check_uv_mapping_inputs(const Mesh& mesh, const Frames& frames)
 void UvMappingStage::run(RunContext& run)
 {
     check_uv_mapping_inputs(*mesh_, *frames_);
+    texturing::check_layout(*mesh_, "the mesh on port 'mesh'", run);
     const std::vector<int> heights = sorted_heights(*heights_px_);
     const Mesh separate = *normals_ == Normals::face ? with_separate_faces(*mesh_) : Mesh{};
     UvMapper mapper(*normals_ == Normals::face ? separate : *mesh_, finder(*mesh_, run));

@@ -138,13 +138,21 @@ TEST_CASE("pixels that a mask ignores are not seen, at any height")
     CHECK_THAT(error_of(Value::Map{}, shared_wall(), frames), Catch::Contains("mask.npy: is 64x48"));
 }
 
+TEST_CASE("an atlas whose charts lie on each other is refused before any map is made")
+{
+    const auto wall = shared_wall();
+    testing::append(*wall, testing::wall(2, 5));
+    CHECK_THAT(error_of(Value::Map{}, wall, two_frames()),
+               Catch::Contains("the mesh on port 'mesh' lies on other parts in the atlas") && Catch::Contains("atlas.project"));
+}
+
 TEST_CASE("angles are those of the vertices' normals or of the faces'")
 {
     // A roof across the picture: its two faces lean by 45 degrees, the normal of their ridge not at all.
     const auto roof = std::make_shared<Mesh>();
     roof->positions = {{0, -9, 2}, {0, 9, 2}, {5, 0, 7}, {-5, 0, 7}};
     roof->triangles = {{0, 1, 2}, {1, 0, 3}};
-    roof->texcoords.assign(6, {0.5F, 0.5F});
+    roof->texcoords = {{0.1F, 0.1F}, {0.1F, 0.9F}, {0.4F, 0.5F}, {0.9F, 0.9F}, {0.9F, 0.1F}, {0.6F, 0.5F}};
     const auto cosine = [&](const char* normals)
     {
         testing::TemporaryFolder folder;

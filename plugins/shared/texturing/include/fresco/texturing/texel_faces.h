@@ -3,11 +3,13 @@
 #include <fresco/math.h>
 #include <fresco/mesh.h>
 #include <fresco/parallel.h>
+#include <fresco/run_context.h>
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -40,6 +42,13 @@ struct Charts
 /// mesh that was split along its seams is joined again; of three or more faces at an edge each is joined with the next. The mesh
 /// needs texcoords.
 Charts find_charts(const Mesh& mesh);
+
+/// Checks what painting in an atlas relies on: every place of the texture shows one place of the surface, and all of the surface
+/// has a place there. Throws Error naming `source`, the share of the surface without, and the way out if it is more than a
+/// twentieth; warns above a thousandth. Faces laid on others as a mirror image are accepted, and those that are in one place on
+/// the surface, too, as duplicates are. Takes time for the faces and a texture of 2048 texels a side.
+/// \pre The mesh has passed check_mesh and has texcoords.
+void check_layout(const Mesh& mesh, std::string_view source, RunContext& run);
 
 /// Which face a texel belongs to. Texel (x, y), row 0 at the top (v = 1), is number y * size + x.
 struct TexelFaces

@@ -10,6 +10,8 @@
 
 #include "relief.h"
 
+#include <algorithm>
+#include <cstddef>
 #include <fmt/format.h>
 #include <utility>
 
@@ -25,6 +27,8 @@ class TextureRelief final : public Stage
                             "Where in the picture each texel comes from: detail is then the picture's own, not what the painting "
                             "blended; needs 'style'"};
     Input<Image> style{this, "style", optional, "The picture that it was painted after, or a larger copy of it"};
+    Input<Relief> under{this, "under", optional,
+                        "Relief of another picture's paint on the same mesh, for parts that show no strokes of this one"};
     Output<Relief> relief{this, "relief", "Normals and roughness of the paint"};
     Option<double> height_mm{this, "height_mm", 3, range(0.01, 100), "Thickness of the thickest paint, on the surface"};
     Option<double> stroke_cm{this, "stroke_cm", 3.5, range(0.1, 1000),
@@ -32,9 +36,9 @@ class TextureRelief final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = {.fixed = 0.5, .per = {{count::faces, 1e-6}, {count::texels, 6e-7}}},
+        return {.seconds = {.fixed = 0.5, .per = {{count::faces, 1e-6}, {count::texels, 1.2e-6}}},
                 .parallel_share = 0.8,
-                .memory_mb = {.fixed = 100, .per = {{count::faces, 3e-4}, {count::texels, 3.5e-5}}},
+                .memory_mb = {.fixed = 100, .per = {{count::faces, 3e-4}, {count::texels, 5e-5}}},
                 .disk_mb = {.per = {{count::texels, 7e-6}}}};
     }
 
@@ -44,6 +48,12 @@ class TextureRelief final : public Stage
         if (source.has_value() != style.has_value())
             throw Error(source.has_value() ? "port 'source' needs port 'style': wire the picture that the room was painted from"
                                            : "port 'style' is used only with port 'source': wire texture.synthesize's 'source'");
+        if (!under.has_value())
+            return;
+        check_atlas(under->atlas, textured_mesh->mesh, "the relief on port 'under'");
+        if (!source.has_value() || under->size_px() != textured_mesh->image.pixels.width)
+            throw Error(source.has_value() ? "the relief on port 'under' has another size: make it from the same textured mesh"
+                                           : "port 'under' is used only with port 'source', which says where this paint lies");
     }
 
     void run(RunContext& run) override
@@ -69,7 +79,44 @@ class TextureRelief final : public Stage
         const texturing::TexelFaces faces = texturing::find_texel_faces(mesh, charts, rgb.width, run);
         const double height_m = *height_mm / 1000;
         RasterF height = paint_height(rgb, mesh, faces, height_m, *stroke_cm / 100, run);
-        relief = relief_of(std::move(height), mesh, charts, faces, height_m, run);
+        RasterF shown;
+        if (source.has_value())
+        {
+            shown = strokes_shown(textured_mesh->image.pixels, rgb, *source, mesh, faces, *stroke_cm / 100, run);
+            tell(shown, faces, run);
+            for (std::size_t texel = 0; texel < height.values.size(); ++texel)
+            {
+                const auto mean = static_cast<float>(height_m / 2);
+                if (faces.covered(texel))
+                    height.values[texel] = mean + shown.values[texel] * (height.values[texel] - mean);
+            }
+        }
+        Relief made = relief_of(std::move(height), mesh, charts, faces, height_m, run);
+        if (source.has_value())
+            keep_shown(made, shown, under.has_value() ? &*under : nullptr);
+        relief = std::move(made);
+    }
+
+    static void tell(const RasterF& shown, const texturing::TexelFaces& faces, RunContext& run)
+    {
+        constexpr double hardly_any = 0.01;
+        constexpr double nearly_all = 0.95;
+        double sum = 0;
+        double texels = 0;
+        for (std::size_t texel = 0; texel < shown.values.size(); ++texel)
+            if (faces.inside[texel])
+            {
+                sum += double{shown.values[texel]};
+                ++texels;
+            }
+        const double share = sum / std::max(texels, 1.0);
+        run.report("shown_share", share);
+        if (share < hardly_any)
+            throw Error("the mesh on port 'textured_mesh' does not show the strokes that the source map on port 'source' copies: "
+                        "wire the 'source' and the 'style' of the painting that it shows");
+        if (share < nearly_all)
+            run.message(
+                fmt::format("{:.0f} % of the surface does not show these strokes and has no relief of them", 100 * (1 - share)));
     }
 };
 

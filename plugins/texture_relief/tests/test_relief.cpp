@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <numbers>
 
@@ -313,12 +314,83 @@ TEST_CASE("through the source map the picture's own detail counts, not the paint
     const auto& picture = dynamic_cast<const TexturedMesh&>(*inputs.at("textured_mesh")).image.pixels;
     const Relief from_picture = made(inputs, Value::Map{{"stroke_cm", 1.0}});
     const auto blended = std::make_shared<TexturedMesh>(dynamic_cast<const TexturedMesh&>(*inputs.at("textured_mesh")));
-    blended->image = Image(resized(resized(picture, 8, 8), 64, 64));
+    blended->image = Image(testing::picture(
+        64, 64, [&](int x, int y, int c) { return 0.85 * picture.at(x, y, c) + 0.15 * picture.at((x + 1) % 64, y, c); }));
     inputs["textured_mesh"] = blended;
     CHECK(made(inputs, Value::Map{{"stroke_cm", 1.0}}).normals == from_picture.normals);
     inputs.erase("source");
     inputs.erase("style");
     CHECK(made(inputs, Value::Map{{"stroke_cm", 1.0}}).normals != from_picture.normals);
+}
+
+namespace
+{
+
+/// The wall of painted_wall, whose right half shows something else: what `right` makes of the picture's value and another one.
+testing::Inputs half_painted_wall(const std::function<double(double, double)>& right)
+{
+    testing::Inputs inputs = painted_wall();
+    const auto textured = std::make_shared<TexturedMesh>(dynamic_cast<const TexturedMesh&>(*inputs.at("textured_mesh")));
+    const Raster8 picture = textured->image.pixels;
+    const Raster8 other = testing::noise_picture(64, 64, 8);
+    textured->image = Image(testing::picture(64, 64,
+                                             [&](int x, int y, int c)
+                                             {
+                                                 const double own = picture.at(x, y, c);
+                                                 return x < 32 ? own : right(own, other.at(x, y, c));
+                                             }));
+    inputs["textured_mesh"] = textured;
+    return inputs;
+}
+
+/// The texels of a quarter of the width, from column `first` on, for which `test` does not hold.
+template <class Test>
+int unlike(int first, const Test& test)
+{
+    int count = 0;
+    for (std::size_t y = 0; y < 64; ++y)
+        for (int x = first; x < first + 16; ++x)
+            count += test(64 * y + static_cast<std::size_t>(x)) ? 0 : 1;
+    return count;
+}
+
+}  // namespace
+
+TEST_CASE("relief lies where the picture's strokes are shown, and not where the photo or another painting is")
+{
+    const Value options = Value::Map{{"stroke_cm", 0.4}};
+    const auto equal = [](const Relief& a, const Relief& b)
+    { return [&a, &b](std::size_t t) { return a.normal(t) == b.normal(t) && a.roughness.values[t] == b.roughness.values[t]; }; };
+    const Relief whole = made(painted_wall(), options);
+    const Relief half = made(half_painted_wall([](double, double other) { return other; }), options);
+    CHECK(unlike(0, equal(half, whole)) == 0);
+    const Vec3f outward = face_normals(testing::wall(0.1F)).front();
+    const auto is_bare = [&](std::size_t t)
+    { return dot(half.normal(t), outward) > 0.99999F && half.roughness.values[t] == 217; };
+    CHECK(unlike(48, is_bare) == 0);
+    CHECK(unlike(48, equal(whole, half)) > 900);
+    // Strokes of which a fifth was taken for the photo are still strokes.
+    const Relief mixed = made(half_painted_wall([](double own, double other) { return 0.8 * own + 0.2 * other; }), options);
+    CHECK(unlike(48, equal(mixed, whole)) == 0);
+
+    SECTION("another picture's relief shows where that one was painted")
+    {
+        testing::Inputs inputs = half_painted_wall([](double, double other) { return other; });
+        testing::Inputs of_other = inputs;
+        of_other["style"] = std::make_shared<Image>(testing::noise_picture(64, 64, 8));
+        const auto under = std::make_shared<Relief>(made(of_other, options));
+        inputs["under"] = under;
+        const Relief both = made(inputs, options);
+        CHECK(unlike(0, equal(both, whole)) == 0);
+        CHECK(unlike(48, equal(both, *under)) == 0);
+        CHECK(unlike(48, equal(both, half)) > 900);
+    }
+    SECTION("a source map of something else is refused")
+    {
+        testing::Inputs inputs = painted_wall();
+        inputs["style"] = std::make_shared<Image>(testing::noise_picture(64, 64, 8));
+        CHECK_THROWS_WITH(made(inputs, options), Catch::Contains("does not show the strokes"));
+    }
 }
 
 TEST_CASE("relief: what does not fit together is refused")

@@ -187,7 +187,7 @@ TEST_CASE("the share of depths that agree is what it is by hand, and decides bet
     CHECK(doubtful.reported.at("agreement").as_double() == Approx(4 / 7.0).margin(0.005));
     REQUIRE(doubtful.messages.size() == 1);
     CHECK_THAT(doubtful.messages[0], Contains("warning: ") && Contains("all inspected frames have the same pose"));
-    // Of three, 2 n agree, 2 n are seen through and 2 n lie behind.
+    // Three frames give 2 n that agree, 2 n that are seen through, and 2 n behind.
     frames->frames.resize(3);
     testing::TestRun wrong;
     CHECK_THROWS_WITH(fuse_frames(frames, Value::Map{{"voxel_m", 0.05}}, wrong),

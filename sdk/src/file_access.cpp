@@ -211,7 +211,9 @@ std::string detail::cause_of(int error, const fs::path& path)
     const std::string name = path.filename();
     const std::size_t refused = name.find_first_of("\"*:<>?\\|");
     std::string text = std::strerror(error);
-    if (error == EINVAL && refused != std::string::npos)
+    // The exFAT of FUSE says that there is no such file.
+    const bool may_be_name = error == EINVAL || (error == ENOENT && is_folder(path.parent_path()));
+    if (may_be_name && refused != std::string::npos)
         text += std::string(": this file system takes no '") + name[refused] + "' in names; choose another name, or another disk";
     return text;
 }

@@ -6,9 +6,10 @@
 #include <fresco/error.h>
 #include <fresco/file_access.h>
 #include <fresco/files.h>
+#include <fresco/wording.h>
 
 #include <algorithm>
-#include <sys/stat.h>
+#include <fmt/format.h>
 #include <utility>
 
 namespace fresco::host
@@ -30,6 +31,32 @@ std::vector<std::string> files_outputs(const PipelineStage& stage)
     return names;
 }
 
+std::string KnownFiles::name_of(const fs::path& file, const struct stat& status)
+{
+    return lower_case(file.lexically_normal().string()) +
+           fmt::format("|{}|{}.{}", status.st_size, status.st_mtim.tv_sec, status.st_mtim.tv_nsec);
+}
+
+void KnownFiles::add(const fs::path& file)
+{
+    struct stat status = {};
+    if (stat(file.c_str(), &status) != 0)
+        return;
+    by_id_.emplace(Id(status.st_dev, status.st_ino), file);
+    by_name_.emplace(name_of(file, status), file);
+}
+
+std::optional<fs::path> KnownFiles::find(const fs::path& file) const
+{
+    struct stat status = {};
+    if (stat(file.c_str(), &status) != 0)
+        return std::nullopt;
+    if (const auto found = by_id_.find(Id(status.st_dev, status.st_ino)); found != by_id_.end())
+        return found->second;
+    const auto found = by_name_.find(name_of(file, status));
+    return found == by_name_.end() ? std::nullopt : std::optional(found->second);
+}
+
 Exporter::Exporter(const Store& store, const Pipeline& pipeline, fs::path out, FileHashes& hashes, bool replace)
     : store_(store), pipeline_(pipeline), out_(std::move(out)), hashes_(hashes), replace_(replace)
 {
@@ -45,21 +72,13 @@ void Exporter::protect(const fs::path& input)
     new_inputs_.push_back(input);
 }
 
-std::optional<Exporter::FileId> Exporter::id_of(const fs::path& file)
-{
-    struct stat status = {};
-    if (stat(file.c_str(), &status) != 0)
-        return std::nullopt;
-    return FileId(status.st_dev, status.st_ino);
-}
-
 bool Exporter::is_input(const fs::path& file)
 {
+    if (!path_status(file))
+        return false;
     for (const fs::path& input : std::exchange(new_inputs_, {}))
-        if (const auto id = id_of(input))
-            inputs_.insert(*id);
-    const auto id = id_of(file);
-    return id && inputs_.contains(*id);
+        inputs_.add(input);
+    return inputs_.find(file).has_value();
 }
 
 OutputOwner Exporter::owner(const PipelineStage& stage) const
@@ -77,6 +96,9 @@ std::string Exporter::obstacle(const PipelineStage& stage, const OutputRecord& r
     const fs::path file = (folder_of(stage) / name).lexically_normal();
     if (is_input(file))
         return file.string() + ": is an input of this pipeline, which no output replaces; choose another folder with --out";
+    if (const auto other = exported_.find(file); other && *other != file)
+        return file.string() + ": is the same file as " + other->string() +
+               ", which this run wrote: the file system ignores case; give one of them another name";
     if (is_folder(file))
         return file.string() + ": is a folder where the stage's file goes; move it away";
     const std::string reason = replace_ ? "" : record.obstacle(name, owner(stage), hashes_);
@@ -183,10 +205,11 @@ void Exporter::place(const PipelineStage& stage, OutputRecord& record, Batch& ba
     if (!files.empty())
         record.wrote(files);
     for (const File& file : batch.found)
-        if (const auto id = id_of(file.path))
-            if (const auto [other, fresh] = exported_.emplace(*id, file.path); !fresh && other->second != file.path)
-                throw Error(file.path.string() + ": is the same file as " + other->second.string() +
-                            ", which this run wrote: this file system ignores case, so give one of them another name");
+    {
+        if (const auto other = exported_.find(file.path); other && *other != file.path)
+            throw Error(obstacle(stage, record, file.path.lexically_relative(folder_of(stage)).generic_string()));
+        exported_.add(file.path);
+    }
     files_.insert(files_.end(), batch.found.begin(), batch.found.end());
     batch = {};
 }
@@ -203,9 +226,7 @@ std::size_t Exporter::remove_stale(const PipelineStage& stage, OutputRecord& rec
     for (const std::string& name : stale)
     {
         const fs::path file = folder_of(stage) / name;
-        const auto id = id_of(file);
-        if (id && is_file(file) && !exported_.contains(*id) && !is_input(file) &&
-            record.obstacle(name, owner(stage), hashes_).empty())
+        if (is_file(file) && !exported_.find(file) && !is_input(file) && record.obstacle(name, owner(stage), hashes_).empty())
             count += remove_path(file) ? 1 : 0;
     }
     record.forget(stale);

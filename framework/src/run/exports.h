@@ -9,8 +9,10 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
+#include <sys/stat.h>
 #include <utility>
 #include <vector>
 
@@ -21,6 +23,23 @@ namespace fresco::host
 
 /// The stage's outputs of type "files".
 std::vector<std::string> files_outputs(const PipelineStage& stage);
+
+/// Files by what they are, whatever name or link leads to them.
+class KnownFiles
+{
+  public:
+    void add(const std::filesystem::path& file);
+    /// The path by which the same file was added; nothing if there is no such file, or it was not.
+    std::optional<std::filesystem::path> find(const std::filesystem::path& file) const;
+
+  private:
+    using Id = std::pair<std::uintmax_t, std::uintmax_t>;  ///< Device and inode.
+    static std::string name_of(const std::filesystem::path& file, const struct stat& status);
+
+    std::map<Id, std::filesystem::path> by_id_;
+    /// By the path in lower case, the size and the time: a mounted exFAT may show one file by two names with an inode for each.
+    std::map<std::string, std::filesystem::path> by_name_;
+};
 
 /// Copies what stages made for the user to `--out`, each to its own place there.
 class Exporter
@@ -53,8 +72,6 @@ class Exporter
     std::size_t missing(const PipelineStage& stage, const std::string& object) const;
 
   private:
-    using FileId = std::pair<std::uintmax_t, std::uintmax_t>;  ///< Device and inode.
-
     /// The files of one stage that are being copied.
     struct Batch
     {
@@ -69,7 +86,6 @@ class Exporter
     std::string obstacle(const PipelineStage& stage, const OutputRecord& record, const std::string& name);
     bool is_input(const std::filesystem::path& file);
     bool is_there(const std::filesystem::path& to, const std::filesystem::path& from) const;
-    static std::optional<FileId> id_of(const std::filesystem::path& file);
 
     const Store& store_;
     const Pipeline& pipeline_;
@@ -78,9 +94,9 @@ class Exporter
     bool replace_;
     std::vector<File> files_;
     OutputOwners owners_;
-    std::vector<std::filesystem::path> new_inputs_;     ///< Not among inputs_ yet.
-    std::set<FileId> inputs_;                           ///< By whatever name or link they are reached.
-    std::map<FileId, std::filesystem::path> exported_;  ///< Two names may be one file where case doesn't count.
+    std::vector<std::filesystem::path> new_inputs_;  ///< Not among inputs_ yet.
+    KnownFiles inputs_;
+    KnownFiles exported_;
 };
 
 }  // namespace fresco::host

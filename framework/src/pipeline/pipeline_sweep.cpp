@@ -358,8 +358,11 @@ class SweepBuilder
             return false;
         report(missing);
         problems_.clear();
-        for (auto member = incomplete.rbegin(); member != incomplete.rend(); ++member)
-            members_.erase(members_.begin() + static_cast<std::ptrdiff_t>(*member));
+        std::vector<CombinationDraft> complete;
+        for (std::size_t member = 0; member < members_.size(); ++member)
+            if (!incomplete.contains(member))
+                complete.push_back(std::move(members_[member]));
+        members_ = std::move(complete);
         return true;
     }
 

@@ -144,7 +144,11 @@ TEST_CASE("weights convert writes the convolutions with what they are")
     REQUIRE(halved != nullptr);
     CHECK(halved->type == fresco::weights::ElementType::float16);
     CHECK(fresco::weights::to_float32(*halved, "w")[65] == 65.0F / 64);
-    const Finished beyond = place.run({"convert", "w.safetensors", "out.safetensors", "--until", "relu4_1"});
+    const auto written = fresco::read_file(place.file("out.safetensors"));
+    for (const char* onto : {"out.safetensors", "w.safetensors"})
+        CHECK(contains(place.run({"convert", "w.safetensors", onto, "--half"}).err, "already exists"));
+    CHECK(fresco::read_file(place.file("out.safetensors")) == written);
+    const Finished beyond = place.run({"convert", "w.safetensors", "beyond.safetensors", "--until", "relu4_1"});
     CHECK(beyond.code == 1);
     CHECK(contains(beyond.err, "relu1_1 to relu1_1"));
 }

@@ -14,6 +14,7 @@ namespace
 {
 
 constexpr double fewest_pixels_per_texel = 0.5;
+constexpr int block_px = 4;  // Graphics cards compress textures by blocks of this side.
 constexpr int most_px_by_itself = 8192;  // Many devices show no larger texture, and exports of one take gigabytes.
 
 class TextureEnlarge final : public Stage
@@ -52,7 +53,7 @@ class TextureEnlarge final : public Stage
         const int most_px =
             static_cast<int>(map_px * enlarge::pixels_per_texel(*source, width, map_px) / fewest_pixels_per_texel + 1e-3);
         if (*size_px == 0)
-            return std::max(std::min(most_px, most_px_by_itself), map_px);
+            return std::max(std::min(most_px, most_px_by_itself) / block_px * block_px, map_px);
         if (*size_px < map_px)
             throw Error(fmt::format("size_px {} is less than the source map's {}: for a smaller texture use texture.bake, and "
                                     "max_texture_px where it is exported",

@@ -428,6 +428,7 @@ TEST_CASE("size_px 0: as large as the picture allows, and never smaller than wha
     // Two pixels a texel at 64 texels a side: half a pixel at 256.
     CHECK(made(detailed_picture(128, 96)) == 256);
     CHECK(made(detailed_picture(200, 150)) == 400);
+    CHECK(made(detailed_picture(129, 97)) == 256);
     CHECK(made(detailed_picture(128, 96), 0.4F) == 64);
 }
 

@@ -43,8 +43,10 @@ void print_json(const Plan& plan, const std::vector<std::string>& notes)
                                     {"cost", figures(stage.cost)},
                                     {"measured", stage.measured},
                                     {"files_to_copy", stage.files_to_copy}});
-    print_value(Value::Map{
-        {"stages", std::move(stages)}, {"total", figures(plan.total)}, {"notes", Value::List(notes.begin(), notes.end())}});
+    print_value(Value::Map{{"stages", std::move(stages)},
+                           {"total", figures(plan.total)},
+                           {"obstacles", Value::List(plan.obstacles.begin(), plan.obstacles.end())},
+                           {"notes", Value::List(notes.begin(), notes.end())}});
 }
 
 /// "copies 3 files of glb, views to out"; empty if nothing is copied.
@@ -81,6 +83,8 @@ void print_text(const Plan& plan, const std::vector<std::string>& notes, const s
     const std::string copies = copies_text(plan, out);
     if (!copies.empty())
         fmt::print("{}\n", folded(copies, width));
+    for (const auto& obstacle : plan.obstacles)
+        fmt::print("{}\n", folded("a run would stop: " + harmless(obstacle, LineEnds::none), width));
     if (runs == 0)
     {
         if (copies.empty())

@@ -133,8 +133,11 @@ std::vector<std::string> page_obstacles(const Page& page)
     FileHashes hashes({});
     for (const auto& [file, begin] : {std::pair(page.json, json_begin), std::pair(page.html, html_begin)})
     {
-        std::string reason = page.replace ? "" : record.obstacle(file.filename().string(), page.owner, hashes);
-        if (reason.empty() && !page.replace && fs::is_regular_file(file) && !begins_with(file, begin))
+        if (page.replace)
+            continue;
+        const std::string name = file.filename().string();
+        std::string reason = record.obstacle(name, page.owner, hashes);
+        if (record.is_unfinished(name) && fs::exists(file) && !begins_with(file, begin))
             reason = "was not written by fresco";
         if (!reason.empty())
             found.push_back(file.string() + ": " + reason + "; " + obstacle_advice);

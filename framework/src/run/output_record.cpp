@@ -56,21 +56,24 @@ std::string OutputRecord::obstacle(const std::string& name, const OutputOwner& o
     const fs::path file = folder_ / name;
     if (!path_status(file))
         return "";
-    if (is_folder(file))
-        return "is a folder";
     const auto found = entries_.find(name);
     if (found == entries_.end() || !is_file(file))
-        return "was not written by fresco";
+        return is_folder(file) ? "is a folder" : "was not written by fresco";
     const Value& entry = found->second;
     const Value own = identity(owner);
-    const bool is_report = owner.stage.empty();
+    const bool is_report = owner.stage.empty() && entry.at("stage").as_string().empty();
     if (!is_report && !(entry.at("pipeline") == own.at("pipeline")))
         return "was written by another pipeline, " + resolved(folder_ / entry.at("pipeline").as_string()).string();
     if (!is_report && !(entry.at("combination") == own.at("combination")))
         return "was written by another combination, '" + entry.at("combination").as_string() + "'";
     const Value now = hash_now(file, hashes);
-    const bool unfinished_report = is_report && entry.at("hash").as_string().empty();
-    return unfinished_report || now == entry.at("hash") || now == entry.at("before") ? "" : "changed since fresco wrote it";
+    return is_unfinished(name) || now == entry.at("hash") || now == entry.at("before") ? "" : "changed since fresco wrote it";
+}
+
+bool OutputRecord::is_unfinished(const std::string& name) const
+{
+    const auto found = entries_.find(name);
+    return found != entries_.end() && found->second.at("hash").as_string().empty();
 }
 
 void OutputRecord::begin(const std::vector<NewFile>& files, const OutputOwner& owner, FileHashes& hashes)

@@ -41,6 +41,8 @@ class OutputRecord
     /// Why the owner may not replace the file, without its path: "was not written by fresco"; empty: it may, or there is no file.
     /// Reports have no stage, and any pipeline's run may replace them.
     std::string obstacle(const std::string& name, const OutputOwner& owner, FileHashes& hashes) const;
+    /// Whether a run was killed while it wrote this file, whose contents were not known before.
+    bool is_unfinished(const std::string& name) const;
     /// Notes files that are about to be written. Call before they appear, and `wrote` when all have: a run that is killed between
     /// the two has recorded its own files, and those that they replaced. Throws Error if the record cannot be written.
     void begin(const std::vector<NewFile>& files, const OutputOwner& owner, FileHashes& hashes);

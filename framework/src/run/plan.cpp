@@ -293,7 +293,7 @@ Plan make_plan(const Pipeline& pipeline, const std::filesystem::path& store_fold
     FileHashes hashes(store.file_index());
     RunState state(pipeline, store, hashes, until, upstream ? &*upstream : nullptr);
     state.update();
-    const Exporter exporter(store, pipeline, out, hashes);
+    Exporter exporter(store, pipeline, out, hashes);
 
     Plan plan;
     for (const auto& node : state.nodes())
@@ -316,6 +316,9 @@ Plan make_plan(const Pipeline& pipeline, const std::filesystem::path& store_fold
             plan.total.memory_mb = std::max(plan.total.memory_mb, planned.cost.memory_mb);
         }
         planned.files_to_copy = files_to_copy(node, exporter);
+        if (node.exports_files)
+            std::ranges::move(exporter.obstacles(*node.stage, node.present ? node.result->object : ""),
+                              std::back_inserter(plan.obstacles));
         plan.stages.push_back(std::move(planned));
     }
     hashes.save();

@@ -40,7 +40,8 @@ struct PlannedStage
 struct Plan
 {
     std::vector<PlannedStage> stages;
-    CostFigures total;  ///< Seconds and disk: sums over stages that run; memory: the largest.
+    std::vector<std::string> obstacles;  ///< Files for which the run would stop, see Exporter.
+    CostFigures total;                   ///< Seconds and disk: sums over stages that run; memory: the largest.
 };
 
 /// What a run would do, with its files below `out`. `estimates`: per stage, see estimate_pipeline. `upstream`: the store that

@@ -165,19 +165,22 @@ TEST_CASE("a stage's own report.html stays, and a report that cannot be written 
     own.replace(own.find("x.txt"), 5, "report.html");
     place.write("own.yaml", own);
     CHECK(contains(place.run({"run", "own.yaml"}, 0).err, "the stage text writes report.html itself"));
+    place.run({"run", "own.yaml", "--set", "source.value=7"}, 0);
     CHECK(place.read("out/report.html").find("<html") == std::string::npos);
 
     place.write("room.yaml", two);
     fs::create_directories(place.file("other/report.html"));
-    CHECK(contains(place.run({"run", "room.yaml", "--out", "other"}, 0).err, "report.html"));
+    CHECK(contains(place.run({"run", "room.yaml", "--out", "other"}, 1).err, "report.html: is a folder"));
+    CHECK(contains(place.run({"run", "room.yaml", "--out", "other", "--replace"}, 0).err, "report.html"));
     CHECK(contains(place.read("other/x.txt"), "5.0"));
 
     place.write("mine/report.html", "<h1>My own</h1>");
-    CHECK(contains(place.run({"run", "room.yaml", "--out", "mine"}, 0).err,
-                   "mine/report.html: was not written by fresco and stays"));
+    CHECK(contains(place.run({"run", "room.yaml", "--out", "mine"}, 1).err, "mine/report.html: was not written by fresco"));
     CHECK(place.read("mine/report.html") == "<h1>My own</h1>");
     place.write("data/run.json", "{}");
-    CHECK(contains(place.run({"run", "room.yaml", "--out", "data"}).err, "data/run.json: was not written by fresco and stays"));
+    CHECK(contains(place.run({"run", "room.yaml", "--out", "data"}, 1).err, "data/run.json: was not written by fresco"));
+    // The stage's own report is no report that any run may replace.
+    CHECK(contains(place.run({"run", "room.yaml"}, 1).err, "report.html: was written by another pipeline"));
     CHECK_FALSE(fs::exists(place.file("data/report.html")));
 }
 

@@ -89,21 +89,23 @@ class FramesVirtual final : public Stage
         const std::size_t unrecorded = wanted.size();
         const auto witness_of = witnesses(scene, points, places, wanted, run);
         std::erase_if(wanted, [&](std::uint32_t point) { return witness_of[point] == nobody; });
-        const auto plan = plan_views(coverage, places, wanted, witness_of, rules(distance_m, wanted.size()), run);
+        const auto plan = plan_views(coverage, places, wanted, witness_of, rules(distance_m, wanted.size(), run), run);
         report({.points = points.size(), .unrecorded = unrecorded, .wanted = wanted.size(), .places = places.size()}, plan, run);
         result = listed(plan);
     }
 
     int gap_cells() const { return mesh->texture_px > 0 ? *gap_px * *cells_px / mesh->texture_px : 0; }
 
-    PlanRules rules(double distance_m, std::size_t wanted) const
+    PlanRules rules(double distance_m, std::size_t wanted, RunContext& run) const
     {
         std::vector<RigidTransform> poses;
         for (const Frame& frame : frames->frames)
             poses.push_back(frame.color.world_from_camera);
-        const Vec3d up = geometry::find_up(*mesh, cameras_up(poses)).direction;
+        const geometry::Upward up = geometry::find_up(*mesh, cameras_up(poses));
+        if (up.from == geometry::UpEvidence::nothing)
+            run.warning("neither the cameras nor the mesh clearly show which way is up: virtual pictures may be tilted");
         return {.intrinsics = frames->frames.front().color.intrinsics,
-                .upright = upright_of(*frames, up),
+                .upright = upright_of(*frames, up.direction),
                 .distance_m = distance_m,
                 .angle_weight = *angle_weight,
                 .distance_weight = *distance_weight,

@@ -71,6 +71,20 @@ TEST_CASE("virtual frames follow the recorded ones and see the surface behind th
     CHECK_THAT(run.messages.front(), Catch::Contains("1 recorded frames paint") && Catch::Contains("100.00 %"));
 }
 
+TEST_CASE("cameras turned every way before a mesh that does not show which way is up are named", "[frames.virtual]")
+{
+    Frames frames = one_frame();
+    frames.frames.push_back(frames.frames.front());
+    frames.frames[1].name = "frame-000001";
+    // The second is held upside down.
+    for (const std::size_t i : {0, 1, 3, 4, 6, 7})
+        frames.frames[1].color.world_from_camera.rotation.m[i] *= -1;
+    testing::TestRun run;
+    planned(room_with_cupboard(), frames, {{"max_frames", 1}}, run);
+    REQUIRE_FALSE(run.messages.empty());
+    CHECK_THAT(run.messages.front(), Catch::Contains("warning: neither the cameras nor the mesh clearly show which way is up"));
+}
+
 TEST_CASE("a share, a number and the kind of frames are as asked for", "[frames.virtual]")
 {
     const Mesh mesh = room_with_cupboard();

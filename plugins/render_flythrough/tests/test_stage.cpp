@@ -164,6 +164,23 @@ TEST_CASE("an orbit before a single wall never turns away from it")
     }
 }
 
+TEST_CASE("an orbit says that its cameras do not show which way is up")
+{
+    for (const bool is_upside_down : {false, true})
+    {
+        auto frames = two_frames();
+        frames->frames[1].sequence = frames->frames[0].sequence;
+        if (is_upside_down)
+            frames->frames[1].color.world_from_camera.rotation.m = {-1, 0, 0, 0, -1, 0, 0, 0, 1};
+        const testing::TemporaryFolder folder;
+        testing::TestRun run;
+        fly(folder.path(), Value::Map{{"format", "png"}, {"seconds", 0.1}, {"fps", 10.0}, {"height_px", 16}, {"path", "orbit"}},
+            frames, run);
+        const auto warns = [](const std::string& line) { return line.starts_with("warning: the cameras are turned every way"); };
+        CHECK(std::ranges::any_of(run.messages, warns) == is_upside_down);
+    }
+}
+
 TEST_CASE("pictures show the wall, and gray beside it")
 {
     const testing::TemporaryFolder folder;

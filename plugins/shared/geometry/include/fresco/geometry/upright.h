@@ -19,8 +19,8 @@ enum class UpEvidence
 {
     cameras_and_plane,  ///< The largest level planes, near the cameras' upward direction.
     cameras,            ///< The cameras: no plane near their direction is large enough.
-    shape,              ///< The mesh: its walls stand and its floors lie along one direction, and its two sides are unlike.
-    nothing             ///< The mesh does not say; `direction` is a guess.
+    shape,              ///< The mesh: its walls stand, its floors lie and its furniture faces along one direction only.
+    nothing             ///< The mesh does not clearly say; `direction` is a guess.
 };
 
 struct Upward
@@ -35,9 +35,10 @@ struct Upward
 
 /// Which way is up. `by_cameras`: unit length, as cameras_up finds it; level is then whatever most of the area within 30 degrees
 /// of it faces along, up or down. Without it: the direction that most area is square to or faces along and whose two
-/// sides are most unlike. `shape` takes 40 % of the area and a next best direction of at most 90 % of the evidence; up is where
-/// more area faces (scans lack ceilings and what buildings stand on), or else away from the end that is flatter. The mesh must
-/// have passed check_mesh. The same for any number of threads.
+/// sides are most unlike. `shape` takes 40 % of the area, walls on more than one side, a next best direction of at most 90 % of
+/// the evidence, and smaller surfaces, such as tables or a roof, that face up: a room that lacks a wall looks
+/// like one that lies on its side without a ceiling. Up is where more area faces (scans lack ceilings and what buildings stand
+/// on), or else away from the end that is flatter. The mesh must have passed check_mesh. The same for any number of threads.
 Upward find_up(const Mesh& mesh, const std::optional<Vec3d>& by_cameras);
 
 /// The rotation (x, y, z, w) that turns `up` to `target`, which is +Y or +Z; both of unit length. First the coordinate axis that
@@ -48,11 +49,12 @@ std::array<double, 4> upright_turn(Vec3d up, Vec3d target);
 /// `v` turned by a unit quaternion (x, y, z, w).
 Vec3d turned(const std::array<double, 4>& turn, Vec3d v);
 
-/// The axis that x, y, z, -x, -y or -z names. Warns where the mesh plainly stands another way.
+/// The axis that x, y, z, -x, -y or -z names. Warns where the mesh clearly stands another way.
 Vec3d named_up(std::string_view name, const Mesh& mesh, RunContext& run);
 
 /// find_up for a stage: the frames' cameras are evidence where `frames` is wired. Reports `up` [x, y, z], which the run's page
-/// goes by, `up_from`, `up_plane_deg` and `up_plane_share`; without cameras `up_shape_share` and `up_next_share`.
+/// goes by, `up_from`, `up_plane_deg` and `up_plane_share`; without cameras `up_shape_share` and `up_next_share`. Warns where the
+/// mesh clearly hangs upside down by the cameras.
 Upward found_up(const Mesh& mesh, const Input<Frames>& frames, RunContext& run);
 
 /// The option `up` of a stage that needs to know which way is up.

@@ -141,18 +141,20 @@ class Dataset:
         positions = np.stack([vertex["x"], vertex["y"], vertex["z"]], 1)
         return positions, face["vertex_indices"].copy(), face["texcoord"].reshape(-1, 3, 2).copy()
 
-    def check(self):
-        """Raises ValueError naming the first listed file that is missing or has another size, or, where the package xxhash is
-        installed, other contents."""
-        try:
-            import xxhash
-        except ImportError:
-            xxhash = None
+    def check(self, sizes_only=False):
+        """Raises ValueError naming the first listed file that is missing or has another size or, unless `sizes_only`, other
+        contents. Contents are compared by the package xxhash: raises ImportError where it is not installed."""
+        if not sizes_only:
+            try:
+                import xxhash
+            except ImportError as error:
+                raise ImportError("check() compares contents by the package xxhash, which is not installed: pip install xxhash "
+                                  "(Debian: python3-xxhash), or check(sizes_only=True), which does not notice other contents") from error
         for listed in self.manifest["files"]:
             file = self.folder / listed["name"]
             if not file.is_file() or file.stat().st_size != listed["bytes"]:
                 raise ValueError(f"{file}: is missing or has not {listed['bytes']} bytes: copy the dataset again")
-            if xxhash is not None and xxhash.xxh3_128_hexdigest(file.read_bytes()) != listed["hash"]:
+            if not sizes_only and xxhash.xxh3_128_hexdigest(file.read_bytes()) != listed["hash"]:
                 raise ValueError(f"{file}: has other contents than dataset.json lists: copy the dataset again")
 
 

@@ -9,6 +9,7 @@ import unittest
 import numpy as np
 
 import fresco
+import fresco.ply
 
 STAGES = {
     "scan": {"type": "scan.synthetic_room", "frames_count": 4, "color_width_px": 160, "color_height_px": 120},
@@ -93,6 +94,26 @@ class Runs(unittest.TestCase):
         self.assertEqual(raised.exception.exit_code, 3)
         fresco.check({"stages": STAGES}, {"mesh.max_faces": 5000})
 
+    def test_a_command_that_is_not_there(self):
+        there, fresco.program = fresco.program, "no_such_fresco"
+        try:
+            for call in (fresco.run, fresco.check):
+                with self.assertRaisesRegex(fresco.FrescoError, "'no_such_fresco' was not found: .*PATH.*fresco.program") as raised:
+                    call({"stages": STAGES})
+                self.assertEqual(raised.exception.exit_code, 127)
+        finally:
+            fresco.program = there
+
+    def test_a_mesh_that_has_other_faces_than_triangles(self):
+        mesh = {"positions": np.zeros((3, 3), np.float32), "triangles": np.array([[0, 1, 2]])}
+        fresco.ply.write_mesh("triangle.ply", mesh)
+        np.testing.assert_array_equal(fresco.ply.read_mesh("triangle.ply")["triangles"], mesh["triangles"])
+        contents = bytearray(pathlib.Path("triangle.ply").read_bytes())
+        contents[contents.index(b"end_header\n") + 11 + 36] = 4
+        pathlib.Path("quad.ply").write_bytes(contents)
+        with self.assertRaisesRegex(ValueError, "quad.ply: has faces that are no triangles"):
+            fresco.ply.read_mesh("quad.ply")
+
     def test_a_stage_that_fails(self):
         with self.assertRaisesRegex(fresco.FrescoError, "(?s)fail.*exit code 7") as raised:
             fresco.run({"stages": {"fail": {"type": "command", "run": ["sh", "-c", "exit 7", "{t}"], "outputs": {"t": "table"}}}}, out="failed")
@@ -132,9 +153,13 @@ class Runs(unittest.TestCase):
     def test_combinations_of_a_matrix(self):
         result = fresco.run({"vars": {"seed": 1}, "matrix": {"seed": [1, 2]}, "stages": {"picture": {"type": "picture.pattern", "size_px": 64, "seed": "${seed}"}}}, out="matrix")
         self.assertEqual(list(result.combinations), ["seed=1", "seed=2"])
-        first, second = (one.read(next(iter(one.stages))) for one in result.combinations.values())
+        first, second = (one.read("picture") for one in result.combinations.values())
         self.assertEqual(first.shape, (64, 64, 3))
         self.assertTrue((first != second).any())
+        np.testing.assert_array_equal(result.read("picture@seed=2"), second)
+        with self.assertRaisesRegex(KeyError, "several combinations: picture@seed=1, picture@seed=2.*combinations.*seed=1, seed=2"):
+            result.read("picture")
+        self.assertEqual(result.combinations["seed=1"].path("picture"), result.path("picture@seed=1"))
 
     def test_a_result_that_is_gone(self):
         result = fresco.run({"stages": {"picture": {"type": "picture.pattern", "size_px": 64}}}, out="gone", store="gone_store")

@@ -7,6 +7,7 @@ import os
 import pathlib
 import queue
 import re
+import shutil
 import signal
 import subprocess
 import tempfile
@@ -22,7 +23,8 @@ PipelineLike = Union[PathLike, Mapping[str, Any]]
 
 class FrescoError(RuntimeError):
     """What fresco printed when it failed. `exit_code` says which kind it is: 1 a stage failed, 2 the pipeline is invalid, 3 an input file is
-    missing, 4 a plugin cannot be loaded, 70 a bug, 75 interrupted; negative: the number of the signal that ended it."""
+    missing, 4 a plugin cannot be loaded, 70 a bug, 75 interrupted, 127 there is no program fresco; negative: the number of the signal that
+    ended it."""
 
     def __init__(self, text: str, exit_code: int) -> None:
         super().__init__(text)
@@ -106,6 +108,8 @@ def _command(name: str, pipeline: PipelineLike, variables: Optional[Mapping[str,
     """The words of a command, and what it reads from standard input."""
     import fresco
 
+    if shutil.which(fresco.program) is None:
+        raise FrescoError(f"error: the command '{fresco.program}' was not found: add its folder to the PATH, or set fresco.program to its path", 127)
     sets = [f"{key}={value if isinstance(value, str) else json.dumps(value)}" for key, value in (variables or {}).items()]
     words = [word for text in sets for word in ("--set", text)]
     if isinstance(pipeline, Mapping):

@@ -55,7 +55,7 @@ class Result:
         return folder
 
     def read(self, stage: str, output: str = "") -> Any:
-        """An artifact as NumPy arrays, by its type:
+        """An artifact as NumPy arrays, by its type. In a combination, the stage's name in the pipeline file suffices.
 
         mesh           a dict as fresco.ply.read_mesh returns it
         image          uint8, H x W x 1, 3 or 4
@@ -78,9 +78,14 @@ class Result:
         return READERS[kind](folder, pathlib.Path(self.data["store"]))
 
     def _stage(self, name: str) -> dict[str, Any]:
-        if name not in self.stages:
+        """By its name, or by the one that it has in the pipeline file: in a combination, "mesh" is "mesh@kitchen"."""
+        found = [self.stages[name]] if name in self.stages else [stage for stage in self.stages.values() if stage["own_name"] == name]
+        if len(found) > 1:
+            raise KeyError(f"the stage '{name}' ran for several combinations: {', '.join(stage['name'] for stage in found)}; name one of these, "
+                           f"or use .combinations[…], which has: {', '.join(self.combinations)}")
+        if not found:
             raise KeyError(f"no stage '{name}'; there are: {', '.join(self.stages)}")
-        return self.stages[name]
+        return found[0]
 
     def _output(self, stage: str, output: str) -> str:
         names = [entry["name"] for entry in self._stage(stage)["outputs"]]

@@ -37,7 +37,7 @@ def read_mesh(path: str | pathlib.Path) -> dict[str, Any]:
             fields[element].append((words[2], TYPES[words[1]]))
     vertices = np.frombuffer(file, np.dtype(fields["vertex"]), counts["vertex"], end)
     faces = np.frombuffer(file, np.dtype(fields["face"]), counts["face"], end + vertices.nbytes)
-    if any((faces[f"{name}_count"] != length).any() for name, length in lists.items() if f"{name}_count" in faces.dtype.names):
+    if any((faces[f"{name}_count"] != length).any() for name, length in lists.items() if any(f[0] == name for f in fields["face"])):
         raise ValueError(f"{path}: has faces that are no triangles; fresco's own meshes have none")
     names = [name for name, *_ in fields["vertex"] + fields["face"]]
     mesh["positions"] = np.stack([vertices[axis] for axis in "xyz"], 1)

@@ -71,7 +71,7 @@ std::string_view kind_text(mode_t mode)
 [[noreturn]] void refuse(const fs::path& path, mode_t found, bool is_folder, const std::string& advice)
 {
     throw Error(path.string() + ": is " + std::string(kind_text(found)) + " in place of a " + (is_folder ? "folder" : "file") +
-                ": remove it, or " + advice);
+                ": " + advice);
 }
 
 /// Opens a folder step by step; -1 with errno ELOOP at a link, as openat2 does with RESOLVE_NO_SYMLINKS. For kernels before 5.6,
@@ -252,7 +252,7 @@ void PathEntry::check_kind(bool is_folder) const
     if (is_folder ? !S_ISDIR(status.st_mode) : !S_ISREG(status.st_mode))
         refuse(path_, status.st_mode, is_folder, *advice_);
     if (!is_folder && status.st_nlink > 1)
-        throw Error(path_.string() + ": has a second name, a hard link: remove it, or " + *advice_);
+        throw Error(path_.string() + ": has a second name, a hard link: " + *advice_);
 }
 
 FileDescriptor open_file(const fs::path& file, int flags, mode_t mode)

@@ -47,7 +47,7 @@ struct Neighbors
         fs::create_directories(home / "sub");
         write_plainly(home / "thesis", "mine");
         write_plainly(home / "sub" / "thesis", "mine");
-        forbid_links_below(own, "choose another");
+        forbid_links_below(own, "remove it, or choose another");
     }
     void check_home() const
     {
@@ -287,7 +287,7 @@ TEST_CASE("Links to a guarded folder are the user's, and followed")
     const Neighbors place;
     const fs::path link = place.folder.path() / "link";
     fs::create_directory_symlink(place.home, link);
-    forbid_links_below(link / "store", "choose another");
+    forbid_links_below(link / "store", "remove it, or choose another");
     make_folder(link / "store" / "keys");
     write_file(link / "store" / "keys" / "a", "text");
     CHECK(read_text_file(place.home / "store" / "keys" / "a") == "text");

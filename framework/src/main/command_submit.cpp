@@ -160,7 +160,7 @@ void TableArguments::add_to(CLI::App& command, const std::string& file_help)
 fs::path guarded_task_folder(const fs::path& folder)
 {
     const fs::path whole = fs::absolute(folder).lexically_normal();
-    forbid_links_below(whole, "choose another folder");
+    forbid_links_below(whole, "remove it, or choose another folder");
     return whole;
 }
 

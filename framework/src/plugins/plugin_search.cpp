@@ -157,7 +157,7 @@ class DescriptorCache
         const fs::path wanted = descriptor_cache_folder();
         const auto prepare = [&]
         {
-            forbid_links_below(wanted.parent_path(), "set another cache folder with XDG_CACHE_HOME");
+            forbid_links_below(wanted.parent_path(), "remove it, or set another cache folder with XDG_CACHE_HOME");
             make_folder(wanted);
         };
         if (!wanted.empty() && attempt(prepare))

@@ -162,7 +162,7 @@ bool Store::is_at(const fs::path& folder)
 Store::Store(fs::path root) : root_(std::move(root))
 {
     make_folder_or(root_, another_store);
-    forbid_links_below(fs::absolute(root_), another_store);
+    forbid_links_below(fs::absolute(root_), std::string("remove it, or ") + another_store);
     check_format(root_);
     for (const char* folder : store_folders)
         make_folder(root_ / folder);

@@ -131,7 +131,7 @@ class Garden:
             text = ended.text
             if ended.code not in (1, 2) or ended.seconds > 20 or "report it" in text or "terminate" in text:
                 problems.append(f"{what}: '{' '.join(words)}' ended after {ended.seconds:.0f} s with {ended}")
-            elif (str(path.relative_to(self.place.root)) not in text and "already holds tasks" not in text) or not re.search("remove it|move it away|already holds tasks|--replace", text):
+            elif (str(path.relative_to(self.place.root)) not in text and "already holds tasks" not in text) or not re.search("remove it|move it away|already holds tasks|--out", text):
                 problems.append(f"{what}: the error does not say what to remove: {ended}")
             remove(path)
             shutil.rmtree(self.place.work / "tasks", ignore_errors=True)  # An export does not go on with one that was stopped.

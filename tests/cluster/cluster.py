@@ -115,7 +115,7 @@ class Folder:
 
 
 def files_below(folder):
-    own = {"run.json", "report.html", "sweep.json", "sweep.html"}
+    own = {"run.json", "report.html", "sweep.json", "sweep.html", ".fresco-outputs"}
     return {str(file.relative_to(folder)): file.read_bytes() for file in sorted(folder.rglob("*")) if file.is_file() and file.name not in own}
 
 

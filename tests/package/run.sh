@@ -29,7 +29,8 @@ loaded() { ldd "$moved/bin/fresco" "$moved/lib/fresco/image_opencv.so"; }
 mapfile -t libraries < <(loaded | awk '$1 ~ /^lib(yaml-cpp|opencv_core|png16)\.so/ { print $1 }' | sort -u)
 [ ${#libraries[@]} -eq 3 ] || fail "these libraries are loaded: ${libraries[*]}"
 mkdir "$work/broken" "$moved/lib/fresco/bundled"
-loads() { env -i LD_LIBRARY_PATH="$work/broken" "$moved/bin/fresco" describe image.opencv >said 2>&1; }
+# In a new folder for temporary files each time: no plugin was asked before.
+loads() { env -i TMPDIR="$(mktemp -d)" LD_LIBRARY_PATH="$work/broken" "$moved/bin/fresco" describe image.opencv >said 2>&1; }
 for library in "${libraries[@]}"; do
     echo "no library" >"$work/broken/$library"
     ! loads || fail "the broken $library is not used, so this test shows nothing"

@@ -5,7 +5,7 @@ fresco=$1 pipelines=$2
 python=$(python_with numpy) || { skip "a step of the optimization computed once more: no python3 with numpy is at hand"; exit 0; }
 
 "$python" "$(dirname "$0")/random_vgg19.py" "$work/vgg19.safetensors" raw
-step() { "$fresco" run "$work/$1.yaml" --store "$work/store" --out "$work/out" --json-log "${@:2}"; }
+step() { "$fresco" run "$work/$1.yaml" --store "$work/store" --out "$work/out/$1" --json-log "${@:2}"; }
 for protocol in paper released; do
     preset=stylemesh-scannet more= rate=1000
     # The lookup at corners, which begins only with zeros, has a test of its own. A hundredth of the losses, so that the step clamps few texels.
@@ -29,6 +29,6 @@ YAML
     for at in 0 $rate; do
         step $protocol --until texture --set texture.rate=$at >"$work/rate_$at.log" || { cat "$work/rate_$at.log"; fail "rate $at"; }
     done
-    "$python" "$(dirname "$0")/one_step.py" $protocol "$work/store" "$work/out/dataset" "$work/vgg19.safetensors" "$work"/rate_{0,$rate}.log ||
+    "$python" "$(dirname "$0")/one_step.py" $protocol "$work/store" "$work/out/$protocol/dataset" "$work/vgg19.safetensors" "$work"/rate_{0,$rate}.log ||
         fail "the first step is not that of the protocol: $protocol"
 done

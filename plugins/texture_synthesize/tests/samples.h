@@ -175,8 +175,8 @@ struct Studio
     /// Strokes of 16 cm, all of one width; levels of 4 and 2 cm a texel. Small patches: fast.
     static Value options(Value::Map more = {})
     {
-        Value result = Value::Map{{"size_px", 128},    {"stroke_cm", 16.0}, {"patch_px", 7},
-                                  {"rounds_count", 3}, {"painterly", 0.5},  {"detail", 0.0}};
+        Value result = Value::Map{{"size_px", 128},   {"stroke_cm", 16.0}, {"patch_px", 7}, {"rounds_count", 3},
+                                  {"painterly", 0.5}, {"detail", 0.0},     {"up", "z"}};
         for (auto& [name, value] : more)
             result.set(name, value);
         return result;

@@ -322,7 +322,10 @@ TEST_CASE("up comes from the option, or else from the cameras, or else from the 
         Vec3d up;
     };
     const Vec3d x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1};
-    for (const Case& c : {Case{{}, std::nullopt, z}, Case{{}, y, y}, Case{{}, x * -1.0, x * -1.0}, Case{{{"up", "y"}}, x, y}})
+    const Value::Map automatic{{"up", "auto"}};
+    CHECK_THROWS_WITH(Studio().paint(automatic), Catch::Contains("does not clearly show which way is up"));
+    for (const Case& c :
+         {Case{{}, std::nullopt, z}, Case{automatic, y, y}, Case{automatic, x * -1.0, x * -1.0}, Case{{{"up", "y"}}, x, y}})
     {
         Studio wall;
         if (c.cameras)

@@ -76,9 +76,9 @@ class Site:
         return status, events
 
     def files(self):
-        """What the run made, but for the report, which shows times."""
+        """What the run made, but for the report, which shows times, and the record of what was written."""
         return {str(file.relative_to(self.out)): hashlib.sha256(file.read_bytes()).hexdigest()
-                for file in sorted(self.out.rglob("*")) if file.is_file() and file.name not in ("report.html", "run.json")}
+                for file in sorted(self.out.rglob("*")) if file.is_file() and file.name not in ("report.html", "run.json", ".fresco-outputs")}
 
 
 def steps(events):

@@ -193,7 +193,7 @@ stages:
         if s["again"]:
             environment["FRESCO_PLUGIN_PATH"] = f"{self.place.root / 'again'}:{self.place.plugins}/"
         up = "../" if s["below"] else ""
-        words = ["run", up + "room.yaml", "--json-log", "--no-report", "--store", up + store, "--out", up + out, "--cores", s["cores"]]
+        words = ["run", up + "room.yaml", "--json-log", "--no-report", "--replace", "--store", up + store, "--out", up + out, "--cores", s["cores"]]
         return words, {"folder": self.work / "below" if s["below"] else self.work, "environment": environment}
 
     # Edits. Each changes one thing, and says what.

@@ -22,7 +22,7 @@ namespace
 
 constexpr std::string_view holder_begin = "process ";
 
-/// How errors go on that say why something cannot be locked.
+/// Ends errors about locks that do not work.
 constexpr const char* lock_advice = ": a store needs a file system with locks; choose another with --store";
 
 /// Says by errno why a file cannot be opened as a lock, or no process can be started to try it. Neither is the fault of the file

@@ -74,7 +74,7 @@ void PipelineArguments::add_to(CLI::App& command)
                 return text.find('=') == std::string::npos || text.front() == '=' ? "'" + text + "' is not NAME=VALUE"
                                                                                   : std::string();
             });
-    command.add_option("--without", without, "Leave out this stage, which no other may read; may be repeated")
+    command.add_option("--without", without, "Leave out this stage; no remaining stage may read it; may be repeated")
         ->allow_extra_args(false);
     command.add_flag("--preview", preview, "Apply the file's 'preview': fewer frames, faces and texels, in under a minute");
 }

@@ -126,7 +126,7 @@ int tidy(const StoreArguments& arguments)
                                            size_text(result.freed_mb), result.checkpoints, result.leftovers);
     fmt::print("{}{}\n", table.text(width), folded(counts, width));
     for (const KeptForUnseen& kept : result.kept)
-        print_line(fmt::format("kept {} ({}) of {}: its file is not there now, but it ran {} ago (--keep-days {})",
+        print_line(fmt::format("kept {} ({}) of {}: the pipeline file is missing, but its last run was {} ago (--keep-days {})",
                                counted(static_cast<std::size_t>(kept.results), "result"), size_text(kept.disk_mb), kept.pipeline,
                                days_text(kept.days_ago), arguments.keep_days));
     for (const std::string& stuck : result.stuck)

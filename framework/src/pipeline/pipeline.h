@@ -73,7 +73,12 @@ struct PipelineStage
     std::shared_ptr<const Value> options;  ///< Shared with the stages of a matrix that have the same.
     std::vector<Wire> wires;
     std::vector<std::filesystem::path> input_files;  ///< Of InputFile options (components' too) and of wires.
-    std::vector<std::string> output_names;           ///< Files and folders that its options name, below `place` in `--out`.
+    struct Output
+    {
+        std::string name;  ///< Below `place` in `--out`.
+        bool is_file;      ///< Otherwise it may be a folder.
+    };
+    std::vector<Output> outputs;  ///< Files and folders that its options name.
     std::vector<const TypeDescription*> components;  ///< Every component type it uses, readers too, sorted, unique.
     Position position;                               ///< Of the stage's key.
 };
@@ -146,7 +151,7 @@ struct PipelineResult
     Pipeline pipeline;
     std::vector<Problem> problems;
     std::vector<Problem> warnings = {};
-    std::vector<Problem> left_out = {};  ///< What the combinations lack that are left out to keep going.
+    std::vector<Problem> left_out = {};  ///< Missing inputs of the combinations that --keep-going leaves out.
     /// 0, or the largest claim among the problems: 2 before 4 before 3.
     int exit_code() const;
 };

@@ -274,7 +274,7 @@ class StageDrafts
         std::ranges::sort(beginning.components, {}, &TypeDescription::type);
         beginning.wires = draft.wires;
         for (const OptionUses::OutputUse& use : draft.uses.output_names)
-            beginning.output_names.push_back(use.path);
+            beginning.outputs.push_back({use.path, use.is_file});
         checked.output_names = std::move(draft.uses.output_names);
         checked.shape = shape_of(stage, std::move(draft));
     }

@@ -477,7 +477,7 @@ YamlNode parse_yaml(std::string_view text, std::shared_ptr<const YamlSource> sou
     }
     if (const auto bad = first_bad_byte(text))
     {
-        tree.report(*bad, "not UTF-8 text without control characters: save the file as UTF-8");
+        tree.report(*bad, "invalid UTF-8 or a control character: remove it, and save the file as UTF-8");
         return {};
     }
     if (const auto line = first_long_line(text))

@@ -187,7 +187,7 @@ bool finish(RunningProbe& running)
     else
         return true;
     probe.description = Value();
-    // What only took long, was killed from outside, or may have lacked memory, descriptors or threads, may work the next time.
+    // Probe again next time if the process timed out, was killed, or may have lacked memory, descriptors or threads.
     // OpenBLAS interrupts a process in which it cannot start its threads.
     const bool lacked =
         memory_limit_mb() > 0 || end.signal == SIGKILL || end.signal == SIGINT || (end.signal == 0 && end.exit_code != 0);

@@ -67,7 +67,7 @@ std::string run_child(const Value& request, const Store& store)
     return wait_for_page(start_child({"internal-page", file.string()}), std::chrono::minutes(2));
 }
 
-/// What went wrong; empty: nothing.
+/// Writes the page; returns the error text, or an empty string.
 std::string make_html(const Page& page, const Catalog& catalog, const Store& store)
 {
     std::string signature = page.signature;
@@ -126,31 +126,38 @@ std::string page_version()
     return program_version() + " " + content_hash(std::string(report_css) + std::string(report_js));
 }
 
-std::vector<std::string> page_obstacles(const Page& page)
+PageGuard::PageGuard(const RunRequest& run) : hashes(Store(run.store).file_index())
+{
+    for (const fs::path& file : named_inputs(*run.pipeline))
+        inputs.add(file);
+}
+
+std::vector<std::string> page_obstacles(const Page& page, PageGuard& guard)
 {
     std::vector<std::string> found;
     const OutputRecord record(page.json.parent_path());
-    FileHashes hashes({});
     for (const auto& [file, begin] : {std::pair(page.json, json_begin), std::pair(page.html, html_begin)})
     {
-        if (page.replace)
-            continue;
         const std::string name = file.filename().string();
-        std::string reason = record.obstacle(name, page.owner, hashes);
-        if (record.is_unfinished(name) && fs::exists(file) && !begins_with(file, begin))
-            reason = "was not written by fresco";
-        if (!reason.empty())
+        std::string reason = page.replace ? "" : record.obstacle(name, page.owner, guard.hashes);
+        if (!page.replace && record.is_unfinished(name) && fs::exists(file) && !begins_with(file, begin))
+            reason = "is not in fresco's record of this folder";
+        if (is_folder(file))
+            found.push_back(file.string() + ": is a folder in place of a file; move it away");
+        else if (guard.inputs.find(file))
+            found.push_back(file.string() + ": " + input_obstacle);
+        else if (!reason.empty())
             found.push_back(file.string() + ": " + reason + "; " + obstacle_advice);
     }
     return found;
 }
 
-void check_replaceable(const Page& page, const std::vector<Exporter::File>& exported)
+void check_replaceable(const Page& page, PageGuard& guard, const std::vector<Exporter::File>& exported)
 {
     for (const fs::path& file : {page.json, page.html})
         if (const auto own = std::ranges::find(exported, file, &Exporter::File::path); own != exported.end())
             throw Error("the stage " + own->stage + " writes " + file.filename().string() + " itself");
-    if (const auto obstacles = page_obstacles(page); !obstacles.empty())
+    if (const auto obstacles = page_obstacles(page, guard); !obstacles.empty())
         throw Error(obstacles.front());
 }
 
@@ -163,17 +170,22 @@ void write_data(const Page& page)
 {
     make_folder_or(page.json.parent_path(), "choose another with --out");
     const std::string text = json_lines(page.data);
+    const std::vector<OutputRecord::NewFile> files{{page.json.filename().string(), content_hash(text)}};
+    OutputRecord record(page.json.parent_path());
     FileHashes hashes({});
-    OutputRecord(page.json.parent_path())
-        .begin({{page.json.filename().string(), content_hash(text)}, {page.html.filename().string(), ""}}, page.owner, hashes);
+    record.begin(files, page.owner, hashes);
     write_durable_file(page.json, text);
+    record.wrote(files, page.owner);
 }
 
 std::string write_html(const Page& page, const Catalog& catalog, const Store& store)
 {
+    const std::string name = page.html.filename().string();
+    OutputRecord record(page.html.parent_path());
+    FileHashes hashes({});
+    record.begin({{name, ""}}, page.owner, hashes);
     const std::string failed = make_html(page, catalog, store);
-    OutputRecord(page.html.parent_path())
-        .wrote({{page.json.filename().string(), file_hash(page.json)}, {page.html.filename().string(), file_hash(page.html)}});
+    record.wrote({{name, file_hash(page.html)}}, page.owner);
     return failed;
 }
 

@@ -26,20 +26,29 @@ struct Page
     std::filesystem::path json;
     std::filesystem::path html;  ///< In the same folder.
     OutputOwner owner;
-    bool replace = false;   ///< Whatever lies in the place of the two files.
+    bool replace = false;   ///< --replace: overwrite the two files, whoever wrote them.
     Value data;             ///< Of `json`; the page draws the same.
     Value previews;         ///< What there is to look at: see preview_requests.
     std::string signature;  ///< Of the results that the page shows.
     std::string hurry;      ///< Why no pictures are made; empty: they are.
 };
 
-/// Of a matrix: sweep.json and sweep.html.
+/// The summary page of a matrix: sweep.json and sweep.html.
 Page sweep_page(const RunRequest& run);
 
+/// Knows which files no page may replace. Made once for the pages of a run.
+struct PageGuard
+{
+    explicit PageGuard(const RunRequest& run);
+
+    KnownFiles inputs;
+    FileHashes hashes;
+};
+
 /// Why the two files may not be written: the user's own are in the way.
-std::vector<std::string> page_obstacles(const Page& page);
+std::vector<std::string> page_obstacles(const Page& page, PageGuard& guard);
 /// Throws Error where there are obstacles, or one of the two files is among those that stages exported.
-void check_replaceable(const Page& page, const std::vector<Exporter::File>& exported);
+void check_replaceable(const Page& page, PageGuard& guard, const std::vector<Exporter::File>& exported);
 
 /// Whether both files are there, and of results with this signature.
 bool is_current(const Page& page);

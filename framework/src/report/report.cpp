@@ -48,7 +48,7 @@ Page page_of(const RunRequest& run, const Subject& subject)
     const std::string combination = subject.combination != nullptr ? subject.combination->name : "";
     return {subject.out / "run.json",
             subject.out / "report.html",
-            {run.pipeline->file, combination, ""},
+            {run.pipeline->file, combination, "", ""},
             run.replace,
             {},
             {},
@@ -166,11 +166,11 @@ Value previews_of(const ReportRequest& request, const Subject& subject, const St
     return preview_requests(each(subject.stages, shown), *request.catalog, store, {request.run->out, subject.out});
 }
 
-void write(const ReportRequest& request, const Subject& subject, ReportOutcome& outcome)
+void write(const ReportRequest& request, const Subject& subject, PageGuard& guard, ReportOutcome& outcome)
 {
     Page page = page_of(*request.run, subject);
     page.signature = signature_of(request, subject);
-    check_replaceable(page, request.summary->files);
+    check_replaceable(page, guard, request.summary->files);
     outcome.there = true;
     if (!any_is(request, subject, StageState::done) && is_current(page))
         return;
@@ -184,12 +184,12 @@ void write(const ReportRequest& request, const Subject& subject, ReportOutcome& 
     outcome.written = true;
 }
 
-ReportOutcome write_report(const ReportRequest& request, const Subject& subject)
+ReportOutcome write_report(const ReportRequest& request, const Subject& subject, PageGuard& guard)
 {
     ReportOutcome outcome{page_of(*request.run, subject).html, false, false, ""};
     try
     {
-        write(request, subject, outcome);
+        write(request, subject, guard, outcome);
     }
     catch (const std::exception& error)
     {
@@ -276,7 +276,8 @@ Value stage_data(const PipelineStage& stage, const StageOutcome* outcome, const 
 std::vector<std::string> report_obstacles(const RunRequest& run, bool reports)
 {
     std::vector<std::string> found;
-    const auto add = [&](const Page& page) { std::ranges::move(page_obstacles(page), std::back_inserter(found)); };
+    PageGuard guard(run);
+    const auto add = [&](const Page& page) { std::ranges::move(page_obstacles(page, guard), std::back_inserter(found)); };
     if (reports)
         for (const Subject& subject : subjects_of(run))
             add(page_of(run, subject));
@@ -287,12 +288,14 @@ std::vector<std::string> report_obstacles(const RunRequest& run, bool reports)
 
 Page sweep_page(const RunRequest& run)
 {
-    return {run.out / "sweep.json", run.out / "sweep.html", {run.pipeline->file, "", ""}, run.replace, {}, {}, "", ""};
+    return {run.out / "sweep.json", run.out / "sweep.html", {run.pipeline->file, "", "", ""}, run.replace, {}, {}, "", ""};
 }
 
 std::vector<ReportOutcome> write_reports(const ReportRequest& request)
 {
-    return each<ReportOutcome>(subjects_of(*request.run), [&](const Subject& subject) { return write_report(request, subject); });
+    PageGuard guard(*request.run);
+    return each<ReportOutcome>(subjects_of(*request.run),
+                               [&](const Subject& subject) { return write_report(request, subject, guard); });
 }
 
 }  // namespace fresco::host

@@ -40,7 +40,8 @@ class Summary
     {
         Page page = sweep_page(run_);
         page.signature = signature();
-        check_replaceable(page, summary_.files);
+        PageGuard guard(run_);
+        check_replaceable(page, guard, summary_.files);
         page.data = origin_data(request_, "fresco-sweep");
         page.data.set("axes", Value::List(pipeline_.sweep.axes.begin(), pipeline_.sweep.axes.end()));
         page.data.set("combinations", combinations_);

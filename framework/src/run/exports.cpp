@@ -9,7 +9,7 @@
 #include <fresco/wording.h>
 
 #include <algorithm>
-#include <fmt/format.h>
+#include <sys/stat.h>
 #include <utility>
 
 namespace fresco::host
@@ -19,6 +19,11 @@ namespace
 
 /// Flushed to the disk together. As many descriptors are open at a time.
 constexpr std::size_t most_copies_at_once = 128;
+
+std::string normal(const std::string& name)
+{
+    return fs::path(name).lexically_normal().generic_string();
+}
 
 }  // namespace
 
@@ -31,19 +36,13 @@ std::vector<std::string> files_outputs(const PipelineStage& stage)
     return names;
 }
 
-std::string KnownFiles::name_of(const fs::path& file, const struct stat& status)
-{
-    return lower_case(file.lexically_normal().string()) +
-           fmt::format("|{}|{}.{}", status.st_size, status.st_mtim.tv_sec, status.st_mtim.tv_nsec);
-}
-
 void KnownFiles::add(const fs::path& file)
 {
     struct stat status = {};
     if (stat(file.c_str(), &status) != 0)
         return;
     by_id_.emplace(Id(status.st_dev, status.st_ino), file);
-    by_name_.emplace(name_of(file, status), file);
+    by_name_.emplace(lower_case(file.lexically_normal().string()), file);
 }
 
 std::optional<fs::path> KnownFiles::find(const fs::path& file) const
@@ -53,18 +52,31 @@ std::optional<fs::path> KnownFiles::find(const fs::path& file) const
         return std::nullopt;
     if (const auto found = by_id_.find(Id(status.st_dev, status.st_ino)); found != by_id_.end())
         return found->second;
-    const auto found = by_name_.find(name_of(file, status));
-    return found == by_name_.end() ? std::nullopt : std::optional(found->second);
+    const auto found = by_name_.find(lower_case(file.lexically_normal().string()));
+    if (found == by_name_.end())
+        return std::nullopt;
+    // Where case counts, the folder lists both names.
+    std::error_code error;
+    for (const auto& entry : fs::directory_iterator(file.parent_path(), error))
+        if (entry.path().filename() == file.filename())
+            return std::nullopt;
+    return found->second;
+}
+
+std::vector<fs::path> named_inputs(const Pipeline& pipeline)
+{
+    std::vector<fs::path> files;
+    for (const PipelineText& text : pipeline.texts)
+        files.push_back(text.file);
+    for (const PipelineStage& stage : pipeline.stages)
+        files.insert(files.end(), stage.input_files.begin(), stage.input_files.end());
+    return files;
 }
 
 Exporter::Exporter(const Store& store, const Pipeline& pipeline, fs::path out, FileHashes& hashes, bool replace)
-    : store_(store), pipeline_(pipeline), out_(std::move(out)), hashes_(hashes), replace_(replace)
+    : store_(store), pipeline_(pipeline), out_(std::move(out)), hashes_(hashes), replace_(replace),
+      new_inputs_(named_inputs(pipeline))
 {
-    for (const PipelineText& text : pipeline.texts)
-        protect(text.file);
-    for (const PipelineStage& stage : pipeline.stages)
-        for (const fs::path& file : stage.input_files)
-            protect(file);
 }
 
 void Exporter::protect(const fs::path& input)
@@ -83,7 +95,10 @@ bool Exporter::is_input(const fs::path& file)
 
 OutputOwner Exporter::owner(const PipelineStage& stage) const
 {
-    return {pipeline_.file, stage.place, stage.own_name};
+    std::string output;
+    for (const PipelineStage::Output& each : stage.outputs)
+        output += (output.empty() ? "" : ", ") + each.name;
+    return {pipeline_.file, stage.place, stage.own_name, output};
 }
 
 fs::path Exporter::folder_of(const PipelineStage& stage) const
@@ -93,9 +108,11 @@ fs::path Exporter::folder_of(const PipelineStage& stage) const
 
 std::string Exporter::obstacle(const PipelineStage& stage, const OutputRecord& record, const std::string& name)
 {
-    const fs::path file = (folder_of(stage) / name).lexically_normal();
+    const fs::path file = folder_of(stage) / name;
     if (is_input(file))
-        return file.string() + ": is an input of this pipeline, which no output replaces; choose another folder with --out";
+        return file.string() + ": " + input_obstacle;
+    if (file.filename() == OutputRecord::file_name)
+        return file.string() + ": is the name of fresco's record; give the output another name";
     if (const auto other = exported_.find(file); other && *other != file)
         return file.string() + ": is the same file as " + other->string() +
                ", which this run wrote: the file system ignores case; give one of them another name";
@@ -111,9 +128,9 @@ std::vector<std::string> Exporter::obstacles(const PipelineStage& stage, const s
     std::set<std::string> names;
     if (object.empty())
     {
-        for (const std::string& name : stage.output_names)
-            if (!is_folder(folder_of(stage) / name))
-                names.insert(name);
+        for (const PipelineStage::Output& output : stage.outputs)
+            if (output.is_file || !is_folder(folder_of(stage) / output.name))
+                names.insert(normal(output.name));
         for (const std::string& name : record.names_of(owner(stage)))
             names.insert(name);
     }
@@ -125,7 +142,7 @@ std::vector<std::string> Exporter::obstacles(const PipelineStage& stage, const s
             const auto listed = attempt([&] { return Files::load({folder, store_.root()})->names; });
             for (const std::string& name : listed.value_or(std::vector<std::string>{}))
                 if (!is_there(folder_of(stage) / name, folder / name))
-                    names.insert(name);
+                    names.insert(normal(name));
         }
     std::vector<std::string> found;
     for (const std::string& name : names)
@@ -156,16 +173,17 @@ std::size_t Exporter::copy(const PipelineStage& stage, const std::string& object
         }
         bool verified = false;
         Batch batch;
-        for (const auto& name : listed->names)
+        for (const std::string& listed_name : listed->names)
         {
+            const std::string name = normal(listed_name);
             if (stop())
                 return 0;
             if (batch.copies.size() >= at_once)
                 place(stage, record, batch);
-            const fs::path to = (folder_of(stage) / name).lexically_normal();
+            const fs::path to = folder_of(stage) / name;
             const auto collision = owners_.claim(fs::path(stage.place) / name, stage.name, true);
             const fs::path from = folder / name;
-            // Files that --replace gives up become fresco's, also with the same contents.
+            // With --replace, identical files are written again, so that the record lists them.
             const bool same = is_there(to, from) && !(replace_ && !record.obstacle(name, owner(stage), hashes_).empty());
             // Two exports of one texture may well agree on its picture.
             if (collision && !same)
@@ -182,7 +200,7 @@ std::size_t Exporter::copy(const PipelineStage& stage, const std::string& object
                 batch.copies.push_back({from, to});
             }
             batch.found.push_back({stage.name, to, !same});
-            written.insert(fs::path(name).lexically_normal().generic_string());
+            written.insert(name);
         }
         place(stage, record, batch);
     }
@@ -203,7 +221,7 @@ void Exporter::place(const PipelineStage& stage, OutputRecord& record, Batch& ba
         fault_point("export.copied");
     }
     if (!files.empty())
-        record.wrote(files);
+        record.wrote(files, owner(stage));
     for (const File& file : batch.found)
     {
         if (const auto other = exported_.find(file.path); other && *other != file.path)
@@ -216,20 +234,22 @@ void Exporter::place(const PipelineStage& stage, OutputRecord& record, Batch& ba
 
 std::size_t Exporter::remove_stale(const PipelineStage& stage, OutputRecord& record, const std::set<std::string>& written)
 {
-    std::vector<std::string> stale;
-    for (const std::string& name : record.names_of(owner(stage)))
-        if (!written.contains(name))
-            stale.push_back(name);
-    if (stale.empty())
-        return 0;
+    std::vector<std::string> gone;
     std::size_t count = 0;
-    for (const std::string& name : stale)
+    for (const std::string& name : record.names_of(owner(stage)))
     {
         const fs::path file = folder_of(stage) / name;
-        if (is_file(file) && !exported_.find(file) && !is_input(file) && record.obstacle(name, owner(stage), hashes_).empty())
-            count += remove_path(file) ? 1 : 0;
+        if (written.contains(name) || exported_.find(file) || is_input(file))
+            continue;
+        const bool is_own = is_file(file) && record.obstacle(name, owner(stage), hashes_).empty();
+        const bool removed = is_own && remove_path(file);
+        count += removed ? 1 : 0;
+        // A changed file is the user's from now on.
+        if (removed || !is_own)
+            gone.push_back(name);
     }
-    record.forget(stale);
+    if (!gone.empty())
+        record.forget(gone);
     return count;
 }
 

@@ -12,7 +12,6 @@
 #include <optional>
 #include <set>
 #include <string>
-#include <sys/stat.h>
 #include <utility>
 #include <vector>
 
@@ -34,18 +33,22 @@ class KnownFiles
 
   private:
     using Id = std::pair<std::uintmax_t, std::uintmax_t>;  ///< Device and inode.
-    static std::string name_of(const std::filesystem::path& file, const struct stat& status);
-
     std::map<Id, std::filesystem::path> by_id_;
-    /// By the path in lower case, the size and the time: a mounted exFAT may show one file by two names with an inode for each.
+    /// By the path in lower case: a mounted exFAT may show one file by two names with an inode for each.
     std::map<std::string, std::filesystem::path> by_name_;
 };
+
+/// The files that the pipeline's text and options name, which no output replaces.
+std::vector<std::filesystem::path> named_inputs(const Pipeline& pipeline);
+/// "is an input of this pipeline, …": how the error about such a file goes on.
+inline constexpr const char* input_obstacle =
+    "is an input of this pipeline, which no output replaces; choose another folder with --out";
 
 /// Copies what stages made for the user to `--out`, each to its own place there.
 class Exporter
 {
   public:
-    /// `replace`: whatever lies in the places of outputs is given up, but for inputs. All must outlive it.
+    /// `replace`: outputs overwrite existing files, except inputs. The references must outlive the exporter.
     Exporter(const Store& store, const Pipeline& pipeline, std::filesystem::path out, FileHashes& hashes, bool replace = false);
 
     struct File
@@ -58,14 +61,15 @@ class Exporter
     /// Why the stage could not write its files, one by one, before it runs: a file of the user's, or of another pipeline's, is in
     /// the way. `object`: its result, if that is stored; empty: the files that its options name, and those of the last run.
     std::vector<std::string> obstacles(const PipelineStage& stage, const std::string& object);
-    /// Nothing is written over this file.
+    /// From now on no output replaces this file.
     void protect(const std::filesystem::path& input);
+    bool is_input(const std::filesystem::path& file);
 
     /// Copies each file of the stage's result that is missing or different, whole or not at all; removes files that the stage
     /// wrote before and writes no longer, unless they were changed. Throws Error if a file cannot be written, is not fresco's to
     /// replace, or another stage wrote the same path; throws Damage if the store's copy is not what was written. Asks `stop`
     /// before each file, of which there may be thousands: where it says so, the rest is left to the next run.
-    /// How many files were removed.
+    /// Returns the number of removed files.
     std::size_t copy(const PipelineStage& stage, const std::string& object, const std::function<bool()>& stop);
     const std::vector<File>& files() const { return files_; }
     /// How many files of the stage's result `copy` would write.
@@ -84,7 +88,6 @@ class Exporter
     OutputOwner owner(const PipelineStage& stage) const;
     std::filesystem::path folder_of(const PipelineStage& stage) const;
     std::string obstacle(const PipelineStage& stage, const OutputRecord& record, const std::string& name);
-    bool is_input(const std::filesystem::path& file);
     bool is_there(const std::filesystem::path& to, const std::filesystem::path& from) const;
 
     const Store& store_;

@@ -12,11 +12,6 @@ namespace fresco::host
 namespace
 {
 
-std::string hash_now(const fs::path& file, FileHashes& hashes)
-{
-    return attempt([&] { return hashes.hash(file); }).value_or("");
-}
-
 fs::path resolved(const fs::path& path)
 {
     std::error_code error;
@@ -34,9 +29,24 @@ OutputRecord::OutputRecord(fs::path folder) : folder_(std::move(folder))
 void OutputRecord::read()
 {
     entries_.clear();
-    if (const auto record = attempt([&] { return read_record(folder_ / file_name).at("files"); }))
-        for (const auto& [name, entry] : record->as_map())
-            entries_.emplace(name, entry);
+    const fs::path file = folder_ / file_name;
+    if (!path_status(file))
+        return;
+    std::optional<Value> record;
+    try
+    {
+        record = read_record(file);
+    }
+    catch (const MissingInput&)
+    {
+        throw Error(file.string() + ": cannot be read; it lists the files here that fresco may replace");
+    }
+    catch (const Error&)
+    {
+        return;
+    }
+    for (const auto& [name, entry] : record->at("files").as_map())
+        entries_.emplace(name, entry);
 }
 
 void OutputRecord::write() const
@@ -48,7 +58,10 @@ void OutputRecord::write() const
 Value OutputRecord::identity(const OutputOwner& owner) const
 {
     const fs::path from_here = resolved(owner.pipeline).lexically_relative(resolved(folder_));
-    return Value::Map{{"pipeline", from_here.generic_string()}, {"combination", owner.combination}, {"stage", owner.stage}};
+    return Value::Map{{"pipeline", from_here.generic_string()},
+                      {"combination", owner.combination},
+                      {"stage", owner.stage},
+                      {"output", owner.output}};
 }
 
 std::string OutputRecord::obstacle(const std::string& name, const OutputOwner& owner, FileHashes& hashes) const
@@ -58,7 +71,7 @@ std::string OutputRecord::obstacle(const std::string& name, const OutputOwner& o
         return "";
     const auto found = entries_.find(name);
     if (found == entries_.end() || !is_file(file))
-        return is_folder(file) ? "is a folder" : "was not written by fresco";
+        return is_folder(file) ? "is a folder in place of a file" : "is not in fresco's record of this folder";
     const Value& entry = found->second;
     const Value own = identity(owner);
     const bool is_report = owner.stage.empty() && entry.at("stage").as_string().empty();
@@ -66,8 +79,12 @@ std::string OutputRecord::obstacle(const std::string& name, const OutputOwner& o
         return "was written by another pipeline, " + resolved(folder_ / entry.at("pipeline").as_string()).string();
     if (!is_report && !(entry.at("combination") == own.at("combination")))
         return "was written by another combination, '" + entry.at("combination").as_string() + "'";
-    const Value now = hash_now(file, hashes);
-    return is_unfinished(name) || now == entry.at("hash") || now == entry.at("before") ? "" : "changed since fresco wrote it";
+    if (is_unfinished(name))
+        return "";
+    const std::string now = attempt([&] { return hashes.hash(file); }).value_or("");
+    if (now.empty())
+        return "cannot be read, so fresco cannot tell whether it changed";
+    return now == entry.at("hash").as_string() || now == entry.at("before").as_string() ? "" : "changed since fresco wrote it";
 }
 
 bool OutputRecord::is_unfinished(const std::string& name) const
@@ -82,28 +99,27 @@ void OutputRecord::begin(const std::vector<NewFile>& files, const OutputOwner& o
     for (const NewFile& file : files)
     {
         const fs::path path = folder_ / file.name;
-        const bool own = is_file(path) && obstacle(file.name, owner, hashes).empty();
+        const bool replaces_own = is_file(path) && obstacle(file.name, owner, hashes).empty();
         Value entry = identity(owner);
         entry.set("size", Value());
+        entry.set("before", replaces_own ? hashes.hash(path) : "");
         entry.set("hash", file.hash);
-        entry.set("before", own ? hash_now(path, hashes) : "");
         entries_.insert_or_assign(file.name, std::move(entry));
     }
     write();
 }
 
-void OutputRecord::wrote(const std::vector<NewFile>& files)
+void OutputRecord::wrote(const std::vector<NewFile>& files, const OutputOwner& owner)
 {
-    const auto ours = entries_;
     read();
     for (const NewFile& file : files)
     {
-        Value entry = ours.at(file.name);
+        Value entry = identity(owner);
         std::error_code error;
         const auto size = fs::file_size(folder_ / file.name, error);
         entry.set("size", error ? Value() : Value(static_cast<std::int64_t>(size)));
-        entry.set("hash", file.hash);
         entry.set("before", "");
+        entry.set("hash", file.hash);
         entries_.insert_or_assign(file.name, std::move(entry));
     }
     write();

@@ -283,12 +283,13 @@ bool RunningStage::ended()
 /// What the process did not say itself.
 std::string RunningStage::end_text() const
 {
-    const std::string report = "; please report it to the author of the plugin " + node_->stage->type->library.string();
-    const auto lacks_processes = [](const std::string& line) { return line.find(std::strerror(EAGAIN)) != std::string::npos; };
+    const auto says_it = [](const std::string& line) { return line.find(std::strerror(EAGAIN)) != std::string::npos; };
+    const bool may_lack_processes = end_.signal != SIGKILL && std::ranges::any_of(tail_, says_it);
+    const std::string report = may_lack_processes
+                                   ? "; if no more processes or threads may be started, raise the limit (ulimit -u)"
+                                   : "; please report it to the author of the plugin " + node_->stage->type->library.string();
     std::string text;
-    if (end_.signal != SIGKILL && std::ranges::any_of(tail_, lacks_processes))
-        text = "its process ended, most likely because no more processes or threads may be started: raise the limit (ulimit -u)";
-    else if (end_.exit_code == worker_lost_channel)
+    if (end_.exit_code == worker_lost_channel)
         text = "it closed descriptor " + std::to_string(child_channel) + ", by which it speaks to the host" + report;
     else if (end_.signal == SIGKILL && oom_kills() > oom_kills_)
         text = "its process was killed, most likely because the machine ran out of memory (it had used " +

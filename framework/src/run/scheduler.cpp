@@ -181,10 +181,14 @@ class Scheduler
                 for (std::string& text : exporter_.obstacles(*node.stage, node.present ? node.result->object : ""))
                     found.push_back(std::move(text));
             const fs::path pictures = preview_folder(request_.out, *node.stage);
-            if (node.state == StageState::waiting && !request_.replace && !path_status(pictures / progress_mark) &&
-                !entries_of(pictures).empty())
+            const auto there = node.state == StageState::waiting ? entries_of(pictures) : std::vector<fs::path>{};
+            if (!there.empty() && !request_.replace && !path_status(pictures / progress_mark))
                 found.push_back(pictures.string() +
-                                ": holds files that fresco did not write, where it shows the stage at work; " + obstacle_advice);
+                                ": fresco shows the running stage there, but the folder has files that it did not write; " +
+                                obstacle_advice);
+            for (const fs::path& picture : there)
+                if (exporter_.is_input(picture))
+                    found.push_back(picture.string() + ": " + input_obstacle);
         }
         refuse_obstacles(found);
     }
@@ -448,7 +452,7 @@ class Scheduler
         if (!there || !node.may_run || taken_[node.stage->name] == node.result->object)
             return;
         taken_[node.stage->name] = node.result->object;
-        // A process that made it tells its object only.
+        // A worker reports only the object; the manifest has its dependencies.
         if (const auto made = attempt([&] { return result_of(node.result->object, store_.manifest(node.result->object)); }))
             protect_inputs(*made);
         link_stage_log(store_, request_.pipeline->file, node.stage->name, node.key);

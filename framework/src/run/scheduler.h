@@ -28,7 +28,7 @@ struct RunRequest
     double memory_mb = 0;                          ///< What stages side by side may be expected to take together; 0: no limit.
     int jobs = 1;                                  ///< Combinations of a matrix that are at work at once.
     bool keep_going = false;                       ///< Start further combinations of a matrix after one has failed.
-    bool replace = false;                          ///< Outputs replace what lies in their places, whoever made it.
+    bool replace = false;                          ///< --replace: outputs overwrite files that fresco did not write.
     bool only_stored = false;                      ///< Start no stage: results that are in the store are all there will be.
     std::string until;                             ///< Empty: everything.
     std::map<std::string, CostFigures> estimates;  ///< Per stage; kept beside what was measured.

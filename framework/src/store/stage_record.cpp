@@ -39,7 +39,7 @@ StageRecord read_record_of(const fs::path& file)
     return record;
 }
 
-/// By the file server's clock. A file that another user owns keeps its time.
+/// Sets the time by the file server's clock; leaves files of other users alone.
 void set_time_to_now(const fs::path& file)
 {
     if (const PathEntry entry(file); entry.valid())

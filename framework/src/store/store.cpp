@@ -53,7 +53,9 @@ void check_format(const fs::path& root)
     const fs::path file = root / "format";
     if (!path_status(file))
     {
-        const bool is_free = is_empty_but_for_drafts(root);
+        // A disk that is purged of old files loses this one first.
+        const bool has_all = std::ranges::all_of(store_folders, [&](const char* folder) { return is_folder(root / folder); });
+        const bool is_free = has_all || is_empty_but_for_drafts(root);
         // Another process may have made the store meanwhile; its format comes first.
         if (!is_free && !path_status(file))
             throw Error(root.string() + ": is neither empty nor a store: choose another folder with --store");
@@ -320,7 +322,7 @@ void Store::discard(std::string_view object) const
             throw Error(manifest_file(object).string() + ": cannot be removed: " + std::strerror(errno));
         sync_folder(this->object(object));
     }
-    // Where there is no room to move it aside, it is removed where it is: without a manifest it is garbage already.
+    // A full disk has no room to move it aside; remove it in place: without a manifest it is garbage.
     if (const auto aside = attempt([&] { return make_temporary(); }))
     {
         rename_path(this->object(object), *aside / "object");

@@ -220,8 +220,7 @@ bool discard_damaged(const Store& store, const std::string& object, int threads)
 
 TidyResult tidy_store(const Store& store, double keep_days, bool dry_run)
 {
-    // Where there is no room for a few files, the clean-up does without a sign of life: no run can begin there, and the file of
-    // the lock exists.
+    // On a full disk gc cannot announce itself in runs/. No run can begin there, and the file of the lock exists.
     std::optional<Presence> presence;
     if (attempt([&] { check_room(store); }))
         presence.emplace(store);

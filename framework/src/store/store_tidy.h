@@ -48,7 +48,7 @@ struct TidyResult
     double freed_mb = 0;
     int checkpoints = 0;
     int leftovers = 0;               ///< Temporary folders of killed runs.
-    std::vector<std::string> stuck;  ///< Those that cannot be removed, with the reason.
+    std::vector<std::string> stuck;  ///< Temporary folders that cannot be removed, each with the reason.
     std::vector<KeptForUnseen> kept;
 };
 

@@ -35,7 +35,7 @@ struct WorkerInput
     Value reader;
 };
 
-/// How an error ends about something below `--out`: it may be a link to an input, which nobody should remove.
+/// Ends errors about paths below --out. Never advise removal: the path may be a link to an input.
 inline constexpr const char* another_out = "choose another folder with --out";
 
 /// In a folder of pictures of a running stage: fresco made it, and may replace what is in it.

@@ -30,13 +30,13 @@ std::atomic<bool> stop{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 
 constexpr std::string_view own_interrupt_event =
-    "\n{\"event\":\"failed\",\"text\":\"a library in its process interrupted it, as OpenBLAS does where no more threads may be "
-    "started: raise the limit (ulimit -u)\"}\n";
+    "\n{\"event\":\"failed\",\"text\":\"a library interrupted its own process, which OpenBLAS does if it cannot start threads: "
+    "raise the limit (ulimit -u)\"}\n";
 
-/// A signal that the process sends itself is a failure. One from outside stops the run, which may then be run again.
-void ask_to_stop(int, siginfo_t* info, void*)
+/// A SIGINT that the process sends itself is a failure. One from outside stops the run, which may then be run again.
+void ask_to_stop(int number, siginfo_t* info, void*)
 {
-    if (info->si_code <= 0 && info->si_pid == getpid())
+    if (number == SIGINT && info->si_code <= 0 && info->si_pid == getpid())
     {
         send_all(child_channel, own_interrupt_event);
         _exit(worker_failed);

@@ -316,7 +316,7 @@ TEST_CASE("describe says how a file was made, and which run a report is of")
                                                       "  figure  up         [0,0,1]\n"
                                                       "\nexport.gltf\n");
     CHECK(fresco::parse_json(place.run({"describe", "--json", "room.note"}).out) == fresco::parse_json(origin));
-    // What moves the cursor or begins a line of its own is escaped, wherever it stands.
+    // Text that moves the cursor or begins a line is escaped everywhere.
     const std::string evil = R"(\u001b]0;x\u0007\u009b1A\nok)";
     const std::string shown = R"(\x1b]0;x\x07\x9b1A\nok)";
     place.write("evil.note", R"({"versions": {")" + evil + R"(": ")" + evil + R"("}, "stages": [{"stage": ")" + evil +

@@ -139,7 +139,7 @@ TEST_CASE("Results of a pipeline's last run stay for keep_days, though its file 
     CHECK(kept.kept[0].results == 2);
     touch(file, 24 * 8);
     CHECK(tidy_store(store, 7, true).removed.size() == 2);
-    write_stage_record(store, pipeline, record);  // The same again, by another run.
+    write_stage_record(store, pipeline, record);  // Another run writes the same record.
     CHECK(tidy_store(store, 7, false).removed.empty());
     touch(file, 24 * 8);
     CHECK(tidy_store(store, 7, false).kept.empty());

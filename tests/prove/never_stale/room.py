@@ -34,6 +34,7 @@ class Room:
     """What can be edited, and what comes of it."""
 
     def __init__(self, place, plugins):
+        self.replace = []
         self.place, self.work = place, place.work
         built = place.root / "built"
         built.mkdir()
@@ -193,7 +194,7 @@ stages:
         if s["again"]:
             environment["FRESCO_PLUGIN_PATH"] = f"{self.place.root / 'again'}:{self.place.plugins}/"
         up = "../" if s["below"] else ""
-        words = ["run", up + "room.yaml", "--json-log", "--no-report", "--replace", "--store", up + store, "--out", up + out, "--cores", s["cores"]]
+        words = ["run", up + "room.yaml", "--json-log", "--no-report", *self.replace, "--store", up + store, "--out", up + out, "--cores", s["cores"]]
         return words, {"folder": self.work / "below" if s["below"] else self.work, "environment": environment}
 
     # Edits. Each changes one thing, and says what.
@@ -274,12 +275,14 @@ stages:
         status = file.stat()
         file.write_text("9" * (status.st_size - 1) + "\n")
         os.utime(file, ns=(status.st_atime_ns, status.st_mtime_ns))
+        self.replace = ["--replace"]
         return "exported file"
 
     def edit_nothing(self):
         return "nothing"
 
     def edit(self):
+        self.replace = []
         edits = {self.edit_option: 6, self.edit_bytes: 8, self.edit_touch: 2, self.edit_link: 3, self.edit_folder: 4, self.edit_library: 2,
                  self.edit_side: 3, self.edit_surroundings: 3, self.edit_export: 1, self.edit_nothing: 1}
         return random.choices(list(edits), list(edits.values()))[0]()

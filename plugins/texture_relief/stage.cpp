@@ -27,8 +27,6 @@ class TextureRelief final : public Stage
                             "Where in the picture each texel comes from: detail is then the picture's own, not what the painting "
                             "blended; needs 'style'"};
     Input<Image> style{this, "style", optional, "The picture that it was painted after, or a larger copy of it"};
-    Input<Relief> under{this, "under", optional,
-                        "Relief of another picture's paint on the same mesh, for parts that show no strokes of this one"};
     Output<Relief> relief{this, "relief", "Normals and roughness of the paint"};
     Option<double> height_mm{this, "height_mm", 3, range(0.01, 100), "Thickness of the thickest paint, on the surface"};
     Option<double> stroke_cm{this, "stroke_cm", 3.5, range(0.1, 1000),
@@ -48,12 +46,6 @@ class TextureRelief final : public Stage
         if (source.has_value() != style.has_value())
             throw Error(source.has_value() ? "port 'source' needs port 'style': wire the picture that the room was painted from"
                                            : "port 'style' is used only with port 'source': wire texture.synthesize's 'source'");
-        if (!under.has_value())
-            return;
-        check_atlas(under->atlas, textured_mesh->mesh, "the relief on port 'under'");
-        if (!source.has_value() || under->size_px() != textured_mesh->image.pixels.width)
-            throw Error(source.has_value() ? "the relief on port 'under' has another size: make it from the same textured mesh"
-                                           : "port 'under' is used only with port 'source', which says where this paint lies");
     }
 
     void run(RunContext& run) override
@@ -93,7 +85,7 @@ class TextureRelief final : public Stage
         }
         Relief made = relief_of(std::move(height), mesh, charts, faces, height_m, run);
         if (source.has_value())
-            keep_shown(made, shown, under.has_value() ? &*under : nullptr);
+            keep_shown(made, shown);
         relief = std::move(made);
     }
 
@@ -112,11 +104,12 @@ class TextureRelief final : public Stage
         const double share = sum / std::max(texels, 1.0);
         run.report("shown_share", share);
         if (share < hardly_any)
-            throw Error("the mesh on port 'textured_mesh' does not show the strokes that the source map on port 'source' copies: "
-                        "wire the 'source' and the 'style' of the painting that it shows");
-        if (share < nearly_all)
-            run.message(
-                fmt::format("{:.0f} % of the surface does not show these strokes and has no relief of them", 100 * (1 - share)));
+            run.warning(
+                "hardly any of the surface shows strokes of the picture on port 'style', so the relief is nearly flat: the "
+                "painting is mixed too weakly (below about a third), or 'source' and 'style' belong to another painting");
+        else if (share < nearly_all)
+            run.message(fmt::format(
+                "the relief is {:.0f} % of full strength on average: the rest shows the photo or another painting", 100 * share));
     }
 };
 

@@ -282,12 +282,17 @@ TEST_CASE("a smaller relief averages the normals that are known, and only those"
 namespace
 {
 
-Relief made(const testing::Inputs& inputs, const Value& options = Value::Map{})
+Relief made(const testing::Inputs& inputs, const Value& options, testing::TestRun& run)
 {
     const testing::TemporaryFolder folder;
-    testing::TestRun run;
     testing::run_stage(FRESCO_PLUGIN_FILE, "texture.relief", options, inputs, folder.path(), run);
     return std::move(*Relief::load({folder.path() / "relief", folder.path()}));
+}
+
+Relief made(const testing::Inputs& inputs, const Value& options = Value::Map{})
+{
+    testing::TestRun run;
+    return made(inputs, options, run);
 }
 
 /// A wall with a picture, and the map that says that the picture was copied to it as it is.
@@ -326,8 +331,8 @@ TEST_CASE("through the source map the picture's own detail counts, not the paint
 namespace
 {
 
-/// The wall of painted_wall, whose right half shows something else: what `right` makes of the picture's value and another one.
-testing::Inputs half_painted_wall(const std::function<double(double, double)>& right)
+/// The wall of painted_wall, which shows something else from column `first` on: `right` of the picture's value and another one.
+testing::Inputs half_painted_wall(const std::function<double(double, double)>& right, int first = 32)
 {
     testing::Inputs inputs = painted_wall();
     const auto textured = std::make_shared<TexturedMesh>(dynamic_cast<const TexturedMesh&>(*inputs.at("textured_mesh")));
@@ -337,7 +342,7 @@ testing::Inputs half_painted_wall(const std::function<double(double, double)>& r
                                              [&](int x, int y, int c)
                                              {
                                                  const double own = picture.at(x, y, c);
-                                                 return x < 32 ? own : right(own, other.at(x, y, c));
+                                                 return x < first ? own : right(own, other.at(x, y, c));
                                              }));
     inputs["textured_mesh"] = textured;
     return inputs;
@@ -372,25 +377,38 @@ TEST_CASE("relief lies where the picture's strokes are shown, and not where the 
     // Strokes of which a fifth was taken for the photo are still strokes.
     const Relief mixed = made(half_painted_wall([](double own, double other) { return 0.8 * own + 0.2 * other; }), options);
     CHECK(unlike(48, equal(mixed, whole)) == 0);
+}
 
-    SECTION("another picture's relief shows where that one was painted")
+TEST_CASE("a weaker mixture has less relief; where hardly any is left, or the style is another one, a warning says so")
+{
+    const auto strength_of = [](const testing::Inputs& inputs, std::string& message)
     {
-        testing::Inputs inputs = half_painted_wall([](double, double other) { return other; });
-        testing::Inputs of_other = inputs;
-        of_other["style"] = std::make_shared<Image>(testing::noise_picture(64, 64, 8));
-        const auto under = std::make_shared<Relief>(made(of_other, options));
-        inputs["under"] = under;
-        const Relief both = made(inputs, options);
-        CHECK(unlike(0, equal(both, whole)) == 0);
-        CHECK(unlike(48, equal(both, *under)) == 0);
-        CHECK(unlike(48, equal(both, half)) > 900);
-    }
-    SECTION("a source map of something else is refused")
+        testing::TestRun run;
+        made(inputs, Value::Map{{"stroke_cm", 0.4}}, run);
+        message = run.messages.empty() ? "" : run.messages.front();
+        return run.reported.at("shown_share").as_double();
+    };
+    // The photo has 0.3 of the picture's contrast.
+    const auto mixed = [](double strength)
     {
-        testing::Inputs inputs = painted_wall();
-        inputs["style"] = std::make_shared<Image>(testing::noise_picture(64, 64, 8));
-        CHECK_THROWS_WITH(made(inputs, options), Catch::Contains("does not show the strokes"));
-    }
+        return half_painted_wall(
+            [strength](double own, double other) { return strength * own + (1 - strength) * (128 + 0.3 * (other - 128)); }, 0);
+    };
+    std::string message;
+    CHECK(strength_of(mixed(1), message) > 0.99);
+    CHECK(message.empty());
+    const double half = strength_of(mixed(0.5), message);
+    CHECK(half == Approx(0.5 / 0.65).margin(0.08));
+    CHECK_THAT(message, Catch::StartsWith("the relief is 7") && Catch::Contains("% of full strength on average"));
+    const double third = strength_of(mixed(1 / 3.0), message);
+    CHECK(third > 0.01);
+    CHECK(third < 0.6 * half);
+    CHECK(strength_of(mixed(0.15), message) < 0.01);
+    CHECK_THAT(message, Catch::StartsWith("warning: hardly any of the surface shows strokes of the picture on port 'style'"));
+    testing::Inputs of_another = painted_wall();
+    of_another["style"] = std::make_shared<Image>(testing::noise_picture(64, 64, 8));
+    strength_of(of_another, message);
+    CHECK_THAT(message, Catch::StartsWith("warning: hardly any of the surface"));
 }
 
 TEST_CASE("relief: what does not fit together is refused")

@@ -103,7 +103,8 @@ class FramesVirtual final : public Stage
             poses.push_back(frame.color.world_from_camera);
         const geometry::Upward up = geometry::find_up(*mesh, cameras_up(poses));
         if (up.from == geometry::UpEvidence::nothing)
-            run.warning("neither the cameras nor the mesh clearly show which way is up: virtual pictures may be tilted");
+            run.warning("neither the cameras nor the mesh clearly shows which way is up, so the file's axis is used: virtual "
+                        "pictures may be tilted");
         return {.intrinsics = frames->frames.front().color.intrinsics,
                 .upright = upright_of(*frames, up.direction),
                 .distance_m = distance_m,

@@ -1,7 +1,6 @@
 #include "room_parts.h"
 #include <fresco/regions/regions.h>
 
-#include <fresco/geometry/topology.h>
 #include <fresco/geometry/upright.h>
 #include <fresco/stage.h>
 
@@ -32,31 +31,10 @@ class RegionsPlanes final : public Stage
                 .disk_mb = {.per = {{count::faces, 2e-6}}}};
     }
 
-    /// Where the mesh does not clearly show it, the side that more of its level surface faces: tables and shelves, if not floors.
-    Vec3d found_upward(RunContext& run) const
-    {
-        const geometry::Upward found = geometry::found_up(*mesh, frames, run);
-        if (found.from != geometry::UpEvidence::nothing)
-            return found.direction;
-        run.warning("the mesh does not clearly show which way is up: wire 'frames', whose cameras show it, or set 'up'");
-        constexpr double level_cosine = 0.97;
-        double up_m2 = 0;
-        double down_m2 = 0;
-        for (std::size_t f = 0; f < mesh->triangles.size(); ++f)
-        {
-            const Vec3d vector = geometry::area_vector(*mesh, f);
-            const double area = length(vector);
-            const double along = dot(vector, found.direction);
-            up_m2 += along > level_cosine * area ? area : 0;
-            down_m2 += along < -level_cosine * area ? area : 0;
-        }
-        return down_m2 > up_m2 ? -found.direction : found.direction;
-    }
-
     void run(RunContext& run) override
     {
         check_mesh(*mesh, "the mesh on port 'mesh'");
-        const Vec3d upward = *up == "auto" ? found_upward(run) : geometry::named_up(*up, *mesh, run);
+        const Vec3d upward = geometry::shown_up(*up, *mesh, frames, run);
         run.report("up", Value::List{upward.x, upward.y, upward.z});
         const auto turn = geometry::upright_turn(upward, {0, 0, 1});
         Mesh upright;

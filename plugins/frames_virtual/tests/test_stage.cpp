@@ -82,7 +82,7 @@ TEST_CASE("cameras turned every way before a mesh that does not show which way i
     testing::TestRun run;
     planned(room_with_cupboard(), frames, {{"max_frames", 1}}, run);
     REQUIRE_FALSE(run.messages.empty());
-    CHECK_THAT(run.messages.front(), Catch::Contains("warning: neither the cameras nor the mesh clearly show which way is up"));
+    CHECK_THAT(run.messages.front(), Catch::Contains("warning: neither the cameras nor the mesh clearly shows which way is up"));
 }
 
 TEST_CASE("a share, a number and the kind of frames are as asked for", "[frames.virtual]")

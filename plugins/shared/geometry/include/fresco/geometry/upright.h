@@ -20,7 +20,7 @@ enum class UpEvidence
     cameras_and_plane,  ///< The largest level planes, near the cameras' upward direction.
     cameras,            ///< The cameras: no plane near their direction is large enough.
     shape,              ///< The mesh: its walls stand, its floors lie and its furniture faces along one direction only.
-    nothing             ///< The mesh does not clearly say; `direction` is a guess.
+    nothing  ///< The mesh does not clearly say; `direction` is the file's +z or +y, whichever is nearer the best guess.
 };
 
 struct Upward
@@ -60,8 +60,7 @@ Upward found_up(const Mesh& mesh, const Input<Frames>& frames, RunContext& run);
 /// The option `up` of a stage that needs to know which way is up.
 Option<std::string> up_option(Configurable* owner);
 
-/// What that option says: the axis named, or found_up for a stage that cannot go on with a guess. Throws Error that says what to
-/// set.
+/// Upward direction for that option: the axis named, or as found_up finds it. Warns where nothing clearly shows it.
 Vec3d shown_up(const std::string& up, const Mesh& mesh, const Input<Frames>& frames, RunContext& run);
 
 /// The option `up` of a stage that writes a mesh for viewers, and the input `frames` that it looks at. Declared in the stage as

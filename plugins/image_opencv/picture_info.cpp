@@ -81,7 +81,7 @@ enum ColorType : unsigned
 {
     gray = 0,
     palette = 3,
-    with_alpha = 4  ///< Added to the others.
+    with_alpha = 4  ///< Bit that is set in color types 4 and 6.
 };
 
 bool depth_allowed(unsigned color_type, unsigned bits)

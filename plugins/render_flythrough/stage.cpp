@@ -109,7 +109,7 @@ class RenderFlythrough final : public Stage
         if (*path == "recorded")
             return recorded_path(recorded, *smoothing_count, count);
         if (!cameras_up(recorded))
-            run.warning("the cameras are turned every way and do not show which way is up: the orbit goes around the world's z");
+            run.warning("the cameras have no common upward direction: the orbit turns about the world's z axis");
         const OrbitArc seen = arc(recorded, size, renderer, run);
         run.report("arc_deg", seen.around ? 360.0 : (seen.last - seen.first) * 180 / std::numbers::pi);
         return orbit_path(recorded, *radius_m, *down_deg, count, seen);

@@ -79,12 +79,7 @@ class ScanMesh final : public fresco::Stage
         }
         catch (const fresco::Error& error)
         {
-            // The user has never seen the copy's path.
-            std::string text = error.what();
-            const std::string copy = file.string();
-            const auto at = text.find(copy);
-            throw fresco::Error(at == std::string::npos ? picture.name + ": " + text
-                                                        : text.replace(at, copy.size(), picture.name));
+            throw fresco::Error(fresco::recordings::renamed(error.what(), file, picture.name));
         }
         return name;
     }

@@ -438,7 +438,7 @@ FramesTexture frames_texture(std::size_t count, const ViewReader& read, const Te
         blend(best, result, blend_rules, progress);
     }
     if (result.blended_samples == 0)
-        throw Error("no view shows a texel: wire uv maps of these frames");
+        throw Error("no view shows a texel: wire uv maps of these frames, and use pictures with opaque parts");
     push_pull(result.picture, result.seen);
     return result;
 }

@@ -83,6 +83,15 @@ void leave_out_transparent(from_frames::View& view, const std::string& source)
 {
     if (view.picture.channels != 4)
         return;
+    bool is_opaque_anywhere = false;
+    for (std::size_t i = 3; i < view.picture.values.size(); i += 4)
+        is_opaque_anywhere = is_opaque_anywhere || view.picture.values[i] >= least_opaque_alpha;
+    if (!is_opaque_anywhere)
+    {
+        std::ranges::fill(view.map.valid.values, std::uint8_t{0});
+        view.picture = Raster8(view.picture.width, view.picture.height, 3);
+        return;
+    }
     texturing::OpaquePicture opaque = texturing::opaque_picture(view.picture, source, Progress());
     const Raster8 shown = mask_at(opaque.opaque, view.map.valid.width, view.map.valid.height);
     for (std::size_t i = 0; i < shown.values.size(); ++i)

@@ -3,6 +3,7 @@
 #include <fresco/image_io.h>
 #include <fresco/mesh.h>
 #include <fresco/numerics/numerics.h>
+#include <fresco/recordings/recorded_view.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
 #include <fresco/texturing/texel_faces.h>
@@ -86,7 +87,7 @@ class TextureFromModel final : public Stage
             const double pixels_per_uv = pixels_per_texel(static_cast<int>(i), size);
             if (pixels_per_uv < 0)
                 continue;
-            result[i] = picture(i, run);
+            result[i] = picture(i);
             const double pixels = pixels_per_uv * std::sqrt(double{1} * result[i].width * result[i].height);
             for (int power = 1; pixels / power > most_pixels_per_texel && power <= result[i].width; power *= 2)
                 result[i] = halved(result[i]);
@@ -95,25 +96,21 @@ class TextureFromModel final : public Stage
     }
 
     /// As glTF has it for opaque materials, the color of a pixel counts whatever its alpha is.
-    Raster8 picture(std::size_t number, RunContext& run) const
+    Raster8 picture(std::size_t number) const
     {
         const std::string name = fmt::format("picture {} of the model on port 'model'", number);
         Raster8 picture;
-        const std::string file = (model->loaded_from / model->pictures[number]).string();
+        const std::filesystem::path file = model->loaded_from / model->pictures[number];
         try
         {
             picture = read_picture(*images, file);
         }
-        // The user has never seen the path in the store.
         catch (const Error& error)
         {
-            std::string text = error.what();
-            const auto at = text.find(file);
-            throw Error(at == std::string::npos ? name + ": " + text : text.replace(at, file.size(), name));
+            throw Error(recordings::renamed(error.what(), file, name));
         }
         if (picture.channels != 4)
             return picture;
-        run.warning(name + " has transparent pixels; they are painted, with the colors that are stored under them");
         Raster8 rgb(picture.width, picture.height, 3);
         for (std::size_t i = 0; i < rgb.values.size(); ++i)
             rgb.values[i] = picture.values[i / 3 * 4 + i % 3];

@@ -106,7 +106,7 @@ struct Task
     /// The start's displayed RGB at a texcoord of a chart, averaged over about `footprint` in texcoords.
     std::function<Vec3f(std::uint32_t chart, Vec2f uv, double footprint)> start;
     std::span<const Vec3f> lines = {};  ///< Per face the direction of strokes, without a sign; empty: as in the picture.
-    Raster8 opaque = {};                ///< Of the style picture: 0 where it is transparent; empty: nowhere.
+    Raster8 opaque = {};                ///< Mask of the style picture, 0 = transparent; empty: all opaque.
 };
 
 /// Settings of one level.

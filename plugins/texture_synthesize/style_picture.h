@@ -127,7 +127,7 @@ class StylePicture
     RasterF lab_;
     RasterF means_;                      ///< Of the patch around each pixel; empty with directions.
     int border_;                         ///< From a patch's center to its farthest point along x or y, however it is turned.
-    Raster<std::uint32_t> opaque_sums_;  ///< Of the opaque pixels above and to the left; empty: all are opaque.
+    Raster<std::uint32_t> opaque_sums_;  ///< Counts of opaque pixels above and to the left; empty: all are opaque.
     /// Places of the grid where an opaque patch lies, and for each place the nearest of these keys; empty: all places are keys.
     std::vector<std::uint32_t> opaque_keys_;
     std::vector<std::uint32_t> nearest_key_;

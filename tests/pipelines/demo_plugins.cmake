@@ -1,6 +1,5 @@
 # cmake -DPLUGINS=NAME;… -DPIPELINES=FILE;… -DSOURCE=FOLDER -P demo_plugins.cmake: pipelines that do not optimize, and so need no libtorch,
-# use only stages and components that `./bootstrap demo` builds; so do README's features. What `./bootstrap build` installs later changes
-# no plugin of the demo: it would run again.
+# use only stages and components that `./bootstrap demo` builds; so do README's features.
 cmake_minimum_required(VERSION 3.22)
 set(read_count 0)
 foreach(pipeline IN LISTS PIPELINES)
@@ -32,12 +31,3 @@ foreach(name IN LISTS names)
         message(SEND_ERROR "README.md names ${name}, which the target demo does not build")
     endif()
 endforeach()
-
-file(READ ${SOURCE}/bootstrap bootstrap)
-string(REGEX MATCH "\npackages=\\(([^)]*)\\)" packages "${bootstrap}")
-string(REGEX MATCHALL "[a-z0-9.+-]+" packages "${CMAKE_MATCH_1}")
-set(expected demo packages libtorch-dev libopenmesh-dev catch2 python3-numpy python3-zstandard curl)
-if(NOT packages STREQUAL expected)
-    message(SEND_ERROR "bootstrap: 'packages' has ${packages}, not ${expected}: what a plugin of the demo links or includes belongs to "
-                       "'demo_packages'; anything else is added to this test")
-endif()

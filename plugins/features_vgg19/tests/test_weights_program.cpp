@@ -108,7 +108,7 @@ TEST_CASE("weights inspect says what a file holds")
 
     fresco::write_file(place.file("bad.pth"), std::string("nothing of the kind"));
     CHECK(place.run({"inspect", "bad.pth"}).code == 1);
-    // What the file says cannot move the cursor, in errors neither.
+    // Control characters in a file's metadata are replaced in errors, too.
     fresco::write_file(place.file("hostile.safetensors"), small_weights({{"input", "a\x1b[2J\u009b1A"}}));
     const Finished hostile = place.run({"inspect", "hostile.safetensors"});
     CHECK(hostile.code == 1);

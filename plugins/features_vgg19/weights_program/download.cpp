@@ -224,7 +224,7 @@ bool download(const Download& what)
             {
                 fs::remove(part.path());
                 throw Error(what.url + ": the server sends more than " + std::to_string(what.most_bytes) +
-                            " bytes, so that it is another file; check the URL");
+                            " bytes, more than the expected file has; check --url");
             }
             const bool cannot_resume = fetched.exit_code == no_ranges || fetched.status == "416";
             if (fetched.exit_code != 0 && !(resumed && cannot_resume))

@@ -33,7 +33,7 @@ std::string printable(std::string text)
     return text;
 }
 
-/// The same for errors, which quote them beside paths: control characters of ASCII and those that UTF-8 writes as C2 80 to C2 9F.
+/// Replaces control characters in errors (ASCII, and C2 80 to C2 9F in UTF-8), keeping paths readable.
 std::string without_controls(std::string text)
 {
     for (std::size_t i = 0; i < text.size(); ++i)

@@ -164,7 +164,11 @@ TEST_CASE("pictures of a folder take the place of the cameras'")
     write_file(styled / "seq-01_frame-3.jpg", testing::RawImages().encode_jpeg(Raster8(160, 120, 3, 9), 90));
     CHECK(made(recording, options, run)->layers[0].at(16, 16, 0) > 0.1F);
 
-    // What all pictures are transparent at is not seen: here the upper half of the first, which alone is left.
+    // A picture that is transparent everywhere shows nothing; the others are used.
+    write_file(styled / "seq-01_frame-1.png", testing::RawImages().encode_png(Raster8(160, 120, 4, 0)));
+    CHECK(made(recording, options, run)->layers[0].at(16, 16, 0) > 0.1F);
+
+    // Texels that are transparent in all pictures are unseen: only the first picture is left, and its upper half is transparent.
     recording.maps->views.resize(1);
     const auto first = [&](std::uint8_t alpha_above)
     {
@@ -183,4 +187,6 @@ TEST_CASE("pictures of a folder take the place of the cameras'")
     for (std::size_t i = 0; i < half->seen.values.size(); ++i)
         if (half->seen.values[i] != 0)
             CHECK(half->layers[0].values[3 * i] == Approx(100 / 255.0).margin(1e-3));
+    write_file(styled / "seq-01_frame-0.png", testing::RawImages().encode_png(Raster8(160, 120, 4, 0)));
+    CHECK_THROWS_WITH(made(recording, options, run), Contains("no view shows a texel") && Contains("opaque"));
 }

@@ -139,7 +139,7 @@ TEST_CASE("no patch lies on a transparent pixel, and the key near a position is 
             std::size_t wrong = 0;
             for (std::size_t k = 0; k < part.key_count(); ++k)
                 wrong += !is_opaque(part.key(k)) || !part.has_patch(part.key(k)) || part.key_near(part.key(k)) != k;
-            // None is missing that lies a pixel farther away from what is transparent.
+            // No opaque patch is missing that lies a pixel farther from transparent ones.
             std::size_t found = 0;
             for (std::size_t k = 0; k < all.key_count(); ++k)
                 found += part.has_patch(all.key(k));

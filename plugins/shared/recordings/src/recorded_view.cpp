@@ -7,6 +7,7 @@
 #include <fresco/value.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <fmt/format.h>
 #include <map>
@@ -52,6 +53,15 @@ void check_not_turned(const fs::path& file, const ImageHeader& header, const std
         throw Error(fmt::format("{}: its EXIF data rotates it (orientation {}), but {} is for the pixels as stored; remove the "
                                 "tag (exiftool -Orientation= FILE)",
                                 file.string(), header.orientation, source));
+}
+
+std::string renamed(std::string error, const fs::path& hidden, const std::string& name)
+{
+    const std::string path = hidden.string();
+    const auto at = error.find(path);
+    if (at != std::string::npos)
+        return error.replace(at, path.size(), name);
+    return name.empty() ? error : name + ": " + error;
 }
 
 Intrinsics intrinsics_for(const CameraMatrix& matrix, PixelCenter center, const ImageHeader& size, const fs::path& picture)
@@ -142,8 +152,8 @@ void check_shape(const fs::path& file, const ImageHeader& depth, const Intrinsic
 class FrameMaker
 {
   public:
-    FrameMaker(const ImageIo& images, const fs::path& folder, const UnpackView& unpack)
-        : images_(images), folder_(folder), unpack_(unpack)
+    FrameMaker(const ImageIo& images, const fs::path& folder, const UnpackView& unpack, std::atomic<std::size_t>& transparent)
+        : images_(images), folder_(folder), unpack_(unpack), transparent_(transparent)
     {
     }
 
@@ -160,14 +170,9 @@ class FrameMaker
         {
             return {frame_of(view, [](const fs::path& file) { return PictureFile{file, ""}; })};
         }
-        // The user has never seen the folder that the picture is unpacked to.
         catch (const Error& error)
         {
-            std::string text = error.what();
-            const std::string unpacked = (folder_ / "").string();
-            if (const auto at = text.find(unpacked); at != std::string::npos)
-                text.erase(at, unpacked.size());
-            throw Error(view.source + ": a picture in it cannot be used (" + text + ")");
+            throw Error(view.source + ": a picture in it cannot be used (" + renamed(error.what(), folder_ / "", "") + ")");
         }
     }
 
@@ -320,9 +325,15 @@ class FrameMaker
             return mask;
         if (mask.empty())
             mask = Raster8(picture.width, picture.height, 1, 255);
+        bool is_opaque_anywhere = false;
         for (std::size_t i = 0; i < mask.values.size(); ++i)
             if (picture.values[4 * i + 3] < least_opaque_alpha)
                 mask.values[i] = 0;
+            else
+                is_opaque_anywhere = true;
+        if (!is_opaque_anywhere)
+            throw Error(view.color.string() + ": is transparent everywhere; save it without an alpha channel");
+        ++transparent_;
         return mask;
     }
     Raster8 given_mask(const RecordedView& view) const
@@ -373,6 +384,7 @@ class FrameMaker
     const ImageIo& images_;
     const fs::path& folder_;
     const UnpackView& unpack_;
+    std::atomic<std::size_t>& transparent_;
 };
 
 }  // namespace
@@ -399,12 +411,15 @@ void order_by_name(std::vector<RecordedView>& views)
 }
 
 Frames recorded_frames(const std::vector<RecordedView>& views, const ImageIo& images, const fs::path& folder, Progress& progress,
-                       const UnpackView& unpack)
+                       const UnpackView& unpack, std::size_t* transparent_count)
 {
     refuse_doubles(views);
-    const FrameMaker maker(images, folder, unpack);
+    std::atomic<std::size_t> transparent = 0;
+    const FrameMaker maker(images, folder, unpack, transparent);
     std::vector<std::vector<Frame>> made(views.size());
     parallel_for_each(views.size(), "frames", progress, [&](std::size_t i) { made[i] = maker.make(views[i]); });
+    if (transparent_count != nullptr)
+        *transparent_count = transparent;
     Frames result;
     for (std::size_t face = 0; face < panorama_faces_count; ++face)
         for (auto& frames : made)

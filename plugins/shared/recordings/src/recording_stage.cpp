@@ -233,8 +233,10 @@ void RecordingStage::run(RunContext& run)
     if (views.empty())
         throw Error(fmt::format("{}: none of the {} poses is finite: the recorder lost tracking; use another recording",
                                 path().string(), chosen.size()));
-    auto made = recorded_frames(views, *images, frames.folder().path, run,
-                                [this](RecordedView& view, const fs::path& folder) { return unpack(view, folder); });
+    std::size_t transparent = 0;
+    auto made = recorded_frames(
+        views, *images, frames.folder().path, run,
+        [this](RecordedView& view, const fs::path& folder) { return unpack(view, folder); }, &transparent);
 
     const auto panoramas = std::ranges::count_if(views, &RecordedView::is_panorama);
     const auto undistorted = std::ranges::count_if(views, [](const auto& view) { return view.lens.distorts(); });
@@ -245,11 +247,13 @@ void RecordingStage::run(RunContext& run)
     run.report("poses_not_tracked", lost);
     run.report("undistorted", undistorted);
     run.report("masked", masked);
+    run.report("transparent", transparent);
     run.report("has_depth", has_depth);
-    run.message(fmt::format("{} frames{}{}{}{}{}{}", made.frames.size(), has_depth ? "" : " without depth",
+    run.message(fmt::format("{} frames{}{}{}{}{}{}{}", made.frames.size(), has_depth ? "" : " without depth",
                             panoramas > 0 ? fmt::format(", cut from {} 360° pictures", panoramas) : "",
                             undistorted > 0 ? fmt::format(", {} undistorted", undistorted) : "",
                             masked > 0 ? fmt::format(", {} with a mask", masked) : "",
+                            transparent > 0 ? fmt::format(", {} pictures with transparent pixels", transparent) : "",
                             lost > 0 ? fmt::format(", {} left out because their pose is not finite", lost) : "", recording.note));
     frames = std::move(made);
 }

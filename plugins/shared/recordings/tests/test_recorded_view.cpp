@@ -141,7 +141,11 @@ TEST_CASE("transparent pixels are ignored as those of a mask are, and load_color
         };
         recording.views[1].lens = {.k1 = k1};
         write(249);
-        auto frame = recording.read().frames[1];
+        TestRun run;
+        std::size_t transparent = 0;
+        auto frame =
+            recorded_frames(recording.views, recording.images, recording.folder.path() / "out", run, {}, &transparent).frames[1];
+        CHECK(transparent == 1);
         CHECK(recording.read().frames[0].mask.empty());
         const auto kept = fresco::load_mask(frame);
         const auto depth = fresco::load_depth(frame, &recording.images);
@@ -175,6 +179,12 @@ TEST_CASE("transparent pixels are ignored as those of a mask are, and load_color
             CHECK(frame.depth_picture.path == plain.frames[1].depth_picture.path);
     }
     Recording recording;
+    // A color picture whose alpha is 0, or little everywhere, does not become an empty recording.
+    const auto opaque = fresco::read_file(recording.views[1].color);
+    fresco::write_file(recording.views[1].color, recording.images.encode_png(fresco::Raster8(32, 24, 4, 249)));
+    CHECK(recording.error() ==
+          recording.views[1].color.string() + ": is transparent everywhere; save it without an alpha channel");
+    fresco::write_file(recording.views[1].color, opaque);
     const auto file = recording.folder.path() / "mask.png";
     fresco::write_file(file, recording.images.encode_png(fresco::Raster8(32, 24, 4, 0)));
     recording.views[1].mask = file;

@@ -239,7 +239,7 @@ void draw_face(const Mesh& mesh, std::uint32_t face, int first_row, int last_row
     }
 }
 
-/// What a face says of the place that a texcoord stands for.
+/// A face in texels and in space; maps a texel to the surface.
 struct FacePlace
 {
     Corners corners;  ///< In texels.
@@ -271,17 +271,17 @@ struct LayoutFaults
 LayoutFaults layout_faults(const Mesh& mesh, const Progress& progress)
 {
     constexpr double same_place_texels = 4;
-    constexpr double no_texels = 1e-6;  // Of those that the area is worth.
+    constexpr double no_texels = 1e-6;  // Share of its fair area below which a face has no room.
     const auto count = static_cast<std::uint32_t>(mesh.triangles.size());
     double m2 = 0;
-    double squares = 0;  // Of the texture: the faces' areas.
+    double squares = 0;  // Sum of the faces' areas in the unit square.
     for (std::uint32_t face = 0; face < count; ++face)
     {
         const FacePlace place(mesh, face, 1);
         m2 += place.m2();
         squares += std::abs(place.twice_texels()) / 2;
     }
-    // Where thousands of faces lie on each other, a few texels show it.
+    // A smaller raster suffices where thousands of faces overlap.
     const int size = static_cast<int>(std::clamp(4096 / std::sqrt(squares + 1e-9), 16.0, 2048.0));
     const double same_place_m = same_place_texels * mean_texel_m(mesh, size);
     const std::size_t texels = static_cast<std::size_t>(size) * static_cast<std::size_t>(size);
@@ -355,7 +355,7 @@ void check_layout(const Mesh& mesh, std::string_view source, RunContext& run)
     {
         if (share <= hardly_any)
             return;
-        const std::string text = fmt::format("{:.{}f} % of the surface of {} {}; atlas.project lays out a new atlas",
+        const std::string text = fmt::format("{:.{}f} % of the surface of {} {}; the way on is a new atlas (atlas.project)",
                                              100 * std::min(share, 1.0), share < 0.01 ? 1 : 0, source, what);
         if (share > most)
             throw Error(text);

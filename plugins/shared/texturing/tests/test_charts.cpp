@@ -151,7 +151,7 @@ TEST_CASE("links cross a seam at the same surface points, in both directions")
 namespace
 {
 
-/// What check_layout says of a wall in two charts, of which the right one lies where `place` puts its texcoords.
+/// Returns check_layout's problem with a wall in two charts, the right one at the texcoords that `place` gives.
 std::string layout_problem(const std::function<Vec2f(Vec2f)>& place)
 {
     Mesh mesh = testing::two_chart_wall();
@@ -179,7 +179,7 @@ TEST_CASE("an atlas is refused where charts lie on each other or have no room, b
               [](Vec2f uv) {
                   return uv - Vec2f{0.35F, 0};
               }) == "error: 50 % of the surface of the test's mesh lies on other parts in the atlas and would show their paint; "
-                    "atlas.project lays out a new atlas");
+                    "the way on is a new atlas (atlas.project)");
     CHECK_THAT(layout_problem(
                    [](Vec2f uv) {
                        return uv - Vec2f{0.206F, 0};

@@ -60,14 +60,19 @@ using UnpackView = std::function<bool(RecordedView& view, const std::filesystem:
 /// those without a lens.
 ///
 /// A mask that ignores anything is written as <sequence>/<name>.mask.npy, and so is the depth picture, without the surface that
-/// the color camera sees at ignored pixels. Transparent pixels of the color picture are ignored, too.
+/// the color camera sees at ignored pixels. Transparent pixels of the color picture are ignored, too; `transparent_count` gets
+/// the number of pictures that have any.
 ///
 /// Throws Error naming the file or `source`: a picture or mask that is cut or of another size than its camera's, a depth picture
-/// that is not 16-bit gray or of another shape, a panorama that is not twice as wide as high, a color picture that EXIF turns, a
-/// camera or pose that check_camera refuses, a principal point outside of its picture, two views of one name; what `unpack`
-/// throws.
+/// that is not 16-bit gray or of another shape, a color picture without opaque pixels, a panorama that is not twice as wide as
+/// high, a color picture that EXIF turns, a camera or pose that check_camera refuses, a principal point outside of its picture,
+/// two views of one name; what `unpack` throws.
 Frames recorded_frames(const std::vector<RecordedView>& views, const ImageIo& images, const std::filesystem::path& folder,
-                       Progress& progress, const UnpackView& unpack = {});
+                       Progress& progress, const UnpackView& unpack = {}, std::size_t* transparent_count = nullptr);
+
+/// An error's text with `name` in place of a path that the user has never seen, such as that of a copy in the store. `name` leads
+/// a text without that path.
+std::string renamed(std::string error, const std::filesystem::path& hidden, const std::string& name);
 
 /// A camera's matrix, before the size of its pictures is known.
 struct CameraMatrix

@@ -46,7 +46,7 @@ Charts find_charts(const Mesh& mesh);
 /// Checks what painting in an atlas relies on: every place of the texture shows one place of the surface, and all of the surface
 /// has a place there. Throws Error naming `source`, the share of the surface without, and the way out if it is more than a
 /// twentieth; warns above a thousandth. Faces laid on others as a mirror image are accepted, and those that are in one place on
-/// the surface, too, as duplicates are. Takes time for the faces and a texture of 2048 texels a side.
+/// the surface, too, as duplicates are. Time grows with the faces, plus one pass over at most 2048 x 2048 texels.
 /// \pre The mesh has passed check_mesh and has texcoords.
 void check_layout(const Mesh& mesh, std::string_view source, RunContext& run);
 

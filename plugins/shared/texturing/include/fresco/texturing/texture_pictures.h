@@ -39,7 +39,7 @@ double displayed(double light);
 /// there is no source, Canceled.
 void fill_from_nearest(Raster8& image, const std::vector<std::uint8_t>& is_source, const Progress& progress);
 
-/// What a picture with alpha has to copy.
+/// A picture with alpha, split into colors and a mask.
 struct OpaquePicture
 {
     Raster8 rgb;     ///< A transparent pixel has the color of the nearest one that is not.

@@ -186,20 +186,40 @@ class MeshFuse final : public Stage
         const raycast::Scene* const scene = cast ? &*cast : nullptr;
         const Frames comparable = comparable_frames();
         std::vector<inspect::View> views;
-        std::vector<inspect::DepthView> depths;
         for (const inspect::Chosen& chosen : inspect::chosen_frames(comparable, checked_frames, given.has_value(), codec()))
         {
             run.check_canceled();
             const bool with_color = comparable.frames[chosen.frame].depth_picture.empty();
             views.push_back(inspect::view_of(comparable, chosen, codec(), with_color));
-            depths.push_back(views.back().depth);
         }
-        const auto agreements = inspect::agreement(inspect::depth_ratios(scene, depths, {}, 1), 1);
-        const inspect::Agreement sum = inspect::total(agreements);
+        const auto agreements = agreements_of(scene, views, false);
+        inspect::Agreement sum = inspect::total(agreements);
+        if (sum.share() < doubtful_share)
+        {
+            const inspect::Agreement fused = inspect::total(agreements_of(scene, views, true));
+            if (fused.covered() >= fewest_compared_depths && fused.share() >= doubtful_share)
+                sum = fused;
+        }
         if (sum.samples > 0)
             run.report("agreement", sum.share());
         if (sum.share() < doubtful_share && (given.has_value() || views.size() > 1))
             tell(inspect::diagnose(scene, views, run), agreements, run);
+    }
+
+    /// `fused_only`: without depths that the stage ignores. Their noise is no reason to doubt the poses, but wrong units put all
+    /// depths there.
+    std::vector<inspect::Agreement> agreements_of(const raycast::Scene* scene, const std::vector<inspect::View>& views,
+                                                  bool fused_only) const
+    {
+        std::vector<inspect::DepthView> depths;
+        for (const inspect::View& view : views)
+        {
+            depths.push_back(view.depth);
+            if (fused_only)
+                std::erase_if(depths.back().samples, [&](const inspect::DepthSample& sample)
+                              { return static_cast<double>(sample.depth) > *max_depth_m; });
+        }
+        return inspect::agreement(inspect::depth_ratios(scene, depths, {}, 1), 1);
     }
 
     void tell(const inspect::Diagnosis& found, const std::vector<inspect::Agreement>& agreements, RunContext& run) const
@@ -207,20 +227,24 @@ class MeshFuse final : public Stage
         const inspect::Agreement sum = inspect::total(agreements);
         const auto overlapping = std::ranges::count_if(agreements, [](const inspect::Agreement& frame)
                                                        { return frame.covered() >= fewest_depths_of_frame; });
-        bool is_named = found.assumption != inspect::Assumption{};
+        const bool is_explained = found.assumption != inspect::Assumption{};
         bool is_certain = false;
         std::string text;
         for (const inspect::Finding& finding : found.findings)
         {
             text += (text.empty() ? "" : "; ") + finding.text;
-            is_named |= finding.cause == "equal_poses";
-            is_certain |= finding.certain && sum.samples > 0;
+            // Without depth, what is said of the color camera is no reason to stop.
+            is_certain |= finding.certain && (sum.samples > 0 || is_explained || finding.cause == "equal_poses");
         }
-        const bool overlap = overlapping >= fewest_overlapping_frames && sum.covered() >= fewest_compared_depths;
-        if (!is_named && !given.has_value() && !overlap)
+        const bool overlap = overlapping >= fewest_overlapping_frames && sum.covered() >= fewest_compared_depths &&
+                             sum.in_front > inspect::hardly_in_front * sum.covered();
+        if (!given.has_value() && !overlap && !(is_explained && is_certain))
             return run.message("depth pictures overlap too little to tell whether the poses are right");
-        if ((is_named || is_certain) && sum.share() < wrong_share)
-            throw Error("the recording contradicts itself: " + text + ". Set check_poses: false to go on all the same");
+        if (is_certain && sum.share() < wrong_share)
+            throw Error(given.has_value()
+                            ? "the frames contradict the mesh on port 'mesh': " + text +
+                                  "; if the mesh was edited on purpose, set check_poses: false"
+                            : "the recording contradicts itself: " + text + ". To continue anyway, set check_poses: false");
         if (!text.empty())
             run.warning(text);
     }

@@ -21,8 +21,8 @@ inline fresco::Camera camera_at(double angle, int width = 160)
     return fresco::testing::camera(width, width * 3 / 4, 0.6 * width, middle, angle);
 }
 
-/// Along the optical axis to walls, floor and ceiling.
-inline fresco::RasterF depth_of(const fresco::Camera& camera)
+/// Along the optical axis to walls, floor and ceiling of this room or one of another size.
+inline fresco::RasterF depth_of(const fresco::Camera& camera, fresco::Vec3d size = test_room::size)
 {
     const fresco::Vec3d at = camera.world_from_camera.translation;
     fresco::RasterF depth(camera.intrinsics.width, camera.intrinsics.height);

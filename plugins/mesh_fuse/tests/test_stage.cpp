@@ -6,6 +6,7 @@
 #include <fresco/geometry/topology.h>
 #include <fresco/mesh.h>
 #include <fresco/npy.h>
+#include <fresco/random.h>
 #include <fresco/testing.h>
 
 #include <cmath>
@@ -13,6 +14,7 @@
 #include <map>
 #include <numbers>
 #include <tuple>
+#include <utility>
 
 using namespace fresco;
 using Catch::Contains;
@@ -191,7 +193,8 @@ TEST_CASE("the share of depths that agree is what it is by hand, and decides bet
     frames->frames.resize(3);
     testing::TestRun wrong;
     CHECK_THROWS_WITH(fuse_frames(frames, Value::Map{{"voxel_m", 0.05}}, wrong),
-                      Contains("the same pose") && Contains("check_poses: false"));
+                      Contains("the same pose, but their depth pictures or edges contradict that") &&
+                          Contains(". To continue anyway, set check_poses: false"));
     CHECK(wrong.reported.at("agreement").as_double() == Approx(0.4).margin(0.005));
     testing::TestRun unchecked;
     fuse_frames(frames, Value::Map{{"voxel_m", 0.05}, {"check_poses", false}}, unchecked);
@@ -302,8 +305,86 @@ TEST_CASE("without depth, the mesh's outlines are held against the edges of the 
     CHECK_THROWS_WITH(fuse(opengl), Contains("negate the second and third columns"));
 }
 
+namespace
+{
+
+/// A recording of a room of `size`, with relative noise of `noise` times the depth.
+std::shared_ptr<Frames> recorded(const std::filesystem::path& folder, const std::vector<std::pair<Vec3d, double>>& poses,
+                                 Vec3d size = test_room::size, const std::function<double(double)>& noise = {})
+{
+    auto frames = std::make_shared<Frames>();
+    Random random(5);
+    for (const auto& [at, turn] : poses)
+    {
+        const Camera camera = testing::camera(64, 48, 68.6, at, turn);
+        RasterF depth = test_room::depth_of(camera, size);
+        if (noise)
+            for (float& value : depth.values)
+                value *= static_cast<float>(1 + random.normal() * noise(static_cast<double>(value)));
+        Frame frame = testing::frame("frame-" + std::to_string(frames->frames.size()), camera);
+        testing::set_depth_picture(frame, folder, depth);
+        testing::set_color_picture(frame, folder, Raster8(64, 48, 3, 90));
+        frames->frames.push_back(frame);
+    }
+    return frames;
+}
+
+/// `views` frames in each of `rooms` equal rooms in a row, all cameras turned alike if there is one a room.
+std::shared_ptr<Frames> rooms_apart(const std::filesystem::path& folder, std::size_t rooms, std::size_t views)
+{
+    constexpr double right_angle = std::numbers::pi / 2;
+    std::vector<std::pair<Vec3d, double>> poses;
+    for (std::size_t i = 0; i < rooms * views; ++i)
+    {
+        const Vec3d shift{0.1 * static_cast<double>(i % views), 0, 0.3 * static_cast<double>(i / views % 3)};
+        poses.emplace_back(test_room::middle + shift, right_angle * static_cast<double>(1 + i % views));
+    }
+    auto frames = recorded(folder, poses);
+    for (std::size_t i = 0; i < frames->frames.size(); ++i)
+        for (Camera* camera : {&frames->frames[i].color, &frames->frames[i].depth})
+            camera->world_from_camera.translation.x += 4 * static_cast<double>(i / views);
+    return frames;
+}
+
+/// Five frames from one place that do not overlap.
+std::shared_ptr<Frames> on_tripod(const std::filesystem::path& folder)
+{
+    std::vector<std::pair<Vec3d, double>> poses;
+    for (int i = 0; i < 5; ++i)
+        poses.emplace_back(test_room::middle, i * 2 * std::numbers::pi / 5);
+    return recorded(folder, poses);
+}
+
+/// A camera that moves without turning.
+std::vector<std::pair<Vec3d, double>> on_slider(std::size_t count, Vec3d from)
+{
+    std::vector<std::pair<Vec3d, double>> poses;
+    for (std::size_t i = 0; i < count; ++i)
+        poses.emplace_back(from + Vec3d{0.05 * static_cast<double>(i), 0, 0}, 0.2);
+    return poses;
+}
+
+/// Twelve views of walls that are far beyond max_depth_m, and of some floor before it, with a Kinect's noise.
+std::shared_ptr<Frames> in_hall(const std::filesystem::path& folder)
+{
+    return recorded(folder, on_slider(12, {10, 3, 10}), {20, 4.5, 20}, [](double depth) { return 0.0028 * depth; });
+}
+
+}  // namespace
+
 TEST_CASE("frames that overlap too little are neither refused nor warned of")
 {
+    const testing::TemporaryFolder folder;
+    const auto messages = [](const std::shared_ptr<Frames>& frames, const std::shared_ptr<ImageIo>& images = nullptr)
+    {
+        testing::TestRun run;
+        fuse_frames(frames, Value::Map{{"voxel_m", 0.1}}, run, nullptr, images);
+        return run.messages;
+    };
+    const std::vector<std::string> told{"depth pictures overlap too little to tell whether the poses are right"};
+    CHECK(messages(on_tripod(folder.path())) == told);
+    CHECK(messages(rooms_apart(folder.path(), 12, 1)) == told);
+    CHECK(messages(rooms_apart(folder.path(), 4, 4)) == told);
     const auto* walk = recordings::walk();
     if (walk == nullptr)
         return;
@@ -312,11 +393,49 @@ TEST_CASE("frames that overlap too little are neither refused nor warned of")
         auto sparse = std::make_shared<Frames>();
         for (std::size_t i = 0; i < count; ++i)
             sparse->frames.push_back(walk->frames->frames[15 * i]);
-        testing::TestRun run;
-        fuse_frames(sparse, Value::Map{{"voxel_m", 0.1}}, run, nullptr, walk->images);
-        for (const std::string& message : run.messages)
-            CHECK_THAT(message, Contains("overlap too little to tell"));
+        CHECK(messages(sparse, walk->images) == (count == 1 ? std::vector<std::string>() : told));
     }
+}
+
+TEST_CASE("noise is not taken for wrong poses, and that of depths that are not fused is not told")
+{
+    const testing::TemporaryFolder folder;
+    testing::TestRun hall;
+    fuse_frames(in_hall(folder.path()), Value::Map{{"voxel_m", 0.1}}, hall);
+    CHECK(hall.messages.empty());
+    CHECK(hall.reported.at("agreement").as_double() > 0.7);
+    // A larger max_depth_m makes the noise of the walls matter.
+    testing::TestRun deep;
+    fuse_frames(in_hall(folder.path()), Value::Map{{"voxel_m", 0.2}, {"max_depth_m", 30}, {"min_component_m2", 0}}, deep);
+    CHECK(deep.messages.size() == 1);
+    for (const double share : {0.03, 0.05})
+    {
+        testing::TestRun run;
+        const auto noisy = recorded(folder.path(), on_slider(12, {1, 1, 0.5}), test_room::size, [&](double) { return share; });
+        fuse_frames(noisy, Value::Map{{"voxel_m", 0.1}}, run);
+        REQUIRE(run.messages.size() == 1);
+        CHECK_THAT(run.messages[0], Contains("warning: the frames agree in part"));
+    }
+}
+
+TEST_CASE("a mesh that the frames contradict may have been edited")
+{
+    const testing::TemporaryFolder folder;
+    const auto frames = recorded(folder.path(), on_slider(12, {1, 1, 0.5}));
+    const auto fuse = [&](Vec3f low, Vec3f size, bool check, testing::TestRun& run) {
+        fuse_frames(frames, Value::Map{{"check_poses", check}}, run, std::make_shared<Mesh>(testing::box(low, size)));
+    };
+    testing::TestRun same;
+    fuse({0, 0, 0}, vec_cast<float>(test_room::size), true, same);
+    CHECK(same.reported.at("agreement").as_double() == Approx(1).margin(0.01));
+    testing::TestRun larger;
+    CHECK_THROWS_WITH(fuse({-1, -0.5F, -1}, {5, 3, 4.5F}, true, larger),
+                      Contains("the frames contradict the mesh on port 'mesh': ") &&
+                          Contains("; if the mesh was edited on purpose, set check_poses: false") &&
+                          !Contains("the recording contradicts itself"));
+    testing::TestRun unchecked;
+    fuse({-1, -0.5F, -1}, {5, 3, 4.5F}, false, unchecked);
+    CHECK(unchecked.messages.size() == 1);
 }
 
 TEST_CASE("what cannot be fused is refused with a way out")

@@ -359,7 +359,8 @@ double agreement_at(double ratio)
 
 Agreement& Agreement::operator+=(const Agreement& other)
 {
-    return *this = {samples + other.samples, agreeing + other.agreeing, in_front + other.in_front, behind + other.behind};
+    return *this = {samples + other.samples, agreeing + other.agreeing, in_front + other.in_front, behind + other.behind,
+                    seen_through + other.seen_through};
 }
 
 std::vector<Agreement> agreement(const std::vector<FrameRatios>& frames, double scale)
@@ -375,6 +376,7 @@ std::vector<Agreement> agreement(const std::vector<FrameRatios>& frames, double 
                 const double agrees = agreement_at(ratio);
                 sums.agreeing += agrees;
                 (ratio < 1 ? sums.in_front : sums.behind) += 1 - agrees;
+                sums.seen_through += ratio * one_surface < 1 ? 1 : 0;
             }
     }
     return result;

@@ -96,6 +96,8 @@ constexpr double largest_depth_m = 50;
 constexpr double least_depth_m = 0.05;
 /// Nothing that agrees so little belongs together.
 constexpr double hopeless = 0.2;
+/// Moving people, mixed pixels and noise of a few percent stay below this share.
+constexpr double clearly_seen_through = 0.05;
 
 RigidTransform color_pose(const View& view, const Assumption& assumption, bool by_depth_camera)
 {
@@ -135,6 +137,8 @@ class Judge
         result_.explained = fit(result_.assumption);
         tell_assumption(result_, scene_ != nullptr ? mesh_extent(scene_->mesh()) : 0, shared_camera(), result_.findings);
         const std::size_t by_depth = result_.findings.size();
+        for (Finding& finding : result_.findings)
+            finding.certain = contradicted();
         if (depths_.empty() || result_.explained.fits)
             judge_color();
         tell_figures(result_, by_depth, result_.findings);
@@ -151,13 +155,31 @@ class Judge
         const auto of = [&](const View& view) { return view.depth.track.poses[view.depth.track.own].*part; };
         return views_.size() > 1 && std::ranges::all_of(views_, [&](const View& view) { return of(view) == of(views_.front()); });
     }
-    /// Equal poses, positions or rotations where they do not fit. Without depth, only equal poses are odd enough.
+    /// Whether an assumption that explains the recording is more than a guess. Frames that only hide each other may be right:
+    /// views of equal rooms agree best if put into one place.
+    bool contradicted() const
+    {
+        const Fit& fit = result_.recorded;
+        if (scene_ != nullptr || (fit.covered_share > hardly_covered && fit.in_front > hardly_in_front))
+            return true;
+        const Assumption& a = result_.assumption;
+        numerics::Bounds<double> cameras;
+        for (const View& view : views_)
+            cameras.add(view.depth.track.poses[view.depth.track.own].translation);
+        return a.depth_scale != 1 || (a.pose_scale < 1 && length(cameras.high - cameras.low) > largest_room);
+    }
+    /// Reports poses, positions or rotations that are all equal although the depths contradict that. Without depth, only equal
+    /// poses are odd enough.
     bool tell_placeholders()
     {
         const bool positions = all_share(&RigidTransform::translation);
         const bool rotations = all_share(&RigidTransform::rotation);
-        const bool fits = depths_.empty() ? result_.explained.edge_response >= fair_response : result_.explained.fits;
-        if (fits || !(depths_.empty() ? positions && rotations : positions || rotations))
+        const Fit& fit = result_.explained;
+        const bool odd = depths_.empty() ? positions && rotations && result_.outline_points >= fair_outline_points &&
+                                               fit.edge_response < fair_response
+                                         : (positions || rotations) && !fit.fits && fit.covered_share > hardly_covered &&
+                                               fit.seen_through > clearly_seen_through;
+        if (!odd)
             return false;
         tell_equal_poses(positions, rotations, result_.findings);
         return true;
@@ -194,6 +216,7 @@ class Judge
             fit.median_error = median_error(ratios, assumption.depth_scale);
             fit.in_front = sum.covered() > 0 ? sum.in_front / sum.covered() : 0;
             fit.behind = sum.covered() > 0 ? sum.behind / sum.covered() : 0;
+            fit.seen_through = sum.covered() > 0 ? sum.seen_through / sum.covered() : 0;
             result_.front_share = front_share(ratios, assumption.depth_scale);
         }
         fit.edge_response = edge_response(edge_views(assumption), {});
@@ -432,9 +455,11 @@ class Judge
         else if (!fit.fits && fit.covered_share < hardly_covered)
             tell_uncovered(scene_ != nullptr, result_.findings);
         else if (!fit.fits)
-            tell_disagreement(fit, scene_ != nullptr,
-                              fit.agreement < hopeless || (fit.in_front > contradicting && fit.agreement < 0.3),
-                              result_.findings);
+            tell_disagreement(
+                fit, scene_ != nullptr,
+                (scene_ != nullptr && fit.agreement < hopeless) ||
+                    (fit.in_front > contradicting && fit.agreement < 0.3 && fit.seen_through > clearly_seen_through),
+                result_.findings);
         else if (result_.front_share < 0.2 && determinant(result_.assumption.world_turn) > 0)
             tell_inside_out(result_.findings);
         if (result_.findings.empty() && result_.outline_points >= fair_outline_points && fit.edge_response < no_response)

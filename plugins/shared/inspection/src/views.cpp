@@ -438,7 +438,7 @@ View view_of(const Frames& frames, const Chosen& chosen, const ImageIo* images, 
         view.colors = sample_color(picture);
         const auto edges_of = [&](std::size_t other)
         {
-            if (other >= frames.frames.size() || frames.frames[other].sequence != frame.sequence ||
+            if (!has_depth || other >= frames.frames.size() || frames.frames[other].sequence != frame.sequence ||
                 frames.frames[other].color_picture.empty())
                 return RasterF();
             return edge_strength(resized(load_color(frames.frames[other], images), view.color.width, view.color.height));

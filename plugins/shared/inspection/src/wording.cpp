@@ -19,8 +19,6 @@ std::string number(double value)
 namespace
 {
 
-/// No room measures as many meters.
-constexpr double largest_room = 150;
 constexpr double alike = 0.05;
 
 using Findings = std::vector<Finding>;
@@ -351,7 +349,7 @@ void tell_equal_poses(bool positions, bool rotations, Findings& findings)
              (!positions   ? "rotation"
               : !rotations ? "position"
                            : "pose") +
-             ", which does not fit what they show: export the recording with its poses");
+             ", but their depth pictures or edges contradict that: export the recording with its poses");
 }
 
 void tell_disagreement(const Fit& fit, bool by_mesh, bool certain, Findings& findings)
@@ -370,7 +368,7 @@ void tell_disagreement(const Fit& fit, bool by_mesh, bool certain, Findings& fin
                                 " of the depths agree with it; it lies in front of " + percent(fit.in_front) +
                                 " of the measured surface and behind " + percent(fit.behind);
     if (certain)
-        tell(findings, "unexplained", figures + ", and no usual mistake explains it: do mesh and frames belong together?");
+        tell(findings, "unexplained", figures + ", and no usual mistake explains it: check that mesh and frames belong together");
     else if (fit.behind > 4 * fit.in_front)
         tell(findings, "incomplete_mesh", figures + ": does it lack what stands there? Otherwise, check its unit", false);
     else

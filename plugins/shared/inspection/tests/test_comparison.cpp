@@ -96,6 +96,7 @@ TEST_CASE("depths are compared with the mesh's where it is", "[inspection]")
     CHECK(sum.agreeing == Approx(1 + partly));
     CHECK(sum.in_front == Approx(2 + (1 - partly)));
     CHECK(sum.behind == Approx(1));
+    CHECK(sum.seen_through == 2);
     CHECK(sum.covered_share() == Approx(1));
     CHECK(sum.share() == Approx((1 + partly) / 4.5));
     CHECK(median_error(found, 1) == Approx(0.5));
@@ -157,6 +158,21 @@ TEST_CASE("without a mesh, points of one view are looked up in the others of its
     REQUIRE(a.size() == b.size());
     for (std::size_t i = 0; i < a.size(); ++i)
         CHECK(b[i] / 10 == Approx(a[i]).margin(1e-4));
+}
+
+TEST_CASE("pictures before and after are read only for frames with depth", "[inspection]")
+{
+    const testing::TemporaryFolder folder;
+    Frames frames = testing::recording_of(two_walls(), {camera(80, 60), camera(80, 60), camera(80, 60)}, folder.path(),
+                                          [](Vec3d p, int) { return 100 * p.z; });
+    const View view = view_of(frames, {1, 0}, nullptr);
+    CHECK(view.edges_before.width == 160);
+    CHECK(view.edges_after.width == 160);
+    frames.frames[1].depth_picture = {};
+    const View blind = view_of(frames, {1, 0}, nullptr);
+    CHECK(blind.edges.width == 160);
+    CHECK(blind.edges_before.empty());
+    CHECK(blind.edges_after.empty());
 }
 
 TEST_CASE("a mistake is found only if it explains most, clearly better, in enough frames", "[inspection]")

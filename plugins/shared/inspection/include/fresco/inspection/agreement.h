@@ -156,10 +156,11 @@ double agreement_at(double ratio);
 /// How the measured depths of one or more frames agree with the mesh *where a ray meets it*.
 struct Agreement
 {
-    double samples = 0;   ///< Measured depths.
-    double agreeing = 0;  ///< Sum of agreement_at.
-    double in_front = 0;  ///< Disagreement where the mesh lies before the measured surface: the sensor saw through it.
-    double behind = 0;    ///< Disagreement where it lies behind: the mesh may lack an object.
+    double samples = 0;       ///< Measured depths.
+    double agreeing = 0;      ///< Sum of agreement_at.
+    double in_front = 0;      ///< Disagreement where the mesh lies before the measured surface: the sensor saw through it.
+    double behind = 0;        ///< Disagreement where it lies behind: the mesh may lack an object.
+    double seen_through = 0;  ///< Number of depths that it lies before by more than noise.
 
     double covered() const { return agreeing + in_front + behind; }
     double covered_share() const { return samples > 0 ? covered() / samples : 0; }

@@ -20,7 +20,7 @@ struct Finding
 {
     std::string cause;     ///< Identifier for programs: "opengl_axes", …
     std::string text;      ///< The mistake and its remedy, for people.
-    bool certain = false;  ///< Mesh and frames cannot both be right; otherwise only a warning.
+    bool certain = false;  ///< The recording contradicts the mesh or itself; otherwise only a warning.
 };
 
 /// How well mesh and recording agree under one set of assumptions.
@@ -31,6 +31,7 @@ struct Fit
     double median_error = 1;   ///< Relative difference of these; 1 if no ray meets the mesh.
     double in_front = 0;       ///< Share of the covered depths behind the mesh.
     double behind = 0;         ///< Share of the covered depths in front of it.
+    double seen_through = 0;   ///< Share of the covered depths far behind it.
     bool fits = false;         ///< See fits().
     double edge_response = 0;  ///< See edge_response().
 };
@@ -53,6 +54,9 @@ struct Diagnosis
     /// Whether anything is assumed that was not recorded.
     bool explains() const { return !(assumption == Assumption{}) || !(color_change == CameraChange{}) || color_by_depth_camera; }
 };
+
+/// Frames that overlap contradict each other only if they see through more of what others measured; the rest may be hidden.
+inline constexpr double hardly_in_front = 0.05;
 
 /// Compares depths with the mesh where their rays meet it and searches for mistakes by explain_depths(). The color camera is
 /// compared with the silhouettes of the depth pictures, without mesh and poses. Without depth, the mesh's own silhouettes replace

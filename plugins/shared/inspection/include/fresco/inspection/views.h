@@ -96,7 +96,7 @@ struct View
     Intrinsics color;                     ///< At the size of `edges`.
     RasterF edges;                        ///< edge_strength; empty if the frame has no color picture.
     RasterF edges_before;                 ///< Of the color picture before it in the sequence …
-    RasterF edges_after;                  ///< … and of the next one.
+    RasterF edges_after;                  ///< … and of the next one; empty without depth, which they are compared with.
     std::vector<ColorSample> colors;      ///< On a grid over the picture, of the size of `edges`.
 };
 

@@ -12,6 +12,9 @@
 namespace fresco::inspect
 {
 
+/// No room measures as many meters.
+inline constexpr double largest_room = 150;
+
 /// Length of the diagonal of the mesh's box, in its unit.
 double mesh_extent(const Mesh& mesh);
 

@@ -1,5 +1,5 @@
-"""A Slurm of one node in a temporary folder: its own munge, slurmctld and slurmd as root, without systemd. The node has 8 processors and
-2 GPUs, whatever the machine has."""
+"""A Slurm of two nodes in a temporary folder: its own munge, slurmctld and two slurmd as root, without systemd. Each node has 4 processors
+and 2 GPUs, whatever the machine has."""
 import os
 import pathlib
 import shutil
@@ -17,18 +17,17 @@ CONFIGURATION = """\
 ClusterName=fresco
 SlurmctldHost={host}(127.0.0.1)
 SlurmctldPort={controller_port}
-SlurmdPort={node_port}
 AuthType=auth/munge
 AuthInfo=socket={folder}/munge.socket,cred_expire=20
 CredType=cred/munge
 SlurmUser=root
 SlurmdUser=root
 StateSaveLocation={folder}/state
-SlurmdSpoolDir={folder}/spool
+SlurmdSpoolDir={folder}/spool-%n
 SlurmctldPidFile={folder}/slurmctld.pid
-SlurmdPidFile={folder}/slurmd.pid
+SlurmdPidFile={folder}/slurmd-%n.pid
 SlurmctldLogFile={folder}/slurmctld.log
-SlurmdLogFile={folder}/slurmd.log
+SlurmdLogFile={folder}/slurmd-%n.log
 ProctrackType=proctrack/linuxproc
 TaskPlugin=task/none
 MpiDefault=none
@@ -41,14 +40,12 @@ SelectTypeParameters=CR_CPU_Memory
 SchedulerParameters=bf_interval=1,sched_interval=1,sched_min_interval=0,batch_sched_delay=0,default_queue_depth=2000
 SlurmdParameters=config_overrides
 ReturnToService=2
-KillWait={kill_wait}
-SlurmdTimeout={node_timeout}
-MaxArraySize={array_size}
-MaxJobCount={job_count}
+KillWait=5
+SlurmdTimeout=10
 GresTypes=gpu
-NodeName={host} NodeAddr=127.0.0.1 CPUs=8 RealMemory=16000 Gres=gpu:2
-PartitionName=cpu Nodes={host} Default=YES OverTimeLimit=0
-PartitionName=gpu Nodes={host}
+NodeName=one NodeHostname={host} NodeAddr=127.0.0.1 Port={ports[0]} CPUs=4 RealMemory=32000 Gres=gpu:2
+NodeName=two NodeHostname={host} NodeAddr=127.0.0.1 Port={ports[1]} CPUs=4 RealMemory=32000 Gres=gpu:2
+PartitionName=all Nodes=one,two Default=YES OverTimeLimit=0
 """
 # Without real devices Slurm counts files.
 GPUS = "AutoDetect=off\nName=gpu File=/dev/null\nName=gpu File=/dev/zero\n"
@@ -109,16 +106,16 @@ def descendants(root):
 
 
 class Slurm:
-    def __init__(self, array_size=1001, job_count=10000, kill_wait=5, node_timeout=10):
+    NODES = ("one", "two")
+
+    def __init__(self):
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="fresco-slurm-"))
         self.folder.chmod(0o755)
         self.running = {}
-        host = socket.gethostname().split(".")[0]
-        for name in ("state", "spool"):
+        for name in ("state", *(f"spool-{node}" for node in self.NODES)):
             (self.folder / name).mkdir()
         (self.folder / "slurm.conf").write_text(CONFIGURATION.format(
-            host=host, folder=self.folder, controller_port=free_port(), node_port=free_port(), array_size=array_size, job_count=job_count,
-            kill_wait=kill_wait, node_timeout=node_timeout))
+            host=socket.gethostname().split(".")[0], folder=self.folder, controller_port=free_port(), ports=[free_port() for _ in self.NODES]))
         (self.folder / "gres.conf").write_text(GPUS)
         # From 23.02 on, Slurm insists on control groups, which nothing here uses; before, it does not know this word.
         version = subprocess.run(["slurmctld", "-V"], capture_output=True, text=True).stdout.split()[-1]
@@ -131,11 +128,13 @@ class Slurm:
 
     def __enter__(self):
         try:
-            self.start("munged")
+            self.start("munged", "--foreground", "--force", f"--key-file={self.folder}/munge.key", f"--socket={self.folder}/munge.socket",
+                       f"--pid-file={self.folder}/munged.pid", f"--seed-file={self.folder}/munged.seed", f"--log-file={self.folder}/munged.log")
             self.wait(lambda: (self.folder / "munge.socket").exists(), 10, "munged")
-            self.start("slurmctld")
-            self.start("slurmd")
-            self.wait(lambda: self.ask("sinfo", "--noheader", "--format=%T").split()[:1] in (["idle"], ["mixed"]), 30, "the node")
+            self.start("slurmctld", "-D", "-f", f"{self.folder}/slurm.conf")
+            for node in self.NODES:
+                self.start("slurmd", "-D", "-N", node, "-f", f"{self.folder}/slurm.conf", name=node)
+            self.wait(lambda: self.ask("sinfo", "--noheader", "--Node", "--format=%T").split() == ["idle"] * len(self.NODES), 60, "the nodes")
         except BaseException:
             self.__exit__()
             raise
@@ -144,44 +143,40 @@ class Slurm:
     def __exit__(self, *_):
         if "slurmctld" in self.running:
             self.ask("scancel", "--user=root", timeout=10)
-        for name in ("slurmd", "slurmctld", "munged"):
-            self.kill(name, signal.SIGKILL)
+        for name in (*self.NODES, "slurmctld", "munged"):
+            self.kill(name)
         shutil.rmtree(self.folder, ignore_errors=True)
 
-    def start(self, name):
+    def start(self, program, *words, name=None):
         """In the foreground, as a child that ends with this process: so that its end is known, and its jobs can be found."""
-        words = {"munged": ["--foreground", "--force", f"--key-file={self.folder}/munge.key", f"--socket={self.folder}/munge.socket",
-                            f"--pid-file={self.folder}/munged.pid", f"--seed-file={self.folder}/munged.seed",
-                            f"--log-file={self.folder}/munged.log"],
-                 "slurmctld": ["-D", "-f", f"{self.folder}/slurm.conf"], "slurmd": ["-D", "-f", f"{self.folder}/slurm.conf"]}[name]
-        program = shutil.which(name, path=self.environment["PATH"])
-        with (self.folder / f"{name}.out").open("ab") as out:
-            self.running[name] = subprocess.Popen(["setpriv", "--pdeathsig", "KILL", program, *words], env=self.environment,
-                                                  stdin=subprocess.DEVNULL, stdout=out, stderr=out, start_new_session=True)
+        path = shutil.which(program, path=self.environment["PATH"])
+        with (self.folder / f"{name or program}.out").open("ab") as out:
+            self.running[name or program] = subprocess.Popen(["setpriv", "--pdeathsig", "KILL", path, *words], env=self.environment,
+                                                             stdin=subprocess.DEVNULL, stdout=out, stderr=out, start_new_session=True)
 
-    def kill(self, name, number=signal.SIGKILL, with_jobs=True):
-        """Of slurmd with its jobs: their shepherds are in sessions of their own and may have lost their parent."""
+    def kill(self, name):
+        """A node is killed with its jobs: their shepherds are in sessions of their own and may have lost their parent."""
         process = self.running.pop(name, None)
         if process is None:
             return
         victims = [process.pid]
-        if name == "slurmd" and with_jobs:
-            victims += [one for shepherd in self.shepherds() for one in [shepherd, *descendants(shepherd)]]
+        if name in self.NODES:
+            victims += [one for shepherd in self.shepherds(name) for one in [shepherd, *descendants(shepherd)]]
         for victim in victims:
             try:
-                os.kill(victim, number)
+                os.kill(victim, signal.SIGKILL)
             except ProcessLookupError:
                 pass
         process.wait()
 
-    def shepherds(self):
-        """slurmstepd processes of this Slurm: those that write to its log."""
-        return [pid for pid in processes() if self.is_shepherd(pathlib.Path(f"/proc/{pid}"))]
+    def shepherds(self, node):
+        """slurmstepd processes of this node: those that write to its log."""
+        return [pid for pid in processes() if self.is_shepherd(pathlib.Path(f"/proc/{pid}"), node)]
 
-    def is_shepherd(self, process):
+    def is_shepherd(self, process, node):
         try:
             return (os.path.basename(os.readlink(process / "exe")).startswith("slurmstepd")
-                    and any(os.readlink(entry) == f"{self.folder}/slurmd.log" for entry in (process / "fd").iterdir()))
+                    and any(os.readlink(entry) == f"{self.folder}/slurmd-{node}.log" for entry in (process / "fd").iterdir()))
         except OSError:
             return False
 
@@ -192,18 +187,8 @@ class Slurm:
             return ""
         return ended.stdout
 
-    def queue(self):
-        """State by "JOB_INDEX" of what has not ended. A controller too busy to answer is asked again."""
-        for _ in range(20):
-            try:
-                asked = subprocess.run(["squeue", "--noheader", "--array", "--format=%F_%K %T"], env=self.environment, text=True,
-                                       capture_output=True, timeout=30)
-                if asked.returncode == 0:
-                    return dict(line.split() for line in asked.stdout.splitlines() if line.strip())
-            except subprocess.TimeoutExpired:
-                pass
-            time.sleep(0.5)
-        raise TimeoutError("squeue does not answer")
+    def jobs_on(self, node):
+        return self.ask("squeue", "--noheader", "--states=running", f"--nodelist={node}", "--format=%i").split()
 
     @staticmethod
     def wait(condition, seconds, what):
@@ -212,6 +197,3 @@ class Slurm:
             if time.monotonic() > end:
                 raise TimeoutError(f"{what}: not after {seconds} s")
             time.sleep(0.1)
-
-    def wait_until_empty(self, seconds):
-        self.wait(lambda: not self.queue(), seconds, "an empty queue")

@@ -222,12 +222,6 @@ std::string shell_word(const std::string& text)
     return "'" + boost::replace_all_copy(text, "'", "'\\''") + "'";
 }
 
-std::string script_problem(const std::string& name, const std::string& text)
-{
-    const std::string shown = harmless(text, LineEnds::none);
-    return shown == text ? "" : name + ": '" + shown + "' goes into a script, and must be UTF-8 text without control characters";
-}
-
 std::string harmless(std::string_view text, LineEnds kept)
 {
     std::string result;

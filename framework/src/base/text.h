@@ -34,9 +34,6 @@ std::string counted(std::size_t count, std::string_view noun);
 std::string path_text(const std::filesystem::path& path);
 /// As a shell reads it back.
 std::string shell_word(const std::string& text);
-/// Why a text cannot stand in a script: with control characters a line could end in it, and a command begin. Empty: it can.
-/// `name` is the option that it comes from.
-std::string script_problem(const std::string& name, const std::string& text);
 
 /// Ends of lines that harmless() keeps.
 enum class LineEnds

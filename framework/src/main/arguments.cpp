@@ -5,6 +5,7 @@
 #include "pipeline/yaml_document.h"
 #include "plugins/plugin_search.h"
 #include <fresco/error.h>
+#include <fresco/files_io.h>
 
 #include <cerrno>
 #include <cstdio>
@@ -67,6 +68,7 @@ void PipelineArguments::add_to(CLI::App& command)
     command.add_option("pipeline", file, "Pipeline file (YAML); '-' reads standard input")
         ->required()
         ->each([this](const std::string& word) { given_text = word == "-" ? standard_input() : std::nullopt; });
+    command.add_option("--text", text_file, "Read the pipeline from this copy of the file, which may have been edited since");
     command.add_option("--set", sets, "NAME=VALUE sets a var, STAGE.OPTION=VALUE an option; may be repeated")
         ->allow_extra_args(false)
         ->check(
@@ -87,6 +89,8 @@ PipelineRequest PipelineArguments::request() const
     request.until = until;
     request.preview = preview;
     request.without = without;
+    if (!text_file.empty())
+        request.texts.push_back({(request.working_directory / file).lexically_normal(), read_text_file(text_file)});
     if (given_text)
         request.texts.push_back({request.working_directory / file, *given_text});
     for (const auto& text : sets)
@@ -108,6 +112,7 @@ void PlaceArguments::add_out_to(CLI::App& command)
     command.add_option("--out", out, "Folder for output files; of a preview, out/preview")
         ->default_str("out")
         ->check(empty_path_problem);
+    command.add_flag("--replace", replace, "Overwrite files in --out that fresco did not write, or that changed since");
 }
 
 void PlaceArguments::add_upstream_to(CLI::App& command)

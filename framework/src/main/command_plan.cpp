@@ -5,7 +5,7 @@
 #include "run/commands_inspect.h"
 #include "run/plan.h"
 #include "run/progress_display.h"
-#include "run/task_table.h"
+#include "run/tasks.h"
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -23,8 +23,6 @@ struct PlanArguments
     int cores = available_cores();
     bool json = false;
     bool tasks = false;
-    std::string folder;
-    double pack_minutes = 45;
 };
 
 Value figures(const CostFigures& cost)
@@ -100,37 +98,6 @@ void print_text(const Plan& plan, const std::vector<std::string>& notes, const s
                               width));
 }
 
-/// One line per group.
-void print_groups(const TaskTable& table, const std::string& folder)
-{
-    using Kind = TextTable::Kind;
-    TextTable text({{"group", Kind::name},
-                    {"tasks", Kind::number},
-                    {"longest", Kind::number},
-                    {"memory", Kind::number},
-                    {"cores", Kind::number},
-                    {"stages", Kind::text}});
-    for (const TaskGroup& group : table.groups)
-        text.add({group.name, std::to_string(group.count), "~" + duration_text(group.seconds), size_text(group.memory_mb),
-                  std::to_string(group.threads), fmt::format("{}", fmt::join(group.stages, ", "))});
-    fmt::print("{}{}\n{}\n", text.text(terminal_width(STDOUT_FILENO)), counted(table.task_count, "task"), path_text(folder));
-}
-
-int plan_as_tasks(const PlanArguments& arguments, const Pipeline& pipeline)
-{
-    const TaskTable table =
-        planned_tasks(arguments.pipeline, pipeline, arguments.places, arguments.pack_minutes, arguments.cores);
-    if (arguments.folder.empty())
-    {
-        print_value(to_value(table));
-        return 0;
-    }
-    const auto folder = std::filesystem::absolute(arguments.folder).lexically_normal();
-    write_task_table(table, folder);
-    print_groups(table, folder);
-    return 0;
-}
-
 int plan(const PlanArguments& arguments)
 {
     const auto loaded = load_and_report(arguments.pipeline.request());
@@ -141,10 +108,15 @@ int plan(const PlanArguments& arguments)
         return loaded->result.exit_code();
     }
     if (arguments.tasks)
-        return plan_as_tasks(arguments, loaded->result.pipeline);
+    {
+        print_value(plan_tasks(loaded->result.pipeline, arguments.pipeline.until, Store(arguments.places.store_folder()),
+                               arguments.cores));
+        return 0;
+    }
     const PipelineEstimate estimate = estimate_pipeline(loaded->result.pipeline, arguments.cores);
-    const Plan made = make_plan(loaded->result.pipeline, arguments.places.store_folder(), arguments.places.out_folder(),
-                                arguments.pipeline.until, estimate.stages, arguments.places.upstream_folder());
+    const Plan made =
+        make_plan(loaded->result.pipeline, arguments.places.store_folder(), arguments.places.out_folder(),
+                  arguments.pipeline.until, estimate.stages, arguments.places.upstream_folder(), arguments.places.replace);
     arguments.json ? print_json(made, estimate.notes) : print_text(made, estimate.notes, arguments.places.out_name());
     return 0;
 }
@@ -164,17 +136,11 @@ void add_plan_command(CLI::App& app, int& exit_code)
         ->check(CLI::Range(1, 4096))
         ->default_str("all");
     auto* json = command->add_flag("--json", arguments->json, "Print JSON");
-    auto* tasks =
-        command->add_flag("--tasks", arguments->tasks,
-                          "Print what is left to do as tasks for a cluster's scheduler, in JSON; 'fresco run --task' runs "
-                          "one of them");
-    tasks->excludes(json)->excludes("--upstream");
-    command->add_option("--folder", arguments->folder, "Write the tasks to this folder instead")->needs(tasks);
     command
-        ->add_option("--pack", arguments->pack_minutes, "Estimated minutes of work to put into one task; 0: one combination each")
-        ->check(CLI::Range(0.0, 1e6))
-        ->capture_default_str()
-        ->needs(tasks);
+        ->add_flag("--tasks", arguments->tasks,
+                   "Print the pipeline's tasks for an execution engine, in JSON; 'fresco run FILE --task NAME' runs one of them")
+        ->excludes(json)
+        ->excludes("--upstream");
     command->callback([arguments, &exit_code] { exit_code = plan(*arguments); });
 }
 

@@ -1,7 +1,6 @@
 #include "base/common.h"
 #include "base/process.h"
 #include "base/text.h"
-#include "cluster/submit.h"
 #include "display/display.h"
 #include "main/commands.h"
 
@@ -11,7 +10,7 @@
 #include "run/commands_inspect.h"
 #include "run/plan.h"
 #include "run/scheduler.h"
-#include "run/task_table.h"
+#include "run/tasks.h"
 #include <fresco/error.h>
 #include <fresco/wording.h>
 
@@ -43,8 +42,8 @@ struct RunArguments
     bool json_log = false;
     IsolationRequest isolation;
     bool no_report = false;
-    bool replace = false;
-    std::optional<std::size_t> task;  ///< Of the folder that stands in place of the pipeline.
+    std::string task;
+    bool only_stored = false;
 };
 
 DisplayKind display_kind(const RunArguments& arguments)
@@ -191,80 +190,68 @@ void set_limits(const RunArguments& arguments, RunRequest& request)
     }
 }
 
-int run_task(const RunArguments& arguments)
+/// Where a run may only write out what is stored: the stages without a result, which are its only failure.
+int missing_results(const RunSummary& summary)
 {
-    constexpr int exit_plugin = 4;
-    const auto folder = guarded_task_folder(arguments.pipeline.file);
-    const TaskTable head = read_task_head(folder);
-    const Task task = read_task(folder, head, *arguments.task);
-    const auto loaded = load_and_report(task_request(head, task));
-    if (!loaded->result.problems.empty())
-        return tell_problems(arguments, loaded->result.problems, loaded->result.exit_code());
-    if (const std::string changed = changed_plugin(head, loaded->result.pipeline); !changed.empty())
-    {
-        print_message("error: " + changed);
-        return exit_plugin;
-    }
-    RunRequest request = request_for(arguments, loaded->result.pipeline);
-    request.store = head.store;
-    request.upstream = arguments.places.upstream_folder();
-    request.out = head.out;
-    // The task's combinations have nothing to do with each other.
-    request.keep_going = true;
-    request.part = task_part(folder, head, task);
-    set_limits(arguments, request);
-    remove_task_end(folder, task.id);
-    auto display = make_display(display_kind(arguments));
-    const RunSummary summary = run_pipeline(request, *display);
-    display.reset();  // off the terminal before anything else is printed
-    if (summary.exit_code != worker_canceled)
-        write_task_end(folder, task.id, summary);
-    print_summary(arguments, summary, {});
-    return end_of_run(arguments, summary);
+    std::vector<std::string> missing;
+    for (const StageOutcome& stage : summary.stages)
+        if (stage.state == StageState::blocked)
+            missing.push_back(stage.stage);
+    if (missing.empty())
+        return summary.exit_code;
+    print_message(fmt::format("error: {} no cached result, such as {}; run {} first",
+                              missing.size() == 1 ? "1 stage has" : fmt::format("{} stages have", missing.size()),
+                              missing.front(), missing.size() == 1 ? "it" : "them"));
+    return static_cast<int>(ProblemKind::missing_input);
 }
 
 int run(const RunArguments& arguments)
 {
-    if (arguments.task)
-        return run_task(arguments);
+    const bool is_task = !arguments.task.empty();
     PipelineRequest wanted = arguments.pipeline.request();
-    wanted.keep_going = arguments.keep_going;
+    // The tasks of other combinations have nothing to do with a missing input.
+    wanted.keep_going = arguments.keep_going || is_task;
     const auto loaded = load_and_report(wanted);
     if (!loaded->result.problems.empty())
         return tell_problems(arguments, loaded->result.problems, loaded->result.exit_code());
+    const Pipeline& pipeline = loaded->result.pipeline;
     int code_left_out = 0;
-    if (!loaded->result.left_out.empty())
+    if (!loaded->result.left_out.empty() && !is_task)
     {
         print_message("the other combinations run (--keep-going)");
         code_left_out = tell_problems(arguments, loaded->result.left_out, static_cast<int>(ProblemKind::missing_input));
     }
-    check_matrix_options(arguments, loaded->result.pipeline);
+    check_matrix_options(arguments, pipeline);
     arguments.places.check();
-    RunRequest request = request_for(arguments, loaded->result.pipeline);
+    RunRequest request = request_for(arguments, pipeline);
     request.store = arguments.places.store_folder();
     request.upstream = arguments.places.upstream_folder();
     request.out = arguments.places.out_folder();
     request.jobs = std::max(1, arguments.jobs);
-    request.keep_going = arguments.keep_going;
+    request.keep_going = wanted.keep_going;
     request.until = arguments.pipeline.until;
-    request.replace = arguments.replace;
+    request.replace = arguments.places.replace;
+    request.only_stored = arguments.only_stored;
+    if (is_task)
+        request.part = task_part(pipeline, arguments.pipeline.until, arguments.task);
+    else
+        refuse_obstacles(report_obstacles(request, !arguments.no_report));
     set_limits(arguments, request);
-    refuse_obstacles(report_obstacles(request, !arguments.no_report));
     auto display = make_display(display_kind(arguments));
     const auto begin = std::chrono::steady_clock::now();
     RunSummary summary = run_pipeline(request, *display);
     if (summary.exit_code == 0)
-        summary.exit_code = code_left_out;
+        summary.exit_code = arguments.only_stored ? missing_results(summary) : code_left_out;
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
     const ReportRequest ended{&request, &summary, &loaded->catalog, arguments.words, elapsed.count(), summary.exit_code == 75};
     std::vector<ReportOutcome> reports;
-    if (!arguments.no_report)
+    if (!arguments.no_report && !is_task)
         reports = write_reports(ended);
     for (const ReportOutcome& report : reports)
         if (!report.note.empty())
             display->note(report.note);
     display.reset();  // off the terminal before anything else is printed
-    const bool sweep = !request.pipeline->sweep.axes.empty();
+    const bool sweep = !pipeline.sweep.axes.empty() && !is_task;
     if (sweep)
         tell_combinations(ended, arguments.thumbnails, !arguments.quiet && !arguments.json_log);
     if (!sweep || arguments.json_log)
@@ -317,16 +304,14 @@ void add_run_command(CLI::App& app, const std::vector<std::string>& words, int& 
           "10m or STAGE=1h30m: maximum time of an isolated stage (default: ten times the estimate, at least 10m)");
     command->add_option("--thumbnails", arguments->thumbnails,
                         "Stage of a matrix whose pictures sweep.html shows (default: the last that makes pictures)");
-    command->add_flag("--replace", arguments->replace,
-                      "Overwrite files in --out that fresco did not write, or that changed since");
     command->add_flag("--no-report", arguments->no_report, "Write no run.json and no report.html");
     command->add_flag("--quiet", arguments->quiet, "Print only errors");
     command->add_flag("--json-log", arguments->json_log, "Print one JSON object per event to standard output");
-    auto* task =
-        command->add_option("--task", arguments->task,
-                            "Run only this task of the folder that stands in place of the pipeline ('fresco plan --tasks')");
-    for (const char* other : {"--set", "--without", "--preview", "--out", "--store", "--until", "--jobs", "--keep-going",
-                              "--thumbnails", "--replace", "--no-report"})
+    auto* task = command->add_option("--task", arguments->task, "Run only this task of 'fresco plan FILE --tasks'");
+    auto* only_stored = command->add_flag("--only-stored", arguments->only_stored,
+                                          "Run no stage; write the outputs and reports of cached results");
+    only_stored->excludes(task);
+    for (const char* other : {"--jobs", "--keep-going", "--thumbnails", "--no-report"})
         task->excludes(other);
     command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }

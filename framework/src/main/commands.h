@@ -3,7 +3,6 @@
 #include "pipeline/pipeline.h"
 #include "plugins/catalog.h"
 #include "report/report.h"
-#include "run/task_table.h"
 #include "store/store.h"
 
 #include <CLI/CLI.hpp>
@@ -27,8 +26,6 @@ namespace fresco::host
 void add_run_command(CLI::App& app, const std::vector<std::string>& words, int& exit_code);
 void add_inspect_commands(CLI::App& app, int& exit_code);
 void add_plan_command(CLI::App& app, int& exit_code);
-void add_submit_commands(CLI::App& app, int& exit_code);
-void add_task_commands(CLI::App& app, const std::vector<std::string>& words, int& exit_code);
 void add_store_command(CLI::App& app, int& exit_code);
 void add_doctor_command(CLI::App& app, int& exit_code);
 void add_reference_command(CLI::App& app, int& exit_code);
@@ -62,6 +59,7 @@ struct PipelineArguments
 {
     std::string file;  ///< "-": `given_text` is the pipeline, its relative paths those of the working directory.
     std::optional<std::string> given_text;  ///< What standard input held.
+    std::string text_file;  ///< Read in place of `file`; empty: none.
     std::vector<std::string> sets;
     std::vector<std::string> without;
     std::string until;
@@ -78,6 +76,7 @@ struct PlaceArguments
     std::string out;  ///< Empty: not given, see out_name.
     std::string store = default_store;
     std::string upstream;
+    bool replace = false;
 
     void add_store_to(CLI::App& command);
     void add_out_to(CLI::App& command);
@@ -114,33 +113,5 @@ std::unique_ptr<LoadedPipeline> load_and_report(const PipelineRequest& request);
 /// Of a matrix that has run: writes sweep.json and its page beside the results; prints a line per combination if `print`.
 /// `thumbnails`: the stage whose pictures the page shows, see write_sweep_summary.
 void tell_combinations(const ReportRequest& run, const std::string& thumbnails, bool print);
-
-/// What the commands take that cut a pipeline into tasks.
-struct TableArguments
-{
-    PipelineArguments pipeline;
-    PlaceArguments places;
-    std::string folder = "cluster";
-    double pack_minutes = 45;
-    int cores = 1;
-
-    /// `file_help`: of the pipeline file.
-    void add_to(CLI::App& command, const std::string& file_help);
-    /// The first of these options that was set, but the file: with a folder that has its tasks already they mean nothing.
-    std::string set_option() const;
-
-  private:
-    std::vector<CLI::Option*> options_;
-};
-
-/// The absolute path of a task folder as the user names it, below which no link is followed any more.
-std::filesystem::path guarded_task_folder(const std::filesystem::path& folder);
-/// The tasks of a pipeline that is loaded. `pack_minutes`: of work to put into one task.
-TaskTable planned_tasks(const PipelineArguments& arguments, const Pipeline& pipeline, const PlaceArguments& places,
-                        double pack_minutes, int cores);
-/// Writes the folder of tasks; the exit code. Prints what is wrong with the pipeline or the places.
-int write_tasks(const TableArguments& arguments);
-/// The pipeline as it was when the folder's tasks were made. Prints every problem to standard error.
-std::unique_ptr<LoadedPipeline> load_tasks(const std::filesystem::path& folder);
 
 }  // namespace fresco::host

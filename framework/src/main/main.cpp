@@ -197,8 +197,6 @@ int run_command_line(int argc, char** argv)
     fresco::host::add_new_commands(app, exit_code);
     fresco::host::add_run_command(app, {argv, argv + argc}, exit_code);
     fresco::host::add_plan_command(app, exit_code);
-    fresco::host::add_submit_commands(app, exit_code);
-    fresco::host::add_task_commands(app, {argv, argv + argc}, exit_code);
     fresco::host::add_inspect_commands(app, exit_code);
     fresco::host::add_store_command(app, exit_code);
     fresco::host::add_doctor_command(app, exit_code);

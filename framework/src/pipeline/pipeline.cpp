@@ -97,10 +97,10 @@ void load(const PipelineRequest& request, const Catalog& catalog, PipelineResult
     result.pipeline.inputs = read_inputs(document, problems);
     TypeTable types(catalog);
     ProblemList missing;
-    load_stages(document, matrix, request.part, settings, types, result.pipeline, problems,
+    load_stages(document, matrix, settings, types, result.pipeline, problems,
                 request.keep_going ? &missing : nullptr);
     result.left_out = missing.sorted();
-    if (request.until.empty() && !request.part)
+    if (request.until.empty())
         result.warnings = unread_stages(result.pipeline).sorted();
 }
 }  // namespace

@@ -123,15 +123,6 @@ struct Pipeline
     const PipelineStage* find(std::string_view name) const;
 };
 
-/// A part of a matrix.
-struct SweepPart
-{
-    /// Labels, by axis. An axis that is missing has its first value.
-    std::vector<std::map<std::string, std::string>> combinations;
-    /// As the whole matrix has them: what is left of it may not show all.
-    std::map<std::string, std::vector<std::string>> stage_axes;
-};
-
 struct PipelineRequest
 {
     std::filesystem::path file;
@@ -140,7 +131,6 @@ struct PipelineRequest
     std::string until = {};                                 ///< `--until STAGE`: checked to be a stage's name; empty: not given.
     bool preview = false;                                   ///< `--preview`: with the options that the file's `preview` sets.
     std::vector<PipelineText> texts = {};                   ///< Where not empty: read in place of the files on the disk.
-    std::optional<SweepPart> part = {};                     ///< Combinations to load; all of them where not given.
     std::vector<std::string> without = {};                  ///< `--without STAGE`: left out of the file.
     bool keep_going = false;                                ///< Combinations that lack an input are left out if others remain.
 };

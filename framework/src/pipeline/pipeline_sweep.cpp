@@ -387,11 +387,11 @@ class SweepBuilder
 
     /// Call once, and only where no combination has a problem. `axes`: by a stage's name, those that it depends on beyond what
     /// the added combinations show.
-    void build(Pipeline& pipeline, const std::map<std::string, AxisSet>& more_axes)
+    void build(Pipeline& pipeline)
     {
         for (std::size_t i = 0; i < document_.stages.entries.size(); ++i)
             numbers_[document_.stages.entries[i].key] = i;
-        const std::vector<AxisSet> axes = spread_axes(more_axes);
+        const std::vector<AxisSet> axes = spread_axes();
         const AxisSet all = AxisSet().set();
         for (std::size_t i = 0; i < document_.stages.entries.size() && !matrix_.empty(); ++i)
             for (std::size_t axis = 0; axis < matrix_.size(); ++axis)
@@ -468,14 +468,11 @@ class SweepBuilder
     }
 
     /// What a stage reads depends on more axes than the stage itself: so does the stage then.
-    std::vector<AxisSet> spread_axes(const std::map<std::string, AxisSet>& more) const
+    std::vector<AxisSet> spread_axes() const
     {
         std::vector<AxisSet> axes;
         for (std::size_t i = 0; i < document_.stages.entries.size(); ++i)
-        {
-            const auto found = more.find(document_.stages.entries[i].key);
-            axes.push_back(drafts_.axes_of(i) | (found == more.end() ? AxisSet() : found->second));
-        }
+            axes.push_back(drafts_.axes_of(i));
         for (bool again = true; again;)
         {
             again = false;
@@ -526,69 +523,25 @@ class SweepBuilder
     std::map<std::string, std::size_t> known_problems_;
 };
 
-/// The combinations of a part. Throws Error where an axis has no value of that name.
-std::vector<Choices> chosen_combinations(const SweepPart& part, const std::vector<MatrixAxis>& matrix)
-{
-    std::vector<std::map<std::string, std::size_t>> places(matrix.size());
-    for (std::size_t axis = 0; axis < matrix.size(); ++axis)
-        for (std::size_t i = 0; i < matrix[axis].choices.size(); ++i)
-            places[axis].emplace(matrix[axis].choices[i].label, i);
-    std::vector<Choices> result;
-    for (const auto& labels : part.combinations)
-    {
-        Choices& choices = result.emplace_back(matrix.size());
-        for (std::size_t axis = 0; axis < matrix.size(); ++axis)
-        {
-            const auto label = labels.find(matrix[axis].var);
-            if (label == labels.end())
-                continue;
-            const auto place = places[axis].find(label->second);
-            if (place == places[axis].end())
-                throw Error("the axis '" + matrix[axis].var + "' of the matrix has no value '" + label->second + "'");
-            choices[axis] = place->second;
-        }
-    }
-    return result;
-}
-
-std::map<std::string, AxisSet> axis_sets(const SweepPart& part, const std::vector<MatrixAxis>& matrix)
-{
-    std::map<std::string, AxisSet> result;
-    for (const auto& [stage, names] : part.stage_axes)
-        for (std::size_t axis = 0; axis < matrix.size(); ++axis)
-            if (std::ranges::find(names, matrix[axis].var) != names.end())
-                result[stage].set(axis);
-    return result;
-}
 }  // namespace
 
-void load_stages(const PipelineDocument& document, const std::vector<MatrixAxis>& matrix, const std::optional<SweepPart>& part,
-                 const Settings& settings, TypeTable& types, Pipeline& pipeline, ProblemList& problems, ProblemList* missing)
+void load_stages(const PipelineDocument& document, const std::vector<MatrixAxis>& matrix, const Settings& settings,
+                 TypeTable& types, Pipeline& pipeline, ProblemList& problems, ProblemList* missing)
 {
-    std::vector<Choices> cells;
-    try
-    {
-        cells = part ? chosen_combinations(*part, matrix) : combinations(matrix);
-    }
-    catch (const Error& error)
-    {
-        problems.add(document.matrix.entries.front(), error.what());
-        return;
-    }
     StageDrafts drafts(document, matrix, settings, types);
     SweepBuilder builder(document, matrix, drafts);
-    for (const Choices& choices : cells)
+    for (const Choices& choices : combinations(matrix))
         builder.add(choices);
     const bool some_left_out = missing != nullptr && problems.empty() && builder.leave_out_incomplete(*missing);
     builder.report(problems);
     if (!problems.empty())
         return;
-    builder.build(pipeline, part ? axis_sets(*part, matrix) : std::map<std::string, AxisSet>{});
+    builder.build(pipeline);
     for (const MatrixAxis& axis : matrix)
         pipeline.sweep.axes.push_back(axis.var);
-    pipeline.sweep.narrowed = part || some_left_out ||
-                              std::ranges::any_of(matrix, [](const MatrixAxis& axis)
-                                                  { return !std::ranges::all_of(axis.choices, &MatrixAxis::Choice::chosen); });
+    pipeline.sweep.narrowed =
+        some_left_out || std::ranges::any_of(matrix, [](const MatrixAxis& axis)
+                                             { return !std::ranges::all_of(axis.choices, &MatrixAxis::Choice::chosen); });
 }
 
 }  // namespace fresco::host

@@ -12,11 +12,10 @@
 namespace fresco::host
 {
 
-/// The stages and the sweep of `pipeline`, of all chosen combinations or of `part`. Every problem is reported once; one that not
+/// The stages and the sweep of `pipeline`, of all chosen combinations. Every problem is reported once; one that not
 /// all combinations have says which values they have in common. With problems there are no stages. `missing`: what
 /// combinations lack that are left out because others lack nothing; null: none is left out.
-void load_stages(const PipelineDocument& document, const std::vector<MatrixAxis>& matrix, const std::optional<SweepPart>& part,
-                 const Settings& settings, TypeTable& types, Pipeline& pipeline, ProblemList& problems,
-                 ProblemList* missing = nullptr);
+void load_stages(const PipelineDocument& document, const std::vector<MatrixAxis>& matrix, const Settings& settings,
+                 TypeTable& types, Pipeline& pipeline, ProblemList& problems, ProblemList* missing = nullptr);
 
 }  // namespace fresco::host

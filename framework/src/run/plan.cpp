@@ -6,7 +6,6 @@
 #include "plugins/catalog.h"
 #include "run/exports.h"
 #include "run/result_key.h"
-#include "run/task_table.h"
 #include "store/stage_record.h"
 #include <fresco/error.h>
 #include <fresco/file_access.h>
@@ -250,25 +249,6 @@ std::size_t files_to_copy(const StageNode& node, const Exporter& exporter)
     return attempt([&] { return exporter.missing(*node.stage, node.result->object); }).value_or(0);
 }
 
-/// What `auto` devices stand for here, as `--set`: the machines that run the tasks may have others. Only where all stages of one
-/// name have the same, so that a device that depends on an axis is not touched.
-std::vector<std::pair<std::string, std::string>> settled_devices(const Pipeline& pipeline)
-{
-    std::map<std::string, std::set<std::pair<std::string, std::string>>> devices;
-    for (const PipelineStage& stage : pipeline.stages)
-    {
-        const std::string option = device_option(*stage.type);
-        const Value* device = option.empty() ? nullptr : stage.options->find(option);
-        const bool is_named = device && device->is_string();
-        devices[stage.own_name].emplace(is_named ? stage.own_name + "." + option : "", is_named ? device->as_string() : "");
-    }
-    std::vector<std::pair<std::string, std::string>> sets;
-    for (const auto& [stage, found] : devices)
-        if (found.size() == 1 && !found.begin()->first.empty())
-            sets.push_back(*found.begin());
-    return sets;
-}
-
 }  // namespace
 
 PipelineEstimate estimate_pipeline(const Pipeline& pipeline, int cores)
@@ -284,7 +264,7 @@ PipelineEstimate estimate_pipeline(const Pipeline& pipeline, int cores)
 
 Plan make_plan(const Pipeline& pipeline, const std::filesystem::path& store_folder, const std::filesystem::path& out,
                const std::string& until, const std::map<std::string, CostFigures>& estimates,
-               const std::filesystem::path& upstream_folder)
+               const std::filesystem::path& upstream_folder, bool replace)
 {
     set_input_roots(pipeline.inputs);
     const Store store(store_folder);
@@ -293,7 +273,7 @@ Plan make_plan(const Pipeline& pipeline, const std::filesystem::path& store_fold
     FileHashes hashes(store.file_index());
     RunState state(pipeline, store, hashes, until, upstream ? &*upstream : nullptr);
     state.update();
-    Exporter exporter(store, pipeline, out, hashes);
+    Exporter exporter(store, pipeline, out, hashes, replace);
 
     Plan plan;
     for (const auto& node : state.nodes())
@@ -323,43 +303,6 @@ Plan make_plan(const Pipeline& pipeline, const std::filesystem::path& store_fold
     }
     hashes.save();
     return plan;
-}
-
-TaskTable plan_tasks(const PipelineRequest& request, const Pipeline& pipeline, const std::filesystem::path& store_folder,
-                     const std::filesystem::path& out, const TaskSettings& settings)
-{
-    const Store store(store_folder);
-    set_input_roots(pipeline.inputs);
-    FileHashes hashes(store.file_index());
-    RunState state(pipeline, store, hashes, request.until);
-    state.update();
-    hashes.save();
-    std::map<std::string, CostFigures> estimates = estimate_pipeline(pipeline, settings.threads).stages;
-    const Statistics statistics(store);
-    std::vector<bool> runs;
-    for (const StageNode& node : state.nodes())
-    {
-        if (node.state == StageState::failed)
-            throw MissingInput("stage " + node.stage->name + ": " + node.error);
-        runs.push_back(node.state == StageState::waiting);
-        if (runs.back())
-            estimates[node.stage->name] = statistics.corrected(cost_name(*node.stage), remaining_cost(node, estimates));
-    }
-    TaskTable table = make_task_table(pipeline, runs, estimates, settings);
-    table.pipeline = request;
-    table.pipeline.file = pipeline.file;
-    table.pipeline.texts = pipeline.texts;
-    const auto devices = settled_devices(pipeline);
-    table.pipeline.sets.insert(table.pipeline.sets.end(), devices.begin(), devices.end());
-    for (const PipelineStage& stage : pipeline.stages)
-    {
-        table.plugins[stage.type->type] = {stage.type->library, stage.type->library_hash};
-        for (const TypeDescription* component : stage.components)
-            table.plugins[component->type] = {component->library, component->library_hash};
-    }
-    table.store = store_folder;
-    table.out = out;
-    return table;
 }
 
 }  // namespace fresco::host

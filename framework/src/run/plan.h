@@ -9,8 +9,7 @@
 #include <string>
 #include <vector>
 
-/// \file What would run, why, and what it costs. `fresco plan` prints it, the scheduler goes by its costs, and tasks of a
-/// cluster are cut by them.
+/// \file What would run, why, and what it costs. `fresco plan` prints it, and the scheduler goes by its costs.
 
 namespace fresco::host
 {
@@ -48,6 +47,6 @@ struct Plan
 /// lends results; empty: none. Changes nothing but remembered file stamps.
 Plan make_plan(const Pipeline& pipeline, const std::filesystem::path& store, const std::filesystem::path& out,
                const std::string& until, const std::map<std::string, CostFigures>& estimates,
-               const std::filesystem::path& upstream = {});
+               const std::filesystem::path& upstream = {}, bool replace = false);
 
 }  // namespace fresco::host

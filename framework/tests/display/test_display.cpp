@@ -322,7 +322,7 @@ TEST_CASE("At 80 and at 40 columns no line is wider, and no word is split")
                          "--help",
                          "run --help",
                          "store gc --help",
-                         "submit slurm --help",
+                         "store gc --help",
                          "run room.yaml --nothing that it has for an argument of this name",
                          "new stage my.dots"};
     for (const unsigned width : {80U, 40U})

@@ -160,8 +160,7 @@ TEST_CASE("A preview has its own options and its own folder")
     CHECK(contains(place.run({"plan", "room.yaml", "--preview"}).out, "copies 1 file of text to out/preview\n"));
     fs::remove(place.file("out/preview/x.txt"));
 
-    REQUIRE(place.run({"plan", "room.yaml", "--preview", "--set", "start=7", "--tasks", "--folder", "tasks"}).code == 0);
-    REQUIRE(place.run({"run", "--task", "0", "tasks"}).code == 0);
+    REQUIRE(place.run({"run", "room.yaml", "--preview", "--set", "start=7", "--task", "once"}).code == 0);
     CHECK(contains(place.run({"plan", "room.yaml", "--preview", "--set", "start=7"}).out, "nothing to do"));
 
     for (const char* command : {"run", "plan", "check"})
@@ -269,17 +268,6 @@ TEST_CASE("gc keeps what the last runs used, removes the rest and leftovers, and
     CHECK(place.run(tidy).code == 0);
     CHECK(place.objects().empty());
     CHECK(fs::is_empty(place.file(".fresco/checkpoints")));
-}
-
-TEST_CASE("Scripts are refused a text with a control character, before anything is written")
-{
-    Simple place;
-    const Finished finished = place.run({"submit", "slurm", "room.yaml", "--dry-run", "--folder", "tasks\ntouch gone\n#"});
-    CHECK(finished.code == 2);
-    CHECK(finished.err.starts_with("error: --folder: '"));
-    CHECK(contains(finished.err, "\\ntouch gone\\n#'"));
-    CHECK(std::ranges::count(finished.err, '\n') == 1);
-    CHECK_FALSE(fs::exists(place.file("tasks")));
 }
 
 TEST_CASE("A file's name begins no line of a message")

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Plants something else in place of every path that fresco uses in a store, the cache, the output folder and a folder of cluster tasks:
+"""Plants something else in place of every path that fresco uses in a store, the cache and the output folder:
 links to a file and to a folder elsewhere, a link to nothing, a link to itself, a hard link, a folder, a FIFO, a socket. The paths are
 those of a traced run, so a new one is covered. Then it runs. Nothing outside may change; the run ends within 20 s, with exit code 0 or
 with an error that names a path of fresco's to remove; once the planted thing is removed, the next run is right.
@@ -79,7 +79,7 @@ class Garden:
     def __init__(self, place):
         self.place, self.site = place, Site(place)
         self.victim = Victim(place.root / "victim")
-        self.roots = [place.work / ".fresco", place.root / "cache/fresco", place.work / "out", place.work / "tasks"]
+        self.roots = [place.work / ".fresco", place.root / "cache/fresco", place.work / "out"]
 
     def put_back(self):
         self.site.put_back()
@@ -87,12 +87,11 @@ class Garden:
             shutil.rmtree(folder, ignore_errors=True)
 
     def commands(self, plus):
-        """Every command that writes, in turn: a run that resumes, one that tidies, tasks for a cluster, and one of them."""
+        """Every command that writes, in turn: a run that resumes, one that tidies, a task of a cluster."""
         yield "run", "room.yaml", "--cores", "4"
         yield "run", "room.yaml", "--cores", "4", "--set", "plus=2"
         yield "store", "gc"
-        yield "export", "snakemake", "room.yaml", "--folder", "tasks", "--set", f"plus={plus}"
-        yield "run", "--task", "0", "tasks"
+        yield "run", "room.yaml", "--task", "once", "--set", f"plus={plus}"
 
     def paths(self):
         """Those that the commands use."""
@@ -131,10 +130,9 @@ class Garden:
             text = ended.text
             if ended.code not in (1, 2) or ended.seconds > 20 or "report it" in text or "terminate" in text:
                 problems.append(f"{what}: '{' '.join(words)}' ended after {ended.seconds:.0f} s with {ended}")
-            elif (str(path.relative_to(self.place.root)) not in text and "already holds tasks" not in text) or not re.search("remove it|move it away|already holds tasks|--out", text):
+            elif str(path.relative_to(self.place.root)) not in text or not re.search("remove it|move it away|--out", text):
                 problems.append(f"{what}: the error does not say what to remove: {ended}")
             remove(path)
-            shutil.rmtree(self.place.work / "tasks", ignore_errors=True)  # An export does not go on with one that was stopped.
             if again := self.run_all(4):
                 problems.append(f"{what}: removed, and '{' '.join(again[0])}' still ended with {again[1]}")
         shutil.rmtree(self.place.work / "out", ignore_errors=True)

@@ -401,7 +401,6 @@ CASES |= {
     "in objects/": file_in_store("objects/thesis.txt"), "in a folder of objects/": file_in_store("objects/mine/thesis.txt"),
     "in tmp/": file_in_store("tmp/thesis.txt"), "in the store": file_in_store("thesis.txt"), "in checkpoints/": file_in_store("checkpoints/mine/thesis.txt"),
     "an unseen pipeline": unseen_results,
-    "a Snakefile": refuses("Snakefile", "export", "snakemake", "room.yaml", "--folder", "."),
     "init": refuses("project/room.yaml", "init", "project"), "reference": refuses("pages/test.sink.md", "reference", "pages", code=1),
     "new": refuses("my_stage/stage.cpp", "new", "stage", "my.stage"),
 }

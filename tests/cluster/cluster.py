@@ -30,7 +30,7 @@ stages:
   text:    {{type: test.sink, input: paint, path: sum.txt, log: {log}}}
 """
 SBATCH = ("sbatch --parsable --mem={resources.mem_mb} --time={resources.runtime} --cpus-per-task={threads} --gres=gpu:{resources.gpu} "
-          "--output=/dev/null")
+          "--output=jobs.log --open-mode=append")
 
 
 class Failed(Exception):
@@ -72,7 +72,8 @@ class Folder:
         return text
 
     def starts(self):
-        return len(self.log.read_text().splitlines()) if self.log.exists() else 0
+        """Of stages; test.add writes a second line when it ends."""
+        return sum(" ends " not in line for line in self.log.read_text().splitlines()) if self.log.exists() else 0
 
     def stages(self):
         return 2 * self.scans + 2 * self.scans * self.pictures
@@ -139,7 +140,8 @@ def two_nodes(place, long):
         lost = len(slurm.jobs_on("one"))
         slurm.kill("one")
         text, _ = process.communicate(timeout=900)
-        expect(process.returncode == 0, f"snakemake ended with {process.returncode}: {text[-3000:]}")
+        jobs = folder.work / "jobs.log"
+        expect(process.returncode == 0, f"snakemake ended with {process.returncode}: {text[-1500:]}\n{jobs.read_text()[-1500:]}")
         expect(lost > 0, "no job was on the node that died")
         more = folder.starts() - folder.stages()
         expect(0 <= more <= 2 * lost, f"{more} starts too many for {lost} lost jobs")

@@ -311,31 +311,6 @@ TEST_CASE("stages share their options where these are the same in several combin
     CHECK(of_bake.size() == 1);
 }
 
-TEST_CASE("a part of a matrix has the stages of the whole, by the same names")
-{
-    const TemporaryFolder folder;
-    folder.write("p.yaml", matrix_of(3, 4));
-    const auto whole = load_pipeline({"p.yaml", {}, folder.path()}, usual_catalog());
-    PipelineRequest request{"p.yaml", {}, folder.path()};
-    request.part =
-        SweepPart{{{{"scan", "scan1"}, {"picture", "picture2"}}, {{"scan", "scan2"}}}, whole.pipeline.sweep.stage_axes};
-    const auto part = load_pipeline(request, usual_catalog());
-    CHECK(lines(part).empty());
-    for (const PipelineStage& stage : part.pipeline.stages)
-    {
-        const PipelineStage* same = whole.pipeline.find(stage.name);
-        REQUIRE(same);
-        CHECK(*stage.options == *same->options);
-        CHECK(stage.place == same->place);
-    }
-    CHECK(names_of(part) == Words{"scan_of@scan1", "mesh@scan1", "colors@picture2", "texture@scan1,picture2",
-                                  "bake@scan1,picture2", "scan_of@scan2", "mesh@scan2", "colors@picture0",
-                                  "texture@scan2,picture0", "bake@scan2,picture0"});
-    CHECK(part.pipeline.sweep.narrowed);
-    request.part->combinations = {{{"scan", "scan7"}}};
-    CHECK(lines(load_pipeline(request, usual_catalog())).at(0).ends_with("the axis 'scan' of the matrix has no value 'scan7'"));
-}
-
 TEST_CASE("files that are handed over are read in place of those on the disk")
 {
     const TemporaryFolder folder;

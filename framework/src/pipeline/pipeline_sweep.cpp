@@ -528,9 +528,19 @@ class SweepBuilder
 void load_stages(const PipelineDocument& document, const std::vector<MatrixAxis>& matrix, const Settings& settings,
                  TypeTable& types, Pipeline& pipeline, ProblemList& problems, ProblemList* missing)
 {
+    std::vector<Choices> cells;
+    try
+    {
+        cells = combinations(matrix);
+    }
+    catch (const Error& error)
+    {
+        problems.add(document.matrix.entries.front(), error.what());
+        return;
+    }
     StageDrafts drafts(document, matrix, settings, types);
     SweepBuilder builder(document, matrix, drafts);
-    for (const Choices& choices : combinations(matrix))
+    for (const Choices& choices : cells)
         builder.add(choices);
     const bool some_left_out = missing != nullptr && problems.empty() && builder.leave_out_incomplete(*missing);
     builder.report(problems);

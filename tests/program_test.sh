@@ -4,9 +4,6 @@ set -euo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 export XDG_CACHE_HOME=$work/cache XDG_DATA_HOME=$work/data
-# ctest's preset names the plugin descriptions that the build left; without them, every test would load all plugins first.
-mkdir "$work/cache"
-[ -z "${FRESCO_TEST_CACHE:-}" ] || cp -r "$FRESCO_TEST_CACHE/fresco" "$work/cache/"
 unset FRESCO_PLUGIN_PATH FRESCO_FAULT
 test_name=$(basename "$(dirname "$(realpath "$0")")")
 fail() { echo "$test_name: $*" >&2; exit 1; }

@@ -46,4 +46,5 @@ compare package
 cmp "$work/package/usr/bin/fresco" "$work/archive/opt/else where/bin/fresco"
 for plugin in "$work"/package/usr/lib/fresco/*.so; do
     cmp "$plugin" "$work/archive/opt/else where/lib/fresco/$(basename "$plugin")"
+    cmp "${plugin%.so}.json" "$work/archive/opt/else where/lib/fresco/$(basename "$plugin" .so).json"
 done

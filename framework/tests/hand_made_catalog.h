@@ -6,6 +6,7 @@
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
 #include <fresco/mesh.h>
+#include <fresco/plugin_library.h>
 #include <fresco/testing.h>
 #include <fresco/texture.h>
 
@@ -35,7 +36,6 @@ inline TypeDescription described(const std::string& type, const std::string& kin
     if (!formats.empty())
         description.declaration.set("formats", each<Value>(formats, &FileFormat::describe));
     description.library = "/plugins/" + type + ".so";
-    description.library_hash = "00";
     return description;
 }
 

@@ -31,8 +31,8 @@ inline fs::path test_plugin(const std::string& name)
 class Workplace
 {
   public:
-    /// `plugins`: folders below the test plugins' folder. The cache of descriptions is shared by all tests unless `own_cache`.
-    explicit Workplace(const Words& plugins = {"good"}, bool own_cache = false)
+    /// `plugins`: folders below the test plugins' folder.
+    explicit Workplace(const Words& plugins = {"good"})
     {
         for (const char* name : {"bin", "home", "work"})
             fs::create_directories(root() / name);
@@ -40,11 +40,9 @@ class Workplace
         std::string path;
         for (const auto& folder : plugins)
             path += (path.empty() ? "" : ":") + test_plugin(folder).string();
-        static const fresco::testing::TemporaryFolder shared_cache;
         environment = {{"FRESCO_PLUGIN_PATH", path},
                        {"HOME", root() / "home"},
                        {"XDG_DATA_HOME", root() / "home/data"},
-                       {"XDG_CACHE_HOME", own_cache ? root() / "home/cache" : shared_cache.path()},
                        {"LD_LIBRARY_PATH", fs::path(FRESCO_SDK_LIBRARY).parent_path()}};
     }
 

@@ -5,7 +5,8 @@
 #     [TORCH]                speaks tensors: links fresco::sdk_torch
 #     [TESTS file…]          Catch2 cases: an executable test_NAME and a test of that name
 #     [TEST_LINK target…])
-# In the tree and outside it (after find_package(fresco)) the same call. The library is NAME.so, in lib/fresco.
+# In the tree and outside it (after find_package(fresco)) the same call. The library is NAME.so, in lib/fresco, and NAME.json beside it
+# describes it: install and copy both.
 #
 # fresco_add_algorithms(NAME SOURCES file… [LINK target…] [TESTS file…]) makes a static library of pure code, for a plugin
 # to LINK: what is to be tested where the plugin itself cannot be built. Its folder is an include directory; TESTS become the
@@ -117,7 +118,25 @@ function(fresco_add_plugin NAME)
             target_link_libraries(test_${NAME} PRIVATE ${NAME}_core)
         endif()
     endif()
+    fresco_describe_plugin(${NAME})
     install(TARGETS ${NAME} LIBRARY DESTINATION lib/fresco)
+    install(FILES $<TARGET_FILE_DIR:${NAME}>/${NAME}.json DESTINATION lib/fresco)
+endfunction()
+
+# The program knows a plugin by its description, NAME.json beside NAME.so, which fresco-describe writes when the plugin was linked. The
+# build id says that they belong together.
+function(fresco_describe_plugin NAME)
+    target_link_options(${NAME} PRIVATE -Wl,--build-id=sha1)
+    get_target_property(folder ${NAME} LIBRARY_OUTPUT_DIRECTORY)
+    if(NOT folder)
+        set(folder ${CMAKE_CURRENT_BINARY_DIR})
+    endif()
+    set(byproducts BYPRODUCTS ${folder}/${NAME}.json)
+    if(CMAKE_CONFIGURATION_TYPES)
+        set(byproducts "")
+    endif()
+    add_custom_command(TARGET ${NAME} POST_BUILD COMMAND fresco::describe $<TARGET_FILE:${NAME}> ${byproducts} VERBATIM)
+    set_property(TARGET ${NAME} APPEND PROPERTY LINK_DEPENDS $<TARGET_FILE:fresco::describe>)
 endfunction()
 
 function(fresco_leave_out NAME REASON)

@@ -1,9 +1,8 @@
-#include <fresco/abi.h>
+#include <fresco/plugin_library.h>
 #include <fresco/testing.h>
 
 #include <algorithm>
 #include <cstdlib>
-#include <dlfcn.h>
 #include <mutex>
 
 namespace fresco::testing
@@ -174,20 +173,14 @@ void run_stage(const fs::path& library, std::string_view type, Value options, co
 
 std::unique_ptr<Configurable> make_from_plugin(const fs::path& library, std::string_view type)
 {
-    // Never closed, as in the host: libtorch does not survive it.
-    void* handle = ::dlopen(library.c_str(), RTLD_NOW | RTLD_LOCAL);
-    if (handle == nullptr)
-        throw Error(library.string() + ": " + ::dlerror());
-    const auto info = reinterpret_cast<fresco_plugin_info_function>(::dlsym(handle, FRESCO_INFO_SYMBOL));
-    const auto entries = reinterpret_cast<fresco_plugin_entries_function>(::dlsym(handle, FRESCO_ENTRIES_SYMBOL));
-    if (info == nullptr || entries == nullptr || info()->magic != FRESCO_MAGIC || info()->abi != FRESCO_ABI)
-        throw Error(library.string() + ": not a plugin of this version");
-    std::size_t count = 0;
-    const fresco_plugin_entry* list = entries(&count);
-    for (std::size_t i = 0; i < count; ++i)
-        if (list[i].type == type && list[i].create != nullptr)
-            return std::unique_ptr<Configurable>(static_cast<Configurable*>(list[i].create()));
-    throw Error(library.string() + ": holds no \"" + std::string(type) + "\"");
+    try
+    {
+        return PluginLibrary::open(library).make(type);
+    }
+    catch (const Error& error)
+    {
+        throw Error(library.string() + ": " + error.what());
+    }
 }
 
 }  // namespace fresco::testing

@@ -15,7 +15,7 @@ import tempfile
 
 FRESCO, SOURCE, PLUGINS = sys.argv[1], pathlib.Path(sys.argv[2]), pathlib.Path(sys.argv[3])
 WORK = tempfile.TemporaryDirectory(prefix="fresco-conformance-")
-ENVIRONMENT = dict(os.environ, XDG_CACHE_HOME=WORK.name, XDG_DATA_HOME=WORK.name)
+ENVIRONMENT = dict(os.environ, XDG_DATA_HOME=WORK.name)
 ENVIRONMENT.pop("FRESCO_PLUGIN_PATH", None)
 SNAKE = re.compile(r"[a-z][a-z0-9_]*$")
 problems = []

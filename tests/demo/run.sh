@@ -4,9 +4,7 @@ set -euo pipefail
 fresco=$1 source=$2 work=$3
 rm -rf "$work"
 mkdir -p "$work/validator"
-export XDG_CACHE_HOME=$work/cache XDG_DATA_HOME=$work/data
-mkdir "$work/cache"
-[ -z "${FRESCO_TEST_CACHE:-}" ] || cp -r "$FRESCO_TEST_CACHE/fresco" "$work/cache/"
+export XDG_DATA_HOME=$work/data
 unset FRESCO_PLUGIN_PATH FRESCO_FAULT
 run() { "$fresco" run "$source/pipelines/demo.yaml" --store "$work/store" --out "$work/out" --cores 2 "$@"; }
 fail() { echo "demo: $*" >&2; exit 1; }

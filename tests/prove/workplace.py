@@ -98,11 +98,12 @@ class Workplace:
         shutil.copy2(fresco, self.root / "bin/fresco")
         shutil.copy2(fresco.parent.parent / "lib/libfresco_sdk.so.0", self.root / "lib/libfresco_sdk.so.0")
         for name in plugins:
-            shutil.copy2(name, self.plugins / pathlib.Path(name).name)
+            for file in (pathlib.Path(name), pathlib.Path(name).with_suffix(".json")):
+                shutil.copy2(file, self.plugins / file.name)
         for name in own:
             shutil.copy2(name, self.root / "lib" / pathlib.Path(name).name)
-        self.environment = {"PATH": os.environ["PATH"], "HOME": str(self.root / "home"), "XDG_CACHE_HOME": str(self.root / "cache"),
-                            "XDG_DATA_HOME": str(self.root / "home/data"), "TMPDIR": str(self.root / "tmp"), "LC_ALL": "C.UTF-8",
+        self.environment = {"PATH": os.environ["PATH"], "HOME": str(self.root / "home"), "XDG_DATA_HOME": str(self.root / "home/data"),
+                            "TMPDIR": str(self.root / "tmp"), "LC_ALL": "C.UTF-8",
                             "FRESCO_PLUGIN_PATH": str(self.plugins)}
         self.environment |= {name: os.environ[name] for name in ("LD_PRELOAD", "ASAN_OPTIONS") if name in os.environ}
 

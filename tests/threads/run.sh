@@ -4,7 +4,7 @@ set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-export XDG_CACHE_HOME=$work/cache XDG_DATA_HOME=$work/data TSAN_OPTIONS="suppressions=$here/suppressions.txt log_path=$work/report"
+export XDG_DATA_HOME=$work/data TSAN_OPTIONS="suppressions=$here/suppressions.txt log_path=$work/report"
 unset FRESCO_PLUGIN_PATH
 ended=0
 # More threads than cores: stages share them out.

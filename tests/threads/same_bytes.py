@@ -19,10 +19,8 @@ FRESCO = sys.argv[1]
 PIPELINE = pathlib.Path(__file__).resolve().parent / sys.argv[2]
 WORK = tempfile.TemporaryDirectory(prefix="fresco-same-bytes-")
 HERE = pathlib.Path(WORK.name)
-ENVIRONMENT = dict(os.environ, XDG_CACHE_HOME=str(HERE / "cache"), XDG_DATA_HOME=str(HERE / "data"))
+ENVIRONMENT = dict(os.environ, XDG_DATA_HOME=str(HERE / "data"))
 ENVIRONMENT.pop("FRESCO_PLUGIN_PATH", None)
-if built := os.environ.get("FRESCO_TEST_CACHE"):
-    shutil.copytree(pathlib.Path(built) / "fresco", HERE / "cache/fresco")
 LONGEST_STOP_S = 60  # On a busy machine; an idle one takes a fraction of a second.
 problems = []
 settings = []

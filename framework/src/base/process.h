@@ -13,7 +13,7 @@
 #include <vector>
 
 /// \file Processes of this program's own: how they are started, told apart from another with the same id, kept from outliving
-/// the host, and how they end. The scheduler, the probe of plugins and the page use it.
+/// the host, and how they end. The scheduler, the trial of plugins and the page use it.
 
 namespace fresco::host
 {

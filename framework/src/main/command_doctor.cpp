@@ -57,8 +57,8 @@ void print_json(const Catalog& catalog)
     };
     const auto plugin_value = [](const auto& plugin) { return Value::Map{{"library", plugin.first}, {"types", plugin.second}}; };
     Value::Map all{{"version", program_version()},
-                   {"compiler", host_stamp().compiler},
-                   {"standard_library", host_stamp().standard_library},
+                   {"compiler", sdk_stamp().compiler},
+                   {"standard_library", sdk_stamp().standard_library},
                    {"processor", processor_capability()},
                    {"cores", available_cores()},
                    {"cuda", cuda_text()},
@@ -79,13 +79,12 @@ void print_text(const Catalog& catalog)
     const auto torch = versions.find("libtorch");
     TextTable facts({{"", Kind::figure}, {"", Kind::text}});
     facts.add({"fresco", program_version()});
-    facts.add({"compiler", fmt::format("{}, {}", host_stamp().compiler, host_stamp().standard_library)});
+    facts.add({"compiler", fmt::format("{}, {}", sdk_stamp().compiler, sdk_stamp().standard_library)});
     facts.add({"Boost", BOOST_LIB_VERSION});
     facts.add({"processor", processor.at("model").as_string() + ", " + std::to_string(available_cores()) + " cores"});
     facts.add({"instruction sets", processor.at("features").as_string()});
     facts.add({"libtorch", torch == versions.end() ? "no plugin uses it" : fmt::format("{}", fmt::join(torch->second, ", "))});
     facts.add({"CUDA", cuda_text()});
-    facts.add({"descriptions", descriptor_cache_folder().string()});
     fmt::print("{}\nlibraries behind the plugins\n", facts.text(width));
     TextTable libraries({{"", Kind::figure}, {"", Kind::text}}, 2);
     for (const auto& [name, found] : versions)
@@ -119,7 +118,8 @@ void add_doctor_command(CLI::App& app, int& exit_code)
     command->callback(
         [json, &exit_code]
         {
-            const Catalog catalog = load_catalog(true);
+            Catalog catalog = load_catalog();
+            open_all(catalog);
             warn_of_plugin_folders();
             *json ? print_json(catalog) : print_text(catalog);
             exit_code = catalog.refusals().empty() && catalog.ambiguous().empty() ? 0 : 4;

@@ -2,6 +2,7 @@
 #include "base/text.h"
 #include "main/commands.h"
 #include "pipeline/schema.h"
+#include "plugins/plugin_library.h"
 #include "plugins/plugin_search.h"
 #include "run/commands_inspect.h"
 #include "store/stage_log.h"
@@ -102,7 +103,10 @@ void add_inspect_commands(CLI::App& app, int& exit_code)
             {
                 Printed printed;
                 warn_of_plugin_folders();
-                exit_code = action(*arguments, load_catalog(), printed);
+                Catalog catalog = load_catalog();
+                if (arguments->all)
+                    open_all(catalog);
+                exit_code = action(*arguments, catalog, printed);
                 printed.print(is_text && !arguments->json);
             });
         return command;

@@ -1,6 +1,6 @@
 #include "main/commands.h"
 
-#include "plugins/plugin_probe.h"
+#include "plugins/plugin_library.h"
 #include "report/report.h"
 #include "run/commands_inspect.h"
 #include "worker/worker.h"
@@ -13,9 +13,10 @@ namespace fresco::host
 void add_internal_commands(CLI::App& app, int& exit_code)
 {
     const auto file = std::make_shared<std::string>();
-    CLI::App* probe = app.add_subcommand("internal-probe", "Describe one plugin; the host calls this")->group("");
-    probe->add_option("library", *file)->required();
-    probe->callback([file, &exit_code] { exit_code = internal_probe(*file); });
+    const auto files = std::make_shared<std::vector<std::string>>();
+    CLI::App* open = app.add_subcommand("internal-open", "Open plugins; the host calls this")->group("");
+    open->add_option("libraries", *files)->required();
+    open->callback([files] { internal_open(*files); });
     CLI::App* run = app.add_subcommand("internal-run", "Run one stage from store paths; the host calls this")->group("");
     run->add_option("request", *file)->required();
     run->callback([file] { internal_run(*file); });

@@ -1,14 +1,15 @@
 #pragma once
 
 #include <fresco/option_declaration.h>
-#include <fresco/stage.h>
 #include <fresco/value.h>
 #include <fresco/wording.h>
 
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 /// \file What plugins declare of their types, as data: the host checks, describes and estimates by it without opening a
@@ -17,7 +18,20 @@
 namespace fresco::host
 {
 
-/// What one plugin says of one stage or component type, without the library being open.
+/// The files that decide what a plugin does: its library and fresco's own libraries that it runs with.
+class PluginBytes
+{
+  public:
+    explicit PluginBytes(std::vector<std::filesystem::path> files = {}) : files_(std::move(files)) {}
+    /// One hash of all, as they are when it is first asked for. Throws Error if one cannot be read.
+    const std::string& hash() const;
+
+  private:
+    std::vector<std::filesystem::path> files_;
+    mutable std::string hash_;
+};
+
+/// A stage or component type as its plugin's description has it.
 struct TypeDescription
 {
     std::string type;  ///< As in a pipeline file.
@@ -26,10 +40,10 @@ struct TypeDescription
     /// Configurable::describe() — options, inputs, outputs — plus, for a stage, `cost` (describe_cost), and for a reader
     /// `artifact` and `extensions`.
     Value declaration;
-    std::filesystem::path library;
-    std::string library_hash;  ///< Contents of the library and of fresco's own libraries that it runs with.
-    Value library_versions;    ///< Map name -> version of the libraries behind it.
-    std::size_t place = 0;     ///< Where the library was found, in the order in which places are searched.
+    std::filesystem::path library{};
+    std::shared_ptr<const PluginBytes> bytes = std::make_shared<PluginBytes>();
+    Value library_versions{};  ///< Map name -> version of the libraries behind it.
+    std::size_t place = 0;     ///< Rank of the folder that has the library, in the order of the search.
 };
 
 /// A type that is not used, because a library in an earlier place has it, too.
@@ -40,7 +54,7 @@ struct ShadowedType
     std::filesystem::path by;
 };
 
-/// A file that looks like a plugin and cannot be used, or a folder of FRESCO_PLUGIN_PATH without plugins.
+/// A plugin that cannot be used, or a folder of FRESCO_PLUGIN_PATH without plugins.
 struct Refusal
 {
     std::filesystem::path library;
@@ -79,8 +93,9 @@ class Catalog
     std::vector<std::filesystem::path> libraries_of(std::string_view type) const;
 
   private:
-    std::map<std::string, std::vector<TypeDescription>, std::less<>> types_;  ///< Those of the first place that has the type.
-    std::multimap<std::string, std::filesystem::path> shadowed_;              ///< Libraries in later places.
+    std::map<std::string, std::vector<TypeDescription>, std::less<>>
+        types_;                                                   ///< The libraries of the first place that has the type.
+    std::multimap<std::string, std::filesystem::path> shadowed_;  ///< Libraries in later places.
     std::vector<Refusal> refusals_;
     std::vector<UnbuiltPlugin> unbuilt_;
 };
@@ -92,7 +107,7 @@ struct PortDeclaration
     int version = 1;
     bool is_optional = false;
     std::string help;
-    std::vector<std::string> parts;  ///< Of an output: the names of the artifact's parts, where they are always the same.
+    std::vector<std::string> parts;  ///< An output's artifact has these parts, where they are always the same.
 
     /// "frames", or "frames (version 2)" where the version is not 1.
     std::string artifact_text() const;
@@ -104,9 +119,9 @@ struct TypeDeclaration
     std::vector<OptionDeclaration> options;  ///< In declared order.
     std::vector<PortDeclaration> inputs;
     std::vector<PortDeclaration> outputs;
-    std::string artifact;                 ///< Of a reader.
-    std::vector<std::string> extensions;  ///< Of a reader: ".png".
-    std::vector<FileFormat> formats;      ///< Of a reader.
+    std::string artifact;                 ///< What a reader makes.
+    std::vector<std::string> extensions;  ///< A reader's: ".png".
+    std::vector<FileFormat> formats;      ///< A reader's.
 
     const OptionDeclaration* option(std::string_view name) const;
     const PortDeclaration* input(std::string_view name) const;
@@ -116,9 +131,5 @@ struct TypeDeclaration
 
 /// Throws Error naming the type where a plugin's description is not of the documented form.
 TypeDeclaration read_declaration(const TypeDescription& type);
-
-/// A cost as the entry `cost` of TypeDescription::declaration; `options` is the entry beside it. Throws Error naming the
-/// type where it names an option that is not there or is of the wrong kind, and where a number is negative or not finite.
-Value describe_cost(const std::string& type, const Cost& cost, const Value& options);
 
 }  // namespace fresco::host

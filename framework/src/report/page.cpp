@@ -117,7 +117,7 @@ Value viewers_of(const Catalog& catalog)
 {
     Value viewers{Value::Map{}};
     for (const TypeDescription* type : catalog.types(Viewer::component_kind))
-        viewers.set(type->type, Value::Map{{"library", type->library.string()}, {"hash", type->library_hash}});
+        viewers.set(type->type, Value::Map{{"library", type->library.string()}, {"hash", type->bytes->hash()}});
     return viewers;
 }
 

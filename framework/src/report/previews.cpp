@@ -50,7 +50,7 @@ class Requests
   private:
     void use(const TypeDescription& type)
     {
-        libraries_.set(type.type, Value::Map{{"library", type.library.string()}, {"hash", type.library_hash}});
+        libraries_.set(type.type, Value::Map{{"library", type.library.string()}, {"hash", type.bytes->hash()}});
     }
 
     /// The configuration of a viewer with its defaults; of one that lacks a part, what it has: it says so itself.
@@ -156,7 +156,7 @@ class Requests
     Value::List artifacts_;
 };
 
-/// As long as the factory. The probe has seen that it is a T.
+/// As long as the factory. fresco-describe has seen that it is a T.
 template <class T>
 T& component(WorkerFactory& factory, const Value& config)
 {

@@ -208,7 +208,7 @@ int internal_origin(const std::filesystem::path& library, const std::string& typ
     Value answer = Value::Map{};
     try
     {
-        const std::unique_ptr<Configurable> object = PluginLibrary::open(library).make(type);
+        const std::unique_ptr<Configurable> object = open_plugin(library).library->make(type);
         const auto* reader = dynamic_cast<const FileOrigin*>(object.get());
         if (reader == nullptr)
             throw Error("the type " + type + " is registered as an origin but does not derive from fresco::FileOrigin");
@@ -350,7 +350,7 @@ int write_description(const Catalog& catalog, const std::string& type, bool json
                            {"kind", known.description->kind},
                            {"help", known.description->help},
                            {"library", known.description->library.string()},
-                           {"library_hash", known.description->library_hash},
+                           {"library_hash", known.description->bytes->hash()},
                            {"library_versions", known.description->library_versions},
                            {"declaration", known.description->declaration}},
                        2)

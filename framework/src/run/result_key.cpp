@@ -84,7 +84,7 @@ class KeyMaker
 
 Value library_identity(const TypeDescription& type)
 {
-    return Value::Map{{"hash", type.library_hash}, {"versions", type.library_versions}};
+    return Value::Map{{"hash", type.bytes->hash()}, {"versions", type.library_versions}};
 }
 
 std::string shown(const Value* value)

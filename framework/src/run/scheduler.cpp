@@ -3,6 +3,7 @@
 #include "base/machine.h"
 #include "base/process.h"
 #include "base/text.h"
+#include "plugins/plugin_library.h"
 #include "run/running_stage.h"
 #include "run/stage_choice.h"
 #include "store/presence.h"
@@ -115,6 +116,7 @@ class Scheduler
             state_.update();
             check_outputs();
             take_finished();
+            open_plugins();
             for (;;)
             {
                 const bool tried = dispatch();
@@ -193,10 +195,33 @@ class Scheduler
         refuse_obstacles(found);
     }
 
+    /// Tries all plugins that the run needs, before hours of work. Stages whose plugins cannot be opened fail, and none begins.
+    void open_plugins()
+    {
+        const auto libraries_of = [](const StageNode& node)
+        {
+            std::set<fs::path> libraries{node.stage->type->library};
+            for (const TypeDescription* component : node.stage->components)
+                libraries.insert(component->library);
+            return libraries;
+        };
+        std::set<fs::path> needed;
+        for (const StageNode& node : state_.nodes())
+            if (node.state == StageState::waiting && !request_.only_stored)
+                needed.merge(libraries_of(node));
+        for (const Refusal& refusal : refused_when_opened(needed))
+        {
+            has_unusable_plugins_ = true;
+            for (StageNode& node : state_.nodes())
+                if (node.state == StageState::waiting && libraries_of(node).contains(refusal.library))
+                    fail(node, "plugin " + refusal.library.string() + ": " + refusal.reason, worker_plugin);
+        }
+    }
+
     /// False where no stage was to be started.
     bool dispatch()
     {
-        if (stopping() || request_.only_stored)
+        if (stopping() || request_.only_stored || has_unusable_plugins_)
             return false;
         Room room{request_.cores, request_.memory_mb};
         for (const auto& running : running_)
@@ -502,7 +527,8 @@ class Scheduler
     RunSummary summary()
     {
         for (const auto& node : state_.nodes())
-            if (node.state == StageState::waiting && !stopping() && !turns_.ended_early() && !request_.only_stored)
+            if (node.state == StageState::waiting && !stopping() && !turns_.ended_early() && !request_.only_stored &&
+                !has_unusable_plugins_)
                 throw std::logic_error("the stage " + node.stage->name + " was never started");
         // Its key leads to what was made from it, also after a clean-up.
         for (const auto& node : state_.nodes())
@@ -551,6 +577,7 @@ class Scheduler
     Clock::time_point last_shown_;
     std::map<std::string, std::string> taken_;
     std::map<std::string, int> repairs_;
+    bool has_unusable_plugins_ = false;
     int stops_ = 0;
     Clock::time_point stop_deadline_;
 };

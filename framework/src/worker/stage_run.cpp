@@ -136,7 +136,7 @@ class StageRun
         verify_inputs();
         factory_.open_all();
         std::unique_ptr<Configurable> object = factory_.make(request_.type, "stage");
-        // The probe has seen that it is one, as for readers.
+        // fresco-describe has seen that it is one, as for readers.
         auto& stage = dynamic_cast<Stage&>(*object);
         stage.configure(request_.options, factory_);
         try

@@ -1,9 +1,7 @@
 #include "worker/worker_factory.h"
 #include "base/common.h"
 
-#include "plugins/plugin_search.h"
 #include <fresco/error.h>
-#include <fresco/files_io.h>
 
 #include <algorithm>
 
@@ -68,15 +66,13 @@ void WorkerFactory::open_all()
 
 const PluginLibrary& WorkerFactory::open(const std::string& type, const std::filesystem::path& library)
 {
-    const PluginLibrary& plugin = *named(library, [&] { return &PluginLibrary::open(library); });
-    opened_[library.string()] = &plugin;
-    std::string& hash = hashes_[library.string()];
-    if (hash.empty())
-        hash = named(library, [&]
-                     { return combined_library_hash(file_hash(library), each<std::string>(plugin.own_libraries(), file_hash)); });
-    if (hash != identities_.at(type).at("hash").as_string())
+    auto known = opened_.find(library);
+    if (known == opened_.end())
+        known = opened_.emplace(library, named(library, [&] { return open_plugin(library); })).first;
+    const OpenPlugin& plugin = known->second;
+    if (named(library, [&] { return plugin.bytes.hash(); }) != identities_.at(type).at("hash").as_string())
         throw PluginFailure("plugin " + library.string() + ": was rebuilt since the run began; run again");
-    return plugin;
+    return *plugin.library;
 }
 
 std::shared_ptr<Component> WorkerFactory::create(std::string_view kind, const Value& config)
@@ -98,7 +94,7 @@ Value WorkerFactory::versions() const
 {
     Value all = Value::Map{};
     for (const auto& [file, plugin] : opened_)
-        for (const auto& [name, version] : plugin->versions().as_map())
+        for (const auto& [name, version] : plugin.library->versions().as_map())
             if (all.find(name) == nullptr)
                 all.set(name, version);
     return all;

@@ -47,9 +47,8 @@ class WorkerFactory final : public ComponentFactory
 
     std::map<std::string, std::filesystem::path> libraries_;
     Value identities_;
-    std::map<std::string, std::string> hashes_;
     std::map<std::string, std::shared_ptr<Component>> made_;
-    std::map<std::string, const PluginLibrary*> opened_;
+    std::map<std::filesystem::path, OpenPlugin> opened_;
 };
 
 }  // namespace fresco::host

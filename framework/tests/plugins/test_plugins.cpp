@@ -1,31 +1,60 @@
 #include "program.h"
 
 #include "plugins/plugin_library.h"
-#include "plugins/plugin_search.h"
 
+#include <elf.h>
 #include <sys/stat.h>
 
-// What constructors of plugins may do: prove_hostile_plugins. That a changed library is seen: prove_never_stale.
+// Other proofs are about plugins, too: prove_hostile_plugins has stages that do harm, prove_never_stale changes libraries.
 
+using Catch::Contains;
 using namespace fresco::host;
 
 namespace
 {
 
 const char* const one_source = "version: 1\nstages:\n  source: {type: test.source}\n";
-const char* const no_library = "no library, but long enough to be looked at for some time by a loader of plugins";
+const char* const no_library = "no library, but long enough for all headers of one";
+
+fs::path description_of(const fs::path& library)
+{
+    return fs::path(library).replace_extension(".json");
+}
+
+/// The description of another plugin, changed, as that of this library.
+template <class Change>
+void describe_as(const fs::path& library, const std::string& other, const Change& change)
+{
+    fresco::Value description = fresco::parse_json(fresco::read_text_file(description_of(test_plugin(other))));
+    description.set("build_id", fresco::build_id(library));
+    change(description);
+    fresco::write_file(description_of(library), to_json(description));
+}
+
+void describe_as(const fs::path& library, const std::string& other)
+{
+    describe_as(library, other, [](fresco::Value&) {});
+}
 
 /// A workplace whose plugins are in a folder of its own.
 struct OwnPlugins : Workplace
 {
-    explicit OwnPlugins(const std::string& name = "plugins") : Workplace({}, true), plugins(root() / name)
+    explicit OwnPlugins(const std::string& name = "plugins") : Workplace(Words{}), plugins(root() / name)
     {
         fs::create_directories(plugins);
         environment["FRESCO_PLUGIN_PATH"] = plugins;
         write("room.yaml", one_source);
     }
 
-    void put(const std::string& plugin, const std::string& name) const { fs::copy_file(test_plugin(plugin), plugins / name); }
+    void put_library(const std::string& plugin, const std::string& name) const
+    {
+        fs::copy_file(test_plugin(plugin), plugins / name);
+    }
+    void put(const std::string& plugin, const std::string& name) const
+    {
+        put_library(plugin, name);
+        fs::copy_file(description_of(test_plugin(plugin)), description_of(plugins / name));
+    }
     std::string listed(bool all = true) { return run(all ? Words{"stages", "--all"} : Words{"stages"}).out; }
 
     fs::path plugins;
@@ -35,13 +64,13 @@ struct OwnPlugins : Workplace
 
 TEST_CASE("The handshake names what differs, with both values")
 {
-    const fresco_plugin_info host = host_stamp();
-    CHECK(!handshake_problem(host, host, nullptr));
+    const fresco_plugin_info host = fresco::sdk_stamp();
+    CHECK(!fresco::handshake_problem(host, host));
     const auto problem = [&](const auto& change, const fresco_plugin_info* torch = nullptr)
     {
         fresco_plugin_info plugin = host;
         change(plugin);
-        return handshake_problem(plugin, host, torch).value_or("none");
+        return fresco::handshake_problem(plugin, host, torch).value_or("none");
     };
     // Behind another ABI number nothing else is looked at.
     const std::string abi = problem(
@@ -71,19 +100,61 @@ TEST_CASE("The handshake names what differs, with both values")
     CHECK(contains(problem(uses, &torch), "CUDA"));
 }
 
-TEST_CASE("A library that is cut short is named without being opened")
+TEST_CASE("A build id is read from a library's notes, and a file without one is refused")
 {
+    struct Notes
+    {
+        Elf64_Nhdr header{4, 2, 7};
+        char name[4] = {'G', 'N', 'U', 0};
+        char text[4] = {1, 2, 0, 0};
+        Elf64_Nhdr id_header{4, 3, NT_GNU_BUILD_ID};
+        char id_name[4] = {'G', 'N', 'U', 0};
+        unsigned char id[4] = {0x0A, 0xFF, 0x10, 0};
+    };
+    struct Library
+    {
+        Elf64_Ehdr header{};
+        Elf64_Phdr segments[2]{};
+        Notes notes{};
+    };
+    Library library;
+    std::memcpy(library.header.e_ident, ELFMAG, SELFMAG);
+    library.header.e_ident[EI_CLASS] = ELFCLASS64;
+    library.header.e_ident[EI_DATA] = ELFDATA2LSB;
+    library.header.e_type = ET_DYN;
+    library.header.e_phoff = offsetof(Library, segments);
+    library.header.e_phentsize = sizeof(Elf64_Phdr);
+    library.header.e_phnum = 2;
+    library.segments[0].p_type = PT_LOAD;
+    library.segments[1].p_type = PT_NOTE;
+    library.segments[1].p_offset = offsetof(Library, notes);
+    library.segments[1].p_filesz = sizeof(Notes);
     const fresco::testing::TemporaryFolder folder;
     const fs::path file = folder.path() / "x.so";
-    CHECK(contains(library_file_problem(file).value(), "cannot be looked at"));
-    fs::copy_file(test_plugin("good/test_stages.so"), file);
-    CHECK(!library_file_problem(file));
-    const auto whole = fs::file_size(file);
-    for (const auto size : {whole - 1, whole / 2, std::uintmax_t{200}, std::uintmax_t{64}, std::uintmax_t{20}, std::uintmax_t{0}})
+    const auto id_of = [&](const Library& written, std::size_t size = sizeof(Library))
     {
-        fs::resize_file(file, size);
-        CHECK(library_file_problem(file));
+        fresco::write_file(file, std::string_view(reinterpret_cast<const char*>(&written), size));
+        return fresco::build_id(file);
+    };
+    CHECK(id_of(library) == "0aff10");
+    for (std::size_t size = 0; size < sizeof(Library); ++size)
+        CHECK_THROWS_AS(id_of(library, size), fresco::Error);
+    const auto changed = [&](const auto& change)
+    {
+        Library other = library;
+        change(other);
+        return fresco::testing::error_of([&] { id_of(other); });
+    };
+    CHECK(contains(changed([](Library& other) { other.header.e_type = ET_EXEC; }), "is not a shared library"));
+    CHECK(contains(changed([](Library& other) { other.header.e_ident[EI_CLASS] = ELFCLASS32; }), "is not a shared library"));
+    CHECK(contains(changed([](Library& other) { other.header.e_phentsize = 1; }), "its list of segments cannot be read"));
+    CHECK(contains(changed([](Library& other) { other.segments[1].p_offset = 1U << 30U; }), "its notes cannot be read"));
+    for (const Elf64_Word size : {5U, 20U, 0xFFFFFFFFU})
+    {
+        CHECK(contains(changed([&](Library& other) { other.notes.header.n_namesz = size; }), "has no ELF build id"));
+        CHECK(contains(changed([&](Library& other) { other.notes.id_header.n_descsz = size; }), "has no ELF build id"));
     }
+    CHECK(contains(changed([](Library& other) { other.notes.id_header.n_type = 1; }), "-Wl,--build-id"));
 }
 
 TEST_CASE("Bad plugins are refused by name, good ones beside them work")
@@ -94,48 +165,101 @@ TEST_CASE("Bad plugins are refused by name, good ones beside them work")
     std::ofstream(place.plugins / "text.so") << no_library;
     // A library that plugins link may lie beside them.
     std::ofstream(place.plugins / "libtext.so") << no_library;
-    place.put("good/test_stages.so", "cut.so");
-    fs::resize_file(place.plugins / "cut.so", fs::file_size(place.plugins / "cut.so") / 2);
-    place.put("sided/libside.so", "side.so");
+    place.put_library("sided/libside.so", "side.so");
+    place.put_library("good/test_stages.so", "renamed.so");
+    place.put("good/test_stages.so", "foreign.so");
+    describe_as(place.plugins / "foreign.so", "note/test_note.so",
+                [](auto& description) { description.set("build_id", "00ff"); });
+    place.put("good/test_stages.so", "damaged.so");
+    fs::resize_file(place.plugins / "damaged.json", 1000);
+    place.put("good/test_stages.so", "odd.so");
+    describe_as(place.plugins / "odd.so", "note/test_note.so", [](auto& description) { description.set("types", 7); });
+    place.put("good/test_stages.so", "old.so");
+    describe_as(place.plugins / "old.so", "note/test_note.so",
+                [](auto& description) { description.find("handshake")->set("abi", 99); });
+    place.put("sided/sided.so", "alone.so");
     std::string& path = place.environment["FRESCO_PLUGIN_PATH"];
-    for (const char* folder : {"good", "bad/throws", "bad/channel", "bad/cost", "bad/wrong_abi", "bad/undefined_symbol"})
-        path += ":" + test_plugin(folder).string();
-    path += ":" + (place.root() / "nowhere").string();
-    const std::string listed = place.listed();
-    for (const char* text :
-         {"no license for today", "bad.cost: cost(): the stage has no option \"max_facez\"",
-          "wrote \"cache opened\" to descriptor 3, the host's channel, when an object of type bad.channel was made", "\"99\"",
-          "side.so: has no symbol fresco_plugin_info_1", "fresco_function_that_nobody_has", "folder.so", "a folder", "fifo.so",
-          "a FIFO", "/text.so", "does not begin as an ELF file", "cut.so", "is cut short", "nowhere", "test.source"})
-        CHECK(contains(listed, text));
+    path += ":" + test_plugin("good").string() + ":" + (place.root() / "nowhere").string();
+    const std::string listed = place.run({"stages"}).out + place.listed();
+    const std::string undescribed = " was built without its description: build it with fresco_add_plugin, which writes ";
+    const std::string folder = fs::canonical(place.plugins).string() + "/";
+    for (const std::string& text :
+         {"side.so:" + undescribed + folder + "side.json", "renamed.so:" + undescribed + folder + "renamed.json",
+          "foreign.so:" + undescribed + folder + "foreign.json: that one describes the build 00ff, the library is the build ",
+          folder + "damaged.json: not valid JSON at byte ",
+          folder + "odd.json: types: ", std::string("its SDK ABI number is \"99\""),
+          std::string("alone.so: needs libside.so, which is neither beside it nor in "),
+          std::string("folder.so: is not a shared library"), std::string("fifo.so: is not a shared library"),
+          std::string("/text.so: is not a shared library"), std::string("nowhere"), std::string("test.source")})
+        CHECK_THAT(listed, Contains(text));
     CHECK(listed.find("libtext.so") == std::string::npos);
     place.make();
-    place.write("bad.yaml", "version: 1\nstages:\n  bad: {type: bad.throws}\n");
-    CHECK(place.run({"run", "bad.yaml"}).code != 0);
     CHECK(place.run({"doctor"}).code == 4);
 }
 
-TEST_CASE("A plugin that hangs is given up and remembered, unless it was replaced meanwhile, as by a build")
+TEST_CASE("A run opens all its plugins before it begins, and names those that cannot be opened")
 {
     OwnPlugins place;
-    OwnPlugins other;
-    for (OwnPlugins* one : {&place, &other})
-    {
-        one->put("bad/hangs/bad_hangs.so", "one.so");
-        one->environment["BAD_LOG"] = one->file("log");
-    }
-    const auto asked = place.start({"stages", "--all"});
-    const auto meanwhile = other.start({"stages", "--all"});
-    Workplace::wait_until([&] { return !other.log().empty(); });
-    other.put("good/test_stages.so", "next");
-    fs::rename(other.plugins / "next", other.plugins / "one.so");
+    place.put("good/test_stages.so", "test_stages.so");
+    const auto [bad, reason] = GENERATE(table<std::string, std::string>(
+        {{"crashes", "crashed when it was opened: Segmentation fault"},
+         {"undefined_symbol", "cannot be loaded: "},
+         {"wrong_abi", "its SDK ABI number is \"99\", this fresco needs \"" + std::to_string(FRESCO_ABI) + "\""}}));
+    const fs::path library = fs::canonical(place.plugins) / "bad.so";
+    place.put_library("bad/bad_" + bad + ".so", "bad.so");
+    describe_as(library, "note/test_note.so");
+    place.write_stages("\n  first: {type: test.sink, input: {file: a.number}, path: a}\n  note: {type: test.note}\n");
+    place.write("a.number", "1");
+    place.run({"check", "room.yaml"}, 0);
+    const Finished finished = place.run({"run", "room.yaml", "--json-log"}, 4);
+    CHECK(contains(outcomes(finished, "error").at("note"), "plugin " + library.string() + ": " + reason));
+    CHECK(outcomes(finished) == std::map<std::string, std::string>{{"first", "not run"}, {"note", "failed"}});
+    place.run({"run", "room.yaml", "--until", "first"}, 0);
+    CHECK(contains(place.listed(), library.string() + ": " + reason));
+    CHECK(contains(place.run({"doctor"}, 4).out, reason));
+}
 
-    const std::string refusal = "did not return within 5 s when an object of type bad.hangs was made";
-    CHECK(contains(asked->wait().out, refusal));
-    CHECK(contains(place.listed(), refusal));
-    CHECK(place.log().size() == 1);
-    CHECK(contains(meanwhile->wait().out, "did not return within 5 s"));
-    CHECK(contains(other.listed(), "test.source"));
+TEST_CASE("A plugin that the loader gives another library than the one in the key is refused")
+{
+    OwnPlugins place;
+    place.write_stages("\n  side: {type: test.sided}\n");
+    for (const char* folder : {"plugins", "elsewhere"})
+        fs::copy(test_plugin("sided"), place.root() / folder);
+    place.environment["LD_LIBRARY_PATH"] += ":" + (place.root() / "elsewhere").string();
+    place.make();
+    place.environment["LD_PRELOAD"] = place.root() / "elsewhere/libside.so";
+    CHECK_THAT(place.run({"run", "room.yaml", "--store", "other"}, 4).err,
+               Contains("runs with " + (place.root() / "elsewhere/libside.so").string() + " instead of "));
+}
+
+TEST_CASE("fresco-describe writes the same description again, and refuses what cannot be used")
+{
+    OwnPlugins place;
+    const auto describe = [&](const std::string& name)
+    {
+        return Background({FRESCO_DESCRIBE, place.plugins / name}, place.environment, place.work(), place.root() / "out",
+                          place.root() / "err")
+            .wait();
+    };
+    place.put_library("good/test_stages.so", "one.so");
+    CHECK(describe("one.so").code == 0);
+    CHECK(fresco::read_text_file(place.plugins / "one.json") == fresco::read_text_file(test_plugin("good/test_stages.json")));
+    for (const auto& [bad, reason] : {std::pair("throws", "the constructor of bad.throws throws: no license for today"),
+                                      {"wrong_abi", "\"99\""},
+                                      {"undefined_symbol", "fresco_function_that_nobody_has"}})
+    {
+        place.put_library("bad/bad_" + std::string(bad) + ".so", bad);
+        const Finished finished = describe(bad);
+        CHECK(finished.code == 1);
+        CHECK_THAT(finished.err, Contains((place.plugins / bad).string() + ": ") && Contains(reason));
+    }
+    std::size_t files = 0;
+    for ([[maybe_unused]] const auto& entry : fs::directory_iterator(place.plugins))
+        ++files;
+    CHECK(files == 5);
+    CHECK(contains(
+        Background({FRESCO_DESCRIBE}, place.environment, place.work(), place.root() / "out", place.root() / "err").wait().err,
+        "usage"));
 }
 
 TEST_CASE("Of a type that two libraries have, neither is used")
@@ -163,6 +287,7 @@ TEST_CASE("A folder of FRESCO_PLUGIN_PATH shadows the installation, and doctor s
     const fs::path built = fs::canonical(test_plugin("good/test_stages.so"));
     fs::create_directories(installed.parent_path());
     fs::copy_file(built, installed);
+    fs::copy_file(description_of(built), description_of(installed));
     const auto library = [&] {
         return fresco::parse_json(place.run({"describe", "--json", "test.source"}).out).at("library").as_string();
     };
@@ -175,7 +300,7 @@ TEST_CASE("A folder of FRESCO_PLUGIN_PATH shadows the installation, and doctor s
 
 TEST_CASE("A plugin that was not built is named with the reason, until it is there")
 {
-    Workplace place({}, true);
+    Workplace place(Words{});
     const fs::path folder = place.root() / "lib" / "fresco";
     fs::create_directories(folder);
     std::ofstream(folder / "plugins.txt") << "test_source\nloss_gram\ntest_in_the_tree: libtorch was not found\n";
@@ -197,11 +322,12 @@ TEST_CASE("A plugin that was not built is named with the reason, until it is the
     CHECK(contains(place.run({"doctor", "--json"}).out, "\"unbuilt\": ["));
 
     // Another library has one of the listed types: the folder's own library is what counts, then the type.
-    fs::copy_file(test_plugin("good/test_stages.so"), folder / "elsewhere.so");
+    for (const char* extension : {".so", ".json"})
+        fs::copy_file(test_plugin(std::string("good/test_stages") + extension), folder / (std::string("elsewhere") + extension));
     CHECK(contains(errors("test.source"), "0 "));
     CHECK(place.run({"stages", "--all"}).out.find("test.source: ") == std::string::npos);
     std::ofstream(folder / "loss_gram.so") << no_library;
-    CHECK(contains(errors("loss.gram"), "does not begin as an ELF file"));
+    CHECK(contains(errors("loss.gram"), "is not a shared library"));
 }
 
 TEST_CASE("Equal plugins of two installations are each described with the libraries beside them")
@@ -262,28 +388,15 @@ TEST_CASE("A folder that everybody may put plugins into gets a warning")
     }
 }
 
-TEST_CASE("Descriptions are remembered by contents and place; plan names a rebuilt plugin")
+TEST_CASE("A library reached by two paths is one; plan names a rebuilt plugin")
 {
     OwnPlugins place;
-    const auto cached = [&]
-    {
-        CHECK(contains(place.listed(false), "test.source"));
-        std::size_t count = 0;
-        for (const auto& entry : fs::directory_iterator(place.root() / "home/cache/fresco/descriptors"))
-            count += entry.path().filename() == "stamps.json" ? 0 : 1;
-        return count;
-    };
     place.put("good/test_stages.so", "one.so");
-    CHECK(cached() == 1);
-    fs::rename(place.plugins / "one.so", place.plugins / "other.so");
-    CHECK(cached() == 2);
-    CHECK(cached() == 2);
-    // The same library reached by two paths is one library.
     fs::create_directories(place.root() / "links");
-    fs::create_symlink(place.plugins / "other.so", place.root() / "links/again.so");
+    fs::create_symlink(place.plugins / "one.so", place.root() / "links/again.so");
     place.environment["FRESCO_PLUGIN_PATH"] += ":" + (place.root() / "links").string();
     place.make();
-    std::ofstream(place.plugins / "other.so", std::ios::app) << "more";
-    CHECK(cached() == 3);
+    // As `strip` does, other bytes of the same build.
+    std::ofstream(place.plugins / "one.so", std::ios::app) << "more";
     CHECK(contains(place.run({"plan", "room.yaml"}).out, "the plugin of test.source was rebuilt"));
 }

@@ -67,7 +67,7 @@ TEST_CASE("Without a home nothing is written to the working directory")
 {
     Workplace place;
     place.write_stages("\n  source: {type: test.source}\n");
-    for (const char* name : {"HOME", "XDG_CACHE_HOME", "XDG_DATA_HOME"})
+    for (const char* name : {"HOME", "XDG_DATA_HOME"})
         place.environment[name] = "";
     place.environment["TMPDIR"] = place.root();
     CHECK(place.run({"check", "room.yaml"}).code == 0);
@@ -163,14 +163,6 @@ TEST_CASE("What the machine refuses is not called a bug")
     CHECK(finished.err.find("bug") == std::string::npos);
     CHECK(finished.err.find("author") == std::string::npos);
 }
-
-TEST_CASE("A limit on memory that lets no plugin in is named")
-{
-    Workplace place({"huge"}, true);
-    CHECK(contains(place.in_shell("ulimit -v 1024000; $F stages --all").out,
-                   "huge.so: cannot be loaded: there is not enough memory for it: raise the limit of 1000 MB (ulimit -v)"));
-    CHECK(contains(place.run({"stages", "--all"}).out, "huge.so: has no symbol"));
-}
 #endif
 
 TEST_CASE("A full temporary folder is not called a full store")
@@ -201,22 +193,6 @@ TEST_CASE("A stage that cannot start a thread has failed by the limit, and the r
     const Finished finished = place.run({"run", "room.yaml", "--set", "bad.how=" + how}, 1);
     CHECK(contains(finished.err, "raise the limit (ulimit -u)"));
     CHECK_FALSE(contains(finished.err, "report it to the author"));
-}
-
-TEST_CASE("A cache folder that cannot be written is told once, and plugins are asked once")
-{
-    Workplace place;
-    place.write_stages("\n  source: {type: test.source}\n");
-    place.environment["XDG_CACHE_HOME"] = "/proc/nowhere";
-    place.environment["TMPDIR"] = place.root();
-    const std::string first = place.run({"check", "room.yaml"}, 0).err;
-    CHECK(contains(first, "/proc/nowhere/fresco/descriptors cannot be written"));
-    CHECK(contains(first, "set XDG_CACHE_HOME"));
-    CHECK_FALSE(contains(place.run({"check", "room.yaml"}, 0).err, "XDG_CACHE_HOME"));
-    // Descriptions from a folder that others can write to are not trusted.
-    const fs::path kept = place.root() / ("fresco-" + std::to_string(geteuid()));
-    fs::permissions(kept, fs::perms::all);
-    CHECK(contains(place.run({"check", "room.yaml"}, 0).err, "each run takes seconds"));
 }
 
 TEST_CASE("A path that is too long is called so")

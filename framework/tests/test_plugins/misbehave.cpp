@@ -321,20 +321,6 @@ fresco::OneOf names_of_ways()
     return names;
 }
 
-/// In a constructor, by the environment variable MISBEHAVE_AT_START.
-void misbehave_at_start()
-{
-    const char* const variable = std::getenv("MISBEHAVE_AT_START");
-    const std::string how = variable != nullptr ? variable : "nothing";
-    if (how == "allocate")
-        (void)std::vector<char>(std::size_t{10} << 30U, 'x');
-    else if (how == "print")
-        for (int i = 0; i < 1 << 14; ++i)
-            std::puts(std::string(std::size_t{1} << 12U, 'x').c_str());
-    else
-        ways().at(how)({});
-}
-
 class Misbehave final : public fresco::Stage
 {
     fresco::Input<fresco::Table> input{this, "input", fresco::optional, "Anything"};
@@ -343,10 +329,6 @@ class Misbehave final : public fresco::Stage
     fresco::Option<double> value{this, "value", 1, "The number of the table, and of the megabytes of print_much"};
     fresco::Option<std::string> how{this, "how", "nothing", names_of_ways(), "What it does"};
 
-  public:
-    Misbehave() { misbehave_at_start(); }
-
-  private:
     void run(fresco::RunContext& run) override
     {
         const auto made = output.folder().path;

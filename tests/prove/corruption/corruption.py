@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Damages the files of a store and of the cache one at a time: a byte changed, the file cut, names exchanged with another of its kind.
+"""Damages the files of a store one at a time: a byte changed, the file cut, names exchanged with another of its kind.
 Each time the next runs must end with exit code 0 and the right bytes: one as before, whose exports are made again, and one with another
 option, which reads the results upstream; the first writes its report too. The store holds finished results, and the checkpoint and kept
 pieces of stages that were killed.
@@ -40,14 +40,14 @@ def expected(plus):
 
 
 class Site:
-    """A working folder with a store and a cache that are put back as they were before each case."""
+    """A working folder with a store that is put back as it was before each case."""
 
     def __init__(self, place):
         self.place, self.work = place, place.work
         place.write("extra", "123")
         place.write("folder/a", "1")
         place.write("folder/b", "2")
-        self.kept = [(self.work / ".fresco", place.root / "kept/store"), (place.root / "cache", place.root / "kept/cache")]
+        self.store, self.kept = self.work / ".fresco", place.root / "kept"
         time.sleep(2.1)  # Now the stamps are old enough to be relied on.
         place.write("room.yaml", PIPELINE.replace("STEP", "3000"))
         first = place.run("--no-report", "--until", "text")
@@ -63,29 +63,24 @@ class Site:
         process.communicate()
         place.write("room.yaml", PIPELINE.replace("STEP", "0"))
         time.sleep(0.2)  # Until the stages' processes have noticed.
-        for now, kept in self.kept:
-            shutil.copytree(now, kept, symlinks=True)
-        files = [file for _, kept in self.kept for file in sorted(kept.rglob("*")) if file.is_file() and not file.is_symlink()]
+        shutil.copytree(self.store, self.kept, symlinks=True)
         self.kinds = collections.defaultdict(list)
-        for file in files:
-            if file.stat().st_size > 0:
+        for file in sorted(self.kept.rglob("*")):
+            if file.is_file() and not file.is_symlink() and file.stat().st_size > 0:
                 self.kinds[self.kind_of(file)].append(file)
 
     def kind_of(self, file):
         """What it is by its path, without what differs between files of a kind."""
-        path = re.sub(r"[0-9a-f]{16,}", "ID", str(file.relative_to(self.place.root / "kept")))
+        path = re.sub(r"[0-9a-f]{16,}", "ID", str(file.relative_to(self.kept)))
         return re.sub(r"\d+|(?<=stages/ID/)\w+", "N", path)
 
     def damaged(self, file):
         """The file in the place where the program sees it."""
-        for now, kept in self.kept:
-            if kept in file.parents:
-                return now / file.relative_to(kept)
+        return self.store / file.relative_to(self.kept)
 
     def put_back(self):
-        for now, kept in self.kept:
-            shutil.rmtree(now)
-            shutil.copytree(kept, now, symlinks=True)
+        shutil.rmtree(self.store)
+        shutil.copytree(self.kept, self.store, symlinks=True)
 
     def check(self, what):
         """Runs; what is wrong, if anything."""
@@ -126,15 +121,13 @@ def cuts(site, kinds, many):
 def swaps(site):
     """Pairs of names in a folder: of files, and of folders."""
     pairs = []
-    for _, kept in site.kept:
-        for folder in [kept, *(entry for entry in sorted(kept.rglob("*")) if entry.is_dir())]:
-            entries = sorted(folder.iterdir())
-            for one, other in itertools.combinations(entries, 2):
-                if one.is_dir() == other.is_dir() and (folder != kept):
-                    pairs.append((one, other))
+    for folder in sorted(entry for entry in site.kept.rglob("*") if entry.is_dir()):
+        for one, other in itertools.combinations(sorted(folder.iterdir()), 2):
+            if one.is_dir() == other.is_dir():
+                pairs.append((one, other))
     random.shuffle(pairs)
     for one, other in pairs:
-        yield "names exchanged", f"{one.relative_to(site.place.root / 'kept')} and {other.name}", lambda a=one, b=other: exchange(
+        yield "names exchanged", f"{one.relative_to(site.kept)} and {other.name}", lambda a=one, b=other: exchange(
             site.damaged(a), site.damaged(b))
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Plants something else in place of every path that fresco uses in a store, the cache and the output folder:
+"""Plants something else in place of every path that fresco uses in a store and the output folder:
 links to a file and to a folder elsewhere, a link to nothing, a link to itself, a hard link, a folder, a FIFO, a socket. The paths are
 those of a traced run, so a new one is covered. Then it runs. Nothing outside may change; the run ends within 20 s, with exit code 0 or
 with an error that names a path of fresco's to remove; once the planted thing is removed, the next run is right.
@@ -79,11 +79,11 @@ class Garden:
     def __init__(self, place):
         self.place, self.site = place, Site(place)
         self.victim = Victim(place.root / "victim")
-        self.roots = [place.work / ".fresco", place.root / "cache/fresco", place.work / "out"]
+        self.roots = [place.work / ".fresco", place.work / "out"]
 
     def put_back(self):
         self.site.put_back()
-        for folder in self.roots[2:]:
+        for folder in self.roots[1:]:
             shutil.rmtree(folder, ignore_errors=True)
 
     def commands(self, plus):

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Plugins that do what no plugin should, in run() and in their constructors (framework/tests/test_plugins/misbehave.cpp). Whatever they do:
+"""Plugins that do what no plugin should, in run() (framework/tests/test_plugins/misbehave.cpp). Whatever they do:
 the other stages come to the right results, an error names the culprit, nothing that was damaged is served, no process and no temporary
 folder is left, and the next run, in which the plugin behaves, is right. Each way has a store of its own.
 
@@ -59,31 +59,18 @@ WAYS = {
     "end_by_exit": ("its process crashed: Aborted", [], 1),
     "allocate": ("it needs more memory than the limit of 300 MB", ["--isolate", "bad", "--isolate-memory", "300M"], 1),
 }
-# By MISBEHAVE_AT_START: how the library is refused; None: it is not.
-CONSTRUCTORS = {
-    "throw_int": "the constructor of test.misbehave throws something other than an exception",
-    "fork": None,
-    "leave_session": None,
-    "crash_and_leave": "crashed when an object of type test.misbehave was made: Segmentation fault",
-    "allocate": "the constructor of test.misbehave cannot be run: memory ran out",
-    "print": None,
-    "close_all": "ended the process with exit code 0 when an object of type test.misbehave was made",
-    "end_by_exit": "crashed when an object of type test.misbehave was made: Aborted",
-    "umask": None,
-}
-LONG_CONSTRUCTORS = {"deaf": "did not return within 5 s when an object of type test.misbehave was made"}
 
 
 class Case:
     """One way in a folder of its own."""
 
-    def __init__(self, place, name, step=1, environment=None):
+    def __init__(self, place, name, step=1):
         self.place, self.name, self.problems = place, name, []
         self.folder = place.root / "cases" / name
         self.folder.mkdir(parents=True)
         (self.folder / "room.yaml").write_text(PIPELINE.replace("STEP", str(step)))
         (self.folder / "victim").write_text("12")
-        self.where = {"folder": self.folder, "environment": environment}
+        self.where = {"folder": self.folder}
 
     def expect(self, condition, text):
         if not condition:
@@ -166,23 +153,6 @@ def run_print_much(place, megabytes):
     return case.problems
 
 
-def run_constructor(place, name, refusal):
-    environment = {"MISBEHAVE_AT_START": name, "XDG_CACHE_HOME": str(place.root / "caches" / name)}
-    case = Case(place, f"constructor {name}", environment=environment)
-    listed = place.call("stages", "--all", **case.where)
-    case.expect(listed.code == 0 and "test.source" in listed.out, f"stages ended with {listed}")
-    case.expect((refusal is None) == ("misbehave.so:" not in listed.out) and (refusal or "") in listed.out, f"stages says {listed.out}")
-    ended = case.run()
-    if refusal is None:
-        case.expect(ended.code == 0, f"ended with {ended}")
-        case.expect_files(ALL, ended)
-    else:
-        case.expect(ended.code in (2, 4) and "misbehave.so" in ended.err and refusal in ended.err, f"ended with {ended}")
-    case.where["environment"] = None
-    case.expect_order()
-    return case.problems
-
-
 def left_processes(place):
     program = str(place.root / "bin/fresco")
     left = []
@@ -201,8 +171,6 @@ def main():
     with Workplace(given.fresco, plugins) as place, concurrent.futures.ThreadPoolExecutor(2) as pool:
         begin = time.monotonic()
         cases = [pool.submit(run_way, place, name) for name in WAYS]
-        cases += [pool.submit(run_constructor, place, name, refusal)
-                  for name, refusal in (CONSTRUCTORS | (LONG_CONSTRUCTORS if given.long else {})).items()]
         cases += [pool.submit(run_kill_others, place), pool.submit(run_spoil_by_thread, place),
                   pool.submit(run_print_much, place, 1024 if given.long else 64)]
         problems = [problem for case in cases for problem in case.result()]

@@ -22,7 +22,7 @@ FRESCO, PIPELINE, KILL_AT_RENAME = sys.argv[1:4]
 LONG = "--long" in sys.argv[4:]
 CHECKPOINT_STEPS = 5
 WORK = pathlib.Path(tempfile.mkdtemp(prefix="fresco-kill-"))
-ENVIRONMENT = dict(os.environ, XDG_CACHE_HOME=str(WORK / "cache"), XDG_DATA_HOME=str(WORK / "data"))
+ENVIRONMENT = dict(os.environ, XDG_DATA_HOME=str(WORK / "data"))
 for name in ("FRESCO_PLUGIN_PATH", "FRESCO_FAULT"):
     ENVIRONMENT.pop(name, None)
 

@@ -50,7 +50,7 @@ class Room:
         self.folder = {"p": b"A", "q": b"A"}
         self.versions = {"test_stages": 0, "sided": 0, "command": 0, "sdk": 0}
         self.sides = {"plugins": 7, "lib": None, "elsewhere": 13}
-        self.surroundings = {"cache": "cache", "language": "C.UTF-8", "zone": "UTC", "search": False, "below": False, "cores": 2,
+        self.surroundings = {"language": "C.UTF-8", "zone": "UTC", "search": False, "below": False, "cores": 2,
                              "again": False}
         for name in self.contents:
             self.put(self.work / name, self.bytes_of(name), "in place")
@@ -155,10 +155,7 @@ stages:
         number = c[self.links["set"] + "/" + self.links["num.number"].split("/")[1]]
         sdk = self.versions["sdk"]
         stages_library = (self.versions["test_stages"], sdk)
-        if self.surroundings["search"]:
-            side, value = "not of fresco", self.sides["elsewhere"]
-        else:
-            side = value = self.sides["lib"] if self.sides["lib"] is not None else self.sides["plugins"]
+        side = self.sides["lib"] if self.sides["lib"] is not None else self.sides["plugins"]
         made = {}
 
         def add(stage, value, *identity, library=stages_library):
@@ -170,7 +167,7 @@ stages:
         add("near", 1 + len(c[near + "/list"]) + int(c[near + "/near"]), "source", near, c[near + "/list"], c[near + "/near"])
         add("third", made["near"][1], "sink", "near.txt", made["near"][0])
         add("read", int(number) + o["read"], "add", number, o["read"])
-        add("side", value, "sided", library=(self.versions["sided"], side, sdk))
+        add("side", side, "sided", library=(self.versions["sided"], side, sdk))
         add("cmd", made["read"][1] + c["add.sh"] * int(c["data.txt"]) + int(c["n.tar"]), "command", o["version"], c["add.sh"],
             c["data.txt"], c["n.tar"], made["read"][0], library=(self.versions["command"], sdk))
         add(o["name"], made[o["left"]][1] + made["cmd"][1] + o["sum"], "add", made[o["left"]][0], made["cmd"][0], o["sum"])
@@ -188,7 +185,7 @@ stages:
     def where(self, store=".fresco", out="out"):
         """How the program is called, by `surroundings`: words and the rest of Workplace.start."""
         s = self.surroundings
-        environment = {"XDG_CACHE_HOME": str(self.place.root / s["cache"]), "LC_ALL": s["language"], "TZ": s["zone"]}
+        environment = {"LC_ALL": s["language"], "TZ": s["zone"]}
         if s["search"]:
             environment["LD_LIBRARY_PATH"] = str(self.place.root / "elsewhere")
         if s["again"]:
@@ -262,7 +259,7 @@ stages:
         return "library beside a plugin"
 
     def edit_surroundings(self):
-        choices = {"cache": ["cache", "other cache"], "language": ["C.UTF-8", "C", "de_DE.UTF-8"], "zone": ["UTC", "Asia/Tokyo"],
+        choices = {"language": ["C.UTF-8", "C", "de_DE.UTF-8"], "zone": ["UTC", "Asia/Tokyo"],
                    "search": [False, True], "below": [False, True], "cores": [1, 2, 4], "again": [False, True]}
         name = random.choice(list(choices))
         self.surroundings[name] = other(choices[name], self.surroundings[name])

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """writes.py FRESCO SOURCE [--long]: runs ready pipelines under strace. Every file that is made, written, renamed, linked, removed or given
-other attributes lies below --out, --store, the cache folder or $TMPDIR, and no socket is opened to anywhere: the pair between the host and
+other attributes lies below --out, --store or $TMPDIR, and no socket is opened to anywhere: the pair between the host and
 a stage's process has no address, and glibc's question for the user's name (nscd) does not leave the machine.
 
 pipelines/demo.yaml in its smallest form; with --long every ready pipeline that needs no weights, on the recording ../shared/data where it
@@ -109,16 +109,15 @@ class Reader:
 def trace(given, work, pipeline, settings):
     """Runs a pipeline; the reader of its trace."""
     folder = work / pipeline.stem
-    places = {name: folder / name for name in ("out", "store", "cache", "tmp", "home", "here")}
+    places = {name: folder / name for name in ("out", "store", "tmp", "home", "here")}
     for name in ("tmp", "home", "here"):
         places[name].mkdir(parents=True)
-    environment = {"PATH": os.environ["PATH"], "HOME": str(places["home"]), "XDG_CACHE_HOME": str(places["cache"]), "TMPDIR": str(places["tmp"]),
-                   "LC_ALL": "C.UTF-8"}
+    environment = {"PATH": os.environ["PATH"], "HOME": str(places["home"]), "TMPDIR": str(places["tmp"]), "LC_ALL": "C.UTF-8"}
     record = folder / "trace"
     command = [given.fresco, "run", pipeline, "--out", places["out"], "--store", places["store"], "--cores", "2"]
     command += [word for name, value in settings.items() for word in ("--set", f"{name}={value}")]
     done = traced("writes", ",".join(TRACED), command, record, cwd=places["here"], env=environment)
-    reader = Reader([str(places[name]) for name in ("out", "store", "cache", "tmp")], str(places["here"]))
+    reader = Reader([str(places[name]) for name in ("out", "store", "tmp")], str(places["here"]))
     with open(record, errors="replace") as lines:
         for line in whole_lines(lines):
             reader.take(line)

@@ -24,7 +24,7 @@ mkdir -p "$server/bin" "$server/lib/fresco"
 cp "$build/bin/fresco" "$server/bin/"
 cp -P "$build"/lib/*.so* "$server/lib/"
 for plugin in dataset_read texture_optimize texture_laplacian optimizer_adam loss_patch_match texture_bake; do
-    cp "$build/lib/fresco/$plugin.so" "$server/lib/fresco/"
+    cp "$build/lib/fresco/$plugin".{so,json} "$server/lib/fresco/"
 done
 cp -r "$work/out/room" "$server/room"
 cat >"$server/room.yaml" <<YAML

@@ -3,12 +3,10 @@
 #include "base/common.h"
 #include "pipeline/pipeline.h"
 #include "plugins/catalog.h"
-#include <fresco/frames.h>
 #include <fresco/image_io.h>
 #include <fresco/mesh.h>
 #include <fresco/plugin_library.h>
 #include <fresco/testing.h>
-#include <fresco/texture.h>
 
 #include <filesystem>
 #include <fmt/ranges.h>
@@ -23,7 +21,7 @@
 namespace fresco::host::testing
 {
 
-inline TypeDescription described(const std::string& type, const std::string& kind, const std::string& json, const Cost& cost = {},
+inline TypeDescription described(const std::string& type, const std::string& kind, const std::string& json,
                                  const std::vector<FileFormat>& formats = {})
 {
     TypeDescription description;
@@ -31,8 +29,6 @@ inline TypeDescription described(const std::string& type, const std::string& kin
     description.kind = kind;
     description.help = "What " + type + " does";
     description.declaration = parse_json(json, type);
-    if (kind == "stage")
-        description.declaration.set("cost", describe_cost(type, cost, description.declaration.at("options")));
     if (!formats.empty())
         description.declaration.set("formats", each<Value>(formats, &FileFormat::describe));
     description.library = "/plugins/" + type + ".so";
@@ -55,11 +51,10 @@ inline std::string ports(const std::string& list, const std::string& words)
 }
 
 inline TypeDescription stage(const std::string& type, const std::string& inputs, const std::string& outputs,
-                             const std::string& options = "", const Cost& cost = {})
+                             const std::string& options = "")
 {
     return described(type, "stage",
-                     "{\"options\": [" + options + "], " + ports("inputs", inputs) + ", " + ports("outputs", outputs) + "}",
-                     cost);
+                     "{\"options\": [" + options + "], " + ports("inputs", inputs) + ", " + ports("outputs", outputs) + "}");
 }
 
 /// The stages of a usual pipeline, two losses, feature networks, readers, and one of every kind of option.
@@ -68,35 +63,20 @@ inline Catalog hand_made_catalog()
     Catalog catalog;
     catalog.add(stage("scan.folder", "", "frames frames, mesh mesh", R"json(
         {"name": "path", "kind": "input_folder", "required": true, "help": "Folder of the scan"},
-        {"name": "every", "kind": "int", "default": 1, "min": 1.0, "help": "Take one frame in so many"})json",
-                      {.seconds = {.fixed = 1, .per = {{count::frames, 0.01}}},
-                       .memory_mb = {.fixed = 50},
-                       .disk_mb = {.fixed = 1},
-                       .makes = {{count::frames, {.files = "path", .pattern = "*.png", .divided_by = {"every"}}},
-                                 {count::faces, {.files = "path", .pattern = "mesh.ply", .bytes_each = 10}}}}));
+        {"name": "every", "kind": "int", "default": 1, "min": 1.0, "help": "Take one frame in so many"})json"));
     catalog.add(stage(
         "frames.sharpest", "frames frames", "kept frames",
-        R"({"name": "min_sharpness", "kind": "number", "default": 100.0, "min": 0.0, "help": "Below this a frame is blurry"})",
-        {.seconds = {.per = {{count::frames, 0.02}}}, .parallel_share = 1, .memory_mb = {.fixed = 20, .per_core = 10}}));
+        R"({"name": "min_sharpness", "kind": "number", "default": 100.0, "min": 0.0, "help": "Below this a frame is blurry"})"));
     catalog.add(stage("mesh.decimate", "mesh mesh", "simplified mesh", R"json(
         {"name": "max_faces", "kind": "int", "default": 500000, "min": 4.0, "max": 50000000.0, "unit": "count",
          "help": "Stop at this many triangles"},
         {"name": "keep_borders", "kind": "bool", "default": true, "help": "Keep open borders"},
-        {"name": "method", "kind": "text", "default": "quadric", "choices": ["quadric", "edge"], "help": "How"})json",
-                      {.seconds = {.per = {{count::faces, 1e-6}}},
-                       .memory_mb = {.fixed = 100, .per = {{count::faces, 1e-4}}},
-                       .disk_mb = {.per = {{count::faces, 1e-4}}},
-                       .makes = {{count::faces, {.at_most = "max_faces"}}}}));
+        {"name": "method", "kind": "text", "default": "quadric", "choices": ["quadric", "edge"], "help": "How"})json"));
     catalog.add(stage("atlas.flat", "mesh mesh", "atlas mesh",
-                      R"({"name": "size_px", "kind": "int", "default": 2048, "unit": "px", "help": "Side"})",
-                      {.makes = {{count::texels, {.squares_of = "size_px"}}}}));
+                      R"({"name": "size_px", "kind": "int", "default": 2048, "unit": "px", "help": "Side"})"));
     catalog.add(stage("uvmaps.raycast", "mesh mesh, frames frames", "maps uv_maps", R"json(
         {"name": "heights_px", "kind": "ints", "default": [256], "min": 16.0, "max": 4096.0, "unit": "px", "help": "Heights"},
-        {"name": "weights", "kind": "numbers", "default": [], "help": "Weights"})json",
-                      {.seconds = {.per = {{count::pixels, 1e-6}}},
-                       .memory_mb = {.per = {{count::pixels, 1e-3}}},
-                       .disk_mb = {.per = {{count::frames, 1}}},
-                       .makes = {{count::pixels, {.squares_of = "heights_px"}}}}));
+        {"name": "weights", "kind": "numbers", "default": [], "help": "Weights"})json"));
     catalog.add(stage("texture.optimize", "maps uv_maps, frames frames, style image, mask image?", "texture texture", R"json(
         {"name": "size_px", "kind": "int", "default": 2048, "min": 0.0, "max": 16384.0, "unit": "px", "help": "Side"},
         {"name": "epochs", "kind": "int", "default": 2, "help": "Visits of every view"},
@@ -108,16 +88,10 @@ inline Catalog hand_made_catalog()
                   "if_empty": {"style": {"type": "loss.gram", "weight": 2.0}},
                   "if_set": {"style": {"type": "loss.gram", "features": {"type": "features.vgg", "weights": "${weights}"}},
                              "content": {"type": "loss.content"}}}},
-        {"name": "rule", "kind": "component", "component_kind": "rule", "help": "Optional rule"})json",
-                      {.seconds = {.fixed = 1, .per = {{count::pixels, 1e-6}}, .per_step = 1},
-                       .memory_mb = {.per = {{count::texels, 1e-6}}},
-                       .disk_mb = {.fixed = 1},
-                       .makes = {{count::texels, {.squares_of = "size_px"}}},
-                       .steps = {.brought = count::frames, .times = {"epochs"}, .at_most = "max_steps"}}));
+        {"name": "rule", "kind": "component", "component_kind": "rule", "help": "Optional rule"})json"));
     catalog.add(stage(
         "export.gltf", "texture texture", "files files",
-        R"({"name": "path", "kind": "output_name", "default": "room.glb", "extensions": [".glb"], "help": "Name of the file"})",
-        {.seconds = {.fixed = 1}, .memory_mb = {.per = {{count::texels, 1e-6}}}, .disk_mb = {.fixed = 5}}));
+        R"({"name": "path", "kind": "output_name", "default": "room.glb", "extensions": [".glb"], "help": "Name of the file"})"));
     catalog.add(stage("mesh.two", "", "left mesh, right mesh"));
     catalog.add(stage("mesh.pass", "mesh mesh?", "mesh mesh", R"json(
         {"name": "title", "kind": "text", "default": "", "help": "A text"},
@@ -138,10 +112,10 @@ inline Catalog hand_made_catalog()
     catalog.add(described("read.image", "reader", R"json({
         "options": [{"name": "max_px", "kind": "int", "default": 100, "help": "Largest side"}],
         "inputs": [], "outputs": [], "artifact": "image", "extensions": [".png", ".jpg"]})json",
-                          {}, picture_formats()));
+                          picture_formats()));
     catalog.add(described("read.mesh", "reader", R"json({
         "options": [], "inputs": [], "outputs": [], "artifact": "mesh", "extensions": [".ply"]})json",
-                          {}, {ply_format()}));
+                          {ply_format()}));
     return catalog;
 }
 

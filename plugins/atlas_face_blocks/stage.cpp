@@ -21,14 +21,6 @@ class AtlasFaceBlocks final : public fresco::Stage
                                 "Texels per side of the texture: uv maps and what paints take it from the atlas"};
     fresco::Option<int> block_px{this, "block_px", 4, fresco::range(2, 64), "Texels per side of a face's block"};
 
-    fresco::Cost cost() const override
-    {
-        return {.seconds = {.fixed = 0.1, .per = {{fresco::count::faces, 2e-7}}},
-                .memory_mb = {.fixed = 20, .per = {{fresco::count::faces, 1e-4}}},
-                .disk_mb = {.per = {{fresco::count::faces, 5e-5}}},
-                .makes = {{fresco::count::texels, {.squares_of = "size_px"}}}};
-    }
-
     void run(fresco::RunContext& run) override
     {
         fresco::check_mesh(*mesh, "atlas.face_blocks: input mesh");

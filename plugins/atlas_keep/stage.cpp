@@ -37,14 +37,6 @@ class AtlasKeep final : public fresco::Stage
     fresco::Option<int> size_px{this, "size_px", 2048, fresco::range(64, 16384),
                                 "Texels per side of the texture: uv maps and what paints take it from the atlas"};
 
-    fresco::Cost cost() const override
-    {
-        return {.seconds = {.fixed = 0.2, .per = {{fresco::count::faces, 1e-6}}},
-                .memory_mb = {.fixed = 10, .per = {{fresco::count::faces, 2e-4}}},
-                .disk_mb = {.per = {{fresco::count::faces, 5e-5}}},
-                .makes = {{fresco::count::texels, {.squares_of = "size_px"}}}};
-    }
-
     void run(fresco::RunContext& run) override
     {
         fresco::check_mesh(*mesh, "atlas.keep: input mesh");

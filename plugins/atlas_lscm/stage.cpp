@@ -13,14 +13,6 @@ namespace geo = fresco::geometry;
 
 class AtlasLscm final : public geo::AtlasStage
 {
-    fresco::Cost cost() const override
-    {
-        return {.seconds = {.fixed = 1, .per = {{fresco::count::faces, 2e-5}}},
-                .memory_mb = {.fixed = 20, .per = {{fresco::count::faces, 5e-4}}},
-                .disk_mb = {.per = {{fresco::count::faces, 5e-5}}},
-                .makes = {{fresco::count::texels, {.squares_of = "size_px"}}}};
-    }
-
     void lay_flat(const geo::Surface& surface, geo::FlatCharts& flat, const geo::FlattenOptions& options,
                   fresco::RunContext& run) const override
     {

@@ -204,12 +204,11 @@ class Command final : public Stage
         "Files that the program needs, such as scripts; an argument that names one becomes its absolute path"};
     Option<std::string> version_{this, "version", "",
                                  "Any text; change it to run the program again, for example after an update"};
-    Option<bool> gpu_{this, "gpu", false, "Whether the program needs a GPU; a cluster starts it where there is one", not_in_key};
+    Option<bool> gpu_{this,       "gpu",         false, "Whether the program needs a GPU; a cluster starts it where there is one",
+                      not_in_key, chooses_device};
     InputPorts inputs_{this, "inputs", "Input ports, wired by input"};
     OutputPorts outputs_{this, "outputs", "Output ports, made by the program"};
     Slot<ImageIo> images_{this, "images", "image.opencv", ForForm{"png"}, "Reads and writes pictures for ports with 'as: png'"};
-
-    Cost cost() const override { return {.device = "gpu"}; }
 
     void run(RunContext& run) override
     {

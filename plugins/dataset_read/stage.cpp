@@ -117,16 +117,6 @@ class DatasetRead final : public Stage
     Output<Mesh> mesh{this, "mesh", "The dataset's mesh, with texcoords"};
     Option<InputFolder> path{this, "path", required, folder_with({"dataset.json"}), "Folder of the dataset"};
 
-    Cost cost() const override
-    {
-        return {.seconds = {.fixed = 0.5, .per = {{count::pixels, 1e-7}}},
-                .memory_mb = {.fixed = 50, .per_core = 30, .per = {{count::faces, 2e-4}}},
-                .disk_mb = {.per = {{count::faces, 5e-5}, {count::pixels, 2.5e-5}}},
-                .makes = {{count::frames, {.files = "path", .pattern = "views/*/color.npy"}},
-                          {count::faces, {.files = "path", .pattern = "mesh.ply", .bytes_each = 50}},
-                          {count::pixels, {.files = "path", .pattern = "views/000000/depth_*.npy", .bytes_each = 4}}}};
-    }
-
     dataset::Manifest manifest(RunContext& run) const
     {
         const auto file = path->path / dataset::manifest_name;

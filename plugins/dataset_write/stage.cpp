@@ -48,14 +48,6 @@ class DatasetWrite final : public Stage
                               "Scene name for layout: stylemesh: two parts of letters and digits joined by _"};
     Slot<ImageIo> images{this, "images", "image.opencv", "Reads the frames' pictures, and writes picture files"};
 
-    Cost cost() const override
-    {
-        return {.seconds = {.fixed = 1, .per = {{count::frames, 0.02}, {count::pixels, 1.1e-7}}},
-                .parallel_share = 0.95,
-                .memory_mb = {.fixed = 50, .per_core = 20, .per = {{count::faces, 3e-4}, {count::pixels, 2e-5}}},
-                .disk_mb = {.fixed = 5, .per = {{count::frames, 2}, {count::faces, 5e-5}, {count::pixels, 2e-5}}}};
-    }
-
     void check_inputs() const
     {
         check_mesh(*mesh, "the mesh on port 'mesh'");

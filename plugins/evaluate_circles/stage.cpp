@@ -41,14 +41,6 @@ class EvaluateCircles final : public Stage
     Option<OutputName> path{this, "path", OutputName{"circles.json"}, "Name of the JSON file, below --out"};
     Slot<ImageIo> images{this, "images", "image.opencv", "Reads the pictures and writes the overlays"};
 
-    Cost cost() const override
-    {
-        return {.seconds = {.fixed = 1, .per = {{count::frames, 0.8}}},
-                .parallel_share = 1,
-                .memory_mb = {.fixed = 50, .per_core = 20, .per = {{count::faces, 2e-4}}},
-                .disk_mb = {.per = {{count::frames, 0.1}}}};
-    }
-
     std::string name(const PosedPicture& posed) const
     {
         return frames->frames[posed.frame].sequence + "_" + frames->frames[posed.frame].name;

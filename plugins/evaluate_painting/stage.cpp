@@ -62,14 +62,6 @@ class EvaluatePainting final : public Stage
     Option<OutputName> path{this, "path", OutputName{"painting.json"}, "Name of the JSON file, below --out"};
     Slot<ImageIo> images{this, "images", "image.opencv", "Reads the pictures"};
 
-    Cost cost() const override
-    {
-        return {.seconds = {.fixed = 0.3, .per = {{count::frames, 0.15}}},
-                .parallel_share = 1,
-                .memory_mb = {.fixed = 60, .per_core = 20, .per = {{count::faces, 1.5e-4}}},
-                .disk_mb = {.fixed = 0.1}};
-    }
-
     void check_inputs() const
     {
         const bool has_views = views.has_value() || !folder->empty();

@@ -92,14 +92,6 @@ class EvaluateReprojection final : public Stage
     Option<OutputName> path{this, "path", OutputName{"reprojection.json"}, "Name of the JSON file, below --out"};
     Slot<ImageIo> images{this, "images", "image.opencv", "Reads the pictures"};
 
-    Cost cost() const override
-    {
-        return {.seconds = {.fixed = 1, .per = {{count::frames, 0.5}}},
-                .parallel_share = 1,
-                .memory_mb = {.fixed = 200, .per = {{count::faces, 2e-4}}},
-                .disk_mb = {.fixed = 0.1}};
-    }
-
     Protocol rules() const { return evaluation::protocol_of(*protocol); }
 
     /// Empty: the floor is that of the source picture.

@@ -49,16 +49,6 @@ class EvaluateStudy final : public Stage
     Option<OutputName> path{this, "path", OutputName{"study.html"}, extensions({".html"}), "Name of the page, below --out"};
     Slot<ImageIo> images{this, "images", "image.opencv", "Reads and encodes the pictures"};
 
-    Cost cost() const override
-    {
-        return {.seconds = {.fixed = 0.5, .per = {{count::pixels, 3e-7}}},
-                .parallel_share = 0.9,
-                .memory_mb = {.fixed = 300, .per_core = 60},
-                .disk_mb = {.per = {{count::pixels, 1.5e-6}}},
-                .makes = {{count::pixels, {.squares_of = "max_px"}}},
-                .steps = {.option = "pictures_count"}};
-    }
-
     std::string sibling(const char* extension) const
     {
         return std::filesystem::path(path->path).replace_extension(extension).generic_string();

@@ -34,13 +34,6 @@ class ExportGltf final : public Stage
                                     "meshopt: EXT_meshopt_compression, which not every viewer reads; triangles are reordered"};
     geometry::UprightOption up{this};
 
-    Cost cost() const override
-    {
-        return {.seconds = {.fixed = 0.1, .per = {{count::faces, 2e-7}, {count::texels, 2.4e-7}}},
-                .memory_mb = {.fixed = 20, .per = {{count::faces, 2e-4}, {count::texels, 2.8e-5}}},
-                .disk_mb = {.per = {{count::faces, 2.4e-5}, {count::texels, 2e-6}}}};
-    }
-
     GlbOptions glb_options(RunContext& run) const
     {
         // Without any color an unlit shape would be white all over, and unlit paint has no relief.

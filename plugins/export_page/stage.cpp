@@ -60,13 +60,6 @@ class ExportPage final : public Stage
     PictureEncoding picture{this, 2048};
     geometry::UprightOption up{this};
 
-    Cost cost() const override
-    {
-        return {.seconds = {.fixed = 0.1, .per = {{count::faces, 1e-6}, {count::texels, 2.4e-7}}},
-                .memory_mb = {.fixed = 20, .per = {{count::faces, 2e-4}, {count::texels, 2.8e-5}}},
-                .disk_mb = {.fixed = 0.7, .per = {{count::faces, 1.4e-5}, {count::texels, 1e-6}}}};
-    }
-
     /// The world's upward direction, as a page takes it.
     Value upwards(RunContext& run) const
     {

@@ -29,13 +29,6 @@ class ExportPly final : public Stage
     geometry::UprightOption up{this};
     PictureOptions picture{this};
 
-    Cost cost() const override
-    {
-        return {.seconds = {.fixed = 0.1, .per = {{count::faces, 5e-7}, {count::texels, 2.4e-7}}},
-                .memory_mb = {.fixed = 20, .per = {{count::faces, 2e-4}, {count::texels, 2.8e-5}}},
-                .disk_mb = {.per = {{count::faces, 5e-5}, {count::texels, 2e-6}}}};
-    }
-
     PlyTexcoords place() const
     {
         if (exported.mesh().texcoords.empty())

@@ -20,13 +20,6 @@ class ExportTexture final : public Stage
                             "Output path below --out; ends in .png, .jpg, .jpeg or .npy"};
     PictureEncoding encoding{this};
 
-    Cost cost() const override
-    {
-        return {.seconds = {.fixed = 0.1, .per = {{count::texels, 2.4e-7}}},
-                .memory_mb = {.fixed = 20, .per = {{count::faces, 1e-4}, {count::texels, 2.8e-5}}},
-                .disk_mb = {.per = {{count::texels, 2e-6}}}};
-    }
-
     void run(RunContext& run) override
     {
         check_textured_mesh(*mesh, "the mesh on port 'mesh'");

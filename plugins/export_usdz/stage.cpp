@@ -30,13 +30,6 @@ class ExportUsdz final : public Stage
     PictureOptions picture{this};
     geometry::UprightOption up{this};
 
-    Cost cost() const override
-    {
-        return {.seconds = {.fixed = 0.1, .per = {{count::faces, 1.5e-6}, {count::texels, 2.4e-7}}},
-                .memory_mb = {.fixed = 20, .per = {{count::faces, 2.5e-4}, {count::texels, 2.8e-5}}},
-                .disk_mb = {.per = {{count::faces, 5e-5}, {count::texels, 2e-6}}}};
-    }
-
     void run(RunContext& run) override
     {
         check_textured_mesh(*textured_mesh, "the mesh on port 'textured_mesh'");

@@ -55,13 +55,6 @@ class FramesAlign final : public Stage
     Option<double> likely_shift_m{this, "likely_shift_m", 0.02, range(1e-5, 100), "Typical error of a camera's position"};
     Slot<ImageIo> images{this, "images", "image.opencv", optional, "Reads pictures that are not NPY; none: all are NPY"};
 
-    Cost cost() const override
-    {
-        return {.seconds = {.fixed = 0.5, .per = {{count::frames, 0.06}, {count::faces, 1e-6}}},
-                .parallel_share = 0.9,
-                .memory_mb = {.fixed = 20, .per = {{count::frames, 0.55}, {count::faces, 2.2e-4}}}};
-    }
-
     align::AlignedView view_of(const Frame& frame, const std::vector<align::SurfacePoint>& points,
                                const raycast::Scene& scene) const
     {

@@ -52,15 +52,6 @@ class FramesCover final : public Stage
 
     using SeenByFrame = std::vector<std::vector<numerics::SeenCell>>;
 
-    Cost cost() const override
-    {
-        return {.seconds = {.fixed = 0.5, .per = {{count::frames, 0.02}, {count::faces, 2e-6}, {count::pixels, 1e-7}}},
-                .parallel_share = 0.8,
-                .memory_mb = {.fixed = 60, .per = {{count::frames, 0.3}, {count::faces, 3e-4}}},
-                .makes = {{count::frames, {.times = {"max_share"}, .at_most = "max_frames"}},
-                          {count::pixels, {.squares_of = "height_px"}}}};
-    }
-
     void run(RunContext& run) override
     {
         check_uv_mapping_inputs(*mesh, *frames);

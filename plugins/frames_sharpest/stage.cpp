@@ -147,14 +147,6 @@ class FramesSharpest final : public fresco::Stage
         if (needed > 0)
             run.message(std::to_string(needed) + " blurred frames are kept because no other frame sees some of their surface");
     }
-
-    fresco::Cost cost() const override
-    {
-        return {.seconds = {.per = {{fresco::count::frames, 0.03}}},
-                .parallel_share = 1,
-                .memory_mb = {.fixed = 55, .per_core = 5, .per = {{fresco::count::frames, 0.1}}},
-                .makes = {{fresco::count::frames, {.at_most = "max_frames"}}}};
-    }
 };
 
 }  // namespace

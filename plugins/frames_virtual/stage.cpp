@@ -49,13 +49,6 @@ class FramesVirtual final : public Stage
     Option<double> distance_weight{this, "distance_weight", 1, range(0, 100),
                                    "Value of seeing a cell from the recorded frames' median distance"};
 
-    Cost cost() const override
-    {
-        return {.seconds = {.fixed = 3, .per = {{count::frames, 0.05}, {count::faces, 3e-6}}},
-                .parallel_share = 0.8,
-                .memory_mb = {.fixed = 200, .per = {{count::faces, 4e-4}}}};
-    }
-
     void run(RunContext& run) override
     {
         check_uv_mapping_inputs(*mesh, *frames);

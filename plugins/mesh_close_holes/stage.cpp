@@ -22,13 +22,6 @@ class MeshCloseHoles final : public Stage
                                 "Close holes of at most this width; wider ones are where the scan ends"};
     Slot<ImageIo> images{this, "images", "image.opencv", optional, "Reads depth pictures that are not NPY"};
 
-    Cost cost() const override
-    {
-        return {.seconds = {.fixed = 0.2, .per = {{count::faces, 2e-6}, {count::frames, 0.01}}},
-                .memory_mb = {.fixed = 20, .per = {{count::faces, 1.6e-4}}},
-                .disk_mb = {.per = {{count::faces, 2.1e-5}}}};
-    }
-
     void judge_by_frames(std::vector<HolePatch>& patches, RunContext& run) const
     {
         constexpr std::size_t most_views = 200;

@@ -9,13 +9,6 @@ namespace
 
 class MeshDecimateOpenMesh final : public fresco::geometry::SimplifyingStage
 {
-    fresco::Cost cost() const override
-    {
-        return {.seconds = {.fixed = 0.2, .per = {{fresco::count::faces, 1.2e-5}}},
-                .memory_mb = {.fixed = 20, .per = {{fresco::count::faces, 2e-4}}},
-                .disk_mb = {.per = {{fresco::count::faces, 2.1e-5}}},
-                .makes = {{fresco::count::faces, {.at_most = "max_faces"}}}};
-    }
     fresco::Mesh simplify(const fresco::Mesh& mesh, std::size_t max_faces, fresco::RunContext& run) const override
     {
         return decimated_openmesh(mesh, max_faces, run);

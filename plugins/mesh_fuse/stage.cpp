@@ -54,15 +54,6 @@ class MeshFuse final : public Stage
         "End with an error if depth pictures contradict each other or the given mesh; false: do not compare"};
     Slot<ImageIo> images{this, "images", "image.opencv", optional, "Reads pictures that are not NPY; none: all are NPY"};
 
-    Cost cost() const override
-    {
-        return {.seconds = {.fixed = 1, .per = {{count::frames, 0.12}}},
-                .parallel_share = 0.9,
-                .memory_mb = {.fixed = 150, .per = {{count::faces, 4e-4}}},
-                .disk_mb = {.per = {{count::faces, 2.1e-5}}},
-                .makes = {{count::faces, {.number = 80, .divided_by = {"voxel_m", "voxel_m"}}}}};
-    }
-
     const ImageIo* codec() const { return images.has_value() ? images.get().get() : nullptr; }
     std::size_t limit_bytes() const { return static_cast<std::size_t>(*max_memory_gb * gigabyte); }
 

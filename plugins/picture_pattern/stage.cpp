@@ -37,14 +37,6 @@ class PicturePattern final : public fresco::Stage
             picture = fresco::Image(pattern::lay_mosaic(pattern::SwirlingSky(colors, random), *size_px,
                                                         std::max(4, static_cast<int>(44 / size)), random, run));
     }
-
-    fresco::Cost cost() const override
-    {
-        return {.seconds = {.per = {{fresco::count::texels, 1e-5}}},
-                .memory_mb = {.fixed = 10, .per = {{fresco::count::texels, 1e-4}}},
-                .disk_mb = {.per = {{fresco::count::texels, 3e-6}}},
-                .makes = {{fresco::count::texels, {.squares_of = "size_px"}}}};
-    }
 };
 
 }  // namespace

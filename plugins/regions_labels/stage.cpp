@@ -31,14 +31,6 @@ class RegionsLabels final : public Stage
     Option<double> least_covered{this, "least_covered", 0.8, range(0, 1),
                                  "Share of the mesh that must be as close to the labeled faces; less is another mesh's labels"};
 
-    Cost cost() const override
-    {
-        return {.seconds = {.fixed = 0.5, .per = {{count::faces, 8e-6}}},
-                .parallel_share = 0.7,
-                .memory_mb = {.fixed = 30, .per = {{count::faces, 4e-4}}},
-                .disk_mb = {.per = {{count::faces, 2e-6}}}};
-    }
-
     void check() const
     {
         check_mesh(*mesh, "the mesh on port 'mesh'");

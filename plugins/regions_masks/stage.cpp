@@ -26,14 +26,6 @@ class RegionsMasks final : public Stage
                                "Share of a face's pixels that must be in a region's masks"};
     Slot<ImageIo> images{this, "images", "image.opencv", "Reads the masks"};
 
-    Cost cost() const override
-    {
-        return {.seconds = {.fixed = 0.5, .per = {{count::frames, 0.05}, {count::faces, 2e-6}}},
-                .parallel_share = 0.6,
-                .memory_mb = {.fixed = 50, .per = {{count::faces, 5e-4}}},
-                .disk_mb = {.per = {{count::faces, 2e-6}}}};
-    }
-
     void run(RunContext& run) override
     {
         check_mesh(*mesh, "the mesh on port 'mesh'");

@@ -23,14 +23,6 @@ class RegionsPlanes final : public Stage
                                 "What is as close to the floor, a wall or the ceiling belongs to it: rugs, pictures, doors"};
     Option<std::string> up = geometry::up_option(this);
 
-    Cost cost() const override
-    {
-        return {.seconds = {.per = {{count::faces, 4e-6}}},
-                .parallel_share = 0.4,
-                .memory_mb = {.fixed = 30, .per = {{count::faces, 3e-4}}},
-                .disk_mb = {.per = {{count::faces, 2e-6}}}};
-    }
-
     void run(RunContext& run) override
     {
         check_mesh(*mesh, "the mesh on port 'mesh'");

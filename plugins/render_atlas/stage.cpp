@@ -19,14 +19,6 @@ class RenderAtlas final : public Stage
     Option<int> size_px{this, "size_px", 0, range(0, 16384), "Texture size for texels_per_cm; 0: as the atlas says"};
     Slot<ImageIo> images{this, "images", "image.opencv", "Encodes the picture"};
 
-    Cost cost() const override
-    {
-        return {.seconds = {.fixed = 0.1, .per = {{count::faces, 1e-6}, {count::texels, 2e-7}}},
-                .memory_mb = {.fixed = 60, .per = {{count::faces, 1e-4}, {count::texels, 2.5e-5}}},
-                .disk_mb = {.per = {{count::texels, 1e-6}}},
-                .makes = {{count::texels, {.squares_of = "picture_px"}}}};
-    }
-
     void run(RunContext& run) override
     {
         check_mesh(*mesh, "the mesh on port 'mesh'");

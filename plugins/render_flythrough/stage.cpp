@@ -60,16 +60,6 @@ class RenderFlythrough final : public Stage
     Option<double> down_deg{this, "down_deg", 10, range(-89, 89), "Downward tilt of the orbit's camera"};
     Slot<ImageIo> images{this, "images", "image.opencv", "Encodes PNG pictures"};
 
-    Cost cost() const override
-    {
-        return {.seconds = {.fixed = 0.5, .per = {{count::faces, 2e-6}, {count::pixels, 3e-7}}},
-                .parallel_share = 0.95,
-                .memory_mb = {.fixed = 80, .per = {{count::faces, 2e-4}, {count::pixels, 3e-4}}},
-                .disk_mb = {.per = {{count::pixels, 2e-7}}},
-                .makes = {{count::pixels, {.squares_of = "height_px"}}},
-                .steps = {.option = "seconds", .times = {"fps"}}};
-    }
-
     /// Of the first frame's camera, in even numbers of pixels, which video codecs want.
     Intrinsics intrinsics() const
     {

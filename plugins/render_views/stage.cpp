@@ -32,16 +32,6 @@ class RenderViews final : public Stage
                                "Look through the backs of faces, so that a room seen from above shows its inside"};
     Slot<ImageIo> images{this, "images", "image.opencv", "Encodes the pictures"};
 
-    Cost cost() const override
-    {
-        return {.seconds = {.fixed = 0.5, .per = {{count::faces, 2e-6}, {count::pixels, 3.5e-7}}},
-                .parallel_share = 0.95,
-                .memory_mb = {.fixed = 90, .per = {{count::faces, 2e-4}, {count::texels, 1.5e-5}}},
-                .disk_mb = {.per = {{count::pixels, 2.2e-6}}},
-                .makes = {{count::pixels, {.squares_of = "height_px"}}},
-                .steps = {.brought = count::frames, .divided_by = {"every_count"}}};
-    }
-
     Camera camera_of(const Frame& frame) const
     {
         Camera camera = frame.color;

@@ -98,14 +98,6 @@ class ScanColmap final : public RecordingStage
                                    "reconstruction's pictures in it: put them there, or set option \"pictures\" "
                                    "to their folder");
     }
-
-    fresco::Cost cost() const override
-    {
-        return {.seconds = {.fixed = 0.5, .per = {{fresco::count::frames, 0.05}}},
-                .parallel_share = 0.9,
-                .memory_mb = {.fixed = 50, .per_core = 60, .per = {{fresco::count::frames, 0.3}}},
-                .makes = {{fresco::count::frames, {.files = "path", .pattern = "images/*", .divided_by = {"every"}}}}};
-    }
 };
 
 }  // namespace

@@ -200,18 +200,6 @@ class ScanFolder final : public RecordingStage
         return true;
     }
 
-    fresco::Cost cost() const override
-    {
-        return {.seconds = {.fixed = 0.5, .per = {{fresco::count::frames, 0.02}, {fresco::count::faces, 5e-7}}},
-                .parallel_share = 0.9,
-                .memory_mb = {.fixed = 50, .per_core = 60, .per = {{fresco::count::faces, 1e-4}}},
-                .disk_mb = {.per = {{fresco::count::faces, 2.1e-5}}},
-                .makes = {{fresco::count::frames, {.files = "path", .pattern = "images/*", .divided_by = {"every"}}},
-                          {fresco::count::faces, {.files = "path", .pattern = "mesh.ply", .bytes_each = 21}},
-                          {fresco::count::square_meters,
-                           {.files = "path", .pattern = "mesh.ply", .bytes_each = fresco::count::scan_bytes_per_square_meter}}}};
-    }
-
     CameraMatrix camera_;
     fresco::Intrinsics sized_camera_;
     std::map<std::string, std::vector<double>> matrices_;  ///< By their lines in poses.txt.

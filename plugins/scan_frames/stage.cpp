@@ -68,17 +68,6 @@ class ScanFrames final : public RecordingStage
         return true;
     }
 
-    fresco::Cost cost() const override
-    {
-        return {.seconds = {.fixed = 0.2, .per = {{fresco::count::frames, 0.01}, {fresco::count::faces, 5e-7}}},
-                .parallel_share = 0.9,
-                .memory_mb = {.fixed = 50, .per = {{fresco::count::faces, 1e-4}}},
-                .disk_mb = {.per = {{fresco::count::faces, 2.1e-5}}},
-                .makes = {{fresco::count::faces, {.files = "path", .pattern = "mesh.ply", .bytes_each = 21}},
-                          {fresco::count::square_meters,
-                           {.files = "path", .pattern = "mesh.ply", .bytes_each = fresco::count::scan_bytes_per_square_meter}}}};
-    }
-
     std::vector<fresco::Frame> listed_;
     std::size_t next_ = 0;
 };

@@ -33,14 +33,6 @@ class ScanInspect final : public Stage
     Option<bool> fail{this, "fail", false, "End with an error if a mistake is certain"};
     Slot<ImageIo> images{this, "images", "image.opencv", "Reads and writes pictures"};
 
-    Cost cost() const override
-    {
-        return {.seconds = {.fixed = 0.1, .per = {{count::faces, 4e-7}}, .per_step = 0.03},
-                .memory_mb = {.fixed = 60, .per = {{count::faces, 1.2e-4}}, .per_step = 0.6},
-                .disk_mb = {.fixed = 1},
-                .steps = {.option = "frames_count"}};
-    }
-
     void run(RunContext& run) override
     {
         std::optional<raycast::Scene> cast;

@@ -86,17 +86,6 @@ class ScanMatterport3d final : public RecordingStage
         return true;
     }
 
-    fresco::Cost cost() const override
-    {
-        return {.seconds = {.fixed = 0.5, .per = {{fresco::count::frames, 0.01}, {fresco::count::faces, 5e-7}}},
-                .parallel_share = 0.5,
-                .memory_mb = {.fixed = 20, .per = {{fresco::count::faces, 1e-4}}},
-                .disk_mb = {.per = {{fresco::count::faces, 2.1e-5}}},
-                .makes = {{fresco::count::frames,
-                           {.files = "path", .pattern = "undistorted_color_images/*.jpg", .divided_by = {"every"}}},
-                          {fresco::count::faces, {.number = 1e6}}}};
-    }
-
     matterport3d::HouseCameras cameras_;
     fresco::ImageHeader size_;  ///< Of the first chosen picture, and so of all.
 };

@@ -120,14 +120,6 @@ class ScanMesh final : public fresco::Stage
         run.warning("the mesh is " + shown + " m long; set unit_m, the meters per unit of the file" +
                     (units.empty() ? "" : ": " + units));
     }
-
-    fresco::Cost cost() const override
-    {
-        return {.seconds = {.fixed = 0.2, .per = {{fresco::count::faces, 5e-7}}},
-                .memory_mb = {.fixed = 50, .per = {{fresco::count::faces, 1.5e-4}}},
-                .disk_mb = {.per = {{fresco::count::faces, 4e-5}}},
-                .makes = {{fresco::count::faces, {.number = 1e6}}}};
-    }
 };
 
 }  // namespace

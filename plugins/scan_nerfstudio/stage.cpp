@@ -52,14 +52,6 @@ class ScanNerfstudio final : public RecordingStage
             reading.masks = path() / "resized_anon_masks";
         return {.views = nerfstudio::parse_transforms(fresco::read_text_file(file), file, reading)};
     }
-
-    fresco::Cost cost() const override
-    {
-        return {.seconds = {.fixed = 0.5, .per = {{fresco::count::frames, 0.05}}},
-                .parallel_share = 0.9,
-                .memory_mb = {.fixed = 50, .per_core = 60},
-                .makes = {{fresco::count::frames, {.files = "path", .pattern = "images/*", .divided_by = {"every"}}}}};
-    }
 };
 
 }  // namespace

@@ -85,16 +85,6 @@ class ScanPolycam final : public RecordingStage
         return true;
     }
 
-    fresco::Cost cost() const override
-    {
-        return {.seconds = {.fixed = 0.5, .per = {{fresco::count::frames, 0.01}}},
-                .parallel_share = 0.9,
-                .memory_mb = {.fixed = 50},
-                .disk_mb = {.fixed = 0.1},
-                .makes = {
-                    {fresco::count::frames, {.files = "path", .pattern = "keyframes/cameras/*.json", .divided_by = {"every"}}}}};
-    }
-
     fresco::RigidTransform mesh_from_world_;
 };
 

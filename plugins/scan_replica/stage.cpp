@@ -62,16 +62,6 @@ class ScanReplica final : public RecordingStage
 
     fs::path trajectory_file() const { return path() / "traj.txt"; }
 
-    fresco::Cost cost() const override
-    {
-        return {.seconds = {.fixed = 0.5, .per = {{fresco::count::frames, 0.006}, {fresco::count::faces, 5e-7}}},
-                .parallel_share = 0.5,
-                .memory_mb = {.fixed = 20, .per = {{fresco::count::faces, 1e-4}}},
-                .disk_mb = {.per = {{fresco::count::faces, 2.1e-5}}},
-                .makes = {{fresco::count::frames, {.files = "path", .pattern = "results/frame*", .divided_by = {"every"}}},
-                          {fresco::count::faces, {.number = 1e6}}}};
-    }
-
     std::vector<fresco::RigidTransform> trajectory_;
 };
 

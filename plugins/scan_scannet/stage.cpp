@@ -129,19 +129,6 @@ class ScanScannet final : public RecordingStage
         return true;
     }
 
-    fresco::Cost cost() const override
-    {
-        return {.seconds = {.fixed = 0.5, .per = {{fresco::count::frames, 0.006}, {fresco::count::faces, 5e-7}}},
-                .parallel_share = 0.5,
-                .memory_mb = {.fixed = 20, .per = {{fresco::count::faces, 1e-4}}},
-                .disk_mb = {.per = {{fresco::count::faces, 2.1e-5}}},
-                .makes = {
-                    {fresco::count::frames, {.files = "path", .pattern = "pose/*.txt", .divided_by = {"every"}}},
-                    {fresco::count::faces, {.files = "path", .pattern = "*_vh_clean*.ply", .bytes_each = 21}},
-                    {fresco::count::square_meters,
-                     {.files = "path", .pattern = "*_vh_clean*.ply", .bytes_each = fresco::count::scan_bytes_per_square_meter}}}};
-    }
-
     scannet::SceneCalibration calibration_;
     RecorderCameras cameras_;
 };

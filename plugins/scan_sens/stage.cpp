@@ -147,15 +147,6 @@ class ScanSens final : public RecordingStage
         return intrinsics_for({camera.intrinsics, source(what)}, PixelCenter::integer, {camera.width, camera.height}, path());
     }
 
-    fresco::Cost cost() const override
-    {
-        return {.seconds = {.per = {{fresco::count::frames, 0.05}}},
-                .parallel_share = 1,
-                .memory_mb = {.fixed = 60, .per_core = 15},
-                .disk_mb = {.per = {{fresco::count::frames, 1.7}}},
-                .makes = {{fresco::count::frames, {.number = 1500, .divided_by = {"every"}}}}};
-    }
-
     std::optional<SensFile> file_;
     SensIndex index_;
     RecorderCameras cameras_;

@@ -175,17 +175,6 @@ class ScanSevenScenes final : public RecordingStage
         return true;
     }
 
-    Cost cost() const override
-    {
-        return {.seconds = {.fixed = 0.1, .per = {{count::frames, 0.001}, {count::faces, 5e-7}}},
-                .memory_mb = {.fixed = 20, .per = {{count::faces, 1e-4}}},
-                .disk_mb = {.per = {{count::faces, 2.1e-5}}},
-                .makes = {{count::frames, {.files = "path", .pattern = "seq-*/frame-*.pose.txt", .divided_by = {"every"}}},
-                          {count::faces, {.files = "path", .pattern = "mesh.ply", .bytes_each = 21}},
-                          {count::square_meters,
-                           {.files = "path", .pattern = "mesh.ply", .bytes_each = count::scan_bytes_per_square_meter}}}};
-    }
-
     Calibration calibration_;
     RecorderCameras cameras_;
 };

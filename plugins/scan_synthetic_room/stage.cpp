@@ -105,18 +105,6 @@ class ScanSyntheticRoom final : public fresco::Stage
         frame.color_picture.path = frames.folder().path / (frame.name + ".color.jpg");
         fresco::write_file(frame.color_picture.path, images->encode_jpeg(color, jpeg_quality));
     }
-
-    fresco::Cost cost() const override
-    {
-        return {.seconds = {.per = {{fresco::count::faces, 2e-5}, {fresco::count::pixels, 1e-6}}},
-                .parallel_share = 1,
-                .memory_mb = {.fixed = 40, .per = {{fresco::count::faces, 2.5e-4}}},
-                .disk_mb = {.per = {{fresco::count::faces, 2.1e-5}, {fresco::count::pixels, 6e-7}}},
-                .makes = {{fresco::count::frames, {.option = "frames_count"}},
-                          {fresco::count::faces, {.number = 190, .divided_by = {"edge_m", "edge_m"}}},
-                          {fresco::count::square_meters, {.number = 20, .times = {"length_m"}}},
-                          {fresco::count::pixels, {.squares_of = "color_height_px"}}}};
-    }
 };
 
 }  // namespace

@@ -94,15 +94,6 @@ class ScanTum final : public RecordingStage
         return true;
     }
 
-    fresco::Cost cost() const override
-    {
-        return {.seconds = {.fixed = 0.5, .per = {{fresco::count::frames, 0.03}}},
-                .parallel_share = 0.9,
-                .memory_mb = {.fixed = 50, .per_core = 20},
-                .disk_mb = {.per = {{fresco::count::frames, 0.4}}},
-                .makes = {{fresco::count::frames, {.files = "path", .pattern = "rgb/*", .divided_by = {"every"}}}}};
-    }
-
     tum::RecordingCamera camera_;
 };
 

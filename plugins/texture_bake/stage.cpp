@@ -21,13 +21,6 @@ class TextureBake final : public Stage
                                "Texels that no frame saw: fill from the seen surface around them, set to unseen_color, or keep"};
     Option<std::vector<int>> unseen_color{this, "unseen_color", {128, 128, 128}, range(0, 255), "RGB for unseen: color"};
 
-    Cost cost() const override
-    {
-        return {.seconds = {.fixed = 0.1, .per = {{count::faces, 2e-7}, {count::texels, 2e-7}}},
-                .memory_mb = {.fixed = 25, .per = {{count::faces, 8.5e-5}, {count::texels, 3.5e-5}}},
-                .disk_mb = {.per = {{count::faces, 4.8e-5}, {count::texels, 3e-6}}}};
-    }
-
     BakeOptions bake_options() const
     {
         if (unseen_color->size() != 3)

@@ -14,7 +14,7 @@ namespace
 {
 
 constexpr double fewest_pixels_per_texel = 0.5;
-constexpr int block_px = 4;  // Graphics cards compress textures by blocks of this side.
+constexpr int block_px = 4;              // Graphics cards compress textures by blocks of this side.
 constexpr int most_px_by_itself = 8192;  // Many devices show no larger texture, and exports of one take gigabytes.
 
 class TextureEnlarge final : public Stage
@@ -25,16 +25,6 @@ class TextureEnlarge final : public Stage
     Output<TexturedMesh> textured_mesh{this, "textured_mesh", "The mesh with its 8-bit picture"};
     Option<int> size_px{this, "size_px", 0, range(0, 16384),
                         "Texels per side, at least the source map's; 0: as large as the picture allows, up to 8192"};
-
-    /// Fixed memory is that of 8192 texels a side, since size_px 0 does not say how many will be made.
-    Cost cost() const override
-    {
-        return {.seconds = {.fixed = 1, .per = {{count::texels, 2e-7}}},
-                .parallel_share = 0.9,
-                .memory_mb = {.fixed = 670, .per = {{count::faces, 3e-4}, {count::texels, 8.5e-6}}},
-                .disk_mb = {.per = {{count::faces, 4.8e-5}, {count::texels, 3e-6}}},
-                .makes = {{count::texels, {.squares_of = "size_px"}}}};
-    }
 
     void check() const
     {

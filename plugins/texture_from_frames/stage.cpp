@@ -128,15 +128,6 @@ class TextureFromFrames final : public Stage
         "Weight pictures by this power of their sharpness relative to their neighbors'; 0: equal weights"};
     Slot<ImageIo> images{this, "images", "image.opencv", optional, "Reads pictures that are not NPY; none: all are NPY"};
 
-    Cost cost() const override
-    {
-        return {.seconds = {.fixed = 1, .per = {{count::frames, 0.2}, {count::texels, 2e-7}}},
-                .parallel_share = 1,
-                .memory_mb = {.fixed = 60, .per_core = 30, .per = {{count::texels, 1e-4}}},
-                .disk_mb = {.per = {{count::texels, 1.3e-5}}},
-                .makes = {{count::texels, {.squares_of = "size_px"}}}};
-    }
-
     std::size_t level() const
     {
         const auto& heights = uvmaps->heights_px;
@@ -159,6 +150,9 @@ class TextureFromFrames final : public Stage
                 .weights = {.edge_margin_px = *edge_margin_px, .sensor_tolerance_m = *sensor_tolerance_m},
                 .blend = {.reject_outliers = *outliers == "reject"}};
     }
+
+    /// A texture of 4096 texels a side.
+    double memory_mb() const override { return 2000; }
 
     void run(RunContext& run) override
     {

@@ -38,15 +38,6 @@ class TextureFromModel final : public Stage
         "Texels farther than this from the model count as unseen; 0: 2% of its bounding box's diagonal"};
     Slot<ImageIo> images{this, "images", "image.opencv", "Reads the model's pictures"};
 
-    Cost cost() const override
-    {
-        return {.seconds = {.fixed = 0.5, .per = {{count::faces, 2e-6}, {count::texels, 7e-7}}},
-                .parallel_share = 0.7,
-                .memory_mb = {.fixed = 30, .per = {{count::faces, 2e-4}, {count::texels, 3e-5}}},
-                .disk_mb = {.per = {{count::texels, 1.3e-5}}},
-                .makes = {{count::texels, {.squares_of = "size_px"}}}};
-    }
-
     void run(RunContext& run) override
     {
         check_model(*model, "the model on port 'model'");

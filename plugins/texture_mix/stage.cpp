@@ -34,14 +34,6 @@ class TextureMix final : public Stage
     Option<double> split_cm{this, "split_cm", 20, range(0.5, 1000),
                             "What varies over more than this on the surface is color, the rest strokes"};
 
-    Cost cost() const override
-    {
-        return {.seconds = {.fixed = 0.1, .per = {{count::faces, 5e-7}, {count::texels, 2e-7}}},
-                .parallel_share = 0.6,
-                .memory_mb = {.fixed = 50, .per = {{count::faces, 1.5e-4}, {count::texels, 6e-5}}},
-                .disk_mb = {.per = {{count::texels, 1.3e-5}}}};
-    }
-
     RasterF filled(const Texture& source, const Charts& charts, const TexelFaces& faces, RunContext& run) const
     {
         RasterF rgb = collapse(source, run);

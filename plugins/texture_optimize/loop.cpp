@@ -172,9 +172,9 @@ class Loop
           space_(options.values, options.levels.protocol == Protocol::paper),
           split_(split_views(used_views(source_, options.levels.protocol, run), options.held_out_count)),
           schedule_(split_.trained, options.seed, options.schedule), checkpoints_(run.checkpoint_folder()),
-          evaluator_(components.losses, space_, options.device, options.seed, !options.reference),
+          evaluator_(components.losses, space_, options.device, options.seed),
           style_(style_sizes(inputs.style, options.levels.protocol, [&](const std::string& text) { run.message(text); })),
-          whole_steps_(run), camera_memory_(options.device.is_cpu() && !options.reference ? kept_camera_bytes : 0)
+          whole_steps_(run), camera_memory_(options.device.is_cpu() ? kept_camera_bytes : 0)
     {
     }
 
@@ -280,7 +280,7 @@ class Loop
     bool walked()
     {
         const auto first_visit = static_cast<std::size_t>(step_ / options_.schedule.repeats_count);
-        const Demands demands = demands_of(components_.losses, !options_.reference);
+        const Demands demands = demands_of(components_.losses);
         ViewFeed feed(options_.device, first_visit, schedule_.visits(),
                       [&](std::size_t visit)
                       {
@@ -290,13 +290,11 @@ class Loop
                       });
         ViewData* data = nullptr;
         std::optional<std::size_t> loaded_visit;
+        at::set_num_threads(std::max(1, run_.threads()));
         try
         {
             for (; step_ < schedule_.steps(); ++step_)
             {
-                // The host may have lent cores since the last step, or taken them back.
-                if (const int threads = std::max(1, run_.threads()); threads != at::get_num_threads())
-                    at::set_num_threads(threads);
                 interrupt_point();
                 measure();
                 if (has_stopped_falling(held_out_, options_.stop_gain))
@@ -444,8 +442,6 @@ class Loop
         if (step_ == 0)
             report_balance(components_.losses, last_summands_, options_.init == Init::zeros || options_.init == Init::color,
                            run_);
-        if (options_.reference)
-            forget_camera(data);
         if (!space_.is_clamped())
             for (auto& parameter : parameters())
                 write_clamped(parameter.values, static_cast<float>(space_.stored_range().first),
@@ -524,8 +520,7 @@ class Loop
 
 Texture optimized_texture(const LoopInputs& inputs, const LoopComponents& components, const LoopOptions& options, RunContext& run)
 {
-    if (!options.reference)
-        reuse_tensor_memory();
+    reuse_tensor_memory();
     Loop loop(inputs, components, options, run);
     return loop();
 }

@@ -59,7 +59,6 @@ struct LoopOptions
     std::int64_t measure_steps;
     double stop_gain;  ///< 0 = all steps are made.
     // How it is run
-    bool reference;  ///< Whole frames, and the camera pictures in every step, are encoded: the same up to rounding.
     std::int64_t checkpoint_steps;  ///< 0 = none. A run whose loss is not finite goes back to one.
     double checkpoint_seconds;      ///< Between states kept for a run that is killed; 0 = none are. Of no effect on results.
     std::int64_t preview_every;     ///< 0 = never.

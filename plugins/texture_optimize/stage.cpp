@@ -29,12 +29,6 @@ constexpr const char* losses_with_weights = R"({
     "content": {"type": "loss.content", "weight": 0.2, "relative": true, "features": {"type": "features.vgg19", "weights": "${weights}"}}
 })";
 
-enum class Execution
-{
-    active,
-    reference
-};
-
 enum class Device
 {
     automatic,  ///< CUDA where libtorch finds it.
@@ -124,19 +118,14 @@ class TextureOptimize final : public Stage
     Option<double> stop_gain{
         this, "stop_gain", 0, range(0, 0.99),
         "With held_out_count: stop when three measurements have not lowered the loss by this share; 0: run all steps"};
-    Choice<Execution> execution{this,
-                                "execution",
-                                Execution::active,
-                                {{"active", Execution::active}, {"reference", Execution::reference}},
-                                "active: encode only the parts of a frame with pixels of a level, and the camera "
-                                "picture once per visit; reference: encode everything in every step, for comparison"};
     Option<std::int64_t> seed{this, "seed", 0, at_least(0),
                               "Seed of the views' order, of the losses' sampling and of the noise of `init: noise`"};
     Choice<Device> device{this,
                           "device",
                           Device::automatic,
                           {{"auto", Device::automatic}, {"cpu", Device::cpu}, {"cuda", Device::cuda}},
-                          "Where losses are computed"};
+                          "Where losses are computed",
+                          chooses_device};
     Option<InputFile> weights{this, "weights", InputFile{}, formats(weights::file_formats()),
                               "VGG-19 weights for `losses: auto`; empty: losses without a network"};
     // In the key: where a run goes back to after a loss that is not finite depends on it.
@@ -182,17 +171,8 @@ class TextureOptimize final : public Stage
         texture = std::move(result);
     }
 
-    Cost cost() const override
-    {
-        return {.seconds = {.fixed = 2, .per = {{count::frames, 0.03}, {count::pixels, 2.5e-6}}},
-                .parallel_share = 1,
-                // With the camera's features, up to 2 GB.
-                .memory_mb = {.fixed = 2600, .per = {{count::texels, 4e-5}, {count::pixels, 1.1e-3}}},
-                .disk_mb = {.per = {{count::texels, 1.7e-5}}},
-                .makes = {{count::texels, {.squares_of = "size_px"}}, {count::pixels, {.squares_of = "heights_px"}}},
-                .steps = {.brought = count::frames, .times = {"epochs", "repeats_count"}, .at_most = "max_steps"},
-                .device = "device"};
-    }
+    /// StyleMesh's sizes; the features of camera pictures take up to 2 GB of it.
+    double memory_mb() const override { return 5000; }
 
   private:
     LoopOptions loop_options(int size) const
@@ -221,7 +201,6 @@ class TextureOptimize final : public Stage
                 .held_out_count = *held_out_count,
                 .measure_steps = *measure_steps,
                 .stop_gain = *stop_gain,
-                .reference = *execution == Execution::reference,
                 .checkpoint_steps = *checkpoint_steps,
                 .checkpoint_seconds = *checkpoint_seconds,
                 .preview_every = *preview_every};

@@ -162,16 +162,6 @@ const GridMask& grid_of(LevelData& level, int stride, const torch::Device& devic
         .first->second;
 }
 
-void forget_camera(ViewData& data)
-{
-    for (auto& level : data.levels)
-    {
-        level.camera_features.clear();
-        if (level.smallest)
-            level.smallest->features.clear();
-    }
-}
-
 namespace
 {
 

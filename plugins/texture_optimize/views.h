@@ -129,9 +129,6 @@ std::unique_ptr<ViewData> load_view(const ViewSource& source, std::size_t view, 
 /// The cells of a grid of `stride` that belong to the level; made when first asked for.
 const GridMask& grid_of(LevelData& level, int stride, const torch::Device& device);
 
-/// Forgets what networks say of the camera picture.
-void forget_camera(ViewData& data);
-
 /// What networks say of camera pictures, from one visit of a view to the next: of the first views that come, as many as fit. Each
 /// view's is the same at every visit, so that the memory changes no result. Used by one thread.
 class CameraMemory

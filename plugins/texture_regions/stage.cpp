@@ -79,14 +79,6 @@ class TextureRegions final : public Stage
                        "For each region keep (the photo), a texture, or {texture: NAME, strength: 0.7}; '*': all other regions. "
                        "Each NAME is an input"};
 
-    Cost cost() const override
-    {
-        return {.seconds = {.fixed = 0.1, .per = {{count::faces, 4e-7}, {count::texels, 4e-7}}},
-                .parallel_share = 0.2,
-                .memory_mb = {.fixed = 50, .per = {{count::faces, 1.5e-4}, {count::texels, 8e-5}}},
-                .disk_mb = {.per = {{count::texels, 1.3e-5}}}};
-    }
-
     void check() const
     {
         check_mesh(*mesh, "the mesh on port 'mesh'");

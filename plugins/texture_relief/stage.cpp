@@ -32,14 +32,6 @@ class TextureRelief final : public Stage
     Option<double> stroke_cm{this, "stroke_cm", 3.5, range(0.1, 1000),
                              "Width of brush strokes on the surface, as at texture.synthesize: what is wider is no relief"};
 
-    Cost cost() const override
-    {
-        return {.seconds = {.fixed = 0.5, .per = {{count::faces, 1e-6}, {count::texels, 1.2e-6}}},
-                .parallel_share = 0.8,
-                .memory_mb = {.fixed = 100, .per = {{count::faces, 3e-4}, {count::texels, 5e-5}}},
-                .disk_mb = {.per = {{count::texels, 7e-6}}}};
-    }
-
     void check() const
     {
         texturing::check_textured_mesh(*textured_mesh, "the mesh on port 'textured_mesh'");

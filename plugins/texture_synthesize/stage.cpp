@@ -66,15 +66,6 @@ class TextureSynthesize final : public Stage
         this, "preview_seconds", 5.0, at_least(0), "Seconds between previews; 0: after each round", not_in_key};
     Slot<ImageIo> images{this, "images", "image.opencv", optional, "Writes previews; none: no previews"};
 
-    Cost cost() const override
-    {
-        return {.seconds = {.fixed = 10, .per = {{count::texels, 5e-6}, {count::square_meters, 0.7}}},
-                .parallel_share = 0.9,
-                .memory_mb = {.fixed = 500, .per = {{count::texels, 7e-5}, {count::square_meters, 8}}},
-                .disk_mb = {.per = {{count::texels, 2.4e-5}}},
-                .makes = {{count::texels, {.squares_of = "size_px"}}}};
-    }
-
     /// Returns the texels per side to paint.
     int check(RunContext& run) const
     {
@@ -110,6 +101,9 @@ class TextureSynthesize final : public Stage
                                                           : hints.drawn(*lines, progress),
                               smooth_strokes * stroke_m, progress);
     }
+
+    /// A texture of 4096 texels a side.
+    double memory_mb() const override { return 2000; }
 
     void run(RunContext& run) override
     {

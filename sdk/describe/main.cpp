@@ -40,7 +40,7 @@ Value describe_type(const fresco::PluginLibrary::Entry& entry, const fresco::Con
 {
     Value declaration = object.describe();
     if (const auto* stage = as<fresco::Stage>(object, entry, "stage", "Stage"))
-        declaration.set("cost", describe_cost(entry.type, stage->cost(), declaration.at("options")));
+        declaration.set("memory_mb", stage->memory_mb());
     if (const auto* origin = as<fresco::FileOrigin>(object, entry, fresco::FileOrigin::component_kind, "FileOrigin"))
         declaration.set("extensions", list_of(origin->extensions()));
     if (const auto* reader = as<fresco::FileReader>(object, entry, fresco::FileReader::component_kind, "FileReader"))

@@ -110,9 +110,9 @@ std::vector<std::string> FileReader::extensions() const
 }
 Stage::~Stage() = default;
 
-Cost Stage::cost() const
+double Stage::memory_mb() const
 {
-    return {};
+    return 0;
 }
 
 Port::Port(std::string name, const ArtifactType& type, bool is_optional, std::string help)

@@ -93,9 +93,13 @@ std::string unit_of(const std::string& name)
     return {};
 }
 
-void declare(OptionDeclaration& option, std::nullptr_t)
+void declare(OptionDeclaration& option, NotInKey)
 {
     option.in_key = false;
+}
+void declare(OptionDeclaration& option, ChoosesDevice)
+{
+    option.is_device = true;
 }
 void declare(OptionDeclaration& option, const Range* accepted)
 {
@@ -152,7 +156,8 @@ OptionTerm::OptionTerm(const Range& accepted) : said(&accepted) {}
 OptionTerm::OptionTerm(const OneOf& accepted) : said(&accepted) {}
 OptionTerm::OptionTerm(const Extensions& accepted) : said(&accepted) {}
 OptionTerm::OptionTerm(const FolderWith& expected) : said(&expected) {}
-OptionTerm::OptionTerm(NotInKey) : said(nullptr) {}
+OptionTerm::OptionTerm(NotInKey mark) : said(mark) {}
+OptionTerm::OptionTerm(ChoosesDevice mark) : said(mark) {}
 OptionTerm::OptionTerm(const char* help) : said(help) {}
 OptionTerm::OptionTerm(const std::string& help) : said(help.c_str()) {}
 }  // namespace detail

@@ -104,6 +104,7 @@ OptionDeclaration OptionDeclaration::from(const Value& description)
     option.contains_unless = text("contains_unless");
     option.unit = text("unit");
     option.in_key = flag("in_key", true);
+    option.is_device = flag("device", false);
     option.component_kind = text("component_kind");
     option.optional = option.kind == OptionKind::component && (option.default_value.is_null() || flag("optional", false));
     if (const Value* rule = description.find("auto"))
@@ -148,6 +149,7 @@ Value OptionDeclaration::describe() const
     say("contains_unless", contains_unless, "");
     say("unit", unit, "");
     say("in_key", in_key, true);
+    say("device", is_device, false);
     say("optional", optional, false);
     if (auto_rule)
         description.set(

@@ -44,21 +44,17 @@ class Helpers
         std::size_t working = 0;
     };
 
-    /// Lets up to `more` helpers, as soon as they are free, do the call's work once each.
-    void invite(Call& call, std::size_t more)
+    /// Lets as many helpers as the call invites, as soon as they are free, do its work once each.
+    void invite(Call& call)
     {
-        {
-            const std::lock_guard lock(mutex_);
-            if (std::ranges::find(calls_, &call) == calls_.end())
-                calls_.push_back(&call);
-            call.invited += more;
-            grow(call.invited + call.working);
-        }
-        for (std::size_t i = 0; i < more; ++i)
+        const std::lock_guard lock(mutex_);
+        calls_.push_back(&call);
+        grow(call.invited);
+        for (std::size_t i = 0; i < call.invited; ++i)
             invited_.notify_one();
     }
 
-    /// Invites nobody any more; returns when all helpers have left the call.
+    /// Invites no more helpers, and returns when all have left the call.
     void take_back(Call& call)
     {
         std::unique_lock lock(mutex_);
@@ -110,20 +106,15 @@ class Helpers
     std::size_t threads_ = 0;
 };
 
-class FixedThreads final : public Progress
-{
-  public:
-    explicit FixedThreads(int threads) : threads_(threads) {}
-    int threads() const override { return threads_; }
-
-  private:
-    int threads_;
-};
-
 }  // namespace
 
 void parallel_for(std::size_t count, std::size_t grain, const Progress& progress,
                   const std::function<void(std::size_t, std::size_t)>& work)
+{
+    parallel_for(count, grain, progress.threads(), work);
+}
+
+void parallel_for(std::size_t count, std::size_t grain, int threads, const std::function<void(std::size_t, std::size_t)>& work)
 {
     if (count == 0)
         return;
@@ -152,52 +143,21 @@ void parallel_for(std::size_t count, std::size_t grain, const Progress& progress
             next = pieces;
         }
     };
-
-    // Helpers invited to this call that have not left it.
-    std::atomic<std::size_t> helpers{0};
-    const auto wanted = [&] { return static_cast<std::size_t>(std::max(progress.threads(), 1)) - 1; };
-    const auto may_stay = [&]
+    const auto do_pieces = [&]
     {
-        std::size_t now = helpers;
-        while (now > wanted())
-            if (helpers.compare_exchange_weak(now, now - 1))
-                return false;
-        return true;
-    };
-    const auto help = [&]
-    {
-        while (may_stay())
-        {
-            const std::size_t piece = next++;
-            if (piece >= pieces)
-                return;
+        for (std::size_t piece = next++; piece < pieces; piece = next++)
             do_piece(piece);
-        }
     };
-    Helpers::Call call{std::ref(help)};
-    Helpers* all = nullptr;
-    for (std::size_t piece = next++; piece < pieces; piece = next++)
-    {
-        const std::size_t there = helpers;
-        const std::size_t most = std::max(wanted(), there);
-        const std::size_t waiting = pieces - std::min<std::size_t>(next, pieces);
-        if (const std::size_t more = std::min(most - there, waiting); more > 0)
-        {
-            all = &Helpers::here();
-            helpers += more;
-            all->invite(call, more);
-        }
-        do_piece(piece);
-    }
-    if (all != nullptr)
-        all->take_back(call);
+
+    Helpers::Call call{std::ref(do_pieces), std::min(static_cast<std::size_t>(std::max(threads, 1)), pieces) - 1};
+    Helpers* helpers = call.invited > 0 ? &Helpers::here() : nullptr;
+    if (helpers != nullptr)
+        helpers->invite(call);
+    do_pieces();
+    if (helpers != nullptr)
+        helpers->take_back(call);
     if (failure)
         std::rethrow_exception(failure);
-}
-
-void parallel_for(std::size_t count, std::size_t grain, int threads, const std::function<void(std::size_t, std::size_t)>& work)
-{
-    parallel_for(count, grain, FixedThreads(threads), work);
 }
 
 void parallel_for_each(std::size_t count, std::string_view unit, Progress& progress, const std::function<void(std::size_t)>& work)

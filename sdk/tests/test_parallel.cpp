@@ -77,61 +77,6 @@ TEST_CASE("parallel_items calls work for every item once, and stops before the n
     CHECK(hits == std::vector<int>{2, 2, 2, 2, 2, 2, 2, 2, 1, 1});
 }
 
-TEST_CASE("parallel_for takes threads that its progress gets while it works, and lets those go that it loses")
-{
-    struct Lent final : fresco::Progress
-    {
-        int threads() const override { return count; }
-        std::atomic<int> count{1};
-    };
-    Lent lent;
-    std::atomic<int> met{0};
-    std::atomic<bool> all_met = false;
-    std::mutex mutex;
-    std::set<std::thread::id> after;
-    fresco::parallel_for(60, 1, lent,
-                         [&](std::size_t i, std::size_t)
-                         {
-                             if (i == 0)
-                                 lent.count = 3;
-                             else if (i <= 3)
-                             {
-                                 // On three threads at once, or never.
-                                 if (++met == 3)
-                                 {
-                                     lent.count = 1;
-                                     all_met = true;
-                                 }
-                                 const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);
-                                 while (!all_met && std::chrono::steady_clock::now() < end)
-                                     std::this_thread::yield();
-                             }
-                             else
-                             {
-                                 const std::lock_guard lock(mutex);
-                                 after.insert(std::this_thread::get_id());
-                             }
-                         });
-    CHECK(all_met);
-    CHECK(after == std::set{std::this_thread::get_id()});
-}
-
-TEST_CASE("parallel_for starts no more threads than its progress ever asks for, however often that changes")
-{
-    struct Restless final : fresco::Progress
-    {
-        int threads() const override { return 1 + static_cast<int>(asked++ % 3); }
-        mutable std::atomic<unsigned> asked{0};
-    };
-    const auto threads_here = []
-    { return std::distance(std::filesystem::directory_iterator("/proc/self/task"), std::filesystem::directory_iterator()); };
-    const auto before = threads_here();
-    std::vector<std::atomic<int>> hits(20'000);
-    fresco::parallel_for(hits.size(), 1, Restless(), [&](std::size_t i, std::size_t) { ++hits[i]; });
-    CHECK(std::all_of(hits.begin(), hits.end(), [](const auto& hit) { return hit == 1; }));
-    CHECK(threads_here() <= before + 2);
-}
-
 TEST_CASE("parallel_for rethrows the first failure")
 {
     const auto work = [](std::size_t begin, std::size_t)

@@ -9,22 +9,12 @@ unset FRESCO_PLUGIN_PATH FRESCO_FAULT
 run() { "$fresco" run "$source/pipelines/demo.yaml" --store "$work/store" --out "$work/out" --cores 2 "$@"; }
 fail() { echo "demo: $*" >&2; exit 1; }
 
-"$fresco" plan "$source/pipelines/demo.yaml" --store "$work/store" --json >"$work/plan.json"
 begin=$(date +%s%N)
 run
 echo "first run: $((($(date +%s%N) - begin) / 1000000)) ms"
 test -s "$work/out/demo.glb" || fail "no demo.glb"
 views=("$work"/out/views/*.png)
 [ ${#views[@]} -gt 10 ] || fail "${#views[@]} views"
-python3 - "$work/plan.json" "$work/out/run.json" <<'CHECK'
-import json, sys
-
-planned, ran = (json.load(open(file)) for file in sys.argv[1:])
-planned = next(stage["cost"]["memory_mb"] for stage in planned["stages"] if stage["stage"] == "texture")
-taken = next(stage["memory_mb"] for stage in ran["stages"] if stage["name"] == "texture")
-print(f"memory of the painting: {planned:.0f} MB planned, {taken:.0f} MB taken")
-sys.exit(0 if 0.5 <= planned / taken <= 2 else "demo: the estimate is not within a factor of two")
-CHECK
 
 # What is stored is not run again, and a result that a user deleted comes back from the store.
 sum=$(sha256sum <"$work/out/demo.glb")

@@ -78,7 +78,7 @@ void read_pipeline(Bytes bytes)
     {
         require(stage.type != nullptr, "a type for each stage");
         require(result.pipeline.find(stage.name) == &stage, "a name for each stage");
-        require(!cost_name(stage).empty(), "a name for its cost");
+        require(!program_name(stage).empty(), "a name for its program");
     }
 }
 
@@ -111,11 +111,11 @@ void write_again(const Store& store, const std::filesystem::path& pipeline, cons
     hashes.save();
     FileHashes(index).tidy();
     require(FileHashes(index).hash(here) == hash, "tidied, the same hashes");
-    record_cost(store, "t", {1, 1, 1}, {1, 1, 1});
-    const auto figures = [&] { return std::bit_cast<std::uint64_t>(Statistics(store).corrected("t", {1, 1, 1}).seconds); };
+    Statistics(store).add({"t", "o"}, {1, 1, 1});
+    const auto figures = [&] { return std::bit_cast<std::uint64_t>(Statistics(store).last({"t", "o"}).value().seconds); };
     const auto untidy = figures();
-    tidy_costs(store);
-    require(Statistics(store).knows("t") && figures() == untidy, "tidied, the same costs");
+    Statistics(store).tidy();
+    require(figures() == untidy, "tidied, the same usage");
     if (!record)
         return;
     StageRecord changed = *record;
@@ -127,7 +127,7 @@ void write_again(const Store& store, const std::filesystem::path& pipeline, cons
             "written and read, the same record");
 }
 
-/// The first line as the record of a key, of a result and of a stage; all lines as the journals of hashes and of costs.
+/// The first line as the record of a key, of a result and of a stage; all lines as the journals of hashes and of runs.
 void read_stored(Bytes bytes)
 {
     static const Store store(file_with({}, "format").parent_path() / "store");

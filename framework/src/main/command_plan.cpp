@@ -25,12 +25,7 @@ struct PlanArguments
     bool tasks = false;
 };
 
-Value figures(const CostFigures& cost)
-{
-    return Value::Map{{"seconds", cost.seconds}, {"memory_mb", cost.memory_mb}, {"disk_mb", cost.disk_mb}};
-}
-
-void print_json(const Plan& plan, const std::vector<std::string>& notes)
+void print_json(const Plan& plan)
 {
     Value::List stages;
     for (const auto& stage : plan.stages)
@@ -38,13 +33,14 @@ void print_json(const Plan& plan, const std::vector<std::string>& notes)
                                     {"type", stage.type},
                                     {"runs", stage.runs},
                                     {"reason", stage.reason},
-                                    {"cost", figures(stage.cost)},
-                                    {"measured", stage.measured},
+                                    {"seconds", stage.measured ? Value(stage.measured->seconds) : Value()},
+                                    {"memory_mb", stage.measured ? Value(stage.measured->memory_mb) : Value()},
                                     {"files_to_copy", stage.files_to_copy}});
     print_value(Value::Map{{"stages", std::move(stages)},
-                           {"total", figures(plan.total)},
-                           {"obstacles", Value::List(plan.obstacles.begin(), plan.obstacles.end())},
-                           {"notes", Value::List(notes.begin(), notes.end())}});
+                           {"total", Value::Map{{"seconds", plan.total.seconds},
+                                                {"memory_mb", plan.total.memory_mb},
+                                                {"not_run_yet", plan.unmeasured_count}}},
+                           {"obstacles", Value::List(plan.obstacles.begin(), plan.obstacles.end())}});
 }
 
 /// "copies 3 files of glb, views to out"; empty if nothing is copied.
@@ -61,41 +57,40 @@ std::string copies_text(const Plan& plan, const std::string& out)
     return files == 0 ? "" : fmt::format("copies {} of {} to {}", counted(files, "file"), stages, out);
 }
 
-void print_text(const Plan& plan, const std::vector<std::string>& notes, const std::string& out)
+/// "about 3 min in all, at most 2.1 GB of memory at a time per stage, and 2 stages that have not run yet"
+std::string total_text(const Plan& plan)
+{
+    const auto runs = std::ranges::count_if(plan.stages, [](const auto& stage) { return stage.runs; });
+    const std::string unmeasured = counted(plan.unmeasured_count, "stage") + (plan.unmeasured_count == 1 ? " has" : " have");
+    if (runs == static_cast<std::ptrdiff_t>(plan.unmeasured_count))
+        return unmeasured + " not run yet";
+    return fmt::format("about {} in all, at most {} of memory at a time per stage{}", duration_text(plan.total.seconds),
+                       size_text(plan.total.memory_mb), plan.unmeasured_count > 0 ? "; " + unmeasured + " not run yet" : "");
+}
+
+void print_text(const Plan& plan, const std::string& out)
 {
     using Kind = TextTable::Kind;
     const std::size_t width = terminal_width(STDOUT_FILENO);
-    TextTable table({{"stage", Kind::name},
-                     {"", Kind::figure},
-                     {"time", Kind::number},
-                     {"memory", Kind::number},
-                     {"disk", Kind::number},
-                     {"why", Kind::text}});
+    TextTable table(
+        {{"stage", Kind::name}, {"", Kind::figure}, {"time", Kind::number}, {"memory", Kind::number}, {"why", Kind::text}});
     for (const auto& stage : plan.stages)
         table.add({stage.stage, stage.runs ? "run" : "-",
-                   stage.runs ? (stage.measured ? "" : "~") + duration_text(stage.cost.seconds) : "",
-                   stage.runs ? size_text(stage.cost.memory_mb) : "", stage.runs ? size_text(stage.cost.disk_mb) : "",
-                   stage.reason});
+                   !stage.runs      ? ""
+                   : stage.measured ? duration_text(stage.measured->seconds)
+                                    : "not run yet",
+                   stage.runs && stage.measured ? size_text(stage.measured->memory_mb) : "", stage.reason});
     fmt::print("{}", table.text(width));
-    const auto runs = std::ranges::count_if(plan.stages, [](const auto& stage) { return stage.runs; });
+    const bool runs = std::ranges::any_of(plan.stages, &PlannedStage::runs);
     const std::string copies = copies_text(plan, out);
     if (!copies.empty())
         fmt::print("{}\n", folded(copies, width));
     for (const auto& obstacle : plan.obstacles)
         fmt::print("{}\n", folded("a run would stop: " + harmless(obstacle, LineEnds::none), width));
-    if (runs == 0)
-    {
-        if (copies.empty())
-            fmt::print("nothing to do\n");
-        return;
-    }
-    for (const auto& note : notes)
-        fmt::print("{}\n", folded(harmless(note, LineEnds::none), width));
-    fmt::print("{}\n", folded(fmt::format("about {} in all, at most {} of memory at a time per stage, {} more in the store (~: "
-                                          "estimated, not yet measured here)",
-                                          duration_text(plan.total.seconds), size_text(plan.total.memory_mb),
-                                          size_text(plan.total.disk_mb)),
-                              width));
+    if (runs)
+        fmt::print("{}\n", folded(total_text(plan), width));
+    else if (copies.empty())
+        fmt::print("nothing to do\n");
 }
 
 int plan(const PlanArguments& arguments)
@@ -113,11 +108,9 @@ int plan(const PlanArguments& arguments)
                                arguments.cores));
         return 0;
     }
-    const PipelineEstimate estimate = estimate_pipeline(loaded->result.pipeline, arguments.cores);
-    const Plan made =
-        make_plan(loaded->result.pipeline, arguments.places.store_folder(), arguments.places.out_folder(),
-                  arguments.pipeline.until, estimate.stages, arguments.places.upstream_folder(), arguments.places.replace);
-    arguments.json ? print_json(made, estimate.notes) : print_text(made, estimate.notes, arguments.places.out_name());
+    const Plan made = make_plan(loaded->result.pipeline, arguments.places.store_folder(), arguments.places.out_folder(),
+                                arguments.pipeline.until, arguments.places.upstream_folder(), arguments.places.replace);
+    arguments.json ? print_json(made) : print_text(made, arguments.places.out_name());
     return 0;
 }
 
@@ -125,22 +118,22 @@ int plan(const PlanArguments& arguments)
 
 void add_plan_command(CLI::App& app, int& exit_code)
 {
-    CLI::App* command = app.add_subcommand("plan", "Show what a run would do, why, and its estimated cost");
+    CLI::App* command = app.add_subcommand("plan", "Show what a run would do, why, and what it took last time");
     const auto arguments = std::make_shared<PlanArguments>();
     arguments->pipeline.add_to(*command);
     arguments->places.add_store_to(*command);
     arguments->places.add_upstream_to(*command);
     arguments->places.add_out_to(*command);
     arguments->pipeline.add_until_to(*command);
-    command->add_option("--cores", arguments->cores, "Processor cores that the run will use")
-        ->check(CLI::Range(1, 4096))
-        ->default_str("all");
+    auto* cores = command->add_option("--cores", arguments->cores, "Processor cores of each task")
+                      ->check(CLI::Range(1, 4096))
+                      ->default_str("all");
     auto* json = command->add_flag("--json", arguments->json, "Print JSON");
-    command
-        ->add_flag("--tasks", arguments->tasks,
-                   "Print the pipeline's tasks for an execution engine, in JSON; 'fresco run FILE --task NAME' runs one of them")
-        ->excludes(json)
-        ->excludes("--upstream");
+    auto* tasks = command->add_flag(
+        "--tasks", arguments->tasks,
+        "Print the pipeline's tasks for an execution engine, in JSON; 'fresco run FILE --task NAME' runs one of them");
+    tasks->excludes(json)->excludes("--upstream");
+    cores->needs(tasks);
     command->callback([arguments, &exit_code] { exit_code = plan(*arguments); });
 }
 

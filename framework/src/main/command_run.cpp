@@ -5,11 +5,10 @@
 #include "main/commands.h"
 
 #include "base/machine.h"
-#include "pipeline/pipeline_wiring.h"
 #include "report/report.h"
 #include "run/commands_inspect.h"
-#include "run/plan.h"
 #include "run/scheduler.h"
+#include "run/stage_choice.h"
 #include "run/tasks.h"
 #include <fresco/error.h>
 #include <fresco/wording.h>
@@ -124,14 +123,14 @@ void check_matrix_options(const RunArguments& arguments, const Pipeline& pipelin
                                      suggestion(arguments.thumbnails, names)));
 }
 
-/// What earlier runs in this store took, else what the stages say of themselves.
-std::map<std::string, double> expected_seconds(const RunRequest& request)
+/// By earlier runs in this store.
+std::map<std::string, double> measured_seconds(const RunRequest& request)
 {
     std::map<std::string, double> seconds;
     const Statistics statistics{Store(request.store)};
     for (const auto& stage : request.pipeline->stages)
-        if (const auto estimate = request.estimates.find(stage.name); estimate != request.estimates.end())
-            seconds[stage.name] = statistics.corrected(cost_name(stage), estimate->second).seconds;
+        if (const auto usage = statistics.last(kind_of(stage)))
+            seconds[stage.name] = usage->seconds;
     return seconds;
 }
 
@@ -172,17 +171,16 @@ RunRequest request_for(const RunArguments& arguments, const Pipeline& pipeline)
     request.pipeline = &pipeline;
     request.cores = arguments.cores;
     request.memory_mb = arguments.memory_mb > 0 ? arguments.memory_mb : available_memory_mb();
-    request.estimates = estimate_pipeline(pipeline, arguments.cores).stages;
     return request;
 }
 
 /// Sets the limits of isolated stages. Throws UsageError where they make no sense.
 void set_limits(const RunArguments& arguments, RunRequest& request)
 {
-    const auto expected = arguments.isolation.stages.empty() ? std::map<std::string, double>{} : expected_seconds(request);
+    const auto measured = arguments.isolation.stages.empty() ? std::map<std::string, double>{} : measured_seconds(request);
     try
     {
-        request.limits = stage_limits(arguments.isolation, *request.pipeline, expected);
+        request.limits = stage_limits(arguments.isolation, *request.pipeline, measured);
     }
     catch (const Error& error)
     {
@@ -301,7 +299,7 @@ void add_run_command(CLI::App& app, const std::vector<std::string>& words, int& 
     limit("--isolate-memory", arguments->isolation.memory,
           "4G or STAGE=4G: maximum memory of an isolated stage (default: 90 % of the machine's)");
     limit("--isolate-time", arguments->isolation.seconds,
-          "10m or STAGE=1h30m: maximum time of an isolated stage (default: ten times the estimate, at least 10m)");
+          "10m or STAGE=1h30m: maximum time of an isolated stage (default: ten times what it took, at least 10m; 1h before)");
     command->add_option("--thumbnails", arguments->thumbnails,
                         "Stage of a matrix whose pictures sweep.html shows (default: the last that makes pictures)");
     command->add_flag("--no-report", arguments->no_report, "Write no run.json and no report.html");

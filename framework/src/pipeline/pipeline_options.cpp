@@ -382,9 +382,10 @@ void check_contents(const YamlNode& node, const fs::path& file, const std::vecto
 
 std::string device_option(const TypeDescription& type)
 {
-    const Value* cost = type.declaration.find("cost");
-    const Value* option = cost ? cost->find("device") : nullptr;
-    return option ? option->as_string() : "";
+    for (const Value& option : type.declaration.at("options").as_list())
+        if (option.find("device") != nullptr)
+            return option.at("name").as_string();
+    return "";
 }
 
 void settle_device(const TypeDescription& type, Value& options, bool (*machine_has_gpu)())

@@ -66,7 +66,7 @@ std::filesystem::path check_input_path(const YamlNode& node, bool folder, const 
 void check_contents(const YamlNode& node, const std::filesystem::path& file, const std::vector<std::string>& extensions,
                     const std::vector<FileFormat>& formats, TypeTable& types, const std::string& user, ProblemList& problems);
 
-/// The option that says where stages of the type work (Cost::device); empty: they have none.
+/// The option that says where stages of the type work (fresco::chooses_device); empty: they have none.
 std::string device_option(const TypeDescription& type);
 
 /// Puts "cuda" or "cpu" in place of "auto" in that option: "cuda" where the plugin was built for a GPU and the machine has one,

@@ -496,7 +496,7 @@ void settle_declared_ports(StageDraft& stage, TypeTable& types, ProblemList& pro
     stage.type = {stage.own_type.get(), &types.declaration(*stage.own_type)};
 }
 
-std::string cost_name(const PipelineStage& stage)
+std::string program_name(const PipelineStage& stage)
 {
     std::string name = stage.type->type;
     std::string files;

@@ -57,9 +57,8 @@ StageGraph check_graph(const std::vector<StageDraft>& stages, ProblemList& probl
 /// being run. Where such an option was not understood the stage gets no type: nothing can be said of ports that are not known.
 void settle_declared_ports(StageDraft& stage, TypeTable& types, ProblemList& problems);
 
-/// What the costs of a stage are remembered by: its type, and of one that runs a program also that with its first words and
-/// files.
-std::string cost_name(const PipelineStage& stage);
+/// The stage's type; of one that runs a program also that program with its first words and files.
+std::string program_name(const PipelineStage& stage);
 
 /// Wires the `{file: PATH}` of a stage's `input` through readers, and reports what does not fit. Sets the stage's `wires`, `uses`
 /// and `files_failed`.

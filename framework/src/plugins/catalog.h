@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-/// \file What plugins declare of their types, as data: the host checks, describes and estimates by it without opening a
+/// \file What plugins declare of their types, as data: the host checks and describes by it without opening a
 /// library.
 
 namespace fresco::host
@@ -37,7 +37,7 @@ struct TypeDescription
     std::string type;  ///< As in a pipeline file.
     std::string kind;  ///< "stage", or a component's contract: "loss", "features", "image_io", "reader", …
     std::string help;
-    /// Configurable::describe() — options, inputs, outputs — plus, for a stage, `cost` (describe_cost), and for a reader
+    /// Configurable::describe() — options, inputs, outputs — plus, for a stage, `memory_mb`, and for a reader
     /// `artifact` and `extensions`.
     Value declaration;
     std::filesystem::path library{};

@@ -24,14 +24,6 @@ std::string_view to_string(StageState state)
     return names.at(static_cast<std::size_t>(state));
 }
 
-CostFigures remaining_cost(const StageNode& node, const std::map<std::string, CostFigures>& estimates)
-{
-    const auto found = estimates.find(node.stage->name);
-    CostFigures cost = found == estimates.end() ? CostFigures{} : found->second;
-    cost.seconds *= 1 - node.done_share;
-    return cost;
-}
-
 namespace
 {
 

@@ -58,14 +58,11 @@ struct StageNode
     bool elsewhere = false;  ///< Not here, but in the upstream store, from where it can be copied.
     std::string why_not;     ///< Which outside file changed, where that is why there is no result.
 
-    CostFigures took;   ///< In this run.
+    Usage took;         ///< In this run.
     int threads = 0;    ///< The same.
     std::string error;  ///< Of a failed one.
     int error_code = 0;
 };
-
-/// What `estimates` say of the stage, its seconds without those that a checkpoint saves.
-CostFigures remaining_cost(const StageNode& node, const std::map<std::string, CostFigures>& estimates);
 
 /// The stages of a pipeline that one process is to run, of those that others run.
 struct RunPart

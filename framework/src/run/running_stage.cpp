@@ -93,7 +93,7 @@ WorkerRequest make_worker_request(const StageNode& node, const RunState& state, 
 RunningStage::RunningStage(StageNode& node, const WorkerRequest& request, const Store& store, const StageLimits& limits,
                            ProgressDisplay& display)
     : node_(&node), store_(&store), limits_(limits), display_(&display), threads_(request.threads),
-      lent_threads_(request.threads), request_folder_(store.make_temporary()), resumes_(is_folder(store.checkpoint(request.key))),
+      request_folder_(store.make_temporary()), resumes_(is_folder(store.checkpoint(request.key))),
       log_(store.log_file(request.key))
 {
     for (const WorkerInput& input : request.inputs)
@@ -122,13 +122,6 @@ void RunningStage::stop(int signal) const
         signal_descendants(child_.pid, SIGKILL);
     }
     kill(child_.pid, signal);
-}
-
-void RunningStage::lend(int threads)
-{
-    const std::string_view number(reinterpret_cast<const char*>(&threads), sizeof threads);
-    if (threads != lent_threads_ && send_all(child_.channel.get(), number))
-        lent_threads_ = threads;
 }
 
 void RunningStage::end_for(std::string limit, int signal)
@@ -216,7 +209,7 @@ void RunningStage::take_result(const Value& event)
         return;
     answer_.result = StoredResult{object, each(event.at("references").as_list(), &Value::as_string), {}};
     answer_.was_stored = event.at("stored").as_bool();
-    answer_.cost = {event.at("seconds").as_double(), event.at("memory_mb").as_double(), event.at("disk_mb").as_double()};
+    answer_.took = {event.at("seconds").as_double(), event.at("memory_mb").as_double(), event.at("disk_mb").as_double()};
 }
 
 void RunningStage::take_print(const std::string& line)

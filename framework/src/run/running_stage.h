@@ -33,7 +33,7 @@ struct StageAnswer
 {
     std::optional<StoredResult> result;
     bool was_stored = false;  ///< The result was there already.
-    CostFigures cost;         ///< Of making the result.
+    Usage took;               ///< Making the result.
     std::optional<Damage> damage;
     std::string not_fetched;  ///< Why a result could not be copied from another store; empty: it could.
     std::string failure;
@@ -52,10 +52,7 @@ class RunningStage
     RunningStage& operator=(const RunningStage&) = delete;
 
     StageNode& node() const { return *node_; }
-    /// The number it began with, without the cores it was lent later.
     int threads() const { return threads_; }
-    /// Lets the stage use this many threads from now on.
-    void lend(int threads);
     pid_t process() const { return child_.pid; }
     int event_descriptor() const { return child_.channel.get(); }
     int output_descriptor() const { return child_.output.get(); }
@@ -91,7 +88,6 @@ class RunningStage
     StageLimits limits_;
     ProgressDisplay* display_;
     int threads_;
-    int lent_threads_;              ///< What it may use now.
     std::set<std::string> inputs_;  ///< Results that it reads.
     std::filesystem::path request_folder_;
     std::int64_t oom_kills_ = oom_kills();

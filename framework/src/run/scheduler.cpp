@@ -104,7 +104,7 @@ class Scheduler
           upstream_(request.upstream.empty() ? std::nullopt : std::optional<Store>(request.upstream)),
           hashes_(store_.file_index()),
           state_(*request.pipeline, store_, hashes_, request.until, upstream(), request.part ? &*request.part : nullptr),
-          turns_(request.pipeline->sweep, request.jobs, request.keep_going), costs_(store_, request.estimates),
+          turns_(request.pipeline->sweep, request.jobs, request.keep_going), expected_(store_),
           exporter_(store_, *request.pipeline, request.out, hashes_, request.replace)
     {
     }
@@ -225,8 +225,8 @@ class Scheduler
             return false;
         Room room{request_.cores, request_.memory_mb};
         for (const auto& running : running_)
-            room.take(running.threads(), costs_.expected(running.node()).memory_mb);
-        const std::vector<Start> starts = choose_starts(state_, turns_.take(state_.nodes()), costs_, room);
+            room.take(running.threads(), expected_.memory_mb(running.node()));
+        const std::vector<Start> starts = choose_starts(state_, turns_.take(state_.nodes()), expected_, room);
         for (const auto& [node, threads] : starts)
         {
             // Beyond that a process could not be started, or not be spoken to; one that ends gives its own back. A stage
@@ -236,23 +236,7 @@ class Scheduler
                 break;
             start(*node, threads);
         }
-        lend_free_cores();
         return !starts.empty();
-    }
-
-    /// Divides the cores that no waiting stage can use among the running ones, until another stage begins.
-    void lend_free_cores()
-    {
-        int free = request_.cores;
-        for (const auto& running : running_)
-            free -= running.threads();
-        int left = static_cast<int>(running_.size());
-        for (auto& running : running_)
-        {
-            const int more = free / left--;
-            running.lend(running.threads() + more);
-            free -= more;
-        }
     }
 
     void start(StageNode& node, int threads)
@@ -288,8 +272,8 @@ class Scheduler
         std::vector<StageStanding> changed;
         for (std::size_t i = 0; i < nodes.size(); ++i)
             if (const StageNode& node = nodes[i]; std::exchange(shown_[i], node.state) != node.state)
-                changed.push_back(
-                    {node.stage->name, node.state, costs_.expected(node).seconds, preview_folder(request_.out, *node.stage)});
+                changed.push_back({node.stage->name, node.state, expected_.measured(node).value_or(Usage{}).seconds,
+                                   preview_folder(request_.out, *node.stage)});
         if (!changed.empty())
             display_.stages(changed, request_.cores);
     }
@@ -373,10 +357,10 @@ class Scheduler
             node.result = answer.result;
             node.present = true;
             node.state = answer.was_stored ? StageState::stored : StageState::done;
-            node.took = answer.cost;
+            node.took = answer.took;
             node.threads = running.threads();
             if (!answer.was_stored)
-                keep_books([&] { costs_.remember(node, answer.cost); });
+                keep_books([&] { expected_.remember(node, answer.took); });
             show_end(node);
         }
         else if (!answer.not_fetched.empty())
@@ -567,7 +551,7 @@ class Scheduler
     FileHashes hashes_;
     RunState state_;
     SweepTurns turns_;
-    StageCosts costs_;
+    Expectations expected_;
     Exporter exporter_;
     StopSignals signals_;
     Orphans orphans_;

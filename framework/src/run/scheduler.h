@@ -5,7 +5,6 @@
 #include "run/progress_display.h"
 #include "run/run_state.h"
 #include "run/stage_limits.h"
-#include "store/statistics.h"
 
 #include <filesystem>
 #include <map>
@@ -25,15 +24,14 @@ struct RunRequest
     std::filesystem::path upstream;  ///< A store that lends results; empty: none.
     std::filesystem::path out;
     int cores = 1;
-    double memory_mb = 0;                          ///< What stages side by side may be expected to take together; 0: no limit.
-    int jobs = 1;                                  ///< Combinations of a matrix that are at work at once.
-    bool keep_going = false;                       ///< Start further combinations of a matrix after one has failed.
-    bool replace = false;                          ///< --replace: outputs overwrite files that fresco did not write.
-    bool only_stored = false;                      ///< Start no stage: results that are in the store are all there will be.
-    std::string until;                             ///< Empty: everything.
-    std::map<std::string, CostFigures> estimates;  ///< Per stage; kept beside what was measured.
-    std::map<std::string, StageLimits> limits;     ///< Of the stages that have some.
-    std::optional<RunPart> part;                   ///< Stages to run in place of all or `until`; others only give their results.
+    double memory_mb = 0;                       ///< What stages side by side may be expected to take together; 0: no limit.
+    int jobs = 1;                               ///< Combinations of a matrix that are at work at once.
+    bool keep_going = false;                    ///< Start further combinations of a matrix after one has failed.
+    bool replace = false;                       ///< --replace: outputs overwrite files that fresco did not write.
+    bool only_stored = false;                   ///< Start no stage: results that are in the store are all there will be.
+    std::string until;                          ///< Empty: everything.
+    std::map<std::string, StageLimits> limits;  ///< Of the stages that have some.
+    std::optional<RunPart> part;                ///< Stages to run in place of all or `until`; others only give their results.
 };
 
 /// How the stage and its result stand at the end of a run; one that still waits is blocked.
@@ -54,10 +52,9 @@ struct RunSummary
 };
 
 /// Runs a checked pipeline: every stage at most once, each in a process of its own, independent ones side by side within `cores`
-/// and `memory_mb` (one may always run); cores that none of them can begin with are lent to those that run. A stage that fails
-/// stops only what depends on it. SIGINT, SIGTERM and SIGHUP end the run in order. Costs and records of what a stage led to that
-/// cannot be written (a full disk) are noted, and the run goes on. One thread; call once at a time. Throws Error if the store
-/// cannot be used.
+/// and `memory_mb` (one may always run; one whose memory is unknown runs alone). A stage that fails stops only what depends on
+/// it. SIGINT, SIGTERM and SIGHUP end the run in order. Measurements and records of what a stage led to that cannot be written (a
+/// full disk) are noted, and the run goes on. One thread; call once at a time. Throws Error if the store cannot be used.
 RunSummary run_pipeline(const RunRequest& request, ProgressDisplay& display);
 
 }  // namespace fresco::host

@@ -1,22 +1,46 @@
 #include "run/stage_choice.h"
 #include "pipeline/pipeline_wiring.h"
+#include <fresco/files_io.h>
 
 #include <algorithm>
 
 namespace fresco::host
 {
 
-const CostFigures& StageCosts::expected(const StageNode& node)
+StageKind kind_of(const PipelineStage& stage)
 {
-    const auto [answer, is_new] = answers_.try_emplace(&node);
-    if (is_new || answer->second.key != node.key)
-        answer->second = {node.key, statistics_.corrected(cost_name(*node.stage), remaining_cost(node, estimates_))};
-    return answer->second.cost;
+    return {program_name(stage), content_hash(to_json(*stage.options))};
 }
 
-void StageCosts::remember(const StageNode& node, const CostFigures& measured) const
+const StageKind& Expectations::kind(const StageNode& node)
 {
-    record_cost(store_, cost_name(*node.stage), measured, remaining_cost(node, estimates_));
+    const auto [known, is_new] = kinds_.try_emplace(&node);
+    if (is_new)
+        known->second = kind_of(*node.stage);
+    return known->second;
+}
+
+std::optional<Usage> Expectations::measured(const StageNode& node)
+{
+    std::optional<Usage> usage = statistics_.last(kind(node));
+    if (usage)
+        usage->seconds *= 1 - node.done_share;
+    return usage;
+}
+
+std::optional<double> Expectations::memory_mb(const StageNode& node)
+{
+    if (const auto usage = measured(node))
+        return usage->memory_mb;
+    const Value* declared = node.stage->type->declaration.find("memory_mb");
+    return declared && declared->as_double() > 0 ? std::optional(declared->as_double()) : std::nullopt;
+}
+
+void Expectations::remember(const StageNode& node, Usage took)
+{
+    // A checkpoint saved the rest.
+    took.seconds /= 1 - node.done_share;
+    statistics_.add(kind(node), took);
 }
 
 SweepTurns::SweepTurns(const Sweep& sweep, int jobs, bool keep_going)
@@ -61,14 +85,20 @@ std::vector<bool> SweepTurns::take(const std::vector<StageNode>& stages)
     return open;
 }
 
-void Room::take(int threads, double more_mb)
+bool Room::fits(std::optional<double> more_mb) const
 {
-    cores -= threads;
-    taken_mb += more_mb;
-    idle = false;
+    return idle || memory_mb <= 0 || (!is_closed && more_mb && taken_mb + *more_mb <= memory_mb);
 }
 
-std::vector<Start> choose_starts(RunState& state, const std::vector<bool>& may_begin, StageCosts& costs, Room room)
+void Room::take(int threads, std::optional<double> more_mb)
+{
+    cores -= threads;
+    taken_mb += more_mb.value_or(0);
+    idle = false;
+    is_closed = is_closed || !more_mb;
+}
+
+std::vector<Start> choose_starts(RunState& state, const std::vector<bool>& may_begin, Expectations& expected, Room room)
 {
     std::vector<Start> starts;
     int free = room.cores;
@@ -77,9 +107,8 @@ std::vector<Start> choose_starts(RunState& state, const std::vector<bool>& may_b
         if (room.cores <= 0)
             break;
         StageNode& node = state.nodes()[place];
-        const double more_mb = costs.expected(node).memory_mb;
-        const bool fits = room.idle || room.memory_mb <= 0 || room.taken_mb + more_mb <= room.memory_mb;
-        if (!may_begin[place] || !fits)
+        const std::optional<double> more_mb = expected.memory_mb(node);
+        if (!may_begin[place] || !room.fits(more_mb))
             continue;
         room.take(1, more_mb);
         starts.push_back({&node});

@@ -5,41 +5,36 @@
 #include "store/statistics.h"
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
-/// \file Which stages begin next: whose turn it is in a matrix, what they should take, and what fits the cores and the memory.
+/// \file Which stages begin next: whose turn it is in a matrix, what earlier runs took, and what fits the cores and the memory.
 /// Used by the scheduler.
 
 namespace fresco::host
 {
 
-/// What the stages of one run should take, and what they took. One thread.
-class StageCosts
+StageKind kind_of(const PipelineStage& stage);
+
+/// What the stages of one run are expected to take. One thread.
+class Expectations
 {
   public:
-    /// `estimates`: per stage, by its own account. It and the store must outlive this.
-    StageCosts(const Store& store, const std::map<std::string, CostFigures>& estimates)
-        : store_(store), estimates_(estimates), statistics_(store)
-    {
-    }
+    explicit Expectations(const Store& store) : statistics_(store) {}
 
-    /// What is left of the stage's work takes that, by its own account and earlier runs. Asked for often, of thousands.
-    const CostFigures& expected(const StageNode& node);
-    /// Keeps what it took for later runs. Throws Error where that cannot be written.
-    void remember(const StageNode& node, const CostFigures& measured) const;
+    /// What earlier runs took; of the time, what a checkpoint leaves. Asked for often, of thousands.
+    std::optional<Usage> measured(const StageNode& node);
+    /// Measured memory, else what the stage's type says it needs; nothing where both are unknown.
+    std::optional<double> memory_mb(const StageNode& node);
+    /// Keeps what it took for the stages that come. Throws Error where that cannot be written.
+    void remember(const StageNode& node, Usage took);
 
   private:
-    struct Answer
-    {
-        std::string key;  ///< It was given for.
-        CostFigures cost;
-    };
+    const StageKind& kind(const StageNode& node);
 
-    const Store& store_;
-    const std::map<std::string, CostFigures>& estimates_;
     Statistics statistics_;
-    std::map<const StageNode*, Answer> answers_;
+    std::map<const StageNode*, StageKind> kinds_;
 };
 
 /// Whose turn it is among the combinations of a matrix: they begin in their order, so many at once; a stage may begin with the
@@ -69,9 +64,11 @@ struct Room
     int cores = 1;
     double memory_mb = 0;  ///< At most so much together; 0: no limit.
     double taken_mb = 0;
-    bool idle = true;  ///< No stage is running.
+    bool idle = true;        ///< No stage is running.
+    bool is_closed = false;  ///< A stage whose memory is unknown runs alone.
 
-    void take(int threads, double more_mb);
+    bool fits(std::optional<double> more_mb) const;
+    void take(int threads, std::optional<double> more_mb);
 };
 
 struct Start
@@ -81,7 +78,7 @@ struct Start
 };
 
 /// Which of the stages that may begin start now: the first that fit the memory, as many as there are cores, which they share
-/// evenly. One may always run. `may_begin`: by place, whose turn it is.
-std::vector<Start> choose_starts(RunState& state, const std::vector<bool>& may_begin, StageCosts& costs, Room room);
+/// evenly. One may always run; one whose memory is unknown runs alone. `may_begin`: by place, whose turn it is.
+std::vector<Start> choose_starts(RunState& state, const std::vector<bool>& may_begin, Expectations& expected, Room room);
 
 }  // namespace fresco::host

@@ -14,8 +14,9 @@ namespace
 {
 
 constexpr double share_of_machine = 0.9;
-constexpr double times_expected = 10;
+constexpr double times_measured = 10;
 constexpr double shortest_s = 600;
+constexpr double unmeasured_s = 3600;
 
 /// Of the whole text, without regard to case; empty where it does not match.
 std::cmatch matched(std::string_view text, const char* pattern)
@@ -100,7 +101,7 @@ double parse_seconds(std::string_view text)
 }
 
 std::map<std::string, StageLimits> stage_limits(const IsolationRequest& request, const Pipeline& pipeline,
-                                                const std::map<std::string, double>& expected_seconds)
+                                                const std::map<std::string, double>& measured_seconds)
 {
     std::map<std::string, StageLimits> limits;
     for (const auto& wanted : request.stages)
@@ -110,9 +111,10 @@ std::map<std::string, StageLimits> stage_limits(const IsolationRequest& request,
             if (wanted == "all" || is_called(stage, wanted))
             {
                 found = true;
-                const auto expected = expected_seconds.find(stage.name);
-                const double seconds = expected == expected_seconds.end() ? 0 : expected->second;
-                limits[stage.name] = {share_of_machine * machine_memory_mb(), std::max(shortest_s, times_expected * seconds)};
+                const auto measured = measured_seconds.find(stage.name);
+                const double seconds =
+                    measured == measured_seconds.end() ? unmeasured_s : std::max(shortest_s, times_measured * measured->second);
+                limits[stage.name] = {share_of_machine * machine_memory_mb(), seconds};
             }
         if (!found)
             throw Error("--isolate " + wanted + ": unknown stage '" + wanted + "'" +

@@ -33,9 +33,9 @@ struct IsolationRequest
 };
 
 /// The limits of every isolated stage. Where no memory is given it is 90 % of the machine's; where no time is given, ten times
-/// `expected_seconds` (by stage), and never less than ten minutes. Throws Error for a stage that there is not, with the nearest
-/// name, and for a limit of a stage that is not isolated.
+/// `measured_seconds` (by stage), at least ten minutes, and an hour where it was not measured. Throws Error for a stage that
+/// there is not, with the nearest name, and for a limit of a stage that is not isolated.
 std::map<std::string, StageLimits> stage_limits(const IsolationRequest& request, const Pipeline& pipeline,
-                                                const std::map<std::string, double>& expected_seconds);
+                                                const std::map<std::string, double>& measured_seconds);
 
 }  // namespace fresco::host

@@ -2,7 +2,7 @@
 #include "base/common.h"
 #include "pipeline/graph.h"
 #include "pipeline/pipeline_options.h"
-#include "store/statistics.h"
+#include "run/stage_choice.h"
 #include <fresco/error.h>
 #include <fresco/wording.h>
 
@@ -172,10 +172,10 @@ Value plan_tasks(const Pipeline& pipeline, const std::string& until, const Store
             if (node.state == StageState::failed)
                 throw MissingInput("stage " + name + ": " + node.error);
             done = done && node.state != StageState::waiting;
-            measured = measured && statistics.knows(cost_name(*node.stage));
-            const CostFigures cost = statistics.corrected(cost_name(*node.stage), {});
-            seconds += cost.seconds;
-            memory_mb = std::max(memory_mb, cost.memory_mb);
+            const auto usage = statistics.last(kind_of(*node.stage));
+            measured = measured && usage;
+            seconds += usage.value_or(Usage{}).seconds;
+            memory_mb = std::max(memory_mb, usage.value_or(Usage{}).memory_mb);
         }
         tasks.push_back(Value::Map{{"name", task.name},
                                    {"stages", Value::List(task.stages.begin(), task.stages.end())},

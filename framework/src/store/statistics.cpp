@@ -1,5 +1,4 @@
 #include "store/statistics.h"
-#include "base/records.h"
 #include <fresco/error.h>
 
 #include <algorithm>
@@ -11,36 +10,20 @@ namespace
 
 constexpr std::size_t kept_runs = 8;
 
-Journal journal_of(const Store& store)
+bool is_run(const Value& run)
 {
-    return Journal(store.root() / "stats.jsonl");
-}
-
-bool is_figures(const Value* value)
-{
-    return value != nullptr && value->is_list() && value->as_list().size() == 3 &&
-           std::ranges::all_of(value->as_list(), [](const Value& figure) { return figure.is_number(); });
-}
-
-std::map<std::string, std::vector<Value>> last_runs(const Store& store)
-{
-    std::map<std::string, std::vector<Value>> runs;
-    for (Value& run : journal_of(store).read())
+    const auto is = [&](const char* name, bool (Value::*kind)() const)
     {
-        const Value* type = run.find("type");
-        if (type == nullptr || !type->is_string() || !is_figures(run.find("measured")) || !is_figures(run.find("estimated")))
-            continue;  // Of another journal, or written by another version of fresco.
-        auto& of_type = runs[type->as_string()];
-        of_type.push_back(std::move(run));
-        if (of_type.size() > kept_runs)
-            of_type.erase(of_type.begin());
-    }
-    return runs;
+        const Value* entry = run.find(name);
+        return entry != nullptr && (entry->*kind)();
+    };
+    return is("type", &Value::is_string) && is("options", &Value::is_string) && is("seconds", &Value::is_number) &&
+           is("memory_mb", &Value::is_number);
 }
 
-Value figures(const CostFigures& cost)
+Value entry_of(const StageKind& stage, const Usage& took)
 {
-    return Value::List{cost.seconds, cost.memory_mb, cost.disk_mb};
+    return Value::Map{{"type", stage.type}, {"options", stage.options}, {"seconds", took.seconds}, {"memory_mb", took.memory_mb}};
 }
 
 double median(std::vector<double> values)
@@ -50,57 +33,55 @@ double median(std::vector<double> values)
     return values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
 }
 
-/// One of the three figures, corrected by all remembered runs.
-double corrected_figure(const std::vector<Value>& runs, std::size_t which, double estimated)
-{
-    std::vector<double> ratios;
-    std::vector<double> measured;
-    for (const Value& run : runs)
-    {
-        const double said = run.at("estimated").as_list().at(which).as_double();
-        const double took = run.at("measured").as_list().at(which).as_double();
-        measured.push_back(took);
-        if (said > 0)
-            ratios.push_back(took / said);
-    }
-    if (estimated > 0 && !ratios.empty())
-        return estimated * median(ratios);
-    return measured.empty() || estimated > 0 ? estimated : median(measured);
-}
-
 }  // namespace
 
-void record_cost(const Store& store, const std::string& type, const CostFigures& measured, const CostFigures& estimated)
+Statistics::Statistics(const Store& store) : journal_(store.root() / "stats.jsonl")
 {
-    journal_of(store).add(Value::Map{{"type", type}, {"measured", figures(measured)}, {"estimated", figures(estimated)}});
+    for (const Value& run : journal_.read())
+        if (is_run(run))  // Else of another journal, or written by another version of fresco.
+            keep({run.at("type").as_string(), run.at("options").as_string()},
+                 {run.at("seconds").as_double(), run.at("memory_mb").as_double(), 0});
 }
 
-void tidy_costs(const Store& store)
+void Statistics::keep(const StageKind& stage, const Usage& took)
+{
+    std::vector<Run>& of_type = runs_[stage.type];
+    of_type.push_back({stage.options, took});
+    if (of_type.size() > kept_runs)
+        of_type.erase(of_type.begin());
+}
+
+void Statistics::add(const StageKind& stage, const Usage& took)
+{
+    keep(stage, took);
+    journal_.add(entry_of(stage, took));
+}
+
+void Statistics::tidy() const
 {
     std::vector<Value> all;
-    for (auto& [type, runs] : last_runs(store))
-        for (Value& run : runs)
+    for (const auto& [type, runs] : runs_)
+        for (const Run& run : runs)
+            all.push_back(entry_of({type, run.options}, run.took));
+    journal_.replace(all);
+}
+
+std::optional<Usage> Statistics::last(const StageKind& stage) const
+{
+    const auto found = runs_.find(stage.type);
+    if (found == runs_.end())
+        return std::nullopt;
+    const auto is_same = [&](const Run& run) { return run.options == stage.options; };
+    const bool some_same = std::ranges::any_of(found->second, is_same);
+    std::vector<double> seconds;
+    double memory_mb = 0;
+    for (const Run& run : found->second)
+        if (!some_same || is_same(run))
         {
-            run.as_map().pop_back();  // Its checksum.
-            all.push_back(std::move(run));
+            seconds.push_back(run.took.seconds);
+            memory_mb = std::max(memory_mb, run.took.memory_mb);
         }
-    journal_of(store).replace(all);
-}
-
-Statistics::Statistics(const Store& store) : runs_(last_runs(store)) {}
-
-bool Statistics::knows(const std::string& type) const
-{
-    return runs_.contains(type);
-}
-
-CostFigures Statistics::corrected(const std::string& type, const CostFigures& estimated) const
-{
-    const auto runs = runs_.find(type);
-    if (runs == runs_.end())
-        return estimated;
-    return {corrected_figure(runs->second, 0, estimated.seconds), corrected_figure(runs->second, 1, estimated.memory_mb),
-            corrected_figure(runs->second, 2, estimated.disk_mb)};
+    return Usage{median(seconds), memory_mb, 0};
 }
 
 }  // namespace fresco::host

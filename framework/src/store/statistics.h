@@ -1,43 +1,56 @@
 #pragma once
 
+#include "base/records.h"
 #include "store/store.h"
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
-/// \file What stages took in earlier runs, by which estimates are corrected.
+/// \file What stages took in earlier runs. `plan` shows it; the scheduler and the time limits of isolated stages go by it.
 
 namespace fresco::host
 {
 
-/// What a stage takes; for one run, or expected.
-struct CostFigures
+/// What a stage took.
+struct Usage
 {
     double seconds = 0;
     double memory_mb = 0;
     double disk_mb = 0;
 };
 
-/// Remembers what a stage of this type took, together with what its Stage::cost() had said for the same work, in the store's
-/// Journal stats.jsonl. Throws Error where that cannot be written.
-void record_cost(const Store& store, const std::string& type, const CostFigures& measured, const CostFigures& estimated);
+/// By what a stage is recognized among earlier runs.
+struct StageKind
+{
+    std::string type;     ///< With the program's name, of a stage that runs one.
+    std::string options;  ///< A hash.
+};
 
-/// Keeps only the costs of the last runs of each type. Throws Error.
-void tidy_costs(const Store& store);
-
-/// Costs of earlier runs in this store.
+/// Earlier runs in a store, kept in its Journal stats.jsonl.
 class Statistics
 {
   public:
     explicit Statistics(const Store& store);
-    bool knows(const std::string& type) const;
-    /// Stage::cost()'s figures, corrected by what earlier runs of the type took against theirs (median ratio). Where it said
-    /// nothing, the median of what was measured.
-    CostFigures corrected(const std::string& type, const CostFigures& estimated) const;
+    /// Median time and greatest memory of the last runs with the same options; where there are none, of the last runs of the
+    /// type; nothing where that never ran.
+    std::optional<Usage> last(const StageKind& stage) const;
+    /// Remembers a run, also for later processes. Throws Error where the journal cannot be written.
+    void add(const StageKind& stage, const Usage& took);
+    /// Keeps only the last runs of each type in the journal. Throws Error.
+    void tidy() const;
 
   private:
-    std::map<std::string, std::vector<Value>> runs_;  ///< By type, the last ones, oldest first.
+    struct Run
+    {
+        std::string options;
+        Usage took;
+    };
+    void keep(const StageKind& stage, const Usage& took);
+
+    Journal journal_;
+    std::map<std::string, std::vector<Run>> runs_;  ///< By type, the last ones, oldest first.
 };
 
 }  // namespace fresco::host

@@ -231,7 +231,6 @@ std::string Store::checkpoint_refusal(std::string_view key, const Value& place) 
 double Store::checkpoint_share(std::string_view key) const
 {
     const auto share = attempt([&] { return read_text_file(checkpoint_file(key, ".share"), 100); });
-    // An estimate of no time at all would count as unknown.
     return share ? std::clamp(std::strtod(share->c_str(), nullptr), 0.0, 0.99) : 0;
 }
 

@@ -279,7 +279,7 @@ TidyResult tidy_store(const Store& store, double keep_days, bool dry_run)
     remove_leftovers(store, used);
     // Both are caches: where there is still no room, they stay as they are.
     attempt([&] { FileHashes(store.file_index()).tidy(); });
-    attempt([&] { tidy_costs(store); });
+    attempt([&] { Statistics(store).tidy(); });
     return result;
 }
 

@@ -109,7 +109,6 @@ int guarded_run(const fs::path& request_file, WorkerChannel& channel)
     {
         WorkerRequest request = worker_request_from(parse_json(read_text_file(request_file), request_file.string()));
         set_fault_stage(request.stage);
-        channel.listen(request.threads);
         set_input_roots(request.roots);
         run_stage(std::move(request), request_file.parent_path().filename().string(), channel);
         return channel.lost() ? worker_lost_channel : 0;

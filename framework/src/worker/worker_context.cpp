@@ -152,28 +152,6 @@ void WorkerChannel::send(std::string_view event, Value::Map entries)
     stop = true;
 }
 
-void WorkerChannel::listen(int threads)
-{
-    threads_ = threads;
-    // A plugin may close the descriptor it knows and put something else in its place; this one stays.
-    const int channel = fcntl(child_channel, F_DUPFD_CLOEXEC, child_channel + 1);
-    const auto hear = [this, channel]
-    {
-        const auto receive = [channel](int& number)
-        { return uninterrupted([&] { return ::recv(channel, &number, sizeof number, MSG_WAITALL); }); };
-        for (int number = 0; receive(number) == static_cast<ssize_t>(sizeof number);)
-            threads_ = std::max(1, number);
-    };
-    try
-    {
-        std::thread(hear).detach();
-    }
-    catch (const std::system_error&)
-    {
-        // The system has no thread left: the stage keeps the number it began with.
-    }
-}
-
 void take_stop_signals()
 {
     struct sigaction action = {};

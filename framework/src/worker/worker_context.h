@@ -20,15 +20,10 @@
 namespace fresco::host
 {
 
-/// The worker's side of the channel to the host. It sends one JSON line per event, and hears one int per change of the number of
-/// threads. Thread-safe.
+/// The worker's side of the channel to the host: one JSON line per event. Thread-safe.
 class WorkerChannel
 {
   public:
-    /// From now on hears how many threads the stage may use; `threads` until the host says another number. Call it once; the
-    /// channel must live until the process ends.
-    void listen(int threads);
-    int threads() const { return threads_; }
     /// Where nobody hears it any more, the process is asked to stop.
     void send(std::string_view event, Value::Map entries = {});
     /// Whether the channel was lost although the host is there: something in this process closed it.
@@ -37,7 +32,6 @@ class WorkerChannel
   private:
     std::mutex mutex_;
     std::atomic<bool> lost_{false};
-    std::atomic<int> threads_{1};
 };
 
 /// From now on SIGTERM, SIGINT and SIGHUP ask this process to stop instead of ending it.
@@ -85,7 +79,7 @@ class WorkerContext final : public RunContext
 
     void progress(double done, double total, std::string_view unit) override;
     void check_canceled() const override;
-    int threads() const override { return channel_.threads(); }
+    int threads() const override { return request_.threads; }
     void message(std::string_view text) override;
     void warning(std::string_view text) override;
     void metric(std::string_view name, double value) override;

@@ -39,7 +39,7 @@ Words wires_of(const PipelineResult& result, const char* stage)
 TypeDescription painter(const Value& versions)
 {
     TypeDescription type =
-        stage("paint", "", "", R"({"name": "device", "kind": "text", "default": "auto", "help": ""})", {.device = "device"});
+        stage("paint", "", "", R"({"name": "device", "kind": "text", "default": "auto", "device": true, "help": ""})");
     type.library_versions = versions;
     return type;
 }
@@ -386,7 +386,7 @@ TEST_CASE("auto is the GPU only where the machine has one and the plugin was bui
     }
     Catalog catalog;
     catalog.add(painter(Value::Map{}));
-    catalog.add(stage("program", "", "", R"({"name": "gpu", "kind": "bool", "default": false, "help": ""})", {.device = "gpu"}));
+    catalog.add(stage("program", "", "", R"({"name": "gpu", "kind": "bool", "default": false, "device": true, "help": ""})"));
     const auto result = check({}, R"(version: 1
 stages:
   usual: {type: paint}

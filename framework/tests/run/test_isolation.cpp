@@ -69,7 +69,7 @@ TEST_CASE("Amounts of memory and times are read as people write them", "[isolati
     CHECK_THROWS_AS(parse_seconds(std::string(1'000'000, '9')), fresco::Error);
 }
 
-TEST_CASE("Without words an isolated stage gets most of the machine and ten times what is expected", "[isolation]")
+TEST_CASE("Without words an isolated stage gets most of the machine and ten times what was measured", "[isolation]")
 {
     Pipeline made;
     for (const char* name : {"quick", "long", "free"})
@@ -85,8 +85,9 @@ TEST_CASE("Without words an isolated stage gets most of the machine and ten time
     CHECK(limits.size() == 2);
     CHECK(limits.at("quick").seconds == 300);
     CHECK(limits.at("long").seconds == 1000);
+    CHECK(stage_limits({{"quick"}, {}, {}}, made, {{"quick", 2}}).at("quick").seconds == 600);
     CHECK(limits.at("long").memory_mb == Approx(0.9 * machine_memory_mb()));
-    CHECK(stage_limits({{"all"}, {}, {}}, made, {}).at("free").seconds == 600);
+    CHECK(stage_limits({{"all"}, {}, {}}, made, {}).at("free").seconds == 3600);
     // Of a matrix.
     made.stages[0].own_name = made.stages[1].own_name = "painted";
     CHECK(stage_limits({{"painted"}, {"quick=2G"}, {"painted=1m"}}, made, {}).at("quick").memory_mb == 2048);

@@ -112,7 +112,7 @@ stages:
 TEST_CASE("Stages side by side are expected to need no more memory together than there is")
 {
     Workplace place;
-    // The cost() of test.source says 30 MB.
+    // test.source declares 30 MB, and a little less is measured.
     place.write_stages(R"(
   one: {type: test.source, value: 1}
   two: {type: test.source, value: 2}
@@ -132,23 +132,6 @@ TEST_CASE("Stages side by side are expected to need no more memory together than
     CHECK(course("40", "300") == Words{"begin on 2", "end", "begin on 2", "end"});
     CHECK(course("5", "300") == Words{"begin on 2", "end", "begin on 2", "end"});
     CHECK(course("100", "2000") == Words{"begin on 1", "begin on 1", "end", "end"});
-}
-
-TEST_CASE("A stage is lent the cores that nobody else can use")
-{
-    Workplace place;
-    place.write_stages(R"(
-  quick: {type: test.slow, steps: 4, log: log}
-  next:  {type: test.slow, input: {start: quick}, steps: 5, log: log}
-  long:  {type: test.slow, steps: 5000, log: log}
-)");
-    const auto run = place.start({"run", "room.yaml", "--cores", "3"});
-    Workplace::wait_until([&] { return place.logged("slow may use 3 threads") == 1; });
-    // It began with two; the core that `quick` left went to `next` first.
-    CHECK(place.logged("slow from 0") == 3);
-    CHECK(place.logged("slow may use") == 1);
-    run->signal(SIGINT);
-    CHECK(run->wait().code == 75);
 }
 
 TEST_CASE("A wire from another output of the same stage is another input")
@@ -212,14 +195,15 @@ TEST_CASE("Interrupted in order, a run goes on from its checkpoint")
         CHECK(run->wait().code == 75);
         CHECK(!fs::exists(place.file("out/count.txt")));
     }
-    // Of the six seconds that it says it takes, those of the steps that are done are not planned, nor taken for measured.
-    const double seconds = step().at("cost").at("seconds").as_double();
-    CHECK(seconds < 6);
-    CHECK(step().at("reason").as_string() == "interrupted at " + std::to_string(std::lround(100 * (1 - seconds / 6))) + " %");
+    CHECK(step().at("seconds").is_null());
+    const std::string reason = step().at("reason").as_string();
+    REQUIRE(reason.starts_with("interrupted at "));
+    const double left = 1 - std::stod(reason.substr(15)) / 100;
     place.make();
-    const auto costs = fresco::parse_json(lines_of(place.read(".fresco/stats.jsonl")).at(0));
-    CHECK(costs.at("type").as_string() == "test.slow");
-    CHECK(costs.at("estimated").as_list().at(0).as_double() == Approx(seconds));
+    // What the checkpoint saved counts.
+    const auto took = fresco::parse_json(lines_of(place.read(".fresco/stats.jsonl")).at(0));
+    CHECK(took.at("type").as_string() == "test.slow");
+    CHECK(took.at("seconds").as_double() >= 0.06 * left / (left + 0.01));
     CHECK(place.read("out/count.txt") == "60.000000\n");
     std::vector<int> begun;
     const Words log = place.log();

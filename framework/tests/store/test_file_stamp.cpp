@@ -217,25 +217,33 @@ TEST_CASE("A line that was cut takes no other with it")
     CHECK(numbers(journal) == std::vector<std::int64_t>{9});
 }
 
-TEST_CASE("Costs that many tasks measure at once are all kept until they are tidied up")
+TEST_CASE("Figures that many tasks measure at once are all kept until they are tidied up")
 {
     const OwnStore store;
     in_processes(4,
                  [&](int process)
                  {
                      for (int i = 0; i < 5; ++i)
-                         record_cost(store, "t." + std::to_string(5 * process + i), {1.0 + i, 2, 3}, {});
+                         Statistics(store).add({"t." + std::to_string(5 * process + i), "a"}, {1.0 + i, 2, 3});
                  });
     for (int i = 0; i < 20; ++i)
-        CHECK(Statistics(store).knows("t." + std::to_string(i)));
+        CHECK(Statistics(store).last({"t." + std::to_string(i), "a"}));
     for (int i = 0; i < 20; ++i)
-        record_cost(store, "t.often", {static_cast<double>(i), 2, 3}, {});
-    CHECK(Statistics(store).corrected("t.often", {}).seconds == 15.5);
+        Statistics(store).add({"t.often", "a"}, {static_cast<double>(i), 30.0 - i, 3});
+    const auto often = [&] { return Statistics(store).last({"t.often", "a"}).value(); };
+    CHECK(often().seconds == 15.5);
+    CHECK(often().memory_mb == 18);
     const auto size = fs::file_size(store.root() / "stats.jsonl");
-    tidy_costs(store);
+    Statistics(store).tidy();
     CHECK(fs::file_size(store.root() / "stats.jsonl") < size);
-    CHECK(Statistics(store).corrected("t.often", {}).seconds == 15.5);
-    CHECK(Statistics(store).knows("t.7"));
+    CHECK(often().seconds == 15.5);
+    CHECK(Statistics(store).last({"t.7", "a"}));
+    // Runs with the same options say more than others of the type.
+    Statistics(store).add({"t.often", "b"}, {100, 5, 3});
+    CHECK(Statistics(store).last({"t.often", "b"}).value().seconds == 100);
+    CHECK(often().seconds == 16);
+    CHECK(Statistics(store).last({"t.often", "c"}).value().seconds == 16.5);
+    CHECK_FALSE(Statistics(store).last({"t.never", "a"}));
 }
 
 TEST_CASE("A record is refused at every length but its own, with every byte changed, and with anything added")

@@ -50,6 +50,9 @@ double value_of(const Table& table)
 /// One line per run, so that tests can count.
 class LoggedStage : public fresco::Stage
 {
+  public:
+    double memory_mb() const override { return 30; }
+
   protected:
     void log(const std::string& text)
     {
@@ -96,8 +99,6 @@ class Source final : public LoggedStage
         run.message("made " + std::to_string(sum));
         table = number(sum);
     }
-
-    fresco::Cost cost() const override { return {.seconds = {.fixed = 2}, .memory_mb = {.fixed = 30}, .disk_mb = {.fixed = 1}}; }
 };
 FRESCO_STAGE("test.source", Source, "A number from options and files")
 
@@ -135,7 +136,7 @@ class Maybe final : public LoggedStage
 };
 FRESCO_STAGE("test.maybe", Maybe, "A number, or none")
 
-/// Counts to `steps`, one checkpoint per step. Logs when its number of threads changes and when it is stopped in order. A
+/// Counts to `steps`, one checkpoint per step. Logs when it is stopped in order. A
 /// checkpoint made with another number in the file would give another sum.
 class Slow final : public LoggedStage
 {
@@ -145,8 +146,6 @@ class Slow final : public LoggedStage
     Option<int> step_ms{this, "step_ms", 20, fresco::range(0, 10'000), "Pause per step", fresco::not_in_key};
     Option<std::string> file{this, "file", "", "File with the number that a step adds; empty: 1"};
     Option<int> fail_at{this, "fail_at", 0, fresco::range(0, 100'000), "Fail in this step (0: never)", fresco::not_in_key};
-
-    fresco::Cost cost() const override { return {.seconds = {.per_step = 0.1}, .steps = {.option = "steps"}}; }
 
     void run(RunContext& run) override
     {
@@ -169,12 +168,9 @@ class Slow final : public LoggedStage
                 run.warning(error.what());
             }
         log("slow from " + std::to_string(step));
-        int threads = run.threads();
         for (; step < *steps; ++step)
         {
             stop_if_told(run);
-            if (threads != std::exchange(threads, run.threads()))
-                log("slow may use " + std::to_string(threads) + " threads");
             if (step + 1 == *fail_at)
                 throw fresco::Error("told to fail in step " + std::to_string(*fail_at));
             sum += each;

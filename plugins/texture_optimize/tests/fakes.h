@@ -278,7 +278,6 @@ inline LoopOptions short_loop(int size_px, int repeats_count, const torch::Devic
             .held_out_count = 0,
             .measure_steps = 50,
             .stop_gain = 0,
-            .reference = false,
             .checkpoint_steps = 0,
             .checkpoint_seconds = 0,
             .preview_every = 0};

@@ -11,7 +11,7 @@
  *   5  Part::fine_among_selected gives numbers; TextureRepresentation::move_to, OptimizerRule::runs_on;
  *      UvMaps::write_map with uv_bits
  *   6  Texture::atlas, UvMaps::atlas, ImageIo::read_with_alpha
- *   7  Cost of numbers and sizes, Cost::device; Viewer; Parameter with an OptionDeclaration, virtual
+ *   7  Stage::memory_mb and chooses_device in place of Cost; Viewer; Parameter with an OptionDeclaration, virtual
  *      Artifact::save and write_exchange, ports with an ArtifactType; OptionDeclaration::extensions and
  *      contains;
  *      ArtifactFolder::references, TexturedMesh::mesh_folder, Mesh::texture_px,

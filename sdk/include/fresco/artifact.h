@@ -27,19 +27,6 @@ struct ArtifactFolder
     std::set<std::string>* references = nullptr;  ///< Where reference_to notes the results that are referred to; may be null.
 };
 
-/// Something whose number says how large an artifact is, declared beside the artifact's type in the namespace `count`.
-struct Counted
-{
-    std::string_view name;               ///< "faces"
-    double assumed = 0;                  ///< Where nothing says how many there are.
-    std::string_view carried_by{};       ///< The artifact whose wires carry this number and no other; empty: other wires do, …
-    std::string_view also_carried_by{};  ///< … and those of this artifact, where no other wire does.
-    const Counted* each_of = nullptr;    ///< Seconds and disk count it for each of these (or each step), memory once.
-    double in_square = 1;                ///< How many the square of an option has.
-
-    friend bool operator==(const Counted&, const Counted&) = default;
-};
-
 /// A typed value passed along an edge of the pipeline. A type `T` derives from Artifact, can be made without arguments, and has
 /// \code
 ///   static constexpr std::string_view artifact_name = "mesh";   // unique, snake_case

@@ -81,12 +81,4 @@ Value to_value(const Camera& camera);
 /// Reads one. Throws Error naming the place of what is missing, or of a camera that is not usable.
 Camera camera_from(const JsonPlace& place);
 
-/// What costs of stages count by.
-namespace count
-{
-inline constexpr Counted frames{.name = "frames", .assumed = 300, .carried_by = "frames"};
-/// Of a frame's pictures or uv maps, all heights together; a picture of a height is 4/3 as wide.
-inline constexpr Counted pixels{.name = "pixels", .assumed = 640 * 480, .each_of = &frames, .in_square = 4.0 / 3};
-}  // namespace count
-
 }  // namespace fresco

@@ -62,16 +62,6 @@ std::vector<Vec3f> face_normals(const Mesh& mesh);
 /// V normals: area-weighted mean of the faces around, unit length; zero where there is none.
 std::vector<Vec3f> vertex_normals(const Mesh& mesh);
 
-/// What costs of stages count by.
-namespace count
-{
-inline constexpr Counted faces{.name = "faces", .assumed = 1e6, .carried_by = "mesh"};
-/// For stages whose work grows with the surface, and not with the number of faces.
-inline constexpr Counted square_meters{.name = "square_meters", .assumed = 30, .carried_by = "mesh"};
-/// Bytes of a scanned mesh (binary PLY) for a square meter, which has 28 000 faces where voxels of 1 cm were fused.
-inline constexpr double scan_bytes_per_square_meter = 6e5;
-}  // namespace count
-
 /// What a picture shows outside of [0,1].
 enum class Wrap : std::uint8_t
 {

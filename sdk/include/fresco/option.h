@@ -122,6 +122,13 @@ struct NotInKey
 };
 inline constexpr NotInKey not_in_key{};
 
+/// Last argument of the option that says whether the stage works on a GPU: true, or the text "cuda". Its "auto" becomes "cuda" or
+/// "cpu" before anything runs, so that the key of a result says where it was made.
+struct ChoosesDevice
+{
+};
+inline constexpr ChoosesDevice chooses_device{};
+
 namespace detail
 {
 /// One of the arguments that describe an option. Refers to it, so it must not outlive the constructor's call. The declaration is
@@ -133,10 +140,11 @@ struct OptionTerm
     OptionTerm(const Extensions& accepted);
     OptionTerm(const FolderWith& expected);
     OptionTerm(NotInKey);
+    OptionTerm(ChoosesDevice);
     OptionTerm(const char* help);
     OptionTerm(const std::string& help);
 
-    std::variant<std::nullptr_t, const Range*, const OneOf*, const Extensions*, const FolderWith*, const char*> said;
+    std::variant<NotInKey, ChoosesDevice, const Range*, const OneOf*, const Extensions*, const FolderWith*, const char*> said;
 };
 
 template <class... Terms>
@@ -146,7 +154,8 @@ inline constexpr bool has_one_help = (int{std::is_convertible_v<Terms, std::stri
 /// A setting of one of the types bool, int, std::int64_t, double, std::string, std::vector<int>, std::vector<double>, InputFile,
 /// InputFiles, InputFolder, CommandLine, OutputName. `*option` is the value, valid from configure() on (in `run` and `prepare`),
 /// the default before. After name and default (or fresco::required): what is accepted, where that is less than the type holds
-/// (range, at_least, one_of, extensions, folder_with); a line of help; and not_in_key where the value cannot change the result.
+/// (range, at_least, one_of, extensions, folder_with); a line of help; not_in_key where the value cannot change the result; and
+/// chooses_device.
 template <class T>
 class Option final : public Parameter
 {
@@ -193,8 +202,9 @@ class Choice final
 {
   public:
     using Words = std::vector<std::pair<std::string, Enum>>;
-    Choice(Configurable* owner, std::string name, Enum value, const Words& words, std::string help)
-        : words_(words), option_(owner, std::move(name), word(value), accepted(), std::move(help))
+    template <class... More>
+    Choice(Configurable* owner, std::string name, Enum value, const Words& words, std::string help, const More&... more)
+        : words_(words), option_(owner, std::move(name), word(value), accepted(), std::move(help), more...)
     {
     }
 

@@ -101,6 +101,7 @@ struct OptionDeclaration
     std::string contains_unless{};          ///< The option that, where it is set, makes `contains` not matter.
     std::string unit{};
     bool in_key = true;
+    bool is_device = false;  ///< Says whether the stage works on a GPU (fresco::chooses_device).
     std::string component_kind{};
     bool optional = false;  ///< Of a component: the word `none` leaves it empty.
     std::optional<AutoRule> auto_rule{};

@@ -19,13 +19,12 @@ class Progress
     virtual void progress(double done, double total, std::string_view unit);
     /// Throws fresco::Canceled once the run must stop. Call it at least every second.
     virtual void check_canceled() const;
-    /// Threads this work may use now; results do not depend on it. It may change from one call to the next: in a run, a stage is
-    /// lent the cores that others have left, until another one begins. Never throws.
+    /// Threads this work may use; results do not depend on it. In a run, the same from beginning to end. Never throws.
     virtual int threads() const;
 };
 
-/// Calls `work(begin, end)` for pieces of [0, count) of at most `grain` items on up to progress.threads() threads, which it
-/// asks before each piece. The pieces depend only on `count` and `grain`, never on the threads, so that per-piece results
+/// Calls `work(begin, end)` for pieces of [0, count) of at most `grain` items on up to progress.threads() threads.
+/// The pieces depend only on `count` and `grain`, never on the threads, so that per-piece results
 /// summed in order are the same for any thread count. The first exception (by piece) is rethrown after all threads have ended.
 /// Blocks until done.
 void parallel_for(std::size_t count, std::size_t grain, const Progress& progress,

@@ -17,7 +17,6 @@
 namespace fresco
 {
 
-struct Cost;
 
 /// The stamp of this SDK; a plugin must have the same.
 const fresco_plugin_info& sdk_stamp();
@@ -74,9 +73,5 @@ class PluginLibrary
     const fresco_plugin_info* stamp_ = nullptr;
     Value versions_{Value::Map{}};
 };
-
-/// A cost as the entry `cost` of a stage's declaration; `options` is the entry beside it. Throws Error naming the type where it
-/// names an option that is not there or is of the wrong kind, and where a number is negative or not finite.
-Value describe_cost(const std::string& type, const Cost& cost, const Value& options);
 
 }  // namespace fresco

@@ -62,12 +62,6 @@ int painted_size_px(int size_px, int laid_out_px, std::string_view source, RunCo
 /// Bilinear value at (u, v) of a raster whose row 0 is v = 1: texel centers at +0.5, clamped at the borders.
 void sample_bilinear(const RasterF& texture, float u, float v, float* out);
 
-/// What costs of stages count by. An atlas carries the size of its texture.
-namespace count
-{
-inline constexpr Counted texels{.name = "texels", .assumed = 2048 * 2048, .also_carried_by = "mesh"};
-}  // namespace count
-
 /// Where in a picture each texel of a painted texture comes from, so that a finer texture or another channel can be copied
 /// without a new search. On disk: `source_map.json`, `places.npy` (uint16 S x S x 4) and `shifts.npy` (uint8 S x S x 3).
 struct SourceMap : Artifact

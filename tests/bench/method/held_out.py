@@ -48,8 +48,7 @@ stages:
 EXACT = ["repeats_count: 2", "measure_steps: 20"]
 # Each mode: the preset, who convolves, and what it changes.
 MODES = {
-    "reference": ("stylemesh-scannet", "plain", EXACT + ["execution: reference", "optimizer: {untouched: step}"]),
-    "active work": ("stylemesh-scannet", "plain", EXACT),
+    "reference": ("stylemesh-scannet", "plain", EXACT),
     "+ minimal filtering": ("stylemesh-scannet", "auto", EXACT),
     "+ visible Adam": ("stylemesh-scannet", "auto", EXACT + ["optimizer: {mode: visible}"]),
     "+ frames as start": ("stylemesh-scannet", "auto", EXACT + ["optimizer: {mode: visible}", "init: frames"]),
@@ -71,7 +70,7 @@ def run(options, mode):
                         changes="\n".join("    " + change for change in changes)))
     # The reference keeps the allocator's ways: what fresco sets for its stages is one of the changes.
     environment = dict(os.environ)
-    if mode in ("reference", "active work"):
+    if mode == "reference":
         environment["GLIBC_TUNABLES"] = ""
     command = [options.fresco, "run", out / "pipeline.yaml", "--out", out, "--store", options.out / "store", "--json-log",
                "--cores", str(options.cores)]

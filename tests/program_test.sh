@@ -4,7 +4,7 @@ set -euo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 export XDG_CACHE_HOME=$work/cache XDG_DATA_HOME=$work/data
-unset FRESCO_PLUGIN_PATH FRESCO_FAULT
+unset FRESCO_PLUGIN_PATH
 test_name=$(basename "$(dirname "$(realpath "$0")")")
 fail() { echo "$test_name: $*" >&2; exit 1; }
 # python_with MODULE, …: an installed interpreter that has these modules; fails without one.

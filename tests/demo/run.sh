@@ -5,7 +5,7 @@ fresco=$1 source=$2 work=$3
 rm -rf "$work"
 mkdir -p "$work/validator"
 export XDG_DATA_HOME=$work/data
-unset FRESCO_PLUGIN_PATH FRESCO_FAULT
+unset FRESCO_PLUGIN_PATH
 run() { "$fresco" run "$source/pipelines/demo.yaml" --store "$work/store" --out "$work/out" --cores 2 "$@"; }
 fail() { echo "demo: $*" >&2; exit 1; }
 

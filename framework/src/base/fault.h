@@ -2,16 +2,15 @@
 
 #include <string_view>
 
-/// \file Named points at which the proofs (tests/prove) make the program fail or die, to show that no moment of a run is a
-/// bad one.
+/// \file Named points at which the proofs (tests/prove) kill a run, to show that no moment of it is a bad one. These functions do
+/// nothing in fresco; the program fresco_with_faults, which is built for tests only, has others (tests/prove/kill/fault.cpp).
 
 namespace fresco::host
 {
 
-/// For tests of what a killed run leaves behind: where the environment variable FRESCO_FAULT is "POINT" or "POINT@STAGE", the
-/// process that comes by this point kills the host and itself with SIGKILL. Nothing happens otherwise.
+/// Marks a moment at which a killed run leaves something behind.
 void fault_point(std::string_view point);
-/// The stage this process works for, for "POINT@STAGE"; and whether its parent is a host to be killed with it.
+/// Names the stage that this process works for. Its parent is the host.
 void set_fault_stage(std::string_view stage);
 
 }  // namespace fresco::host

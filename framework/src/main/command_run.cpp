@@ -123,7 +123,7 @@ void check_matrix_options(const RunArguments& arguments, const Pipeline& pipelin
                                      suggestion(arguments.thumbnails, names)));
 }
 
-/// By earlier runs in this store.
+/// Reads the stages' times from earlier runs in the store.
 std::map<std::string, double> measured_seconds(const RunRequest& request)
 {
     std::map<std::string, double> seconds;

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-/// \file What would run, why, and what it took the last times. `fresco plan` prints it.
+/// \file Tells what would run, why, and what it took the last times. `fresco plan` prints it.
 
 namespace fresco::host
 {
@@ -20,7 +20,7 @@ struct PlannedStage
     std::string type;
     bool runs = false;
     std::string reason;             ///< Why it runs, or why it does not.
-    std::optional<Usage> measured;  ///< By earlier runs.
+    std::optional<Usage> measured;  ///< Empty before its first run.
     std::size_t files_to_copy = 0;  ///< Of a stored result, those that are missing or different below `out`.
 };
 

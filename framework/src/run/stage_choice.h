@@ -9,25 +9,26 @@
 #include <string>
 #include <vector>
 
-/// \file Which stages begin next: whose turn it is in a matrix, what earlier runs took, and what fits the cores and the memory.
-/// Used by the scheduler.
+/// \file Chooses the stages that begin next, by their turn in a matrix, by what earlier runs took, and by free cores and memory.
+/// The scheduler uses it.
 
 namespace fresco::host
 {
 
 StageKind kind_of(const PipelineStage& stage);
 
-/// What the stages of one run are expected to take. One thread.
+/// Predicts time and memory of a run's stages from earlier runs. Single-threaded.
 class Expectations
 {
   public:
     explicit Expectations(const Store& store) : statistics_(store) {}
 
-    /// What earlier runs took; of the time, what a checkpoint leaves. Asked for often, of thousands.
+    /// Returns what earlier runs took, without the share of the time that a checkpoint saves. Called often, for thousands of
+    /// stages.
     std::optional<Usage> measured(const StageNode& node);
-    /// Measured memory, else what the stage's type says it needs; nothing where both are unknown.
+    /// Returns the measured memory, else the type's own figure; nothing if both are unknown.
     std::optional<double> memory_mb(const StageNode& node);
-    /// Keeps what it took for the stages that come. Throws Error where that cannot be written.
+    /// Remembers a finished stage. Throws Error if that cannot be written.
     void remember(const StageNode& node, Usage took);
 
   private:

@@ -8,12 +8,13 @@
 #include <string>
 #include <vector>
 
-/// \file What stages took in earlier runs. `plan` shows it; the scheduler and the time limits of isolated stages go by it.
+/// \file Remembers time and memory of earlier runs. `plan` shows them; the scheduler and the time limits of isolated stages go by
+/// them.
 
 namespace fresco::host
 {
 
-/// What a stage took.
+/// Time, memory and disk space of one run of a stage.
 struct Usage
 {
     double seconds = 0;
@@ -21,7 +22,7 @@ struct Usage
     double disk_mb = 0;
 };
 
-/// By what a stage is recognized among earlier runs.
+/// Identifies a stage among earlier runs.
 struct StageKind
 {
     std::string type;     ///< With the program's name, of a stage that runs one.
@@ -33,10 +34,10 @@ class Statistics
 {
   public:
     explicit Statistics(const Store& store);
-    /// Median time and greatest memory of the last runs with the same options; where there are none, of the last runs of the
-    /// type; nothing where that never ran.
+    /// Returns the median time and the greatest memory of the last runs with the same options, or of the type if there are none
+    /// with these options; nothing if the type never ran.
     std::optional<Usage> last(const StageKind& stage) const;
-    /// Remembers a run, also for later processes. Throws Error where the journal cannot be written.
+    /// Remembers a run, in the journal too. Throws Error where the journal cannot be written.
     void add(const StageKind& stage, const Usage& took);
     /// Keeps only the last runs of each type in the journal. Throws Error.
     void tidy() const;
@@ -50,7 +51,7 @@ class Statistics
     void keep(const StageKind& stage, const Usage& took);
 
     Journal journal_;
-    std::map<std::string, std::vector<Run>> runs_;  ///< By type, the last ones, oldest first.
+    std::map<std::string, std::vector<Run>> runs_;  ///< The last runs of each type, oldest first.
 };
 
 }  // namespace fresco::host

@@ -17,7 +17,6 @@
 namespace fresco
 {
 
-
 /// The stamp of this SDK; a plugin must have the same.
 const fresco_plugin_info& sdk_stamp();
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """kill.py FRESCO PIPELINE KILL_AT_RENAME [--long]: kills runs with SIGKILL, runs them again, and compares the final files with an
-uninterrupted run. KILL_AT_RENAME is the library made of kill_at_rename.c.
+uninterrupted run. FRESCO is fresco_with_faults, KILL_AT_RENAME the library made of kill_at_rename.c.
 
 Each publishing step is hit once, also of results that come from another store, and each step of changing checkpoints. With --long, kills
 are also spread over the measured run (at the beginning and the end of every stage, and at even times), at least 15 fall inside the
@@ -23,8 +23,7 @@ LONG = "--long" in sys.argv[4:]
 CHECKPOINT_STEPS = 5
 WORK = pathlib.Path(tempfile.mkdtemp(prefix="fresco-kill-"))
 ENVIRONMENT = dict(os.environ, XDG_DATA_HOME=str(WORK / "data"))
-for name in ("FRESCO_PLUGIN_PATH", "FRESCO_FAULT"):
-    ENVIRONMENT.pop(name, None)
+ENVIRONMENT.pop("FRESCO_PLUGIN_PATH", None)
 
 PUBLISHING = ["publish.written", "publish.synced", "publish.renamed", "publish.key", "publish.manifest", "publish.done"]
 # When the optimizer changes its checkpoints, the last becomes the earlier one before the next takes its name. Killed just then, the

@@ -58,8 +58,8 @@ double level_share(ViewData& data, std::size_t level, const LossTerm& term, cons
 }  // namespace
 
 Evaluator::Evaluator(const std::map<std::string, std::shared_ptr<Loss>>& losses, ValueSpace space, torch::Device device,
-                     std::uint64_t seed)
-    : losses_(losses), space_(space), device_(device), seed_(seed)
+                     std::uint64_t seed, bool crops)
+    : losses_(losses), space_(space), device_(device), seed_(seed), crops_(crops)
 {
 }
 
@@ -69,7 +69,7 @@ void Evaluator::each_level(std::int64_t step, const ScheduledStep& scheduled, co
 {
     // Not sooner: a loss knows its network's default layers only once that network is prepared.
     if (demands_.empty())
-        demands_ = demands_of(losses_);
+        demands_ = demands_of(losses_, crops_);
     summands_.clear();
     noted_.clear();
     for (std::size_t i = 0; i < data.levels.size(); ++i)

@@ -36,8 +36,9 @@ class NotFinite : public Error
 class Evaluator
 {
   public:
+    /// With `crops` false networks encode whole frames, which gives the same for more work.
     Evaluator(const std::map<std::string, std::shared_ptr<Loss>>& losses, ValueSpace space, torch::Device device,
-              std::uint64_t seed);
+              std::uint64_t seed, bool crops = true);
 
     /// The loss of `step` on `data` and its gradients, `parameters` of them. Throws NotFinite naming the step, `view_name` and
     /// the loss.
@@ -89,6 +90,7 @@ class Evaluator
     ValueSpace space_;
     torch::Device device_;
     std::uint64_t seed_;
+    bool crops_;
     std::map<std::string, double> summands_;
     std::vector<Noted> noted_;
 };

@@ -39,13 +39,7 @@ Value::Value(std::string v) : data_(std::move(v)) {}
 Value::Value(std::string_view v) : data_(std::string(v)) {}
 Value::Value(List v) : data_(std::move(v)) {}
 Value::Value(Map v) : data_(std::move(v)) {}
-
-// By assignment: where a copy runs out of memory, libstdc++'s constructor destroys what is not there yet.
-Value::Value(const Value& other)
-{
-    data_ = other.data_;
-}
-
+Value::Value(const Value&) = default;
 Value::Value(Value&&) noexcept = default;
 Value& Value::operator=(const Value&) = default;
 Value& Value::operator=(Value&&) noexcept = default;

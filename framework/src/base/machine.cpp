@@ -258,29 +258,6 @@ std::int64_t oom_kills()
     return static_cast<std::int64_t>(number_of("/proc/vmstat", "oom_kill"));
 }
 
-int free_descriptors()
-{
-    rlimit limit{};
-    if (getrlimit(RLIMIT_NOFILE, &limit) != 0)
-        return std::numeric_limits<int>::max();
-    std::error_code error;
-    const auto open = std::distance(fs::directory_iterator("/proc/self/fd", error), {});
-    if (error == std::errc::too_many_files_open)
-        return 0;
-    constexpr rlim_t many = 1U << 20U;
-    return static_cast<int>(std::min(limit.rlim_cur, many)) - static_cast<int>(open);
-}
-
-double memory_limit_mb()
-{
-    double least = 0;
-    for (const auto resource : {RLIMIT_DATA, RLIMIT_AS})
-        if (rlimit limit{}; getrlimit(resource, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY)
-            if (const double mb = static_cast<double>(limit.rlim_cur) / (1024.0 * 1024.0); least == 0 || mb < least)
-                least = mb;
-    return least;
-}
-
 std::string program_version()
 {
     return FRESCO_VERSION;

@@ -56,10 +56,6 @@ bool machine_has_gpu();
 
 /// How many processes this system has killed because memory ran out; 0 where it does not tell.
 std::int64_t oom_kills();
-/// How many more files this process may open.
-int free_descriptors();
-/// What this process may map for writing, in MB; 0: no limit.
-double memory_limit_mb();
 
 /// Version of this program: "0.1.0".
 std::string program_version();

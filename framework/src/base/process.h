@@ -25,7 +25,6 @@ enum WorkerExit
     worker_missing_input = 3,
     worker_plugin = 4,
     worker_damaged_input = 10,  ///< The event "damaged" names the object.
-    worker_lost_channel = 11,   ///< Something in the process closed the channel.
     worker_canceled = 75
 };
 

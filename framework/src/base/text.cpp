@@ -80,19 +80,6 @@ std::string padded(const std::string& cell, std::size_t width, bool right)
     return right ? space + cell : cell + space;
 }
 
-/// As one word, for folded().
-std::string tied(std::string text)
-{
-    std::ranges::replace(text, ' ', '\x1f');
-    return text;
-}
-
-std::string untied(std::string text)
-{
-    std::ranges::replace(text, '\x1f', ' ');
-    return text;
-}
-
 std::string without_end_blanks(std::string line)
 {
     line.erase(line.find_last_not_of(' ') + 1);
@@ -407,7 +394,7 @@ std::string TextTable::text(std::size_t width) const
                 (widest == widths.size() || widths[i] > widths[widest]))
                 widest = i;
         if (widest == widths.size())
-            return stacked(width);
+            break;
         --widths[widest];
     }
     return in_columns(widths, 0, width);
@@ -446,35 +433,6 @@ std::string TextTable::in_columns(const std::vector<std::size_t>& widths, std::s
         add(each(columns_, &Column::title), true);
     for (const auto& row : rows_)
         add(row, false);
-    return result;
-}
-
-std::string TextTable::stacked(std::size_t width) const
-{
-    std::string result;
-    for (const auto& row : rows_)
-    {
-        std::string head;
-        std::string figures;
-        std::string texts;
-        const std::string begin = blanks(indent_ + below_indent);
-        const std::size_t room = std::max(least_name, width - std::min(width, indent_));
-        for (std::size_t i = 0; i < row.size(); ++i)
-        {
-            const Column& column = columns_[i];
-            if (row[i].empty())
-                continue;
-            if (column.kind == Kind::name || i == 0)
-                head += (head.empty() ? blanks(indent_) : blanks(gap)) + shortened(row[i], room);
-            else if (column.kind == Kind::text)
-                texts += folded(begin + row[i], width) + "\n";
-            else
-                figures += (figures.empty() ? begin : ", ") + tied((column.title.empty() ? "" : column.title + " ") + row[i]);
-        }
-        result += folded(head, width, below_indent) + "\n";
-        result += figures.empty() ? "" : untied(folded(figures, width)) + "\n";
-        result += texts;
-    }
     return result;
 }
 

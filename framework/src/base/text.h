@@ -104,8 +104,7 @@ void print_line(std::string_view text);
 std::string shortened(std::string_view name, std::size_t width);
 
 /// Rows in columns. Where the terminal is too narrow, texts are folded, then go below their rows; then names are shortened, down
-/// to a dozen columns. Where that is not enough, a row takes several lines: what it begins with and its other names, then its
-/// figures with their titles.
+/// to a dozen columns.
 class TextTable
 {
   public:
@@ -130,7 +129,6 @@ class TextTable
 
   private:
     std::string in_columns(const std::vector<std::size_t>& widths, std::size_t text_at, std::size_t width) const;
-    std::string stacked(std::size_t width) const;
 
     std::vector<Column> columns_;
     std::size_t indent_;

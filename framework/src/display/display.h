@@ -4,8 +4,7 @@
 
 #include <memory>
 
-/// \file Shows a run at standard error: on a terminal all stages, redrawn in place, otherwise a line now and then. `fresco
-/// run` and `fresco status` use it.
+/// \file Shows a run at standard error: on a terminal all stages, redrawn in place, otherwise a line now and then.
 
 namespace fresco::host
 {

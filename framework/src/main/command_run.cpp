@@ -299,7 +299,8 @@ void add_run_command(CLI::App& app, const std::vector<std::string>& words, int& 
     limit("--isolate-memory", arguments->isolation.memory,
           "4G or STAGE=4G: maximum memory of an isolated stage (default: 90 % of the machine's)");
     limit("--isolate-time", arguments->isolation.seconds,
-          "10m or STAGE=1h30m: maximum time of an isolated stage (default: ten times what it took, at least 10m; 1h before)");
+          "10m or STAGE=1h30m: maximum time of an isolated stage (default: ten times its last runs, at least 10m; 1h if it never "
+          "ran)");
     command->add_option("--thumbnails", arguments->thumbnails,
                         "Stage of a matrix whose pictures sweep.html shows (default: the last that makes pictures)");
     command->add_flag("--no-report", arguments->no_report, "Write no run.json and no report.html");

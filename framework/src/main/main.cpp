@@ -6,7 +6,6 @@
 #include <fresco/wording.h>
 
 #include <algorithm>
-#include <atomic>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -32,29 +31,6 @@ constexpr const char* no_memory =
     "error: there is not enough memory: close other programs, or raise the limit (ulimit -d, ulimit -v)\n";
 
 using fresco::host::print_message;
-
-std::atomic<bool> memory_ran_out{false};
-std::terminate_handler usual_end = nullptr;
-
-/// Destructors, and parts of the standard library, cannot pass on that memory ran out: they end the program. No signal is to be
-/// the only word about it.
-void explain_lack_of_memory()
-{
-    std::set_new_handler(
-        []
-        {
-            memory_ran_out = true;
-            throw std::bad_alloc();
-        });
-    usual_end = std::set_terminate(
-        []
-        {
-            if (!memory_ran_out)
-                usual_end();
-            std::fputs(no_memory, stderr);
-            std::_Exit(exit_failed);
-        });
-}
 
 /// Help in the width of the terminal. Where that is narrow, what an option does stands below it.
 class FoldedHelp final : public CLI::Formatter
@@ -170,20 +146,8 @@ bool output_is_lost()
     return true;
 }
 
-/// Else what cannot be opened, such as a plugin, would pass for missing. The host's own children say it of the file.
-void check_descriptors(std::string_view command)
-{
-    if (command.starts_with("internal-"))
-        return;
-    constexpr int needed = 16;
-    if (const int free = fresco::host::free_descriptors(); free < needed)
-        throw fresco::Error("only " + std::to_string(std::max(free, 0)) + " more files may be open; fresco needs " +
-                            std::to_string(needed) + ": raise the limit (ulimit -n)");
-}
-
 int run_command_line(int argc, char** argv)
 {
-    check_descriptors(argc > 1 ? argv[1] : "");
     CLI::App app("fresco paints scanned rooms. It runs pipelines of stages, which are declared in YAML and loaded from shared "
                  "libraries.",
                  "fresco");
@@ -227,9 +191,6 @@ int main(int argc, char** argv)
     // Beyond `ulimit -f` writing fails with a reason, as on a full disk. Workers inherit this.
     std::signal(SIGXFSZ, SIG_IGN);
     open_closed_streams();
-    // How an internal worker ends is reported by the host that started it.
-    if (argc < 2 || !std::string_view(argv[1]).starts_with("internal-"))
-        explain_lack_of_memory();
     try
     {
         const int exit_code = run_command_line(argc, argv);

@@ -1,7 +1,6 @@
 #include "run/exports.h"
 #include "base/common.h"
 #include "base/fault.h"
-#include "base/machine.h"
 #include "base/records.h"
 #include <fresco/error.h>
 #include <fresco/file_access.h>
@@ -153,8 +152,6 @@ std::vector<std::string> Exporter::obstacles(const PipelineStage& stage, const s
 
 std::size_t Exporter::copy(const PipelineStage& stage, const std::string& object, const std::function<bool()>& stop)
 {
-    const std::size_t at_once =
-        std::clamp(static_cast<std::size_t>(std::max(free_descriptors(), 0)) / 2, std::size_t{1}, most_copies_at_once);
     OutputRecord record(folder_of(stage));
     std::set<std::string> written;
     for (const auto& output : files_outputs(stage))
@@ -178,7 +175,7 @@ std::size_t Exporter::copy(const PipelineStage& stage, const std::string& object
             const std::string name = normal(listed_name);
             if (stop())
                 return 0;
-            if (batch.copies.size() >= at_once)
+            if (batch.copies.size() >= most_copies_at_once)
                 place(stage, record, batch);
             const fs::path to = folder_of(stage) / name;
             const auto collision = owners_.claim(fs::path(stage.place) / name, stage.name, true);

@@ -101,7 +101,6 @@ void OutputRecord::begin(const std::vector<NewFile>& files, const OutputOwner& o
         const fs::path path = folder_ / file.name;
         const bool replaces_own = is_file(path) && obstacle(file.name, owner, hashes).empty();
         Value entry = identity(owner);
-        entry.set("size", Value());
         entry.set("before", replaces_own ? hashes.hash(path) : "");
         entry.set("hash", file.hash);
         entries_.insert_or_assign(file.name, std::move(entry));
@@ -115,9 +114,6 @@ void OutputRecord::wrote(const std::vector<NewFile>& files, const OutputOwner& o
     for (const NewFile& file : files)
     {
         Value entry = identity(owner);
-        std::error_code error;
-        const auto size = fs::file_size(folder_ / file.name, error);
-        entry.set("size", error ? Value() : Value(static_cast<std::int64_t>(size)));
         entry.set("before", "");
         entry.set("hash", file.hash);
         entries_.insert_or_assign(file.name, std::move(entry));

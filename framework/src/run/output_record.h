@@ -58,7 +58,7 @@ class OutputRecord
     Value identity(const OutputOwner& owner) const;
 
     std::filesystem::path folder_;
-    std::map<std::string, Value> entries_;  ///< Name -> {pipeline, combination, stage, output, size, hash, before}.
+    std::map<std::string, Value> entries_;  ///< Name -> {pipeline, combination, stage, output, hash, before}.
 };
 
 /// Throws Error that lists the first of them; does nothing if there are none.

@@ -282,17 +282,12 @@ std::string RunningStage::end_text() const
                                    ? "; if no more processes or threads may be started, raise the limit (ulimit -u)"
                                    : "; please report it to the author of the plugin " + node_->stage->type->library.string();
     std::string text;
-    if (end_.exit_code == worker_lost_channel)
-        text = "it closed descriptor " + std::to_string(child_channel) + ", by which it speaks to the host" + report;
-    else if (end_.signal == SIGKILL && oom_kills() > oom_kills_)
+    if (end_.signal == SIGKILL && oom_kills() > oom_kills_)
         text = "its process was killed, most likely because the machine ran out of memory (it had used " +
                size_text(end_.peak_memory_mb) + "): close other programs or ask for less";
     else if (end_.signal == SIGKILL)
         text = "its process was killed from outside: by a user, a debugger, or the system (it had used " +
                size_text(end_.peak_memory_mb) + " of memory); run again to resume";
-    else if (end_.signal == SIGABRT && memory_limit_mb() > 0)
-        text = "its process ended itself, most likely because it may use no more than " + size_text(memory_limit_mb()) +
-               " of memory: raise the limit (ulimit -d, ulimit -v)";
     else if (end_.signal != 0)
         text = "its process crashed: " + signal_text(end_.signal) + report;
     else

@@ -228,14 +228,7 @@ class Scheduler
             room.take(running.threads(), expected_.memory_mb(running.node()));
         const std::vector<Start> starts = choose_starts(state_, turns_.take(state_.nodes()), expected_, room);
         for (const auto& [node, threads] : starts)
-        {
-            // Beyond that a process could not be started, or not be spoken to; one that ends gives its own back. A stage
-            // that has said nothing yet has its log still to open.
-            constexpr int descriptors_of_start = 20;
-            if (!running_.empty() && free_descriptors() < descriptors_of_start + static_cast<int>(running_.size()))
-                break;
             start(*node, threads);
-        }
         return !starts.empty();
     }
 

@@ -1,8 +1,6 @@
 #include "worker/worker.h"
 #include "base/common.h"
 #include "base/fault.h"
-#include "base/machine.h"
-#include "base/text.h"
 #include "worker/stage_run.h"
 #include "worker/worker_factory.h"
 #include <fresco/error.h>
@@ -10,11 +8,8 @@
 #include <fresco/process.h>
 
 #include <cerrno>
-#include <csignal>
-#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
-#include <pthread.h>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -32,28 +27,6 @@ fs::path temporary_folder()
 {
     const char* folder = std::getenv("TMPDIR");
     return folder == nullptr ? fs::path() : fs::path(folder);
-}
-
-/// Addresses that only an overflow reaches: from far below the stack's end to a little above it.
-std::uintptr_t lowest = 0;
-std::uintptr_t highest = 0;
-
-// The line before may have been cut by the overflow.
-constexpr std::string_view overflow_event =
-    "\n{\"event\":\"failed\",\"text\":\"its stack overflowed: infinite recursion, or arrays "
-    "that are too large for it; please "
-    "report it to the plugin's author\"}\n";
-
-void take_fault(int number, siginfo_t* info, void*)
-{
-    const auto address = reinterpret_cast<std::uintptr_t>(info->si_addr);
-    if (address >= lowest && address < highest)
-        send_all(child_channel, overflow_event);
-    // Back to the instruction: it faults again, and the process dies as it would have. A signal that was sent does not come
-    // again.
-    signal(number, SIG_DFL);
-    if (info->si_code <= 0)
-        raise(number);
 }
 
 Value to_value(const WorkerInput& input)
@@ -89,15 +62,6 @@ std::string with_advice(std::string text)
            "; nothing was lost";
 }
 
-std::string memory_text()
-{
-    const char* less = "ask for less (smaller sizes, fewer frames, --cores 1)";
-    const double limit_mb = memory_limit_mb();
-    if (limit_mb == 0)
-        return std::string("there is not enough memory: close other programs, or ") + less;
-    return "it needs more memory than the limit of " + size_text(limit_mb) + ": raise it (--isolate-memory, ulimit), or " + less;
-}
-
 int guarded_run(const fs::path& request_file, WorkerChannel& channel)
 {
     const auto fail = [&](const std::string& text, int code)
@@ -111,7 +75,7 @@ int guarded_run(const fs::path& request_file, WorkerChannel& channel)
         set_fault_stage(request.stage);
         set_input_roots(request.roots);
         run_stage(std::move(request), request_file.parent_path().filename().string(), channel);
-        return channel.lost() ? worker_lost_channel : 0;
+        return 0;
     }
     catch (const Damage& damage)
     {
@@ -120,8 +84,6 @@ int guarded_run(const fs::path& request_file, WorkerChannel& channel)
     }
     catch (const Canceled&)
     {
-        if (channel.lost())
-            return worker_lost_channel;
         channel.send("canceled");
         return worker_canceled;
     }
@@ -139,7 +101,9 @@ int guarded_run(const fs::path& request_file, WorkerChannel& channel)
     }
     catch (const std::bad_alloc&)
     {
-        return fail(memory_text(), worker_failed);
+        return fail("there is not enough memory: close other programs, raise --isolate-memory where it is set, or ask for less "
+                    "(smaller sizes, fewer frames, --cores 1)",
+                    worker_failed);
     }
     catch (const std::system_error& error)
     {
@@ -185,35 +149,6 @@ void remove_scratch_folders(const std::string& prefix)
             remove_quietly(entry.path());
 }
 
-/// From now on an overflow of this thread's stack is reported to the host, as a failure in words, before the process dies of it.
-/// Call it on the thread that will run the stage.
-void report_stack_overflow()
-{
-    pthread_attr_t attributes;
-    if (pthread_getattr_np(pthread_self(), &attributes) != 0)
-        return;
-    void* end = nullptr;
-    std::size_t size = 0;
-    const bool known = pthread_attr_getstack(&attributes, &end, &size) == 0;
-    pthread_attr_destroy(&attributes);
-    if (!known)
-        return;
-    constexpr std::uintptr_t below = std::uintptr_t{16} << 20U;
-    constexpr std::uintptr_t above = std::uintptr_t{1} << 16U;
-    const auto stack = reinterpret_cast<std::uintptr_t>(end);
-    lowest = stack > below ? stack - below : 1;
-    highest = stack + above;
-    static std::vector<char> room(std::size_t{1} << 16U);
-    stack_t alternative{};
-    alternative.ss_sp = room.data();
-    alternative.ss_size = room.size();
-    struct sigaction action = {};
-    action.sa_sigaction = take_fault;
-    action.sa_flags = SA_SIGINFO | SA_ONSTACK;
-    if (sigaltstack(&alternative, nullptr) == 0)
-        sigaction(SIGSEGV, &action, nullptr);
-}
-
 Value to_value(const WorkerRequest& request)
 {
     const auto values = [](const auto& list) { return each<Value>(list, [](const auto& entry) { return to_value(entry); }); };
@@ -256,7 +191,6 @@ WorkerRequest worker_request_from(const Value& value)
 void internal_run(const fs::path& request_file)
 {
     take_stop_signals();
-    report_stack_overflow();
     adopt_orphans();
     WorkerChannel channel;
     const int code = guarded_run(request_file, channel);

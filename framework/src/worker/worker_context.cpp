@@ -146,10 +146,8 @@ void WorkerChannel::send(std::string_view event, Value::Map entries)
     entries.insert(entries.begin(), Value::Entry{"event", event});
     const std::string line = to_json(Value(std::move(entries))) + "\n";
     const std::lock_guard lock(mutex_);
-    if (send_all(child_channel, line))
-        return;
-    lost_ = lost_ || (errno != EPIPE && errno != ECONNRESET);
-    stop = true;
+    if (!send_all(child_channel, line))
+        stop = true;
 }
 
 void take_stop_signals()

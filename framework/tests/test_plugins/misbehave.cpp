@@ -329,6 +329,10 @@ class Misbehave final : public fresco::Stage
     fresco::Option<double> value{this, "value", 1, "The number of the table, and of the megabytes of print_much"};
     fresco::Option<std::string> how{this, "how", "nothing", names_of_ways(), "What it does"};
 
+  public:
+    double memory_mb() const override { return 30; }
+
+  private:
     void run(fresco::RunContext& run) override
     {
         const auto made = output.folder().path;

@@ -365,6 +365,17 @@ Figures fastest(int calls, const std::function<void()>& work)
     return best;
 }
 
+/// Forgets the features of the camera picture.
+void forget_camera(ViewData& data)
+{
+    for (auto& level : data.levels)
+    {
+        level.camera_features.clear();
+        if (level.smallest)
+            level.smallest->features.clear();
+    }
+}
+
 Figures measured(const Room& room, bool reference, const Settings& settings, const std::filesystem::path& weights)
 {
     if (!reference)

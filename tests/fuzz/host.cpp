@@ -2,14 +2,8 @@
 
 #include "framework/tests/hand_made_catalog.h"
 
-#include "base/chunk_hash.h"
-#include "base/file_stamp.h"
-#include "base/records.h"
 #include "pipeline/pipeline.h"
 #include "pipeline/pipeline_wiring.h"
-#include "store/stage_record.h"
-#include "store/statistics.h"
-#include "store/store.h"
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
@@ -17,11 +11,6 @@
 #include <fresco/testing.h>
 
 #include "plugins/texture_synthesize/checkpoint.h"
-
-#include <bit>
-#include <boost/algorithm/string/replace.hpp>
-#include <fmt/format.h>
-#include <sstream>
 
 namespace fresco::fuzz
 {
@@ -82,94 +71,6 @@ void read_pipeline(Bytes bytes)
     }
 }
 
-/// With the checksum that a record ends with: else nothing behind it would be reached. A line that is not a map stays as it is.
-std::string sealed(std::string_view line)
-{
-    if (!line.starts_with('{'))
-        return std::string(line) + '\n';
-    const std::string map(line.substr(0, line.rfind('}')));
-    return map + ",\"checksum\":\"" + content_hash(map) + "\"}\n";
-}
-
-/// Inputs cannot know the path or the stamp of an existing file: "HERE" and "STAMP" stand for them.
-std::string filled_in(std::string text, const std::filesystem::path& here)
-{
-    const FileStamp stamp = stamp_of(here).value();
-    boost::replace_all(text, "\"HERE\"", to_json(Value(here.string())));
-    boost::replace_all(text, "\"STAMP\"",
-                       fmt::format("[{},{},{},{},{},{},{}]", stamp.size, stamp.mtime_ns, stamp.ctime_ns, stamp.inode,
-                                   stamp.device, stamp.file_system, stamp.file_system_id));
-    return text;
-}
-
-/// Records that are written and journals that are tidied read the same as before.
-void write_again(const Store& store, const std::filesystem::path& pipeline, const std::optional<StageRecord>& record,
-                 const std::filesystem::path& index, const std::filesystem::path& here)
-{
-    FileHashes hashes(index);
-    const std::string hash = hashes.hash(here);
-    hashes.save();
-    FileHashes(index).tidy();
-    require(FileHashes(index).hash(here) == hash, "tidied, the same hashes");
-    Statistics(store).add({"t", "o"}, {1, 1, 1});
-    const auto figures = [&] { return std::bit_cast<std::uint64_t>(Statistics(store).last({"t", "o"}).value().seconds); };
-    const auto untidy = figures();
-    Statistics(store).tidy();
-    require(figures() == untidy, "tidied, the same usage");
-    if (!record)
-        return;
-    StageRecord changed = *record;
-    changed.key += "'";
-    write_stage_record(store, pipeline, changed);
-    const auto again = read_stage_record(store, pipeline, "s");
-    require(again && again->key == changed.key && again->object == record->object &&
-                to_json(again->key_document) == to_json(record->key_document),
-            "written and read, the same record");
-}
-
-/// The first line as the record of a key, of a result and of a stage; all lines as the journals of hashes and of runs.
-void read_stored(Bytes bytes)
-{
-    static const Store store(file_with({}, "format").parent_path() / "store");
-    static const std::string key = "k";
-    static const std::string object = object_id(key, {});
-    static const std::filesystem::path pipeline = "/p.yaml";
-    static const std::filesystem::path records = pipeline_folder(store, pipeline);
-    static const std::filesystem::path here = store.object(object) / "out/a.json";
-    static const bool made = []
-    {
-        make_folder(here.parent_path());
-        file_with(std::as_bytes(std::span("{}", 2)), here.string());
-        std::filesystem::create_symlink(here, here.parent_path() / "link");
-        make_folder(records);
-        file_with({}, (records / "s.log").string());
-        std::filesystem::create_symlink("nowhere", records / "gone.json");
-        return true;
-    }();
-    (void)made;
-    std::istringstream lines(filled_in(std::string(text_of(bytes)), here));
-    std::string journal;
-    for (std::string line; std::getline(lines, line);)
-        journal += sealed(line);
-    const std::string record_text = journal.substr(0, journal.find('\n') + 1);
-    for (const auto& file : {store.key_file(key), store.manifest_file(object), records / "s.json"})
-        file_with(std::as_bytes(std::span(record_text)), file.string());
-    const auto index = store.root() / "index.json";
-    for (const auto& file : {index, store.root() / "stats.jsonl"})
-        file_with(std::as_bytes(std::span(journal)), file.string());
-    const auto result = store.lookup(key);
-    const auto damage = store.verify(object, 1);
-    const auto record = read_stage_record(store, pipeline, "s");
-    used_results(store, 0);
-    write_again(store, pipeline, record, index, here);
-    if (!result && !record)
-    {
-        const Value manifest = store.manifest(object);
-        for (const Value& entry : manifest.at("files").as_list())
-            require(to_value(stored_file_from(entry)) == entry, "the same entry");
-    }
-}
-
 /// Files that end with a checksum: the checkpoint of a painting, and notes of finished pieces.
 void read_checked_files(Bytes bytes)
 {
@@ -185,9 +86,6 @@ void read_checked_files(Bytes bytes)
 
 const Registered registered{
     {"pipeline", "framework/src/pipeline/(yaml_.*|pipeline_.*|pipeline)\\.cpp", read_pipeline},
-    {"stored",
-     "framework/src/store/(stage_record|statistics)\\.cpp|framework/src/base/(durable_file|chunk_hash|file_stamp)\\.cpp",
-     read_stored},
     {"checked", "sdk/src/run_context\\.cpp|plugins/texture_synthesize/checkpoint\\.cpp", read_checked_files}};
 
 }  // namespace

@@ -59,9 +59,4 @@ class Backoff
     std::chrono::milliseconds time_{50};
 };
 
-/// Why locks of a file are not what they say, and what to do; empty: they are. flock may fail, not return, or let in two holders
-/// at once. Makes the file, which nobody else may try. Another process tries it, so that this one is held up for no more than
-/// three seconds. The process must be single-threaded.
-std::string broken_lock(const std::filesystem::path& file);
-
 }  // namespace fresco::host

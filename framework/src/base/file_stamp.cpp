@@ -217,7 +217,7 @@ Change compare(Dependency& dependency)
 
 Value to_value(const Dependency& dependency)
 {
-    return Value::List{dependency.stored_name(), dependency.folder, dependency.stamp ? to_value(*dependency.stamp) : Value(),
+    return Value::List{dependency.path.string(), dependency.folder, dependency.stamp ? to_value(*dependency.stamp) : Value(),
                        Value(dependency.hash)};
 }
 
@@ -226,8 +226,7 @@ Dependency dependency_from(const Value& value)
     const auto& list = value.as_list();
     if (list.size() != 4)
         throw Error("a dependency has 4 entries, this one " + std::to_string(list.size()));
-    const std::string& name = list[0].as_string();
-    Dependency dependency{input_path(name), list[1].as_bool(), std::nullopt, list[3].as_string(), name};
+    Dependency dependency{list[0].as_string(), list[1].as_bool(), std::nullopt, list[3].as_string()};
     if (!list[2].is_null())
         dependency.stamp = stamp_from(list[2]);
     return dependency;
@@ -240,7 +239,7 @@ FileHashes::FileHashes(std::filesystem::path index) : index_(std::move(index))
     for (const Value& line : Journal(index_).read())
         if (const Value* files = line.find("files"); files != nullptr && files->is_list())
             for (const auto& entry : files->as_list())
-                // What another version of fresco wrote, or a pipeline with other inputs: such a file is read again.
+                // Another version of fresco may have written it: such a file is read again.
                 if (auto dependency = attempt([&] { return dependency_from(entry); }))
                 {
                     std::string path = dependency->path.string();

@@ -48,9 +48,6 @@ struct Dependency
     /// before: the file may change once more within the same step of the file system's clock.
     std::optional<FileStamp> stamp;
     std::string hash;
-    std::string name{};  ///< In records and manifests: its input_name; empty: the path.
-
-    std::string stored_name() const { return name.empty() ? path.string() : name; }
 };
 
 /// Reads the file, or the folder that holds the names, now. Throws MissingInput if it is not there.

@@ -13,8 +13,6 @@
 #include <fmt/format.h>
 #include <fstream>
 #include <poll.h>
-#include <regex>
-#include <sstream>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -119,34 +117,6 @@ bool write_by(const Write& write, std::string_view text)
     return true;
 }
 
-constexpr std::size_t machine_digits = 12;
-
-std::string this_machine()
-{
-    std::string boot;
-    std::ifstream("/proc/sys/kernel/random/boot_id") >> boot;
-    std::error_code error;
-    return content_hash(boot + std::filesystem::read_symlink("/proc/self/ns/pid", error).string()).substr(0, machine_digits);
-}
-
-/// 0 where there is no such process, or one that has ended and that its parent has not asked for.
-std::uint64_t start_of(pid_t pid)
-{
-    std::ifstream file(fmt::format("/proc/{}/stat", pid));
-    std::string text;
-    std::getline(file, text);
-    // The name, in parentheses, may hold anything.
-    std::istringstream fields(text.substr(std::min(text.size(), text.rfind(')') + 1)));
-    constexpr int fields_between = 18;
-    std::string state, skipped;
-    fields >> state;
-    for (int i = 0; i < fields_between; ++i)
-        fields >> skipped;
-    std::uint64_t start = 0;
-    fields >> start;
-    return state == "Z" || state == "X" ? 0 : start;
-}
-
 }  // namespace
 
 bool write_all(int file, std::string_view text)
@@ -157,47 +127,6 @@ bool write_all(int file, std::string_view text)
 bool send_all(int socket, std::string_view text)
 {
     return write_by([&](const char* bytes, std::size_t count) { return send(socket, bytes, count, MSG_NOSIGNAL); }, text);
-}
-
-std::string ProcessIdentity::text() const
-{
-    return fmt::format("{}-{}-{}", machine, pid, start);
-}
-
-bool ProcessIdentity::is_on_this_machine() const
-{
-    return machine == this_machine();
-}
-
-bool ProcessIdentity::is_running() const
-{
-    return start != 0 && start_of(pid) == start;
-}
-
-ProcessIdentity this_process()
-{
-    return {this_machine(), getpid(), start_of(getpid())};
-}
-
-std::optional<ProcessIdentity> process_named_by(std::string_view name)
-{
-    static const std::regex form("([0-9a-f]{12})-([1-9][0-9]{0,8})-([0-9]{1,19})(?![^.-])");
-    std::match_results<std::string_view::const_iterator> parts;
-    if (!std::regex_search(name.begin(), name.end(), parts, form, std::regex_constants::match_continuous))
-        return std::nullopt;
-    return ProcessIdentity{parts.str(1), std::stoi(parts.str(2)), std::stoull(parts.str(3))};
-}
-
-std::string holder_text()
-{
-    char host[256] = {};
-    gethostname(host, sizeof host - 1);
-    const std::time_t now = std::time(nullptr);
-    std::tm local{};
-    localtime_r(&now, &local);
-    char time[32] = {};
-    std::strftime(time, sizeof time, "%Y-%m-%d %H:%M:%S", &local);
-    return fmt::format("process {} on {}, since {}", getpid(), host, time);
 }
 
 Orphans::Orphans() : adopts_(children_of(getpid()).empty())

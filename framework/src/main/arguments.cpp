@@ -54,13 +54,6 @@ std::string writing_problem(const std::string& option, const std::filesystem::pa
     return "";
 }
 
-fs::path existing_store_folder(const std::string& folder, const std::string& option)
-{
-    fs::path whole = fs::absolute(folder).lexically_normal();
-    if (!Store::is_at(whole))
-        throw MissingInput(whole.string() + ": not a store; set its folder with " + option);
-    return whole;
-}
 }  // namespace
 
 void PipelineArguments::add_to(CLI::App& command)
@@ -115,11 +108,6 @@ void PlaceArguments::add_out_to(CLI::App& command)
     command.add_flag("--replace", replace, "Overwrite files in --out that fresco did not write, or that changed since");
 }
 
-void PlaceArguments::add_upstream_to(CLI::App& command)
-{
-    command.add_option("--upstream", upstream, "Store to copy results from that --store lacks")->check(empty_path_problem);
-}
-
 void PipelineArguments::add_until_to(CLI::App& command)
 {
     command.add_option("--until", until, "Only this stage and those it needs");
@@ -141,14 +129,11 @@ std::filesystem::path PlaceArguments::store_folder() const
     return std::filesystem::absolute(store).lexically_normal();
 }
 
-std::filesystem::path PlaceArguments::upstream_folder() const
-{
-    return upstream.empty() ? fs::path() : existing_store_folder(upstream, "--upstream");
-}
-
 Store PlaceArguments::existing_store() const
 {
-    return Store(existing_store_folder(store, "--store"));
+    if (!Store::is_at(store_folder()))
+        throw MissingInput(store_folder().string() + ": not a store; set its folder with --store");
+    return Store(store_folder());
 }
 
 void PlaceArguments::check() const

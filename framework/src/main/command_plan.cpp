@@ -109,7 +109,7 @@ int plan(const PlanArguments& arguments)
         return 0;
     }
     const Plan made = make_plan(loaded->result.pipeline, arguments.places.store_folder(), arguments.places.out_folder(),
-                                arguments.pipeline.until, arguments.places.upstream_folder(), arguments.places.replace);
+                                arguments.pipeline.until, arguments.places.replace);
     arguments.json ? print_json(made) : print_text(made, arguments.places.out_name());
     return 0;
 }
@@ -122,7 +122,6 @@ void add_plan_command(CLI::App& app, int& exit_code)
     const auto arguments = std::make_shared<PlanArguments>();
     arguments->pipeline.add_to(*command);
     arguments->places.add_store_to(*command);
-    arguments->places.add_upstream_to(*command);
     arguments->places.add_out_to(*command);
     arguments->pipeline.add_until_to(*command);
     auto* cores = command->add_option("--cores", arguments->cores, "Processor cores of each task")
@@ -132,7 +131,7 @@ void add_plan_command(CLI::App& app, int& exit_code)
     auto* tasks = command->add_flag(
         "--tasks", arguments->tasks,
         "Print the pipeline's tasks for an execution engine, in JSON; 'fresco run FILE --task NAME' runs one of them");
-    tasks->excludes(json)->excludes("--upstream");
+    tasks->excludes(json);
     cores->needs(tasks);
     command->callback([arguments, &exit_code] { exit_code = plan(*arguments); });
 }

@@ -223,7 +223,6 @@ int run(const RunArguments& arguments)
     arguments.places.check();
     RunRequest request = request_for(arguments, pipeline);
     request.store = arguments.places.store_folder();
-    request.upstream = arguments.places.upstream_folder();
     request.out = arguments.places.out_folder();
     request.jobs = std::max(1, arguments.jobs);
     request.keep_going = wanted.keep_going;
@@ -281,7 +280,6 @@ void add_run_command(CLI::App& app, const std::vector<std::string>& words, int& 
     arguments->pipeline.add_to(*command);
     arguments->places.add_out_to(*command);
     arguments->places.add_store_to(*command);
-    arguments->places.add_upstream_to(*command);
     command->add_option("--cores", arguments->cores, "Processor cores to use")->check(CLI::Range(1, 4096))->default_str("all");
     command
         ->add_option("--memory", arguments->memory_mb,

@@ -3,13 +3,10 @@
 #include "main/commands.h"
 
 #include "base/machine.h"
-#include "store/presence.h"
-#include "store/publish.h"
 #include "store/store_tidy.h"
 
 #include <ctime>
 #include <fmt/format.h>
-#include <thread>
 #include <unistd.h>
 
 namespace fresco::host
@@ -24,9 +21,6 @@ struct StoreArguments
     bool remove = false;
     bool dry_run = false;
     double keep_days = 7;
-    std::string from;
-    std::string to;
-    std::vector<std::string> results;
 };
 
 std::string days_text(double days)
@@ -134,39 +128,11 @@ int tidy(const StoreArguments& arguments)
     return 0;
 }
 
-int copy(const StoreArguments& arguments)
-{
-    PlaceArguments from;
-    from.store = arguments.from;
-    const Store source = from.existing_store();
-    const Store target(std::filesystem::absolute(arguments.to).lexically_normal());
-    StoreUse use(target, &source);
-    for (Backoff backoff; !use.try_enter(); use.beat())
-        std::this_thread::sleep_for(backoff.next());
-    const CopiedResults done = copy_results(source, target, arguments.results, [&] { use.beat(); });
-    if (arguments.json)
-    {
-        Value::List damages;
-        for (const auto& damage : done.damages)
-            damages.push_back(Value::Map{{"object", damage.object}, {"text", damage.text}});
-        print_value(Value::Map{
-            {"copied", done.copied}, {"there", done.there}, {"copied_mb", done.copied_mb}, {"damaged", std::move(damages)}});
-    }
-    else
-    {
-        for (const auto& damage : done.damages)
-            print_line("damaged: " + damage.text);
-        fmt::print("{} results copied ({}), {} already there, {} damaged\n", done.copied, size_text(done.copied_mb), done.there,
-                   done.damages.size());
-    }
-    return done.damages.empty() ? 0 : 1;
-}
-
 }  // namespace
 
 void add_store_command(CLI::App& app, int& exit_code)
 {
-    CLI::App* command = app.add_subcommand("store", "List, verify, clean up or copy stored results");
+    CLI::App* command = app.add_subcommand("store", "List, verify or clean up stored results");
     command->require_subcommand(1);
     const auto arguments = std::make_shared<StoreArguments>();
     const auto add = [&](const char* name, const char* help, int (*action)(const StoreArguments&))
@@ -185,13 +151,6 @@ void add_store_command(CLI::App& app, int& exit_code)
                    "Keep results and checkpoints younger than this, and the last results of pipelines that ran since")
         ->check(CLI::NonNegativeNumber)
         ->capture_default_str();
-    CLI::App* copied =
-        command->add_subcommand("copy", "Copy results that another store lacks, verified; exit code 1 if any is damaged");
-    copied->add_option("FROM", arguments->from, "Store to copy from")->required();
-    copied->add_option("TO", arguments->to, "Store to copy to; made if it is missing")->required();
-    copied->add_option("--of", arguments->results, "Results to copy, as 'store ls' lists them (default: all)");
-    copied->add_flag("--json", arguments->json, "Print JSON");
-    copied->callback([arguments, &exit_code] { exit_code = copy(*arguments); });
     gc->add_flag("--dry-run", arguments->dry_run, "Show what would be removed without removing it");
 }
 

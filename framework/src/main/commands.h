@@ -59,7 +59,7 @@ struct PipelineArguments
 {
     std::string file;  ///< "-": `given_text` is the pipeline, its relative paths those of the working directory.
     std::optional<std::string> given_text;  ///< What standard input held.
-    std::string text_file;  ///< Read in place of `file`; empty: none.
+    std::string text_file;                  ///< Read in place of `file`; empty: none.
     std::vector<std::string> sets;
     std::vector<std::string> without;
     std::string until;
@@ -75,18 +75,14 @@ struct PlaceArguments
 {
     std::string out;  ///< Empty: not given, see out_name.
     std::string store = default_store;
-    std::string upstream;
     bool replace = false;
 
     void add_store_to(CLI::App& command);
     void add_out_to(CLI::App& command);
-    void add_upstream_to(CLI::App& command);
     /// As the user would write it.
     std::string out_name() const;
     std::filesystem::path out_folder() const;
     std::filesystem::path store_folder() const;
-    /// Empty: none. Throws MissingInput if it is not a store.
-    std::filesystem::path upstream_folder() const;
     /// Never creates a store: throws MissingInput if there is none.
     Store existing_store() const;
     /// Throws UsageError where a run could not keep or write its results there. Called before anything runs.

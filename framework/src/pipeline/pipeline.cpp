@@ -32,28 +32,6 @@ StageGraph graph_of(const std::vector<PipelineStage>& stages)
     return graph;
 }
 
-/// Where the folders under `inputs` are. What their vars lack is reported where they are used.
-std::map<std::string, std::filesystem::path> read_inputs(const PipelineDocument& document, ProblemList& problems)
-{
-    std::map<std::string, std::filesystem::path> inputs;
-    ProblemList of_vars;
-    Variables variables(document.vars, of_vars);
-    for (const std::string& name : document.inputs)
-    {
-        const YamlNode value = variables.substitute(document.vars.find(name)->value);
-        const bool is_path = value.is_scalar() && !value.text.empty();
-        if (document.matrix.find(name) || (value.is_valid() && !value.is_null() && !is_path))
-            problems.add(value, "the input '" + name + "' must be the path of one folder, got " +
-                                    (document.matrix.find(name) ? "the values of an axis" : value.summary()));
-        else if (is_path)
-        {
-            const std::filesystem::path folder = (value.path_base() / value.text).lexically_normal();
-            inputs[name] = folder.has_filename() ? folder : folder.parent_path();
-        }
-    }
-    return inputs;
-}
-
 /// The stages whose results nobody reads and that write no files, in a pipeline that has others that do.
 ProblemList unread_stages(const Pipeline& pipeline)
 {
@@ -94,11 +72,9 @@ void load(const PipelineRequest& request, const Catalog& catalog, PipelineResult
     if (!request.until.empty() && !document.stages.find(request.until))
         problems.add({"--until " + request.until, 0, 0},
                      "unknown stage '" + request.until + "'" + suggestion(request.until, document.stages.keys()));
-    result.pipeline.inputs = read_inputs(document, problems);
     TypeTable types(catalog);
     ProblemList missing;
-    load_stages(document, matrix, settings, types, result.pipeline, problems,
-                request.keep_going ? &missing : nullptr);
+    load_stages(document, matrix, settings, types, result.pipeline, problems, request.keep_going ? &missing : nullptr);
     result.left_out = missing.sorted();
     if (request.until.empty())
         result.warnings = unread_stages(result.pipeline).sorted();

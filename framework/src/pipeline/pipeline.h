@@ -78,7 +78,7 @@ struct PipelineStage
         std::string name;  ///< Below `place` in `--out`.
         bool is_file;      ///< Otherwise it may be a folder.
     };
-    std::vector<Output> outputs;  ///< Files and folders that its options name.
+    std::vector<Output> outputs;                     ///< Files and folders that its options name.
     std::vector<const TypeDescription*> components;  ///< Every component type it uses, readers too, sorted, unique.
     Position position;                               ///< Of the stage's key.
 };
@@ -114,8 +114,7 @@ struct PipelineText
 struct Pipeline
 {
     std::filesystem::path file;
-    std::vector<PipelineText> texts;                      ///< The file, and those that it builds on.
-    std::map<std::string, std::filesystem::path> inputs;  ///< Folders named under `inputs`, see fresco/file_access.h.
+    std::vector<PipelineText> texts;  ///< The file, and those that it builds on.
     std::vector<PipelineStage> stages;
     std::shared_ptr<const StageGraph> graph;  ///< Which stage needs which, by their places in `stages`.
     Sweep sweep;

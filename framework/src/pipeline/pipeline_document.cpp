@@ -99,21 +99,12 @@ Layer read_layer(const fs::path& file, const std::vector<PipelineText>& texts, c
         content.complete = false;
         return layer;
     }
-    static const std::vector<std::string> keys{"version", "base", "inputs", "vars", "matrix", "stages", "preview"};
+    static const std::vector<std::string> keys{"version", "base", "vars", "matrix", "stages", "preview"};
     for (const YamlNode::Entry& entry : root.entries)
         if (std::ranges::find(keys, entry.key) == keys.end())
             problems.add(entry, "unknown key '" + entry.key + "'" + suggestion(entry.key, keys));
     check_version(root, content.complete, problems);
     content.vars = section(root, "vars", problems);
-    const YamlNode inputs = section(root, "inputs", problems);
-    for (const YamlNode::Entry& input : inputs.entries)
-    {
-        content.inputs.insert(input.key);
-        if (content.vars.find(input.key))
-            problems.add(input, "'" + input.key + "' is under 'vars', too: an input is a var by itself");
-        else
-            content.vars.entries.push_back(input);
-    }
     content.matrix = section(root, "matrix", problems);
     content.stages = section(root, "stages", problems);
     const YamlNode::Entry* stages = root.find("stages");
@@ -233,7 +224,6 @@ void merge_documents(PipelineDocument& below, PipelineDocument above, ProblemLis
     merge_preview(below, above, problems);
     if (above.stages.is_map())
         merge(below.stages, std::move(above.stages), Level::stages, problems);
-    below.inputs.merge(above.inputs);
     below.texts.insert(below.texts.begin(), above.texts.begin(), above.texts.end());
 }
 

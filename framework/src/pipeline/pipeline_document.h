@@ -17,8 +17,7 @@ namespace fresco::host
 /// A pipeline file with the files it builds on, merged: nothing substituted, no type looked up.
 struct PipelineDocument
 {
-    YamlNode vars;                  ///< A map: name -> value (null: must be given by --set). Those under `inputs`, too.
-    std::set<std::string> inputs;   ///< Vars under `inputs`: folders whose place does not count.
+    YamlNode vars;                  ///< A map: name -> value (null: must be given by --set).
     YamlNode matrix;                ///< A map: var -> the values it takes; empty: none.
     YamlNode stages;                ///< A map: name -> a map, or an invalid node where that is reported already.
     YamlNode preview;               ///< A map: stage -> its options in a preview; null: none.

@@ -182,8 +182,6 @@ class SchemaWriter
              Map{{"version", Map{{"const", 1}}},
                  {"base", Map{{"type", "string"}, {"description", "A pipeline file that this one builds on"}}},
                  {"vars", map_by_name("Values for ${name}, changed by --set NAME=VALUE")},
-                 {"inputs", map_by_name("Folders by name, as vars: wherever they are, results of what lies below are the same",
-                                        Map{{"type", List{"string", "null"}}})},
                  {"matrix",
                   map_by_name("Runs every combination: var -> the values that it takes, a list or a map of named ones", axis)},
                  {"stages", Map{{"type", "object"}, {"propertyNames", Map{{"pattern", name_pattern}}}}},

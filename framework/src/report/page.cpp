@@ -61,9 +61,7 @@ std::string run_child(const Value& request, const Store& store)
     in_use.wait_shared();
     const WorkFolder folder(store);
     const fs::path file = folder.path() / "request.json";
-    Value whole = request;
-    whole.set("roots", to_value(input_roots()));
-    write_file(file, to_json(whole));
+    write_file(file, to_json(request));
     return wait_for_page(start_child({"internal-page", file.string()}), std::chrono::minutes(2));
 }
 

@@ -249,7 +249,6 @@ int internal_page(const std::filesystem::path& request_file)
     {
         const Value request = parse_json(read_text_file(request_file), request_file.string());
         const Store store(request.at("store").as_string());
-        set_input_roots(input_roots_from(request.at("roots")));
         const PageMedia media = make_previews(request.at("previews"), store);
         write_durable_file(request.at("html").as_string(),
                            page_html(request.at("data"), media, request.at("signature").as_string()));

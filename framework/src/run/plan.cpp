@@ -40,8 +40,6 @@ std::string reason_to_run(const StageNode& node, const RunState& state, const Pi
 
 std::string reason_to_rest(const StageNode& node)
 {
-    if (node.elsewhere && node.state == StageState::waiting)
-        return "copied from the upstream store";
     switch (node.state)
     {
     case StageState::stored:
@@ -68,14 +66,12 @@ std::size_t files_to_copy(const StageNode& node, const Exporter& exporter)
 }  // namespace
 
 Plan make_plan(const Pipeline& pipeline, const std::filesystem::path& store_folder, const std::filesystem::path& out,
-               const std::string& until, const std::filesystem::path& upstream_folder, bool replace)
+               const std::string& until, bool replace)
 {
-    set_input_roots(pipeline.inputs);
     const Store store(store_folder);
-    const auto upstream = upstream_folder.empty() ? std::nullopt : std::optional<Store>(upstream_folder);
     Expectations expected(store);
     FileHashes hashes(store.file_index());
-    RunState state(pipeline, store, hashes, until, upstream ? &*upstream : nullptr);
+    RunState state(pipeline, store, hashes, until);
     state.update();
     Exporter exporter(store, pipeline, out, hashes, replace);
 
@@ -84,8 +80,7 @@ Plan make_plan(const Pipeline& pipeline, const std::filesystem::path& store_fold
     {
         if (!node.selected)
             continue;
-        PlannedStage planned{
-            node.stage->name, node.stage->type->type, node.state == StageState::waiting && !node.elsewhere, "", {}};
+        PlannedStage planned{node.stage->name, node.stage->type->type, node.state == StageState::waiting, "", {}};
         planned.reason = planned.runs ? reason_to_run(node, state, pipeline, store) : reason_to_rest(node);
         if (planned.runs && node.done_share > 0)
             planned.reason = fmt::format("interrupted at {:.0f} %", 100 * node.done_share);

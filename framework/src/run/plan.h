@@ -32,9 +32,8 @@ struct Plan
     std::size_t unmeasured_count = 0;    ///< Stages that run for the first time.
 };
 
-/// What a run would do, with its files below `out`. `upstream`: the store that lends results; empty: none. Changes nothing
-/// but remembered file stamps.
+/// What a run would do, with its files below `out`. Changes nothing but remembered file stamps.
 Plan make_plan(const Pipeline& pipeline, const std::filesystem::path& store, const std::filesystem::path& out,
-               const std::string& until, const std::filesystem::path& upstream = {}, bool replace = false);
+               const std::string& until, bool replace = false);
 
 }  // namespace fresco::host

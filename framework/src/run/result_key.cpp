@@ -58,8 +58,6 @@ class KeyMaker
     {
         if (kind == "input_file")
             return value.as_string().empty() ? value : file_identity(value.as_string(), hashes_);
-        if (kind == "input_folder")
-            return input_name(value.as_string());
         const auto of_each = [&](const auto& make)
         {
             const auto made = [&](const Value::Entry& entry) { return Value::Entry{entry.first, make(entry.second)}; };

@@ -56,8 +56,8 @@ std::vector<std::string> names_of_parts(const std::filesystem::path& file)
 }  // namespace
 
 RunState::RunState(const Pipeline& pipeline, const Store& store, FileHashes& hashes, const std::string& until,
-                   const Store* upstream, const RunPart* part)
-    : store_(store), upstream_(upstream), hashes_(hashes), part_(part)
+                   const RunPart* part)
+    : store_(store), hashes_(hashes), part_(part)
 {
     std::vector<std::size_t> open;  // First the ends.
     for (const auto& stage : pipeline.stages)
@@ -124,20 +124,10 @@ void RunState::resolve(StageNode& node)
         look_at_checkpoint(node, store_);
         node.upstream = std::move(upstream);
         node.resolved = true;
-        node.elsewhere = false;
         node.why_not.clear();
-        store_.restore(node.key);
         node.result = store_.lookup(node.key, &node.why_not, node.stage->input_files);
-        node.present = node.result && store_.present(*node.result);
-        if (!node.present && upstream_ != nullptr)
-            if (auto lent = upstream_->lookup(node.key, nullptr, node.stage->input_files); lent && upstream_->present(*lent))
-            {
-                node.result = std::move(lent);
-                node.elsewhere = true;
-            }
     }
     node.present = node.result && store_.present(*node.result);
-    node.elsewhere = node.elsewhere && !node.present;
 }
 
 /// What is wrong with rules for the parts of an artifact that is there; empty: nothing.
@@ -198,7 +188,7 @@ void RunState::set_state(StageNode& node)
     const bool broken = std::ranges::any_of(node.producers, [&](std::size_t producer) { return views_[producer].broken; });
     if (node.present)
         node.state = node.state == StageState::done ? StageState::done : StageState::stored;
-    else if (broken && !node.elsewhere)
+    else if (broken)
         node.state = StageState::blocked;
     else if (node.state != StageState::not_needed)
         node.state = StageState::waiting;
@@ -211,7 +201,7 @@ void RunState::show(std::size_t place)
     View& view = views_[place];
     const View before = std::exchange(view, {node.result ? node.result->object : "", node.present,
                                              node.state == StageState::failed || node.state == StageState::blocked,
-                                             node.selected && node.may_run && !node.present && !node.elsewhere &&
+                                             node.selected && node.may_run && !node.present &&
                                                  node.state != StageState::not_needed && node.state != StageState::failed});
     if (view.result != before.result || view.present != before.present || view.broken != before.broken)
         to_look_at_.insert(node.consumers.begin(), node.consumers.end());
@@ -220,7 +210,7 @@ void RunState::show(std::size_t place)
     const bool there = node.state == StageState::done || node.state == StageState::stored;
     if (there && (!before.present || view.result != before.result))
         arrived_.push_back(place);
-    if (node.state == StageState::waiting && node.resolved && (node.elsewhere || inputs_are_present(node)))
+    if (node.state == StageState::waiting && node.resolved && inputs_are_present(node))
         ready_.insert(place);
     else
         ready_.erase(place);
@@ -242,7 +232,7 @@ void RunState::ask_for(std::size_t place)
     const bool end = std::ranges::none_of(node.consumers, [&](std::size_t consumer) { return nodes_[consumer].selected; });
     const bool read = std::ranges::any_of(node.consumers, [&](std::size_t consumer) { return views_[consumer].reads; });
     node.state = end || read || node.exports_files ? StageState::waiting : StageState::not_needed;
-    if (node.state == StageState::waiting && !node.may_run && !node.elsewhere)
+    if (node.state == StageState::waiting && !node.may_run)
     {
         node.state = StageState::failed;
         node.error = part_->missing_text(*node.stage);

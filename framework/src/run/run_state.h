@@ -55,8 +55,7 @@ struct StageNode
     std::string begins_again;                     ///< Why it cannot go on with that checkpoint; empty: it can.
     std::optional<StoredResult> result;
     bool present = false;
-    bool elsewhere = false;  ///< Not here, but in the upstream store, from where it can be copied.
-    std::string why_not;     ///< Which outside file changed, where that is why there is no result.
+    std::string why_not;  ///< Which outside file changed, where that is why there is no result.
 
     Usage took;         ///< In this run.
     int threads = 0;    ///< The same.
@@ -77,12 +76,11 @@ struct RunPart
 class RunState
 {
   public:
-    /// `until`: that stage and what it needs; empty: all. `upstream`: a store that lends the results that this one lacks; null:
-    /// none. `part`: those stages and no others, whatever `until` says; null: no part. All must outlive it.
+    /// `until`: that stage and what it needs; empty: all. `part`: those stages and no others, whatever `until` says; null: no
+    /// part. All must outlive it.
     RunState(const Pipeline& pipeline, const Store& store, FileHashes& hashes, const std::string& until,
-             const Store* upstream = nullptr, const RunPart* part = nullptr);
+             const RunPart* part = nullptr);
 
-    const Store* upstream() const { return upstream_; }
     std::vector<StageNode>& nodes() { return nodes_; }
     const std::vector<StageNode>& nodes() const { return nodes_; }
 
@@ -116,7 +114,6 @@ class RunState
     void resolve(StageNode& node);
 
     const Store& store_;
-    const Store* upstream_;
     FileHashes& hashes_;
     const RunPart* part_;
     std::vector<StageNode> nodes_;

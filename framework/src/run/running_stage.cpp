@@ -61,12 +61,6 @@ WorkerRequest make_worker_request(const StageNode& node, const RunState& state, 
     request.key = node.key;
     request.key_document = node.key_document;
     request.threads = threads;
-    request.roots = input_roots();
-    if (node.elsewhere)
-    {
-        request.upstream = state.upstream()->root();
-        request.fetch = node.result->object;
-    }
     for (const auto& wire : stage.wires)
     {
         WorkerInput input{wire.port, "", "", wire.from_port, {}, wire.file, wire.reader};
@@ -188,8 +182,6 @@ void RunningStage::take_event(const std::string& line)
     }
     else if (name == "damaged" && inputs_.contains(event.at("object").as_string()))
         answer_.damage = Damage{event.at("object").as_string(), event.at("text").as_string()};
-    else if (name == "not_fetched")
-        answer_.not_fetched = event.at("text").as_string();
     else if (name == "failed")
     {
         answer_.failure = event.at("text").as_string();

@@ -35,7 +35,6 @@ struct StageAnswer
     bool was_stored = false;  ///< The result was there already.
     Usage took;               ///< Making the result.
     std::optional<Damage> damage;
-    std::string not_fetched;  ///< Why a result could not be copied from another store; empty: it could.
     std::string failure;
     bool was_canceled = false;  ///< It stopped on request.
 };

@@ -6,7 +6,6 @@
 #include "plugins/plugin_library.h"
 #include "run/running_stage.h"
 #include "run/stage_choice.h"
-#include "store/presence.h"
 #include "store/stage_record.h"
 #include "store/store_tidy.h"
 #include "worker/worker.h"
@@ -100,10 +99,8 @@ class Scheduler
 {
   public:
     Scheduler(const RunRequest& request, ProgressDisplay& display)
-        : request_(request), display_(display), store_(request.store),
-          upstream_(request.upstream.empty() ? std::nullopt : std::optional<Store>(request.upstream)),
-          hashes_(store_.file_index()),
-          state_(*request.pipeline, store_, hashes_, request.until, upstream(), request.part ? &*request.part : nullptr),
+        : request_(request), display_(display), store_(request.store), hashes_(store_.file_index()),
+          state_(*request.pipeline, store_, hashes_, request.until, request.part ? &*request.part : nullptr),
           turns_(request.pipeline->sweep, request.jobs, request.keep_going), expected_(store_),
           exporter_(store_, *request.pipeline, request.out, hashes_, request.replace)
     {
@@ -134,27 +131,24 @@ class Scheduler
     }
 
   private:
-    const Store* upstream() const { return upstream_ ? &*upstream_ : nullptr; }
     bool stopping() const { return stops_ > 0; }
 
     /// Waits until nobody tidies up the store; false if told to stop before.
     bool enter_store()
     {
-        use_.emplace(store_, upstream());
         const auto begin = Clock::now();
         Backoff backoff;
-        for (bool told = false; !use_->try_enter();)
+        for (bool told = false; !host::enter_store(store_, in_use_);)
         {
             if (!told && Clock::now() - begin > std::chrono::milliseconds(300))
             {
-                const std::string who = use_->tidier();
+                const std::string who = FileLock::holder_of(store_.lock_file("store"));
                 display_.note("waiting for 'fresco store gc'" + (who.empty() ? "" : " (" + who + ")") +
                               ", which is cleaning up " + store_.root().string());
                 told = true;
             }
             pollfd signals{signals_.descriptor(), POLLIN, 0};
             poll(&signals, 1, static_cast<int>(backoff.next().count()));
-            use_->beat();
             display_.tick();
             take_stops();
             if (stopping())
@@ -288,7 +282,6 @@ class Scheduler
         if (hung_up)
             poll(descriptors.data(), 1, 5);
         take_stops();
-        use_->beat();
         display_.tick();
     }
 
@@ -355,12 +348,6 @@ class Scheduler
             if (!answer.was_stored)
                 keep_books([&] { expected_.remember(node, answer.took); });
             show_end(node);
-        }
-        else if (!answer.not_fetched.empty())
-        {
-            display_.note(answer.not_fetched + ": stage " + node.stage->name + " runs instead");
-            node.state = StageState::waiting;
-            node.elsewhere = false;
         }
         else if (answer.damage)
             repair(*answer.damage, node);
@@ -481,7 +468,6 @@ class Scheduler
                                                        [this]
                                                        {
                                                            take_stops();
-                                                           use_->beat();
                                                            return stopping();
                                                        });
             if (removed > 0)
@@ -539,8 +525,7 @@ class Scheduler
     const RunRequest& request_;
     ProgressDisplay& display_;
     Store store_;
-    std::optional<Store> upstream_;
-    std::optional<StoreUse> use_;
+    FileLock in_use_ = store_lock(store_);
     FileHashes hashes_;
     RunState state_;
     SweepTurns turns_;
@@ -586,7 +571,6 @@ const StageOutcome* RunSummary::outcome_of(const std::string& stage) const
 
 RunSummary run_pipeline(const RunRequest& request, ProgressDisplay& display)
 {
-    set_input_roots(request.pipeline->inputs);
     forbid_links_below(request.out, another_out);
     Scheduler scheduler(request, display);
     return scheduler.run();

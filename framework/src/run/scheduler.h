@@ -21,7 +21,6 @@ struct RunRequest
 {
     const Pipeline* pipeline = nullptr;
     std::filesystem::path store;
-    std::filesystem::path upstream;  ///< A store that lends results; empty: none.
     std::filesystem::path out;
     int cores = 1;
     double memory_mb = 0;                       ///< What stages side by side may be expected to take together; 0: no limit.

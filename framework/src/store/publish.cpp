@@ -121,46 +121,13 @@ void put_in_place(const Store& store, const fs::path& folder, const Tree& tree, 
     fault_point("publish.manifest");
 }
 
-/// Throws Error where a file cannot be read or written.
-void copy_files_of(const fs::path& from, const fs::path& to, const std::function<void()>& wait)
-{
-    constexpr std::size_t at_once = 8;  // A descriptor each.
-    std::vector<FileCopy> copies;
-    for (const auto& entry : fs::recursive_directory_iterator(from))
-    {
-        wait();
-        const fs::path place = to / entry.path().lexically_relative(from);
-        if (entry.is_directory())
-            make_folder(place);
-        else if (entry.path().parent_path() != from)
-            copies.push_back({entry.path(), place});
-        if (copies.size() == at_once)
-        {
-            copy_files(copies);
-            copies.clear();
-        }
-    }
-    copy_files(copies);
-}
-
-/// copy_result of an object with this manifest, with the lock of its key.
-bool copy_locked(const Store& from, const Store& to, const std::string& object, const Value& manifest,
-                 const std::function<void()>& wait, CopiedResults& done)
-{
-    FileLock lock(to.lock_file(manifest.at("key").as_string()));
-    for (Backoff backoff; !lock.try_exclusive();)
-        backoff.wait(wait);
-    lock.sign();
-    return copy_result(from, to, object, wait, done);
-}
-
 }  // namespace
 
 StoredResult publish(const Store& store, const fs::path& folder, const Publication& publication)
 {
     const Tree tree = list_tree(folder, publication.outputs);
     const StoredResult result{object_id(publication.key, publication.dependencies), closure(store, publication.references),
-                              publication.dependencies, roots_for(publication.dependencies)};
+                              publication.dependencies};
     Value manifest = publication.facts;
     Value::List files;
     std::uint64_t bytes = 0;
@@ -178,92 +145,12 @@ StoredResult publish(const Store& store, const fs::path& folder, const Publicati
     manifest.set("key", publication.key);
     manifest.set("references", Value::List(result.references.begin(), result.references.end()));
     manifest.set("dependencies", each<Value>(publication.dependencies, without_stamp));
-    if (!result.roots.is_null())
-        manifest.set("roots", result.roots);
     manifest.set("bytes", bytes);
     manifest.set("files", std::move(files));
 
     fault_point("publish.written");
     put_in_place(store, folder, tree, result, manifest);
     return result;
-}
-
-bool copy_result(const Store& from, const Store& to, const std::string& object, const std::function<void()>& wait,
-                 CopiedResults& done)
-{
-    Value manifest;
-    try
-    {
-        manifest = from.manifest(object);
-    }
-    catch (const Error& error)
-    {
-        done.damages.push_back({object, error.what()});
-        return false;
-    }
-    for (const auto& reference : manifest.at("references").as_list())
-    {
-        const std::string& below = reference.as_string();
-        if (to.present(below))
-            continue;
-        const std::optional<Value> its = from.whole_manifest(below);
-        if (!its)
-        {
-            done.damages.push_back(
-                {object, from.object(below).string() + ": is missing or damaged; " + object + " refers to it"});
-            return false;
-        }
-        if (!copy_locked(from, to, below, *its, wait, done))
-            return false;
-    }
-    to.look_again();
-    const StoredResult result = result_of(object, manifest);
-    if (to.whole_manifest(object))
-    {
-        to.remember(manifest.at("key").as_string(), result);
-        ++done.there;
-        return true;
-    }
-    const WorkFolder folder(to);
-    copy_files_of(from.object(object), folder.path(), wait);
-    fault_point("copy.written");
-    for (const auto& entry : manifest.at("files").as_list())
-    {
-        wait();
-        if (auto damage = find_damage(folder.path(), stored_file_from(entry)))
-        {
-            done.damages.push_back({object, from.object(object).string() + ": was not copied: " + *damage});
-            return false;
-        }
-    }
-    manifest.as_map().pop_back();  // Its checksum.
-    const auto outputs = each(entries_of(folder.path()), [](const fs::path& output) { return output.filename().string(); });
-    put_in_place(to, folder.path(), list_tree(folder.path(), outputs), result, manifest);
-    ++done.copied;
-    done.copied_mb += static_cast<double>(manifest.at("bytes").as_int()) / (1024.0 * 1024.0);
-    return true;
-}
-
-CopiedResults copy_results(const Store& from, const Store& to, const std::vector<std::string>& objects,
-                           const std::function<void()>& wait)
-{
-    std::vector<std::string> chosen = objects;
-    for (const auto& object : chosen)
-        if (!from.present(object))
-            throw Error(from.object(object).string() + ": no such result; 'fresco store ls' lists them");
-    if (chosen.empty())
-        for (const auto& path : stored_objects(from))
-            if (const std::string id = path.filename().string(); from.present(id))
-                chosen.push_back(id);
-    CopiedResults done;
-    for (const auto& object : chosen)
-    {
-        if (const std::optional<Value> manifest = from.whole_manifest(object))
-            copy_locked(from, to, object, *manifest, wait, done);
-        else
-            copy_result(from, to, object, wait, done);  // Says what is wrong with it.
-    }
-    return done;
 }
 
 }  // namespace fresco::host

@@ -23,22 +23,13 @@ namespace
 {
 
 constexpr const char* another_store = "choose another store with --store";
-constexpr const char* store_folders[] = {"objects", "keys", "stages", "checkpoints", "logs", "locks", "runs", "tmp"};
+constexpr const char* store_folders[] = {"objects", "keys", "stages", "checkpoints", "logs", "locks", "tmp"};
 constexpr std::string_view store_format = "fresco store 2\n";
-/// The first format's file had no checksum.
-constexpr std::string_view first_format = "fresco store 1\n";
 
 std::string gpu_text(const Value& gpus)
 {
     const std::vector<std::string> models = each(gpus.as_list(), &Value::as_string);
     return models.empty() ? "none" : join(models);
-}
-
-[[noreturn]] void refuse_format(const fs::path& file, const std::string& found)
-{
-    throw Error(file.string() + ": the store is \"" + found.substr(0, found.find('\n')) + "\", this program needs \"" +
-                std::string(store_format.substr(0, store_format.size() - 1)) + "\": remove " + file.parent_path().string() +
-                " to compute its results again, or choose another with --store");
 }
 
 /// A process that was killed while it made the store left at most the draft of its format.
@@ -51,34 +42,20 @@ bool is_empty_but_for_drafts(const fs::path& root)
 void check_format(const fs::path& root)
 {
     const fs::path file = root / "format";
-    if (!path_status(file))
-    {
-        // A disk that is purged of old files loses this one first.
-        const bool has_all = std::ranges::all_of(store_folders, [&](const char* folder) { return is_folder(root / folder); });
-        const bool is_free = has_all || is_empty_but_for_drafts(root);
-        // Another process may have made the store meanwhile; its format comes first.
-        if (!is_free && !path_status(file))
-            throw Error(root.string() + ": is neither empty nor a store: choose another folder with --store");
-        if (is_free)
-            return write_checked(file, store_format);
-    }
-    const std::string text = read_text_file(file);
-    if (text == first_format)
-        refuse_format(file, text);
-    std::string found;
-    try
-    {
-        found = read_checked_text(file);
-    }
-    catch (const Error&)
-    {
-        if (!std::ranges::all_of(store_folders, [&](const char* folder) { return is_folder(root / folder); }))
-            throw Error(file.string() + ": is not the file of a store: choose another folder with --store");
-        // Damaged. All else in the store is checked by itself.
-        return write_checked(file, store_format);
-    }
-    if (found != store_format)
-        refuse_format(file, found);
+    const bool has_all = std::ranges::all_of(store_folders, [&](const char* folder) { return is_folder(root / folder); });
+    // Another process may have made the store meanwhile: look for its format last.
+    if (!has_all && !is_empty_but_for_drafts(root) && !path_status(file))
+        throw Error(root.string() + ": is neither empty nor a store: choose another folder with --store");
+    const auto found = attempt([&] { return read_checked_text(file); });
+    if (!found && !has_all && path_status(file))
+        throw Error(file.string() + ": is not the file of a store: choose another folder with --store");
+    if (found && *found != store_format)
+        throw Error(file.string() + ": the store is \"" + found->substr(0, found->find('\n')) + "\", this program needs \"" +
+                    std::string(store_format.substr(0, store_format.size() - 1)) + "\": remove " + root.string() +
+                    " to compute its results again, or choose another with --store");
+    // It is damaged, or lost: a disk that is purged of old files loses it first. All else in the store is checked by itself.
+    if (!found)
+        write_checked(file, store_format);
 }
 
 constexpr std::size_t results_per_key = 8;
@@ -86,12 +63,9 @@ constexpr std::size_t results_per_key = 8;
 Value entry_of(const StoredResult& result)
 {
     Value::List dependencies = each<Value>(result.dependencies, [&](const auto& dependency) { return to_value(dependency); });
-    Value value = Value::Map{{"object", result.object},
-                             {"references", Value::List(result.references.begin(), result.references.end())},
-                             {"dependencies", std::move(dependencies)}};
-    if (!result.roots.is_null())
-        value.set("roots", result.roots);
-    return value;
+    return Value::Map{{"object", result.object},
+                      {"references", Value::List(result.references.begin(), result.references.end())},
+                      {"dependencies", std::move(dependencies)}};
 }
 
 /// The results in the record of a key. Throws Error if the record is missing or damaged.
@@ -109,11 +83,6 @@ std::vector<StoredResult> read_results(const Store& store, const std::string& ke
             throw Error(file.string() + ": leads to the result of another key");
     }
     return results;
-}
-
-Value roots_of_process()
-{
-    return input_roots().empty() ? Value() : to_value(input_roots());
 }
 
 void write_results(const Store& store, const std::string& key, const std::vector<StoredResult>& results)
@@ -141,8 +110,7 @@ std::string misfit_of(StoredResult& result, const std::vector<fs::path>& files, 
 {
     const auto is_listed = [&](const fs::path& file)
     { return std::ranges::find(result.dependencies, file, &Dependency::path) != result.dependencies.end(); };
-    const bool is_here = result.roots.is_null() || result.roots == roots_of_process();
-    if (!result.dependencies.empty() && !(is_here && std::ranges::all_of(files, is_listed)))
+    if (!result.dependencies.empty() && !std::ranges::all_of(files, is_listed))
         return (files.empty() ? "an input" : files.front().string()) + " has another path, and the stage reads more than it";
     for (Dependency& dependency : result.dependencies)
     {
@@ -177,10 +145,10 @@ WorkFolder::~WorkFolder()
 
 fs::path Store::make_temporary(const std::string& prefix) const
 {
-    const std::string begin = prefix.empty() ? this_process().text() : prefix;
     for (std::random_device random;;)
     {
-        const fs::path folder = root_ / "tmp" / fmt::format("{}.{:08x}{:08x}", begin, random(), random());
+        const std::string name = fmt::format("{:08x}{:08x}", random(), random());
+        const fs::path folder = root_ / "tmp" / (prefix.empty() ? name : prefix + "." + name);
         const PathEntry entry(folder);
         // Nobody else's business before it is published: another user could swap a file for a link while a plugin writes it.
         if (entry.valid() && mkdirat(entry.folder(), entry.name(), 0700) == 0)
@@ -252,7 +220,7 @@ std::string object_id(const std::string& key, const std::vector<Dependency>& dep
 {
     std::vector<std::string> parts;
     for (const auto& dependency : dependencies)
-        parts.push_back(dependency.stored_name() + '\0' + dependency.hash);
+        parts.push_back(dependency.path.string() + '\0' + dependency.hash);
     std::sort(parts.begin(), parts.end());
     std::string joined = key;
     for (const auto& part : parts)
@@ -377,31 +345,31 @@ FileLock store_lock(const Store& store)
     return FileLock(store.lock_file("store"));
 }
 
-Value to_value(const InputRoots& roots)
+bool enter_store(const Store& store, FileLock& lock)
 {
-    return each<Value::Entry>(roots, [](const auto& root) { return Value::Entry{root.first, root.second.string()}; });
+    if (lock.try_exclusive())
+        for (const fs::path& path : abandoned_temporaries(store))
+            remove_quietly(path);
+    return lock.try_shared();
 }
 
-InputRoots input_roots_from(const Value& value)
+std::vector<fs::path> abandoned_temporaries(const Store& store)
 {
-    InputRoots roots;
-    for (const auto& [name, folder] : value.as_map())
-        roots[name] = folder.as_string();
-    return roots;
-}
-
-Value roots_for(const std::vector<Dependency>& dependencies)
-{
-    if (std::ranges::all_of(dependencies, [](const auto& dependency) { return is_input_name(dependency.stored_name()); }))
-        return {};
-    return roots_of_process();
+    constexpr std::size_t shortest = 16;
+    std::vector<fs::path> folders = entries_of(store.root() / "tmp");
+    std::erase_if(folders,
+                  [](const fs::path& path)
+                  {
+                      const std::string name = path.filename();
+                      return name.size() < shortest || name.find_first_not_of("0123456789abcdef.") != std::string::npos;
+                  });
+    return folders;
 }
 
 StoredResult result_of(const std::string& object, const Value& value)
 {
-    const Value* roots = value.find("roots");
     return {object, each(value.at("references").as_list(), &Value::as_string),
-            each(value.at("dependencies").as_list(), dependency_from), roots != nullptr ? *roots : Value()};
+            each(value.at("dependencies").as_list(), dependency_from)};
 }
 
 std::optional<StoredResult> Store::lookup(const std::string& key, std::string* why_not, const std::vector<fs::path>& files) const
@@ -430,29 +398,6 @@ std::optional<StoredResult> Store::lookup(const std::string& key, std::string* w
         return std::move(result);
     }
     return std::nullopt;
-}
-
-bool Store::restore(const std::string& key) const
-{
-    if (attempt([&] { read_results(*this, key); }))
-        return false;
-    if (!objects_)
-    {
-        objects_.emplace();
-        for (const fs::path& path : stored_objects(*this))
-            objects_->insert(path.filename().string());
-    }
-    std::vector<StoredResult> results;
-    const std::string prefix = object_prefix(key);
-    for (auto object = objects_->lower_bound(prefix); object != objects_->end() && object->starts_with(prefix); ++object)
-    {
-        // Without a manifest nothing was published there, or it is damaged.
-        const std::optional<Value> found = whole_manifest(*object);
-        if (found && results.size() < results_per_key && found->at("key").as_string() == key)
-            if (auto result = attempt([&] { return result_of(*object, *found); }))
-                results.push_back(std::move(*result));
-    }
-    return !results.empty() && change_results(*this, key, [&] { return results; });
 }
 
 void Store::look_again() const

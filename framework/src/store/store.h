@@ -8,7 +8,6 @@
 
 #include <filesystem>
 #include <optional>
-#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,17 +23,7 @@ struct StoredResult
     std::string object;
     std::vector<std::string> references;   ///< Other objects that its files refer to, theirs included.
     std::vector<Dependency> dependencies;  ///< Files it was made from that the key does not name.
-    Value roots{};                         ///< See roots_for.
 };
-
-/// Folders of a pipeline's `inputs` as a map name -> path, and back.
-Value to_value(const InputRoots& roots);
-InputRoots input_roots_from(const Value& value);
-
-/// Where a result with these dependencies holds: null everywhere, as all lie below the pipeline's `inputs` or none does;
-/// otherwise only where the inputs are where they are in this process, as a map. What lies beside an input lies beside another
-/// elsewhere.
-Value roots_for(const std::vector<Dependency>& dependencies);
 
 /// By an entry of a key's record, or by the object's manifest.
 StoredResult result_of(const std::string& object, const Value& value);
@@ -51,12 +40,10 @@ inline constexpr const char* default_store = ".fresco";
 
 /// The results of stages, in a folder:
 ///   objects/<id>/        one result: a folder per output, and manifest.json, written last; without it the folder is garbage
-///   keys/<key>.json      what a key led to: up to 8 results, which differ in the outside files they were made from. What is lost
-///                        of it is told by the manifests
+///   keys/<key>.json      what a key led to: up to 8 results, which differ in the outside files they were made from.
 ///   stages/<pipeline>/   the last result of each stage of a pipeline: what `gc` keeps and `plan` compares with
 ///   checkpoints/<key>/   of unfinished stages; beside it <key>.dependencies, <key>.curves and <key>.share
 ///   logs/<key>.log       what the stage printed when it last ran; beside the records, <stage>.log is a link to it
-///   runs/<process>       of every process at work in the store, see Presence
 ///   locks/, tmp/, files.jsonl (content hashes by stamp), stats.jsonl (measured costs): see Journal
 /// No link below the folder is followed, and only names that a store makes are ever removed: see fresco/file_access.h.
 /// Safe for several processes at once; objects never change once they have a manifest. All that is read back is checked against
@@ -90,8 +77,7 @@ class Store
     /// Of FileHashes.
     std::filesystem::path file_index() const { return root_ / "files.jsonl"; }
     std::filesystem::path lock_file(std::string_view key) const { return root_ / "locks" / key; }
-    /// A new empty folder below tmp/, only for this user, whose name begins with `prefix` and a dot; without one, with this
-    /// process's identity. See WorkFolder.
+    /// A new empty folder below tmp/, only for this user, with a random name after `prefix` and a dot. See WorkFolder.
     std::filesystem::path make_temporary(const std::string& prefix = {}) const;
     /// Removes every temporary folder whose name begins with `prefix`, and what is in it.
     void remove_temporaries(const std::string& prefix) const;
@@ -101,9 +87,6 @@ class Store
     /// stage read beside them is beside others where they have other paths.
     std::optional<StoredResult> lookup(const std::string& key, std::string* why_not = nullptr,
                                        const std::vector<std::filesystem::path>& files = {}) const;
-    /// Where the record of a key is gone or damaged, writes it from the manifests of the key's results, which are found by their
-    /// names. True if there are any. Lists the objects once.
-    bool restore(const std::string& key) const;
     /// Call between taking a key's lock and looking it up: a network file system forgets which results were not there before.
     void look_again() const;
     /// Puts a result first among those of its key.
@@ -125,7 +108,6 @@ class Store
 
   private:
     std::filesystem::path root_;
-    mutable std::optional<std::set<std::string>> objects_;  ///< Names, as `restore` found them.
 };
 
 /// A temporary folder that is removed with the object, unless it has another place by then.
@@ -165,5 +147,10 @@ void rethrow_if_there(const std::filesystem::path& file);
 
 /// The lock that every run holds shared and that tidying up holds exclusively.
 FileLock store_lock(const Store& store);
+/// Takes that lock beside other runs; false while somebody tidies up. The only process in the store removes the leftovers of
+/// killed ones first.
+bool enter_store(const Store& store, FileLock& lock);
+/// The folders that killed processes left in tmp/. Call it only while the store's lock keeps all others out.
+std::vector<std::filesystem::path> abandoned_temporaries(const Store& store);
 
 }  // namespace fresco::host

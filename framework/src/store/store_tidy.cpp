@@ -1,6 +1,5 @@
 #include "store/store_tidy.h"
 #include "base/common.h"
-#include "store/presence.h"
 #include "store/stage_record.h"
 #include "store/statistics.h"
 #include <fresco/error.h>
@@ -65,14 +64,6 @@ double folder_mb(const fs::path& folder)
         if (entry.is_regular_file(error))
             bytes += static_cast<double>(entry.file_size(error));
     return bytes / (1024.0 * 1024.0);
-}
-
-/// Throws Error where the files of a Presence could not be made.
-void check_room(const Store& store)
-{
-    const WorkFolder folder(store);
-    for (const char* name : {"1", "2", "3"})
-        write_file(folder.path() / name, "room");
 }
 
 /// A checkpoint serves until its stage is done, or is given up.
@@ -220,17 +211,9 @@ bool discard_damaged(const Store& store, const std::string& object, int threads)
 
 TidyResult tidy_store(const Store& store, double keep_days, bool dry_run)
 {
-    // On a full disk gc cannot announce itself in runs/. No run can begin there, and the file of the lock exists.
-    std::optional<Presence> presence;
-    if (attempt([&] { check_room(store); }))
-        presence.emplace(store);
     FileLock lock = store_lock(store);
     if (!lock.try_exclusive())
-    {
-        const std::string who = present_processes(store);
-        throw Error(store.root().string() + ": a run is using the store" + (who.empty() ? "" : " (" + who + ")") +
-                    "; tidy up when it has ended");
-    }
+        throw Error(store.root().string() + ": a run is using the store; tidy up when it has ended");
     lock.sign();
     TidyResult result;
     const double now = static_cast<double>(std::time(nullptr));

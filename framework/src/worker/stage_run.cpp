@@ -129,8 +129,6 @@ class StageRun
         const std::vector<fs::path> files = each(request_.files, &Dependency::path);
         if (const auto stored = store_.lookup(request_.key, nullptr, files); stored && store_.present(*stored))
             return tell_done(*stored, true);
-        if (!request_.fetch.empty())
-            return fetch();
         channel_.send("running");
         start_ = std::chrono::steady_clock::now();
         verify_inputs();
@@ -175,25 +173,6 @@ class StageRun
         }
         key_lock_.sign();
         store_.look_again();
-    }
-
-    void fetch()
-    {
-        CopiedResults done;
-        try
-        {
-            if (copy_result(
-                    Store(request_.upstream), store_, request_.fetch, [this] { context_.check_canceled(); }, done))
-            {
-                channel_.send("message", {{"text", "copied from " + request_.upstream.string()}});
-                return tell_done(result_of(request_.fetch, store_.manifest(request_.fetch)), true);
-            }
-        }
-        catch (const Error& error)
-        {
-            done.damages.push_back({request_.fetch, error.what()});
-        }
-        channel_.send("not_fetched", {{"text", done.damages.front().text}});
     }
 
     void verify_inputs()
@@ -306,8 +285,6 @@ class StageRun
             for (const Dependency& file : request_.files)
                 if (std::ranges::find(all, file.path, &Dependency::path) == all.end())
                     all.push_back(file);
-        for (Dependency& dependency : all)
-            dependency.name = input_name(dependency.path);
         return all;
     }
 

@@ -73,7 +73,6 @@ int guarded_run(const fs::path& request_file, WorkerChannel& channel)
     {
         WorkerRequest request = worker_request_from(parse_json(read_text_file(request_file), request_file.string()));
         set_fault_stage(request.stage);
-        set_input_roots(request.roots);
         run_stage(std::move(request), request_file.parent_path().filename().string(), channel);
         return 0;
     }
@@ -152,6 +151,9 @@ void remove_scratch_folders(const std::string& prefix)
 Value to_value(const WorkerRequest& request)
 {
     const auto values = [](const auto& list) { return each<Value>(list, [](const auto& entry) { return to_value(entry); }); };
+    Value::Map libraries;
+    for (const auto& [type, library] : request.libraries)
+        libraries.emplace_back(type, library.string());
     return Value::Map{{"store", request.store.string()},
                       {"out", request.out.string()},
                       {"preview_folder", request.preview_folder.string()},
@@ -161,16 +163,16 @@ Value to_value(const WorkerRequest& request)
                       {"key", request.key},
                       {"key_document", request.key_document},
                       {"inputs", values(request.inputs)},
-                      {"libraries", to_value(request.libraries)},
-                      {"roots", to_value(request.roots)},
-                      {"upstream", request.upstream.string()},
-                      {"fetch", request.fetch},
+                      {"libraries", std::move(libraries)},
                       {"files", values(request.files)},
                       {"threads", request.threads}};
 }
 
 WorkerRequest worker_request_from(const Value& value)
 {
+    std::map<std::string, fs::path> libraries;
+    for (const auto& [type, library] : value.at("libraries").as_map())
+        libraries[type] = library.as_string();
     return {.store = value.at("store").as_string(),
             .out = value.at("out").as_string(),
             .preview_folder = value.at("preview_folder").as_string(),
@@ -180,10 +182,7 @@ WorkerRequest worker_request_from(const Value& value)
             .key = value.at("key").as_string(),
             .key_document = value.at("key_document"),
             .inputs = each(value.at("inputs").as_list(), input_from),
-            .libraries = input_roots_from(value.at("libraries")),
-            .roots = input_roots_from(value.at("roots")),
-            .upstream = value.at("upstream").as_string(),
-            .fetch = value.at("fetch").as_string(),
+            .libraries = std::move(libraries),
             .files = each(value.at("files").as_list(), dependency_from),
             .threads = static_cast<int>(value.at("threads").as_int())};
 }

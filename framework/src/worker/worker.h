@@ -54,10 +54,7 @@ struct WorkerRequest
     Value key_document;
     std::vector<WorkerInput> inputs;
     std::map<std::string, std::filesystem::path> libraries;  ///< Type -> plugin, for the stage and its components.
-    InputRoots roots;
-    std::filesystem::path upstream;  ///< The store that `fetch` lies in.
-    std::string fetch;               ///< The result to copy from there instead of running the stage; empty: none.
-    std::vector<Dependency> files;   ///< Input files as they were when the key was made.
+    std::vector<Dependency> files;                           ///< Input files as they were when the key was made.
     int threads = 1;
 };
 
@@ -65,11 +62,10 @@ Value to_value(const WorkerRequest& request);
 WorkerRequest worker_request_from(const Value& value);
 
 /// The child: `fresco internal-run REQUEST.json`. Takes the key's lock, looks whether the result is there by now, checks the
-/// inputs against their hashes, runs the stage and publishes its result; or copies it from another store. Speaks JSON lines to
-/// the channel:
+/// inputs against their hashes, runs the stage and publishes its result. Speaks JSON lines to the channel:
 ///   {"event": "waiting", holder}, {"event": "running"}, {"event": "progress", done, total, unit, metrics},
-///   {"event": "message" | "warning", text}, {"event": "damaged", object, text}, {"event": "not_fetched", text},
-///   {"event": "failed", text}, {"event": "canceled"}, {"event": "done", object, references, stored, seconds, memory_mb, disk_mb}
+///   {"event": "message" | "warning", text}, {"event": "damaged", object, text}, {"event": "failed", text},
+///   {"event": "canceled"}, {"event": "done", object, references, stored, seconds, memory_mb, disk_mb}
 /// Does not return.
 [[noreturn]] void internal_run(const std::filesystem::path& request_file);
 

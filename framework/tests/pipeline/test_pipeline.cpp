@@ -17,15 +17,6 @@ namespace
 
 using Files = std::vector<std::filesystem::path>;
 
-/// By the inputs of the pipeline.
-std::string input_name_of(const PipelineResult& result, const std::filesystem::path& file)
-{
-    fresco::set_input_roots(result.pipeline.inputs);
-    std::string name = fresco::input_name(file);
-    fresco::set_input_roots({});
-    return name;
-}
-
 /// "PORT from STAGE.PORT" or "PORT from FILE" for each wire of a stage.
 Words wires_of(const PipelineResult& result, const char* stage)
 {
@@ -223,28 +214,6 @@ TEST_CASE("--set reaches into components, also those that are only defaults", "[
     CHECK(options_of(wired, "mesh") == R"({"title":"","size":1.0})");
     CHECK(wires_of(wired, "mesh") == Words{"mesh from scan.mesh"});
     CHECK(wires_of(wired, "uvmaps").front() == "mesh from scan.mesh");
-}
-
-TEST_CASE("An input is a var whose folder is known to the pipeline", "[pipeline]")
-{
-    const Room folder;
-    folder.write("moved/scan/a.png", "1");
-    const std::string stages = "stages:\n  scan: {type: scan.folder, path: \"${data}/scan\"}\n";
-    for (const std::string place : {".", "moved"})
-    {
-        const auto root = std::filesystem::weakly_canonical(folder.path() / place);
-        const PipelineResult result =
-            check(folder, "version: 1\ninputs: {data: ., other: }\n" + stages, usual_catalog(), {{"data", root.string()}});
-        REQUIRE(lines(result).empty());
-        CHECK(result.pipeline.find("scan")->options->at("path") == Value((root / "scan").string()));
-        CHECK(input_name_of(result, root / "scan") == "input:data/scan");
-        CHECK(input_name_of(result, root) == "input:data");
-    }
-    const auto problem = [&](const std::string& text) { return joined_lines(check(folder, "version: 1\n" + text + stages)); };
-    CHECK_THAT(problem("vars: {data: .}\ninputs: {data: .}\n"), StartsWith("p.yaml:3:10: error: 'data' is under 'vars', too"));
-    CHECK_THAT(problem("inputs: {data: [a, b]}\n"), Contains("must be the path of one folder, got a list"));
-    CHECK_THAT(problem("inputs: {data: }\nmatrix: {data: [a, b]}\n"), Contains("got the values of an axis"));
-    CHECK_THAT(problem("inputs: {data: }\n"), Contains("the var 'data' has no value"));
 }
 
 TEST_CASE("A pipeline file can build on another", "[pipeline]")

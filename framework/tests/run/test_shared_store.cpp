@@ -2,7 +2,7 @@
 
 #include "base/records.h"
 
-// One store for several machines, several stores for one.
+// One store for several machines.
 
 namespace
 {
@@ -54,98 +54,4 @@ TEST_CASE("A checkpoint of another type of processor is not gone on with, and th
     CHECK(contains(plan, same ? "interrupted at" : words));
     CHECK((finished.err.find(words) == std::string::npos) == same);
     CHECK((place.log().back() != "slow from 0") == same);
-}
-
-TEST_CASE("A store lends its results to others, which copy what they need")
-{
-    Workplace place;
-    place.write("extra", "123");
-    place.write_stages(R"(
-  source: {type: test.source, file: extra, log: log}
-  add:    {type: test.add, input: {left: source}, plus: 1, log: log}
-  text:   {type: test.sink, input: add, path: x.txt, log: log}
-)");
-    place.make({"--store", "slow"});
-    place.clear_log();
-    const Words lent{"--store", "fast", "--upstream", "slow", "--out", "other", "--json-log"};
-    SECTION("only the end of the pipeline is copied, and the rest where something else is made of it")
-    {
-        const auto plan =
-            fresco::parse_json(place.run({"plan", "room.yaml", "--store", "fast", "--upstream", "slow", "--json"}).out);
-        const auto& text = plan.at("stages").as_list().at(2);
-        CHECK_FALSE(text.at("runs").as_bool());
-        CHECK(text.at("reason").as_string() == "copied from the upstream store");
-        CHECK(outcomes(place.make(lent))["text"] == "stored");
-        CHECK(place.log().empty());
-        CHECK(place.read("other/x.txt") == "5.000000\n");
-        CHECK(place.objects("fast").size() == 1);
-        Words changed = lent;
-        changed.insert(changed.end(), {"--set", "text.copies=1"});
-        place.make(changed);
-        CHECK(place.log().size() == 1);
-        CHECK(place.objects("fast").size() == 3);
-        CHECK(place.run({"store", "verify", "--store", "fast"}).code == 0);
-    }
-    SECTION("a damaged result is made here")
-    {
-        for (const auto& object : place.objects("slow"))
-            if (fs::exists(object / "files/x.txt"))
-                std::ofstream(object / "files/x.txt") << "9.000000\n";
-        CHECK(contains(place.make(lent).out, "stage text runs instead"));
-        CHECK(place.log().size() == 1);
-        CHECK(place.read("other/x.txt") == "5.000000\n");
-    }
-    SECTION("all are copied")
-    {
-        const Finished copied = place.run({"store", "copy", "slow", "fast", "--json"});
-        CHECK(fresco::parse_json(copied.out).at("copied").as_int() == 3);
-        place.make({"--store", "fast", "--out", "other"});
-        CHECK(place.log().empty());
-        CHECK(place.run({"run", "room.yaml", "--upstream", "nowhere"}).code == 3);
-        CHECK(place.run({"store", "copy", "nowhere", "fast"}).code == 3);
-    }
-}
-
-TEST_CASE("What lies below an input is the same wherever the input is; what lies beside it is looked at there")
-{
-    Workplace place;
-    place.write("one/room/a", "12");
-    place.write("one/b", "5");
-    place.write("other/b", "6");
-    place.write("room.yaml", R"(version: 1
-inputs: {data: one/room}
-stages:
-  source: {type: test.source, folder: "${data}", log: log}
-  text:   {type: test.sink, input: source, path: x.txt, log: log}
-  beside: {type: test.source, file: "${data}/a", beside: ../b}
-  other:  {type: test.sink, input: beside, path: y.txt}
-)");
-    place.make();
-    CHECK(place.read("out/y.txt") == "8.000000\n");
-    for (const auto& entry : fs::directory_iterator(place.file(".fresco/keys")))
-        if (const std::string record = fresco::read_text_file(entry.path()); record.find("/b\"") == std::string::npos)
-            CHECK(record.find(place.work().string()) == std::string::npos);
-    place.clear_log();
-    fs::rename(place.file("one/room"), place.file("other/room"));
-    const Words moved{"--set", "data=other/room"};
-    place.make(moved);
-    CHECK(place.log().empty());
-    CHECK(place.read("out/y.txt") == "9.000000\n");
-
-    // In a store of its own the result has the same name.
-    place.make({"--set", "data=other/room", "--store", "second", "--until", "text"});
-    for (const auto& object : place.objects("second"))
-        CHECK(fs::exists(place.file(".fresco/objects") / object.filename()));
-
-    place.write("other/room/a", "123");
-    place.clear_log();
-    place.make(moved);
-    CHECK(place.log().size() == 2);
-    CHECK(place.read("out/x.txt") == "4.000000\n");
-    // Not named under `inputs`: its place counts.
-    place.write("room.yaml",
-                "version: 1\nvars: {data: other}\nstages:\n  source: {type: test.source, folder: \"${data}/room\", log: log}\n");
-    place.clear_log();
-    place.make();
-    CHECK(place.log().size() == 1);
 }

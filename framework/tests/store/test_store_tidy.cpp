@@ -1,14 +1,11 @@
 #include "store_samples.h"
 
-#include "base/process.h"
-#include "store/presence.h"
 #include "store/stage_record.h"
 #include "store/store_tidy.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 
 #include <array>
-#include <atomic>
 #include <linux/capability.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
@@ -18,45 +15,6 @@ using namespace fresco::host;
 using fresco::content_hash;
 using fresco::testing::TemporaryFolder;
 
-namespace
-{
-
-/// A process of another machine.
-const std::string stranger = "0123456789ab-4711-123456";
-
-fs::path sign_as_stranger(const Store& store)
-{
-    const fs::path file = store.root() / "runs" / stranger;
-    write(file, "process 4711 on kitchen, since 2026-11-23 13:05:10\n");
-    return file;
-}
-
-/// Touches a file several times a second.
-struct Beating
-{
-    explicit Beating(const fs::path& file)
-        : thread(
-              [this, file]
-              {
-                  for (; !ended; std::this_thread::sleep_for(std::chrono::milliseconds(300)))
-                      touch(file, 0);
-              })
-    {
-    }
-    Beating(const Beating&) = delete;
-    Beating& operator=(const Beating&) = delete;
-    ~Beating()
-    {
-        ended = true;
-        thread.join();
-    }
-
-    std::atomic<bool> ended{false};
-    std::thread thread;
-};
-
-}  // namespace
-
 TEST_CASE("A store of another format is refused with both and with what to do")
 {
     const TemporaryFolder folder;
@@ -64,8 +22,6 @@ TEST_CASE("A store of another format is refused with both and with what to do")
     fresco::write_checked(format, "fresco store 7\n");
     CHECK_THROWS_WITH(Store(folder.path()), Catch::Contains("\"fresco store 7\"") && Catch::Contains("\"fresco store 2\"") &&
                                                 Catch::Contains("remove " + folder.path().string()));
-    write(format, "fresco store 1\n");  // The first had no checksum.
-    CHECK_THROWS_WITH(Store(folder.path()), Catch::Contains("fresco store 1"));
     write(format, "A4");
     CHECK_THROWS_WITH(Store(folder.path()), Catch::Contains("format: is not the file of a store"));
     CHECK(names_in(folder.path()) == Words{"format"});
@@ -150,9 +106,7 @@ TEST_CASE("Results of a pipeline's last run stay for keep_days, though its file 
 TEST_CASE("A folder that its owner may not list or change is removed, and one that stays is named")
 {
     const OwnStore store;
-    ProcessIdentity ended = this_process();
-    ++ended.start;
-    const fs::path left = store.root() / "tmp" / (ended.text() + ".01");
+    const fs::path left = store.make_temporary();
     write(left / "closed/a", "");
     write(left / "read_only/a", "");
     fs::permissions(left / "closed", fs::perms::none);
@@ -169,25 +123,6 @@ TEST_CASE("A folder that its owner may not list or change is removed, and one th
                          throw fresco::Error("the folder stays");
                  });
     CHECK(!fs::exists(left));
-}
-
-TEST_CASE("A lost record of a key is written again from the results")
-{
-    const OwnStore store;
-    const fs::path input = store.path() / "input";
-    write(input, "one");
-    const auto first = publish_text(store, "key", "[1]", {take_dependency(input, false)});
-    write(input, "two");
-    const auto second = publish_text(store, "key", "[2]", {take_dependency(input, false)});
-    CHECK(!store.restore("key"));
-    fs::remove_all(store.root() / "keys");
-    const Store again(store.root());
-    CHECK(!again.lookup("key"));
-    CHECK(again.restore("key"));
-    CHECK(again.lookup("key").value().object == second.object);
-    write(input, "one");
-    CHECK(again.lookup("key").value().object == first.object);
-    CHECK(!again.restore("a key that led to nothing"));
 }
 
 TEST_CASE("What is published can be read by those whom the umask lets")
@@ -266,62 +201,25 @@ TEST_CASE("A lock that was tidied away is made again")
     CHECK(!second.try_exclusive());
 }
 
-TEST_CASE("A process of another machine that goes on although its lock is free here is named, and the store refused")
+TEST_CASE("The only process in a store removes what killed ones left there, and nothing else")
 {
     const OwnStore store;
-    const fs::path file = sign_as_stranger(store);
-    SECTION("its lock is free")
-    {
-        const Beating beating(file);
-        CHECK_THROWS_WITH(Presence(store), Catch::Contains("hold only on one machine") &&
-                                               Catch::Contains("process 4711 on kitchen, since 2026-11-23 13:05:10") &&
-                                               Catch::Contains("--store"));
-        CHECK(names_in(store.root() / "runs") == Words{stranger});
-    }
-    SECTION("its lock holds")
-    {
-        FileLock lock(file);
-        REQUIRE(lock.try_exclusive());
-        const Beating beating(file);
-        const Presence presence(store);
-        CHECK(contains(present_processes(store), "process 4711 on kitchen"));
-    }
-    SECTION("it has ended just now")
-    {
-        const Presence presence(store);
-        CHECK(fs::exists(file));
-    }
-    SECTION("it has ended long ago")
-    {
-        touch(file, 1);
-        const Presence presence(store);
-        CHECK(names_in(store.root() / "runs") == Words{this_process().text()});
-    }
-}
-
-TEST_CASE("Temporary folders are left to processes of other machines")
-{
-    const OwnStore store;
-    ProcessIdentity ended = this_process();
-    ++ended.start;
-    const auto make = [&](const std::string& name) { fs::create_directory(store.root() / "tmp" / name); };
-    for (const std::string& name :
-         {stranger + ".01", ended.text() + ".02", this_process().text() + ".03", std::string("other.04")})
-        make(name);
-    const auto abandoned = [&]
-    {
-        std::set<std::string> names;
-        for (const auto& path : abandoned_temporaries(store))
-            names.insert(path.filename().string());
-        return names;
-    };
-    const std::set<std::string> own{ended.text() + ".02"};
-    const fs::path file = sign_as_stranger(store);
-    fs::last_write_time(file, fs::last_write_time(file) - std::chrono::minutes(5));
-    CHECK(abandoned() == own);
-    tidy_store(store, 0, false);
-    // What no process of fresco's can have made is somebody else's.
+    const fs::path left = store.make_temporary();
+    const fs::path of_worker = store.make_temporary(left.filename());
+    write(store.root() / "tmp/other/a", "mine");
+    FileLock run = store_lock(store);
+    FileLock other = store_lock(store);
+    REQUIRE(other.try_shared());
+    CHECK(enter_store(store, run));
+    CHECK_THROWS_WITH(tidy_store(store, 0, false), Catch::Contains("a run is using the store"));
     CHECK(names_in(store.root() / "tmp").size() == 3);
-    fs::remove(file);
-    CHECK(abandoned() == std::set<std::string>{stranger + ".01"});
+    other = FileLock();
+    const bool by_run = GENERATE(false, true);
+    if (!by_run)
+        run = FileLock();
+    CHECK((by_run ? enter_store(store, run) : tidy_store(store, 0, false).leftovers == 2));
+    CHECK(names_in(store.root() / "tmp") == Words{"other"});
+    FileLock gc = store_lock(store);
+    if (!by_run && gc.try_exclusive())
+        CHECK(!enter_store(store, run = store_lock(store)));
 }

@@ -1,5 +1,5 @@
-/* Loaded before the C library (LD_PRELOAD), in place of a file system that lacks something. LACKING_FLOCK: flock fails with the
- * error of this number, "blocks" for ever, or is "granted" to everybody. LACKING_TMPFILE: there are no files without names.
+/* Loaded before the C library (LD_PRELOAD), in place of a file system that lacks something. LACKING_FLOCK: there
+ * are no locks. LACKING_TMPFILE: there are no files without names.
  * LACKING_NAMES: as in a network file system, a process sees the records of keys that it has listed. LACKING_INODES: there is no
  * room for another file. LACKING_CHARACTERS: names have no ':'. LACKING_PERMISSIONS: a mount with permissions of its own. */
 #define _GNU_SOURCE
@@ -13,23 +13,15 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
-int flock(int fd, int operation)
-{
-    const char* how = getenv("LACKING_FLOCK");
-    if (how == NULL)
-        return (int)syscall(SYS_flock, fd, operation);
-    if (strcmp(how, "granted") == 0)
-        return 0;
-    while (strcmp(how, "blocks") == 0)
-        pause();
-    errno = atoi(how);
-    return -1;
-}
-
 static int fails(int reason)
 {
     errno = reason;
     return -1;
+}
+
+int flock(int fd, int operation)
+{
+    return getenv("LACKING_FLOCK") != NULL ? fails(ENOSYS) : (int)syscall(SYS_flock, fd, operation);
 }
 
 int mkdirat(int folder, const char* path, mode_t mode)

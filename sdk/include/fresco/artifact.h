@@ -65,9 +65,9 @@ class Artifact
 };
 
 /// How an artifact names a file that may lie outside of its folder, in what it saves: "own:NAME" below its own folder,
-/// "store:objects/…" in another result, "input:NAME/…" (input_name in fresco/file_access.h) or "file:PATH", a user's file. Of a
-/// result in the store, the id is noted in `folder.references`: nothing but this makes the store keep and verify that result
-/// along with the artifact's own. Throws Error for a file elsewhere in the store, which would be gone when the stage is done.
+/// "store:objects/…" in another result, or "file:PATH", a user's file. Of a result in the store, the id is noted in
+/// `folder.references`: nothing but this makes the store keep and verify that result along with the artifact's own. Throws Error
+/// for a file elsewhere in the store, which would be gone when the stage is done.
 std::string reference_to(const std::filesystem::path& file, const ArtifactFolder& folder);
 /// The file that a reference names. Throws Error for text that reference_to does not make.
 std::filesystem::path referred_file(const std::string& reference, const ArtifactFolder& folder);

@@ -22,7 +22,7 @@ from workplace import Budget, Workplace, arguments, some_of, traced
 # A path in a call, and the folder that it is relative to, as strace -y shows it.
 PATHS = re.compile(r'(?:(?:AT_FDCWD|\d+)<((?:[^<>\\]|\\.)*)>, )?"((?:[^"\\]|\\.)*)"')
 # Names that nobody can know before.
-RANDOM = re.compile(r"\.fresco-[0-9a-f]{32}|/tmp/.|/runs/.")
+RANDOM = re.compile(r"\.fresco-[0-9a-f]{32}|/tmp/.")
 
 
 class Victim:

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Puts files of the user's where fresco writes, reads or cleans up, lets it work, and compares their contents before and after: in the
-output folder, as inputs and pipeline files, in a store, and where commands write. What fresco wrote itself it replaces and removes.
+output folder, as inputs and pipeline files, and where commands write (in a store: test_store_tidy.cpp). What fresco wrote itself it replaces and removes.
 --cases N with --long tries a random part."""
 import os
 import pathlib
@@ -336,38 +336,6 @@ def input_link(site):
     site.run("--out", ".", "--no-report")
 
 
-def store_is_users(name):
-    def case(site):
-        site.keep(f"data/{name}")
-        for words in (["run", "room.yaml", "--store", "data"], ["store", "gc", "--store", "data"], ["store", "gc", "--store", "data", "--keep-days", "0"]):
-            ended = site.place.call(*words, folder=site.folder)
-            assert ended.code in (1, 2, 3) and re.search("neither empty nor a store|not a store", ended.text), ended
-            site.check_kept()
-    return case
-
-
-def unseen_results(site):
-    """gc keeps what the last run of a pipeline used, though its disk isn't mounted now."""
-    site.run()
-    results = sorted(path.name for path in (site.folder / ".fresco/objects").iterdir())
-    (site.folder / "room.yaml").rename(site.folder / "away.yaml")
-    site.call("store", "gc", "--keep-days", "1")
-    assert sorted(path.name for path in (site.folder / ".fresco/objects").iterdir()) == results
-    site.call("store", "gc", "--keep-days", "0")
-    assert not list((site.folder / ".fresco/objects").iterdir())
-
-
-def file_in_store(name):
-    def case(site):
-        site.run()
-        site.keep(f".fresco/{name}")
-        (site.folder / "room.yaml").unlink()
-        site.call("store", "gc", "--keep-days", "0")
-        site.call("store", "verify")
-        site.call("store", "ls")
-    return case
-
-
 def refuses(file, *words, code=2):
     def case(site):
         site.keep(file)
@@ -396,11 +364,6 @@ CASES |= {
     "onto a folder's file": onto("data/a", "--out", ".", setup=folder_input), "onto a folder's file inside": onto("data/a", "--out", "data", setup=folder_input, text="a"),
     "onto an input's second name": onto("extra", "--out", "out", setup=hard_linked_input, text="text.txt"),
     "onto its own input": loop, "an input that is a link": input_link,
-    "foreign objects/": store_is_users("objects/thesis.txt"), "foreign objects/ID": store_is_users("objects/0123456789abcdef0123456789abcdef/a"),
-    "foreign tmp/": store_is_users("tmp/thesis.txt"), "foreign folder": store_is_users("thesis.txt"),
-    "in objects/": file_in_store("objects/thesis.txt"), "in a folder of objects/": file_in_store("objects/mine/thesis.txt"),
-    "in tmp/": file_in_store("tmp/thesis.txt"), "in the store": file_in_store("thesis.txt"), "in checkpoints/": file_in_store("checkpoints/mine/thesis.txt"),
-    "an unseen pipeline": unseen_results,
     "init": refuses("project/room.yaml", "init", "project"), "reference": refuses("pages/test.sink.md", "reference", "pages", code=1),
     "new": refuses("my_stage/stage.cpp", "new", "stage", "my.stage"),
 }

@@ -8,10 +8,7 @@
 #include <cerrno>
 #include <csignal>
 #include <cstring>
-#include <ctime>
 #include <fcntl.h>
-#include <fmt/format.h>
-#include <fstream>
 #include <poll.h>
 #include <sys/socket.h>
 #include <sys/wait.h>

@@ -1,6 +1,5 @@
 #include "store/store.h"
 #include "base/common.h"
-#include "base/process.h"
 #include "base/records.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>

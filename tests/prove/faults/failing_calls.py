@@ -113,7 +113,7 @@ class Scenario:
 
     def __init__(self, name, site, before, command, after=None):
         self.name, self.site, self.command, self.after = name, site, command, after or command
-        self.cold, self.damaged = before == site.nothing, before == site.damaged
+        self.damaged = before == site.damaged
         self.saved = site.place.root / "saved" / name
         shutil.rmtree(site.state)
         site.state.mkdir()
@@ -132,8 +132,6 @@ class Scenario:
     def begin(self):
         shutil.rmtree(self.site.state)
         shutil.copytree(self.saved, self.site.state, symlinks=True)
-        if self.cold:
-            shutil.rmtree(self.site.place.root / "cache", ignore_errors=True)
 
     def cases(self):
         return [(self, kind, number, error) for kind, count in self.calls.items() for number in range(1, count + 1) for error in ERRORS[kind]]

@@ -119,6 +119,21 @@ inline Catalog hand_made_catalog()
     return catalog;
 }
 
+/// With a kind of component that pipelines choose, two of it, a stage that needs one, and one that can do without.
+inline Catalog catalog_with_codecs()
+{
+    Catalog catalog = hand_made_catalog();
+    const auto component = [&](const std::string& type, const std::string& options)
+    { catalog.add(described(type, "codec", "{\"inputs\": [], \"outputs\": [], \"options\": [" + options + "]}")); };
+    component("codec.plain", "");
+    component("codec.fast", R"({"name": "level", "kind": "int", "default": 3, "min": 1.0, "help": "Effort"})");
+    for (const std::string optional : {"", R"("optional": true, )"})
+        catalog.add(described(optional.empty() ? "picture.write" : "picture.peek", "stage", R"({"options": [], "inputs": [],
+            "outputs": [], "components": [{"name": "codec", "kind": "component", "component_kind": "codec",
+                                           "default": {"type": "codec.plain"}, )" + optional + R"("help": "Encodes"}]})"));
+    return catalog;
+}
+
 struct TemporaryFolder : fresco::testing::TemporaryFolder
 {
     std::filesystem::path write(const std::string& name, const std::string& text) const

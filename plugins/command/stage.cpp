@@ -208,7 +208,7 @@ class Command final : public Stage
                       not_in_key, chooses_device};
     InputPorts inputs_{this, "inputs", "Input ports, wired by input"};
     OutputPorts outputs_{this, "outputs", "Output ports, made by the program"};
-    Slot<ImageIo> images_{this, "images", "image.opencv", ForForm{"png"}, "Reads and writes pictures for ports with 'as: png'"};
+    Slot<ImageIo> images_{this, ForForm{"png"}, "Reads and writes pictures for ports with 'as: png'"};
 
     void run(RunContext& run) override
     {

@@ -46,7 +46,7 @@ class DatasetWrite final : public Stage
         "fresco: fresco's own layout; stylemesh: the folders that StyleMesh's released training code reads"};
     Option<std::string> scene{this, "scene", "scene0000_00",
                               "Scene name for layout: stylemesh: two parts of letters and digits joined by _"};
-    Slot<ImageIo> images{this, "images", "image.opencv", "Reads the frames' pictures, and writes picture files"};
+    Slot<ImageIo> images{this, "Reads the frames' pictures, and writes picture files"};
 
     void check_inputs() const
     {

@@ -39,7 +39,7 @@ class EvaluateCircles final : public Stage
     Option<bool> overlay_pictures{this, "overlay", false, "Write circles/<sequence>_<frame>.png: each picture with its ellipses"};
     evaluation::BootstrapOptions bootstrap{this};
     Option<OutputName> path{this, "path", OutputName{"circles.json"}, "Name of the JSON file, below --out"};
-    Slot<ImageIo> images{this, "images", "image.opencv", "Reads the pictures and writes the overlays"};
+    Slot<ImageIo> images{this, "Reads the pictures and writes the overlays"};
 
     std::string name(const PosedPicture& posed) const
     {

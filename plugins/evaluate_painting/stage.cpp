@@ -60,7 +60,7 @@ class EvaluatePainting final : public Stage
                              "Width of strokes that the painting was made with, compared with the surface; 0: not compared"};
     Option<int> every{this, "every", 1, range(1, 1'000'000), "Judge only every n-th picture"};
     Option<OutputName> path{this, "path", OutputName{"painting.json"}, "Name of the JSON file, below --out"};
-    Slot<ImageIo> images{this, "images", "image.opencv", "Reads the pictures"};
+    Slot<ImageIo> images{this, "Reads the pictures"};
 
     void check_inputs() const
     {

@@ -90,7 +90,7 @@ class EvaluateReprojection final : public Stage
         this, "Shading of 'views', as in render.views; applied to the floor of the mesh's picture, too");
     evaluation::BootstrapOptions bootstrap{this};
     Option<OutputName> path{this, "path", OutputName{"reprojection.json"}, "Name of the JSON file, below --out"};
-    Slot<ImageIo> images{this, "images", "image.opencv", "Reads the pictures"};
+    Slot<ImageIo> images{this, "Reads the pictures"};
 
     Protocol rules() const { return evaluation::protocol_of(*protocol); }
 

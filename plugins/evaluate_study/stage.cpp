@@ -47,7 +47,7 @@ class EvaluateStudy final : public Stage
     Option<InputFile> key{this, "key", InputFile{}, formats({json_format()}),
                           "Key of the earlier study that the results come from; replaces its pictures"};
     Option<OutputName> path{this, "path", OutputName{"study.html"}, extensions({".html"}), "Name of the page, below --out"};
-    Slot<ImageIo> images{this, "images", "image.opencv", "Reads and encodes the pictures"};
+    Slot<ImageIo> images{this, "Reads and encodes the pictures"};
 
     std::string sibling(const char* extension) const
     {

@@ -53,7 +53,7 @@ class FramesAlign final : public Stage
     Option<double> likely_turn_deg{this, "likely_turn_deg", 1, range(0.001, 90),
                                    "Typical error of a camera's direction; a prior, not a limit"};
     Option<double> likely_shift_m{this, "likely_shift_m", 0.02, range(1e-5, 100), "Typical error of a camera's position"};
-    Slot<ImageIo> images{this, "images", "image.opencv", optional, "Reads pictures that are not NPY; none: all are NPY"};
+    Slot<ImageIo> images{this, optional, "Reads pictures that are not NPY; none: all are NPY"};
 
     align::AlignedView view_of(const Frame& frame, const std::vector<align::SurfacePoint>& points,
                                const raycast::Scene& scene) const

@@ -48,7 +48,7 @@ class FramesCover final : public Stage
     Option<double> sharpness_weight{this, "sharpness_weight", 0.1, range(0, 100),
                                     "Value of a picture at least as sharp as the median; 0: do not read pictures"};
     SharpnessOption sharpness{this};
-    Slot<ImageIo> images{this, "images", "image.opencv", optional, "Reads pictures that are not NPY; none: all are NPY"};
+    Slot<ImageIo> images{this, optional, "Reads pictures that are not NPY; none: all are NPY"};
 
     using SeenByFrame = std::vector<std::vector<numerics::SeenCell>>;
 

@@ -34,7 +34,7 @@ class FramesSharpest final : public fresco::Stage
                                      "Keep the sharpest of this many consecutive frames of a sequence; 1: keep all"};
     fresco::Option<int> max_frames{this, "max_frames", 0, fresco::range(0, 10'000'000),
                                    "Maximum number of frames: the sharpest of as many equal stretches; 0: no limit"};
-    fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", "Reads and writes pictures"};
+    fresco::Slot<fresco::ImageIo> images{this, "Reads and writes pictures"};
 
     bool compares() const { return *measure == "blur"; }
     /// The least sharpness of a frame that is kept; sharpness is negative blur where frames are compared.

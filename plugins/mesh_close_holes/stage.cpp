@@ -20,7 +20,7 @@ class MeshCloseHoles final : public Stage
     Output<Mesh> closed{this, "closed", "The same faces, and those that fill holes"};
     Option<double> max_width_cm{this, "max_width_cm", 30.0, range(0, 1000),
                                 "Close holes of at most this width; wider ones are where the scan ends"};
-    Slot<ImageIo> images{this, "images", "image.opencv", optional, "Reads depth pictures that are not NPY"};
+    Slot<ImageIo> images{this, optional, "Reads depth pictures that are not NPY"};
 
     void judge_by_frames(std::vector<HolePatch>& patches, RunContext& run) const
     {

@@ -52,7 +52,7 @@ class MeshFuse final : public Stage
     Option<bool> check_poses{
         this, "check_poses", true,
         "End with an error if depth pictures contradict each other or the given mesh; false: do not compare"};
-    Slot<ImageIo> images{this, "images", "image.opencv", optional, "Reads pictures that are not NPY; none: all are NPY"};
+    Slot<ImageIo> images{this, optional, "Reads pictures that are not NPY; none: all are NPY"};
 
     const ImageIo* codec() const { return images.has_value() ? images.get().get() : nullptr; }
     std::size_t limit_bytes() const { return static_cast<std::size_t>(*max_memory_gb * gigabyte); }

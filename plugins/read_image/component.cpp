@@ -37,7 +37,7 @@ fresco::Raster8 picture_from_npy(const std::filesystem::path& file)
 
 class ReadImage final : public fresco::FileReader
 {
-    fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", fresco::optional, "Decodes all but NPY; none: only NPY"};
+    fresco::Slot<fresco::ImageIo> images{this, fresco::optional, "Decodes all but NPY; none: only NPY"};
 
     std::string artifact() const override { return std::string(fresco::Image::artifact_name); }
     std::vector<fresco::FileFormat> formats() const override

@@ -24,7 +24,7 @@ class RegionsMasks final : public Stage
                              "Masks, white inside: REGION/FRAME.png, of the size of the frame's color picture"};
     Option<double> least_share{this, "least_share", 0.5, range(0.01, 1),
                                "Share of a face's pixels that must be in a region's masks"};
-    Slot<ImageIo> images{this, "images", "image.opencv", "Reads the masks"};
+    Slot<ImageIo> images{this, "Reads the masks"};
 
     void run(RunContext& run) override
     {

@@ -17,7 +17,7 @@ class RenderAtlas final : public Stage
     Option<OutputName> path{this, "path", OutputName{"atlas.png"}, "Path of the picture, below --out"};
     Option<int> picture_px{this, "picture_px", 1024, range(16, 8192), "Side of the picture"};
     Option<int> size_px{this, "size_px", 0, range(0, 16384), "Texture size for texels_per_cm; 0: as the atlas says"};
-    Slot<ImageIo> images{this, "images", "image.opencv", "Encodes the picture"};
+    Slot<ImageIo> images{this, "Encodes the picture"};
 
     void run(RunContext& run) override
     {

@@ -58,7 +58,7 @@ class RenderFlythrough final : public Stage
                                    "Standard deviation of the smoothing, in recorded frames"};
     Option<double> radius_m{this, "radius_m", 0.3, range(0, 100), "Radius of the orbit"};
     Option<double> down_deg{this, "down_deg", 10, range(-89, 89), "Downward tilt of the orbit's camera"};
-    Slot<ImageIo> images{this, "images", "image.opencv", "Encodes PNG pictures"};
+    Slot<ImageIo> images{this, "Encodes PNG pictures"};
 
     /// Of the first frame's camera, in even numbers of pixels, which video codecs want.
     Intrinsics intrinsics() const

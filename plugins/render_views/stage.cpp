@@ -30,7 +30,7 @@ class RenderViews final : public Stage
     Option<std::string> shading = rendering::shading_option(this);
     Option<bool> through_backs{this, "through_backs", false,
                                "Look through the backs of faces, so that a room seen from above shows its inside"};
-    Slot<ImageIo> images{this, "images", "image.opencv", "Encodes the pictures"};
+    Slot<ImageIo> images{this, "Encodes the pictures"};
 
     Camera camera_of(const Frame& frame) const
     {

@@ -31,7 +31,7 @@ class ScanInspect final : public Stage
     Option<OutputName> path{this, "path", OutputName{"inspect.png"}, extensions({".png"}),
                             "File of the picture, below --out; the JSON file lies beside it"};
     Option<bool> fail{this, "fail", false, "End with an error if a mistake is certain"};
-    Slot<ImageIo> images{this, "images", "image.opencv", "Reads and writes pictures"};
+    Slot<ImageIo> images{this, "Reads and writes pictures"};
 
     void run(RunContext& run) override
     {

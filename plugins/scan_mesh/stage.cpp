@@ -33,8 +33,7 @@ class ScanMesh final : public fresco::Stage
         "Rigid 4x4 transform after unit_m and axes: 16 numbers, row by row, in meters; empty: none"};
     fresco::Option<std::string> materials{this, "materials", "read", fresco::one_of({"read", "skip"}),
                                           "skip: ignore the materials and pictures that the file names"};
-    fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", fresco::optional,
-                                         "Checks the pictures of a model; none: no check"};
+    fresco::Slot<fresco::ImageIo> images{this, fresco::optional, "Checks the pictures of a model; none: no check"};
 
     fresco::Output<fresco::Mesh> mesh{this, "mesh", "The surface in the world"};
     fresco::Output<fresco::Model> model{this, "model", "The same surface with its materials and pictures"};

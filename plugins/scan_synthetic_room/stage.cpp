@@ -35,7 +35,7 @@ class ScanSyntheticRoom final : public fresco::Stage
     fresco::Option<double> noise_m{this, "noise_m", 0.003, fresco::range(0, 0.02), "Scanner error in mesh and depth; 0: none"};
     fresco::Option<double> edge_m{this, "edge_m", 0.03, fresco::range(0.008, 0.2), "Length of the mesh's edges"};
     fresco::Option<bool> keep_unseen{this, "keep_unseen", false, "Keep mesh surfaces that no depth picture shows"};
-    fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", "Reads and writes pictures"};
+    fresco::Slot<fresco::ImageIo> images{this, "Reads and writes pictures"};
 
     fresco::Output<fresco::Frames> frames{this, "frames", "Views of a color and a depth camera"};
     fresco::Output<fresco::Mesh> mesh{this, "mesh", "The room as scanned"};

@@ -126,7 +126,7 @@ class TextureFromFrames final : public Stage
     Option<double> sharpness_power{
         this, "sharpness_power", 2, range(0, 8),
         "Weight pictures by this power of their sharpness relative to their neighbors'; 0: equal weights"};
-    Slot<ImageIo> images{this, "images", "image.opencv", optional, "Reads pictures that are not NPY; none: all are NPY"};
+    Slot<ImageIo> images{this, optional, "Reads pictures that are not NPY; none: all are NPY"};
 
     std::size_t level() const
     {

@@ -36,7 +36,7 @@ class TextureFromModel final : public Stage
     Option<double> max_distance_m{
         this, "max_distance_m", 0, range(0, 1e6),
         "Texels farther than this from the model count as unseen; 0: 2% of its bounding box's diagonal"};
-    Slot<ImageIo> images{this, "images", "image.opencv", "Reads the model's pictures"};
+    Slot<ImageIo> images{this, "Reads the model's pictures"};
 
     void run(RunContext& run) override
     {

@@ -100,7 +100,7 @@ class MixtureViewer final : public Viewer
     MixtureViewer() : Viewer(RegisteredArtifact<Mixture>::type) {}
 
   private:
-    Slot<ImageIo> images{this, "images", "image.opencv", "Encodes pictures"};
+    Slot<ImageIo> images{this, "Encodes pictures"};
 
     void show(const Artifact& artifact, PageEntry& entry) const override
     {

@@ -145,8 +145,7 @@ class TextureOptimize final : public Stage
     Slot<OptimizerRule> optimizer{this, "optimizer",
                                   R"({"type": "optimizer.adam", "mode": "visible", "beta1": 0.9, "beta2": 0.99})",
                                   "How a step changes the texture"};
-    Slot<ImageIo> images{this, "images", "image.opencv", optional,
-                         "Reads pictures that are not NPY, writes previews; none: only NPY, no previews"};
+    Slot<ImageIo> images{this, optional, "Reads pictures that are not NPY, writes previews; none: only NPY, no previews"};
 
   public:
     TextureOptimize() { losses.auto_rule("weights", losses_without_weights, losses_with_weights); }

@@ -112,7 +112,7 @@ class ReliefViewer final : public Viewer
     ReliefViewer() : Viewer(RegisteredArtifact<Relief>::type) {}
 
   private:
-    Slot<ImageIo> images{this, "images", "image.opencv", "Encodes pictures"};
+    Slot<ImageIo> images{this, "Encodes pictures"};
 
     void show(const Artifact& artifact, PageEntry& entry) const override
     {

@@ -64,7 +64,7 @@ class TextureSynthesize final : public Stage
                                       not_in_key};
     Option<double> preview_seconds{
         this, "preview_seconds", 5.0, at_least(0), "Seconds between previews; 0: after each round", not_in_key};
-    Slot<ImageIo> images{this, "images", "image.opencv", optional, "Writes previews; none: no previews"};
+    Slot<ImageIo> images{this, optional, "Writes previews; none: no previews"};
 
     /// Returns the texels per side to paint.
     int check(RunContext& run) const

@@ -28,7 +28,7 @@ class ViewerOf : public Viewer
 
   protected:
     virtual void show_value(const T& value, PageEntry& entry) const = 0;
-    Slot<ImageIo> images{this, "images", "image.opencv", "Reads and encodes pictures"};
+    Slot<ImageIo> images{this, "Reads and encodes pictures"};
 };
 
 class ImageViewer final : public ViewerOf<Image>

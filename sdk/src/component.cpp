@@ -48,9 +48,9 @@ void Configurable::configure(const Value& options, ComponentFactory& factory)
 
 Value Configurable::describe() const
 {
-    Value::List options;
+    Value::List options, components;
     for (const Parameter* parameter : parameters_)
-        options.push_back(parameter->declaration().describe());
+        (parameter->declaration().of_pipeline ? components : options).push_back(parameter->declaration().describe());
     const auto list = [](const auto& ports)
     {
         Value::List descriptions;
@@ -58,7 +58,10 @@ Value Configurable::describe() const
             descriptions.push_back(port->describe());
         return Value(std::move(descriptions));
     };
-    return Value::Map{{"options", std::move(options)}, {"inputs", list(inputs_)}, {"outputs", list(outputs_)}};
+    return Value::Map{{"options", std::move(options)},
+                      {"components", std::move(components)},
+                      {"inputs", list(inputs_)},
+                      {"outputs", list(outputs_)}};
 }
 
 Component::~Component() = default;
@@ -185,7 +188,7 @@ namespace detail
 namespace
 {
 
-/// "image.opencv" is short for {"type": "image.opencv"}.
+/// "loss.gram" is short for {"type": "loss.gram"}.
 Value parsed_default(const std::string& text)
 {
     if (text.empty())
@@ -200,12 +203,24 @@ Value parsed_default(const std::string& text)
 }  // namespace
 
 SlotBase::SlotBase(Configurable* owner, std::string name, OptionKind kind, std::string_view component_kind,
-                   const std::string& default_config, std::string help, bool is_optional, std::string for_form)
+                   const std::string& default_config, std::string help, bool is_optional)
     : Parameter(owner, {.name = std::move(name),
                         .kind = kind,
                         .default_value = parsed_default(default_config),
                         .component_kind = std::string(component_kind),
                         .optional = is_optional || (kind == OptionKind::component && default_config.empty()),
+                        .help = std::move(help)})
+{
+}
+
+SlotBase::SlotBase(Configurable* owner, std::string_view component_kind, std::string_view default_type, bool is_optional,
+                   std::string for_form, std::string help)
+    : Parameter(owner, {.name = std::string(component_kind),
+                        .kind = OptionKind::component,
+                        .default_value = Value::Map{{"type", std::string(default_type)}},
+                        .component_kind = std::string(component_kind),
+                        .optional = is_optional,
+                        .of_pipeline = true,
                         .for_form = std::move(for_form),
                         .help = std::move(help)})
 {

@@ -14,6 +14,7 @@ class Brush final : public fresco::Component
 {
   public:
     static constexpr std::string_view component_kind = "brush";
+    static constexpr std::string_view default_type = "brush.round";
     fresco::Option<double> width_px{this, "width_px", 3.0, fresco::range(0.5, 20), "Width of a stroke"};
 };
 
@@ -119,4 +120,22 @@ TEST_CASE("A slot that may be empty says so, and one that must not be names what
     palette.configure(Value::Map{}, factory);
     CHECK_FALSE(palette.spare.has_value());
     CHECK_THROWS_WITH(*palette.needed, Contains("\"needed\": no component of kind brush"));
+}
+
+TEST_CASE("A slot without a name is the pipeline's choice and is listed apart from the options")
+{
+    struct Sketcher : fresco::Configurable
+    {
+        fresco::Option<int> lines{this, "lines", 1, "Lines"};
+        fresco::Slot<Brush> brush{this, fresco::optional, "Draws"};
+    };
+    Sketcher sketcher;
+    const Value description = sketcher.describe();
+    CHECK(description.at("options").as_list().size() == 1);
+    CHECK(description.at("components") == fresco::parse_json(R"([{"name": "brush", "kind": "component", "component_kind": "brush",
+                                  "default": {"type": "brush.round"}, "optional": true, "help": "Draws"}])"));
+    fresco::testing::TestFactory factory;
+    factory.add("brush.round", [] { return std::make_shared<Brush>(); });
+    sketcher.configure(Value::Map{{"brush", Value::Map{{"type", "brush.round"}, {"width_px", 2.0}}}}, factory);
+    CHECK(*sketcher.brush->width_px == 2);
 }

@@ -29,9 +29,10 @@ done
 cp -r "$work/out/room" "$server/room"
 cat >"$server/room.yaml" <<YAML
 version: 1
+components: {image_io: none}
 stages:
   room: {type: dataset.read, path: room}
-  texture: {type: texture.optimize, input: {uvmaps: room, frames: room, style: room}, images: none, $options}
+  texture: {type: texture.optimize, input: {uvmaps: room, frames: room, style: room}, $options}
   bake: {type: texture.bake, input: {texture: texture, mesh: room}}
 YAML
 rm -rf "$work/out"

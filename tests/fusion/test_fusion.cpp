@@ -23,7 +23,7 @@ fs::path run(const char* library, const char* type, const Value& options, const 
     fresco::testing::TestRun run;
     fresco::testing::run_stage(
         library, type, options, inputs, out, run,
-        {{"images", fresco::testing::make_from_plugin<fresco::ImageIo>(IMAGE_OPENCV_PLUGIN, "image.opencv")}});
+        {{"image_io", fresco::testing::make_from_plugin<fresco::ImageIo>(IMAGE_OPENCV_PLUGIN, "image.opencv")}});
     return out;
 }
 

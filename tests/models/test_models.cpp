@@ -83,7 +83,7 @@ class Chain
         library.replace(library.find('.'), 1, "_");
         testing::TestRun test_run;
         testing::run_stage(std::string(FRESCO_PLUGINS) + "/" + library + ".so", type, options, inputs, folder_.path(), test_run,
-                           {{"images", std::make_shared<stored_png::Codec>()}});
+                           {{"image_io", std::make_shared<stored_png::Codec>()}});
     }
 
     testing::TemporaryFolder folder_;

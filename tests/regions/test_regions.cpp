@@ -57,7 +57,7 @@ TEST_CASE("regions.planes: floor, ceiling and walls of generated rooms")
                                       {"color_height_px", 16},
                                       {"depth_width_px", 160},
                                       {"depth_height_px", 120}},
-                           {}, scan.path(), run, {{"images", std::make_shared<testing::RawImages>()}});
+                           {}, scan.path(), run, {{"image_io", std::make_shared<testing::RawImages>()}});
         const std::shared_ptr<const Mesh> mesh = Mesh::load({scan.path() / "mesh", scan.path()});
         const auto truth = Regions::load({scan.path() / "regions", scan.path()});
         check_regions(*truth, *mesh, "the truth", "the scan");

@@ -74,7 +74,7 @@ void run(const char* library, const char* type, const Value& options, const test
          const std::filesystem::path& folder)
 {
     testing::TestRun test_run;
-    testing::run_stage(library, type, options, inputs, folder, test_run, {{"images", std::make_shared<stored_png::Codec>()}});
+    testing::run_stage(library, type, options, inputs, folder, test_run, {{"image_io", std::make_shared<stored_png::Codec>()}});
 }
 
 plain::View plain_view(const Camera& camera)

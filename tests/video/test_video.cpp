@@ -106,7 +106,7 @@ class Chain
         std::ranges::replace(library, '.', '_');
         testing::TestRun test_run;
         testing::run_stage(fs::path(FRESCO_PLUGINS) / (library + ".so"), type, options, inputs, folder_.path(), test_run,
-                           {{"images", std::make_shared<Codec>()}});
+                           {{"image_io", std::make_shared<Codec>()}});
     }
 
     testing::TemporaryFolder folder_;

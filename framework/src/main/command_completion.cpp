@@ -2,6 +2,7 @@
 #include "base/text.h"
 #include "main/commands.h"
 #include "pipeline/pipeline_document.h"
+#include "pipeline/pipeline_types.h"
 #include "plugins/catalog.h"
 #include "plugins/plugin_search.h"
 #include "plugins/templates.h"
@@ -76,8 +77,8 @@ Place place_of(const CLI::App& app, const Words& words)
     return place;
 }
 
-/// What `--set` can name: vars, and every option of every stage. The shell inserts words as they are: a name that it would take
-/// for a command is not offered.
+/// The names that `--set` takes: vars, the pipeline's components, and every option of every stage. The shell inserts words as they are:
+/// a name that it would take for a command is not offered.
 Words settings(const std::string& file, bool stages_alone)
 {
     ProblemList problems;
@@ -85,8 +86,12 @@ Words settings(const std::string& file, bool stages_alone)
     const Catalog catalog = load_catalog();
     Words result;
     if (!stages_alone)
+    {
         for (const auto& entry : document.vars.entries)
             result.push_back(entry.key + "=");
+        for (const auto& [kind, default_value] : TypeTable(catalog).pipeline_components())
+            result.push_back(std::string(pipeline_components) + "." + kind + "=");
+    }
     for (const auto& entry : document.stages.entries)
     {
         if (stages_alone)

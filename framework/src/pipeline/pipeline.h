@@ -47,6 +47,7 @@ struct Problem
 std::string to_string(const Problem& problem);
 
 class StageGraph;
+struct YamlNode;
 
 /// What feeds one input port: another stage's output, or a user's file through a reader.
 struct Wire
@@ -80,7 +81,9 @@ struct PipelineStage
     };
     std::vector<Output> outputs;                     ///< Files and folders that its options name.
     std::vector<const TypeDescription*> components;  ///< Every component type it uses, readers too, sorted, unique.
-    Position position;                               ///< Of the stage's key.
+    /// The file's `components`, substituted.
+    std::shared_ptr<const YamlNode> chosen_components;
+    Position position;  ///< The place of the stage's key.
 };
 
 /// One cell of a matrix: a value for each axis.

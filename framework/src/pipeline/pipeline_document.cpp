@@ -35,8 +35,8 @@ void check_version(const YamlNode& root, bool complete, ProblemList& problems)
         problems.add(version->value, "version must be 1, got " + version->value.summary());
 }
 
-/// The map under `key`, checked entry by entry; an empty map where there is none.
-YamlNode section(const YamlNode& root, std::string_view key, ProblemList& problems)
+/// The map under `key`, its keys checked to be names of a `named`; an empty map where there is none.
+YamlNode section(const YamlNode& root, std::string_view key, const std::string& named, ProblemList& problems)
 {
     const YamlNode::Entry* entry = root.find(key);
     if (entry && !entry->value.is_map() && !entry->value.is_null() && entry->value.is_valid())
@@ -44,9 +44,9 @@ YamlNode section(const YamlNode& root, std::string_view key, ProblemList& proble
     if (!entry || !entry->value.is_map())
         return YamlNode(YamlNode::Kind::map, root);
     YamlNode map = entry->value;
-    for (const YamlNode::Entry& named : map.entries)
-        if (!is_name(named.key))
-            problems.add(named, "'" + named.key + "' cannot name a " + (key == "stages" || key == "preview" ? "stage" : "var") +
+    for (const YamlNode::Entry& named_entry : map.entries)
+        if (!is_name(named_entry.key))
+            problems.add(named_entry, "'" + named_entry.key + "' cannot name a " + named +
                                     ": a name has letters, digits, '_' and '-' and begins with a letter or '_'");
     return map;
 }
@@ -99,18 +99,19 @@ Layer read_layer(const fs::path& file, const std::vector<PipelineText>& texts, c
         content.complete = false;
         return layer;
     }
-    static const std::vector<std::string> keys{"version", "base", "vars", "matrix", "stages", "preview"};
+    static const std::vector<std::string> keys{"version", "base", "vars", "matrix", "components", "stages", "preview"};
     for (const YamlNode::Entry& entry : root.entries)
         if (std::ranges::find(keys, entry.key) == keys.end())
             problems.add(entry, "unknown key '" + entry.key + "'" + suggestion(entry.key, keys));
     check_version(root, content.complete, problems);
-    content.vars = section(root, "vars", problems);
-    content.matrix = section(root, "matrix", problems);
-    content.stages = section(root, "stages", problems);
+    content.vars = section(root, "vars", "var", problems);
+    content.matrix = section(root, "matrix", "var", problems);
+    content.components = section(root, pipeline_components, "kind of component", problems);
+    content.stages = section(root, "stages", "stage", problems);
     const YamlNode::Entry* stages = root.find("stages");
     layer.has_stages = stages && !stages->value.is_null() && !(stages->value.is_map() && content.stages.entries.empty());
     if (root.find("preview"))
-        content.preview = section(root, "preview", problems);
+        content.preview = section(root, "preview", "stage", problems);
     if (const YamlNode::Entry* base = root.find("base"))
     {
         const bool usable =
@@ -222,6 +223,8 @@ void merge_documents(PipelineDocument& below, PipelineDocument above, ProblemLis
     merge_matrix(below.matrix, std::move(above.matrix), above.vars, problems);
     merge_vars(below.vars, std::move(above.vars));
     merge_preview(below, above, problems);
+    if (above.components.is_map())
+        merge(below.components, std::move(above.components), Level::config, problems);
     if (above.stages.is_map())
         merge(below.stages, std::move(above.stages), Level::stages, problems);
     below.texts.insert(below.texts.begin(), above.texts.begin(), above.texts.end());
@@ -288,6 +291,8 @@ void check_stages(const YamlNode& stages, const YamlNode& vars, ProblemList& pro
     for (const YamlNode::Entry& stage : stages.entries)
         if (!stage.value.is_map() && stage.value.is_valid())
             problems.add(stage, "stage '" + stage.key + "' must be a map {type: …, option: …}, got " + stage.value.summary());
+        else if (stage.key == pipeline_components)
+            problems.add(stage, "'components' cannot name a stage: --set components.KIND=… sets the pipeline's components");
     for (const YamlNode::Entry& var : vars.entries)
         if (const YamlNode::Entry* stage = stages.find(var.key))
             problems.add(
@@ -334,7 +339,7 @@ PipelineDocument read_pipeline_document(const fs::path& file, const std::string&
         problems.add(layers.front().content.stages, "missing stages: a pipeline needs 'stages: {name: {type: …}}'");
     const std::shared_ptr<const YamlSource> own = layers.front().content.stages.source;
     PipelineDocument document = std::move(layers.back().content);
-    document.vars.kind = document.matrix.kind = document.stages.kind = YamlNode::Kind::map;
+    document.vars.kind = document.matrix.kind = document.components.kind = document.stages.kind = YamlNode::Kind::map;
     for (layers.pop_back(); !layers.empty(); layers.pop_back())
         merge_documents(document, std::move(layers.back().content), problems);
     document.complete = complete;

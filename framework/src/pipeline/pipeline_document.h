@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 /// \file A pipeline file as written, with its bases: top-level keys, before vars are put in. load_pipeline and completion
@@ -14,11 +15,15 @@
 namespace fresco::host
 {
 
+/// The key of the components that a pipeline chooses for all its stages. No stage is called so.
+inline constexpr std::string_view pipeline_components = "components";
+
 /// A pipeline file with the files it builds on, merged: nothing substituted, no type looked up.
 struct PipelineDocument
 {
     YamlNode vars;                  ///< A map: name -> value (null: must be given by --set).
     YamlNode matrix;                ///< A map: var -> the values it takes; empty: none.
+    YamlNode components;            ///< A map: kind of component -> the one that all stages use; empty: none.
     YamlNode stages;                ///< A map: name -> a map, or an invalid node where that is reported already.
     YamlNode preview;               ///< A map: stage -> its options in a preview; null: none.
     std::set<std::string> dropped;  ///< Stages that were here, and were left out by drop_stages().

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ranges>
 #include <unistd.h>
 
 namespace fresco::host
@@ -36,6 +37,12 @@ bool is_needed(const OptionDeclaration& option, const TypeDeclaration& type, con
                 if (port.at("as").as_string() == option.for_form)
                     return true;
     return false;
+}
+
+/// The user of a component that the pipeline chooses, in problems.
+std::string chosen_for(const std::string& kind)
+{
+    return "components: '" + kind + "'";
 }
 
 /// Of the entries (see folder_with) those that the folder lacks, each alternative by itself.
@@ -190,6 +197,27 @@ std::string problem_text(const OptionDeclaration& option, const ValueProblem& pr
 
 }  // namespace
 
+OptionChecker::OptionChecker(TypeTable& types, YamlNode components, ProblemList& problems)
+    : types_(types), components_(std::move(components)), problems_(problems)
+{
+    for (YamlNode::Entry& entry : components_.entries)
+    {
+        const auto& known = types_.pipeline_components();
+        const auto names = std::views::keys(known);
+        const std::string accepted = "{type: …} of kind '" + entry.key + "', or none";
+        OptionUses ignored;
+        if (!known.contains(entry.key))
+            problems_.add(entry, "no stage takes components of the kind '" + entry.key + "' from the pipeline" +
+                                     suggestion(entry.key, {names.begin(), names.end()}));
+        else if (entry.value.is_null())
+            problems_.add(entry.value, chosen_for(entry.key) + " has no value: leave the line out, or set " + accepted);
+        else if (entry.value.is_word("none") ||
+                 !complete_component(entry.key, entry.value, {}, chosen_for(entry.key), ignored).is_null())
+            continue;
+        entry.value.kind = YamlNode::Kind::invalid;
+    }
+}
+
 Value OptionChecker::complete(const KnownType& type, YamlNode config, const std::vector<std::string>& taken,
                               const std::string& user, OptionUses& uses)
 {
@@ -234,7 +262,27 @@ Value OptionChecker::complete(const KnownType& type, YamlNode config, const std:
         if (!nothing)
             result.set(option.name, std::move(value));
     }
+    for (const OptionDeclaration& component : type.declaration->components)
+        if (is_needed(component, *type.declaration, result))
+            if (Value value = pipeline_component(component, config, user, uses); !value.is_null())
+                result.set(component.name, std::move(value));
     return result;
+}
+
+Value OptionChecker::pipeline_component(const OptionDeclaration& component, const YamlPlace& place, const std::string& user,
+                                        OptionUses& uses)
+{
+    const YamlNode::Entry* chosen = components_.find(component.component_kind);
+    if (!chosen)
+        return complete_component(component.component_kind,
+                                  yaml_from_value(component.default_value, YamlNode(YamlNode::Kind::null, place)), {},
+                                  user + ": component '" + component.name + "'", uses);
+    if (!chosen->value.is_word("none"))
+        return complete_component(component.component_kind, chosen->value, {}, chosen_for(component.component_kind), uses);
+    if (!component.optional)
+        problems_.add(chosen->value, user + " needs a component of kind '" + component.component_kind + "' (" + component.help +
+                                         "): set one by its type");
+    return {};
 }
 
 void OptionChecker::check_folder(const OptionDeclaration& option, const fs::path& folder, const YamlNode& node,

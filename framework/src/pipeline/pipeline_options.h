@@ -34,7 +34,8 @@ struct OptionUses
 class OptionChecker
 {
   public:
-    OptionChecker(TypeTable& types, ProblemList& problems) : types_(types), problems_(problems) {}
+    /// `components`: what the pipeline chooses for the kinds of component that stages share; substituted, and checked here.
+    OptionChecker(TypeTable& types, YamlNode components, ProblemList& problems);
 
     /// `config` is the map as written; keys in `taken` are not options. `user` names the owner in problems: "stage 'mesh'
     /// (mesh.decimate)". Options without a value (optional slots, an empty output name) are left out of the result.
@@ -48,9 +49,13 @@ class OptionChecker
     void check_folder(const OptionDeclaration& option, const std::filesystem::path& folder, const YamlNode& node,
                       const std::string& user);
     Value complete_slot(const OptionDeclaration& option, const YamlNode& node, const std::string& user, OptionUses& uses);
+    /// The complete configuration of a component that the pipeline chooses; null: none.
+    Value pipeline_component(const OptionDeclaration& component, const YamlPlace& place, const std::string& user,
+                             OptionUses& uses);
     Value check_plain(const OptionDeclaration& option, const YamlNode& node, const std::string& user, OptionUses& uses);
 
     TypeTable& types_;
+    YamlNode components_;
     ProblemList& problems_;
     std::size_t depth_ = 0;
 };

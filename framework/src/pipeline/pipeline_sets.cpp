@@ -52,6 +52,22 @@ class Setter
             set_in_config(stage, "stage", 1);
     }
 
+    /// A kind that is not there is reported when it is checked.
+    void set_in_components(YamlNode& components)
+    {
+        const std::string& kind = path_[1];
+        const auto known = types_.pipeline_components().find(kind);
+        if (path_.size() == 2 || known == types_.pipeline_components().end())
+        {
+            components.set(kind, value_);
+            return;
+        }
+        const YamlNode::Entry* written = components.find(kind);
+        YamlNode config = written ? written->value : yaml_from_value(known->second, value_);
+        set_in_component(config, kind, 2);
+        components.set(kind, std::move(config));
+    }
+
   private:
     void report(const std::string& text) { problems_.add(value_, text); }
 
@@ -199,7 +215,7 @@ void Settings::set_vars(PipelineDocument& document, std::vector<MatrixAxis>& axe
         const std::string& name = setting.path.front();
         if (setting.path.size() > 1)
         {
-            if (!document.stages.find(name))
+            if (name != pipeline_components && !document.stages.find(name))
                 problems_.add(setting.value, "unknown stage '" + name + "'" + suggestion(name, document.stages.keys()));
             continue;
         }
@@ -218,10 +234,7 @@ void Settings::set_vars(PipelineDocument& document, std::vector<MatrixAxis>& axe
 void Settings::set_options(const std::string& name, YamlNode& stage, Variables& variables, TypeTable& types,
                            ProblemList& problems) const
 {
-    std::vector<Setting> settings;
-    for (const Setting& setting : settings_)
-        if (setting.path.size() > 1 && setting.path.front() == name)
-            settings.push_back({setting.path, variables.substitute(setting.value)});
+    const std::vector<Setting> settings = settings_in(name, variables);
     if (!stage.is_map())
         return;
     // An option that decides what `auto` stands for must be in place before anything inside it is set.
@@ -229,6 +242,21 @@ void Settings::set_options(const std::string& name, YamlNode& stage, Variables& 
         for (const Setting& setting : settings)
             if ((setting.path.size() > 2) == inside)
                 Setter(setting.path, setting.value, types, problems).set_in_stage(stage);
+}
+
+void Settings::set_components(YamlNode& components, Variables& variables, TypeTable& types, ProblemList& problems) const
+{
+    for (const Setting& setting : settings_in(std::string(pipeline_components), variables))
+        Setter(setting.path, setting.value, types, problems).set_in_components(components);
+}
+
+std::vector<Settings::Setting> Settings::settings_in(const std::string& name, Variables& variables) const
+{
+    std::vector<Setting> settings;
+    for (const Setting& setting : settings_)
+        if (setting.path.size() > 1 && setting.path.front() == name)
+            settings.push_back({setting.path, variables.substitute(setting.value)});
+    return settings;
 }
 
 std::set<std::string> Settings::vars_in(const std::string& stage) const

@@ -15,7 +15,8 @@
 namespace fresco::host
 {
 
-/// The `--set NAME=VALUE` of a command line: vars, and options by "stage.option" and deeper ("texture.losses.style.weight").
+/// The `--set NAME=VALUE` of a command line: vars, options by "stage.option" and deeper ("texture.losses.style.weight"), and the
+/// pipeline's components by "components.kind".
 /// A value in [ ], { } or quotes is YAML; any other is taken as it stands.
 class Settings
 {
@@ -29,7 +30,9 @@ class Settings
     /// (and what `auto` stands for) is written out first, so that one of its options can be changed.
     void set_options(const std::string& name, YamlNode& stage, Variables& variables, TypeTable& types,
                      ProblemList& problems) const;
-    /// The vars that what is set in a stage names.
+    /// Replaces entries of the substituted `components`, or options in them.
+    void set_components(YamlNode& components, Variables& variables, TypeTable& types, ProblemList& problems) const;
+    /// The vars that what is set in a stage, or in "components", names.
     std::set<std::string> vars_in(const std::string& stage) const;
 
   private:
@@ -38,6 +41,8 @@ class Settings
         std::vector<std::string> path;
         YamlNode value;
     };
+
+    std::vector<Setting> settings_in(const std::string& name, Variables& variables) const;
 
     std::vector<Setting> settings_;
     ProblemList& problems_;

@@ -180,6 +180,9 @@ class StageDrafts
             const YamlNode::Entry& entry = document.stages.entries[i];
             std::set<std::string> vars = vars_named_in(entry.value);
             vars.merge(settings.vars_in(entry.key));
+            for (const YamlNode::Entry& component : document.components.entries)
+                vars.merge(vars_named_in(component.value));
+            vars.merge(settings.vars_in(std::string(pipeline_components)));
             axes_.push_back(use.use(vars));
             groups_[axes_[i].to_ulong()].stages.push_back(i);
         }
@@ -234,9 +237,16 @@ class StageDrafts
                 settings_.set_options(entry.key, entry.value, variables, types_, problems);
         variables.check_unused(group.unused_vars);
         const std::size_t first = stages_.size();
-        OptionChecker checker(types_, problems);
+        YamlNode components = variables.substitute(document_.components);
+        if (components.is_map())
+            settings_.set_components(components, variables, types_, problems);
+        const auto chosen = std::make_shared<const YamlNode>(components);
+        OptionChecker checker(types_, std::move(components), problems);
         for (std::size_t i = 0; i < group.stages.size(); ++i)
+        {
             add_stage(group.stages[i], settled.is_map() ? std::move(settled.entries[i].value) : YamlNode(), checker, problems);
+            stages_.back().stage.chosen_components = chosen;
+        }
         return {first, problems.sorted()};
     }
 

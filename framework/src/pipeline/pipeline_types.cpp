@@ -104,6 +104,18 @@ const std::map<std::string, TypeTable::KnownArtifact, std::less<>>& TypeTable::a
     return artifacts_;
 }
 
+const std::map<std::string, Value, std::less<>>& TypeTable::pipeline_components()
+{
+    if (pipeline_components_)
+        return *pipeline_components_;
+    pipeline_components_.emplace();
+    for (const TypeDescription* type : catalog_.types())
+        if (const KnownType known = find(type->type, type->kind))
+            for (const OptionDeclaration& component : known.declaration->components)
+                pipeline_components_->emplace(component.component_kind, component.default_value);
+    return *pipeline_components_;
+}
+
 const TypeDescription* TypeTable::owner_of(std::string_view artifact)
 {
     const auto known = artifacts().find(artifact);

@@ -40,6 +40,8 @@ class TypeTable
                       ProblemList& problems);
     /// All types where `kind` is empty.
     std::vector<std::string> names_of_kind(std::string_view kind) const;
+    /// The kinds of component that a pipeline chooses for all its stages, each with the configuration it has by default.
+    const std::map<std::string, Value, std::less<>>& pipeline_components();
     /// A stage type whose library an artifact comes with; nullptr for those of the SDK.
     const TypeDescription* owner_of(std::string_view artifact);
     /// Those that readers and options declare.
@@ -60,6 +62,7 @@ class TypeTable
     const Catalog& catalog_;
     std::map<const TypeDescription*, TypeDeclaration> declarations_;
     std::map<std::string, KnownArtifact, std::less<>> artifacts_;
+    std::optional<std::map<std::string, Value, std::less<>>> pipeline_components_;
     std::map<std::string, std::shared_ptr<const TypeDescription>> adopted_;  ///< By type and ports.
 };
 

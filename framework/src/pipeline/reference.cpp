@@ -105,6 +105,18 @@ std::string options(const TypeDeclaration& declaration, const TypeTable& types)
            (some_free ? "\n° does not affect the result: changing it reruns nothing.\n" : "") + slots;
 }
 
+std::string pipeline_components(const TypeDeclaration& declaration)
+{
+    std::vector<std::vector<std::string>> rows;
+    for (const OptionDeclaration& component : declaration.components)
+        rows.push_back({code(component.name), link(component.default_value.at("type").as_string()),
+                        component.optional ? "may be none" : "", cell(component.help)});
+    return rows.empty()
+               ? ""
+               : "\n## Components\n\nThe pipeline [chooses them](../pipelines.md#shared-components) for all its stages.\n\n" +
+                     table({"kind", "default", "", ""}, rows);
+}
+
 std::string page_text(const TypeDescription& type, const TypeDeclaration& declaration, const TypeTable& types)
 {
     std::string text = std::string(written_by) + "# " + type.type + "\n\n" + cell(type.help) + ".\n\n" +
@@ -115,7 +127,8 @@ std::string page_text(const TypeDescription& type, const TypeDeclaration& declar
         text += "It reads " + code(declaration.artifact) + " from files that end in " +
                 join(each(declaration.extensions, code), ", ") + ".\n";
     }
-    return text + ports("Inputs", declaration.inputs) + ports("Outputs", declaration.outputs) + options(declaration, types);
+    return text + ports("Inputs", declaration.inputs) + ports("Outputs", declaration.outputs) + options(declaration, types) +
+           pipeline_components(declaration);
 }
 
 struct Users

@@ -152,9 +152,18 @@ class SchemaWriter
         std::vector<std::string> wanted{"stage"};
         for (const auto& [kind, types] : kinds_)
             for (const auto& [type, declaration] : types)
+            {
                 for (const OptionDeclaration& option : declaration.options)
                     if (option.is_slot())
                         wanted.push_back(option.component_kind);
+                for (const OptionDeclaration& component : declaration.components)
+                    if (const std::string& shared = component.component_kind; components_.find(shared) == nullptr)
+                    {
+                        components_.set(shared, any_of({reference("kind." + shared), reference("var"), Map{{"const", "none"}},
+                                                        of_type("null")}));
+                        wanted.push_back(shared);
+                    }
+            }
         for (const std::string& kind : wanted)
             kinds_[kind];
     }
@@ -170,6 +179,8 @@ class SchemaWriter
             definitions.set(kind == "stage" ? "stage" : "kind." + kind, kind_schema(kind, true));
         }
         definitions.set("stage_over_base", any_of({of_type("null"), kind_schema("stage", false)}));
+        Value components = closed_map(components_);
+        components.set("description", "Components that all stages use: kind -> one of it");
         // Empty where it takes away an axis of the base.
         const Value axis = any_of({Map{{"type", "array"}, {"minItems", 1}, {"uniqueItems", true}},
                                    Map{{"type", "object"}, {"minProperties", 1}}, of_type("null")});
@@ -184,6 +195,7 @@ class SchemaWriter
                  {"vars", map_by_name("Values for ${name}, changed by --set NAME=VALUE")},
                  {"matrix",
                   map_by_name("Runs every combination: var -> the values that it takes, a list or a map of named ones", axis)},
+                 {"components", components},
                  {"stages", Map{{"type", "object"}, {"propertyNames", Map{{"pattern", name_pattern}}}}},
                  {"preview", map_by_name("Options of stages for --preview: stage -> {option: value}",
                                          any_of({of_type("object"), of_type("null")}))}}},
@@ -297,6 +309,7 @@ class SchemaWriter
     }
 
     std::map<std::string, std::vector<std::pair<const TypeDescription*, TypeDeclaration>>> kinds_;
+    Value components_{Map{}};  ///< By the kind: the schema of a component that a pipeline chooses.
 };
 }  // namespace
 

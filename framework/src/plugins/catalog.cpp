@@ -148,6 +148,8 @@ TypeDeclaration read_declaration(const TypeDescription& type)
         TypeDeclaration result;
         if (const Value* options = type.declaration.find("options"))
             result.options = each(options->as_list(), OptionDeclaration::from);
+        if (const Value* components = type.declaration.find("components"))
+            result.components = each(components->as_list(), OptionDeclaration::from);
         result.inputs = read_ports(type.declaration, "inputs");
         result.outputs = read_ports(type.declaration, "outputs");
         result.artifact = text_at(type.declaration, "artifact");

@@ -37,7 +37,7 @@ struct TypeDescription
     std::string type;  ///< As in a pipeline file.
     std::string kind;  ///< "stage", or a component's contract: "loss", "features", "image_io", "reader", …
     std::string help;
-    /// Configurable::describe() — options, inputs, outputs — plus, for a stage, `memory_mb`, and for a reader
+    /// Configurable::describe() â options, components, inputs, outputs â plus, for a stage, `memory_mb`, and for a reader
     /// `artifact` and `extensions`.
     Value declaration;
     std::filesystem::path library{};
@@ -116,7 +116,8 @@ struct PortDeclaration
 /// TypeDescription::declaration, read once.
 struct TypeDeclaration
 {
-    std::vector<OptionDeclaration> options;  ///< In declared order.
+    std::vector<OptionDeclaration> options;     ///< In declared order.
+    std::vector<OptionDeclaration> components;  ///< The kinds of component that it takes from the pipeline's choice.
     std::vector<PortDeclaration> inputs;
     std::vector<PortDeclaration> outputs;
     std::string artifact;                 ///< What a reader makes.

@@ -53,15 +53,16 @@ class Requests
         libraries_.set(type.type, Value::Map{{"library", type.library.string()}, {"hash", type.bytes->hash()}});
     }
 
-    /// The configuration of a viewer with its defaults; of one that lacks a part, what it has: it says so itself.
-    Value used(const TypeDescription& viewer)
+    /// The configuration of a viewer with its defaults and the pipeline's components; of one that lacks a part, what it has: it
+    /// says so itself.
+    Value used(const TypeDescription& viewer, const PipelineStage& stage)
     {
         use(viewer);
         const Value only_type = Value::Map{{"type", viewer.type}};
         ProblemList problems;
         OptionUses uses;
         Value config =
-            OptionChecker(types_, problems)
+            OptionChecker(types_, *stage.chosen_components, problems)
                 .complete_component(Viewer::component_kind, yaml_from_value(only_type, {}), {}, "viewer " + viewer.type, uses);
         for (const TypeDescription* part : uses.components)
             use(*part);
@@ -80,7 +81,7 @@ class Requests
             if (viewer == viewers_.end() || (!shown.names.empty() && !exports) ||
                 !fs::is_directory(store_.object(shown.object) / name))
                 continue;
-            Value& request = add(stage.name, name, *viewer);
+            Value& request = add(stage, name, *viewer);
             request.set("object", shown.object);
             request.set("readers", readers(stage.name, name));
             request.set("names", Value::List(shown.names.begin(), shown.names.end()));
@@ -100,20 +101,20 @@ class Requests
                 continue;
             for (const TypeDescription* component : stage.components)
                 use(*component);
-            Value& request = add(stage.name, wire.port, *viewer);
+            Value& request = add(stage, wire.port, *viewer);
             request.set("file", wire.file.string());
             request.set("reader", wire.reader);
         }
     }
 
     /// For an artifact and its viewer.
-    Value& add(const std::string& stage, const std::string& port,
+    Value& add(const PipelineStage& stage, const std::string& port,
                const std::pair<const std::string, const TypeDescription*>& viewer)
     {
-        return artifacts_.emplace_back(Value::Map{{"stage", stage},
+        return artifacts_.emplace_back(Value::Map{{"stage", stage.name},
                                                   {"port", port},
                                                   {"artifact", viewer.first},
-                                                  {"viewer", used(*viewer.second)},
+                                                  {"viewer", used(*viewer.second, stage)},
                                                   {"readers", Value::List{}},
                                                   {"names", Value::List{}}});
     }

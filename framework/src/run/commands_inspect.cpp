@@ -145,6 +145,17 @@ void write_options(const TypeDeclaration& declaration, const TypeTable& types, s
     }
 }
 
+void write_components(const TypeDeclaration& declaration, std::size_t width, std::ostream& out)
+{
+    if (declaration.components.empty())
+        return;
+    out << "\ncomponents that the pipeline chooses (kind, default, what it is):\n";
+    TextTable table = table_of({Kind::figure, Kind::figure, Kind::text});
+    for (const OptionDeclaration& component : declaration.components)
+        table.add({component.name, component.default_value.at("type").as_string(), component.help});
+    out << table.text(width);
+}
+
 void write_text(const TypeDescription& type, const TypeDeclaration& declaration, const TypeTable& types, std::size_t width,
                 std::ostream& out)
 {
@@ -160,6 +171,7 @@ void write_text(const TypeDescription& type, const TypeDeclaration& declaration,
     write_ports("inputs", declaration.inputs, width, out);
     write_ports("outputs", declaration.outputs, width, out);
     write_options(declaration, types, width, out);
+    write_components(declaration, width, out);
 }
 
 /// A line per problem; of many that are alike the first few, and how many more there are.

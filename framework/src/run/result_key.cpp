@@ -33,14 +33,16 @@ class KeyMaker
     Value options(const Value& options, const Value& declaration)
     {
         Value::Map map;
-        for (const auto& declared : declaration.at("options").as_list())
-        {
-            const Value* in_key = declared.find("in_key");
-            const std::string& name = declared.at("name").as_string();
-            const Value* value = options.find(name);
-            if ((in_key == nullptr || in_key->as_bool()) && value != nullptr && !value->is_null())
-                map.emplace_back(name, option(*value, declared.at("kind").as_string()));
-        }
+        for (const char* list : {"options", "components"})
+            if (const Value* all = declaration.find(list))
+                for (const Value& declared : all->as_list())
+                {
+                    const Value* in_key = declared.find("in_key");
+                    const std::string& name = declared.at("name").as_string();
+                    const Value* value = options.find(name);
+                    if ((in_key == nullptr || in_key->as_bool()) && value != nullptr && !value->is_null())
+                        map.emplace_back(name, option(*value, declared.at("kind").as_string()));
+                }
         return sorted_map(std::move(map));
     }
 

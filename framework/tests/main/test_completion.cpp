@@ -44,6 +44,7 @@ TEST_CASE("commands, options and types are offered from the program and the regi
     CHECK(has(offered(place, {"describe", "test.a"}), "test.add"));
     CHECK_FALSE(has(offered(place, {"describe", "test.a"}), "test.source"));
     CHECK(has(offered(place, {"run", "room.yaml", "--set", "add."}), "add.plus="));
+    CHECK(has(offered(place, {"run", "room.yaml", "--set", "comp"}), "components.scaler="));
     const Words files{":files"};
     const Words folders{":folders"};
     for (const auto& [words, expected] :

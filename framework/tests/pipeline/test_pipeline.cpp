@@ -100,6 +100,50 @@ TEST_CASE("Components are written as a type, with or without options, in any ord
     CHECK_THAT(judged(", loss: [1]"), Contains("or none, got a list"));
 }
 
+TEST_CASE("A pipeline chooses the components that its stages share", "[pipeline]")
+{
+    const TemporaryFolder folder;
+    const Catalog catalog = catalog_with_codecs();
+    const std::string stages = "stages: {a: {type: picture.write}, b: {type: picture.peek}}\n";
+    const auto chosen = [&](const std::string& components, const Sets& sets = {})
+    {
+        const PipelineResult result = check(folder, "version: 1\n" + components + stages, catalog, sets);
+        return options_of(result, "a") + " " + options_of(result, "b");
+    };
+    const auto both = [](const std::string& codec) { return R"({"codec":)" + codec + "} {\"codec\":" + codec + "}"; };
+    const std::string plain = R"({"type":"codec.plain"})";
+    CHECK(chosen("") == both(plain));
+    CHECK(chosen("components: {codec: codec.fast}\n") == both(R"({"type":"codec.fast","level":3})"));
+    CHECK(chosen("components: {codec: {type: codec.fast, level: 7}}\n") == both(R"({"type":"codec.fast","level":7})"));
+    CHECK(chosen("vars: {c: codec.fast}\ncomponents: {codec: '${c}'}\n", {{"c", "codec.plain"}}) == both(plain));
+    CHECK(chosen("components: {codec: codec.plain}\n", {{"components.codec", "codec.fast"}}) ==
+          both(R"({"type":"codec.fast","level":3})"));
+    CHECK(chosen("components: {codec: codec.fast}\n", {{"components.codec.level", "5"}}) ==
+          both(R"({"type":"codec.fast","level":5})"));
+    CHECK(chosen("", {{"components.codec.type", "codec.fast"}}) == both(R"({"type":"codec.fast","level":3})"));
+
+    const std::string none = "version: 1\ncomponents: {codec: none}\nstages: {b: {type: picture.peek}}\n";
+    CHECK(options_of(check(folder, none, catalog), "b") == "{}");
+    CHECK(check(folder, none, catalog).pipeline.stages[0].components.empty());
+
+    // A file goes before its base, and an empty value removes the base's choice.
+    folder.write("base.yaml", "version: 1\ncomponents: {codec: {type: codec.fast, level: 2}}\n" + stages);
+    const auto above = [&](const std::string& components)
+    { return options_of(check(folder, "version: 1\nbase: base.yaml\n" + components, catalog), "a"); };
+    CHECK(above("") == R"({"codec":{"type":"codec.fast","level":2}})");
+    CHECK(above("components: {codec: {level: 9}}\n") == R"({"codec":{"type":"codec.fast","level":9}})");
+    CHECK(above("components: {codec: codec.plain}\n") == R"({"codec":)" + plain + "}");
+    CHECK(above("components: {codec: }\n") == R"({"codec":)" + plain + "}");
+
+    // An axis may decide it.
+    const PipelineResult sweep =
+        check(folder,
+              "version: 1\nvars: {c: }\nmatrix: {c: {one: codec.plain, two: codec.fast}}\ncomponents: {codec: '${c}'}\n" + stages,
+              catalog);
+    CHECK(options_of(sweep, "a@two") == R"({"codec":{"type":"codec.fast","level":3}})");
+    CHECK(options_of(sweep, "b@one") == R"({"codec":)" + plain + "}");
+}
+
 TEST_CASE("A stage's name wires every input that one of its outputs fits in one way; ports may be named", "[pipeline]")
 {
     const Room folder;

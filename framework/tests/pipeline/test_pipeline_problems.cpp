@@ -132,6 +132,45 @@ TEST_CASE("A value or an input that does not fit is named with what is accepted 
     CHECK_THAT(problem_of(height("16, 4096")), !Contains("heights_px"));
 }
 
+TEST_CASE("A component that the pipeline chooses is checked once, used or not", "[pipeline]")
+{
+    const TemporaryFolder folder;
+    const Catalog catalog = catalog_with_codecs();
+    const auto found = [&](const std::string& components, const std::string& more = "", const Sets& sets = {})
+    {
+        return joined_lines(check(folder,
+                                  "version: 1\ncomponents: " + components +
+                                      "\nstages: {a: {type: picture.write}, b: {type: picture.write}" + more + "}\n",
+                                  catalog, sets));
+    };
+    CHECK(found("{codec: none}")
+              .starts_with("p.yaml:2:21: error: stage 'a' (picture.write) needs a component of kind 'codec' "
+                           "(Encodes): set one by its type | p.yaml:2:21: error: stage 'b'"));
+    CHECK(found("{codec: codec.plane}") ==
+          "p.yaml:2:21: error: components: 'codec': unknown type 'codec.plane' (did you mean 'codec.plain'?)");
+    CHECK(found("{codec: loss.gram}").starts_with("p.yaml:2:21: error: components: 'codec': 'loss.gram' is of kind 'loss'"));
+    CHECK(found("{codec: {type: codec.fast, level: 0}}") == "p.yaml:2:47: error: components: 'codec' (codec.fast): option "
+                                                            "'level': 0 is too small; expected an integer of at least 1");
+    CHECK(found("{codek: codec.fast}") == "p.yaml:2:14: error: no stage takes components of the kind 'codek' from the pipeline "
+                                          "(did you mean 'codec'?)");
+    CHECK(found("{loss: loss.gram}").starts_with("p.yaml:2:14: error: no stage takes components of the kind 'loss'"));
+    CHECK(found("{codec: }") == "p.yaml:2:14: error: components: 'codec' has no value: leave the line out, or set {type: …} of "
+                                "kind 'codec', or none");
+    CHECK(found("[codec.fast]") == "p.yaml:2:13: error: 'components' must be a map {name: …}, got a list");
+    CHECK(found("{codec: '${c}'}").starts_with("p.yaml:2:21: error: unknown var 'c'"));
+    CHECK(found("{}", ", c: {type: picture.write, codec: codec.fast}")
+              .starts_with("p.yaml:3:87: error: stage 'c' (picture.write) has no option 'codec'"));
+    CHECK(found("{}", ", components: {type: picture.write}") ==
+          "p.yaml:3:62: error: 'components' cannot name a stage: --set components.KIND=… sets the pipeline's components");
+    CHECK(found("{}", "", {{"components.codek", "codec.fast"}})
+              .starts_with("--set components.codek=codec.fast: error: no stage takes"));
+    CHECK(
+        found("{}", "", {{"components.codec.type", "codec.fast"}, {"components.codec.levl", "2"}}).find("has no option 'levl'") !=
+        std::string::npos);
+    CHECK(check(folder, "version: 1\ncomponents: {codec: codec.lost}\nstages: {b: {type: mesh.two}}\n", catalog).exit_code() ==
+          2);
+}
+
 TEST_CASE("A var is checked whether it is used or not", "[pipeline]")
 {
     const auto found = lines(check({}, "version: 1\nvars:\n  a: x\n  b: \"${nope}\"\n  c: \"${d}\"\n  d: \"${c}\"\n"

@@ -20,6 +20,8 @@ Catalog small_catalog()
                     {"name": "path", "kind": "input_file", "required": true, "help": "A file"},
                     {"name": "note", "kind": "text", "default": "", "in_key": false, "help": "A note"},
                     {"name": "style", "kind": "component", "component_kind": "loss", "help": "A loss"}],
+        "components": [{"name": "codec", "kind": "component", "component_kind": "codec", "default": {"type": "codec.plain"},
+                        "optional": true, "help": "Encodes"}],
         "inputs": [{"name": "mesh", "artifact": "mesh", "version": 1, "optional": true, "help": "What comes in"}],
         "outputs": [{"name": "out", "artifact": "table", "version": 3, "help": "What goes out"}]})"));
     catalog.add(described("loss.gram", "loss", "{}"));
@@ -50,7 +52,9 @@ TEST_CASE("every type has a page, made of its declaration", "[reference]")
           "| `note`° | `\"\"` | text | A note |\n"
           "| `style` | none | {type: …} of kind 'loss', or none | A loss |\n"
           "\n° does not affect the result: changing it reruns nothing.\n"
-          "\nFor `style`: [`loss.gram`](loss.gram.md).\n");
+          "\nFor `style`: [`loss.gram`](loss.gram.md).\n"
+          "\n## Components\n\nThe pipeline [chooses them](../pipelines.md#shared-components) for all its stages.\n"
+          "\n| kind | default | | |\n|---|---|---|---|\n| `codec` | [`codec.plain`](codec.plain.md) | may be none | Encodes |\n");
     CHECK_THAT(text_of(pages, "read.mesh.md"),
                Contains("A component of kind `reader`") && Contains("It reads `mesh` from files that end in `.ply`, `.obj`.\n"));
     CHECK_THAT(text_of(pages, "README.md"),

@@ -165,6 +165,19 @@ stages:
 
 }  // namespace
 
+TEST_CASE("The editor schema knows the components that a pipeline chooses", "[schema]")
+{
+    const SchemaCheck schema(catalog_with_codecs());
+    const std::string stages = "\nstages: {a: {type: picture.write}}\n";
+    for (const char* good :
+         {"{}", "{codec: none}", "{codec: codec.plain}", "{codec: {type: codec.fast, level: 2}}", "{codec: '${c}'}"})
+        CHECK(schema.accepts(yaml(std::string("components: ") + good + stages)));
+    for (const char* bad :
+         {"[]", "{codec: 5}", "{codec: loss.gram}", "{codec: {type: codec.fast, level: 0}}", "{loss: loss.gram}"})
+        CHECK_FALSE(schema.accepts(yaml(std::string("components: ") + bad + stages)));
+    CHECK_FALSE(schema.accepts(yaml("stages: {a: {type: picture.write, codec: codec.plain}}\n")));
+}
+
 TEST_CASE("The editor schema says what every type takes", "[schema]")
 {
     const Value schema = SchemaCheck(hand_made_catalog()).schema();

@@ -21,6 +21,8 @@ Catalog small_catalog()
                     {"name": "path", "kind": "input_file", "required": true, "help": "A file"},
                     {"name": "note", "kind": "text", "default": "", "in_key": false, "help": "A note"},
                     {"name": "style", "kind": "component", "component_kind": "loss", "help": "A loss"}],
+        "components": [{"name": "codec", "kind": "component", "component_kind": "codec", "default": {"type": "codec.plain"},
+                        "help": "Encodes"}],
         "inputs": [{"name": "mesh", "artifact": "mesh", "version": 1, "optional": true, "help": "What comes in"}],
         "outputs": [{"name": "out", "artifact": "mesh", "version": 3, "help": "What goes out"}]})"));
     catalog.add(described("loss.gram", "loss", "{}"));
@@ -80,6 +82,9 @@ options (name, default, accepted, what it is):
   style    none      {type: …} of kind 'loss', or none  A loss
 
 for 'style' there is: loss.gram
+
+components that the pipeline chooses (kind, default, what it is):
+  codec  codec.plain  Encodes
 )");
     CHECK(write_description(catalog, "mesh.pass", true, without_end, json, errors) == 0);
     CHECK(fresco::parse_json(json.str()).at("declaration") == catalog.find("mesh.pass")->declaration);

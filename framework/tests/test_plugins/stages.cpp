@@ -24,6 +24,7 @@ class Scaler : public fresco::Component
 {
   public:
     static constexpr std::string_view component_kind = "scaler";
+    static constexpr std::string_view default_type = "test.factor";
     virtual double scaled(double value) const = 0;
 };
 
@@ -417,7 +418,7 @@ class Scale final : public LoggedStage
     Input<Table> table{this, "table", "The number"};
     Output<Table> scaled{this, "scaled", "The number, scaled"};
     fresco::Slot<Scaler> first{this, "first", "test.factor", "First scaler"};
-    fresco::Slot<Scaler> second{this, "second", "test.factor", "Second scaler"};
+    fresco::Slot<Scaler> second{this, "Second scaler"};
 
     void run(RunContext& run) override
     {

@@ -238,7 +238,8 @@ TEST_CASE("A stage learns how its result comes about, from options to figures, w
     CHECK(options.at("value") == Value(3.0));
     CHECK(options.at("folder") == Value("scan"));
     CHECK(options.at("file") == Value(Value::Map{{"file", "extra"}, {"xxh128", fresco::content_hash("123")}}));
-    CHECK(stages[1].at("options").at("first") == Value(Value::Map{{"type", "test.factor"}, {"factor", 2.0}}));
+    for (const char* scaler : {"first", "scaler"})
+        CHECK(stages[1].at("options").at(scaler) == Value(Value::Map{{"type", "test.factor"}, {"factor", 2.0}}));
     CHECK(stages[2].at("inputs") == Value(Value::Map{{"left", "test.scale"}, {"right", "test.source"}}));
     CHECK(stages[4].at("inputs") == Value(Value::Map{{"left", "test.add"}, {"right", "test.source 2"}}));
     CHECK(stages[0].at("figures") == Value(Value::Map{{"threads", 1}}));

@@ -101,6 +101,6 @@ write_dataset(const std::filesystem::path& out, const fresco::testing::Inputs& i
               const fresco::Value& options = fresco::Value::Map{},
               const std::shared_ptr<fresco::testing::RawImages>& codec = std::make_shared<fresco::testing::RawImages>())
 {
-    fresco::testing::run_stage(FRESCO_PLUGIN_FILE, "dataset.write", options, inputs, out, run, {{"images", codec}});
+    fresco::testing::run_stage(FRESCO_PLUGIN_FILE, "dataset.write", options, inputs, out, run, {{"image_io", codec}});
     return fresco::Files::load({out / "files", out})->names;
 }

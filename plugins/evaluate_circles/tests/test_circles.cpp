@@ -346,7 +346,7 @@ class Recording
     {
         testing::run_stage(FRESCO_PLUGIN_FILE, "evaluate.circles", options,
                            {{"views", views}, {"frames", frames}, {"mesh", mesh}}, out, run,
-                           {{"images", std::make_shared<stored_png::Codec>()}});
+                           {{"image_io", std::make_shared<stored_png::Codec>()}});
         return *Files::load({out / "figures", out});
     }
 

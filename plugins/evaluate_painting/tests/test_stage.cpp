@@ -59,7 +59,7 @@ class Recording
     {
         testing::TemporaryFolder out;
         testing::run_stage(FRESCO_PLUGIN_FILE, "evaluate.painting", options, inputs, out.path(), run,
-                           {{"images", std::make_shared<stored_png::Codec>()}});
+                           {{"image_io", std::make_shared<stored_png::Codec>()}});
         const auto files = Files::load({out.path() / "figures", out.path()});
         REQUIRE(files->names.size() == 1);
         return parse_json(read_text_file(files->loaded_from / files->names[0]));

@@ -144,7 +144,7 @@ TEST_CASE("the stage judges growth by its standard error, and no growth only whe
                            {{"textured_mesh", std::make_shared<TexturedMesh>(striped(512, wall))},
                             {"style", std::make_shared<Image>(stripes())},
                             {"uvmaps", maps}},
-                           out.path(), run, {{"images", std::make_shared<stored_png::Codec>()}});
+                           out.path(), run, {{"image_io", std::make_shared<stored_png::Codec>()}});
         const auto files = Files::load({out.path() / "figures", out.path()});
         return parse_json(read_text_file(files->loaded_from / files->names[0]));
     };

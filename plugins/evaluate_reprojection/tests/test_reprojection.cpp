@@ -345,7 +345,7 @@ class Recording
     {
         testing::TemporaryFolder out;
         testing::run_stage(FRESCO_PLUGIN_FILE, "evaluate.reprojection", options, inputs, out.path(), run,
-                           {{"images", std::make_shared<stored_png::Codec>()}});
+                           {{"image_io", std::make_shared<stored_png::Codec>()}});
         const auto files = Files::load({out.path() / "figures", out.path()});
         REQUIRE(files->names.size() == 1);
         return read_text_file(files->loaded_from / files->names[0]);

@@ -65,7 +65,7 @@ struct Pictures
     {
         fs::remove_all(folder.path() / "out");
         testing::run_stage(FRESCO_PLUGIN_FILE, "evaluate.study", options, inputs, folder.path() / "out", run,
-                           {{"images", std::make_shared<WrittenOut>()}});
+                           {{"image_io", std::make_shared<WrittenOut>()}});
         return Files::load({folder.path() / "out/files", {}});
     }
     std::string made(const char* name) const { return read_text_file(folder.path() / "out/files" / name); }

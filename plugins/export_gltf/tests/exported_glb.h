@@ -90,7 +90,7 @@ inline Exported exported_from(const fresco::Value& options, const fresco::testin
     fresco::testing::TestRun run;
     run.origin_given = origin;
     fresco::testing::run_stage(FRESCO_PLUGIN_FILE, "export.gltf", options, inputs, folder.path(), run,
-                               {{"images", std::make_shared<stored_png::Codec>()}});
+                               {{"image_io", std::make_shared<stored_png::Codec>()}});
     const auto files = fresco::Files::load({folder.path() / "files", folder.path()});
     return {fresco::read_text_file(folder.path() / "files" / files->names.at(0)), files->names, run.reported, run.messages};
 }

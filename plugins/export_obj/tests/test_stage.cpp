@@ -29,7 +29,7 @@ std::vector<std::string> export_to(const std::filesystem::path& folder, const Va
 {
     testing::TestRun run;
     testing::run_stage(FRESCO_PLUGIN_FILE, "export.obj", options, {{"textured_mesh", std::make_shared<TexturedMesh>(textured)}},
-                       folder, run, {{"images", std::make_shared<stored_png::Codec>()}});
+                       folder, run, {{"image_io", std::make_shared<stored_png::Codec>()}});
     return run.messages;
 }
 }  // namespace

@@ -45,7 +45,7 @@ Exported exported(const Value& options, testing::Inputs more = {}, int side = 8)
     testing::TestRun run;
     more["textured_mesh"] = std::make_shared<TexturedMesh>(square(side));
     testing::run_stage(FRESCO_PLUGIN_FILE, "export.page", options, more, folder.path(), run,
-                       {{"images", std::make_shared<Codec>()}});
+                       {{"image_io", std::make_shared<Codec>()}});
     const auto files = Files::load({folder.path() / "files", folder.path()});
     Exported result{read_text_file(folder.path() / "files" / files->names.at(0)), {}, run.reported};
     const std::string begin = "<script type=\"application/json\" id=\"data\">";

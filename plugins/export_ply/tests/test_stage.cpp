@@ -109,7 +109,7 @@ std::unique_ptr<Exported> exported(const Value& options, const TexturedMesh& tex
     if (!all.find("up"))
         all.set("up", "keep");
     testing::run_stage(FRESCO_PLUGIN_FILE, "export.ply", all, {{"textured_mesh", std::make_shared<TexturedMesh>(textured)}},
-                       result->folder.path(), result->run, {{"images", std::make_shared<stored_png::Codec>()}});
+                       result->folder.path(), result->run, {{"image_io", std::make_shared<stored_png::Codec>()}});
     result->names = Files::load({result->folder.path() / "files", result->folder.path()})->names;
     return result;
 }

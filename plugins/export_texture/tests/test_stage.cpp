@@ -43,7 +43,7 @@ std::filesystem::path export_to(const std::filesystem::path& folder, const Value
                                 testing::TestRun& run)
 {
     testing::run_stage(FRESCO_PLUGIN_FILE, "export.texture", options, {{"mesh", std::make_shared<TexturedMesh>(square())}},
-                       folder, run, {{"images", codec}});
+                       folder, run, {{"image_io", codec}});
     return folder / "files" / Files::load({folder / "files", folder})->names.at(0);
 }
 

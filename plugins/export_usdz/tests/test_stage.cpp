@@ -122,7 +122,7 @@ Exported exported(const Value& options, const TexturedMesh& textured = square(),
     const testing::TemporaryFolder folder;
     testing::TestRun run;
     testing::run_stage(FRESCO_PLUGIN_FILE, "export.usdz", options, more, folder.path(), run,
-                       {{"images", std::make_shared<stored_png::Codec>()}});
+                       {{"image_io", std::make_shared<stored_png::Codec>()}});
     const auto files = Files::load({folder.path() / "files", folder.path()});
     Exported result{read_text_file(folder.path() / "files" / files->names.at(0)), {}, run.reported, run.messages};
     result.entries = read_usdz(result.package, files->names.at(0));

@@ -16,7 +16,7 @@ std::shared_ptr<const Frames> aligned(const Mesh& mesh, const Frames& frames, te
     testing::TemporaryFolder folder;
     testing::run_stage(FRESCO_PLUGIN_FILE, "frames.align", Value::Map{},
                        {{"mesh", std::make_shared<Mesh>(mesh)}, {"frames", std::make_shared<Frames>(frames)}}, folder.path(), run,
-                       {{"images", std::make_shared<testing::RawImages>()}});
+                       {{"image_io", std::make_shared<testing::RawImages>()}});
     if (agreement)
         *agreement = *Table::load({folder.path() / "agreement", folder.path()});
     return Frames::load({folder.path() / "frames", folder.path()});

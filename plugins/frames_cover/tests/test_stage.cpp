@@ -96,7 +96,7 @@ std::vector<std::string> covering_views(const Mesh& mesh, const Frames& frames, 
     const testing::TemporaryFolder out;
     testing::run_stage(FRESCO_PLUGIN_FILE, "frames.cover", options,
                        {{"mesh", std::make_shared<Mesh>(mesh)}, {"frames", std::make_shared<Frames>(frames)}}, out.path(), run,
-                       {{"images", std::make_shared<testing::RawImages>()}});
+                       {{"image_io", std::make_shared<testing::RawImages>()}});
     std::vector<std::string> names;
     const auto chosen = Frames::load({out.path() / "frames", {}});
     for (const Frame& frame : chosen->frames)

@@ -216,7 +216,7 @@ TEST_CASE("frames blurred by motion are dropped, sharp ones and lone sights of a
                                   {"depth_width_px", 160},
                                   {"depth_height_px", 120},
                                   {"edge_m", 0.15}},
-                       {}, folder.path(), run, {{"images", images}});
+                       {}, folder.path(), run, {{"image_io", images}});
     Frames frames = *Frames::load({folder.path() / "frames", folder.path()});
     Random random(11);
     const std::vector<double> lengths = motion(frames.frames.size(), random);
@@ -228,7 +228,7 @@ TEST_CASE("frames blurred by motion are dropped, sharp ones and lone sights of a
     }
 
     testing::run_stage(FRESCO_PLUGIN_FILE, "frames.sharpest", Value::Map{}, {{"frames", std::make_shared<Frames>(frames)}},
-                       folder.path() / "out", run, {{"images", images}});
+                       folder.path() / "out", run, {{"image_io", images}});
     const Value& judged = run.reported.at("judged_frames");
     // A frame that is kept for its surface is beyond the limit without being dropped for it.
     CHECK(std::ranges::count(judged.at("beyond").as_list(), Value(true)) == run.reported.at("dropped_blurred").as_int());

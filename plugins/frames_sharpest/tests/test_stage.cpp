@@ -46,7 +46,7 @@ fresco::Frames run_sharpest(const fresco::Frames& input, fresco::Value options, 
     fresco::testing::TemporaryFolder out;
     fresco::testing::run_stage(FRESCO_PLUGIN_FILE, "frames.sharpest", options,
                                {{"frames", std::make_shared<fresco::Frames>(input)}}, out.path(), run,
-                               {{"images", std::make_shared<testing::RawImages>()}});
+                               {{"image_io", std::make_shared<testing::RawImages>()}});
     return *fresco::Frames::load({out.path() / "frames", {}});
 }
 

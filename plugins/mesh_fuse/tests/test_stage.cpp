@@ -66,7 +66,7 @@ std::shared_ptr<Mesh> fuse_frames(const std::shared_ptr<Frames>& frames, const V
         inputs["mesh"] = given;
     std::map<std::string, std::shared_ptr<Component>> components;
     if (images)
-        components["images"] = images;
+        components["image_io"] = images;
     testing::run_stage(FRESCO_PLUGIN_FILE, "mesh.fuse", options, inputs, folder.path(), run, components);
     return Mesh::load({folder.path() / "mesh", folder.path()});
 }

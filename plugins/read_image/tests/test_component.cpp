@@ -40,7 +40,7 @@ struct Reader
     Reader() : made(testing::make_from_plugin(FRESCO_PLUGIN_FILE, "read.image")), reader(dynamic_cast<FileReader*>(made.get()))
     {
         factory.add("test.codec", [this] { return codec; });
-        made->configure(parse_json(R"({"images": {"type": "test.codec"}})"), factory);
+        made->configure(parse_json(R"({"image_io": {"type": "test.codec"}})"), factory);
     }
     Raster8 read(const std::filesystem::path& file) const { return dynamic_cast<const Image&>(*reader->read(file)).pixels; }
 

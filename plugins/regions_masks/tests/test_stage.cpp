@@ -159,7 +159,7 @@ std::shared_ptr<Regions> masked(const fs::path& folder, testing::TestRun& run, c
         inputs["regions"] = std::make_shared<Regions>(*base);
     testing::TemporaryFolder out;
     testing::run_stage(FRESCO_PLUGIN_FILE, "regions.masks", Value::Map{{"path", folder.string()}}, inputs, out.path(), run,
-                       {{"images", std::make_shared<testing::RawImages>()}});
+                       {{"image_io", std::make_shared<testing::RawImages>()}});
     return Regions::load({out.path() / "regions", out.path()});
 }
 

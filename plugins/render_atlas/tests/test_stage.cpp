@@ -31,7 +31,7 @@ Mesh two_squares()
 void run_on(const Mesh& mesh, const Value& options, const std::filesystem::path& folder, testing::TestRun& run)
 {
     testing::run_stage(FRESCO_PLUGIN_FILE, "render.atlas", options, {{"mesh", std::make_shared<Mesh>(mesh)}}, folder, run,
-                       {{"images", std::make_shared<stored_png::Codec>()}});
+                       {{"image_io", std::make_shared<stored_png::Codec>()}});
 }
 
 }  // namespace

@@ -54,7 +54,7 @@ std::shared_ptr<Frames> two_frames()
 void fly(const std::filesystem::path& folder, Value options, std::shared_ptr<Frames> frames, testing::TestRun& run)
 {
     testing::run_stage(FRESCO_PLUGIN_FILE, "render.flythrough", options, {{"mesh", wall()}, {"frames", std::move(frames)}},
-                       folder, run, {{"images", std::make_shared<stored_png::Codec>()}});
+                       folder, run, {{"image_io", std::make_shared<stored_png::Codec>()}});
 }
 
 }  // namespace

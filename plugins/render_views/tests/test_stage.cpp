@@ -237,7 +237,7 @@ void render_to(const std::filesystem::path& folder, const Value& options, testin
 {
     testing::run_stage(FRESCO_PLUGIN_FILE, "render.views", options,
                        {{"mesh", std::make_shared<TexturedMesh>(wall(8))}, {"frames", frames}}, folder, run,
-                       {{"images", std::make_shared<stored_png::Codec>()}});
+                       {{"image_io", std::make_shared<stored_png::Codec>()}});
 }
 }  // namespace
 

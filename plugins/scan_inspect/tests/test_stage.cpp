@@ -15,7 +15,7 @@ std::shared_ptr<Files> inspection_of(const std::shared_ptr<Mesh>& mesh, const st
                                      testing::TestRun& run)
 {
     testing::run_stage(FRESCO_PLUGIN_FILE, "scan.inspect", options, {{"mesh", mesh}, {"frames", frames}}, out, run,
-                       {{"images", images}});
+                       {{"image_io", images}});
     return Files::load({out / "pictures", {}});
 }
 

@@ -120,7 +120,7 @@ TEST_CASE("a picture in a model is named by the model", "[scan.mesh]")
     {
         TestRun run;
         CHECK_THROWS_WITH(fresco::testing::run_stage(FRESCO_PLUGIN_FILE, "scan.mesh", Value::Map{{"path", file.string()}}, {},
-                                                     folder.path() / "out", run, {{"images", std::make_shared<Refusing>()}}),
+                                                     folder.path() / "out", run, {{"image_io", std::make_shared<Refusing>()}}),
                           Catch::Equals(name + ": byte 33: damaged"));
     }
 }
@@ -133,7 +133,7 @@ TEST_CASE("a model goes on with its materials and pictures", "[scan.mesh]")
         options.set("path", path.string());
         std::filesystem::remove_all(folder.path() / "out");
         fresco::testing::run_stage(FRESCO_PLUGIN_FILE, "scan.mesh", options, {}, folder.path() / "out", run,
-                                   {{"images", std::make_shared<stored_png::Codec>()}});
+                                   {{"image_io", std::make_shared<stored_png::Codec>()}});
         return fresco::Model::load({folder.path() / "out/model", folder.path()});
     };
     const std::filesystem::path glb = model_samples::write_glb_box(folder.path());

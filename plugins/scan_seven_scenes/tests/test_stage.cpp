@@ -217,7 +217,7 @@ TEST_CASE("the kitchen has 125 frames of two cameras 2.6 cm apart", "[scan.seven
     const TemporaryFolder out;
     TestRun run;
     run_stage(FRESCO_PLUGIN_FILE, "scan.seven_scenes", Value::Map{{"path", path.string()}}, {}, out.path(), run,
-              {{"images", make_from_plugin<ImageIo>(codec, "image.opencv")}});
+              {{"image_io", make_from_plugin<ImageIo>(codec, "image.opencv")}});
     const auto frames = Frames::load({out.path() / "frames", out.path()})->frames;
     REQUIRE(frames.size() == 125);
     CHECK(run.messages == std::vector<std::string>{"125 frames of 1 sequences"});

@@ -28,7 +28,7 @@ struct Recorded
     explicit Recorded(const Value& options)
     {
         testing::run_stage(FRESCO_PLUGIN_FILE, "scan.synthetic_room", options, {}, out.path(), run,
-                           {{"images", std::make_shared<RawImages>()}});
+                           {{"image_io", std::make_shared<RawImages>()}});
         frames = Frames::load({out.path() / "frames", {}});
         mesh = Mesh::load({out.path() / "mesh", {}});
     }

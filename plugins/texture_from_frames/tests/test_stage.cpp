@@ -70,7 +70,7 @@ std::shared_ptr<const Texture> made(const Recording& recording, Value::Map optio
     testing::TemporaryFolder folder;
     testing::run_stage(FRESCO_PLUGIN_FILE, "texture.from_frames", options,
                        {{"uvmaps", recording.maps}, {"frames", recording.frames}}, folder.path(), run,
-                       {{"images", std::make_shared<testing::RawImages>()}});
+                       {{"image_io", std::make_shared<testing::RawImages>()}});
     return Texture::load({folder.path() / "texture", folder.path()});
 }
 

@@ -179,7 +179,7 @@ class Fixture
         std::filesystem::remove_all(out);
         testing::run_stage(FRESCO_PLUGIN_FILE, "texture.from_model", options,
                            {{"model", std::make_shared<Model>(model)}, {"mesh", std::make_shared<Mesh>(mesh)}}, out, run,
-                           {{"images", std::make_shared<stored_png::Codec>()}});
+                           {{"image_io", std::make_shared<stored_png::Codec>()}});
         return std::move(*Texture::load({out / "texture", out}));
     }
 

@@ -193,7 +193,7 @@ struct Studio
         if (lines)
             inputs["lines"] = lines;
         testing::run_stage(FRESCO_PLUGIN_FILE, "texture.synthesize", options, inputs, out.path(), run,
-                           {{"images", std::make_shared<stored_png::Codec>()}});
+                           {{"image_io", std::make_shared<stored_png::Codec>()}});
         Painted result;
         for (const char* file : {"texture/layer_0.npy", "texture/seen.npy", "texture/texture.json", "source/places.npy",
                                  "source/shifts.npy", "source/source_map.json"})

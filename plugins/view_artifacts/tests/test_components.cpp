@@ -29,7 +29,7 @@ void show(const T& artifact, PageEntry& entry)
     const auto viewer = testing::make_from_plugin<Viewer>(FRESCO_PLUGIN_FILE, "view." + std::string(T::artifact_name));
     testing::TestFactory factory;
     factory.add("codec", [] { return std::make_shared<Codec>(); });
-    viewer->configure(Value::Map{{"images", Value::Map{{"type", "codec"}}}}, factory);
+    viewer->configure(Value::Map{{"image_io", Value::Map{{"type", "codec"}}}}, factory);
     CHECK(viewer->type().name == T::artifact_name);
     viewer->show(artifact, entry);
 }

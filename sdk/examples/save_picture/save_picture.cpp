@@ -13,7 +13,7 @@ class SavePicture final : public fresco::Stage
     fresco::Output<fresco::Files> files{this, "files", "The picture"};
     fresco::Option<fresco::OutputName> path{this, "path", fresco::OutputName{"picture.png"}, fresco::extensions({".png"}),
                                             "Output path below --out"};
-    fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", "Encodes the picture"};
+    fresco::Slot<fresco::ImageIo> images{this, "Encodes the picture"};
 
     void run(fresco::RunContext& run) override
     {

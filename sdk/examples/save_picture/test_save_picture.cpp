@@ -36,7 +36,7 @@ TEST_CASE("the picture lies at the path that was asked for")
     fresco::testing::TestRun run;
     fresco::testing::run_stage(FRESCO_PLUGIN_FILE, "example.save_picture", fresco::Value::Map{{"path", "views/a.png"}},
                                {{"image", std::make_shared<fresco::Image>(fresco::Raster8(5, 3, 3))}}, folder.path(), run,
-                               {{"images", codec}});
+                               {{"image_io", codec}});
     const auto written = fresco::Files::load({folder.path() / "files", folder.path()});
     REQUIRE(written->names == std::vector<std::string>{"views/a.png"});
     const auto header = codec->header(written->loaded_from / "views/a.png");

@@ -16,7 +16,8 @@
  *      contains;
  *      ArtifactFolder::references, TexturedMesh::mesh_folder, Mesh::texture_px,
  *      UvMaps::texture_px and uv_bits; outputs that may be left out, or name their parts; OptionDeclaration::rule and formats;
- *      FileReader::formats, FileOrigin; RunContext::origin; Part::fine_count; constructors of SlotBase and Value in the library
+ *      FileReader::formats, FileOrigin; RunContext::origin; Part::fine_count; constructors of SlotBase and Value in the library;
+ *      OptionDeclaration::of_pipeline
  */
 #include <stddef.h>
 #include <stdint.h>

@@ -75,7 +75,7 @@ class Configurable
 
     /// Assigns every entry of the map `options`; what is not named keeps its default. Throws Error on an unknown name.
     void configure(const Value& options, ComponentFactory& factory);
-    /// The declaration as a map with the keys options, inputs, outputs.
+    /// The declaration as a map with the keys options, components (the slots that the pipeline fills), inputs, outputs.
     Value describe() const;
 
   private:
@@ -95,7 +95,7 @@ class Component : public Configurable
     ~Component() override;
 };
 
-/// Argument of a slot whose default is left out unless a port that the pipeline declares (DeclaredPorts) has this exchange form.
+/// Argument of a slot that stays empty unless a port that the pipeline declares (DeclaredPorts) has this exchange form.
 struct ForForm
 {
     std::string name;
@@ -112,16 +112,22 @@ class SlotBase : public Parameter
   protected:
     /// `default_config` as Slot and SlotMap say.
     SlotBase(Configurable* owner, std::string name, OptionKind kind, std::string_view component_kind,
-             const std::string& default_config, std::string help, bool is_optional = false, std::string for_form = "");
+             const std::string& default_config, std::string help, bool is_optional = false);
+    /// The component that the pipeline has chosen for the kind.
+    SlotBase(Configurable* owner, std::string_view component_kind, std::string_view default_type, bool is_optional,
+             std::string for_form, std::string help);
     std::shared_ptr<Component> make(const Value& config, ComponentFactory& factory) const;
     [[noreturn]] void wrong_contract(const Value& config) const;
     [[noreturn]] void not_assigned() const;
 };
 }  // namespace detail
 
-/// One component. `default_config` is a type ("image.opencv") or a JSON map; the host fills it in before the key is made, so
+/// One component. `default_config` is a type ("loss.gram") or a JSON map; the host fills it in before the key is made, so
 /// another default is another key. A slot with an empty default, or declared optional, may hold nothing (the word `none` in the
 /// pipeline): test it with has_value().
+///
+/// A slot without a name holds the component that the pipeline has chosen for all its stages: `components: {KIND: …}` at the top
+/// of the file, by default the contract's `default_type`. Such a slot is called as its kind.
 template <class T>
 class Slot final : public detail::SlotBase
 {
@@ -134,9 +140,15 @@ class Slot final : public detail::SlotBase
         : SlotBase(owner, std::move(name), OptionKind::component, T::component_kind, default_config, std::move(help), true)
     {
     }
-    Slot(Configurable* owner, std::string name, const std::string& default_config, ForForm form, std::string help)
-        : SlotBase(owner, std::move(name), OptionKind::component, T::component_kind, default_config, std::move(help), true,
-                   std::move(form.name))
+    Slot(Configurable* owner, std::string help) : SlotBase(owner, T::component_kind, T::default_type, false, "", std::move(help))
+    {
+    }
+    Slot(Configurable* owner, Optional, std::string help)
+        : SlotBase(owner, T::component_kind, T::default_type, true, "", std::move(help))
+    {
+    }
+    Slot(Configurable* owner, ForForm form, std::string help)
+        : SlotBase(owner, T::component_kind, T::default_type, true, std::move(form.name), std::move(help))
     {
     }
 

@@ -35,6 +35,7 @@ class ImageIo : public Component
 {
   public:
     static constexpr std::string_view component_kind = "image_io";
+    static constexpr std::string_view default_type = "image.opencv";
     ~ImageIo() override;
 
     /// Size without decoding.

@@ -105,7 +105,8 @@ struct OptionDeclaration
     std::string component_kind{};
     bool optional = false;  ///< Of a component: the word `none` leaves it empty.
     std::optional<AutoRule> auto_rule{};
-    std::string for_form{};  ///< Of a component: left out by default unless a port of the stage has this exchange form.
+    bool of_pipeline = false;  ///< A component that the pipeline chooses for all its stages; listed apart from the options.
+    std::string for_form{};    ///< Such a component is left out unless a port of the stage has this exchange form.
     /// Of ports: what a port may be, by name. Not described: whoever checks knows more of them than the plugin.
     std::map<std::string, PortArtifact> artifacts{};
     std::optional<RuleForm> rule{};  ///< Of rules.

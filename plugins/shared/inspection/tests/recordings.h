@@ -40,7 +40,7 @@ inline std::shared_ptr<const Recording> record(const std::string& type, const st
     auto result = std::make_shared<Recording>();
     result->images = images;
     testing::TestRun run;
-    testing::run_stage(file, type, options, {}, result->folder.path(), run, {{"images", images}});
+    testing::run_stage(file, type, options, {}, result->folder.path(), run, {{"image_io", images}});
     result->frames = Frames::load({result->folder.path() / "frames", {}});
     if (std::filesystem::exists(result->folder.path() / "mesh"))
         result->mesh = Mesh::load({result->folder.path() / "mesh", {}});

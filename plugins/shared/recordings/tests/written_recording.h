@@ -98,7 +98,7 @@ class WrittenRecording
                     });
         Value options = reader_.options ? reader_.options(frames, path) : Value::Map{};
         options.set("path", path.string());
-        options.set("images", Value::Map{{"type", "image.raw"}});
+        options.set("image_io", Value::Map{{"type", "image.raw"}});
         for (const auto& [key, value] : more.as_map())
             options.set(key, value);
         const auto made = make_from_plugin(reader_.plugin, reader_.type);

@@ -152,7 +152,7 @@ PictureEncoding::PictureEncoding(Configurable* owner, int max_texture_px)
     : jpeg_quality_(owner, "jpeg_quality", 92, range(1, 100), "Quality if the picture is JPEG"),
       max_texture_px_(owner, "max_texture_px", max_texture_px, range(0, 65536),
                       "Shrink the picture to this side, chart by chart in linear light; 0: do not shrink"),
-      images_(owner, "images", "image.opencv", "Encodes the picture and reads it back")
+      images_(owner, "Encodes the picture and reads it back")
 {
 }
 

@@ -91,7 +91,7 @@ class RecordingStage : public Stage
 
     std::variant<Option<InputFolder>, Option<InputFile>> path_;
     Option<int> every;
-    Slot<ImageIo> images{this, "images", "image.opencv", "Reads and writes pictures"};
+    Slot<ImageIo> images{this, "Reads and writes pictures"};
     Output<Frames> frames;
 };
 

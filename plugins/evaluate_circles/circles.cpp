@@ -49,22 +49,6 @@ bool is_red(const std::uint8_t* rgb)
     return fresco::luma(rgb) > 0.15 * 255;
 }
 
-cv::Mat released_mask(const cv::Mat& rgb)
-{
-    cv::Mat hsv;
-    cv::cvtColor(rgb, hsv, cv::COLOR_RGB2HSV);
-    cv::Mat low;
-    cv::inRange(hsv, cv::Scalar(0, 153, 153), cv::Scalar(15, 255, 255), low);
-    cv::Mat high;
-    cv::inRange(hsv, cv::Scalar(160, 102, 102), cv::Scalar(179, 255, 255), high);
-    cv::Mat gray;
-    cv::cvtColor(rgb, gray, cv::COLOR_RGB2GRAY);
-    cv::Mat filtered;
-    gray.copyTo(filtered, low | high);
-    cv::threshold(filtered, filtered, 0, 255, cv::THRESH_BINARY | cv::THRESH_OTSU);
-    return filtered;
-}
-
 /// Nothing where the contour is too ragged to have a hull of ordered points.
 std::optional<double> largest_defect(const std::vector<cv::Point>& contour)
 {
@@ -105,12 +89,9 @@ std::optional<Ellipse> fitted(const std::vector<cv::Point>& contour, double adde
                    Vec2d{-s, c} * (half_height + added_px)};
 }
 
-bool in_range(const Ellipse& ellipse, Protocol protocol)
+bool in_range(const Ellipse& ellipse)
 {
-    if (protocol == Protocol::paper)
-        return ellipse.radius_px() >= 10 && ellipse.radius_px() <= 1000 && ellipse.stretch() <= 10;
-    const double area = 4 * length(ellipse.half_axis_1) * length(ellipse.half_axis_2);
-    return area > 10 && area < 10'000 && ellipse.stretch() < 10;
+    return ellipse.radius_px() >= 10 && ellipse.radius_px() <= 1000 && ellipse.stretch() <= 10;
 }
 
 }  // namespace
@@ -131,26 +112,23 @@ ContourCounts& ContourCounts::operator+=(const ContourCounts& other)
     return *this;
 }
 
-Raster8 red_mask(const Raster8& rgb, Protocol protocol)
+Raster8 red_mask(const Raster8& rgb)
 {
-    if (protocol == Protocol::released)
-        return raster_of(released_mask(view_of(rgb)));
     Raster8 mask(rgb.width, rgb.height);
     for (std::size_t i = 0; i < mask.values.size(); ++i)
         mask.values[i] = is_red(&rgb.values[i * 3]) ? 255 : 0;
     return mask;
 }
 
-std::vector<Ellipse> find_ellipses(const Raster8& rgb, Protocol protocol, ContourCounts& counts)
+std::vector<Ellipse> find_ellipses(const Raster8& rgb, ContourCounts& counts)
 {
-    const Raster8 mask = red_mask(rgb, protocol);
+    const Raster8 mask = red_mask(rgb);
     cv::Mat clean;
     cv::fastNlMeansDenoising(view_of(mask), clean, denoising_strength);
-    const bool otsu = protocol == Protocol::released;
-    cv::threshold(clean, clean, 127, 255, cv::THRESH_BINARY | (otsu ? cv::THRESH_OTSU : 0));
+    cv::threshold(clean, clean, 127, 255, cv::THRESH_BINARY);
 
     std::vector<std::vector<cv::Point>> contours;
-    cv::findContours(clean, contours, otsu ? cv::RETR_TREE : cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
+    cv::findContours(clean, contours, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
     std::vector<Ellipse> found;
     for (const auto& contour : contours)
     {
@@ -161,10 +139,10 @@ std::vector<Ellipse> find_ellipses(const Raster8& rgb, Protocol protocol, Contou
             ++counts.not_convex;
             continue;
         }
-        const auto ellipse = fitted(contour, protocol == Protocol::paper ? 0.5 : 0);
+        const auto ellipse = fitted(contour, 0.5);
         if (!ellipse)
             ++counts.no_ellipse;
-        else if (!in_range(*ellipse, protocol))
+        else if (!in_range(*ellipse))
             ++counts.out_of_range;
         else
             found.push_back(*ellipse);
@@ -196,7 +174,7 @@ std::optional<Circle::World> world_of(double a, double b)
     return Circle::World{(a + b) / 2, std::max(a / b, b / a)};
 }
 
-std::optional<Circle> circle_of_paper(const Ellipse& ellipse, const Camera& camera, const DepthAt& depth_at)
+std::optional<Circle> circle_of(const Ellipse& ellipse, const Camera& camera, const DepthAt& depth_at)
 {
     const auto depth = depth_at(ellipse.center);
     const auto center = surface_point(camera, depth_at, ellipse.center);
@@ -220,57 +198,18 @@ std::optional<Circle> circle_of_paper(const Ellipse& ellipse, const Camera& came
     return circle;
 }
 
-std::optional<Circle> circle_of_released(const Ellipse& ellipse, const Camera& camera, const DepthAt& depth_at)
-{
-    Vec2d right = ellipse.half_axis_1;
-    Vec2d up = ellipse.half_axis_2;
-    if (std::abs(right.x) < std::abs(up.x))
-        std::swap(right, up);
-    if (right.x < 0)
-        right = right * -1;
-    if (up.y > 0)
-        up = up * -1;
-    const Intrinsics& size = camera.intrinsics;
-    // Of the pixel, within the picture, that is nearest.
-    const auto pixel_center = [&](Vec2d p)
-    {
-        return Vec2d{std::clamp(std::floor(p.x), 0.0, size.width - 1.0) + 0.5,
-                     std::clamp(std::floor(p.y), 0.0, size.height - 1.0) + 0.5};
-    };
-    const auto end = [&](Vec2d half_axis)
-    {
-        const Vec2d first = ellipse.center + half_axis;
-        const bool in_picture = first.x >= 0 && first.y >= 0 && first.x < size.width && first.y < size.height;
-        return surface_point(camera, depth_at, pixel_center(in_picture ? first : ellipse.center - half_axis));
-    };
-    const Vec2d pixel = pixel_center(ellipse.center);
-    const auto depth = depth_at(pixel);
-    const auto center = surface_point(camera, depth_at, pixel);
-    const auto horizontal = end(right);
-    const auto vertical = end(up);
-    if (!depth || !center || !horizontal || !vertical)
-        return std::nullopt;
-    return Circle{ellipse, *depth, world_of(length(*horizontal - *center), length(*vertical - *center))};
-}
-
 }  // namespace
 
-std::vector<Circle> circles_on_surface(const std::vector<Ellipse>& ellipses, const Camera& camera, const DepthAt& depth_at,
-                                       Protocol protocol)
+std::vector<Circle> circles_on_surface(const std::vector<Ellipse>& ellipses, const Camera& camera, const DepthAt& depth_at)
 {
     std::vector<Circle> circles;
     for (const Ellipse& ellipse : ellipses)
-        if (const auto circle = protocol == Protocol::paper ? circle_of_paper(ellipse, camera, depth_at)
-                                                            : circle_of_released(ellipse, camera, depth_at))
+        if (const auto circle = circle_of(ellipse, camera, depth_at))
             circles.push_back(*circle);
     return circles;
 }
 
-namespace
-{
-
-/// Of all circles together.
-CircleStatistics pooled(const std::vector<std::vector<Circle>>& pictures, std::span<const std::size_t> drawn)
+CircleStatistics circle_statistics(const std::vector<std::vector<Circle>>& pictures, std::span<const std::size_t> drawn)
 {
     std::vector<double> depth_2d;
     std::vector<double> radius_px;
@@ -291,34 +230,7 @@ CircleStatistics pooled(const std::vector<std::vector<Circle>>& pictures, std::s
     return {evaluation::pearson(depth_2d, radius_px), evaluation::pearson(depth_3d, radius_m), evaluation::mean(stretch)};
 }
 
-}  // namespace
-
-CircleStatistics circle_statistics(const std::vector<std::vector<Circle>>& pictures, std::span<const std::size_t> drawn,
-                                   Protocol protocol)
-{
-    if (protocol == Protocol::paper)
-        return pooled(pictures, drawn);
-    std::vector<std::pair<CircleStatistics, double>> weighted;
-    for (const std::size_t i : drawn)
-        weighted.emplace_back(pooled(pictures, std::span(&i, 1)), static_cast<double>(pictures[i].size()));
-    // Of those values that are defined.
-    const auto mean = [&](double CircleStatistics::*member)
-    {
-        double sum = 0;
-        double weights = 0;
-        for (const auto& [own, weight] : weighted)
-            if (std::isfinite(own.*member))
-            {
-                sum += own.*member * weight;
-                weights += weight;
-            }
-        return weights > 0 ? sum / weights : std::numeric_limits<double>::quiet_NaN();
-    };
-    return {mean(&CircleStatistics::corr_2d), mean(&CircleStatistics::corr_3d), mean(&CircleStatistics::stretch)};
-}
-
-CircleFigures circle_figures(const std::vector<std::vector<Circle>>& pictures, Protocol protocol,
-                             const evaluation::Bootstrap& bootstrap)
+CircleFigures circle_figures(const std::vector<std::vector<Circle>>& pictures, const evaluation::Bootstrap& bootstrap)
 {
     CircleFigures figures;
     for (const auto& picture : pictures)
@@ -329,48 +241,15 @@ CircleFigures circle_figures(const std::vector<std::vector<Circle>>& pictures, P
         }
     std::vector<std::size_t> all(pictures.size());
     std::iota(all.begin(), all.end(), std::size_t{0});
-    figures.value = circle_statistics(pictures, all, protocol);
+    figures.value = circle_statistics(pictures, all);
     const auto interval = [&](double CircleStatistics::*member)
     {
         const auto drawn_statistic = [&](std::span<const std::size_t> drawn)
-        { return circle_statistics(pictures, drawn, protocol).*member; };
+        { return circle_statistics(pictures, drawn).*member; };
         return evaluation::bootstrap_interval(pictures.size(), drawn_statistic, bootstrap);
     };
     figures.corr_2d = interval(&CircleStatistics::corr_2d);
     figures.corr_3d = interval(&CircleStatistics::corr_3d);
     figures.stretch = interval(&CircleStatistics::stretch);
     return figures;
-}
-
-namespace
-{
-
-constexpr int fraction_bits = 4;
-
-/// Pixel coordinates as OpenCV's drawing takes them: centers at whole numbers, in sixteenths.
-cv::Point drawn_at(Vec2d p)
-{
-    const double scale = 1 << fraction_bits;
-    return {static_cast<int>(std::lround((p.x - 0.5) * scale)), static_cast<int>(std::lround((p.y - 0.5) * scale))};
-}
-
-}  // namespace
-
-Raster8 overlay(const Raster8& rgb, const std::vector<Circle>& circles)
-{
-    Raster8 result = rgb;
-    cv::Mat picture(result.height, result.width, CV_8UC3, result.values.data());
-    for (const Circle& circle : circles)
-    {
-        const Ellipse& e = circle.ellipse;
-        const cv::Scalar color = circle.world ? cv::Scalar(0, 200, 0) : cv::Scalar(0, 0, 255);
-        const double scale = 1 << fraction_bits;
-        const cv::Size half(static_cast<int>(std::lround(length(e.half_axis_1) * scale)),
-                            static_cast<int>(std::lround(length(e.half_axis_2) * scale)));
-        const double angle = std::atan2(e.half_axis_1.y, e.half_axis_1.x) * 180 / std::numbers::pi;
-        cv::ellipse(picture, drawn_at(e.center), half, angle, 0, 360, color, 2, cv::LINE_AA, fraction_bits);
-        for (const Vec2d axis : {e.half_axis_1, e.half_axis_2})
-            cv::line(picture, drawn_at(e.center - axis), drawn_at(e.center + axis), color, 1, cv::LINE_AA, fraction_bits);
-    }
-    return result;
 }

@@ -14,8 +14,6 @@
 /// \file Finds red circles in pictures, puts them on the surface and tells whether their size depends on the distance from the
 /// camera. The stage runs the steps one after the other, for each picture in parallel.
 
-using fresco::evaluation::Protocol;
-
 /// An ellipse in pixel coordinates (centers at +0.5).
 struct Ellipse
 {
@@ -38,16 +36,13 @@ struct ContourCounts
     ContourCounts& operator+=(const ContourCounts& other);
 };
 
-/// 255 where an RGB picture is red. `paper`: hue in [0, 0.08] or [0.88, 1], saturation and value >= 0.6, and a gray value above
-/// 0.15. `released`: OpenCV's hue in 0..15 with saturation and value >= 153, or in 160..179 with both >= 102, then Otsu's
-/// threshold of the gray values of these pixels.
-fresco::Raster8 red_mask(const fresco::Raster8& rgb, Protocol protocol);
+/// 255 where an RGB picture is red: hue in [0, 0.08] or [0.88, 1], saturation and value >= 0.6, and a gray value above 0.15.
+fresco::Raster8 red_mask(const fresco::Raster8& rgb);
 
-/// The ellipses of a picture's red parts: mask, fastNlMeansDenoising (strength 100, as released), contours, fitEllipse.
-/// `paper`: outer contours; radius 10..1000 px, stretch <= 10; half a pixel is added to the half axes, because a contour runs
-/// through the centers of the outermost pixels. `released`: RETR_TREE (the contour of a hole counts too), 10 < w h < 10 000 on
-/// the full axes, stretch < 10. Any thread.
-std::vector<Ellipse> find_ellipses(const fresco::Raster8& rgb, Protocol protocol, ContourCounts& counts);
+/// The ellipses of a picture's red parts: mask, fastNlMeansDenoising (strength 100, as released), outer contours,
+/// fitEllipse; radius 10..1000 px, stretch <= 10; half a pixel is added to the half axes, because a contour runs through the
+/// centers of the outermost pixels. Any thread.
+std::vector<Ellipse> find_ellipses(const fresco::Raster8& rgb, ContourCounts& counts);
 
 /// The version of OpenCV; its algorithms decide what is found.
 const char* opencv_version();
@@ -69,12 +64,10 @@ struct Circle
 /// Depth in meters of the surface at pixel coordinates, which may lie outside of the picture; nullopt without surface.
 using DepthAt = std::function<std::optional<double>(fresco::Vec2d)>;
 
-/// Puts ellipses on the surface, except those without surface at their center.
-/// `paper`: a half axis is half the distance between the surface points at both ends of the axis or, if only one end has surface,
-/// that point's distance from the center's. `released`: at whole pixels, with one end of each axis: the right and the upper one,
-/// or the other one if that is outside of the picture. Ellipses without depth at any of the three points are left out.
+/// Puts ellipses on the surface, except those without surface at their center. A half axis is half the distance between the
+/// surface points at both ends of the axis or, if only one end has surface, that point's distance from the center's.
 std::vector<Circle> circles_on_surface(const std::vector<Ellipse>& ellipses, const fresco::Camera& camera,
-                                       const DepthAt& depth_at, Protocol protocol);
+                                       const DepthAt& depth_at);
 
 struct CircleStatistics
 {
@@ -83,10 +76,8 @@ struct CircleStatistics
     double stretch = 0;  ///< Mean stretch on the surface.
 };
 
-/// The statistics of the pictures `drawn` (indices; may repeat). `paper`: of all circles together. `released`: of each picture,
-/// then their mean weighted by the number of circles, without pictures for which a figure is undefined.
-CircleStatistics circle_statistics(const std::vector<std::vector<Circle>>& pictures, std::span<const std::size_t> drawn,
-                                   Protocol protocol);
+/// The statistics of all circles together of the pictures `drawn` (indices; may repeat).
+CircleStatistics circle_statistics(const std::vector<std::vector<Circle>>& pictures, std::span<const std::size_t> drawn);
 
 struct CircleFigures
 {
@@ -99,8 +90,4 @@ struct CircleFigures
 };
 
 /// The statistics of all pictures and their intervals over pictures.
-CircleFigures circle_figures(const std::vector<std::vector<Circle>>& pictures, Protocol protocol,
-                             const fresco::evaluation::Bootstrap& bootstrap);
-
-/// The picture with its circles drawn on it: green if they have a radius in meters, else blue, with their axes.
-fresco::Raster8 overlay(const fresco::Raster8& rgb, const std::vector<Circle>& circles);
+CircleFigures circle_figures(const std::vector<std::vector<Circle>>& pictures, const fresco::evaluation::Bootstrap& bootstrap);

@@ -30,16 +30,12 @@ class EvaluateCircles final : public Stage
     Input<Frames> frames{this, "frames", "The frames whose color cameras took the pictures; their own pictures are not read"};
     Input<TexturedMesh> textured_mesh{this, "textured_mesh", optional, "The mesh that the pictures show, with its picture"};
     Input<Mesh> mesh{this, "mesh", optional, "The room's mesh, if there is no textured one"};
-    Output<Files> figures{this, "figures", "All figures and every circle as JSON, and the overlays"};
+    Output<Files> figures{this, "figures", "All figures and every circle as JSON"};
     Option<InputFolder> folder{this, "folder", InputFolder{},
                                "Folder of pictures made elsewhere (<sequence>_<frame>.png or .jpg), instead of port 'views'"};
-    Option<std::string> protocol =
-        evaluation::protocol_option(this, "paper: all circles together; released: what the authors' script measures");
     Option<int> every{this, "every", 1, range(1, 1'000'000), "Measure only every n-th picture"};
-    Option<bool> overlay_pictures{this, "overlay", false, "Write circles/<sequence>_<frame>.png: each picture with its ellipses"};
-    evaluation::BootstrapOptions bootstrap{this};
     Option<OutputName> path{this, "path", OutputName{"circles.json"}, "Name of the JSON file, below --out"};
-    Slot<ImageIo> images{this, "Reads the pictures and writes the overlays"};
+    Slot<ImageIo> images{this, "Reads the pictures"};
 
     std::string name(const PosedPicture& posed) const
     {
@@ -64,14 +60,9 @@ class EvaluateCircles final : public Stage
             return hit.distance;
         };
         Seen seen;
-        const Protocol rules = evaluation::protocol_of(*protocol);
-        seen.circles = circles_on_surface(find_ellipses(picture, rules, seen.counts), camera, depth_at, rules);
-        if (*overlay_pictures)
-            write_file(figures.folder().path / overlay_name(posed), images->encode_png(overlay(picture, seen.circles)));
+        seen.circles = circles_on_surface(find_ellipses(picture, seen.counts), camera, depth_at);
         return seen;
     }
-
-    std::string overlay_name(const PosedPicture& posed) const { return "circles/" + name(posed) + ".png"; }
 
     static Value circle_value(const Circle& circle)
     {
@@ -99,11 +90,10 @@ class EvaluateCircles final : public Stage
             counts += picture.counts;
             without += picture.circles.empty() ? 1 : 0;
         }
-        const CircleFigures all = circle_figures(circles, evaluation::protocol_of(*protocol), *bootstrap);
+        const CircleFigures all = circle_figures(circles, evaluation::usual_bootstrap);
         const std::size_t off_surface =
             counts.contours - counts.not_convex - counts.no_ellipse - counts.out_of_range - all.circles;
-        Value::Map result{{"protocol", *protocol},
-                          {"every", *every},
+        Value::Map result{{"every", *every},
                           {"pictures", seen.size()},
                           {"pictures_without_circles", without},
                           {"circles", all.circles},
@@ -134,28 +124,21 @@ class EvaluateCircles final : public Stage
             evaluation::shown_mesh(textured_mesh.has_value() ? &*textured_mesh : nullptr, mesh.has_value() ? &*mesh : nullptr);
         auto pictures = evaluation::posed_pictures(*frames, views.has_value() ? &*views : nullptr, folder->path, run);
         std::erase_if(pictures, [&, i = 0](const PosedPicture&) mutable { return i++ % *every != 0; });
-        if (*overlay_pictures)
-            std::filesystem::create_directories(figures.folder().path / "circles");
         const raycast::Scene scene(shown);
         std::vector<Seen> seen(pictures.size());
         parallel_for_each(pictures.size(), "pictures", run, [&](std::size_t i) { seen[i] = look(pictures[i], scene); });
 
         Value::Map result = tell(seen, run);
         Value::List list;
-        std::vector<std::string> overlays;
         for (std::size_t i = 0; i < pictures.size(); ++i)
         {
             Value::List circles;
             for (const Circle& circle : seen[i].circles)
                 circles.push_back(circle_value(circle));
             list.push_back(Value::Map{{"picture", name(pictures[i])}, {"circles", std::move(circles)}});
-            if (*overlay_pictures)
-                overlays.push_back(overlay_name(pictures[i]));
         }
         result.emplace_back("picture_circles", std::move(list));
-        Files made = evaluation::write_figures(figures.folder(), path->path, result);
-        made.names.insert(made.names.end(), overlays.begin(), overlays.end());
-        figures = std::move(made);
+        figures = evaluation::write_figures(figures.folder(), path->path, result);
     }
 };
 }  // namespace

@@ -86,7 +86,7 @@ bool all_pixels(const Lookup& lookup, const Accept& accept)
     return accept(x.first, y.first) && accept(x.second, y.first) && accept(x.first, y.second) && accept(x.second, y.second);
 }
 
-std::optional<Lookup> match_of_paper(const ViewSurface& target, Vec3d seen)
+std::optional<Lookup> match_of(const ViewSurface& target, Vec3d seen)
 {
     const int width = target.depth.width;
     const int height = target.depth.height;
@@ -103,44 +103,20 @@ std::optional<Lookup> match_of_paper(const ViewSurface& target, Vec3d seen)
     return lookup;
 }
 
-std::optional<Lookup> match_of_released(const ViewSurface& target, Vec3d seen)
-{
-    const int width = target.depth.width;
-    const int height = target.depth.height;
-    const double x = index_of(seen.x);
-    const double y = index_of(seen.y);
-    if (!(x >= 0 && x < width - 1 && y >= 0 && y < height - 1))
-        return std::nullopt;
-    const auto displaced = [](double index, int size) { return index * (size - 1) / size; };
-    const auto depth_near = [&](double px, double py)
-    {
-        return double{target.depth.at(static_cast<int>(std::lround(displaced(px, width))),
-                                      static_cast<int>(std::lround(displaced(py, height))))};
-    };
-    double nearest = 1e30;
-    for (const auto& [dx, dy] : std::array<std::array<int, 2>, 4>{{{0, 0}, {1, 0}, {0, 1}, {1, 1}}})
-        nearest = std::min(nearest, std::abs(seen.z - depth_near(std::floor(x) + dx, std::floor(y) + dy)));
-    const Lookup lookup = lookup_at(displaced(x, width), displaced(y, height));
-    if (nearest > 0.1 || !all_pixels(lookup, [&](int px, int py) { return target.depth.at(px, py) > 0; }))
-        return std::nullopt;
-    return lookup;
-}
-
 }  // namespace
 
-std::vector<Match> covisible(const ViewSurface& source, const ViewSurface& target, Protocol protocol)
+std::vector<Match> covisible(const ViewSurface& source, const ViewSurface& target)
 {
     std::vector<Match> matches;
     for (int y = 0; y < source.depth.height; ++y)
         for (int x = 0; x < source.depth.width; ++x)
         {
-            if (protocol == Protocol::paper ? source.inner.at(x, y) == 0 : source.depth.at(x, y) <= 0)
+            if (source.inner.at(x, y) == 0)
                 continue;
             const Vec3d seen = target.camera.project(source.point(x, y));
             if (seen.z <= 0)
                 continue;
-            const auto lookup = protocol == Protocol::paper ? match_of_paper(target, seen) : match_of_released(target, seen);
-            if (lookup)
+            if (const auto lookup = match_of(target, seen))
                 matches.push_back({x, y, *lookup});
         }
     return matches;
@@ -156,10 +132,10 @@ double value_at(const Raster8& picture, const Lookup& at, int channel)
     return numerics::bilinear(at.x, at.y, [&](int x, int y) { return picture.at(x, y, channel); });
 }
 
-/// A difference on the scale 0..255 by the protocol's measure.
-double measured(double difference, Protocol protocol)
+/// A difference on the scale 0..255, on the scale 0..1.
+double measured(double difference)
 {
-    return protocol == Protocol::released ? difference * difference : std::abs(difference) / 255;
+    return std::abs(difference) / 255;
 }
 
 double gray(const Raster8& picture, int x, int y)
@@ -169,16 +145,16 @@ double gray(const Raster8& picture, int x, int y)
 
 }  // namespace
 
-double reprojection_difference(const Raster8& source, const Raster8& target, const std::vector<Match>& matches, Protocol protocol)
+double reprojection_difference(const Raster8& source, const Raster8& target, const std::vector<Match>& matches)
 {
     double sum = 0;
     for (const Match& match : matches)
         for (int c = 0; c < 3; ++c)
-            sum += measured(source.at(match.x, match.y, c) - value_at(target, match.target, c), protocol);
+            sum += measured(source.at(match.x, match.y, c) - value_at(target, match.target, c));
     return matches.empty() ? undefined : sum / static_cast<double>(3 * matches.size());
 }
 
-double forward_difference(const Raster8& source, const std::vector<Match>& matches, Protocol protocol)
+double forward_difference(const Raster8& source, const std::vector<Match>& matches)
 {
     double sum = 0;
     std::size_t count = 0;
@@ -187,7 +163,7 @@ double forward_difference(const Raster8& source, const std::vector<Match>& match
             for (const auto& [x, y] : {std::pair{match.x + 1, match.y}, {match.x, match.y + 1}})
                 if (x < source.width && y < source.height)
                 {
-                    sum += measured(source.at(x, y, c) - source.at(match.x, match.y, c), protocol);
+                    sum += measured(source.at(x, y, c) - source.at(match.x, match.y, c));
                     ++count;
                 }
     return count == 0 ? undefined : sum / static_cast<double>(count);
@@ -322,7 +298,9 @@ std::pair<Raster8, Raster8> wanted_pixels(const ViewSurface& source, const ViewS
     return wanted;
 }
 
-std::vector<FramePair> by_number(const std::vector<FramePlace>& frames, long gap)
+}  // namespace
+
+std::vector<FramePair> frame_pairs(const std::vector<FramePlace>& frames, long gap)
 {
     std::map<std::pair<std::string, long>, std::size_t> places;
     for (std::size_t i = 0; i < frames.size(); ++i)
@@ -332,35 +310,6 @@ std::vector<FramePair> by_number(const std::vector<FramePlace>& frames, long gap
         if (const auto target = places.find({frames[i].sequence, frames[i].number + gap}); target != places.end())
             pairs.push_back({i, target->second});
     return pairs;
-}
-
-std::vector<FramePair> by_position(const std::vector<FramePlace>& frames, std::size_t gap)
-{
-    std::map<std::string, std::vector<std::size_t>> sequences;
-    std::vector<std::size_t> position(frames.size());
-    for (std::size_t i = 0; i < frames.size(); ++i)
-    {
-        auto& sequence = sequences[frames[i].sequence];
-        position[i] = sequence.size();
-        sequence.push_back(i);
-    }
-    std::vector<FramePair> pairs;
-    for (std::size_t i = 0; i < frames.size(); ++i)
-    {
-        const auto& sequence = sequences[frames[i].sequence];
-        if (position[i] >= gap)
-            pairs.push_back({i, sequence[position[i] - gap]});
-        else if (position[i] + gap < sequence.size())
-            pairs.push_back({i, sequence[position[i] + gap]});
-    }
-    return pairs;
-}
-
-}  // namespace
-
-std::vector<FramePair> frame_pairs(const std::vector<FramePlace>& frames, long gap, Protocol protocol)
-{
-    return protocol == Protocol::paper ? by_number(frames, gap) : by_position(frames, static_cast<std::size_t>(gap));
 }
 
 long smallest_gap(const std::vector<FramePlace>& frames)
@@ -380,19 +329,16 @@ namespace
 {
 
 /// Pictures with less detail are flat: neighboring pixels differ by less than half a step of 8 bits on average.
-double least_detail(Protocol protocol)
-{
-    return protocol == Protocol::paper ? 0.5 / 255 : 0.5 * 0.5;
-}
+constexpr double least_detail = 0.5 / 255;
 
 }  // namespace
 
 PairFigures judge_pair(const FramePair& pair, const JudgedView& source, const JudgedView& target, const Mesh& mesh,
-                       const SurfacePaint& paint, Protocol protocol, double min_covisible, const Progress& progress)
+                       const SurfacePaint& paint, double min_covisible, const Progress& progress)
 {
     PairFigures figures;
     figures.pair = pair;
-    const std::vector<Match> matches = covisible(source.surface, target.surface, protocol);
+    const std::vector<Match> matches = covisible(source.surface, target.surface);
     figures.covisible = static_cast<double>(matches.size()) / static_cast<double>(source.surface.depth.values.size());
     figures.dropped = matches.empty() || figures.covisible < min_covisible;
     if (figures.dropped)
@@ -404,11 +350,11 @@ PairFigures judge_pair(const FramePair& pair, const JudgedView& source, const Ju
     const Raster8 low_source = drawn(source.surface, target.surface.camera, wanted_source, shown, progress);
     const Raster8 low_target = drawn(target.surface, source.surface.camera, wanted_target, shown, progress);
 
-    figures.value = reprojection_difference(source.picture, target.picture, matches, protocol);
-    figures.floor = reprojection_difference(low_source, low_target, matches, protocol);
-    figures.detail = forward_difference(source.picture, matches, protocol);
+    figures.value = reprojection_difference(source.picture, target.picture, matches);
+    figures.floor = reprojection_difference(low_source, low_target, matches);
+    figures.detail = forward_difference(source.picture, matches);
     figures.sharpness = sharpness(source.picture, matches);
-    figures.flat = figures.detail < least_detail(protocol);
+    figures.flat = figures.detail < least_detail;
     figures.headline = figures.flat ? std::numeric_limits<double>::quiet_NaN() : (figures.value - figures.floor) / figures.detail;
     return figures;
 }

@@ -23,8 +23,6 @@
 /// resampling floor); summary() averages over pairs. The stage does this for a short and a long gap; the steps are declared for
 /// tests.
 
-using fresco::evaluation::Protocol;
-
 /// The part of a mesh that a camera sees at its pixel centers.
 struct ViewSurface
 {
@@ -60,21 +58,18 @@ struct Match
     Lookup target;
 };
 
-/// The source's pixels whose surface point both cameras see, row by row.
-/// `paper`: the point lies between the target's pixel centers, and at every target pixel that contributes to the bilinear value
-/// |z - depth| <= 2 % of z + 1 cm. Pixels beside one without surface are left out in both pictures: renders are antialiased
-/// there. `released`: pixel indices are moved by index / size (the script scales them by W but looks them up by W - 1, and so for
-/// H); a depth within 0.1 m at one of the four pixels is enough, and all that contribute must have one.
-std::vector<Match> covisible(const ViewSurface& source, const ViewSurface& target, Protocol protocol);
+/// The source's pixels whose surface point both cameras see, row by row. The point lies between the target's pixel centers, and
+/// at every target pixel that contributes to the bilinear value |z - depth| <= 2 % of z + 1 cm. Pixels beside one without surface
+/// are left out in both pictures: renders are antialiased there.
+std::vector<Match> covisible(const ViewSurface& source, const ViewSurface& target);
 
-/// The printed figure of a pair of RGB pictures: the mean over matches and channels of |source - target| on the scale 0..1
-/// (paper), or of its square on the scale 0..255 (released). NaN without matches.
-double reprojection_difference(const fresco::Raster8& source, const fresco::Raster8& target, const std::vector<Match>& matches,
-                               Protocol protocol);
+/// The printed figure of a pair of RGB pictures: the mean over matches and channels of |source - target| on the scale 0..1.
+/// NaN without matches.
+double reprojection_difference(const fresco::Raster8& source, const fresco::Raster8& target, const std::vector<Match>& matches);
 
 /// The same measure of the source picture against itself moved by one pixel: the mean over matches, channels and the two forward
 /// differences (to the right, downwards) that exist. 0 for a picture without detail. NaN without matches.
-double forward_difference(const fresco::Raster8& source, const std::vector<Match>& matches, Protocol protocol);
+double forward_difference(const fresco::Raster8& source, const std::vector<Match>& matches);
 
 /// Variance of the 4-neighbor Laplacian of the gray picture (0.299 R + 0.587 G + 0.114 B, 0..255) over the matches that are not
 /// at the picture's border. NaN without matches.
@@ -103,10 +98,9 @@ struct FramePair
     friend bool operator==(const FramePair&, const FramePair&) = default;
 };
 
-/// Pairs within a sequence, in the order of their sources. `paper`: the target's recorded number is the source's plus `gap`, and
-/// sources without a target are left out. `released`: the target is `gap` list positions before the source, or else as many
-/// after it; otherwise the frame has no pair. Indices into `frames`. \pre gap > 0
-std::vector<FramePair> frame_pairs(const std::vector<FramePlace>& frames, long gap, Protocol protocol);
+/// Pairs within a sequence, in the order of their sources: the target's recorded number is the source's plus `gap`, and sources
+/// without a target are left out. Indices into `frames`. \pre gap > 0
+std::vector<FramePair> frame_pairs(const std::vector<FramePlace>& frames, long gap);
 
 /// The smallest difference of recorded numbers within a sequence; 0 if there is none.
 long smallest_gap(const std::vector<FramePlace>& frames);
@@ -143,7 +137,7 @@ inline constexpr std::array<std::pair<const char*, double PairFigures::*>, 5> na
 /// Measures a pair, or drops it where a smaller share of the source's pixels than `min_covisible` is co-visible. Without a paint,
 /// the floor is that of the source's projected picture. Throws Canceled.
 PairFigures judge_pair(const FramePair& pair, const JudgedView& source, const JudgedView& target, const fresco::Mesh& mesh,
-                       const SurfacePaint& paint, Protocol protocol, double min_covisible, const fresco::Progress& progress);
+                       const SurfacePaint& paint, double min_covisible, const fresco::Progress& progress);
 
 struct Figure
 {

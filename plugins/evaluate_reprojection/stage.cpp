@@ -71,14 +71,8 @@ class EvaluateReprojection final : public Stage
     Output<Files> figures{this, "figures", "All figures and every pair as JSON"};
     Option<InputFolder> folder{this, "folder", InputFolder{},
                                "Folder of pictures made elsewhere (<sequence>_<frame>.png or .jpg), instead of port 'views'"};
-    Option<std::string> protocol =
-        evaluation::protocol_option(this, "paper: mean absolute difference, 0 to 1; released: what the authors' scripts measure");
-    Option<int> short_gap{this, "short_gap", 0, range(0, 1'000'000),
-                          "Frames from source to target; 0: 2 recorded numbers (paper), 1 list position (released)"};
-    Option<int> long_gap{this, "long_gap", 0, range(0, 1'000'000),
-                         "The same for the long range; 0: 20 recorded numbers (paper), 10 list positions (released)"};
-    Option<int> height_px{this, "height_px", 0, range(0, 8192),
-                          "Height to measure at; 0: the pictures' own (paper), 256 (released)"};
+    Option<std::vector<int>> gaps{
+        this, "gaps", {2, 20}, range(1, 1'000'000), "Recorded numbers from source to target, the short and the long range"};
     Option<int> every{this, "every", 1, range(1, 1'000'000),
                       "Measure only the pairs of every n-th picture; skipped pictures still serve as targets"};
     Option<double> min_covisible{this, "min_covisible", 0.2, range(0, 1),
@@ -88,11 +82,9 @@ class EvaluateReprojection final : public Stage
         "Floor from the mesh's texture or the source picture; auto: texture if views and textured_mesh are set"};
     Option<std::string> shading = rendering::shading_option(
         this, "Shading of 'views', as in render.views; applied to the floor of the mesh's picture, too");
-    evaluation::BootstrapOptions bootstrap{this};
     Option<OutputName> path{this, "path", OutputName{"reprojection.json"}, "Name of the JSON file, below --out"};
     Slot<ImageIo> images{this, "Reads the pictures"};
 
-    Protocol rules() const { return evaluation::protocol_of(*protocol); }
 
     /// Empty: the floor is that of the source picture.
     SurfacePaint floor_paint() const
@@ -108,38 +100,29 @@ class EvaluateReprojection final : public Stage
     JudgedView load_view(const PosedPicture& posed, const raycast::Scene& scene, const Progress& progress) const
     {
         Raster8 picture = images->read_rgb(posed.file);
-        const Frame& frame = frames->frames[posed.frame];
-        Camera camera = evaluation::camera_of_picture(frame, picture.width, picture.height, posed.file);
-        const int height = *height_px > 0 ? *height_px : rules() == Protocol::paper ? picture.height : 256;
-        if (height != picture.height)
-        {
-            const int width = frame.color.intrinsics.width_at(height);
-            picture = resized(picture, width, height);
-            camera.intrinsics = frame.color.intrinsics.scaled_to(width, height);
-        }
+        const Camera camera =
+            evaluation::camera_of_picture(frames->frames[posed.frame], picture.width, picture.height, posed.file);
         return {view_surface(scene, camera, progress), std::move(picture)};
     }
 
-    std::array<Gap, 2> gaps(const std::vector<PosedPicture>& pictures) const
+    std::array<Gap, 2> paired(const std::vector<PosedPicture>& pictures) const
     {
         std::vector<FramePlace> places;
         for (const PosedPicture& picture : pictures)
             places.push_back({frames->frames[picture.frame].sequence, frames->frames[picture.frame].number});
-        const bool paper = rules() == Protocol::paper;
-        const long near = *short_gap > 0 ? *short_gap : paper ? 2 : 1;
-        const long far = *long_gap > 0 ? *long_gap : paper ? 20 : 10;
-        std::array<Gap, 2> result{Gap{"short", near, {}, 0, {}}, Gap{"long", far, {}, 0, {}}};
+        if (gaps->size() != 2)
+            throw Error(fmt::format("option \"gaps\" has {} numbers; expected [short, long]", gaps->size()));
+        std::array<Gap, 2> result{Gap{"short", (*gaps)[0], {}, 0, {}}, Gap{"long", (*gaps)[1], {}, 0, {}}};
         for (Gap& gap : result)
         {
-            gap.pairs = frame_pairs(places, gap.length, rules());
+            gap.pairs = frame_pairs(places, gap.length);
             gap.without_target = pictures.size() - gap.pairs.size();
         }
         if (result[0].pairs.empty() && result[1].pairs.empty())
-            throw Error(fmt::format(
-                "none of the {} frames with a picture has another {} or {}{}: set short_gap and long_gap, or render more frames",
-                pictures.size(), result[0].length, result[1].length,
-                paper ? fmt::format(" recorded numbers later (the smallest difference is {})", smallest_gap(places))
-                      : " list positions away"));
+            throw Error(
+                fmt::format("none of the {} frames with a picture has another {} or {} recorded numbers later (the smallest "
+                            "difference is {}): set gaps, or render more frames",
+                            pictures.size(), result[0].length, result[1].length, smallest_gap(places)));
         for (Gap& gap : result)
             std::erase_if(gap.pairs, [&](const FramePair& pair) { return pair.source % static_cast<std::size_t>(*every) != 0; });
         return result;
@@ -159,7 +142,7 @@ class EvaluateReprojection final : public Stage
             run.check_canceled();
             const auto source = cache.get(pair.source);
             const auto target = cache.get(pair.target);
-            gap->figures.push_back(judge_pair(pair, *source, *target, shown, paint, rules(), *min_covisible, run));
+            gap->figures.push_back(judge_pair(pair, *source, *target, shown, paint, *min_covisible, run));
             run.progress(static_cast<double>(++done), static_cast<double>(jobs.size()), "pairs");
         }
     }
@@ -180,7 +163,7 @@ class EvaluateReprojection final : public Stage
     /// Says a gap's figures in messages and in the report, and returns them for the file.
     Value tell(const Gap& gap, const std::vector<PosedPicture>& pictures, RunContext& run) const
     {
-        const GapFigures all = summary(gap.figures, *bootstrap);
+        const GapFigures all = summary(gap.figures, evaluation::usual_bootstrap);
         Value::Map entry{{"gap", static_cast<std::int64_t>(gap.length)},
                          {"pairs", all.kept},
                          {"dropped_pairs", all.dropped},
@@ -217,15 +200,13 @@ class EvaluateReprojection final : public Stage
             evaluation::shown_mesh(textured_mesh.has_value() ? &*textured_mesh : nullptr, mesh.has_value() ? &*mesh : nullptr);
         const auto pictures = evaluation::posed_pictures(*frames, views.has_value() ? &*views : nullptr, folder->path, run);
         const SurfacePaint paint = floor_paint();
-        std::array<Gap, 2> all = gaps(pictures);
+        std::array<Gap, 2> all = paired(pictures);
         const raycast::Scene scene(shown);
         ViewCache cache([&](std::size_t i) { return load_view(pictures[i], scene, run); });
         judge(all, cache, shown, paint, run);
 
-        const bool paper = rules() == Protocol::paper;
-        Value::Map result{{"protocol", *protocol},
-                          {"unit", paper ? "mean absolute difference, 0 to 1" : "mean squared difference, 0 to 255"},
-                          {"gap_unit", paper ? "recorded frame numbers" : "list positions"},
+        Value::Map result{{"unit", "mean absolute difference, 0 to 1"},
+                          {"gap_unit", "recorded frame numbers"},
                           {"floor_of", paint ? "texture" : "picture"},
                           {"pictures", pictures.size()},
                           {"every", *every}};

@@ -5,7 +5,6 @@
 #include <fresco/plugin.h>
 #include <fresco/stage.h>
 #include <fresco/torch/features.h>
-#include <fresco/weights/sha256.h>
 #include <fresco/weights/state_dict.h>
 
 #include <ATen/ops/adaptive_avg_pool2d.h>
@@ -43,21 +42,13 @@ class FeaturesVgg19 final : public fresco::FeatureNetwork, public fresco::Partia
 {
     fresco::Option<fresco::InputFile> weights{this, "weights", fresco::required, fresco::formats(fresco::weights::file_formats()),
                                               "Weights of VGG-19, or its state dict; may end at any layer"};
-    fresco::Option<std::string> sha256{this, "sha256", "",
-                                       "The first 8 to 64 hexadecimal digits of the file's SHA-256; empty: not checked"};
-    fresco::Option<std::string> pooling{this, "pooling", "max", fresco::one_of({"max", "average"}), "How 2x2 cells are pooled"};
-    fresco::Option<std::string> padding{this, "padding", "auto", fresco::one_of({"auto", "zero", "reflect"}),
-                                        "Padding beyond the border; auto: as the weights specify"};
-    fresco::Option<bool> rescale{this, "rescale", true,
-                                 "Scale activations to match StyleMesh's loss weights, unless the weights are raw"};
     fresco::Option<std::string> convolutions{
-        this, "convolutions", "auto", fresco::one_of({"auto", "libtorch", "plain"}),
+        this, "convolutions", "auto", fresco::one_of({"auto", "libtorch"}),
         "auto: minimal filtering for float32 on the CPU (two to three times faster, relative difference about 5e-6), else "
-        "libtorch; plain: libtorch with channels outermost in memory, for comparisons"};
-    fresco::Option<std::string> precision{this, "precision", "full", fresco::one_of({"full", "tf32", "mixed"}),
-                                          "Precision of libtorch's convolutions: float32, TensorFloat-32 (CUDA), or bfloat16 "
-                                          "after the first layer (CUDA, or `convolutions: libtorch`); features are compared in "
-                                          "float32"};
+        "libtorch"};
+    fresco::Option<std::string> precision{
+        this, "precision", "full", fresco::one_of({"full", "tf32"}),
+        "Precision of libtorch's convolutions: float32, or TensorFloat-32 (CUDA); features are compared in float32"};
 
   public:
     void prepare(const fresco::PrepareContext& context) override
@@ -68,16 +59,14 @@ class FeaturesVgg19 final : public fresco::FeatureNetwork, public fresco::Partia
         network_ = read(raw);
         if (context.style.fine.defined())
             network_.move_to(device);
-        if (*rescale && !raw)
+        if (!raw)
         {
             auto result = vgg19::rescaled(network_, rescaling_pictures(context));
             network_ = std::move(result.network);
             context.message(described(result.means));
         }
         network_.move_to(device);
-        network_.set_precision(*precision == "mixed"  ? vgg19::Precision::mixed
-                               : *precision == "tf32" ? vgg19::Precision::tf32
-                                                      : vgg19::Precision::full);
+        network_.set_precision(*precision == "tf32" ? vgg19::Precision::tf32 : vgg19::Precision::full);
     }
 
     std::vector<fresco::FeatureLayer> layers() const override { return network_.layers(); }
@@ -101,25 +90,14 @@ class FeaturesVgg19 final : public fresco::FeatureNetwork, public fresco::Partia
             layer(name);
         if (*convolutions == "auto")
             return network_.encode(picture, names, read);
-        return network_.encode_generally(
-            picture, names, *convolutions == "plain" ? vgg19::Order::channels_outermost : vgg19::Order::channels_innermost);
+        return network_.encode_generally(picture, names);
     }
 
     void refuse_unless_possible(const torch::Device& device) const
     {
-        if (*precision != "full" && *convolutions == "plain")
-            throw fresco::Error("features.vgg19: `convolutions: plain` is for comparisons, with `precision: full`");
         if (*precision == "tf32" && !device.is_cuda())
             throw fresco::Error("features.vgg19: `precision: tf32` is of CUDA devices, and this run is on " + device.str() +
                                 "; set `precision: full`");
-        if (*precision != "mixed")
-            return;
-        if (device.is_cpu() && *convolutions == "auto")
-            throw fresco::Error("features.vgg19: `precision: mixed` needs libtorch's convolutions; on the CPU, Winograd "
-                                "convolutions in float32 are faster: leave it out, or set `convolutions: libtorch`");
-        if (!vgg19::convolves_bfloat16(device))
-            throw fresco::Error("features.vgg19: `precision: mixed` needs convolutions of bfloat16, which " + device.str() +
-                                " lacks (NVIDIA has them from compute capability 8.0 on); set `precision: full`");
     }
 
     /// Which layers were rescaled, from what and to what.
@@ -141,20 +119,11 @@ class FeaturesVgg19 final : public fresco::FeatureNetwork, public fresco::Partia
         if (weights->empty())
             throw fresco::MissingInput("features.vgg19: `weights` is empty; set it to a file with VGG-19 weights (`fresco "
                                        "weights get vgg19` downloads torchvision's)");
-        if (!sha256->empty() && !fresco::weights::is_sha256_prefix(*sha256))
-            throw fresco::Error("features.vgg19: `sha256` is \"" + *sha256 + "\"; expected 8 to 64 hexadecimal digits");
         const std::string source = weights->path.string();
         const auto file = fresco::weights::read_weights(weights->path);
-        if (!sha256->empty())
-            if (const auto hash = fresco::weights::sha256(file.bytes); !fresco::weights::has_sha256_prefix(hash, *sha256))
-                throw fresco::Error(source + ": its SHA-256 is " + hash + ", which does not start with " + *sha256 +
-                                    "; the file is damaged or a different one");
         const auto found = fresco::weights::recognize_vgg19(file.contents, source);
         raw = found.raw;
-        auto input = found.input;
-        if (*padding != "auto")
-            input.padding = *padding == "zero" ? fresco::weights::Vgg19Padding::zero : fresco::weights::Vgg19Padding::reflect;
-        return {vgg19::convolutions(found, source), input, *pooling == "max" ? vgg19::Pooling::max : vgg19::Pooling::average};
+        return {vgg19::convolutions(found, source), found.input, vgg19::Pooling::max};
     }
 
     vgg19::Vgg19 network_;

@@ -207,13 +207,7 @@ void Vgg19::get_ready()
     if (precision_ == Precision::full && convolutions_.front().weights.device().is_cpu())
         return;
     for (std::size_t number = 0; number < convolutions_.size(); ++number)
-        ready_.push_back(filters(number, convolutions_[number].weights.options().dtype(type_of(number, at::kFloat))));
-}
-
-at::ScalarType Vgg19::type_of(std::size_t number, at::ScalarType maps) const
-{
-    // The first layer costs next to nothing, and bfloat16 would round 0..255 to whole numbers.
-    return precision_ == Precision::mixed && number > 0 && maps != at::kDouble ? at::kBFloat16 : maps;
+        ready_.push_back(filters(number, convolutions_[number].weights.options().dtype(at::kFloat)));
 }
 
 Vgg19::Filters Vgg19::filters(std::size_t number, const torch::TensorOptions& options) const
@@ -292,16 +286,15 @@ std::vector<torch::Tensor> Vgg19::encode_generally(const torch::Tensor& picture,
         for (std::size_t i = 0; i < names.size(); ++i)
             if (names[i] == convolutions_[number].layer)
             {
-                result[i] = maps.to(picture.scalar_type()).squeeze(0);
+                result[i] = maps.squeeze(0);
                 --missing;
             }
     }
     return result;
 }
 
-torch::Tensor Vgg19::responses(std::size_t number, const torch::Tensor& maps, Order order) const
+torch::Tensor Vgg19::responses(std::size_t number, const torch::Tensor& input, Order order) const
 {
-    const auto input = maps.to(type_of(number, maps.scalar_type()));
     if (input.size(2) == 0 || input.size(3) == 0)
         return input.new_empty({1, convolutions_[number].weights.size(0), input.size(2), input.size(3)});
     const bool reflect = input_.padding == Vgg19Padding::reflect;
@@ -316,21 +309,6 @@ torch::Tensor Vgg19::responses(std::size_t number, const torch::Tensor& maps, Or
                           ready_[number].weights.scalar_type() == input.scalar_type();
     const auto with = is_ready ? ready_[number] : filters(number, input.options());
     return Rectified::apply(bordered, with.weights, with.turned, with.bias, reflect ? 0 : 1, precision_ == Precision::tf32);
-}
-
-bool convolves_bfloat16(const torch::Device& device)
-{
-    try
-    {
-        const auto options = torch::TensorOptions(device).dtype(at::kBFloat16);
-        const auto maps = laid_out(at::ones({1, 16, 8, 8}, options)).set_requires_grad(true);
-        const auto sum = at::conv2d(maps, laid_out(at::ones({16, 16, 3, 3}, options)), at::zeros({16}, options), 1, 1).sum();
-        return torch::autograd::grad({sum}, {maps})[0].sum().item<double>() > 0;
-    }
-    catch (const c10::Error&)
-    {
-        return false;
-    }
 }
 
 namespace
@@ -406,7 +384,7 @@ Rescaled rescaled(const Vgg19& network, const std::vector<torch::Tensor>& pictur
 {
     if (pictures.empty())
         throw fresco::Error("features.vgg19: these weights are rescaled by the style and the frames, but there is no picture; "
-                            "use raw weights, or set `rescale: false`");
+                            "use raw weights");
     const Vgg19 common = folded(network);
     const auto means = mean_activations(common, pictures);
     std::vector<double> factors;

@@ -26,8 +26,7 @@ std::vector<Convolution> convolutions(const fresco::weights::Vgg19Weights& weigh
 enum class Precision
 {
     full,  ///< The picture's own type.
-    tf32,  ///< Factors of float32 products are rounded to ten bits behind the point, sums are not. On CUDA only.
-    mixed  ///< Of float32 pictures all but the first layer in bfloat16, whose responses are given as float32.
+    tf32   ///< Factors of float32 products are rounded to ten bits behind the point, sums are not. On CUDA only.
 };
 
 /// How maps lie in memory where libtorch convolves them. Innermost is faster; outermost is what PyTorch does where nobody says.
@@ -36,9 +35,6 @@ enum class Order
     channels_innermost,
     channels_outermost
 };
-
-/// Whether libtorch convolves bfloat16, forward and back, on `device`.
-bool convolves_bfloat16(const torch::Device& device);
 
 /// VGG-19 without its classifier (Simonyan and Zisserman, 2015). Frozen; encode is thread-safe.
 class Vgg19
@@ -77,8 +73,6 @@ class Vgg19
         torch::Tensor bias;
     };
     void get_ready();
-    /// What layer `number` convolves maps of this type in.
-    at::ScalarType type_of(std::size_t number, at::ScalarType maps) const;
     Filters filters(std::size_t number, const torch::TensorOptions& options) const;
 
     std::vector<Convolution> convolutions_;

@@ -50,9 +50,10 @@ class FramesAlign final : public Stage
                              "Maximum number of surface points at which views are compared"};
     Option<int> rounds_count{this, "rounds_count", 40, range(1, 10'000),
                              "Maximum number of steps at each of the three picture sizes"};
-    Option<double> likely_turn_deg{this, "likely_turn_deg", 1, range(0.001, 90),
-                                   "Typical error of a camera's direction; a prior, not a limit"};
-    Option<double> likely_shift_m{this, "likely_shift_m", 0.02, range(1e-5, 100), "Typical error of a camera's position"};
+    /// Typical error of a camera's direction in tracked recordings: a prior, not a limit.
+    static constexpr double likely_turn_deg = 1;
+    /// Typical error of its position.
+    static constexpr double likely_shift_m = 0.02;
     Slot<ImageIo> images{this, optional, "Reads pictures that are not NPY; none: all are NPY"};
 
     align::AlignedView view_of(const Frame& frame, const std::vector<align::SurfacePoint>& points,
@@ -82,8 +83,8 @@ class FramesAlign final : public Stage
         parallel_for_each(all.size(), "frames", run, [&](std::size_t i) { views[i] = view_of(all[i], points, scene); });
         const auto found = align::align(views, points.size(),
                                         {.rounds_count = *rounds_count,
-                                         .likely_turn = *likely_turn_deg * std::numbers::pi / 180,
-                                         .likely_shift_m = *likely_shift_m},
+                                         .likely_turn = likely_turn_deg * std::numbers::pi / 180,
+                                         .likely_shift_m = likely_shift_m},
                                         run);
         Frames result = *frames;
         for (std::size_t i = 0; i < all.size(); ++i)

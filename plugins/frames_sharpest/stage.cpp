@@ -29,7 +29,6 @@ class FramesSharpest final : public fresco::Stage
         "For measure: blur: drop frames blurred by more than this many pixels of a picture 480 px high"};
     fresco::Option<double> min_sharpness{this, "min_sharpness", 150.0, fresco::at_least(0),
                                          "For measure: laplacian_variance: drop frames below this; 0: keep all"};
-    fresco::SharpnessOption sharpness{this};
     fresco::Option<int> window_count{this, "window_count", 1, fresco::range(1, 1'000'000),
                                      "Keep the sharpest of this many consecutive frames of a sequence; 1: keep all"};
     fresco::Option<int> max_frames{this, "max_frames", 0, fresco::range(0, 10'000'000),
@@ -42,7 +41,6 @@ class FramesSharpest final : public fresco::Stage
 
     void run(fresco::RunContext& run) override
     {
-        sharpness.check();
         const auto measured = compares() ? compared(run) : measured_by_laplacian(run);
         const auto selection =
             select_frames(measured, {.min_sharpness = threshold(), .window_count = *window_count, .max_frames = *max_frames});
@@ -61,7 +59,7 @@ class FramesSharpest final : public fresco::Stage
                                   [&](std::size_t i)
                                   {
                                       const auto picture = fresco::load_color(all[i], images.get().get());
-                                      measured[i] = {all[i].sequence, all[i].name, sharpness.of(picture)};
+                                      measured[i] = {all[i].sequence, all[i].name, fresco::usual_sharpness(picture)};
                                   });
         return measured;
     }

@@ -73,17 +73,18 @@ VoxelGrid::VoxelGrid(const Mesh& mesh, std::span<const Vec3d> eyes, const FreeSp
     for (const Vec3d eye : eyes)
         box.add(eye);
     const Vec3d size = box.high - box.low;
-    for (const auto& [name, value] : {std::pair("voxel_m", rules.voxel_m), std::pair("clearance_m", 2 * rules.clearance_m)})
-        if (value > std::max({size.x, size.y, size.z}))
-            throw Error(fmt::format("option \"{}\" ({:g} m) is larger than the room, which measures {:.2f} x {:.2f} x {:.2f} m "
-                                    "with its cameras; lower it, or check that the mesh is in meters",
-                                    name, name[0] == 'v' ? rules.voxel_m : rules.clearance_m, size.x, size.y, size.z));
+    const std::string measured =
+        fmt::format("the room measures {:.2f} x {:.2f} x {:.2f} m with its cameras", size.x, size.y, size.z);
+    if (const double least = std::max(rules.voxel_m, 2 * rules.clearance_m); least > std::max({size.x, size.y, size.z}))
+        throw Error(fmt::format(
+            "{}, which leaves no place for a virtual camera: expected at least {:g} m; check that the mesh is in meters",
+            measured, least));
     const auto voxels = [&](double along) { return std::max(1.0, std::ceil(along / voxel_m_)); };
     if (const double all = voxels(size.x) * voxels(size.y) * voxels(size.z); all > most_voxels)
-        throw Error(
-            fmt::format("option \"voxel_m\" ({:g} m) divides the room, which measures {:.2f} x {:.2f} x {:.2f} m with its "
-                        "cameras, into {:.0f} voxels; at most {:.0f}; raise it, or check that the mesh is in meters",
-                        voxel_m_, size.x, size.y, size.z, all, most_voxels));
+        throw Error(fmt::format(
+            "{}: {:.0f} voxels of {:g} m, where virtual cameras may stand; expected at most {:.0f}; check that the mesh "
+            "is in meters",
+            measured, all, voxel_m_, most_voxels));
     counts_ = {static_cast<std::size_t>(voxels(size.x)), static_cast<std::size_t>(voxels(size.y)),
                static_cast<std::size_t>(voxels(size.z))};
     const Vec3d spare{voxels(size.x) * voxel_m_ - size.x, voxels(size.y) * voxel_m_ - size.y, voxels(size.z) * voxel_m_ - size.z};

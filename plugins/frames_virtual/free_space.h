@@ -26,7 +26,7 @@ class VoxelGrid
   public:
     static constexpr double most_voxels = 4e6;
 
-    /// Throws Error naming the option if voxel_m or clearance_m is larger than the room, or if there are too many voxels.
+    /// Throws Error if the room is too small for a voxel and the clearance, or has too many voxels.
     VoxelGrid(const Mesh& mesh, std::span<const Vec3d> eyes, const FreeSpaceRules& rules);
 
     std::size_t count() const { return counts_[0] * counts_[1] * counts_[2]; }

@@ -27,9 +27,8 @@ class LossGram final : public fresco::Loss
         "matrix, mean square over its elements"};
     fresco::Option<std::string> rule{
         this, "rule", "printed", fresco::one_of({"printed", "released"}),
-        "Coarse target on all pixels together (printed), or separately on those that pass and fail the angle filter (released)"};
-    fresco::Option<std::string> fine_layers{this, "fine_layers", "",
-                                            "Layers that the fine target applies to, such as \"relu4_1, relu5_1\"; empty: all"};
+        "printed: coarse target on all pixels together; released: separately on those that pass and fail the angle filter, and "
+        "the fine target only on relu4_1 and relu5_1 where these are compared"};
     fresco::Option<int> average_views_count{this, "average_views_count", 1, fresco::range(1, 1000),
                                             "Number of recent views whose moments are averaged"};
 
@@ -46,7 +45,8 @@ class LossGram final : public fresco::Loss
     {
         const at::NoGradGuard no_gradient;
         compared_ = style.compared(type);
-        check_rule();
+        if (*rule == "released" && *style.targets == "fine")
+            throw fresco::Error("loss.gram: `rule: released` needs the coarse target; set `targets` to coarse or both");
         average_ = gram::ViewAverage(*average_views_count);
         targets_.assign(compared_.size(), {});
         for (const auto& role : style.roles(context.style))
@@ -57,10 +57,6 @@ class LossGram final : public fresco::Loss
                 if (!fine || has_fine(compared_[i].name))
                     (fine ? targets_[i].fine : targets_[i].coarse) = gram::moments(features[i]);
         }
-        for (std::size_t i = 0; i < compared_.size(); ++i)
-            if (!targets_[i].coarse && !targets_[i].fine)
-                throw fresco::Error("loss.gram: layer " + compared_[i].name +
-                                    " has no target: name it in `fine_layers`, or set `targets` to both");
     }
 
     std::vector<fresco::LossTerm> evaluate(fresco::Part& part) override
@@ -95,25 +91,13 @@ class LossGram final : public fresco::Loss
   private:
     static constexpr std::string_view type = "loss.gram";
 
-    /// Refuses settings that would have no effect.
-    void check_rule() const
-    {
-        if (*rule == "released" && *style.targets == "fine")
-            throw fresco::Error("loss.gram: `rule: released` needs the coarse target; set `targets` to coarse or both");
-        const auto names = fresco::split_layer_names(*fine_layers);
-        if (!names.empty() && *style.targets == "coarse")
-            throw fresco::Error("loss.gram: `fine_layers` needs the fine target; set `targets` to both");
-        for (const auto& name : names)
-            if (std::none_of(compared_.begin(), compared_.end(), [&](const auto& layer) { return layer.name == name; }))
-                throw fresco::Error("loss.gram: `fine_layers` names " + name + ", which is not one of the compared layers");
-    }
-
     bool with_mean() const { return *center || *average_views_count > 1; }
 
+    /// The released code compares the fine target only in its last two layers.
     bool has_fine(const std::string& layer) const
     {
-        const auto names = fresco::split_layer_names(*fine_layers);
-        return names.empty() || std::find(names.begin(), names.end(), layer) != names.end();
+        const auto is_last = [](const std::string& name) { return name == "relu4_1" || name == "relu5_1"; };
+        return *rule == "printed" || is_last(layer) || std::ranges::none_of(compared_, is_last, &fresco::StyleLayer::name);
     }
 
     /// Adds the term of plain Gram matrices of one view, the coarse target on all pixels together.

@@ -15,10 +15,10 @@ namespace
 class LossNnfm final : public fresco::Loss
 {
     fresco::StyleOptions style{this};
-    fresco::Option<int> max_style_samples{this, "max_style_samples", 4096, fresco::range(16, 1'000'000),
-                                          "Maximum number of style features searched per layer"};
-    fresco::Option<int> max_samples{this, "max_samples", 16'384, fresco::range(16, 10'000'000),
-                                    "Maximum number of features of a view compared per layer"};
+    /// Style features searched per layer: more hardly find nearer ones, and the search takes time in proportion.
+    static constexpr int max_style_samples = 4096;
+    /// Features of a view compared per layer, for the same reason.
+    static constexpr int max_samples = 16'384;
 
     /// One size of the style picture: unit features of a layer, M x C, and the pixels that are compared with them.
     struct Target
@@ -41,7 +41,7 @@ class LossNnfm final : public fresco::Loss
             const auto features = fresco::style_features(*style.features, role.picture, compared_, type);
             for (std::size_t i = 0; i < features.size(); ++i)
             {
-                const auto samples = nnfm::sampled_columns(features[i], *max_style_samples, random.bits());
+                const auto samples = nnfm::sampled_columns(features[i], max_style_samples, random.bits());
                 targets_[i].push_back({role.pixels, nnfm::unit_rows(samples.t().contiguous())});
             }
         }
@@ -60,7 +60,7 @@ class LossNnfm final : public fresco::Loss
                 const auto features = part.selected(*style.features, compared_[i].name, target.pixels);
                 if (features.size(1) == 0)
                     continue;
-                const auto value = nnfm::distance(nnfm::sampled_columns(features, *max_samples, seed), target.rows);
+                const auto value = nnfm::distance(nnfm::sampled_columns(features, max_samples, seed), target.rows);
                 sum = sum.defined() ? sum + value : value;
             }
             if (sum.defined())

@@ -22,18 +22,20 @@ namespace pm = patch_match;
 
 class LossPatchMatch final : public fresco::Loss
 {
-    fresco::Option<int> scales{this, "scales", 3, fresco::range(1, 6), "Sizes at which patches are compared, each half the last"};
-    fresco::Option<int> stride_px{this, "stride_px", 2, fresco::range(1, 7), "Distance between neighboring patches"};
-    fresco::Option<int> refresh_steps{this, "refresh_steps", 8, fresco::range(1, 1'000'000),
-                                      "Search for the nearest style patches again after this many steps on one view"};
-    fresco::Option<int> dimensions{this, "dimensions", 32, fresco::range(1, 147),
-                                   "Principal components that patches are compared in"};
-    fresco::Option<int> max_style_patches{this, "max_style_patches", 24'000, fresco::range(100, 1'000'000),
-                                          "Maximum number of style patches per size; larger pictures are sampled more coarsely"};
-    fresco::Option<double> exponent{this, "exponent", 0.8, fresco::range(0.1, 2),
-                                    "Exponent on the distance of a patch to its style patch"};
-    fresco::Option<double> completeness{this, "completeness", 0.03, fresco::range(1e-6, 1e6),
-                                        "Smaller values use all parts of the style more evenly; in variances of style patches"};
+    /// Sizes at which patches are compared, each half the last: strokes, and what they make up.
+    static constexpr int scales = 3;
+    /// Distance between neighboring patches: a quarter of all, which overlap enough to hide their grid.
+    static constexpr int stride_px = 2;
+    /// The search takes longer than a step, and the assignment hardly changes in a few.
+    static constexpr int refresh_steps = 8;
+    /// Principal components of a patch; the others hold little but noise.
+    static constexpr int dimensions = 32;
+    /// Per size; the search takes time in proportion, so larger pictures are sampled more coarsely.
+    static constexpr int max_style_patches = 24'000;
+    /// Below 2, so that a patch may keep a few pixels of its own (Kwatra et al.).
+    static constexpr double exponent = 0.8;
+    /// In variances of style patches: small enough for all parts of the style to be used (Granot et al.).
+    static constexpr double completeness = 0.03;
     fresco::Option<double> guide{this, "guide", 0.5, fresco::at_least(0),
                                  "Weight of the recolored camera picture in the search; 0.2 keeps fewer room edges, 1 more"};
 
@@ -62,13 +64,13 @@ class LossPatchMatch final : public fresco::Loss
         progress_ = context.progress;
         style_.clear();
         auto picture = context.style.fine.to(at::kCPU);
-        for (int scale = 0; scale < *scales; ++scale, picture = pm::halved(picture))
+        for (int scale = 0; scale < scales; ++scale, picture = pm::halved(picture))
         {
             if (std::min(picture.size(1), picture.size(2)) < pm::patch_size)
-                throw fresco::Error(fmt::format("loss.patch_match: the style picture ({} x {}) is too small for {} `scales`: use "
-                                                "a larger picture or fewer scales",
-                                                context.style.fine.size(2), context.style.fine.size(1), *scales));
-            style_.push_back(pm::make_style_patches(picture, *max_style_patches, *dimensions));
+                throw fresco::Error(
+                    fmt::format("loss.patch_match: the style picture is {} x {}; expected at least {} pixels a side",
+                                context.style.fine.size(2), context.style.fine.size(1), pm::patch_size << (scales - 1)));
+            style_.push_back(pm::make_style_patches(picture, max_style_patches, dimensions));
         }
     }
 
@@ -88,13 +90,13 @@ class LossPatchMatch final : public fresco::Loss
                     "loss.patch_match: the checkpoint was made for pictures of another size; remove its folder and "
                     "run again");
             const auto value = pm::robust_distance(picture, grid(picture), matches.nearest.at(scale), style.patches,
-                                                   std::max(style.total_variance, 1e-6), *exponent, progress_->threads());
+                                                   std::max(style.total_variance, 1e-6), exponent, progress_->threads());
             if (value.defined())
                 sum = sum.defined() ? sum + value : value;
         }
         if (!sum.defined())
             return {};
-        return {{"", (sum / static_cast<double>(*scales)).to(part.image().device())}};
+        return {{"", (sum / static_cast<double>(scales)).to(part.image().device())}};
     }
 
     fresco::TensorMap state() const override
@@ -125,7 +127,7 @@ class LossPatchMatch final : public fresco::Loss
             if (!state.contains(name + ".step"))
                 continue;
             Matches matches{entry(state, name + ".step").item<std::int64_t>(), {}};
-            for (int scale = 0; scale < *scales; ++scale)
+            for (int scale = 0; scale < scales; ++scale)
                 matches.nearest.push_back(
                     checked(entry(state, fmt::format("{}.scale{}", name, scale)), static_cast<std::size_t>(scale)));
             matches_[level] = std::move(matches);
@@ -157,7 +159,7 @@ class LossPatchMatch final : public fresco::Loss
         return nearest;
     }
 
-    pm::PatchGrid grid(const torch::Tensor& picture) const { return {picture.size(2), picture.size(1), *stride_px}; }
+    pm::PatchGrid grid(const torch::Tensor& picture) const { return {picture.size(2), picture.size(1), stride_px}; }
 
     /// Only the current view's matches are kept. Asked again within a step, the same ones serve.
     Matches& matches_for(fresco::Part& part)
@@ -166,7 +168,7 @@ class LossPatchMatch final : public fresco::Loss
             matches_.clear();
         view_ = part.view();
         const auto found = matches_.find(part.level());
-        const bool due = part.repeat() % *refresh_steps == 0;
+        const bool due = part.repeat() % refresh_steps == 0;
         if (found != matches_.end() && (!due || found->second.step == part.step()))
             return found->second;
         return matches_[part.level()] = search(part);
@@ -198,7 +200,7 @@ class LossPatchMatch final : public fresco::Loss
                      .guide = pm::project(style, pm::extract_patches(guide_picture, patches).index_select(0, rows)),
                      .style = style.keys,
                      .guide_weight = *guide,
-                     .tolerance = *completeness * std::max(style.total_variance, 1e-6)},
+                     .tolerance = completeness * std::max(style.total_variance, 1e-6)},
                     *progress_);
                 nearest.index_copy_(0, rows, found);
             }

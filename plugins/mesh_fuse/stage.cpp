@@ -42,8 +42,6 @@ class MeshFuse final : public Stage
     Input<Mesh> given{this, "mesh", optional, "A mesh of the recording: passed on unchanged, nothing is fused"};
     Output<Mesh> mesh{this, "mesh", "The given mesh, else the surface that the depth pictures show, with vertex colors"};
     Option<double> voxel_m{this, "voxel_m", 0.01, range(0.001, 1), "Side of a voxel, and about that of a triangle"};
-    Option<double> trunc_m{this, "trunc_m", 0, range(0, 10),
-                           "Average distances up to this far from the surface; more than the depth noise; 0: four voxels"};
     Option<double> max_depth_m{this, "max_depth_m", 5, range(0.1, 1000), "Ignore depth beyond this; noise grows with distance"};
     Option<double> min_component_m2{this, "min_component_m2", 0.01, range(0, 1000),
                                     "Remove separate pieces of surface with less area"};
@@ -57,13 +55,8 @@ class MeshFuse final : public Stage
     const ImageIo* codec() const { return images.has_value() ? images.get().get() : nullptr; }
     std::size_t limit_bytes() const { return static_cast<std::size_t>(*max_memory_gb * gigabyte); }
 
-    double truncation() const
-    {
-        const double truncation_m = *trunc_m > 0 ? *trunc_m : 4 * *voxel_m;
-        if (truncation_m < *voxel_m)
-            throw Error(fmt::format("option \"trunc_m\": {} is less than voxel_m; expected at least {}", *trunc_m, *voxel_m));
-        return truncation_m;
-    }
+    /// Distances are averaged up to this far from the surface: more than the depth noise.
+    double truncation() const { return 4 * *voxel_m; }
 
     std::vector<const Frame*> frames_with_depth(RunContext& run) const
     {

@@ -47,14 +47,10 @@ class OptimizerLbfgs final : public fresco::OptimizerRule
 {
     fresco::Option<int> iterations_count{this, "iterations_count", 4, fresco::range(1, 100),
                                          "Iterations of L-BFGS per step, on one view; each needs one or more evaluations"};
-    fresco::Option<double> max_change{this, "max_change", 10.0, fresco::range(1e-3, 1e9),
-                                      "Largest change of a value in a step, in learning rates"};
-    fresco::Option<int> max_memory_mb{this,
-                                      "max_memory_mb",
-                                      4096,
-                                      fresco::range(1, 10'000'000),
-                                      "Reject textures that would need more memory",
-                                      fresco::not_in_key};
+    /// In learning rates: a line search may otherwise throw hardly seen texels far out.
+    static constexpr double max_change = 10;
+    /// Beyond this the dense vectors are the wrong way to do it.
+    static constexpr int max_memory_mb = 4096;
 
   public:
     void attach(const std::vector<fresco::TextureParameter>& parameters) override
@@ -64,11 +60,11 @@ class OptimizerLbfgs final : public fresco::OptimizerRule
             values += parameter.values.numel();
         // Two vectors for each iteration, and what libtorch's step and its line search copy.
         const double megabytes = 4e-6 * static_cast<double>(values) * (2 * *iterations_count + 12);
-        if (megabytes > *max_memory_mb)
-            throw fresco::Error(fmt::format(
-                "optimizer.lbfgs would need {:.0f} MB for {} values and `iterations_count` {}, more than `max_memory_mb` {}: use "
-                "optimizer.adam, a smaller texture or fewer iterations, or raise max_memory_mb",
-                megabytes, values, *iterations_count, *max_memory_mb));
+        if (megabytes > max_memory_mb)
+            throw fresco::Error(
+                fmt::format("optimizer.lbfgs would need {:.0f} MB for {} values and `iterations_count` {}, more than {}: use "
+                            "optimizer.adam, a smaller texture or fewer iterations",
+                            megabytes, values, *iterations_count, max_memory_mb));
     }
 
     double step(std::vector<fresco::TextureParameter>& parameters, const fresco::Evaluate& evaluate, double rate,
@@ -100,7 +96,7 @@ class OptimizerLbfgs final : public fresco::OptimizerRule
                                         .tolerance_change(0)
                                         .line_search_fn("strong_wolfe"))
             .step(closure);
-        const double most = rate * *max_change;
+        const double most = rate * max_change;
         for (std::size_t i = 0; i < values.size(); ++i)
         {
             values[i].copy_(before[i] + (values[i] - before[i]).clamp(-most, most));

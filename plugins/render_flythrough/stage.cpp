@@ -50,14 +50,15 @@ class RenderFlythrough final : public Stage
                              "recorded: along the recording, smoothed; orbit: a circle in the middle of the recording, over the "
                              "directions that show the room"};
     Option<double> seconds{this, "seconds", 12, range(0.1, 3600), "Duration"};
-    Option<double> fps{this, "fps", 25, range(1, 120), "Video frames per second"};
+    /// As films have it; players know it.
+    static constexpr double fps = 25;
     Option<int> height_px{this, "height_px", 480, range(16, 4320), "Height; the width follows from the camera, both even"};
-    Option<int> samples = rendering::samples_option(this);
-    Option<std::string> shading = rendering::shading_option(this);
-    Option<double> smoothing_count{this, "smoothing_count", 6, range(0.1, 10'000),
-                                   "Standard deviation of the smoothing, in recorded frames"};
-    Option<double> radius_m{this, "radius_m", 0.3, range(0, 100), "Radius of the orbit"};
-    Option<double> down_deg{this, "down_deg", 10, range(-89, 89), "Downward tilt of the orbit's camera"};
+    /// Standard deviation in recorded frames: takes out the hand's shaking, keeps the way.
+    static constexpr double smoothing_count = 6;
+    /// Small enough to stay in the free space around the middle of the recording.
+    static constexpr double radius_m = 0.3;
+    /// Shows the floor and no more of the ceiling than of it.
+    static constexpr double down_deg = 10;
     Slot<ImageIo> images{this, "Encodes PNG pictures"};
 
     /// Of the first frame's camera, in even numbers of pixels, which video codecs want.
@@ -76,7 +77,7 @@ class RenderFlythrough final : public Stage
         constexpr int small_px = 24;
         const Intrinsics small = size.scaled_to(std::max(1, size.width_at(small_px)), small_px);
         std::vector<double> shares;
-        for (const RigidTransform& pose : orbit_path(recorded, *radius_m, *down_deg, directions_count))
+        for (const RigidTransform& pose : orbit_path(recorded, radius_m, down_deg, directions_count))
         {
             run.check_canceled();
             const Raster8 picture = renderer.render({small, pose}, run);
@@ -95,23 +96,21 @@ class RenderFlythrough final : public Stage
         for (const Frame& frame : frames->frames)
             if (frame.sequence == frames->frames.front().sequence)
                 recorded.push_back(frame.color.world_from_camera);
-        const auto count = static_cast<std::size_t>(std::max(1L, std::lround(*seconds * *fps)));
+        const auto count = static_cast<std::size_t>(std::max(1L, std::lround(*seconds * fps)));
         if (*path == "recorded")
-            return recorded_path(recorded, *smoothing_count, count);
+            return recorded_path(recorded, smoothing_count, count);
         if (!cameras_up(recorded))
             run.warning("the cameras have no common upward direction: the orbit turns about the world's z axis");
         const OrbitArc seen = arc(recorded, size, renderer, run);
         run.report("arc_deg", seen.around ? 360.0 : (seen.last - seen.first) * 180 / std::numbers::pi);
-        return orbit_path(recorded, *radius_m, *down_deg, count, seen);
+        return orbit_path(recorded, radius_m, down_deg, count, seen);
     }
 
     void run(RunContext& run) override
     {
         rendering::check_showable(*mesh, *frames);
         const Intrinsics size = intrinsics();
-        const rendering::ViewRenderer renderer(*mesh, {.samples_per_side = *samples,
-                                                       .filter = rendering::TextureFilter::trilinear,
-                                                       .lights = rendering::lights_of(*shading)});
+        const rendering::ViewRenderer renderer(*mesh, {.filter = rendering::TextureFilter::trilinear});
         const std::vector<RigidTransform> way = poses(size, renderer, run);
         const std::filesystem::path folder = video.folder().path;
         const bool pictures = *format == "png";
@@ -123,7 +122,7 @@ class RenderFlythrough final : public Stage
         {
             made.names.push_back(name->path + "." + *format);
             std::filesystem::create_directories((folder / made.names.back()).parent_path());
-            file.emplace(folder / made.names.back(), size.width, size.height, *fps);
+            file.emplace(folder / made.names.back(), size.width, size.height, fps);
         }
         std::vector<Camera> cameras;
         for (const RigidTransform& pose : way)

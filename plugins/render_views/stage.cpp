@@ -25,7 +25,8 @@ class RenderViews final : public Stage
     Option<int> height_px{this, "height_px", 0, range(0, 8192),
                           "Height of the pictures, the width follows; 0: the camera's own size"};
     Option<int> every_count{this, "every_count", 1, range(1, 1'000'000), "Render every n-th frame"};
-    Option<int> samples = rendering::samples_option(this);
+    Option<int> samples{this, "samples", 2, range(1, 8),
+                        "Samples per pixel along each side, against aliasing at edges and far away"};
     rendering::FilterOption filter{this};
     Option<std::string> shading = rendering::shading_option(this);
     Option<bool> through_backs{this, "through_backs", false,

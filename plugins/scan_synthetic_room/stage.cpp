@@ -12,6 +12,7 @@
 #include <fresco/stage.h>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace
 {
@@ -24,17 +25,18 @@ class ScanSyntheticRoom final : public fresco::Stage
 {
     fresco::Option<int> seed{this, "seed", 1, fresco::range(0, 1'000'000'000),
                              "Another seed gives another room: colors, books, textures and noise"};
-    fresco::Option<double> length_m{this, "length_m", 4.5, fresco::range(3.5, 12), "Length of the room"};
-    fresco::Option<double> width_m{this, "width_m", 3.6, fresco::range(3, 8), "Width of the room"};
-    fresco::Option<double> height_m{this, "height_m", 2.6, fresco::range(2.3, 4), "Height of the room"};
+    fresco::Option<std::vector<double>> size_m{this,
+                                               "size_m",
+                                               {4.5, 3.6, 2.6},
+                                               fresco::range(2.3, 12),
+                                               "Length (3.5 to 12), width (3 to 8) and height (2.3 to 4) of the room"};
     fresco::Option<int> frames_count{this, "frames_count", 48, fresco::range(1, 10'000), "Views to record"};
     fresco::Option<int> color_width_px{this, "color_width_px", 640, fresco::range(16, 4096), "Width of the color pictures"};
     fresco::Option<int> color_height_px{this, "color_height_px", 480, fresco::range(16, 4096), "Height of the color pictures"};
-    fresco::Option<int> depth_width_px{this, "depth_width_px", 320, fresco::range(16, 4096), "Width of the depth pictures"};
-    fresco::Option<int> depth_height_px{this, "depth_height_px", 240, fresco::range(16, 4096), "Height of the depth pictures"};
+    fresco::Option<std::vector<int>> depth_px{
+        this, "depth_px", {320, 240}, fresco::range(16, 4096), "Width and height of the depth pictures"};
     fresco::Option<double> noise_m{this, "noise_m", 0.003, fresco::range(0, 0.02), "Scanner error in mesh and depth; 0: none"};
     fresco::Option<double> edge_m{this, "edge_m", 0.03, fresco::range(0.008, 0.2), "Length of the mesh's edges"};
-    fresco::Option<bool> keep_unseen{this, "keep_unseen", false, "Keep mesh surfaces that no depth picture shows"};
     fresco::Slot<fresco::ImageIo> images{this, "Reads and writes pictures"};
 
     fresco::Output<fresco::Frames> frames{this, "frames", "Views of a color and a depth camera"};
@@ -42,21 +44,36 @@ class ScanSyntheticRoom final : public fresco::Stage
     fresco::Output<fresco::Regions> regions{this, "regions", fresco::Parts{part_names},
                                             "What each face of the mesh shows, exactly; furniture: all else"};
 
+    void check_sizes() const
+    {
+        if (depth_px->size() != 2)
+            throw fresco::Error(fmt::format("option \"depth_px\" has {} numbers; expected [width, height]", depth_px->size()));
+        const bool fits =
+            size_m->size() == 3 && (*size_m)[0] >= 3.5 && (*size_m)[1] >= 3 && (*size_m)[1] <= 8 && (*size_m)[2] <= 4;
+        if (!fits)
+            throw fresco::Error(
+                fmt::format("option \"size_m\" is [{}]; expected [length, width, height], a length from 3.5 to 12, a "
+                            "width from 3 to 8 and a height from 2.3 to 4",
+                            fmt::join(*size_m, ", ")));
+    }
+
     void run(fresco::RunContext& run) override
     {
         const auto random = room::hash(static_cast<std::uint32_t>(*seed), 5u);
         const auto noise = static_cast<float>(*noise_m), edge = static_cast<float>(*edge_m);
-        const fresco::Vec3f size{static_cast<float>(*length_m), static_cast<float>(*width_m), static_cast<float>(*height_m)};
+        check_sizes();
+        const auto meters = [&](std::size_t axis) { return static_cast<float>((*size_m)[axis]); };
+        const fresco::Vec3f size{meters(0), meters(1), meters(2)};
         const auto scene = room::furnish(size, static_cast<std::uint32_t>(*seed));
         const room::Caster caster(scene);
         const room::LightMap light(caster, run);
         const auto net = room::surface_net(scene, edge, run);
-        auto whole = room::noisy_mesh(net, scene, light, edge, noise, random, run);
+        const auto whole = room::noisy_mesh(net, scene, light, edge, noise, random, run);
         room::SeenVertices seen(net.positions);
 
         frames = record(caster, light, random, seen, run);
         auto parts = room::parts_of_faces(net, scene);
-        auto scanned = *keep_unseen ? std::move(whole) : room::seen_part(whole, seen, parts);
+        auto scanned = room::seen_part(whole, seen, parts);
         run.report("frames", *frames_count);
         run.report("solids", scene.solids.size());
         run.report("faces", scanned.triangles.size());
@@ -74,7 +91,7 @@ class ScanSyntheticRoom final : public fresco::Stage
     fresco::Frames record(const room::Caster& caster, const room::LightMap& light, std::uint32_t random, room::SeenVertices& seen,
                           fresco::RunContext& run) const
     {
-        const auto recorder = room::make_recorder(*color_width_px, *color_height_px, *depth_width_px, *depth_height_px);
+        const auto recorder = room::make_recorder(*color_width_px, *color_height_px, (*depth_px)[0], (*depth_px)[1]);
         const auto path = room::camera_path(caster.scene(), *frames_count, random);
         fresco::Frames recorded;
         recorded.frames.resize(path.size());

@@ -39,7 +39,7 @@ std::vector<std::uint8_t> gutter_sources(const TexelFaces& faces, const std::vec
 }
 }  // namespace
 
-Raster8 bake(const Texture& texture, const Mesh& mesh, const BakeOptions& options, BakeCounts& counts, Progress& progress)
+Raster8 bake(const Texture& texture, const Mesh& mesh, Unseen unseen, BakeCounts& counts, Progress& progress)
 {
     check_texture(texture);
     std::vector<std::uint8_t> seen = texture.seen.values;
@@ -59,18 +59,14 @@ Raster8 bake(const Texture& texture, const Mesh& mesh, const BakeOptions& option
             ++counts.chart_texels;
             counts.seen_texels += seen[texel];
         }
-    if (options.unseen == Unseen::fill && counts.chart_texels > 0)
+    if (unseen == Unseen::fill && counts.chart_texels > 0)
         fill_unseen(mesh, charts, faces, seen, rgb, progress);
     progress.progress(3, steps, "steps");
 
     Raster8 image = to_bytes(rgb, progress);
     rgb = {};
-    if (options.unseen == Unseen::color)
-        for (std::size_t texel = 0; texel < seen.size(); ++texel)
-            if (faces.inside[texel] && !seen[texel])
-                std::ranges::copy(options.unseen_color, &image.values[3 * texel]);
     progress.progress(4, steps, "steps");
-    fill_from_nearest(image, gutter_sources(faces, seen, options.unseen), progress);
+    fill_from_nearest(image, gutter_sources(faces, seen, unseen), progress);
     progress.progress(5, steps, "steps");
     return image;
 }

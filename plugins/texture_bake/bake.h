@@ -5,22 +5,14 @@
 #include <fresco/parallel.h>
 #include <fresco/texture.h>
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 
 /// What happens to the texels of charts that no frame saw.
 enum class Unseen
 {
-    fill,   ///< The colors of the seen surface around, see fill_unseen.
-    color,  ///< One color.
-    keep    ///< What the texture holds there.
-};
-
-struct BakeOptions
-{
-    Unseen unseen;
-    std::array<std::uint8_t, 3> unseen_color;
+    fill,  ///< The colors of the seen surface around, see fill_unseen.
+    keep   ///< Leaves what the texture holds there.
 };
 
 /// Counts of texels whose center lies in a chart.
@@ -32,5 +24,5 @@ struct BakeCounts
 
 /// The 8-bit picture of a texture, S x S x 3: layers collapsed, unseen texels filled, the gutter filled from the nearest chart
 /// texels. Equal for any number of threads. The mesh must have passed check_mesh and have texcoords. Throws Error, Canceled.
-fresco::Raster8 bake(const fresco::Texture& texture, const fresco::Mesh& mesh, const BakeOptions& options, BakeCounts& counts,
+fresco::Raster8 bake(const fresco::Texture& texture, const fresco::Mesh& mesh, Unseen unseen, BakeCounts& counts,
                      fresco::Progress& progress);

@@ -4,7 +4,6 @@
 
 #include "bake.h"
 
-#include <fmt/format.h>
 #include <string>
 #include <vector>
 
@@ -17,20 +16,11 @@ class TextureBake final : public Stage
     Input<Texture> texture{this, "texture", "The texture; the picture gets its size"};
     Input<Mesh> mesh{this, "mesh", "The mesh whose texcoords the texture was made for"};
     Output<TexturedMesh> textured_mesh{this, "textured_mesh", "The mesh with its 8-bit picture"};
-    Option<std::string> unseen{this, "unseen", "fill", one_of({"fill", "color", "keep"}),
-                               "Texels that no frame saw: fill from the seen surface around them, set to unseen_color, or keep"};
-    Option<std::vector<int>> unseen_color{this, "unseen_color", {128, 128, 128}, range(0, 255), "RGB for unseen: color"};
-
-    BakeOptions bake_options() const
-    {
-        if (unseen_color->size() != 3)
-            throw Error(fmt::format("option \"unseen_color\" has {} numbers; expected [red, green, blue]", unseen_color->size()));
-        const auto channel = [this](std::size_t i) { return static_cast<std::uint8_t>((*unseen_color)[i]); };
-        return {.unseen = *unseen == "fill"    ? Unseen::fill
-                          : *unseen == "color" ? Unseen::color
-                                               : Unseen::keep,
-                .unseen_color = {channel(0), channel(1), channel(2)}};
-    }
+    Choice<Unseen> unseen{this,
+                          "unseen",
+                          Unseen::fill,
+                          {{"fill", Unseen::fill}, {"keep", Unseen::keep}},
+                          "Texels that no frame saw: fill from the seen surface around them, or keep what the texture holds"};
 
     void run(RunContext& run) override
     {
@@ -40,7 +30,7 @@ class TextureBake final : public Stage
         check_atlas(texture->atlas, *mesh, "the texture on port 'texture'");
         BakeCounts counts;
         TexturedMesh result;
-        result.image = Image(bake(*texture, *mesh, bake_options(), counts, run));
+        result.image = Image(bake(*texture, *mesh, *unseen, counts, run));
         result.mesh = *mesh;
         result.mesh_folder = mesh.folder();
         tell(run, counts);
@@ -54,7 +44,7 @@ class TextureBake final : public Stage
         run.report("chart_texels", counts.chart_texels);
         run.report("chart_share", total / static_cast<double>(texture->seen.values.size()));
         run.report("seen_share", seen_share);
-        run.report("filled_share", *unseen == "keep" ? 0.0 : 1 - seen_share);
+        run.report("filled_share", *unseen == Unseen::keep ? 0.0 : 1 - seen_share);
     }
 };
 }  // namespace

@@ -135,25 +135,16 @@ Blend blended(std::span<const KeptSample> samples, const BlendRules& rules)
 
     Blend result;
     result.used = static_cast<int>(count);
-    Color center{};
-    float limit = 0;
-    if (rules.reject_outliers)
-    {
-        center = geometric_median(used);
-        limit = std::max(rules.least_distance, median_factor * median_distance(used, center));
-    }
+    const Color center = geometric_median(used);
+    const float limit = std::max(rules.least_distance, median_factor * median_distance(used, center));
     Color sum{};
     float total = 0;
     for (const Weighted& sample : used)
     {
-        float weight = sample.weight;
-        if (rules.reject_outliers)
-        {
-            const float ratio = distance(sample.rgb, center) / limit;
-            const float share = std::max(0.0F, 1 - ratio * ratio);
-            result.rejected += share == 0;
-            weight *= share * share;
-        }
+        const float ratio = distance(sample.rgb, center) / limit;
+        const float share = std::max(0.0F, 1 - ratio * ratio);
+        result.rejected += share == 0;
+        const float weight = sample.weight * (share * share);
         total += weight;
         for (std::size_t c = 0; c < 3; ++c)
             sum[c] += weight * sample.rgb[c];
@@ -293,21 +284,18 @@ void solve_exposure(Survey& found, const TextureRules& rules, BlendRules& blend,
     BlendQuality used = quality(result.gains);
     result.error_without_gains = used.total_error;
     result.seam_step_without_gains = used.seam_step;
-    if (rules.solve_exposure)
-    {
-        const auto cells = static_cast<std::size_t>(found.side) * static_cast<std::size_t>(found.side);
-        std::vector<Gains> gains = exposure_gains(found.colors, cells, progress);
-        const BlendQuality with_gains = quality(gains);
-        const auto groups = overlapping_groups(found.colors, cells);
-        std::vector<double> gained(gains.size(), 0);
-        for (std::size_t v = 0; v < gains.size(); ++v)
-            gained[groups[v]] +=
-                static_cast<double>(found.colors[v].size()) * (std::pow(used.error[v], 2) - std::pow(with_gains.error[v], 2));
-        for (std::size_t v = 0; v < gains.size(); ++v)
-            if (gained[groups[v]] > 0)
-                result.gains[v] = std::move(gains[v]);
-        used = quality(result.gains);
-    }
+    const auto cells = static_cast<std::size_t>(found.side) * static_cast<std::size_t>(found.side);
+    std::vector<Gains> gains = exposure_gains(found.colors, cells, progress);
+    const BlendQuality with_gains = quality(gains);
+    const auto groups = overlapping_groups(found.colors, cells);
+    std::vector<double> gained(gains.size(), 0);
+    for (std::size_t v = 0; v < gains.size(); ++v)
+        gained[groups[v]] +=
+            static_cast<double>(found.colors[v].size()) * (std::pow(used.error[v], 2) - std::pow(with_gains.error[v], 2));
+    for (std::size_t v = 0; v < gains.size(); ++v)
+        if (gained[groups[v]] > 0)
+            result.gains[v] = std::move(gains[v]);
+    used = quality(result.gains);
     result.error = used.total_error;
     result.seam_step = used.seam_step;
     blend.least_distance = std::max(blend.least_distance, outlier_factor * used.median_distance);
@@ -351,7 +339,7 @@ void fill(std::vector<BestSamples>& best, FramesTexture& result, const ViewReade
                        {
                            for (std::size_t i = begin; i < end; ++i)
                                best[block].add(views[i - begin].samples[block], static_cast<float>(result.sharpness[i]),
-                                               rules.solve_exposure ? &result.gains[i] : nullptr);
+                                               &result.gains[i]);
                        });
         for (const Gathered& view : views)
         {

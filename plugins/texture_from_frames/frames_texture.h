@@ -44,7 +44,6 @@ class KeptSample
 
 struct BlendRules
 {
-    bool reject_outliers;
     float least_distance = 0.15F;  ///< Samples this near to the others are never rejected.
 };
 
@@ -59,7 +58,7 @@ struct Blend
 ///
 /// If no place is empty, the last one's weight is subtracted from all weights, so that a view's share is zero where it enters or
 /// leaves the best ones and the texture has no steps (Buehler et al., "Unstructured lumigraph rendering", SIGGRAPH 2001, section
-/// 4). The rest is averaged; with `reject_outliers`, by Tukey's biweight around the geometric median: a sample's share falls with
+/// 4). The rest is averaged by Tukey's biweight around the geometric median: a sample's share falls with
 /// its distance, and is zero beyond three times the weighted median distance or `least_distance`, whichever is more. Up to half
 /// of the weight may be wrong. Distances are root mean squares over the channels.
 Blend blended(std::span<const KeptSample> samples, const BlendRules& rules);
@@ -127,10 +126,10 @@ struct TextureRules
 {
     int size_px;
     int views_count;  ///< Per texel, 1 to 63.
-    bool solve_exposure;
-    double sharpness_power;
-    WeightRules weights;
-    BlendRules blend;
+    /// Favors the sharper of two pictures of a place, but leaves a blurred one its share where it is nearest.
+    double sharpness_power = 2;
+    WeightRules weights{};
+    BlendRules blend{};
 };
 
 struct FramesTexture

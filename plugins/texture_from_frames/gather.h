@@ -82,8 +82,10 @@ class PixelLinks
 
 struct WeightRules
 {
-    double edge_margin_px;      ///< Ignore pixels of the camera's picture this close to a depth step.
-    double sensor_tolerance_m;  ///< Maximum difference of measured depth and mesh, plus 5 % of the depth.
+    /// Ignore pixels of the camera's picture this close to a depth step: as far as poses and meshes are usually off.
+    double edge_margin_px = 3;
+    /// Maximum difference of measured depth and mesh, plus 5 % of the depth: more is something that the mesh does not have.
+    double sensor_tolerance_m = 0.1;
 };
 
 /// The weight of each pixel of a view.

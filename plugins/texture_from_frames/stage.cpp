@@ -112,20 +112,7 @@ class TextureFromFrames final : public Stage
     Option<InputFolder> pictures{this, "pictures", InputFolder{},
                                  "Folder of pictures in place of the cameras' (<sequence>_<frame>.png, .jpg or .npy), in any "
                                  "size of the camera's aspect ratio, such as stylized frames; transparent pixels show nothing"};
-    Option<std::string> exposure{
-        this, "exposure", "gain", one_of({"gain", "none"}),
-        "gain: factors that change slowly over each picture, so that pictures agree; only where the texture gains by them"};
-    Option<std::string> outliers{this, "outliers", "reject", one_of({"reject", "keep"}),
-                                 "reject: leave out samples that disagree with the others of their texel"};
     Option<int> views_count{this, "views_count", 16, range(1, 63), "Maximum number of views to blend per texel, best first"};
-    Option<double> edge_margin_px{this, "edge_margin_px", 3, range(0, 1000),
-                                  "Reduce the weight of pixels this close to a depth step, in pixels of the full picture"};
-    Option<double> sensor_tolerance_m{
-        this, "sensor_tolerance_m", 0.1, range(0, 1000),
-        "Reject pixels whose measured depth differs from the mesh's by more than this and 5%; 0: do not check"};
-    Option<double> sharpness_power{
-        this, "sharpness_power", 2, range(0, 8),
-        "Weight pictures by this power of their sharpness relative to their neighbors'; 0: equal weights"};
     Slot<ImageIo> images{this, optional, "Reads pictures that are not NPY; none: all are NPY"};
 
     std::size_t level() const
@@ -143,12 +130,7 @@ class TextureFromFrames final : public Stage
         constexpr const char* source = "the uv maps on port 'uvmaps'";
         const int size = painted_size_px(*size_px, uvmaps->texture_px, source, run);
         check_uv_bits(*uvmaps, size, source);
-        return {.size_px = size,
-                .views_count = *views_count,
-                .solve_exposure = *exposure == "gain",
-                .sharpness_power = *sharpness_power,
-                .weights = {.edge_margin_px = *edge_margin_px, .sensor_tolerance_m = *sensor_tolerance_m},
-                .blend = {.reject_outliers = *outliers == "reject"}};
+        return {.size_px = size, .views_count = *views_count};
     }
 
     /// A texture of 4096 texels a side.
@@ -183,7 +165,7 @@ class TextureFromFrames final : public Stage
                                    frame.sequence};
             if (!own)
                 leave_out_transparent(view, files[wanted[i]].string());
-            if (*sensor_tolerance_m > 0 && !frame.depth_picture.empty())
+            if (!frame.depth_picture.empty())
                 view.measured = sensor_depth(view.map, view.camera, frame.depth, load_depth(frame, codec), 0);
             return view;
         };
@@ -229,7 +211,7 @@ class TextureFromFrames final : public Stage
         if (made.occluded_pixels * 2 > made.pixels)
             run.warning(
                 fmt::format("the measured depth disagrees with the mesh at {:.0f} % of the pixels, which are not used: check "
-                            "that poses, depth and mesh belong to one recording (sensor_tolerance_m: 0 uses all pixels)",
+                            "that poses, depth and mesh belong to one recording",
                             100 * share(made.occluded_pixels, made.pixels)));
     }
 };

@@ -33,9 +33,6 @@ class TextureFromModel final : public Stage
     Output<Texture> texture{this, "texture", "The model's colors in the atlas, in one layer"};
 
     Option<int> size_px{this, "size_px", 0, range(0, 16384), "Texels per side of the texture; 0: as the atlas says"};
-    Option<double> max_distance_m{
-        this, "max_distance_m", 0, range(0, 1e6),
-        "Texels farther than this from the model count as unseen; 0: 2% of its bounding box's diagonal"};
     Slot<ImageIo> images{this, "Reads the model's pictures"};
 
     void run(RunContext& run) override
@@ -60,8 +57,6 @@ class TextureFromModel final : public Stage
 
     double reach_m() const
     {
-        if (*max_distance_m > 0)
-            return *max_distance_m;
         numerics::Bounds<double> box;
         for (const Vec3f p : model->mesh.positions)
             box.add(vec_cast<double>(p));
@@ -130,9 +125,8 @@ class TextureFromModel final : public Stage
     void tell(ColorSource source, const ModelTexture& made, const TransferRules& rules, RunContext& run) const
     {
         if (made.far_texels == made.chart_texels)
-            throw Error(
-                "no part of the mesh on port 'mesh' is within " + to_json(rules.max_distance_m) +
-                " m of the model: wire the atlas of the mesh that the same scan.mesh stage made, or raise max_distance_m");
+            throw Error("no part of the mesh on port 'mesh' is within " + to_json(rules.max_distance_m) +
+                        " m of the model: wire the atlas of the mesh that the same scan.mesh stage made");
         const auto total = static_cast<double>(made.chart_texels);
         const double seen_share = 1 - static_cast<double>(made.far_texels) / total;
         const std::string from = source == ColorSource::pictures ? "pictures"
@@ -148,9 +142,10 @@ class TextureFromModel final : public Stage
         if (source == ColorSource::shape)
             run.message("the model has no pictures and one color: shaded by its shape");
         if (seen_share < least_seen_share)
-            run.warning(fmt::format("{:.0f} % of the atlas is farther than {} m from the model and takes the colors around it: "
-                                    "decimate less, or raise max_distance_m",
-                                    100 * (1 - seen_share), to_json(rules.max_distance_m)));
+            run.warning(
+                fmt::format("{:.0f} % of the atlas is farther than {:.2g} m from the model and takes the colors around it: "
+                            "decimate less",
+                            100 * (1 - seen_share), rules.max_distance_m));
     }
 };
 

@@ -56,12 +56,12 @@ struct LoopOptions
     ScheduleOptions schedule;
     // Measuring on views that are not optimized for
     int held_out_count;
-    std::int64_t measure_steps;
-    double stop_gain;  ///< 0 = all steps are made.
+    std::int64_t measure_steps = 40;  ///< Often enough to stop a run of some hundred steps, at a tenth of its time.
+    double stop_gain;                 ///< 0 = all steps are made.
     // How it is run
-    std::int64_t checkpoint_steps;  ///< 0 = none. A run whose loss is not finite goes back to one.
-    double checkpoint_seconds;      ///< Between states kept for a run that is killed; 0 = none are. Of no effect on results.
-    std::int64_t preview_every;     ///< 0 = never.
+    std::int64_t checkpoint_steps;     ///< 0 = none. A run whose loss is not finite goes back to one.
+    double checkpoint_seconds = 30;    ///< Work that a killed run may lose; 0 = all of it. Of no effect on results.
+    std::int64_t preview_every = 100;  ///< 0 = never.
 };
 
 /// Optimizes a texture until every view, rendered with it, is what the losses want. Goes on from the checkpoint in

@@ -39,8 +39,9 @@ struct ScheduleOptions
     double rate;
     Decay decay;
     double decay_start;  ///< Cosine: the share of the steps at the full rate.
-    int step_epochs;     ///< Steps: the rate is multiplied by step_factor every so many epochs.
-    double step_factor;
+    // Steps: the rate is multiplied by step_factor every step_epochs, as in StyleMesh.
+    int step_epochs = 3;
+    double step_factor = 0.1;
 };
 
 /// What happens in a step.

@@ -82,10 +82,8 @@ class TextureOptimize final : public Stage
                         "decay",
                         Decay::cosine,
                         {{"cosine", Decay::cosine}, {"step", Decay::step}},
-                        "cosine: full rate for decay_start, then down to 0; step: multiplied by step_factor every step_epochs"};
+                        "cosine: full rate for decay_start, then down to 0; step: a tenth of it after every three epochs"};
     Option<double> decay_start{this, "decay_start", 0.5, range(0, 1), "With decay cosine: share of the steps at the full rate"};
-    Option<int> step_epochs{this, "step_epochs", 3, at_least(1), "With decay step: epochs between two drops"};
-    Option<double> step_factor{this, "step_factor", 0.1, range(0, 1), "With decay step: factor of each drop"};
     Choice<Values> values{this,
                           "values",
                           Values::display,
@@ -114,7 +112,6 @@ class TextureOptimize final : public Stage
                                    "Largest angle between normal and view for the fine style; 90: all pixels"};
     Option<int> held_out_count{this, "held_out_count", 0, range(0, 16),
                                "Number of evenly spread views to measure the losses on instead of optimizing"};
-    Option<int> measure_steps{this, "measure_steps", 50, at_least(1), "With held_out_count: steps between two measurements"};
     Option<double> stop_gain{
         this, "stop_gain", 0, range(0, 0.99),
         "With held_out_count: stop when three measurements have not lowered the loss by this share; 0: run all steps"};
@@ -131,14 +128,6 @@ class TextureOptimize final : public Stage
     // In the key: where a run goes back to after a loss that is not finite depends on it.
     Option<int> checkpoint_steps{this, "checkpoint_steps", 200, at_least(0),
                                  "Steps between two checkpoints that a run may roll back to; 0: none"};
-    Option<double> checkpoint_seconds{this,
-                                      "checkpoint_seconds",
-                                      30,
-                                      range(0, 86400),
-                                      "Maximum seconds of work lost when a run is killed, at least twenty times the cost "
-                                      "of a checkpoint; 0: by checkpoint_steps",
-                                      not_in_key};
-    Option<int> preview_every{this, "preview_every", 100, at_least(0), "Steps between two preview pictures; 0: none", not_in_key};
 
     SlotMap<Loss> losses{this, "losses", "auto", "Losses on the rendered views"};
     Slot<TextureRepresentation> representation{this, "texture", "texture.laplacian", "How the texture is stored"};
@@ -194,15 +183,10 @@ class TextureOptimize final : public Stage
                              .shuffled = *protocol == Protocol::paper,
                              .rate = *rate,
                              .decay = *decay,
-                             .decay_start = *decay_start,
-                             .step_epochs = *step_epochs,
-                             .step_factor = *step_factor},
+                             .decay_start = *decay_start},
                 .held_out_count = *held_out_count,
-                .measure_steps = *measure_steps,
                 .stop_gain = *stop_gain,
-                .checkpoint_steps = *checkpoint_steps,
-                .checkpoint_seconds = *checkpoint_seconds,
-                .preview_every = *preview_every};
+                .checkpoint_steps = *checkpoint_steps};
     }
 };
 

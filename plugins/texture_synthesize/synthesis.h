@@ -37,17 +37,17 @@ double stroke_width_m(const Mesh& mesh, double wanted_m, double texel_m);
 
 struct SynthesisOptions
 {
-    int size_px;          ///< Texels per side of the texture.
-    double stroke_m;      ///< Width of the picture's strokes (see stroke_width_px) on the surface.
-    double painterly;     ///< 0 … 1
-    double detail;        ///< 0 … 1
-    double completeness;  ///< See SearchOptions.
-    int patch_px;         ///< Points along a patch, odd.
-    int levels_count;     ///< Each has half the resolution of the next.
-    int rounds_count;     ///< Per level.
-    std::uint32_t seed;
-    double checkpoint_seconds;  ///< Maximum seconds of work that a killed run loses; 0: no checkpoints.
-    double preview_seconds;     ///< Between previews.
+    int size_px = 0;          ///< Texels per side of the texture.
+    double stroke_m = 0;      ///< Width of the picture's strokes (see stroke_width_px) on the surface.
+    double painterly = 0;     ///< 0 … 1
+    double detail = 0;        ///< 0 … 1
+    double completeness = 4;  ///< See SearchOptions: unused parts of the picture are cheaper, but bad fits stay rare.
+    int patch_px = 11;        ///< Points along a patch, odd: a stroke's width and some of what is beside it.
+    int levels_count = 2;     ///< Each has half the resolution of the next.
+    int rounds_count = 4;     ///< Per level.
+    std::uint32_t seed = 0;
+    double checkpoint_seconds = 10;  ///< Maximum seconds of work that a killed run loses; 0: no checkpoints.
+    double preview_seconds = 5;      ///< Between previews: often enough to watch, at a hundredth of the time.
 };
 
 /// Paints a surface from coarse to fine: strokes are 8 texels wide in the finest level and half as many in each coarser one; then

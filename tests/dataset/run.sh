@@ -4,11 +4,11 @@ source "$(dirname "$0")/../program_test.sh"
 build=$1 source=$2
 
 options='epochs: 1, repeats_count: 2, max_steps: 8, depth_levels: true, theta_d_m: 0.6, protocol: released_matterport3d,
-         angle_limit_deg: 60, preview_every: 0'
+         angle_limit_deg: 60'
 cat >"$work/scan.yaml" <<YAML
 version: 1
 stages:
-  scan: {type: scan.synthetic_room, frames_count: 5, color_width_px: 160, color_height_px: 120, depth_width_px: 80, depth_height_px: 60, edge_m: 0.15}
+  scan: {type: scan.synthetic_room, frames_count: 5, color_width_px: 160, color_height_px: 120, depth_px: [80, 60], edge_m: 0.15}
   picture: {type: picture.pattern, size_px: 128}
   atlas: {type: atlas.project, input: scan.mesh, size_px: 128}
   uvmaps: {type: uvmaps.raycast, input: {mesh: atlas, frames: scan.frames}, heights_px: [48, 96]}

@@ -42,6 +42,7 @@ std::filesystem::path weights_in(const std::filesystem::path& folder)
         contents.tensors[std::string(name) + ".bias"] = at::zeros({outputs});
         inputs = outputs;
     }
+    contents.metadata = {{"scale", "raw"}};
     write_safetensors(folder / "vgg.safetensors", contents);
     return folder / "vgg.safetensors";
 }
@@ -66,8 +67,7 @@ struct Room
     {
         testing::TestFactory factory;
         const auto network = made<FeatureNetwork>(
-            "features.vgg19", Value::Map{{"weights", weights.string()}, {"convolutions", "libtorch"}, {"rescale", false}},
-            factory);
+            "features.vgg19", Value::Map{{"weights", weights.string()}, {"convolutions", "libtorch"}}, factory);
         factory.add("features.vgg19", [&] { return network; });
         std::map<std::string, std::shared_ptr<Loss>> components;
         for (const auto& [type, options] : losses)
@@ -164,7 +164,7 @@ TEST_CASE("every texel is stepped on another device as on the processor, and a c
 TEST_CASE("what can only be computed on the processor is, whatever the device")
 {
     Room room;
-    const std::map<std::string, Value> patches{{"loss.patch_match", Value::Map{{"scales", 1}}}};
+    const std::map<std::string, Value> patches{{"loss.patch_match", Value::Map{}}};
     const std::map<std::string, Value> gram{{"loss.gram", Value::Map{{"features", on_network}}}};
     CHECK(distance(room.painted(patches, other_device(), 1).texture, room.painted(patches, torch::kCPU, 1).texture) < 1e-3);
     CHECK(distance(room.painted(gram, other_device(), 1, "optimizer.lbfgs").texture,

@@ -6,8 +6,8 @@ fresco=$1 source=$2
 cat >"$work/room.yaml" <<YAML
 version: 1
 stages:
-  scan: {type: scan.synthetic_room, frames_count: 6, color_width_px: 160, color_height_px: 120, depth_width_px: 80, depth_height_px: 60, edge_m: 0.08}
-  atlas: {type: atlas.project, input: scan.mesh, size_px: 512, gutter_px: 8}
+  scan: {type: scan.synthetic_room, frames_count: 6, color_width_px: 160, color_height_px: 120, depth_px: [80, 60], edge_m: 0.08}
+  atlas: {type: atlas.project, input: scan.mesh, size_px: 512}
   uvmaps: {type: uvmaps.raster, input: {mesh: atlas, frames: scan.frames}, heights_px: [120]}
   texture: {type: texture.from_frames, input: {uvmaps: uvmaps, frames: scan.frames}}
   bake: {type: texture.bake, input: {texture: texture, mesh: atlas}}

@@ -55,8 +55,7 @@ TEST_CASE("the generated room's surface comes back from its depth pictures, read
     const auto path = [&](const char* name) { return folder.path() / name; };
     // The truth: what the pictures can show, without the errors of a scanner.
     const Value size =
-        Value::Map{{"length_m", 3.5},        {"width_m", 3},          {"frames_count", 26},    {"color_width_px", 320},
-                   {"color_height_px", 240}, {"depth_width_px", 320}, {"depth_height_px", 240}};
+        Value::Map{{"size_m", Value::List{3.5, 3, 2.6}}, {"frames_count", 26}, {"color_width_px", 320}, {"color_height_px", 240}};
     Value exact = size;
     exact.set("noise_m", 0);
     exact.set("edge_m", 0.015);

@@ -12,7 +12,7 @@ room=(--set scan.type=scan.synthetic_room --set scan.frames_count=12 --set scan.
     --set scan.edge_m=0.15 --set 'scan.seed=${scene}' --set mesh.max_faces=4000 --set "scans=$work")
 small=("${room[@]}" --set frames.window_count=1 --set frames.max_frames=4 --set frames.min_sharpness=0 --set atlas.size_px=512
     --set uvmaps.heights_px=[64] --set texture.max_steps=2 --set "weights=$work/vgg19.safetensors")
-gaps=(--set reprojection.short_gap=1 --set reprojection.long_gap=2 --set reprojection.min_covisible=0.05)
+gaps=(--set reprojection.gaps=[1,2] --set reprojection.min_covisible=0.05)
 export FRESCO=$fresco
 
 # Table 1: each method a row of figures, the mean of both rooms.

@@ -16,7 +16,7 @@ version: 1
 base: $pipelines/presets/$preset.yaml
 vars: {data: $work, weights: $work/vgg19.safetensors}
 stages:
-  scan: {type: scan.synthetic_room, length_m: 8, frames_count: 5, color_width_px: 160, color_height_px: 120, edge_m: 0.15}
+  scan: {type: scan.synthetic_room, size_m: [8, 3.6, 2.6], frames_count: 5, color_width_px: 160, color_height_px: 120, edge_m: 0.15}
   frames: {min_sharpness: 0, max_frames: 1}
   mesh: {max_faces: 4000}
   atlas: {size_px: 256}

@@ -9,7 +9,7 @@ python=$(python_with numpy, zstandard) || { skip "one's own recording: there is 
 cat >made.yaml <<'YAML'
 version: 1
 stages:
-  scan: {type: scan.synthetic_room, frames_count: 12, color_width_px: 160, color_height_px: 120, depth_width_px: 160, depth_height_px: 120, edge_m: 0.15}
+  scan: {type: scan.synthetic_room, frames_count: 12, color_width_px: 160, color_height_px: 120, depth_px: [160, 120], edge_m: 0.15}
 YAML
 "$fresco" run made.yaml --store store --out out >log 2>&1 || { cat log; fail "no recording was made"; }
 
@@ -95,7 +95,7 @@ cat >video.yaml <<'YAML'
 version: 1
 base: made.yaml
 stages:
-  atlas: {type: atlas.project, input: scan.mesh, size_px: 256, gutter_px: 2}
+  atlas: {type: atlas.project, input: scan.mesh, size_px: 256}
   uvmaps: {type: uvmaps.raster, input: {mesh: atlas, frames: scan.frames}, heights_px: [60]}
 YAML
 "$fresco" run video.yaml --store store --out made >log 2>&1 || { cat log; fail "video.yaml failed"; }

@@ -48,15 +48,12 @@ TEST_CASE("regions.planes: floor, ceiling and walls of generated rooms")
         const testing::TemporaryFolder scan;
         testing::run_stage(SCAN_SYNTHETIC_ROOM_PLUGIN, "scan.synthetic_room",
                            Value::Map{{"seed", room.seed},
-                                      {"length_m", room.length_m},
-                                      {"width_m", room.width_m},
-                                      {"height_m", room.height_m},
+                                      {"size_m", Value::List{room.length_m, room.width_m, room.height_m}},
                                       {"edge_m", room.edge_m},
                                       {"frames_count", 24},
                                       {"color_width_px", 16},
                                       {"color_height_px", 16},
-                                      {"depth_width_px", 160},
-                                      {"depth_height_px", 120}},
+                                      {"depth_px", Value::List{160, 120}}},
                            {}, scan.path(), run, {{"image_io", std::make_shared<testing::RawImages>()}});
         const std::shared_ptr<const Mesh> mesh = Mesh::load({scan.path() / "mesh", scan.path()});
         const auto truth = Regions::load({scan.path() / "regions", scan.path()});

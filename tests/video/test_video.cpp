@@ -93,7 +93,7 @@ class Chain
     /// The figures of frames `gap` apart.
     Value judged(const fs::path& pictures, int gap)
     {
-        run("evaluate.reprojection", Value::Map{{"folder", pictures.string()}, {"short_gap", gap}, {"long_gap", 10}},
+        run("evaluate.reprojection", Value::Map{{"folder", pictures.string()}, {"gaps", Value::List{gap, 10}}},
             {{"frames", frames_}, {"mesh", room_}});
         const auto files = Files::load({folder_.path() / "figures", folder_.path()});
         return parse_json(read_text_file(files->loaded_from / files->names.at(0))).at("short");

@@ -77,8 +77,8 @@ Place place_of(const CLI::App& app, const Words& words)
     return place;
 }
 
-/// The names that `--set` takes: vars, the pipeline's components, and every option of every stage. The shell inserts words as they are:
-/// a name that it would take for a command is not offered.
+/// The names that `--set` takes: vars, the pipeline's components, and every option of every stage. The shell inserts words as
+/// they are: a name that it would take for a command is not offered.
 Words settings(const std::string& file, bool stages_alone)
 {
     ProblemList problems;

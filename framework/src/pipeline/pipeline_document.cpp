@@ -47,7 +47,7 @@ YamlNode section(const YamlNode& root, std::string_view key, const std::string& 
     for (const YamlNode::Entry& named_entry : map.entries)
         if (!is_name(named_entry.key))
             problems.add(named_entry, "'" + named_entry.key + "' cannot name a " + named +
-                                    ": a name has letters, digits, '_' and '-' and begins with a letter or '_'");
+                                          ": a name has letters, digits, '_' and '-' and begins with a letter or '_'");
     return map;
 }
 

@@ -90,10 +90,10 @@ Raster8 render(const Scene& scene, const Camera& camera)
     return picture;
 }
 
-std::vector<Ellipse> found_in(const Raster8& picture, Protocol protocol = Protocol::paper)
+std::vector<Ellipse> found_in(const Raster8& picture)
 {
     ContourCounts counts;
-    return find_ellipses(picture, protocol, counts);
+    return find_ellipses(picture, counts);
 }
 
 /// The ellipse whose center is next to a pixel position; null if none is within 3 px.
@@ -144,21 +144,8 @@ TEST_CASE("what is red and what is not")
     for (const Sample& sample : samples)
     {
         CAPTURE(int{sample.color[0]}, int{sample.color[1]}, int{sample.color[2]});
-        CHECK((red_mask(one_color(sample.color), Protocol::paper).values[0] == 255) == sample.paper);
+        CHECK((red_mask(one_color(sample.color)).values[0] == 255) == sample.paper);
     }
-    // Released: half of a picture each; hue to 30 and from 320 degrees, there saturation and value from 102.
-    const auto released = [](Rgb8 color)
-    {
-        Raster8 picture(2, 1, 3);
-        std::copy(color.begin(), color.end(), picture.values.begin());
-        return red_mask(picture, Protocol::released).values[0] == 255;
-    };
-    CHECK(released({255, 126, 0}));
-    CHECK_FALSE(released({255, 140, 0}));
-    CHECK_FALSE(released({255, 0, 180}));
-    CHECK(released({255, 0, 160}));
-    CHECK(released({110, 30, 45}));
-    CHECK_FALSE(released({110, 30, 30}));
 }
 
 TEST_CASE("discs that face the camera are recovered within 5 %, at any place within a pixel")
@@ -208,7 +195,7 @@ TEST_CASE("tilted discs are ellipses of known axes, and circles on their plane")
         const double shorter = std::min(length(middle->half_axis_1), length(middle->half_axis_2));
         CHECK(longer == Approx(30).epsilon(0.05));
         CHECK(shorter == Approx(30 * std::cos(tilt)).epsilon(0.05));
-        const auto circles = circles_on_surface(ellipses, c, depth_of(scene, c), Protocol::paper);
+        const auto circles = circles_on_surface(ellipses, c, depth_of(scene, c));
         REQUIRE(circles.size() == 3);
         for (const Circle& circle : circles)
         {
@@ -226,28 +213,23 @@ TEST_CASE("round patterns in the picture of a tilted wall are stretched on it")
     const Scene wall{{{{0, 0, 4}, {std::sin(tilt), 0, -std::cos(tilt)}}}, {}};
     const Camera c = camera(200, 200, 400);
     const Ellipse round{{100, 100}, {10, 0}, {0, 10}};
-    for (const Protocol protocol : {Protocol::paper, Protocol::released})
-    {
-        const auto circles = circles_on_surface({round}, c, depth_of(wall, c), protocol);
-        REQUIRE(circles.size() == 1);
-        REQUIRE(circles[0].world);
-        CHECK(circles[0].world->stretch == Approx(2).epsilon(0.06));
-        CHECK(circles[0].world->radius_m == Approx(0.15).epsilon(0.06));
-    }
+    const auto circles = circles_on_surface({round}, c, depth_of(wall, c));
+    REQUIRE(circles.size() == 1);
+    REQUIRE(circles[0].world);
+    CHECK(circles[0].world->stretch == Approx(2).epsilon(0.06));
+    CHECK(circles[0].world->radius_m == Approx(0.15).epsilon(0.06));
 }
 
 TEST_CASE("an end off the surface is done without, a center is not")
 {
     const Camera c = camera(100, 100, 100);
     const auto half_plane = [](Vec2d pixel) { return pixel.x < 58 ? std::optional(2.0) : std::nullopt; };
-    const auto circles =
-        circles_on_surface({{{50, 50}, {0, 10}, {10, 0}}, {{60, 50}, {0, 10}, {10, 0}}}, c, half_plane, Protocol::paper);
+    const auto circles = circles_on_surface({{{50, 50}, {0, 10}, {10, 0}}, {{60, 50}, {0, 10}, {10, 0}}}, c, half_plane);
     REQUIRE(circles.size() == 1);
     REQUIRE(circles[0].world);
     CHECK(circles[0].world->radius_m == Approx(0.2));
-    CHECK(circles_on_surface({{{50, 50}, {0, 10}, {10, 0}}}, c, half_plane, Protocol::released).empty());
     const auto strip = [](Vec2d pixel) { return std::abs(pixel.x - 50) < 5 ? std::optional(2.0) : std::nullopt; };
-    const auto flat = circles_on_surface({{{50, 50}, {0, 10}, {10, 0}}}, c, strip, Protocol::paper);
+    const auto flat = circles_on_surface({{{50, 50}, {0, 10}, {10, 0}}}, c, strip);
     REQUIRE(flat.size() == 1);
     CHECK_FALSE(flat[0].world);
 }
@@ -269,24 +251,13 @@ TEST_CASE("shapes other than convex red discs of the right size are counted and 
     disc(60, 140, 30);
     ContourCounts counts;
     const Raster8 picture = render(scene, c);
-    const auto paper = find_ellipses(picture, Protocol::paper, counts);
+    const auto paper = find_ellipses(picture, counts);
     CHECK(paper.size() == 2);
     CHECK(counts.contours == 4);
     CHECK(counts.not_convex == 1);
     CHECK(counts.out_of_range == 1);
     CHECK(near(paper, {50, 50}) != nullptr);
     CHECK(near(paper, {60, 140}) != nullptr);
-    // As released, a ring counts twice and a small disc is large enough.
-    const auto released = found_in(picture, Protocol::released);
-    CHECK(released.size() == 4);
-    CHECK(near(released, {250, 50}) != nullptr);
-    CHECK(std::ranges::count_if(released, [](const Ellipse& e) { return length(e.center - Vec2d{60, 140}) < 3; }) == 2);
-    // The overlay draws on the discs and nowhere else.
-    const auto circles = circles_on_surface(paper, c, depth_of(scene, c), Protocol::paper);
-    const Raster8 drawn = overlay(picture, circles);
-    CHECK(drawn.at(50, 50, 1) > 60);
-    CHECK(drawn.at(320, 50, 2) == 230);
-    CHECK(overlay(picture, {}) == picture);
 }
 
 TEST_CASE("statistics of hand-made circles")
@@ -301,20 +272,12 @@ TEST_CASE("statistics of hand-made circles")
     pictures[0].push_back(circle(3, 30, 3, 3));
     pictures[0].back().world.reset();
     const std::vector<std::size_t> both{0, 1};
-    const CircleStatistics paper = circle_statistics(pictures, both, Protocol::paper);
+    const CircleStatistics paper = circle_statistics(pictures, both);
     // Depths 1 2 3 1 2 3 4 and radii 10 20 30 40 30 20 10.
     CHECK(paper.corr_2d ==
           Approx(evaluation::pearson(std::vector<double>{1, 2, 3, 1, 2, 3, 4}, std::vector<double>{10, 20, 30, 40, 30, 20, 10})));
     CHECK(paper.stretch == Approx((1 + 2 + 4 * 3) / 6.0));
-    const CircleStatistics released = circle_statistics(pictures, both, Protocol::released);
-    CHECK(released.corr_2d == Approx((3 * 1 + 4 * -1) / 7.0));
-    CHECK(released.corr_3d == Approx(1));
-    CHECK(released.stretch == Approx((3 * 1.5 + 4 * 3) / 7.0));
-    // A picture of one circle has no correlation of its own, but a stretch.
-    const std::vector<std::size_t> all{0, 1, 2};
-    CHECK(circle_statistics(pictures, all, Protocol::released).corr_2d == Approx(-1 / 7.0));
-    CHECK(circle_statistics(pictures, all, Protocol::released).stretch == Approx((3 * 1.5 + 4 * 3 + 9) / 8.0));
-    const CircleFigures figures = circle_figures(pictures, Protocol::paper, {.resamples = 2000, .seed = 1});
+    const CircleFigures figures = circle_figures(pictures, {.resamples = 2000, .seed = 1});
     CHECK(figures.circles == 8);
     CHECK(figures.circles_3d == 7);
     CHECK(figures.stretch.low <= figures.value.stretch);
@@ -357,13 +320,13 @@ class Recording
 };
 }  // namespace
 
-TEST_CASE("the stage measures the circles of renders, and draws them")
+TEST_CASE("the stage measures the circles of renders")
 {
     const Recording recording(784);
     testing::TestRun run;
     testing::TemporaryFolder out;
-    const Files files = recording.judge(Value::Map{{"overlay", true}}, run, out.path());
-    CHECK(files.names == std::vector<std::string>{"circles.json", "circles/seq-01_far.png", "circles/seq-01_near.png"});
+    const Files files = recording.judge(Value::Map{}, run, out.path());
+    CHECK(files.names == std::vector<std::string>{"circles.json"});
     const Value figures = parse_json(read_text_file(files.loaded_from / "circles.json"));
     CHECK(figures.at("circles").as_int() == 6);
     CHECK(figures.at("circles_3d").as_int() == 6);
@@ -385,7 +348,7 @@ TEST_CASE("the stage measures the circles of renders, and draws them")
 
     testing::TemporaryFolder again;
     testing::TestRun one(1);
-    const Files same = recording.judge(Value::Map{{"overlay", true}}, one, again.path());
+    const Files same = recording.judge(Value::Map{}, one, again.path());
     for (const std::string& name : files.names)
         CHECK(read_file(files.loaded_from / name) == read_file(same.loaded_from / name));
 }

@@ -79,7 +79,7 @@ double target_y(const Match& match)
 TEST_CASE("a camera that moves by pixels finds points that many pixels back")
 {
     const ViewSurface source = surface(camera(40, 30, 0, 0));
-    const auto matches = covisible(source, surface(camera(40, 30, 3, 0.25)), Protocol::paper);
+    const auto matches = covisible(source, surface(camera(40, 30, 3, 0.25)));
     CHECK(matches.size() == 37 * 29);  // three columns leave, and the first row lies above the first centers
     for (const Match& match : matches)
     {
@@ -88,27 +88,25 @@ TEST_CASE("a camera that moves by pixels finds points that many pixels back")
         CHECK(match.target.y.second == match.target.y.first + 1);
     }
     // Twice as near: half of the picture, every other pixel of the target.
-    const auto nearer = covisible(source, surface(camera(40, 30, 0, 0, 1)), Protocol::paper);
+    const auto nearer = covisible(source, surface(camera(40, 30, 0, 0, 1)));
     for (const Match& match : nearer)
         CHECK(target_x(match) == Approx(2 * (match.x + 0.5 - 20) + 20 - 0.5));
     CHECK(nearer.size() == 20 * 14);  // half a row more on either side would lie beyond the outermost centers
 }
 
-TEST_CASE("a point is seen where the target's depth agrees within 2 % and 1 cm, or 0.1 m as released")
+TEST_CASE("a point is seen where the target's depth agrees within 2 % and 1 cm")
 {
     const ViewSurface source = surface(camera(20, 20, 0, 0));
-    const auto count = [&](float depth, Protocol protocol)
+    const auto count = [&](float depth)
     {
         ViewSurface target = source;
         for (float& d : target.depth.values)
             d = depth;
-        return covisible(source, target, protocol).size();
+        return covisible(source, target).size();
     };
-    CHECK(count(2.049F, Protocol::paper) == 400);
-    CHECK(count(2.051F, Protocol::paper) == 0);
-    CHECK(count(1.949F, Protocol::paper) == 0);
-    CHECK(count(2.099F, Protocol::released) == 19 * 19);  // not in the last column and row
-    CHECK(count(2.101F, Protocol::released) == 0);
+    CHECK(count(2.049F) == 400);
+    CHECK(count(2.051F) == 0);
+    CHECK(count(1.949F) == 0);
 }
 
 TEST_CASE("all pixels that contribute must agree")
@@ -116,21 +114,20 @@ TEST_CASE("all pixels that contribute must agree")
     const ViewSurface source = surface(camera(20, 20, 0, 0));
     ViewSurface target = surface(camera(20, 20, 0.5, 0));
     target.depth.at(10, 10) = 1.5F;  // something stands before the wall
-    const auto matches = covisible(source, target, Protocol::paper);
+    const auto matches = covisible(source, target);
     CHECK(matches.size() == 19 * 20 - 2);
     for (const Match& match : matches)
         CHECK_FALSE((match.y == 10 && (match.x == 10 || match.x == 11)));
 }
 
-TEST_CASE("pixels beside a hole are left out in both pictures, as released only the hole")
+TEST_CASE("pixels beside a hole are left out in both pictures")
 {
     const ViewSurface whole = surface(camera(20, 20, 0, 0));
     ViewSurface holed = whole;
     holed.depth.at(10, 10) = 0;
     find_inner_pixels(holed);
-    CHECK(covisible(holed, whole, Protocol::paper).size() == 400 - 9);
-    CHECK(covisible(whole, holed, Protocol::paper).size() == 400 - 9);
-    CHECK(covisible(holed, whole, Protocol::released).size() == 19 * 19 - 1);
+    CHECK(covisible(holed, whole).size() == 400 - 9);
+    CHECK(covisible(whole, holed).size() == 400 - 9);
 }
 
 TEST_CASE("surface behind the target's camera is not seen")
@@ -138,8 +135,7 @@ TEST_CASE("surface behind the target's camera is not seen")
     const ViewSurface source = surface(camera(20, 20, 0, 0));
     ViewSurface target = source;
     target.camera.world_from_camera.translation = {0, 0, 3};
-    CHECK(covisible(source, target, Protocol::paper).empty());
-    CHECK(covisible(source, target, Protocol::released).empty());
+    CHECK(covisible(source, target).empty());
 }
 
 namespace
@@ -147,20 +143,12 @@ namespace
 const std::vector<FramePlace> recorded{{"a", 0}, {"a", 8}, {"a", 16}, {"a", 24}, {"a", 40}, {"b", 8}, {"b", 48}};
 }
 
-TEST_CASE("the paper's pairs are recorded numbers apart, within a sequence")
+TEST_CASE("pairs are recorded numbers apart, within a sequence")
 {
-    CHECK(frame_pairs(recorded, 8, Protocol::paper) == std::vector<FramePair>{{0, 1}, {1, 2}, {2, 3}});
-    CHECK(frame_pairs(recorded, 24, Protocol::paper) == std::vector<FramePair>{{0, 3}, {2, 4}});
-    CHECK(frame_pairs(recorded, 40, Protocol::paper) == std::vector<FramePair>{{0, 4}, {5, 6}});
-    CHECK(frame_pairs(recorded, 2, Protocol::paper).empty());
-}
-
-TEST_CASE("the released pairs are list positions apart, backwards first")
-{
-    CHECK(frame_pairs(recorded, 1, Protocol::released) ==
-          std::vector<FramePair>{{0, 1}, {1, 0}, {2, 1}, {3, 2}, {4, 3}, {5, 6}, {6, 5}});
-    CHECK(frame_pairs(recorded, 3, Protocol::released) == std::vector<FramePair>{{0, 3}, {1, 4}, {3, 0}, {4, 1}});
-    CHECK(frame_pairs(recorded, 10, Protocol::released).empty());
+    CHECK(frame_pairs(recorded, 8) == std::vector<FramePair>{{0, 1}, {1, 2}, {2, 3}});
+    CHECK(frame_pairs(recorded, 24) == std::vector<FramePair>{{0, 3}, {2, 4}});
+    CHECK(frame_pairs(recorded, 40) == std::vector<FramePair>{{0, 4}, {5, 6}});
+    CHECK(frame_pairs(recorded, 2).empty());
 }
 
 namespace
@@ -169,12 +157,12 @@ constexpr int width = 60;
 constexpr int height = 50;
 
 PairFigures judge(const Camera& a, const Raster8& picture_a, const Camera& b, const Raster8& picture_b,
-                  const TexturedMesh& textured, bool texture_floor, Protocol protocol = Protocol::paper)
+                  const TexturedMesh& textured, bool texture_floor)
 {
     const JudgedView source{surface(a), picture_a};
     const JudgedView target{surface(b), picture_b};
-    return judge_pair({0, 1}, source, target, textured.mesh, texture_floor ? texture_paint(textured) : SurfacePaint(), protocol,
-                      0.2, Progress{});
+    return judge_pair({0, 1}, source, target, textured.mesh, texture_floor ? texture_paint(textured) : SurfacePaint(), 0.2,
+                      Progress{});
 }
 
 Raster8 noise_picture(int w, int h, std::uint64_t seed)
@@ -215,25 +203,16 @@ TEST_CASE("a ramp moved by one pixel against its camera differs by its slope")
     CHECK(paper.detail == Approx(2 / 255.0));
     CHECK(paper.headline == Approx(1));
     CHECK(paper.sharpness == Approx(0).margin(1e-9));
-    // Released: equal poses, but every lookup is displaced by (x / 60, y / 50) px: on the ramp's slope 2 (x / 60 + y / 50).
-    const PairFigures released = judge(c, ramp(0), c, ramp(0), textured, false, Protocol::released);
-    double expected = 0;
-    for (int y = 0; y < height - 1; ++y)
-        for (int x = 0; x < width - 1; ++x)
-            expected += std::pow(2 * (x / 60.0 + y / 50.0), 2);
-    CHECK(released.value == Approx(expected / ((height - 1) * (width - 1))));
-    CHECK(released.detail == Approx(4));
 }
 
 TEST_CASE("detail and sharpness of a checkerboard")
 {
     const Raster8 board = picture(10, 10, [](int x, int y, int) { return (x + y) % 2 == 0 ? 255 : 0; });
     const ViewSurface view = surface(camera(10, 10, 0, 0));
-    const auto matches = covisible(view, view, Protocol::paper);
-    CHECK(forward_difference(board, matches, Protocol::paper) == Approx(1));
-    CHECK(forward_difference(board, matches, Protocol::released) == Approx(255.0 * 255));
+    const auto matches = covisible(view, view);
+    CHECK(forward_difference(board, matches) == Approx(1));
     CHECK(sharpness(board, matches) == Approx(1020.0 * 1020));
-    CHECK(std::isnan(reprojection_difference(board, board, {}, Protocol::paper)));
+    CHECK(std::isnan(reprojection_difference(board, board, {})));
     CHECK(std::isnan(sharpness(board, {})));
 }
 
@@ -263,7 +242,7 @@ TEST_CASE("the floor is lit as the judged pictures are")
     const auto judged = [&](const char* shading)
     {
         return judge_pair({0, 1}, {surface(a), render(textured, a)}, {surface(b), render(textured, b)}, textured.mesh,
-                          texture_paint(textured, rendering::lights_of(shading)), Protocol::paper, 0.2, Progress{});
+                          texture_paint(textured, rendering::lights_of(shading)), 0.2, Progress{});
     };
     // The wall looks away from the lamp: only the ambient light is left.
     CHECK(judged("none").floor > 0.01);
@@ -357,7 +336,7 @@ class Recording
     std::shared_ptr<Files> views = std::make_shared<Files>();
 };
 
-const Value kitchen_gaps = Value::Map{{"short_gap", 8}, {"long_gap", 24}};
+const Value kitchen_gaps = Value::Map{{"gaps", Value::List{8, 24}}};
 }  // namespace
 
 TEST_CASE("the stage judges renders by gaps in recorded numbers")
@@ -404,18 +383,6 @@ TEST_CASE("a folder of pictures is judged with a plain mesh")
     CHECK(figures.at("floor_of").as_string() == "picture");
     CHECK(figures.at("short").at("pairs").as_int() == 5);
     CHECK(run.files_read.size() == 6);
-}
-
-TEST_CASE("the released protocol measures squares by list positions at 256 px")
-{
-    const Recording recording;
-    testing::TestRun run;
-    const Value figures =
-        parse_json(recording.judge(Value::Map{{"protocol", "released"}, {"long_gap", 3}}, recording.rendered(), run));
-    CHECK(figures.at("short").at("pairs").as_int() == 6);  // each frame has one before or behind it
-    CHECK(figures.at("short").at("gap").as_int() == 1);
-    CHECK(figures.at("long").at("pairs").as_int() == 6);
-    CHECK(figures.at("short").at("value").at("value").as_double() > 1);  // of 255 squared
 }
 
 TEST_CASE("a flat texture is warned about")

@@ -1,6 +1,6 @@
 #include "catch.h"
+#include "covering.h"
 #include "raw_images.h"
-#include "seen_cells.h"
 #include "shared_data.h"
 
 #include <fresco/files_io.h>
@@ -91,28 +91,27 @@ Frames tiling()
     return frames;
 }
 
-std::vector<std::string> covering_views(const Mesh& mesh, const Frames& frames, Value options, testing::TestRun& run)
+std::vector<std::string> covering_views(const Mesh& mesh, const Frames& frames, const CoverOptions& options,
+                                        testing::TestRun& run)
 {
-    const testing::TemporaryFolder out;
-    testing::run_stage(FRESCO_PLUGIN_FILE, "frames.cover", options,
-                       {{"mesh", std::make_shared<Mesh>(mesh)}, {"frames", std::make_shared<Frames>(frames)}}, out.path(), run,
-                       {{"image_io", std::make_shared<testing::RawImages>()}});
+    const testing::RawImages images;
     std::vector<std::string> names;
-    const auto chosen = Frames::load({out.path() / "frames", {}});
-    for (const Frame& frame : chosen->frames)
+    for (const Frame& frame : covering_frames(mesh, frames, options, &images, run).frames)
         names.push_back(frame.name);
     return names;
 }
 
-Value plain()
-{
-    return Value::Map{{"cells_px", 40},        {"height_px", 64},        {"angle_weight", 0},
-                      {"sharpness_weight", 0}, {"target_coverage", 1.0}, {"min_seen_share", 0}};
-}
+constexpr CoverOptions plain{.target_coverage = 1,
+                             .min_seen_share = 0,
+                             .cells_px = 40,
+                             .height_px = 64,
+                             .worth = {.angle_weight = 0, .sharpness_weight = 0}};
 
-Value with(Value options, std::string_view key, Value value)
+template <class Change>
+CoverOptions with(const Change& change)
 {
-    options.set(key, std::move(value));
+    CoverOptions options = plain;
+    change(options);
     return options;
 }
 
@@ -121,7 +120,7 @@ Value with(Value options, std::string_view key, Value value)
 TEST_CASE("the frames that tile a wall are chosen, those between them are not", "[frames.cover]")
 {
     testing::TestRun run;
-    CHECK(covering_views(wall(), tiling(), plain(), run) == std::vector<std::string>{"frame-0", "frame-2", "frame-4", "frame-6"});
+    CHECK(covering_views(wall(), tiling(), plain, run) == std::vector<std::string>{"frame-0", "frame-2", "frame-4", "frame-6"});
     CHECK(run.reported.at("frames").as_int() == 7);
     CHECK(run.reported.at("kept").as_int() == 4);
     CHECK(run.reported.at("cells").as_int() == 400);
@@ -134,16 +133,16 @@ TEST_CASE("the frames that tile a wall are chosen, those between them are not", 
 TEST_CASE("a target, a number and a share end the choice", "[frames.cover]")
 {
     testing::TestRun run;
-    CHECK(covering_views(wall(), tiling(), with(plain(), "target_coverage", 0.5), run).size() == 2);
+    CHECK(covering_views(wall(), tiling(), with([](auto& o) { o.target_coverage = 0.5; }), run).size() == 2);
     CHECK(run.reported.at("coverage").as_double() == 0.5);
-    CHECK(covering_views(wall(), tiling(), with(plain(), "max_frames", 3), run).size() == 3);
-    CHECK(covering_views(wall(), tiling(), with(plain(), "max_share", 2 / 7.0), run).size() == 2);
-    CHECK(covering_views(wall(), tiling(), with(plain(), "max_share", 0.01), run).size() == 1);
+    CHECK(covering_views(wall(), tiling(), with([](auto& o) { o.max_frames = 3; }), run).size() == 3);
+    CHECK(covering_views(wall(), tiling(), with([](auto& o) { o.max_share = 2 / 7.0; }), run).size() == 2);
+    CHECK(covering_views(wall(), tiling(), with([](auto& o) { o.max_share = 0.01; }), run).size() == 1);
     // Two thirds of six frames, of which three stand in one place: evenly spread ones leave a quarter of the wall out.
     Frames crowded;
     for (const auto& [x, name] : {std::pair(0.5, "a"), {0.5, "b"}, {0.5, "c"}, {1.5, "d"}, {2.5, "e"}, {3.5, "f"}})
         crowded.frames.push_back(looking_at(x, name));
-    CHECK(covering_views(wall(), crowded, plain(), run) == std::vector<std::string>{"a", "d", "e", "f"});
+    CHECK(covering_views(wall(), crowded, plain, run) == std::vector<std::string>{"a", "d", "e", "f"});
     const auto& rows = run.reported.at("coverage_by_frames").as_list();
     CHECK(rows.back().at("frames").as_int() == 4);
     CHECK(rows.back().at("coverage").as_double() == 1);
@@ -164,11 +163,9 @@ TEST_CASE("of frames that see the same the sharp and the straight ones are chose
         testing::set_color_picture(frames.frames.back(), folder.path(), picture);
     }
     testing::TestRun run;
-    CHECK(covering_views(wall(), frames, plain(), run) == std::vector<std::string>{"blurred"});
-    auto options = with(with(plain(), "sharpness_weight", 1), "sharpness_size_px", Value::List{64, 64});
+    CHECK(covering_views(wall(), frames, plain, run) == std::vector<std::string>{"blurred"});
+    CoverOptions options = with([](auto& o) { o.worth.sharpness_weight = 1; });
     CHECK(covering_views(wall(), frames, options, run) == std::vector<std::string>{"sharp"});
-    options.set("sharpness_size_px", Value::List{64});
-    CHECK_THROWS_WITH(covering_views(wall(), frames, options, run), Contains("sharpness_size_px\" has 1 numbers"));
 
     // Both see all of the wall, one at 45°.
     Frames both;
@@ -176,11 +173,12 @@ TEST_CASE("of frames that see the same the sharp and the straight ones are chose
     const double c = std::sqrt(0.5);
     both.frames[0].color.world_from_camera = {{{c, 0, c, 0, 1, 0, -c, 0, c}}, {-4, 0.5, -5}};
     both.frames[1].color.world_from_camera.translation.z = -5;
-    options = with(plain(), "height_px", 256);
+    options = with([](auto& o) { o.height_px = 256; });
     CHECK(covering_views(wall(), both, options, run) == std::vector<std::string>{"aslant"});
     CHECK(run.reported.at("cells").as_int() == 400);
-    CHECK(covering_views(wall(), both, with(with(options, "angle_weight", 1), "max_frames", 1), run) ==
-          std::vector<std::string>{"straight"});
+    options.worth.angle_weight = 1;
+    options.max_frames = 1;
+    CHECK(covering_views(wall(), both, options, run) == std::vector<std::string>{"straight"});
 }
 
 TEST_CASE("frames that see little of the mesh are not chosen, nor what a mask ignores", "[frames.cover]")
@@ -190,11 +188,11 @@ TEST_CASE("frames that see little of the mesh are not chosen, nor what a mask ig
     frames.frames.push_back(looking_at(4.4, "end"));
     frames.frames.erase(frames.frames.begin() + 6);
     testing::TestRun run;
-    const auto options = with(plain(), "min_seen_share", 0.2);
+    const CoverOptions options = with([](auto& o) { o.min_seen_share = 0.2; });
     CHECK(covering_views(wall(), frames, options, run) == std::vector<std::string>{"frame-0", "frame-2", "frame-4", "frame-5"});
     CHECK(run.reported.at("cells").as_int() == 350);
     CHECK(run.reported.at("blind_frames").as_int() == 1);
-    CHECK(covering_views(wall(), frames, plain(), run).back() == "end");
+    CHECK(covering_views(wall(), frames, plain, run).back() == "end");
 
     const testing::TemporaryFolder folder;
     const std::vector<std::size_t> shape{64, 64};
@@ -210,12 +208,12 @@ TEST_CASE("frames that see little of the mesh are not chosen, nor what a mask ig
 TEST_CASE("what cannot be covered is refused", "[frames.cover]")
 {
     testing::TestRun run;
-    CHECK_THROWS_WITH(covering_views(wall(), Frames(), plain(), run), Contains("no frames"));
+    CHECK_THROWS_WITH(covering_views(wall(), Frames(), plain, run), Contains("no frames"));
     auto bare = wall();
     bare.texcoords.clear();
-    CHECK_THROWS_WITH(covering_views(bare, tiling(), plain(), run), Contains("atlas.*"));
+    CHECK_THROWS_WITH(covering_views(bare, tiling(), plain, run), Contains("atlas.*"));
     auto away = tiling();
     for (auto& frame : away.frames)
         frame.color.world_from_camera.translation.z = 3;
-    CHECK_THROWS_WITH(covering_views(wall(), away, plain(), run), Contains("none of the 7 frames"));
+    CHECK_THROWS_WITH(covering_views(wall(), away, plain, run), Contains("none of the 7 frames"));
 }

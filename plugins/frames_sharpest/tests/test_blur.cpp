@@ -213,8 +213,7 @@ TEST_CASE("frames blurred by motion are dropped, sharp ones and lone sights of a
                        Value::Map{{"frames_count", count},
                                   {"color_width_px", width},
                                   {"color_height_px", height},
-                                  {"depth_width_px", 160},
-                                  {"depth_height_px", 120},
+                                  {"depth_px", Value::List{160, 120}},
                                   {"edge_m", 0.15}},
                        {}, folder.path(), run, {{"image_io", images}});
     Frames frames = *Frames::load({folder.path() / "frames", folder.path()});

@@ -1,10 +1,10 @@
 #include "catch.h"
 #include "rooms.h"
+#include "stage.h"
 
 #include <fresco/frames.h>
 #include <fresco/mesh.h>
 #include <fresco/parallel.h>
-#include <fresco/stage.h>
 #include <fresco/testing.h>
 #include <fresco/uv_mapping/uv_mapper.h>
 
@@ -22,14 +22,20 @@ Frames one_frame()
     return frames;
 }
 
-Frames planned(const Mesh& mesh, const Frames& frames, Value::Map options, testing::TestRun& run)
+constexpr virtual_views::FramesVirtual::Fixed coarse{.voxel_m = 0.4, .clearance_m = 0.2, .cells_px = 128, .gap_px = 0};
+
+Frames planned(const Mesh& mesh, const Frames& frames, Value::Map options, testing::TestRun& run,
+               const virtual_views::FramesVirtual::Fixed& fixed = coarse)
 {
     const testing::TemporaryFolder out;
-    Value given = Value::Map{{"cells_px", 128}, {"voxel_m", 0.4}, {"clearance_m", 0.2}, {"gap_px", 0}, {"target_coverage", 1}};
+    Value given = Value::Map{{"target_coverage", 1}};
     for (auto& [name, value] : options)
         given.set(name, value);
-    testing::run_stage(FRESCO_PLUGIN_FILE, "frames.virtual", given,
-                       {{"mesh", std::make_shared<Mesh>(mesh)}, {"frames", std::make_shared<Frames>(frames)}}, out.path(), run);
+    virtual_views::FramesVirtual stage;
+    stage.fixed = fixed;
+    testing::TestFactory factory;
+    testing::run_stage(stage, given, {{"mesh", std::make_shared<Mesh>(mesh)}, {"frames", std::make_shared<Frames>(frames)}},
+                       out.path(), run, factory);
     return *Frames::load({out.path() / "frames", {}});
 }
 
@@ -85,20 +91,22 @@ TEST_CASE("cameras turned every way before a mesh that does not show which way i
     CHECK_THAT(run.messages.front(), Catch::Contains("warning: neither the cameras nor the mesh clearly shows which way is up"));
 }
 
-TEST_CASE("a share, a number and the kind of frames are as asked for", "[frames.virtual]")
+TEST_CASE("a share and a number of frames are as asked for", "[frames.virtual]")
 {
     const Mesh mesh = room_with_cupboard();
     testing::TestRun run;
-    const std::size_t all = planned(mesh, one_frame(), {{"only_virtual", true}}, run).frames.size();
-    CHECK(figure(run, "virtual_frames") == static_cast<double>(all));
-    const auto half = planned(mesh, one_frame(), {{"only_virtual", true}, {"target_coverage", 0.5}}, run);
+    const std::size_t all = planned(mesh, one_frame(), {}, run).frames.size();
+    CHECK(figure(run, "virtual_frames") == static_cast<double>(all - 1));
+    const auto half = planned(mesh, one_frame(), {{"target_coverage", 0.5}}, run);
     CHECK(half.frames.size() < all);
     const double recorded = figure(run, "coverage_recorded");
     CHECK(figure(run, "coverage") >= recorded + 0.5 * (1 - recorded));
     CHECK(planned(mesh, one_frame(), {{"max_frames", 2}}, run).frames.size() == 3);
     CHECK(figure(run, "coverage") < 1);
     // Paint spreads by four texels of 256, two cells of 128.
-    CHECK(planned(mesh, one_frame(), {{"gap_px", 4}, {"only_virtual", true}}, run).frames.size() < all);
+    auto spread = coarse;
+    spread.gap_px = 4;
+    CHECK(planned(mesh, one_frame(), {}, run, spread).frames.size() < all);
     CHECK(figure(run, "coverage_recorded") > recorded);
 
     // Virtual views of all the room recorded it: nothing is left to plan.
@@ -111,39 +119,45 @@ TEST_CASE("a share, a number and the kind of frames are as asked for", "[frames.
     testing::TestRun again;
     CHECK(planned(mesh, recording, {}, again).frames.size() == recording.frames.size());
     CHECK(figure(again, "coverage_recorded") == 1);
-    CHECK(planned(mesh, recording, {{"only_virtual", true}}, again).frames.empty());
-    CHECK_THAT(again.messages.back(), Catch::Contains("warning: ") && Catch::Contains("there are no virtual frames"));
 }
 
 TEST_CASE("what cannot be planned is refused by name", "[frames.virtual]")
 {
     const Mesh mesh = room_with_cupboard();
     testing::TestRun run;
-    const auto refusal = [&](const Mesh& room, const Frames& frames, Value::Map options, const char* text)
-    { CHECK_THROWS_WITH(planned(room, frames, std::move(options), run), Catch::Contains(text)); };
-    refusal(mesh, Frames(), {}, "no frames");
+    const auto refusal =
+        [&](const Mesh& room, const Frames& frames, const virtual_views::FramesVirtual::Fixed& fixed, const char* text)
+    { CHECK_THROWS_WITH(planned(room, frames, {}, run, fixed), Catch::Contains(text)); };
+    const auto sizes = [](double voxel_m, double clearance_m)
+    {
+        auto fixed = coarse;
+        fixed.voxel_m = voxel_m;
+        fixed.clearance_m = clearance_m;
+        return fixed;
+    };
+    refusal(mesh, Frames(), coarse, "no frames");
     Mesh bare = mesh;
     bare.texcoords.clear();
-    refusal(bare, one_frame(), {}, "atlas.*");
-    refusal(mesh, one_frame(), {{"voxel_m", 20}}, "option \"voxel_m\" (20 m) is larger than the room");
-    refusal(mesh, one_frame(), {{"clearance_m", 3}}, "option \"clearance_m\" (3 m) is larger than the room");
-    refusal(mesh, one_frame(), {{"clearance_m", 1.3}}, "1.3 m (clearance_m) from all surfaces");
+    refusal(bare, one_frame(), coarse, "atlas.*");
+    refusal(mesh, one_frame(), sizes(20, 0.2), "expected at least 20 m");
+    refusal(mesh, one_frame(), sizes(0.4, 3), "expected at least 6 m");
+    refusal(mesh, one_frame(), sizes(0.4, 1.3), "1.3 m from all surfaces");
     auto twice = one_frame();
     twice.frames.push_back(twice.frames[0]);
     twice.frames[1].sequence = "virtual";
-    refusal(mesh, twice, {}, "already has a virtual frame (virtual/frame-000000)");
+    refusal(mesh, twice, coarse, "already has a virtual frame (virtual/frame-000000)");
     // Inside the cupboard, where all faces show their backs.
     auto inside = one_frame();
     inside.frames[0].color.world_from_camera.translation = {2.95, 1.5, 0.9};
-    refusal(mesh, inside, {{"clearance_m", 0.06}, {"voxel_m", 0.1}}, "no free space");
+    refusal(mesh, inside, sizes(0.1, 0.06), "no free space");
     // In the room, but looking at nothing that faces it.
     Mesh away = mesh;
     for (auto& triangle : away.triangles)
         std::swap(triangle[1], triangle[2]);
-    refusal(away, one_frame(), {}, "no free space");
+    refusal(away, one_frame(), coarse, "no free space");
     auto blind = one_frame();
     blind.frames[0].color.world_from_camera = {{{0, 0, 1, -1, 0, 0, 0, -1, 0}}, {3.97, 1.5, 1.4}};
-    refusal(mesh, blind, {}, "none of the 1 frames sees the front of the mesh");
+    refusal(mesh, blind, coarse, "none of the 1 frames sees the front of the mesh");
     testing::TestRun stopped;
     stopped.cancel_after(4);
     CHECK_THROWS_AS(planned(mesh, one_frame(), {}, stopped), Canceled);

@@ -446,7 +446,6 @@ TEST_CASE("what cannot be fused is refused with a way out")
     CHECK_THROWS_WITH(fuse_frames(frames, Value::Map{{"max_memory_gb", 0.01}}, run),
                       Contains("of 6 frames, the volume needs more than max_memory_gb (0.01)") &&
                           Contains("raise max_memory_gb or voxel_m"));
-    CHECK_THROWS_WITH(fuse_frames(frames, Value::Map{{"trunc_m", 0.005}}, run), Contains("less than voxel_m"));
     CHECK_THROWS_WITH(fuse_frames(frames, Value::Map{{"max_depth_m", 0.2}}, run), Contains("show no surface"));
     CHECK_THROWS_WITH(fuse_frames(frames, Value::Map{{"voxel_m", 0.1}, {"min_component_m2", 100}}, run),
                       Contains("at least min_component_m2"));

@@ -140,15 +140,7 @@ TEST_CASE("an orbit before a single wall never turns away from it")
     testing::TestRun run;
     auto frames = two_frames();
     frames->frames.resize(1);
-    fly(folder.path(),
-        Value::Map{{"format", "png"},
-                   {"seconds", 0.8},
-                   {"fps", 10.0},
-                   {"height_px", 48},
-                   {"path", "orbit"},
-                   {"radius_m", 0.8},
-                   {"down_deg", 0.0}},
-        frames, run);
+    fly(folder.path(), Value::Map{{"format", "png"}, {"seconds", 0.32}, {"height_px", 48}, {"path", "orbit"}}, frames, run);
     CHECK(run.reported.at("arc_deg").as_double() > 10);
     CHECK(run.reported.at("arc_deg").as_double() < 90);
     const auto files = Files::load({folder.path() / "video", folder.path()});
@@ -174,8 +166,7 @@ TEST_CASE("an orbit says that its cameras have no common upward direction")
             frames->frames[1].color.world_from_camera.rotation.m = {-1, 0, 0, 0, -1, 0, 0, 0, 1};
         const testing::TemporaryFolder folder;
         testing::TestRun run;
-        fly(folder.path(), Value::Map{{"format", "png"}, {"seconds", 0.1}, {"fps", 10.0}, {"height_px", 16}, {"path", "orbit"}},
-            frames, run);
+        fly(folder.path(), Value::Map{{"format", "png"}, {"seconds", 0.1}, {"height_px", 16}, {"path", "orbit"}}, frames, run);
         const auto warns = [](const std::string& line)
         { return line.starts_with("warning: the cameras have no common upward direction"); };
         CHECK(std::ranges::any_of(run.messages, warns) == is_upside_down);
@@ -186,16 +177,16 @@ TEST_CASE("pictures show the wall, and gray beside it")
 {
     const testing::TemporaryFolder folder;
     testing::TestRun run;
-    fly(folder.path(), Value::Map{{"format", "png"}, {"seconds", 0.2}, {"fps", 10.0}, {"height_px", 49}}, two_frames(), run);
+    fly(folder.path(), Value::Map{{"format", "png"}, {"seconds", 0.1}, {"height_px", 49}}, two_frames(), run);
     const auto files = Files::load({folder.path() / "video", folder.path()});
-    REQUIRE(files->names == std::vector<std::string>{"flythrough/000000.png", "flythrough/000001.png"});
+    REQUIRE(files->names == std::vector<std::string>{"flythrough/000000.png", "flythrough/000001.png", "flythrough/000002.png"});
     const Raster8 picture = stored_png::Codec().read_rgb(folder.path() / "video" / files->names[0]);
     CHECK(picture.height == 48);
     CHECK(picture.width == 64);
     CHECK(picture.at(24, 24, 0) == 255);
     CHECK(picture.at(46, 24, 2) == 255);
     CHECK(picture.at(0, 0, 0) == 32);
-    CHECK(run.reported.at("pictures").as_int() == 2);
+    CHECK(run.reported.at("pictures").as_int() == 3);
 }
 
 TEST_CASE("a video can be played: size, pictures and colors")
@@ -204,14 +195,14 @@ TEST_CASE("a video can be played: size, pictures and colors")
     {
         const testing::TemporaryFolder folder;
         testing::TestRun run;
-        fly(folder.path(), Value::Map{{"format", format}, {"seconds", 0.5}, {"fps", 20.0}, {"height_px", 96}, {"name", "a/tour"}},
-            two_frames(), run);
+        fly(folder.path(), Value::Map{{"format", format}, {"seconds", 0.4}, {"height_px", 96}, {"name", "a/tour"}}, two_frames(),
+            run);
         const auto file = folder.path() / "video" / ("a/tour." + std::string(format));
         cv::VideoCapture video(file.string());
         REQUIRE(video.isOpened());
         CHECK(video.get(cv::CAP_PROP_FRAME_WIDTH) == 128);
         CHECK(video.get(cv::CAP_PROP_FRAME_HEIGHT) == 96);
-        CHECK(video.get(cv::CAP_PROP_FPS) == Approx(20));
+        CHECK(video.get(cv::CAP_PROP_FPS) == Approx(25));
         int count = 0;
         for (cv::Mat picture; video.read(picture); ++count)
         {

@@ -36,8 +36,11 @@ struct Recorded
 
 Value small(int frames = 6)
 {
-    return Value::Map{{"frames_count", frames}, {"color_width_px", 64},  {"color_height_px", 48},
-                      {"depth_width_px", 80},   {"depth_height_px", 60}, {"edge_m", 0.06}};
+    return Value::Map{{"frames_count", frames},
+                      {"color_width_px", 64},
+                      {"color_height_px", 48},
+                      {"depth_px", Value::List{80, 60}},
+                      {"edge_m", 0.06}};
 }
 
 /// One recording for the tests that only look at it.
@@ -155,19 +158,28 @@ TEST_CASE("another seed gives another room", "[scan.synthetic_room]")
     CHECK(Recorded(small(3)).mesh->positions != Recorded(other).mesh->positions);
 }
 
-TEST_CASE("unseen surfaces are left out unless asked for, and noise can be switched off", "[scan.synthetic_room]")
+TEST_CASE("unseen surfaces are left out, and noise can be switched off", "[scan.synthetic_room]")
 {
     auto options = small(2);
     options.set("noise_m", 0.0);
     const Recorded seen(options);
-    options.set("keep_unseen", true);
-    const Recorded whole(options);
-    CHECK(10 * seen.mesh->triangles.size() < 8 * whole.mesh->triangles.size());
     CHECK(seen.run.reported.at("unseen_share").as_double() > 0.2);
-    CHECK(whole.run.reported.at("unseen_share").as_double() == 0);
-    // Without noise the middle of the ceiling is exactly at the room's height.
-    std::size_t on_ceiling = 0;
-    for (const auto& p : whole.mesh->positions)
-        on_ceiling += std::abs(p.z - 2.6f) < 1e-4f ? 1 : 0;
-    CHECK(on_ceiling > 1000);
+    // Without noise the floor is exactly at 0.
+    std::size_t on_floor = 0;
+    for (const auto& p : seen.mesh->positions)
+        on_floor += std::abs(p.z) < 1e-4f ? 1 : 0;
+    CHECK(on_floor > 100);
+}
+
+TEST_CASE("a room that cannot be furnished is refused with its limits", "[scan.synthetic_room]")
+{
+    const auto refused = [](const char* name, Value value, const char* word)
+    {
+        Value options = small(2);
+        options.set(name, std::move(value));
+        CHECK_THROWS_WITH(Recorded(options), Catch::Contains(word));
+    };
+    refused("size_m", Value::List{4, 3}, "is [4, 3]; expected [length, width, height]");
+    refused("size_m", Value::List{4, 9, 2.5}, "width from 3 to 8");
+    refused("depth_px", Value::List{80}, "expected [width, height]");
 }

@@ -14,13 +14,11 @@ namespace
 {
 constexpr int size = 80;
 
-constexpr BakeOptions usual{.unseen = Unseen::fill, .unseen_color = {}};
-
-Raster8 baked(const Texture& texture, const Mesh& mesh, const BakeOptions& options = usual)
+Raster8 baked(const Texture& texture, const Mesh& mesh, Unseen unseen = Unseen::fill)
 {
     testing::TestRun run;
     BakeCounts counts;
-    return bake(texture, mesh, options, counts, run);
+    return bake(texture, mesh, unseen, counts, run);
 }
 
 /// The red value at a uv, of the texel that holds it.
@@ -105,19 +103,15 @@ TEST_CASE("a part that joins no seen surface takes what is nearest in space")
     CHECK(red(image, 0.18F, 0.68F) == 204);
 }
 
-TEST_CASE("unseen texels can be painted or kept, seen ones stay what they are")
+TEST_CASE("unseen texels can be kept, seen ones stay what they are")
 {
     Texture texture = testing::blank_texture(size, 0.6F);
     testing::see(texture, {0.1F, 0.1F}, {0.25F, 0.4F}, {0.2F, 0.2F, 0.2F});
     const Mesh mesh = testing::two_chart_wall();
-    const Raster8 colored = baked(texture, mesh, {.unseen = Unseen::color, .unseen_color = {255, 0, 7}});
-    CHECK(red(colored, 0.75F, 0.25F) == 255);
-    CHECK(colored.at(60, 60, 2) == 7);
-    CHECK(red(colored, 0.15F, 0.25F) == 51);
-    CHECK(red(colored, 0.02F, 0.25F) == 51);  // the gutter beside the seen half
-    const Raster8 kept = baked(texture, mesh, {.unseen = Unseen::keep, .unseen_color = {}});
+    const Raster8 kept = baked(texture, mesh, Unseen::keep);
     CHECK(red(kept, 0.75F, 0.25F) == 153);
     CHECK(red(kept, 0.15F, 0.25F) == 51);
+    CHECK(red(kept, 0.02F, 0.25F) == 51);  // the gutter beside the seen half
     const Raster8 filled = baked(texture, mesh);
     CHECK(red(filled, 0.15F, 0.25F) == 51);
 }
@@ -140,9 +134,8 @@ TEST_CASE("optimized texels next to a chart are kept, those further out are gutt
 
 TEST_CASE("nothing to fill from is an error with the way out")
 {
-    CHECK_THROWS_WITH(baked(testing::blank_texture(size, 0.5F), testing::two_chart_wall()), Contains("unseen: color"));
-    CHECK_NOTHROW(
-        baked(testing::blank_texture(8, 0.5F), testing::two_chart_wall(), {.unseen = Unseen::keep, .unseen_color = {}}));
+    CHECK_THROWS_WITH(baked(testing::blank_texture(size, 0.5F), testing::two_chart_wall()), Contains("unseen: keep"));
+    CHECK_NOTHROW(baked(testing::blank_texture(8, 0.5F), testing::two_chart_wall(), Unseen::keep));
 }
 
 namespace
@@ -180,8 +173,6 @@ TEST_CASE("the stage refuses what it cannot use")
     Mesh bare = testing::two_chart_wall();
     bare.texcoords.clear();
     CHECK_THROWS_WITH(baked(Value::Map{}, texture, bare, run), Contains("no texcoords"));
-    CHECK_THROWS_WITH(baked(Value::Map{{"unseen_color", Value::List{1, 2}}}, texture, testing::two_chart_wall(), run),
-                      Contains("unseen_color\" has 2 numbers"));
     CHECK_THROWS_WITH(baked(Value::Map{{"unseen", "blur"}}, texture, testing::two_chart_wall(), run), Contains("unseen"));
     run.cancel_after(2);
     CHECK_THROWS_AS(baked(Value::Map{{"unseen", "keep"}}, texture, testing::two_chart_wall(), run), Canceled);

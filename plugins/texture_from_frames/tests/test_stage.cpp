@@ -116,15 +116,13 @@ TEST_CASE("the stage makes a texture that texture.bake takes, and reports")
     CHECK_THROWS_WITH(made(recording, {{"size_px", 16}, {"height_px", 45}}, run), Contains("45 px; found 30, 60"));
 }
 
-TEST_CASE("measured depth is used unless switched off")
+TEST_CASE("measured depth is used")
 {
     testing::TemporaryFolder folder;
     const Recording recording(folder.path(), true);
     testing::TestRun run;
     made(recording, {{"size_px", 32}}, run);
     CHECK(run.reported.at("occluded_pixel_share").as_double() == Approx(0.1).margin(0.03));
-    made(recording, {{"size_px", 32}, {"sensor_tolerance_m", 0}}, run);
-    CHECK(run.reported.at("occluded_pixel_share").as_double() == 0);
 }
 
 TEST_CASE("pictures of a folder take the place of the cameras'")

@@ -332,12 +332,12 @@ TEST_CASE("what is out of reach is not seen and continues the rest; a mesh of an
     Mesh far = wall();
     for (std::size_t i = 4; i < 8; ++i)
         far.positions[i].z = -0.5F;
-    const Texture texture = fixture.run(colored(wall()), far, run, Value::Map{{"max_distance_m", 0.1}});
+    const Texture texture = fixture.run(colored(wall()), far, run);
     CHECK(bytes_at(texture, {0.2F, 0.5F}) == Rgb8{255, 255, 255});
     CHECK(texture.seen.at(144, 96) == 0);
     CHECK(bytes_at(texture, {0.75F, 0.5F}) == Rgb8{255, 255, 255});
     CHECK(run.reported.at("seen_share").as_double() == Approx(0.4 / 0.9).epsilon(0.02));
-    CHECK_THAT(run.messages.at(0), Contains("warning: 55 % of the atlas is farther than 0.1 m from the model"));
+    CHECK_THAT(run.messages.at(0), Contains("warning: 55 % of the atlas is farther than 0.028 m from the model"));
 
     for (Vec3f& p : far.positions)
         p.x += 100;

@@ -2,6 +2,7 @@
 
 #include "catch.h"
 #include "patches.h"
+#include "stage.h"
 #include "stored_png.h"
 #include <fresco/testing_scenes.h>
 
@@ -172,7 +173,8 @@ struct Studio
     std::shared_ptr<Frames> frames;
     std::shared_ptr<Texture> lines;
 
-    /// Strokes of 16 cm, all of one width; levels of 4 and 2 cm a texel. Small patches: fast.
+    /// Strokes of 16 cm, all of one width; levels of 4 and 2 cm a texel. Small patches: fast; they, and the seconds between
+    /// checkpoints and previews, are no options of the stage.
     static Value options(Value::Map more = {})
     {
         Value result = Value::Map{{"size_px", 128},   {"stroke_cm", 16.0}, {"patch_px", 7}, {"rounds_count", 3},
@@ -192,8 +194,20 @@ struct Studio
             inputs["frames"] = frames;
         if (lines)
             inputs["lines"] = lines;
-        testing::run_stage(FRESCO_PLUGIN_FILE, "texture.synthesize", options, inputs, out.path(), run,
-                           {{"image_io", std::make_shared<stored_png::Codec>()}});
+        synthesize::TextureSynthesize stage;
+        Value given = Value::Map{{"image_io", Value::Map{{"type", "test.codec"}}}};
+        for (const auto& [name, value] : options.as_map())
+            if (name == "patch_px")
+                stage.fixed.patch_px = static_cast<int>(value.as_int());
+            else if (name == "checkpoint_seconds")
+                stage.fixed.checkpoint_seconds = value.as_double();
+            else if (name == "preview_seconds")
+                stage.fixed.preview_seconds = value.as_double();
+            else
+                given.set(name, value);
+        testing::TestFactory factory;
+        factory.add("test.codec", [] { return std::make_shared<stored_png::Codec>(); });
+        testing::run_stage(stage, given, inputs, out.path(), run, factory);
         Painted result;
         for (const char* file : {"texture/layer_0.npy", "texture/seen.npy", "texture/texture.json", "source/places.npy",
                                  "source/shifts.npy", "source/source_map.json"})

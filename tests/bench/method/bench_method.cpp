@@ -236,7 +236,7 @@ made_losses(Components& components, bool reference, const std::string& precision
     using Map = fresco::Value::Map;
     const fresco::Value features = Map{{"type", "features.vgg19"},
                                        {"weights", weights.string()},
-                                       {"convolutions", reference ? "plain" : "auto"},
+                                       {"convolutions", reference ? "libtorch" : "auto"},
                                        {"precision", reference ? "full" : precision}};
     std::map<std::string, std::shared_ptr<fresco::Loss>> losses;
     losses["style"] =

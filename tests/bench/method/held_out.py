@@ -30,7 +30,6 @@ stages:
     theta_d_m: 0.25
     held_out_count: 3
     checkpoint_steps: 0
-    preview_every: 0
     losses:
       style: {{layers: "relu1_1, relu2_1, relu3_1", layer_weights: [1000, 1000, 10], features: {{convolutions: {convolutions}}}}}
       content: {{layers: relu3_1, weight: 900, features: {{convolutions: {convolutions}}}}}
@@ -40,19 +39,18 @@ stages:
   reprojection:
     type: evaluate.reprojection
     input: {{views: views, frames: whole, textured_mesh: bake}}
-    short_gap: 8
-    long_gap: 24
+    gaps: [8, 24]
     every: 4
 """
 
-EXACT = ["repeats_count: 2", "measure_steps: 20"]
+EXACT = ["repeats_count: 2"]
 # Each mode: the preset, who convolves, and what it changes.
 MODES = {
-    "reference": ("stylemesh-scannet", "plain", EXACT),
+    "reference": ("stylemesh-scannet", "libtorch", EXACT + ["optimizer: {untouched: step}"]),
     "+ minimal filtering": ("stylemesh-scannet", "auto", EXACT),
     "+ visible Adam": ("stylemesh-scannet", "auto", EXACT + ["optimizer: {mode: visible}"]),
     "+ frames as start": ("stylemesh-scannet", "auto", EXACT + ["optimizer: {mode: visible}", "init: frames"]),
-    "fast": ("fast", "auto", ["measure_steps: 5"]),
+    "fast": ("fast", "auto", []),
 }
 
 

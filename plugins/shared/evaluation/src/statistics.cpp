@@ -129,11 +129,6 @@ BootstrapOptions::BootstrapOptions(Configurable* owner, std::string seed_help)
 {
 }
 
-Option<std::string> protocol_option(Configurable* owner, std::string help)
-{
-    return {owner, "protocol", "paper", one_of({"paper", "released"}), std::move(help)};
-}
-
 Files write_figures(const ArtifactFolder& folder, const std::string& path, const Value& figures)
 {
     const auto file = folder.path / path;

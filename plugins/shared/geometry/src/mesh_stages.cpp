@@ -53,7 +53,7 @@ void AtlasStage::run(RunContext& run)
     const FlattenOptions options{.charts = charts, .texel_m = expected_texel_m(surface, *size_px_)};
     const auto flat = project_charts(surface, cut_into_charts(surface, charts, run), options, run,
                                      [&](FlatCharts& projected) { lay_flat(surface, projected, options, run); });
-    const auto packing = pack_charts(flat, {.size_px = *size_px_, .gutter_px = *gutter_px_}, run);
+    const auto packing = pack_charts(flat, {.size_px = *size_px_}, run);
     Mesh result = *mesh_;
     result.texcoords = packing.texcoords;
     result.charts = flat.chart_of_face;

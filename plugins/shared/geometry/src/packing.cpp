@@ -456,7 +456,7 @@ class Packer
                 low *= step;
                 if (high * largest < 1)  // every chart is down to a texel
                     throw Error(fmt::format("the charts do not fit a texture of {} pixels: {} charts with a gutter of {} pixels; "
-                                            "use a larger size_px, a smaller gutter_px or fewer, larger pieces of surface",
+                                            "use a larger size_px or fewer, larger pieces of surface",
                                             options_.size_px, order_.size(), options_.gutter_px));
                 if (try_scale(low))
                     break;

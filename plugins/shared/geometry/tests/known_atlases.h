@@ -31,12 +31,12 @@ inline void check_known_atlases(const char* type)
     for (const auto& known : known_meshes())
     {
         INFO(known.name);
-        const MadeAtlas made(type, known.mesh, fresco::Value::Map{{"size_px", 1024}, {"gutter_px", 2}});
+        const MadeAtlas made(type, known.mesh, fresco::Value::Map{{"size_px", 1024}});
         const auto& atlas = made.mesh;
         CHECK(atlas->texture_px == 1024);
         CHECK(atlas->positions == known.mesh.positions);
         CHECK(atlas->triangles == known.mesh.triangles);
-        CHECK(check_atlas(*atlas, 1024, 2).none());
+        CHECK(check_atlas(*atlas, 1024, 4).none());
         for (std::size_t f = 0; f < known.mesh.triangles.size(); ++f)
             CHECK((texcoord_area(*atlas, f) > 0) == (length(fresco::geometry::area_vector(known.mesh, f)) > 0));
         CHECK(made.reported("components") == known.components);

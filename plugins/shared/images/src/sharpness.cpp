@@ -1,10 +1,8 @@
-#include <fresco/error.h>
 #include <fresco/images/filters.h>
 #include <fresco/images/lab.h>
 #include <fresco/images/sharpness.h>
 
 #include <cstdint>
-#include <fmt/format.h>
 #include <vector>
 
 namespace fresco
@@ -51,21 +49,9 @@ double sharpness(const Raster8& rgb, int width, int height)
     return static_cast<double>(squares) / count - mean * mean;
 }
 
-SharpnessOption::SharpnessOption(Configurable* owner)
-    : size_px_(owner, "sharpness_size_px", std::vector<int>{320, 240}, range(8, 16'384),
-               "Width and height at which sharpness is measured")
+double usual_sharpness(const Raster8& rgb)
 {
-}
-
-void SharpnessOption::check() const
-{
-    if (size_px_->size() != 2)
-        throw Error(fmt::format("option \"sharpness_size_px\" has {} numbers; expected [width, height]", size_px_->size()));
-}
-
-double SharpnessOption::of(const Raster8& rgb) const
-{
-    return sharpness(rgb, (*size_px_)[0], (*size_px_)[1]);
+    return sharpness(rgb, 320, 240);
 }
 
 }  // namespace fresco

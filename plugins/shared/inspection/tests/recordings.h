@@ -54,8 +54,7 @@ inline std::shared_ptr<const Recording> generated(int frames_count, int color_wi
     options.set("frames_count", frames_count);
     options.set("color_width_px", color_width_px);
     options.set("color_height_px", color_width_px * 3 / 4);
-    options.set("depth_width_px", 120);
-    options.set("depth_height_px", 90);
+    options.set("depth_px", Value::List{120, 90});
     options.set("edge_m", edge_m);
     return record("scan.synthetic_room", "scan_synthetic_room", options, std::make_shared<testing::RawImages>());
 }

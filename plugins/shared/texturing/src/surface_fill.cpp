@@ -358,7 +358,7 @@ std::size_t fill_unseen(const Mesh& mesh, const Charts& charts, const TexelFaces
     if (seen_count == 0)
         throw Error(
             "no frame saw any texel of the mesh's charts, so there is nothing to fill from: check that texture and mesh come "
-            "from the same atlas, or set unseen: color");
+            "from the same atlas, or set unseen: keep");
 
     if (seen_count == covered_count)
         return 0;

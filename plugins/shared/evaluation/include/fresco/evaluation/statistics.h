@@ -18,19 +18,6 @@
 namespace fresco::evaluation
 {
 
-/// Which definitions are measured by: the paper's with fresco's completions, or what the authors' released scripts do.
-enum class Protocol
-{
-    paper,
-    released
-};
-
-/// \pre `word` is "paper" or "released": the accepted words of an option.
-constexpr Protocol protocol_of(std::string_view word)
-{
-    return word == "paper" ? Protocol::paper : Protocol::released;
-}
-
 /// Arithmetic mean; NaN of nothing. Summed in order, so that equal inputs give equal bits.
 double mean(std::span<const double> values);
 
@@ -49,6 +36,9 @@ struct Bootstrap
     int resamples;
     std::uint64_t seed;
 };
+
+/// Enough draws for the interval's ends to be stable in their third digit; the seed makes them repeatable.
+inline constexpr Bootstrap usual_bootstrap{.resamples = 2000, .seed = 1};
 
 /// A statistic of some of the groups (frames), given as indices below the number of groups; one may occur several times.
 using GroupStatistic = std::function<double(std::span<const std::size_t>)>;
@@ -85,9 +75,6 @@ class BootstrapOptions
     Option<int> bootstrap_count_;
     Option<int> seed_;
 };
-
-/// The option `protocol`, which protocol_of reads.
-Option<std::string> protocol_option(Configurable* owner, std::string help);
 
 /// Writes figures as JSON to `path` below the folder of an output, and returns the output's value.
 Files write_figures(const ArtifactFolder& folder, const std::string& path, const Value& figures);

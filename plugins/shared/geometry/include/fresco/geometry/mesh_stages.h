@@ -36,7 +36,6 @@ class AtlasStage : public Stage
                                     "The same for single faces: tiny charts join a neighbor up to this angle"};
     Option<int> size_px_{this, "size_px", 2048, range(64, 16384),
                          "Texels per side of the texture: uv maps and what paints take it from the atlas"};
-    Option<int> gutter_px_{this, "gutter_px", 4, range(0, 64), "Texels between charts at size_px"};
 };
 
 /// A stage with the ports and options of `mesh.decimate`: repairs the mesh, has it simplified, reports both sides, and warns

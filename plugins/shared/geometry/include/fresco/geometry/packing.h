@@ -72,8 +72,8 @@ class ShapeBin
 
 struct PackOptions
 {
-    int size_px;    ///< The texture for which charts share no texel.
-    int gutter_px;  ///< Texels between charts at that size.
+    int size_px;        ///< The texture for which charts share no texel.
+    int gutter_px = 4;  ///< Texels between charts at that size: lookups stay apart in the first two mip-maps, too.
 };
 
 struct Packing

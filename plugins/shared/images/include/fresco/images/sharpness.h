@@ -1,9 +1,6 @@
 #pragma once
 
 #include <fresco/image.h>
-#include <fresco/option.h>
-
-#include <vector>
 
 namespace fresco
 {
@@ -15,19 +12,7 @@ namespace fresco
 /// empty; width, height >= 2. Thread-safe. The same value on every machine.
 double sharpness(const Raster8& rgb, int width, int height);
 
-/// The option `sharpness_size_px`: declared in a stage as `SharpnessOption sharpness{this};`.
-class SharpnessOption
-{
-  public:
-    explicit SharpnessOption(Configurable* owner);
-
-    /// Throws Error unless it is a width and a height.
-    void check() const;
-    /// fresco::sharpness at this size. \pre check()
-    double of(const Raster8& rgb) const;
-
-  private:
-    Option<std::vector<int>> size_px_;
-};
+/// At 320 x 240, where StyleMesh measures it: its threshold holds there.
+double usual_sharpness(const Raster8& rgb);
 
 }  // namespace fresco

@@ -63,7 +63,7 @@ class Lighting
 
 struct RenderOptions
 {
-    int samples_per_side;  ///< Samples per pixel: its square.
+    int samples_per_side = 2;  ///< Samples per pixel: its square; one is not enough at edges and far away.
     TextureFilter filter;
     Lights lights = {};          ///< By the vertex normals, interpolated.
     bool through_backs = false;  ///< Faces seen from their back hide nothing.
@@ -108,8 +108,6 @@ class ViewRenderer
     std::unique_ptr<Idle> idle_;                  ///< Workspaces that no view uses now.
 };
 
-/// The option `samples`: RenderOptions::samples_per_side.
-Option<int> samples_option(Configurable* owner);
 /// The option `shading`, which lights_of reads.
 Option<std::string> shading_option(Configurable* owner,
                                    std::string help = "Lamps: none, or those of StyleMesh's published viewer for a data set");

@@ -32,7 +32,7 @@ class TextureBake final : public Stage
         TexturedMesh result;
         result.image = Image(bake(*texture, *mesh, *unseen, counts, run));
         result.mesh = *mesh;
-        result.mesh_folder = mesh.folder();
+        result.mesh.saved_in = mesh.folder();
         tell(run, counts);
         textured_mesh = std::move(result);
     }

@@ -74,7 +74,7 @@ class TextureEnlarge final : public Stage
         TexturedMesh result;
         result.image = Image(std::move(enlarged.picture));
         result.mesh = *mesh;
-        result.mesh_folder = mesh.folder();
+        result.mesh.saved_in = mesh.folder();
         textured_mesh = std::move(result);
     }
 };

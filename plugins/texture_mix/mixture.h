@@ -14,7 +14,7 @@
 struct Mixture : fresco::Artifact
 {
     static constexpr std::string_view artifact_name = "texture_mixture";
-    static constexpr int artifact_version = 1;
+    static constexpr int artifact_version = 2;
 
     std::string atlas;  ///< The mesh's atlas_id.
     double color = 1;   ///< The stage's own share; the initial position of the slider.

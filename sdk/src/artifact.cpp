@@ -170,14 +170,40 @@ fs::path referred_file(const std::string& reference, const ArtifactFolder& folde
 namespace detail
 {
 
-template <class T>
-Raster<T> read_raster(const std::filesystem::path& file, int channels)
+namespace
 {
-    Raster<T> raster = to_raster<T>(read_npy(file), file.string());
+
+/// Throws Error naming `file` unless the raster has so many channels; 0: any from 1 to 4.
+template <class T>
+Raster<T> with_channels(Raster<T> raster, int channels, const std::filesystem::path& file)
+{
     if (channels == 0 ? raster.channels < 1 || raster.channels > 4 : raster.channels != channels)
         throw Error(fmt::format("{}: {} channels; expected {}", file.string(), raster.channels,
                                 channels == 0 ? "1 to 4" : std::to_string(channels)));
     return raster;
+}
+
+}  // namespace
+
+template <class T>
+Raster<T> read_raster(const std::filesystem::path& file, int channels)
+{
+    return with_channels(to_raster<T>(read_npy(file), file.string()), channels, file);
+}
+
+template <class T>
+void write_packed(const std::filesystem::path& folder, const std::string& name, const Raster<T>& raster)
+{
+    write_file(folder / (name + ".packed"), pack_raster(raster));
+}
+
+template <class T>
+Raster<T> read_npy_or_packed(const std::filesystem::path& folder, const std::string& name, int channels)
+{
+    if (const auto npy = folder / (name + ".npy"); is_file(npy))
+        return read_raster<T>(npy, channels);
+    const auto file = folder / (name + ".packed");
+    return with_channels(unpack_raster<T>(read_file(file), file.string()), channels, file);
 }
 
 JsonFile::JsonFile(const std::filesystem::path& file)
@@ -188,6 +214,12 @@ JsonFile::JsonFile(const std::filesystem::path& file)
 template Raster8 read_raster(const std::filesystem::path& file, int channels);
 template Raster16 read_raster(const std::filesystem::path& file, int channels);
 template RasterF read_raster(const std::filesystem::path& file, int channels);
+template void write_packed(const std::filesystem::path& folder, const std::string& name, const Raster8& raster);
+template void write_packed(const std::filesystem::path& folder, const std::string& name, const Raster16& raster);
+template void write_packed(const std::filesystem::path& folder, const std::string& name, const RasterF& raster);
+template Raster8 read_npy_or_packed(const std::filesystem::path& folder, const std::string& name, int channels);
+template Raster16 read_npy_or_packed(const std::filesystem::path& folder, const std::string& name, int channels);
+template RasterF read_npy_or_packed(const std::filesystem::path& folder, const std::string& name, int channels);
 
 }  // namespace detail
 }  // namespace fresco

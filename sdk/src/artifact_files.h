@@ -5,10 +5,13 @@
 #include <fresco/image.h>
 #include <fresco/value.h>
 
+#include <cstddef>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 /// \file What several artifacts share in their on-disk forms.
 
@@ -36,6 +39,20 @@ std::optional<std::string> below(const std::filesystem::path& path, const std::f
 /// Says by errno why a file or folder cannot be made. exFAT and its relatives only call an argument invalid: names the character
 /// that they refuse.
 std::string cause_of(int error, const std::filesystem::path& path);
+
+/// A raster in less space, without loss: sdk/docs/packed_rasters.md says what each byte is.
+template <class T>
+std::vector<std::byte> pack_raster(const Raster<T>& raster);
+/// The reverse. Throws Error naming `source` and the offset if the bytes are damaged or hold values of another type.
+template <class T>
+Raster<T> unpack_raster(std::span<const std::byte> file, std::string_view source);
+
+/// As `<name>.packed` in an artifact's folder.
+template <class T>
+void write_packed(const std::filesystem::path& folder, const std::string& name, const Raster<T>& raster);
+/// `<name>.npy` if a program wrote that, else `<name>.packed`. Throws as read_raster and unpack_raster do.
+template <class T>
+Raster<T> read_npy_or_packed(const std::filesystem::path& folder, const std::string& name, int channels);
 
 /// A raster of an NPY file. Throws Error naming the file if it is of another type or number of channels. `channels` 0: any from 1
 /// to 4.

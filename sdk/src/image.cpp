@@ -28,12 +28,12 @@ const ImageIo& codec(const Exchange& exchange)
 
 void Image::save(const ArtifactFolder& folder) const
 {
-    write_npy(folder.path / "image.npy", pixels);
+    detail::write_packed(folder.path, "image", pixels);
 }
 
 std::shared_ptr<Image> Image::load(const ArtifactFolder& folder)
 {
-    return std::make_shared<Image>(detail::read_raster<std::uint8_t>(folder.path / "image.npy", 0));
+    return std::make_shared<Image>(detail::read_npy_or_packed<std::uint8_t>(folder.path, "image", 0));
 }
 
 std::vector<ExchangeForm> Image::exchange_forms()
@@ -51,7 +51,7 @@ void Image::write_exchange(const Exchange& to) const
     if (to.as == png)
         write_file(to.folder.path / "image.png", codec(to).encode_png(pixels));
     else
-        save(to.folder);
+        write_npy(to.folder.path / "image.npy", pixels);
 }
 
 std::shared_ptr<Image> Image::from_exchange(const Exchange& from)

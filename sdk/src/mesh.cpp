@@ -16,6 +16,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <system_error>
 
 namespace fresco
 {
@@ -56,6 +57,13 @@ bool is_ply_file(const std::filesystem::path& file)
 
 void Mesh::save(const ArtifactFolder& folder) const
 {
+    if (std::error_code error; !saved_in.empty())
+    {
+        fs::create_hard_link(saved_in / file_name, folder.path / file_name, error);
+        if (!error)
+            return;
+    }
+    // Not every file system has links.
     write_file(folder.path / file_name, to_ply(*this));
 }
 

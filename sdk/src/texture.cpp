@@ -17,13 +17,34 @@
 namespace fresco
 {
 
+namespace
+{
+
+void write_index(const Texture& texture, const std::filesystem::path& folder)
+{
+    write_file(folder / "texture.json", to_json(Value::Map{{"values", texture.values},
+                                                           {"atlas", texture.atlas},
+                                                           {"layers", texture.layers.size()},
+                                                           {"size_px", texture.size_px()}},
+                                                1));
+}
+
+}  // namespace
+
 void Texture::save(const ArtifactFolder& folder) const
 {
-    write_file(folder.path / "texture.json",
-               to_json(Value::Map{{"values", values}, {"atlas", atlas}, {"layers", layers.size()}, {"size_px", size_px()}}, 1));
+    write_index(*this, folder.path);
     for (std::size_t i = 0; i < layers.size(); ++i)
-        write_npy(folder.path / fmt::format("layer_{}.npy", i), layers[i]);
-    write_npy(folder.path / "seen.npy", seen);
+        detail::write_packed(folder.path, fmt::format("layer_{}", i), layers[i]);
+    detail::write_packed(folder.path, "seen", seen);
+}
+
+void Texture::write_exchange(const Exchange& to) const
+{
+    write_index(*this, to.folder.path);
+    for (std::size_t i = 0; i < layers.size(); ++i)
+        write_npy(to.folder.path / fmt::format("layer_{}.npy", i), layers[i]);
+    write_npy(to.folder.path / "seen.npy", seen);
 }
 
 std::shared_ptr<Texture> Texture::load(const ArtifactFolder& folder)
@@ -36,16 +57,16 @@ std::shared_ptr<Texture> Texture::load(const ArtifactFolder& folder)
     const std::int64_t size = file["size_px"].integer(1);
     for (std::int64_t i = 0; i < layers; ++i)
     {
-        const auto layer_file = folder.path / fmt::format("layer_{}.npy", i);
-        texture->layers.push_back(detail::read_raster<float>(layer_file, 3));
+        const std::string name = fmt::format("layer_{}", i);
+        texture->layers.push_back(detail::read_npy_or_packed<float>(folder.path, name, 3));
         const RasterF& layer = texture->layers.back();
         if (layer.width != size >> i || layer.height != size >> i)
             throw Error(fmt::format("{}: is {}x{}; layer {} of a texture of {} texels must be half the one before",
-                                    layer_file.string(), layer.width, layer.height, i, size));
+                                    (folder.path / name).string(), layer.width, layer.height, i, size));
     }
-    texture->seen = detail::read_raster<std::uint8_t>(folder.path / "seen.npy", 1);
+    texture->seen = detail::read_npy_or_packed<std::uint8_t>(folder.path, "seen", 1);
     if (texture->seen.width != size || texture->seen.height != size)
-        throw Error((folder.path / "seen.npy").string() + ": is not of the texture's size");
+        throw Error((folder.path / "seen").string() + ": is not of the texture's size");
     return texture;
 }
 
@@ -56,22 +77,14 @@ std::vector<ExchangeForm> Texture::exchange_forms()
 
 void TexturedMesh::save(const ArtifactFolder& folder) const
 {
-    if (mesh_folder.empty())
-        mesh.save(folder);
-    const auto& holder = mesh_folder.empty() ? folder.path : mesh_folder;
-    write_file(folder.path / "textured_mesh.json",
-               to_json(Value::Map{{"mesh", reference_to(holder / Mesh::file_name, folder)}}, 1));
+    mesh.save(folder);
     image.save(folder);
 }
 
 std::shared_ptr<TexturedMesh> TexturedMesh::load(const ArtifactFolder& folder)
 {
-    const auto file = folder.path / "textured_mesh.json";
-    const auto mesh_file = referred_file(detail::JsonFile(file)["mesh"].text(), folder);
-    if (mesh_file.filename() != Mesh::file_name)
-        throw Error(file.string() + ": refers to " + mesh_file.string() + "; expected a " + std::string(Mesh::file_name));
     auto result = std::make_shared<TexturedMesh>();
-    result->mesh = std::move(*Mesh::load({mesh_file.parent_path(), folder.store}));
+    result->mesh = std::move(*Mesh::load(folder));
     result->image = std::move(*Image::load(folder));
     return result;
 }
@@ -202,8 +215,8 @@ void SourceMap::save(const ArtifactFolder& folder) const
                                                                    {"picture_height", picture_height},
                                                                    {"pixels_per_texel", static_cast<double>(pixels_per_texel)}},
                                                         1));
-    write_npy(folder.path / "places.npy", places);
-    write_npy(folder.path / "shifts.npy", shifts);
+    detail::write_packed(folder.path, "places", places);
+    detail::write_packed(folder.path, "shifts", shifts);
 }
 
 std::shared_ptr<SourceMap> SourceMap::load(const ArtifactFolder& folder)
@@ -216,14 +229,12 @@ std::shared_ptr<SourceMap> SourceMap::load(const ArtifactFolder& folder)
     result->pixels_per_texel = static_cast<float>(file["pixels_per_texel"].amount());
     if (!(result->pixels_per_texel > 0))
         file->fail("pixels_per_texel", "expected a number above 0");
-    const auto places_file = folder.path / "places.npy";
-    result->places = detail::read_raster<std::uint16_t>(places_file, place_values);
+    result->places = detail::read_npy_or_packed<std::uint16_t>(folder.path, "places", place_values);
     if (result->places.width != result->places.height)
-        throw Error(places_file.string() + ": expected a square map");
-    const auto shifts_file = folder.path / "shifts.npy";
-    result->shifts = detail::read_raster<std::uint8_t>(shifts_file, 3);
+        throw Error((folder.path / "places").string() + ": expected a square map");
+    result->shifts = detail::read_npy_or_packed<std::uint8_t>(folder.path, "shifts", 3);
     if (result->shifts.width != result->size_px() || result->shifts.height != result->size_px())
-        throw Error(shifts_file.string() + ": expected as many texels as places.npy has");
+        throw Error((folder.path / "shifts").string() + ": expected as many texels as places has");
     return result;
 }
 
@@ -257,22 +268,20 @@ void Relief::set_normal(std::size_t texel, Vec3f normal)
 void Relief::save(const ArtifactFolder& folder) const
 {
     write_file(folder.path / "relief.json", to_json(Value::Map{{"atlas", atlas}}, 1));
-    write_npy(folder.path / "normals.npy", normals);
-    write_npy(folder.path / "roughness.npy", roughness);
+    detail::write_packed(folder.path, "normals", normals);
+    detail::write_packed(folder.path, "roughness", roughness);
 }
 
 std::shared_ptr<Relief> Relief::load(const ArtifactFolder& folder)
 {
     auto result = std::make_shared<Relief>();
     result->atlas = detail::JsonFile(folder.path / "relief.json")["atlas"].text();
-    const auto normals_file = folder.path / "normals.npy";
-    result->normals = detail::read_raster<std::uint16_t>(normals_file, 3);
+    result->normals = detail::read_npy_or_packed<std::uint16_t>(folder.path, "normals", 3);
     if (result->normals.width != result->normals.height)
-        throw Error(normals_file.string() + ": expected a square map");
-    const auto roughness_file = folder.path / "roughness.npy";
-    result->roughness = detail::read_raster<std::uint8_t>(roughness_file, 1);
+        throw Error((folder.path / "normals").string() + ": expected a square map");
+    result->roughness = detail::read_npy_or_packed<std::uint8_t>(folder.path, "roughness", 1);
     if (result->roughness.width != result->size_px() || result->roughness.height != result->size_px())
-        throw Error(roughness_file.string() + ": is not of the normals' size");
+        throw Error((folder.path / "roughness").string() + ": is not of the normals' size");
     return result;
 }
 

@@ -6,10 +6,14 @@
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
 #include <fresco/npy.h>
+#include <fresco/random.h>
 #include <fresco/testing.h>
 #include <fresco/testing_scenes.h>
 #include <fresco/texture.h>
 #include <fresco/uv_maps.h>
+
+#include <algorithm>
+#include <span>
 
 using namespace fresco;
 using Catch::Contains;
@@ -185,36 +189,78 @@ TEST_CASE("The size to paint at is the atlas's, or the one asked for, with a war
     CHECK_THROWS_WITH(painted_size_px(0, 20000, "the mesh", run), Contains("set size_px of the atlas.* stage"));
 }
 
-TEST_CASE("A textured mesh refers to its mesh in the store, or holds it")
+TEST_CASE("A mesh that is in the store already is linked, not written again")
 {
     const testing::TemporaryFolder place;
-    const auto store = place.path() / "store";
-    const auto atlas = store / "objects" / "a" / "atlas";
+    const auto atlas = place.path() / "atlas";
+    const auto textured_folder = place.path() / "textured";
+    for (const auto& folder : {atlas, textured_folder})
+        std::filesystem::create_directories(folder);
     TexturedMesh textured;
     textured.mesh = testing::wall();
     textured.image = Image(Raster8(4, 4, 3, 77));
-    std::set<std::string> references;
-    const ArtifactFolder own{store / "tmp" / "run.b" / "textured", store, &references};
-    for (const auto& folder : {atlas, own.path})
-        std::filesystem::create_directories(folder);
-    textured.save(own);
-    CHECK(references.empty());
-    CHECK(TexturedMesh::load(own)->mesh.texcoords == textured.mesh.texcoords);
-
-    std::filesystem::remove(own.path / "mesh.ply");
-    textured.mesh.save({atlas, store});
-    textured.mesh_folder = atlas;
-    textured.save(own);
-    CHECK(references == std::set<std::string>{"a"});
-    CHECK_FALSE(std::filesystem::exists(own.path / "mesh.ply"));
-    const auto moved = place.path() / "moved";
-    std::filesystem::rename(store, moved);
-    const auto loaded = TexturedMesh::load({moved / "tmp" / "run.b" / "textured", moved});
+    textured.mesh.save({atlas, place.path()});
+    textured.mesh.saved_in = atlas;
+    textured.save({textured_folder, place.path()});
+    CHECK(std::filesystem::equivalent(atlas / "mesh.ply", textured_folder / "mesh.ply"));
+    std::filesystem::remove_all(atlas);
+    const auto loaded = TexturedMesh::load({textured_folder, place.path()});
     CHECK(loaded->mesh.positions == textured.mesh.positions);
-    CHECK(loaded->mesh_folder.empty());
-    write_file(moved / "tmp/run.b/textured/textured_mesh.json", R"({"mesh": "store:objects/a/atlas/other.ply"})");
-    CHECK_THROWS_WITH(TexturedMesh::load({moved / "tmp" / "run.b" / "textured", moved}),
-                      Contains("textured_mesh.json: refers to") && Contains("expected a mesh.ply"));
+    CHECK(loaded->mesh.saved_in.empty());
+
+    // Where there is no file to link, the mesh is written.
+    std::filesystem::remove(textured_folder / "mesh.ply");
+    textured.save({textured_folder, place.path()});
+    CHECK(TexturedMesh::load({textured_folder, place.path()})->mesh.texcoords == textured.mesh.texcoords);
+}
+
+TEST_CASE("Packed rasters come back bit by bit, and are refused where they are damaged or of another type")
+{
+    const testing::TemporaryFolder folder;
+    const ArtifactFolder own{folder.path(), {}};
+    SourceMap map;
+    map.picture_width = map.picture_height = 100;
+    map.clear(37);
+    Texture texture;
+    Random random(7);
+    for (std::uint16_t& value : map.places.values)
+        value = static_cast<std::uint16_t>(random.below(65536));
+    for (std::uint8_t& value : map.shifts.values)
+        value = static_cast<std::uint8_t>(random.below(256));
+    texture.layers = {RasterF(37, 37, 3)};
+    texture.seen = Raster8(37, 37, 1, 1);
+    for (float& value : texture.layers[0].values)
+        value = static_cast<float>(2000 * random.uniform() - 1000);
+    texture.layers[0].at(3, 4) = -0.0F;
+    map.save(own);
+    texture.save(own);
+    CHECK(SourceMap::load(own)->places == map.places);
+    CHECK(SourceMap::load(own)->shifts == map.shifts);
+    const auto bits = [](const RasterF& raster) { return std::as_bytes(std::span(raster.values)); };
+    CHECK(std::ranges::equal(bits(Texture::load(own)->layers[0]), bits(texture.layers[0])));
+
+    const auto file = folder.path() / "layer_0.packed";
+    const auto bytes_of_floats = std::filesystem::file_size(file);
+    for (std::size_t i = 0; i < texture.layers[0].values.size(); ++i)
+        texture.layers[0].values[i] = static_cast<float>(i % 256) / 255;
+    texture.save(own);
+    CHECK(Texture::load(own)->layers[0] == texture.layers[0]);
+    CHECK(4 * std::filesystem::file_size(file) < bytes_of_floats);  // A byte for each of its values.
+
+    const auto whole = read_file(file);
+    for (std::size_t at = 0; at < whole.size(); at += 7)
+    {
+        auto damaged = whole;
+        damaged[at] ^= std::byte{1};
+        write_file(file, damaged);
+        INFO(at);
+        CHECK_THROWS_WITH(Texture::load(own), Contains("layer_0"));
+        damaged.resize(at);
+        write_file(file, damaged);
+        CHECK_THROWS_WITH(Texture::load(own), Contains("layer_0.packed: offset"));
+    }
+    std::filesystem::copy_file(folder.path() / "places.packed", file, std::filesystem::copy_options::overwrite_existing);
+    CHECK_THROWS_WITH(Texture::load(own), Contains("layer_0.packed: offset 8: expected values of type"));
 }
 
 TEST_CASE("Textures, tables and files read back; what is missing is named")

@@ -114,9 +114,10 @@ TEST_CASE("what a program hands on unchanged comes back bit by bit", "[exchange]
         textured.image = picture();
         SECTION("also one whose mesh is another result's")
         {
-            textured.mesh_folder = place.store() / "objects/4567/atlas";
-            fs::create_directories(textured.mesh_folder);
-            textured.mesh.save({textured.mesh_folder, {}});
+            const fs::path atlas = place.store() / "objects/4567/atlas";
+            fs::create_directories(atlas);
+            textured.mesh.save({atlas, {}});
+            textured.mesh.saved_in = atlas;
         }
         const auto back = through(place, as, textured);
         CHECK(to_ply(back->mesh) == to_ply(testing::wall()));

@@ -9,12 +9,12 @@ small=(--set scan.frames_count=4 --set scan.color_width_px=160 --set scan.color_
        --set atlas.size_px=256 --set 'uvmaps.heights_px=[120]')
 
 # Of the interpreters at hand, one that has NumPy goes first.
-if python=$(python_with numpy); then
+if python=$(python_with numpy, zstandard); then
     mkdir bin
     ln -s "$python" bin/python3
-    export PATH=$work/bin:$PATH
+    export PATH=$work/bin:$PATH PYTHONPATH=$source/sdk/python
 else
-    skip "programs as stages: no python3 with numpy is at hand"
+    skip "programs as stages: no python3 with numpy and zstandard is at hand"
     exit 0
 fi
 
@@ -33,7 +33,8 @@ test -s out/recolored.glb
 python3 - "$(objects texture.bake textured_mesh)" "$(objects command result)" "$(objects atlas.project atlas)" <<'PY'
 import pathlib, sys
 import numpy as np
-before, after = (np.load(pathlib.Path(folder) / "image.npy") for folder in sys.argv[1:3])
+from fresco.rasters import read_raster
+before, after = (read_raster(pathlib.Path(folder) / "image.packed") for folder in sys.argv[1:3])
 assert before.std() > 10 and np.abs(before[..., 0].astype(int) - before[..., 2]).max() > 20, "a gray picture shows nothing"
 assert (np.roll(before, 1, axis=2) == after).all(), "the colors were not turned by a third"
 meshes = [(pathlib.Path(folder) / "mesh.ply").read_bytes() for folder in sys.argv[2:]]

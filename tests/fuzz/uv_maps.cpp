@@ -1,4 +1,5 @@
 #include "parsers.h"
+#include "sdk/src/artifact_files.h"
 
 #include <fresco/uv_maps.h>
 
@@ -66,8 +67,29 @@ void read_planes(Bytes bytes)
     unpack(std::move(file));
 }
 
-const Registered registered{{"uv_map", "sdk/src/packed_uv_map\\.cpp", read_file},
-                            {"uv_map_planes", "sdk/src/packed_uv_map\\.cpp", read_planes}};
+template <class T>
+void read_raster_of(Bytes bytes)
+{
+    Raster<T> raster;
+    if (refused([&] { raster = detail::unpack_raster<T>(bytes, source); }))
+        return;  // Most are of another type.
+    const auto again = detail::unpack_raster<T>(detail::pack_raster(raster), "its own");
+    // Bits are compared, because a float may be no number.
+    require(std::ranges::equal(std::as_bytes(std::span(again.values)), std::as_bytes(std::span(raster.values))),
+            "packed and unpacked, the same raster");
+}
+
+void read_raster(Bytes bytes)
+{
+    read_raster_of<std::uint8_t>(bytes);
+    read_raster_of<std::uint16_t>(bytes);
+    read_raster_of<float>(bytes);
+    (void)detail::unpack_raster<float>(bytes, source);
+}
+
+const Registered registered{{"raster", "sdk/src/packed\\.cpp", read_raster},
+                            {"uv_map", "sdk/src/packed\\.cpp", read_file},
+                            {"uv_map_planes", "sdk/src/packed\\.cpp", read_planes}};
 
 }  // namespace
 }  // namespace fresco::fuzz

@@ -14,7 +14,7 @@
  *   7  Stage::memory_mb and chooses_device in place of Cost; Viewer; Parameter with an OptionDeclaration, virtual
  *      Artifact::save and write_exchange, ports with an ArtifactType; OptionDeclaration::extensions and
  *      contains;
- *      ArtifactFolder::references, TexturedMesh::mesh_folder, Mesh::texture_px,
+ *      ArtifactFolder::references, Mesh::saved_in, Mesh::texture_px,
  *      UvMaps::texture_px and uv_bits; outputs that may be left out, or name their parts; OptionDeclaration::rule and formats;
  *      FileReader::formats, FileOrigin; RunContext::origin; Part::fine_count; constructors of SlotBase and Value in the library;
  *      OptionDeclaration::of_pipeline

@@ -49,11 +49,12 @@ using Raster8 = Raster<std::uint8_t>;
 using Raster16 = Raster<std::uint16_t>;
 using RasterF = Raster<float>;
 
-/// An 8-bit sRGB picture: 1 (gray), 3 (RGB) or 4 (RGBA, straight alpha) channels. On disk: `image.npy`, uint8 H x W x C.
+/// An 8-bit sRGB picture: 1 (gray), 3 (RGB) or 4 (RGBA, straight alpha) channels. On disk: `image.packed`, a packed
+/// raster (sdk/docs/packed_rasters.md).
 struct Image : Artifact
 {
     static constexpr std::string_view artifact_name = "image";
-    static constexpr int artifact_version = 1;
+    static constexpr int artifact_version = 2;
 
     Raster8 pixels;
 

@@ -39,6 +39,9 @@ struct Mesh : Artifact
     /// Texels per side of the texture that the texcoords are laid out for; 0: unknown. The one source of that size: uv maps pass
     /// it on, and what paints takes it.
     int texture_px = 0;
+    /// The folder of a mesh artifact in the store that is equal to this one, such as Input::folder: save links its file instead
+    /// of writing the mesh again. Empty: save writes it. Not loaded.
+    std::filesystem::path saved_in{};
 
     void save(const ArtifactFolder& folder) const override;
     static std::shared_ptr<Mesh> load(const ArtifactFolder& folder);

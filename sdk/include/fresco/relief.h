@@ -14,12 +14,12 @@ namespace fresco
 
 /// How the paint on a textured mesh catches the light. Normals are those of the world, not of a tangent space: they are the same
 /// on both sides of a seam, and whoever writes tangents turns them into the frames that it writes. An artifact of its own, so
-/// that only those who light the surface read it. On disk: `relief.json`, `normals.npy` (uint16 S x S x 3) and `roughness.npy`
-/// (uint8 S x S).
+/// that only those who light the surface read it. On disk: `relief.json`, and as packed rasters `normals` (uint16 S x S x 3) and
+/// `roughness` (uint8 S x S).
 struct Relief : Artifact
 {
     static constexpr std::string_view artifact_name = "relief";
-    static constexpr int artifact_version = 1;
+    static constexpr int artifact_version = 2;
 
     std::string atlas;  ///< The mesh's atlas_id.
     Raster16 normals;   ///< S x S x 3, see set_normal; zeros away from charts.

@@ -16,11 +16,12 @@ namespace fresco
 
 /// A texture before baking. Layers are square, 3 channels, row 0 at the top (v = 1); the value at uv is the sum over
 /// layers of a bilinear lookup with texel centers at +0.5, clamped at the borders.
-/// On disk: `texture.json` and `layer_<i>.npy` (float32 S_i x S_i x 3), `seen.npy` (uint8 S x S).
+/// On disk: `texture.json`, and as packed rasters (sdk/docs/packed_rasters.md) `layer_<i>` (float32 S_i x S_i x 3) and `seen`
+/// (uint8 S x S).
 struct Texture : Artifact
 {
     static constexpr std::string_view artifact_name = "texture";
-    static constexpr int artifact_version = 2;
+    static constexpr int artifact_version = 3;
 
     /// What the values mean: "display" = RGB in [0,1]; "network" = BGR in 0..255 minus (103.939, 116.779, 123.68).
     std::string values = "display";
@@ -32,21 +33,19 @@ struct Texture : Artifact
     void save(const ArtifactFolder& folder) const override;
     static std::shared_ptr<Texture> load(const ArtifactFolder& folder);
     static std::vector<ExchangeForm> exchange_forms();
+    /// With NPY files in place of packed rasters.
+    void write_exchange(const Exchange& to) const override;
 };
 
-/// A mesh with texcoords and the picture they point into (RGB, square). On disk: `textured_mesh.json`, which refers to the mesh,
-/// `image.npy`, and `mesh.ply` where the mesh is no other artifact's. An exchange form always holds the mesh: what leaves the
-/// store is whole by itself.
+/// A mesh with texcoords and the picture they point into (RGB, square). On disk: `mesh.ply`, a link where the mesh is another
+/// artifact's (Mesh::saved_in), and `image.packed`.
 struct TexturedMesh : Artifact
 {
     static constexpr std::string_view artifact_name = "textured_mesh";
-    static constexpr int artifact_version = 2;
+    static constexpr int artifact_version = 3;
 
     Mesh mesh;
     Image image;
-    /// The folder of a mesh artifact in the store that is equal to `mesh`, such as Input::folder: save refers to it instead of
-    /// writing the mesh again. Empty: save writes it. Not loaded.
-    std::filesystem::path mesh_folder;
 
     void save(const ArtifactFolder& folder) const override;
     static std::shared_ptr<TexturedMesh> load(const ArtifactFolder& folder);
@@ -63,11 +62,12 @@ int painted_size_px(int size_px, int laid_out_px, std::string_view source, RunCo
 void sample_bilinear(const RasterF& texture, float u, float v, float* out);
 
 /// Where in a picture each texel of a painted texture comes from, so that a finer texture or another channel can be copied
-/// without a new search. On disk: `source_map.json`, `places.npy` (uint16 S x S x 4) and `shifts.npy` (uint8 S x S x 3).
+/// without a new search. On disk: `source_map.json`, and as packed rasters `places` (uint16 S x S x 4) and `shifts` (uint8 S x S
+/// x 3).
 struct SourceMap : Artifact
 {
     static constexpr std::string_view artifact_name = "source_map";
-    static constexpr int artifact_version = 3;
+    static constexpr int artifact_version = 4;
 
     /// A texel's place in the picture.
     struct Place

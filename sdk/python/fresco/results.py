@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .ply import read_mesh
+from .rasters import read_raster
 from .uv_maps import read_uv_map
 
 Array = npt.NDArray[Any]
@@ -67,7 +68,8 @@ class Result:
         regions        {name: bool array, one entry per face}
         relief         normals in the world: float32, size x size x 3; (-1, -1, -1) away from charts
         source_map     the style picture's place of each texel, as texture.h describes it: uint16, size x size x 4;
-                       shifts.npy in path() holds the shifts of their colors
+                       shifts.packed in path() holds the shifts of their colors
+                       (fresco.rasters.read_raster reads it)
         table          {column: array}
 
         Raises TypeError for other types: their files are in path()."""
@@ -121,13 +123,11 @@ def _json(path: pathlib.Path) -> Any:
 
 
 def _texture(folder: pathlib.Path, _: pathlib.Path) -> list[Array]:
-    return [np.load(folder / f"layer_{i}.npy") for i in range(_json(folder / "texture.json")["layers"])]
+    return [read_raster(folder / f"layer_{i}.packed") for i in range(_json(folder / "texture.json")["layers"])]
 
 
-def _textured_mesh(folder: pathlib.Path, store: pathlib.Path) -> dict[str, Any]:
-    kind, _, name = _json(folder / "textured_mesh.json")["mesh"].partition(":")
-    mesh = read_mesh({"own": folder, "store": store, "file": pathlib.Path("/")}[kind] / name)
-    return {**mesh, "image": np.load(folder / "image.npy")}
+def _textured_mesh(folder: pathlib.Path, _: pathlib.Path) -> dict[str, Any]:
+    return {**read_mesh(folder / "mesh.ply"), "image": read_raster(folder / "image.packed")}
 
 
 def _frames(folder: pathlib.Path, _: pathlib.Path) -> list[dict[str, Any]]:
@@ -151,13 +151,13 @@ def _table(folder: pathlib.Path, _: pathlib.Path) -> dict[str, Array]:
 
 READERS = {
     "mesh": lambda folder, _: read_mesh(folder / "mesh.ply"),
-    "image": lambda folder, _: np.load(folder / "image.npy"),
+    "image": lambda folder, _: read_raster(folder / "image.packed"),
     "texture": _texture,
     "textured_mesh": _textured_mesh,
     "uv_maps": lambda folder, _: UvMaps(folder),
     "frames": _frames,
     "regions": _regions,
-    "relief": lambda folder, _: (np.load(folder / "normals.npy") / np.float32(32767.5) - 1).astype(np.float32),
-    "source_map": lambda folder, _: np.load(folder / "places.npy"),
+    "relief": lambda folder, _: (read_raster(folder / "normals.packed") / np.float32(32767.5) - 1).astype(np.float32),
+    "source_map": lambda folder, _: read_raster(folder / "places.packed"),
     "table": _table,
 }

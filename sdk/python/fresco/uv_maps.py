@@ -15,6 +15,16 @@ import numpy as np
 import numpy.typing as npt
 
 
+def take_planes(content: npt.NDArray[np.uint8], height: int, width: int, bits: int) -> npt.NDArray[np.int64]:
+    """The steps, height x width, whose differences lie at the beginning of `content` as planes of bytes."""
+    pixels = height * width
+    number = np.zeros(pixels, np.int64)
+    for plane in range((bits + 7) // 8):
+        number |= content[plane * pixels : (plane + 1) * pixels].astype(np.int64) << 8 * plane
+    difference = (number >> 1) ^ -(number & 1)
+    return difference.reshape(height, width).cumsum(axis=0).cumsum(axis=1) & (2**bits - 1)
+
+
 def read_uv_map(path: str | pathlib.Path) -> dict[str, npt.NDArray[Any]]:
     """A dict of uv (float32 H x W x 2), depth (meters) and cosine (float32 H x W) and valid (bool H x W)."""
     import zstandard  # Blender's Python lacks it, and needs no uv maps.
@@ -30,13 +40,9 @@ def read_uv_map(path: str | pathlib.Path) -> dict[str, npt.NDArray[Any]]:
 
     def steps(bits: int) -> npt.NDArray[np.float32]:
         nonlocal at
-        number = np.zeros(pixels, np.int64)
-        for shift in range(0, bits, 8):
-            number |= content[at : at + pixels].astype(np.int64) << shift
-            at += pixels
-        difference = (number >> 1) ^ -(number & 1)
-        total = difference.reshape(height, width).cumsum(axis=0).cumsum(axis=1)
-        return np.where(valid, total & (2**bits - 1), 0).astype(np.float32)
+        taken = take_planes(content[at:], height, width, bits)
+        at += pixels * ((bits + 7) // 8)
+        return np.where(valid, taken, 0).astype(np.float32)
 
     u, v, cosine, depth = steps(uv_bits), steps(uv_bits), steps(8), steps(depth_bits)
     last = np.float32(2**uv_bits - 1)

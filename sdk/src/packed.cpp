@@ -1,4 +1,7 @@
+#include "artifact_files.h"
+
 #include <fresco/error.h>
+#include <fresco/files_io.h>
 #include <fresco/uv_maps.h>
 
 #include <zlib.h>
@@ -31,6 +34,8 @@ constexpr int far_depth_bits = 22;
 /// Of depth: a float holds so many exactly, with bits to spare for rounding.
 constexpr double most_steps = 2'097'152;
 constexpr std::size_t most_pixels = std::size_t{1} << 28U;
+/// Of a raster, as of one in NPY.
+constexpr std::uint32_t most_side = 1U << 20U;
 /// Zstandard's smallest block, of 4 bytes, holds 128 KiB.
 constexpr std::size_t most_packed = 32768;
 /// Differences hardly repeat: searching longer for repetitions costs more than it saves.
@@ -160,18 +165,15 @@ void check_map(const UvMap& map, std::string_view source)
 }
 
 /// A quantity's numbers as planes of bytes, the lowest first. Each is the difference of a pixel's steps from those of the pixel
-/// to its left, minus the same difference in the row above: on a flat wall 0. An invalid pixel is taken as step_of(0.0F),
-/// whatever it holds. Loop by loop over a row, so that the compiler may vectorize them.
+/// to its left, minus the same difference in the row above: on a flat wall 0. Loop by loop over a row, so that the compiler may
+/// vectorize them. `step_of`: the steps of pixel i.
 template <class StepOf>
-void put_planes(std::vector<std::uint8_t>& content, const Raster8& valid, int bits, const float* values, std::size_t channels,
-                const StepOf& step_of)
+void put_planes(std::vector<std::uint8_t>& content, std::size_t width, std::size_t pixels, int bits, const StepOf& step_of)
 {
-    const std::size_t pixels = valid.values.size();
     const std::size_t planes = Header::planes(static_cast<std::uint32_t>(bits));
     const std::size_t begin = content.size();
     content.resize(begin + planes * pixels);
     std::uint8_t* out = content.data() + begin;
-    const auto width = static_cast<std::size_t>(valid.width);
     std::vector<std::uint32_t> above(width);
     std::vector<std::uint32_t> numbers(width);
     std::vector<std::uint32_t> steps(width + 1);
@@ -179,7 +181,7 @@ void put_planes(std::vector<std::uint8_t>& content, const Raster8& valid, int bi
     for (std::size_t row = 0; row < pixels; row += width, out += width)
     {
         for (std::size_t x = 0; x < width; ++x)
-            steps[x + 1] = step_of(valid.values[row + x] != 0 ? values[(row + x) * channels] : 0.0F);
+            steps[x + 1] = step_of(row + x);
         for (std::size_t x = 0; x < width; ++x)
         {
             const std::uint32_t across = steps[x + 1] - steps[x];
@@ -194,15 +196,12 @@ void put_planes(std::vector<std::uint8_t>& content, const Raster8& valid, int bi
     }
 }
 
-/// The reverse: values[…] = value_of(step), 0 for invalid pixels. Returns the bytes behind the planes.
-template <class ValueOf>
-const std::uint8_t* take_planes(const std::uint8_t* content, const Raster8& valid, int bits, float* values, std::size_t channels,
-                                const ValueOf& value_of)
+/// The reverse: calls set(i, step) for every pixel. Returns the bytes behind the planes.
+template <class Set>
+const std::uint8_t* take_planes(const std::uint8_t* content, std::size_t width, std::size_t pixels, int bits, const Set& set)
 {
-    const std::size_t pixels = valid.values.size();
     const std::size_t planes = Header::planes(static_cast<std::uint32_t>(bits));
-    const auto width = static_cast<std::size_t>(valid.width);
-    const auto mask = static_cast<std::uint32_t>(last_step(bits));
+    const std::uint32_t mask = ~0U >> (32 - bits);
     std::vector<std::uint32_t> above(width);
     std::vector<std::uint32_t> numbers(width);
     const std::uint8_t* in = content;
@@ -219,39 +218,41 @@ const std::uint8_t* take_planes(const std::uint8_t* content, const Raster8& vali
         for (std::size_t x = 0; x < width; ++x)
             numbers[x] = step += above[x];
         for (std::size_t x = 0; x < width; ++x)
-            values[(row + x) * channels] =
-                valid.values[row + x] != 0 ? value_of(static_cast<std::int32_t>(numbers[x] & mask)) : 0.0F;
+            set(row + x, numbers[x] & mask);
     }
     return content + planes * pixels;
 }
 
-std::vector<std::byte> compressed(std::span<const std::uint8_t> content)
+/// A Zstandard frame with a checksum, behind `prefix` bytes that the caller fills.
+std::vector<std::byte> compressed(std::span<const std::uint8_t> content, std::size_t prefix)
 {
-    std::vector<std::byte> file(Header::bytes + ZSTD_compressBound(content.size()));
+    std::vector<std::byte> file(prefix + ZSTD_compressBound(content.size()));
     const std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context(ZSTD_createCCtx(), ZSTD_freeCCtx);
     if (!context)
         throw std::bad_alloc();
     ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, zstd_level);
     ZSTD_CCtx_setParameter(context.get(), ZSTD_c_checksumFlag, 1);
     const std::size_t size =
-        ZSTD_compress2(context.get(), file.data() + Header::bytes, file.size() - Header::bytes, content.data(), content.size());
+        ZSTD_compress2(context.get(), file.data() + prefix, file.size() - prefix, content.data(), content.size());
     if (ZSTD_isError(size) != 0)
-        throw Error(std::string("a uv map cannot be packed: ") + ZSTD_getErrorName(size));
-    file.resize(Header::bytes + size);
+        throw Error(std::string("values cannot be packed: ") + ZSTD_getErrorName(size));
+    file.resize(prefix + size);
     return file;
 }
 
-std::unique_ptr<std::uint8_t[]> decompressed(std::span<const std::byte> frame, std::size_t bytes, std::string_view source)
+/// `frame`: at byte `offset` of the file.
+std::unique_ptr<std::uint8_t[]> decompressed(std::span<const std::byte> frame, std::size_t bytes, std::size_t offset,
+                                             std::string_view source)
 {
     const auto says = ZSTD_getFrameContentSize(frame.data(), frame.size());
     if (says != bytes)
-        fail(source, Header::bytes,
+        fail(source, offset,
              fmt::format("expected a Zstandard frame of {} bytes, got {}", bytes,
                          says == ZSTD_CONTENTSIZE_ERROR || says == ZSTD_CONTENTSIZE_UNKNOWN ? "none" : std::to_string(says)));
     auto content = std::make_unique_for_overwrite<std::uint8_t[]>(bytes);
     const std::size_t size = ZSTD_decompress(content.get(), bytes, frame.data(), frame.size());
     if (ZSTD_isError(size) != 0)
-        fail(source, Header::bytes, ZSTD_getErrorName(size));
+        fail(source, offset, ZSTD_getErrorName(size));
     return content;
 }
 
@@ -306,19 +307,26 @@ std::vector<std::byte> pack_uv_map(const UvMap& map, int uv_bits, std::string_vi
     content.reserve(header.content_bytes());
     for (std::size_t i = 0; i < pixels; ++i)
         content[i / 8] |= static_cast<std::uint8_t>((map.valid.values[i] != 0 ? 1U : 0U) << i % 8);
+    const auto width = static_cast<std::size_t>(map.valid.width);
+    const auto put = [&](int bits, const float* values, std::size_t channels, const auto& step_of)
+    {
+        // An invalid pixel counts as 0, whatever it holds.
+        put_planes(content, width, pixels, bits,
+                   [&](std::size_t i) { return step_of(map.valid.values[i] != 0 ? values[i * channels] : 0.0F); });
+    };
     const auto share = [](int last) { return [last](float value) { return share_step(value, last); }; };
     for (const std::size_t channel : {0, 1})
-        put_planes(content, map.valid, uv_bits, map.uv.values.data() + channel, 2, share(last_step(uv_bits)));
-    put_planes(content, map.valid, cosine_bits, map.cosine.values.data(), 1, share(last_step(cosine_bits)));
-    put_planes(content, map.valid, static_cast<int>(header.depth_bits), map.depth.values.data(), 1,
-               [steps_per_meter](float depth)
-               {
-                   // Surface in front of the camera stays there.
-                   const std::uint32_t step = rounded(static_cast<double>(depth) * steps_per_meter);
-                   const std::uint32_t least = depth > 0 ? 1 : 0;
-                   return step < least ? least : step;
-               });
-    auto file = compressed(content);
+        put(uv_bits, map.uv.values.data() + channel, 2, share(last_step(uv_bits)));
+    put(cosine_bits, map.cosine.values.data(), 1, share(last_step(cosine_bits)));
+    put(static_cast<int>(header.depth_bits), map.depth.values.data(), 1,
+        [steps_per_meter](float depth)
+        {
+            // Surface in front of the camera stays there.
+            const std::uint32_t step = rounded(static_cast<double>(depth) * steps_per_meter);
+            const std::uint32_t least = depth > 0 ? 1 : 0;
+            return step < least ? least : step;
+        });
+    auto file = compressed(content, Header::bytes);
     header.write(file);
     return file;
 }
@@ -329,21 +337,141 @@ UvMap unpack_uv_map(std::span<const std::byte> bytes, int width, int height, std
     if (header.width != static_cast<std::uint32_t>(width) || header.height != static_cast<std::uint32_t>(height))
         throw Error(
             fmt::format("{}: offset 12: is {}x{}; the index says {}x{}", source, header.width, header.height, width, height));
-    const auto content = decompressed(bytes.subspan(Header::bytes), header.content_bytes(), source);
+    const auto content = decompressed(bytes.subspan(Header::bytes), header.content_bytes(), Header::bytes, source);
     UvMap map{{width, height, 2}, {width, height}, {width, height}, {width, height}};
     for (std::size_t i = 0; i < header.pixels(); ++i)
         map.valid.values[i] = content[i / 8] >> i % 8 & 1U;
     const std::uint8_t* next = content.get() + (header.pixels() + 7) / 8;
     const int uv_bits = static_cast<int>(header.uv_bits);
-    const auto divided_by = [](float most) { return [most](std::int32_t step) { return static_cast<float>(step) / most; }; };
+    const auto take = [&](int bits, float* values, std::size_t channels, float steps_of_one)
+    {
+        next = take_planes(next, static_cast<std::size_t>(width), header.pixels(), bits,
+                           [&, steps_of_one](std::size_t i, std::uint32_t step) {
+                               values[i * channels] = map.valid.values[i] != 0
+                                                          ? static_cast<float>(static_cast<std::int32_t>(step)) / steps_of_one
+                                                          : 0.0F;
+                           });
+    };
     for (const std::size_t channel : {0, 1})
-        next = take_planes(next, map.valid, uv_bits, map.uv.values.data() + channel, 2,
-                           divided_by(static_cast<float>(last_step(uv_bits))));
-    next = take_planes(next, map.valid, cosine_bits, map.cosine.values.data(), 1,
-                       divided_by(static_cast<float>(last_step(cosine_bits))));
-    take_planes(next, map.valid, static_cast<int>(header.depth_bits), map.depth.values.data(), 1,
-                divided_by(header.steps_per_meter));
+        take(uv_bits, map.uv.values.data() + channel, 2, static_cast<float>(last_step(uv_bits)));
+    take(cosine_bits, map.cosine.values.data(), 1, static_cast<float>(last_step(cosine_bits)));
+    take(static_cast<int>(header.depth_bits), map.depth.values.data(), 1, header.steps_per_meter);
     return map;
 }
+
+namespace
+{
+
+/// The header of a packed raster, little-endian.
+struct RasterHeader
+{
+    static constexpr std::size_t bytes = 24;
+    static constexpr std::string_view magic = "FRESCORA";
+    std::uint32_t type = 0;
+    std::uint32_t width = 0;
+    std::uint32_t height = 0;
+    std::uint32_t channels = 0;
+
+    std::size_t pixels() const { return std::size_t{width} * height; }
+    std::size_t content_bytes() const { return pixels() * channels * (bits() / 8); }
+    int bits() const { return type == shares ? 8 : 8 << type; }
+
+    static constexpr std::uint32_t shares = 3;  ///< Floats that all are n / 255, as bytes n.
+};
+
+template <class T>
+constexpr std::uint32_t raster_type = std::bit_width(sizeof(T)) - 1;  // Bytes, 16-bit numbers, floats.
+
+template <class T>
+std::uint32_t step_of(T value)
+{
+    if constexpr (std::is_same_v<T, float>)
+        return std::bit_cast<std::uint32_t>(value);
+    else
+        return value;
+}
+
+std::uint32_t share_of(float value)
+{
+    return share_step(value, 255);
+}
+
+bool are_shares(const RasterF& raster)
+{
+    return std::ranges::all_of(
+        raster.values, [](float value)
+        { return value >= 0 && value <= 1 && !std::signbit(value) && static_cast<float>(share_of(value)) / 255 == value; });
+}
+
+}  // namespace
+
+template <class T>
+std::vector<std::byte> detail::pack_raster(const Raster<T>& raster)
+{
+    RasterHeader header{raster_type<T>, static_cast<std::uint32_t>(raster.width), static_cast<std::uint32_t>(raster.height),
+                        static_cast<std::uint32_t>(raster.channels)};
+    if constexpr (std::is_same_v<T, float>)
+        if (are_shares(raster))
+            header.type = RasterHeader::shares;
+    std::vector<std::uint8_t> content;
+    content.reserve(header.content_bytes());
+    for (std::size_t channel = 0; channel < header.channels; ++channel)
+    {
+        const T* const values = raster.values.data() + channel;
+        const std::size_t channels = header.channels;
+        if (header.type == RasterHeader::shares)
+            put_planes(content, header.width, header.pixels(), 8,
+                       [&](std::size_t i) { return share_of(static_cast<float>(values[i * channels])); });
+        else
+            put_planes(content, header.width, header.pixels(), header.bits(),
+                       [&](std::size_t i) { return step_of(values[i * channels]); });
+    }
+    auto file = compressed(content, RasterHeader::bytes);
+    std::memcpy(file.data(), RasterHeader::magic.data(), RasterHeader::magic.size());
+    std::memcpy(file.data() + 8, &header, sizeof header);
+    return file;
+}
+
+template <class T>
+Raster<T> detail::unpack_raster(std::span<const std::byte> file, std::string_view source)
+{
+    if (file.size() < RasterHeader::bytes)
+        fail(source, file.size(), fmt::format("ends within the header of {} bytes", RasterHeader::bytes));
+    if (std::memcmp(file.data(), RasterHeader::magic.data(), RasterHeader::magic.size()) != 0)
+        fail(source, 0, "expected \"FRESCORA\", the beginning of a packed raster");
+    RasterHeader header;
+    std::memcpy(&header, file.data() + 8, sizeof header);
+    const bool are_shares = std::is_same_v<T, float> && header.type == RasterHeader::shares;
+    if (header.type != raster_type<T> && !are_shares)
+        fail(source, 8, fmt::format("expected values of type {}, got {}", raster_type<T>, header.type));
+    const auto [shorter, longer] = std::minmax(header.width, header.height);
+    if (shorter < 1 || longer > most_side || header.channels < 1 || header.channels > 4)
+        fail(source, 12,
+             fmt::format("expected 1 to {} pixels a side and 1 to 4 channels, got {}x{}x{}", most_side, header.width,
+                         header.height, header.channels));
+    if (header.content_bytes() / most_packed > file.size() - RasterHeader::bytes)
+        fail(source, 12, fmt::format("{}x{} pixels cannot be in {} bytes", header.width, header.height, file.size()));
+    const auto content = decompressed(file.subspan(RasterHeader::bytes), header.content_bytes(), RasterHeader::bytes, source);
+    Raster<T> raster(static_cast<int>(header.width), static_cast<int>(header.height), static_cast<int>(header.channels));
+    const std::uint8_t* next = content.get();
+    for (std::size_t channel = 0; channel < header.channels; ++channel)
+        next = take_planes(
+            next, header.width, header.pixels(), header.bits(),
+            [&, values = raster.values.data() + channel, channels = header.channels](std::size_t i, std::uint32_t step)
+            {
+                if constexpr (std::is_same_v<T, float>)
+                    values[i * channels] = are_shares ? static_cast<float>(step) / 255 : std::bit_cast<float>(step);
+                else
+                    values[i * channels] = static_cast<T>(step);
+            });
+    return raster;
+}
+
+template std::vector<std::byte> detail::pack_raster(const Raster8& raster);
+template std::vector<std::byte> detail::pack_raster(const Raster16& raster);
+template std::vector<std::byte> detail::pack_raster(const RasterF& raster);
+template Raster8 detail::unpack_raster(std::span<const std::byte> file, std::string_view source);
+template Raster16 detail::unpack_raster(std::span<const std::byte> file, std::string_view source);
+template RasterF detail::unpack_raster(std::span<const std::byte> file, std::string_view source);
 
 }  // namespace fresco

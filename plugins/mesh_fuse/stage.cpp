@@ -1,4 +1,5 @@
 #include <fresco/frames.h>
+#include <fresco/hole_closer.h>
 #include <fresco/image_io.h>
 #include <fresco/inspection/diagnosis.h>
 #include <fresco/inspection/views.h>
@@ -14,6 +15,8 @@
 #include <algorithm>
 #include <fmt/format.h>
 #include <functional>
+#include <map>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <utility>
@@ -36,20 +39,66 @@ constexpr std::ptrdiff_t fewest_overlapping_frames = 3;
 constexpr double fewest_compared_depths = 1000;
 constexpr double fewest_depths_of_frame = 8;
 
+/// The frames' depth pictures. Each is decoded once: its values stay in memory, as long as all that do take `most_bytes` at most.
+/// Thread-safe.
+class DepthPictures
+{
+  public:
+    DepthPictures(const ImageIo* images, std::size_t most_bytes) : images_(images), most_bytes_(most_bytes) {}
+
+    RasterF of(const Frame& frame)
+    {
+        const auto& file = frame.depth_picture.path;
+        if (const Raster16* const kept = find(file))
+            return depth_in_meters(*kept, frame.depth_unit_m);
+        Raster16 steps = load_depth_steps(frame, images_);
+        RasterF depth = depth_in_meters(steps, frame.depth_unit_m);
+        keep(file, std::move(steps));
+        return depth;
+    }
+
+    std::size_t bytes() const { return bytes_; }
+
+  private:
+    /// Null if it is not kept. What is kept stays where it is.
+    const Raster16* find(const std::filesystem::path& file)
+    {
+        const std::scoped_lock lock(mutex_);
+        const auto kept = kept_.find(file);
+        return kept != kept_.end() ? &kept->second : nullptr;
+    }
+
+    void keep(const std::filesystem::path& file, Raster16 steps)
+    {
+        const std::size_t bytes = steps.values.size() * sizeof(std::uint16_t);
+        const std::scoped_lock lock(mutex_);
+        if (bytes_ + bytes <= most_bytes_ && kept_.try_emplace(file, std::move(steps)).second)
+            bytes_ += bytes;
+    }
+
+    const ImageIo* images_;
+    std::size_t most_bytes_;
+    std::mutex mutex_;
+    std::size_t bytes_ = 0;
+    std::map<std::filesystem::path, Raster16> kept_;
+};
+
 class MeshFuse final : public Stage
 {
     Input<Frames> frames{this, "frames", "Recorded frames with depth pictures"};
-    Input<Mesh> given{this, "mesh", optional, "A mesh of the recording: passed on unchanged, nothing is fused"};
+    Input<Mesh> given{this, "mesh", optional, "A mesh of the recording: nothing is fused, it is passed on"};
     Output<Mesh> mesh{this, "mesh", "The given mesh, else the surface that the depth pictures show, with vertex colors"};
     Option<double> voxel_m{this, "voxel_m", 0.01, range(0.001, 1), "Side of a voxel, and about that of a triangle"};
     Option<double> max_depth_m{this, "max_depth_m", 5, range(0.1, 1000), "Ignore depth beyond this; noise grows with distance"};
     Option<double> min_component_m2{this, "min_component_m2", 0.01, range(0, 1000),
                                     "Remove separate pieces of surface with less area"};
-    Option<double> max_memory_gb{this, "max_memory_gb", 4, range(0.01, 10'000),
-                                 "Stop with an error if volume and mesh need more"};
+    Option<double> max_memory_gb{
+        this, "max_memory_gb", 4, range(0.01, 10'000),
+        "Stop with an error if volume and mesh need more; another quarter of it may hold depth pictures"};
     Option<bool> check_poses{
         this, "check_poses", true,
         "End with an error if depth pictures contradict each other or the given mesh; false: do not compare"};
+    Slot<HoleCloser> holes{this, "holes", "", "Closes small holes, also of a given mesh; none: they stay open"};
     Slot<ImageIo> images{this, optional, "Reads pictures that are not NPY; none: all are NPY"};
 
     const ImageIo* codec() const { return images.has_value() ? images.get().get() : nullptr; }
@@ -58,17 +107,21 @@ class MeshFuse final : public Stage
     /// Distances are averaged up to this far from the surface: more than the depth noise.
     double truncation() const { return 4 * *voxel_m; }
 
-    std::vector<const Frame*> frames_with_depth(RunContext& run) const
+    std::vector<const Frame*> frames_with_depth() const
     {
         std::vector<const Frame*> measured;
         for (const Frame& frame : frames->frames)
             if (!frame.depth_picture.empty())
                 measured.push_back(&frame);
+        return measured;
+    }
+
+    void check_enough_depth(const std::vector<const Frame*>& measured, RunContext& run) const
+    {
         if (measured.empty())
             throw Error("no frame on port 'frames' has a depth picture: use a scan with depth, or wire a mesh to port 'mesh'");
         if (const std::size_t lost = frames->frames.size() - measured.size(); lost > 0)
             run.warning(fmt::format("{} of {} frames have no depth picture and are left out", lost, frames->frames.size()));
-        return measured;
     }
 
     /// Makes something of each frame, a few at once, and passes those on in order, with the number of the first. `pass`: of
@@ -88,9 +141,9 @@ class MeshFuse final : public Stage
         }
     }
 
-    fuse::DepthView view_of(const Frame& frame) const
+    fuse::DepthView view_of(const Frame& frame, DepthPictures& depths) const
     {
-        return fuse::depth_view(load_depth(frame, codec()), frame.depth, *max_depth_m);
+        return fuse::depth_view(depths.of(frame), frame.depth, *max_depth_m);
     }
 
     [[noreturn]] void refuse_memory(const std::string& when) const
@@ -99,13 +152,13 @@ class MeshFuse final : public Stage
                     "): raise max_memory_gb or voxel_m (memory falls with its square), or lower max_depth_m");
     }
 
-    fuse::Volume fuse_frames(const std::vector<const Frame*>& measured, RunContext& run) const
+    fuse::Volume fuse_frames(const std::vector<const Frame*>& measured, DepthPictures& depths, RunContext& run) const
     {
         using Places = std::vector<fuse::BlockPlace>;
         const fuse::OpenedBlocks opened{*voxel_m, truncation(), limit_bytes() / fuse::Volume::bytes_per_block};
         Places places;
         each_batch<Places>(
-            measured, 0, run, [&](const Frame& frame) { return opened.near(view_of(frame)); },
+            measured, 0, run, [&](const Frame& frame) { return opened.near(view_of(frame, depths)); },
             [&](std::vector<Places>& near, std::size_t first)
             {
                 for (std::size_t i = 0; i < near.size(); ++i)
@@ -117,7 +170,7 @@ class MeshFuse final : public Stage
             });
         fuse::Volume volume(*voxel_m, std::move(places));
         each_batch<fuse::DepthView>(
-            measured, 1, run, [&](const Frame& frame) { return view_of(frame); },
+            measured, 1, run, [&](const Frame& frame) { return view_of(frame, depths); },
             [&](std::vector<fuse::DepthView>& views, std::size_t) { integrate(views, opened.reach_m, run, volume); });
         return volume;
     }
@@ -137,13 +190,13 @@ class MeshFuse final : public Stage
         return made;
     }
 
-    void color(Mesh& made, const std::vector<const Frame*>& measured, RunContext& run) const
+    void color(Mesh& made, const std::vector<const Frame*>& measured, DepthPictures& depths, RunContext& run) const
     {
         fuse::VertexColors colors(made, truncation());
         each_batch<fuse::ColorView>(
             measured, 2, run,
             [&](const Frame& frame) {
-                return fuse::ColorView{frame.depth, load_depth(frame, codec()), frame.color, load_color(frame, codec())};
+                return fuse::ColorView{frame.depth, depths.of(frame), frame.color, load_color(frame, codec())};
             },
             [&](std::vector<fuse::ColorView>& views, std::size_t) { colors.add(views, run); });
         made.colors = colors.colors();
@@ -159,7 +212,7 @@ class MeshFuse final : public Stage
 
     /// Wrong conventions of poses would fuse into a heap, or paint the given mesh with the wrong pictures. Without depth, edges
     /// of the color pictures are compared with the mesh's outlines.
-    void compare_poses(RunContext& run) const
+    void compare_poses(DepthPictures& depths, RunContext& run) const
     {
         std::optional<raycast::Scene> cast;
         if (given.has_value())
@@ -169,12 +222,13 @@ class MeshFuse final : public Stage
         }
         const raycast::Scene* const scene = cast ? &*cast : nullptr;
         const Frames comparable = comparable_frames();
+        const auto depth = [&](const Frame& frame) { return depths.of(frame); };
         std::vector<inspect::View> views;
-        for (const inspect::Chosen& chosen : inspect::chosen_frames(comparable, checked_frames, given.has_value(), codec()))
+        for (const inspect::Chosen& chosen : inspect::chosen_frames(comparable, checked_frames, given.has_value(), depth))
         {
             run.check_canceled();
             const bool with_color = comparable.frames[chosen.frame].depth_picture.empty();
-            views.push_back(inspect::view_of(comparable, chosen, codec(), with_color));
+            views.push_back(inspect::view_of(comparable, chosen, depth, codec(), with_color));
         }
         const auto agreements = agreements_of(scene, views, false);
         inspect::Agreement sum = inspect::total(agreements);
@@ -233,25 +287,44 @@ class MeshFuse final : public Stage
             run.warning(text);
     }
 
+    Mesh closed(const Mesh& mesh_with_holes, const std::vector<const Frame*>& measured, DepthPictures& depths,
+                RunContext& run) const
+    {
+        return holes->closed(
+            mesh_with_holes, measured, [&](const Frame& frame) { return depths.of(frame); }, run);
+    }
+
     void run(RunContext& run) override
     {
         run.report("fused", !given.has_value());
-        const std::vector<const Frame*> measured = given.has_value() ? std::vector<const Frame*>() : frames_with_depth(run);
+        const std::vector<const Frame*> measured = frames_with_depth();
+        if (!given.has_value())
+            check_enough_depth(measured, run);
+        DepthPictures depths(codec(), limit_bytes() / 4);
         if (*check_poses && !frames->frames.empty())
-            compare_poses(run);
+            compare_poses(depths, run);
         if (given.has_value())
         {
             run.message(fmt::format("the recording has a mesh of {} faces: it is passed on", given->triangles.size()));
-            mesh = Mesh(*given);
+            if (holes.has_value())
+            {
+                check_mesh(*given, "the mesh on port 'mesh'");
+                mesh = closed(*given, measured, depths, run);
+                return;
+            }
+            Mesh passed = *given;
+            passed.saved_in = given.folder();
+            mesh = std::move(passed);
             return;
         }
-        Mesh made = extract(fuse_frames(measured, run), run);
-        color(made, measured, run);
+        Mesh made = extract(fuse_frames(measured, depths, run), run);
+        color(made, measured, depths, run);
         check_mesh(made, "the fused mesh");
         run.report("frames", measured.size());
+        run.report("depth_bytes", depths.bytes());
         run.report("faces", made.triangles.size());
         run.report("vertices", made.positions.size());
-        mesh = std::move(made);
+        mesh = holes.has_value() ? closed(made, measured, depths, run) : std::move(made);
     }
 };
 

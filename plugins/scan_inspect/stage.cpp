@@ -46,13 +46,13 @@ class ScanInspect final : public Stage
         json.replace_extension(".json");
         if (frames->frames.empty())
             throw Error("port 'frames' has no frames: check the scan's path and the stages that drop frames");
-        const auto chosen =
-            inspect::chosen_frames(*frames, static_cast<std::size_t>(*frames_count), mesh.has_value(), images.get().get());
+        const auto depth = [&](const Frame& frame) { return load_depth(frame, images.get().get()); };
+        const auto chosen = inspect::chosen_frames(*frames, static_cast<std::size_t>(*frames_count), mesh.has_value(), depth);
         std::vector<inspect::View> views;
         for (const inspect::Chosen& one : chosen)
         {
             run.check_canceled();
-            views.push_back(inspect::view_of(*frames, one, images.get().get()));
+            views.push_back(inspect::view_of(*frames, one, depth, images.get().get()));
             run.progress(static_cast<double>(views.size()), static_cast<double>(chosen.size()), "frames");
         }
         const auto found = inspect::diagnose(scene, views, run);

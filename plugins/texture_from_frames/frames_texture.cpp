@@ -228,6 +228,7 @@ struct Survey
     std::vector<std::vector<CellColor>> colors;  ///< Per view.
     std::vector<double> sharpness;
     std::vector<std::string> sequences;
+    std::vector<RejectedPixels> rejected;
     int side = 0;  ///< Of the colors' texture, in cells.
 };
 
@@ -237,6 +238,7 @@ Survey survey(std::size_t count, const ViewReader& read, const TextureRules& rul
     result.colors.resize(count);
     result.sharpness.resize(count);
     result.sequences.resize(count);
+    result.rejected.resize(count);
     result.side = std::min(rules.size_px, exposure_cells);
     const auto batch = static_cast<std::size_t>(std::max(1, progress.threads()));
     for (std::size_t begin = 0; begin < count; begin += batch)
@@ -246,11 +248,13 @@ Survey survey(std::size_t count, const ViewReader& read, const TextureRules& rul
                        [&](std::size_t item)
                        {
                            const std::size_t i = begin + item;
-                           const View view = read(i);
+                           const View view = read(i, true);
                            result.sequences[i] = view.sequence;
                            result.sharpness[i] = sharpness(view.picture, sharpness_width, sharpness_height);
+                           result.rejected[i] = rejected_pixels(view.map, view.measured, rules.weights);
                            const PixelLinks links(view.map, view.camera);
-                           auto weights = view_weights(view.map, links, view.camera, view.measured, rules.size_px, rules.weights);
+                           auto weights =
+                               view_weights(view.map, links, view.camera, result.rejected[i], rules.size_px, rules.weights);
                            for (std::size_t pixel = 0; pixel < weights.trust.values.size(); ++pixel)
                                if (weights.trust.values[pixel] == 0)
                                    weights.weight.values[pixel] = 0;
@@ -309,23 +313,23 @@ struct Gathered
     std::size_t rejected_pixels = 0;
 };
 
-Gathered gathered(const View& view, const TextureRules& rules)
+Gathered gathered(const View& view, const RejectedPixels& rejected, const TextureRules& rules)
 {
     const PixelLinks links(view.map, view.camera);
-    const auto weights = view_weights(view.map, links, view.camera, view.measured, rules.size_px, rules.weights);
+    const auto weights = view_weights(view.map, links, view.camera, rejected, rules.size_px, rules.weights);
     Gathered result;
     result.pixels = static_cast<std::size_t>(
         std::count_if(view.map.valid.values.begin(), view.map.valid.values.end(), [](auto v) { return v != 0; }));
     result.edge_pixels = weights.edge_pixels;
-    result.rejected_pixels = weights.rejected_pixels;
+    result.rejected_pixels = static_cast<std::size_t>(std::ranges::count(rejected, true));
     result.samples =
         gather(view.map, links, weights.weight, PicturePyramid(view.picture), {rules.size_px, rows_per_block, false});
     return result;
 }
 
 /// The second reading: every view's samples go to their texels.
-void fill(std::vector<BestSamples>& best, FramesTexture& result, const ViewReader& read, const TextureRules& rules,
-          Progress& progress)
+void fill(std::vector<BestSamples>& best, FramesTexture& result, const ViewReader& read,
+          const std::vector<RejectedPixels>& rejected, const TextureRules& rules, Progress& progress)
 {
     const std::size_t count = result.gains.size();
     const auto batch = static_cast<std::size_t>(std::max(1, progress.threads()));
@@ -333,7 +337,8 @@ void fill(std::vector<BestSamples>& best, FramesTexture& result, const ViewReade
     {
         const std::size_t end = std::min(begin + batch, count);
         std::vector<Gathered> views(end - begin);
-        parallel_items(views.size(), 1, progress, [&](std::size_t i) { views[i] = gathered(read(begin + i), rules); });
+        parallel_items(views.size(), 1, progress,
+                       [&](std::size_t i) { views[i] = gathered(read(begin + i, false), rejected[begin + i], rules); });
         parallel_items(best.size(), 1, progress,
                        [&](std::size_t block)
                        {
@@ -406,10 +411,12 @@ FramesTexture frames_texture(std::size_t count, const ViewReader& read, const Te
     FramesTexture result;
     result.gains.assign(count, no_gains());
     BlendRules blend_rules = rules.blend;
+    std::vector<RejectedPixels> rejected;
     {
         Survey found = survey(count, read, rules, progress);
         result.sharpness = sharpness_factors(found.sharpness, found.sequences, rules.sharpness_power);
         solve_exposure(found, rules, blend_rules, result, progress);
+        rejected = std::move(found.rejected);
     }
     {
         const auto row = static_cast<std::size_t>(rules.size_px);
@@ -417,7 +424,7 @@ FramesTexture frames_texture(std::size_t count, const ViewReader& read, const Te
         for (std::size_t first = 0; first < row; first += rows_per_block)
             best.emplace_back(std::min<std::size_t>(rows_per_block, row - first) * row,
                               static_cast<std::size_t>(rules.views_count) + 1, first * row);
-        fill(best, result, read, rules, progress);
+        fill(best, result, read, rejected, rules, progress);
 #ifdef __GLIBC__
         malloc_trim(0);  // What the views took is free but in small pieces, which the picture does not fit into.
 #endif

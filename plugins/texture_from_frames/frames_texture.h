@@ -119,8 +119,9 @@ struct View
     std::string sequence;
 };
 
-/// Reads view i. Called from several threads, twice for each view.
-using ViewReader = std::function<View(std::size_t)>;
+/// Reads view i, with its measured depth only if asked: a depth picture is decoded once. Called from several threads, twice for
+/// each view.
+using ViewReader = std::function<View(std::size_t i, bool with_depth)>;
 
 struct TextureRules
 {
@@ -150,7 +151,7 @@ struct FramesTexture
 };
 
 /// Makes the texture of `count` views. Reads them twice, as many at a time as there are threads; memory grows with their number
-/// only by 150 kB a view. The same bytes for any number of threads. Throws Error if no
+/// only by 150 kB a view and a bit for each pixel of its map. The same bytes for any number of threads. Throws Error if no
 /// view shows a texel, Canceled, and the exceptions of `read`.
 FramesTexture frames_texture(std::size_t count, const ViewReader& read, const TextureRules& rules, Progress& progress);
 

@@ -220,8 +220,21 @@ RasterF distance_to(const Raster8& marked)
     return distance;
 }
 
-ViewWeights view_weights(const UvMap& map, const PixelLinks& links, const Camera& camera, const RasterF& measured, int size_px,
-                         const WeightRules& rules)
+RejectedPixels rejected_pixels(const UvMap& map, const RasterF& measured, const WeightRules& rules)
+{
+    RejectedPixels rejected(measured.values.size());
+    for (std::size_t i = 0; i < rejected.size(); ++i)
+    {
+        const auto depth = static_cast<double>(map.depth.values[i]);
+        const auto seen = static_cast<double>(measured.values[i]);
+        rejected[i] =
+            map.valid.values[i] != 0 && seen > 0 && std::abs(seen - depth) > rules.sensor_tolerance_m + sensor_share * depth;
+    }
+    return rejected;
+}
+
+ViewWeights view_weights(const UvMap& map, const PixelLinks& links, const Camera& camera, const RejectedPixels& rejected,
+                         int size_px, const WeightRules& rules)
 {
     const int width = map.valid.width;
     const int height = map.valid.height;
@@ -229,20 +242,9 @@ ViewWeights view_weights(const UvMap& map, const PixelLinks& links, const Camera
     result.trust = RasterF(width, height);
     result.weight = RasterF(width, height);
 
-    Raster8 rejected(width, height);
-    for (std::size_t i = 0; i < measured.values.size(); ++i)
-    {
-        const auto depth = static_cast<double>(map.depth.values[i]);
-        const auto seen = static_cast<double>(measured.values[i]);
-        if (map.valid.values[i] != 0 && seen > 0 && std::abs(seen - depth) > rules.sensor_tolerance_m + sensor_share * depth)
-        {
-            rejected.values[i] = 1;
-            ++result.rejected_pixels;
-        }
-    }
     Raster8 doubtful = links.at_steps();
-    for (std::size_t i = 0; i < rejected.values.size(); ++i)
-        if (rejected.values[i] != 0)
+    for (std::size_t i = 0; i < rejected.size(); ++i)
+        if (rejected[i])
             doubtful.values[i] = 1;
     const RasterF distance = distance_to(doubtful);
 
@@ -255,15 +257,16 @@ ViewWeights view_weights(const UvMap& map, const PixelLinks& links, const Camera
         {
             if (map.valid.at(x, y) == 0)
                 continue;
+            const bool is_rejected = !rejected.empty() && rejected[map.valid.index(x, y)];
             float trust = 1;
             if (margin > 0)
             {
                 trust = std::clamp((distance.at(x, y) - margin) / (rise_margins * margin), 0.0F, 1.0F);
-                result.edge_pixels += distance.at(x, y) <= margin && rejected.at(x, y) == 0;
+                result.edge_pixels += distance.at(x, y) <= margin && !is_rejected;
             }
             const int inside = std::min(std::min(x, width - 1 - x), std::min(y, height - 1 - y));
             trust *= std::min(1.0F, (static_cast<float>(inside) + 0.5F) / border);
-            if (rejected.at(x, y) != 0)
+            if (is_rejected)
                 continue;
             const auto depth = static_cast<double>(map.depth.at(x, y));
             const auto cosine = static_cast<double>(map.cosine.at(x, y));

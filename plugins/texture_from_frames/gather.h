@@ -88,6 +88,12 @@ struct WeightRules
     double sensor_tolerance_m = 0.1;
 };
 
+/// Per pixel of a map: whether its measured depth differs from the mesh's. Empty: no pixel's does.
+using RejectedPixels = std::vector<bool>;
+
+/// \param measured  measured depth at each pixel of the map, meters, 0 = none; empty: no depth picture
+RejectedPixels rejected_pixels(const UvMap& map, const RasterF& measured, const WeightRules& rules);
+
 /// The weight of each pixel of a view.
 struct ViewWeights
 {
@@ -98,15 +104,13 @@ struct ViewWeights
     /// over the texture's density; at most 1), times trust. Without trust, a thousandth of it is left for texels that no other
     /// view shows. 0: rejected, or invalid.
     RasterF weight;
-    std::size_t edge_pixels = 0;      ///< Without trust because of a depth step.
-    std::size_t rejected_pixels = 0;  ///< Measured depth differs from the mesh's.
+    std::size_t edge_pixels = 0;  ///< Without trust because of a depth step.
 };
 
-/// \param camera    the color camera at full size
-/// \param measured  measured depth at each pixel of the map, meters, 0 = none; empty: no depth picture
-/// \param size_px   texels a side of the texture
-ViewWeights view_weights(const UvMap& map, const PixelLinks& links, const Camera& camera, const RasterF& measured, int size_px,
-                         const WeightRules& rules);
+/// \param camera   the color camera at full size
+/// \param size_px  texels a side of the texture
+ViewWeights view_weights(const UvMap& map, const PixelLinks& links, const Camera& camera, const RejectedPixels& rejected,
+                         int size_px, const WeightRules& rules);
 
 /// Distance in pixels from each pixel to the nearest marked one, along steps to the eight neighbors (1 or √2; at most 8 % too
 /// long); a large number where none is marked. After Borgefors, "Distance transformations in digital images" (1986).

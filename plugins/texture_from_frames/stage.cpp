@@ -155,7 +155,7 @@ class TextureFromFrames final : public Stage
         const ImageIo* const codec = images.has_value() ? images.get().get() : nullptr;
         const bool own = pictures->empty();
         const auto files = own ? std::vector<std::filesystem::path>() : pictures_in(pictures->path, *frames, wanted, run);
-        const auto read = [&](std::size_t i)
+        const auto read = [&](std::size_t i, bool with_depth)
         {
             const Frame& frame = frames->frames[wanted[i]];
             from_frames::View view{uvmaps->load_map(views[i], used_level),
@@ -165,7 +165,7 @@ class TextureFromFrames final : public Stage
                                    frame.sequence};
             if (!own)
                 leave_out_transparent(view, files[wanted[i]].string());
-            if (!frame.depth_picture.empty())
+            if (with_depth && !frame.depth_picture.empty())
                 view.measured = sensor_depth(view.map, view.camera, frame.depth, load_depth(frame, codec), 0);
             return view;
         };

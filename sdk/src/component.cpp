@@ -1,5 +1,6 @@
 #include <fresco/component.h>
 #include <fresco/error.h>
+#include <fresco/hole_closer.h>
 #include <fresco/image_io.h>
 #include <fresco/port.h>
 #include <fresco/reader.h>
@@ -65,6 +66,7 @@ Value Configurable::describe() const
 }
 
 Component::~Component() = default;
+HoleCloser::~HoleCloser() = default;
 ImageIo::~ImageIo() = default;
 
 ImageHeader ImageIo::check(const std::filesystem::path& file) const

@@ -242,14 +242,18 @@ Raster16 load_depth_steps(const Frame& frame, const ImageIo* images)
                                        [images](const fs::path& file) { return images->read_depth(file); });
 }
 
-RasterF load_depth(const Frame& frame, const ImageIo* images)
+RasterF depth_in_meters(const Raster16& steps, double unit_m)
 {
-    const Raster16 steps = load_depth_steps(frame, images);
     RasterF depth(steps.width, steps.height);
     std::ranges::transform(steps.values, depth.values.begin(),
                            [&](std::uint16_t step)
-                           { return step == 0 || step == 65535 ? 0.0F : static_cast<float>(step * frame.depth_unit_m); });
+                           { return step == 0 || step == 65535 ? 0.0F : static_cast<float>(step * unit_m); });
     return depth;
+}
+
+RasterF load_depth(const Frame& frame, const ImageIo* images)
+{
+    return depth_in_meters(load_depth_steps(frame, images), frame.depth_unit_m);
 }
 
 Raster8 load_mask(const Frame& frame)

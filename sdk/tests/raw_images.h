@@ -15,7 +15,8 @@ class RawImages final : public ImageIo
 {
   public:
     int orientation = 1;                  ///< What check() says of every picture.
-    mutable std::atomic<int> encoded{0};  ///< How many pictures were encoded.
+    mutable std::atomic<int> encoded{0};  ///< How many pictures were encoded, …
+    mutable std::atomic<int> depths{0};   ///< … and how many depth pictures decoded.
 
     ImageHeader header(const std::filesystem::path& file) const override
     {
@@ -48,7 +49,11 @@ class RawImages final : public ImageIo
     {
         return decode<std::uint8_t>(file, check(file).alpha ? 4 : 3);
     }
-    Raster16 read_depth(const std::filesystem::path& file) const override { return decode<std::uint16_t>(file, 1); }
+    Raster16 read_depth(const std::filesystem::path& file) const override
+    {
+        ++depths;
+        return decode<std::uint16_t>(file, 1);
+    }
     std::vector<std::byte> encode_png(const Raster8& image) const override { return encode(image); }
     std::vector<std::byte> encode_png(const Raster16& image) const override { return encode(image); }
     std::vector<std::byte> encode_jpeg(const Raster8& image, int) const override { return encode(image); }

@@ -1,9 +1,11 @@
 #include "catch.h"
+#include "raw_images.h"
 #include "recordings.h"
 #include "room.h"
 
 #include <fresco/frames.h>
 #include <fresco/geometry/topology.h>
+#include <fresco/hole_closer.h>
 #include <fresco/mesh.h>
 #include <fresco/npy.h>
 #include <fresco/random.h>
@@ -58,7 +60,8 @@ std::shared_ptr<Frames> one_frame(const std::filesystem::path& folder, const std
 }
 
 std::shared_ptr<Mesh> fuse_frames(const std::shared_ptr<Frames>& frames, const Value& options, testing::TestRun& run,
-                                  const std::shared_ptr<Mesh>& given = nullptr, const std::shared_ptr<ImageIo>& images = nullptr)
+                                  const std::shared_ptr<Mesh>& given = nullptr, const std::shared_ptr<ImageIo>& images = nullptr,
+                                  const std::shared_ptr<HoleCloser>& holes = nullptr)
 {
     const testing::TemporaryFolder folder;
     testing::Inputs inputs{{"frames", frames}};
@@ -67,9 +70,26 @@ std::shared_ptr<Mesh> fuse_frames(const std::shared_ptr<Frames>& frames, const V
     std::map<std::string, std::shared_ptr<Component>> components;
     if (images)
         components["image_io"] = images;
+    if (holes)
+        components["holes"] = holes;
     testing::run_stage(FRESCO_PLUGIN_FILE, "mesh.fuse", options, inputs, folder.path(), run, components);
     return Mesh::load({folder.path() / "mesh", folder.path()});
 }
+
+/// Looks at every frame's depth, and adds a face.
+class OneMoreFace final : public HoleCloser
+{
+  public:
+    Mesh closed(const Mesh& mesh, const std::vector<const Frame*>& measured, const std::function<RasterF(const Frame&)>& depth,
+                RunContext&) const override
+    {
+        for (const Frame* frame : measured)
+            CHECK(depth(*frame).width == frame->depth.intrinsics.width);
+        Mesh more = mesh;
+        more.triangles.push_back({2, 1, 0});
+        return more;
+    }
+};
 
 double inward_share(const Mesh& mesh)
 {
@@ -128,6 +148,37 @@ TEST_CASE("a room is fused from what was recorded in its middle, alike for any n
     }
 }
 
+TEST_CASE("a depth picture is decoded once, unless too little memory is left to keep it, with the same mesh")
+{
+    const testing::TemporaryFolder folder;
+    const auto frames = std::make_shared<Frames>();
+    for (int i = 0; i < 3; ++i)
+    {
+        const Camera camera = test_room::camera_at(i * 0.3, 960);
+        Frame frame = written(folder.path(), "frame-" + std::to_string(i), camera, test_room::depth_of(camera));
+        const auto npy = std::exchange(frame.depth_picture.path, folder.path() / (frame.name + ".png"));
+        std::filesystem::rename(npy, frame.depth_picture.path);
+        frames->frames.push_back(frame);
+    }
+    constexpr std::int64_t picture_bytes = std::int64_t{2} * 960 * 720;
+    const auto images = std::make_shared<testing::RawImages>();
+    testing::TestRun run;
+    const auto mesh = fuse_frames(frames, Value::Map{{"voxel_m", 0.1}}, run, nullptr, images);
+    CHECK(images->depths == 3);
+    images->depths = 0;
+    const auto closed = fuse_frames(frames, Value::Map{{"voxel_m", 0.1}}, run, nullptr, images, std::make_shared<OneMoreFace>());
+    CHECK(images->depths == 3);
+    CHECK(closed->triangles.size() == mesh->triangles.size() + 1);
+    CHECK(run.reported.at("depth_bytes").as_int() == 3 * picture_bytes);
+
+    // A quarter holds one picture. The others are decoded by each pass.
+    images->depths = 0;
+    const auto same = fuse_frames(frames, Value::Map{{"voxel_m", 0.1}, {"max_memory_gb", 0.01}}, run, nullptr, images);
+    CHECK(run.reported.at("depth_bytes").as_int() == picture_bytes);
+    CHECK(images->depths >= 1 + 2 * 3);
+    CHECK(to_ply(*same) == to_ply(*mesh));
+}
+
 TEST_CASE("specks before a wall go, pieces of a size stay")
 {
     // A speck of 7 x 7 pixels and a sheet of 30 x 30, far before the wall.
@@ -169,6 +220,7 @@ TEST_CASE("a mesh that is given is passed on as it is")
     CHECK(passed->colors == given->colors);
     CHECK(passed->triangles == given->triangles);
     CHECK(passed->texcoords == given->texcoords);
+    CHECK(fuse_frames(frames, Value::Map{}, run, given, nullptr, std::make_shared<OneMoreFace>())->triangles.size() == 2);
 }
 
 TEST_CASE("the share of depths that agree is what it is by hand, and decides between silence, a warning and an error")

@@ -44,7 +44,8 @@ Looked look_at(const recordings::Recording& recording, std::size_t count)
     const auto& frames = recording.frames->frames;
     count = std::min(count, frames.size());
     for (std::size_t i = 0; i < count; ++i)
-        right.views.push_back(view_of(*recording.frames, {(2 * i + 1) * frames.size() / (2 * count)}, recording.images.get()));
+        right.views.push_back(
+            view_of(*recording.frames, {(2 * i + 1) * frames.size() / (2 * count)}, recording.depth, recording.images.get()));
     return right;
 }
 
@@ -242,8 +243,8 @@ namespace
 Looked look_without_mesh(const recordings::Recording& recording)
 {
     Looked right;
-    for (const Chosen& chosen : chosen_frames(*recording.frames, 12, false, recording.images.get()))
-        right.views.push_back(view_of(*recording.frames, chosen, recording.images.get()));
+    for (const Chosen& chosen : chosen_frames(*recording.frames, 12, false, recording.depth))
+        right.views.push_back(view_of(*recording.frames, chosen, recording.depth, recording.images.get()));
     return right;
 }
 

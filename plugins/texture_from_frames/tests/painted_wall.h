@@ -110,7 +110,7 @@ inline View view_of(const Camera& camera, int map_height, const Paint& paint, Ve
 inline FramesTexture texture_of(const std::vector<View>& views, const TextureRules& rules, Progress& progress)
 {
     return frames_texture(
-        views.size(), [&](std::size_t i) { return views[i]; }, rules, progress);
+        views.size(), [&](std::size_t i, bool) { return views[i]; }, rules, progress);
 }
 
 /// The largest difference of a channel from the painting, over the seen texels at least `margin` texels inside the wall.

@@ -39,7 +39,8 @@ RasterF slow_texture(const std::vector<View>& views, const std::vector<Gains>& g
     {
         const View& view = views[v];
         const PixelLinks links(view.map, view.camera);
-        const auto weights = view_weights(view.map, links, view.camera, view.measured, rules.size_px, rules.weights);
+        const auto weights = view_weights(view.map, links, view.camera, rejected_pixels(view.map, view.measured, rules.weights),
+                                          rules.size_px, rules.weights);
         for (const auto& block :
              gather(view.map, links, weights.weight, PicturePyramid(view.picture), {rules.size_px, rules.size_px, false}))
             for (const auto& s : block)

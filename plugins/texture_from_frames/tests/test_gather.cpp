@@ -174,12 +174,13 @@ TEST_CASE("pixels count by angle and resolution, less at borders and beside step
     const PixelLinks links(map, camera);
     // The lower quartile of 0.2 and 0.1 per meter is 0.1 (the left links of both halves are 1 / 40 m and 2 / 40 m long).
     REQUIRE(links.texture_per_m() == Approx(0.1).epsilon(1e-3));
-    const auto found = view_weights(map, links, camera, measured, 1000, {2, 0.1});
+    const RejectedPixels rejected = rejected_pixels(map, measured, {2, 0.1});
+    const auto found = view_weights(map, links, camera, rejected, 1000, {2, 0.1});
     // 1600 * 0.8 / 1² px per m², 10 000 texels per m², so 0.128 px per texel of the 0.25 that are enough.
     CHECK(found.weight.at(20, 20) == Approx(0.8 * 0.128 / 0.25).epsilon(1e-3));
     CHECK(found.weight.at(70, 20) == Approx(0.8 * 0.032 / 0.25).epsilon(1e-3));
     CHECK(found.trust.at(20, 20) == 1);
-    CHECK(view_weights(map, links, camera, measured, 100, {2, 0.1}).weight.at(20, 20) == Approx(0.8));
+    CHECK(view_weights(map, links, camera, rejected, 100, {2, 0.1}).weight.at(20, 20) == Approx(0.8));
     // Beside the step: nothing up to two pixels, then a rise over four.
     for (const auto& [column, trust] : {std::pair{49, 0.0}, {47, 0.0}, {46, 0.25}, {45, 0.5}, {43, 1.0}, {52, 0.0}, {54, 0.5}})
     {
@@ -195,11 +196,11 @@ TEST_CASE("pixels count by angle and resolution, less at borders and beside step
     CHECK(found.trust.at(20, 39) == Approx(0.125));
     CHECK(found.trust.at(20, 37) == Approx(0.625));
     // 20 cm are more than 10 cm + 5 %; where nothing was measured nothing is known.
-    CHECK(found.rejected_pixels == 1);
+    CHECK(std::ranges::count(rejected, true) == 1);
     CHECK(found.weight.at(30, 20) == 0);
     CHECK(found.trust.at(31, 20) == 0);
     CHECK(found.weight.at(31, 20) > 0);
-    CHECK(view_weights(map, links, camera, measured, 1000, {2, 0.2}).rejected_pixels == 0);
+    CHECK(std::ranges::count(rejected_pixels(map, measured, {2, 0.2}), true) == 0);
     CHECK(view_weights(map, links, camera, {}, 1000, {0, 0.1}).trust.at(49, 20) == 1);
 }
 

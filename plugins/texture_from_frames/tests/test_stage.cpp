@@ -65,12 +65,12 @@ struct Recording
     std::shared_ptr<Frames> frames = std::make_shared<Frames>();
 };
 
-std::shared_ptr<const Texture> made(const Recording& recording, Value::Map options, testing::TestRun& run)
+std::shared_ptr<const Texture> made(const Recording& recording, Value::Map options, testing::TestRun& run,
+                                    const std::shared_ptr<testing::RawImages>& images = std::make_shared<testing::RawImages>())
 {
     testing::TemporaryFolder folder;
     testing::run_stage(FRESCO_PLUGIN_FILE, "texture.from_frames", options,
-                       {{"uvmaps", recording.maps}, {"frames", recording.frames}}, folder.path(), run,
-                       {{"image_io", std::make_shared<testing::RawImages>()}});
+                       {{"uvmaps", recording.maps}, {"frames", recording.frames}}, folder.path(), run, {{"image_io", images}});
     return Texture::load({folder.path() / "texture", folder.path()});
 }
 
@@ -121,8 +121,10 @@ TEST_CASE("measured depth is used")
     testing::TemporaryFolder folder;
     const Recording recording(folder.path(), true);
     testing::TestRun run;
-    made(recording, {{"size_px", 32}}, run);
+    const auto images = std::make_shared<testing::RawImages>();
+    made(recording, {{"size_px", 32}}, run, images);
     CHECK(run.reported.at("occluded_pixel_share").as_double() == Approx(0.1).margin(0.03));
+    CHECK(images->depths == static_cast<int>(recording.frames->frames.size()));  // Each once.
 }
 
 TEST_CASE("pictures of a folder take the place of the cameras'")

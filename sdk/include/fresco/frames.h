@@ -63,7 +63,9 @@ class Frames : public Artifact
 Raster8 load_color(const Frame& frame, const ImageIo* images);
 /// The depth picture's values as stored. Throws as load_color; Error if the frame has no depth picture.
 Raster16 load_depth_steps(const Frame& frame, const ImageIo* images);
-/// Depth in meters along the optical axis, 0 = none. Throws as load_depth_steps.
+/// Such values in meters along the optical axis, 0 = none. `unit_m`: Frame::depth_unit_m.
+RasterF depth_in_meters(const Raster16& steps, double unit_m);
+/// Both in one. Throws as load_depth_steps.
 RasterF load_depth(const Frame& frame, const ImageIo* images);
 
 /// The mask, of exactly color.intrinsics' size; empty (0 x 0) if the frame has none. Throws as load_color.

@@ -349,14 +349,14 @@ std::vector<DepthSample> silhouette_of(const RasterF& depth)
 }
 
 /// See chosen_frames; 1 without depth.
-std::size_t telling_spacing(const Frames& frames, const ImageIo* images)
+std::size_t telling_spacing(const Frames& frames, const DepthReader& depth)
 {
     constexpr std::size_t looks = 4;
     constexpr double telling_change = 0.04;
     const auto depths = [&](std::size_t i)
     {
         const Frame& frame = frames.frames[i];
-        return frame.depth_picture.empty() ? RasterF() : nearest_sampled(load_depth(frame, images), grid_columns, grid_columns);
+        return frame.depth_picture.empty() ? RasterF() : nearest_sampled(depth(frame), grid_columns, grid_columns);
     };
     const std::size_t all = frames.frames.size();
     std::size_t spacing = 1;
@@ -385,13 +385,13 @@ Camera at_height(const Camera& camera, int height)
     return {camera.intrinsics.scaled_to(camera.intrinsics.width_at(height), height), camera.world_from_camera};
 }
 
-std::vector<Chosen> chosen_frames(const Frames& frames, std::size_t count, bool with_mesh, const ImageIo* images)
+std::vector<Chosen> chosen_frames(const Frames& frames, std::size_t count, bool with_mesh, const DepthReader& depth)
 {
     const std::size_t all = frames.frames.size();
     std::vector<std::size_t> offsets{0};
     if (!with_mesh)
     {
-        const std::size_t spacing = telling_spacing(frames, images);
+        const std::size_t spacing = telling_spacing(frames, depth);
         offsets = {0, spacing, 2 * spacing, 4 * spacing};
         count = std::max<std::size_t>(1, count / 2);
     }
@@ -408,7 +408,7 @@ std::vector<Chosen> chosen_frames(const Frames& frames, std::size_t count, bool 
     return chosen;
 }
 
-View view_of(const Frames& frames, const Chosen& chosen, const ImageIo* images, bool with_color)
+View view_of(const Frames& frames, const Chosen& chosen, const DepthReader& read_depth, const ImageIo* images, bool with_color)
 {
     const std::size_t index = chosen.frame;
     const Frame& frame = frames.frames[index];
@@ -427,7 +427,7 @@ View view_of(const Frames& frames, const Chosen& chosen, const ImageIo* images, 
     view.color = at_height(frame.color, edge_height).intrinsics;
     if (has_depth)
     {
-        const RasterF measured = load_depth(frame, images);
+        const RasterF measured = read_depth(frame);
         view.depth.samples = sample_depth(measured, grid_columns);
         view.silhouette = silhouette_of(measured);
     }

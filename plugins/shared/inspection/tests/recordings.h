@@ -9,6 +9,7 @@
 #include <fresco/testing.h>
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -25,6 +26,7 @@ struct Recording
     std::shared_ptr<ImageIo> images;
     std::shared_ptr<Frames> frames;
     std::shared_ptr<Mesh> mesh;
+    std::function<RasterF(const Frame&)> depth = [this](const Frame& frame) { return load_depth(frame, images.get()); };
 };
 
 /// Reads a scan by another plugin of this build; null, with a line that says so, where that is not built.

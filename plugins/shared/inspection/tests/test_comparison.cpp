@@ -165,11 +165,12 @@ TEST_CASE("pictures before and after are read only for frames with depth", "[ins
     const testing::TemporaryFolder folder;
     Frames frames = testing::recording_of(two_walls(), {camera(80, 60), camera(80, 60), camera(80, 60)}, folder.path(),
                                           [](Vec3d p, int) { return 100 * p.z; });
-    const View view = view_of(frames, {1, 0}, nullptr);
+    const auto depth = [](const Frame& frame) { return load_depth(frame, nullptr); };
+    const View view = view_of(frames, {1, 0}, depth, nullptr);
     CHECK(view.edges_before.width == 160);
     CHECK(view.edges_after.width == 160);
     frames.frames[1].depth_picture = {};
-    const View blind = view_of(frames, {1, 0}, nullptr);
+    const View blind = view_of(frames, {1, 0}, depth, nullptr);
     CHECK(blind.edges.width == 160);
     CHECK(blind.edges_before.empty());
     CHECK(blind.edges_after.empty());

@@ -9,6 +9,7 @@
 #include <fresco/raycast/scene.h>
 
 #include <cstddef>
+#include <functional>
 #include <vector>
 
 /// \file Samples a frame for the diagnosis and finds out whether the edges of color pictures lie on the outlines of depth
@@ -103,6 +104,9 @@ struct View
 /// The camera for a picture of another height; the width follows.
 Camera at_height(const Camera& camera, int height);
 
+/// Reads a frame's depth picture. Throws as load_depth does.
+using DepthReader = std::function<RasterF(const Frame&)>;
+
 /// A frame to look at, see DepthView::group.
 struct Chosen
 {
@@ -112,12 +116,12 @@ struct Chosen
 
 /// `count` frames, evenly spread. Without a mesh, half as many groups of up to four of one sequence: 0, 1, 2 and 4 spacings after
 /// the first. The spacing is the least of 1, 2, 4, … frames after which depths have changed by more than 4 % at half of the
-/// pixels, so that the views of a group differ, and overlap. Throws as load_depth does. \pre frames
-std::vector<Chosen> chosen_frames(const Frames& frames, std::size_t count, bool with_mesh, const ImageIo* images);
+/// pixels, so that the views of a group differ, and overlap. Throws as `depth` does. \pre frames
+std::vector<Chosen> chosen_frames(const Frames& frames, std::size_t count, bool with_mesh, const DepthReader& depth);
 
 /// The frame: depths on a grid of 40 columns, silhouettes and edges at a height of 120 px, at which a tenth of a focal length
 /// moves them by four pixels and a color camera that is not synchronized by one or two. Throws as check_camera, load_color and
-/// load_depth do. Thread-safe.
-View view_of(const Frames& frames, const Chosen& chosen, const ImageIo* images, bool with_color = true);
+/// `depth` do. Thread-safe if `depth` is. `images`: decodes color pictures.
+View view_of(const Frames& frames, const Chosen& chosen, const DepthReader& depth, const ImageIo* images, bool with_color = true);
 
 }  // namespace fresco::inspect

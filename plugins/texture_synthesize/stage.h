@@ -11,6 +11,8 @@
 #include <fresco/texture.h>
 #include <fresco/texturing/texture_pictures.h>
 
+#include <algorithm>
+#include <cstdint>
 #include <fmt/format.h>
 #include <string>
 #include <utility>
@@ -131,6 +133,10 @@ class TextureSynthesize final : public Stage
             copied,     [&](std::uint32_t chart, Vec2f uv, double footprint) { return picture.at(chart, uv, footprint); },
             directions, std::move(opaque.opaque)};
         Painting painting = fresco::synthesize::synthesize(task, options, images.has_value() ? images.get().get() : nullptr, run);
+        // The colors are copied from a picture of 8 bits and baked into another. Finer steps would only fill the store.
+        std::vector<float>& values = painting.texture.layers.front().values;
+        std::ranges::transform(texturing::to_bytes(painting.texture.layers.front(), run).values, values.begin(),
+                               [](std::uint8_t value) { return static_cast<float>(value) / 255; });
         texture = std::move(painting.texture);
         source = std::move(painting.source);
     }

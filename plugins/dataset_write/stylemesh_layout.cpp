@@ -134,8 +134,9 @@ WrittenFiles StylemeshLayout::write_scene(const std::filesystem::path& folder, c
     const std::string scan = "train/scans/" + scene_ + "/" + scene_;
     written.write(folder, "train/images/" + scene_ + "/" + scene_ + ".txt", bytes_of(intrinsics));
     written.write(folder, scan + ".txt", bytes_of(intrinsics));
-    const auto place = texturing::PlyTexcoords::vertex;
+    Mesh colorless = mesh;
+    colorless.colors.clear();
     written.write(folder, scan + "_vh_clean_decimate_500000_uvs_blender.ply",
-                  texturing::textured_ply(texturing::arranged(mesh, {}, place), place, ""));
+                  texturing::textured_ply(texturing::split_at_seams(colorless), ""));
     return written;
 }

@@ -1,18 +1,14 @@
 #include "glb.h"
 
 #include <fresco/error.h>
-#include <fresco/gltf/gltf_file.h>
-#include <fresco/numerics/numerics.h>
 #include <fresco/texturing/texture_pictures.h>
 
 #include <fmt/format.h>
-#include <meshoptimizer.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
+#include <cstdint>
 #include <limits>
-#include <map>
 #include <span>
 
 using namespace fresco;
@@ -21,399 +17,153 @@ using fresco::texturing::WeldedMesh;
 namespace
 {
 
-/// The two chunks of a GLB.
-struct GlbParts
-{
-    Value document;
-    std::string_view binary;  ///< Part of the parsed text; borrowed.
-};
-
-/// The chunks of a GLB. Throws Error naming the offset.
-GlbParts parts_of(std::string_view glb)
-{
-    const auto chunks = gltf::chunks_of(std::as_bytes(std::span(glb)));
-    return {parse_json(chunks.json, "JSON"), {reinterpret_cast<const char*>(chunks.binary.data()), chunks.binary.size()}};
-}
-
-/// A GLB of these chunks; `binary` has a multiple of four bytes.
-std::string assembled(const Value& document, std::string_view binary)
-{
-    std::string json = to_json(document);
-    json.resize((json.size() + 3) / 4 * 4, ' ');
-    const auto words = [](auto... numbers)
-    {
-        const std::array<std::uint32_t, sizeof...(numbers)> row{static_cast<std::uint32_t>(numbers)...};
-        return std::string(reinterpret_cast<const char*>(row.data()), sizeof row);
-    };
-    std::string glb = "glTF" + words(2, 28 + json.size() + binary.size(), json.size()) + "JSON" + json + words(binary.size()) +
-                      std::string("BIN\0", 4);
-    glb += binary;
-    return glb;
-}
-
-constexpr double last_step = 65535;
-constexpr double texcoord_rounding = 1e-5;
-
-/// The least float that reaches the box's far side in 65535 steps; 1 for a box without extent.
-float step_for(const numerics::Bounds<float>& box)
-{
-    const Vec3d extent = vec_cast<double>(box.high) - vec_cast<double>(box.low);
-    const double longest = std::max({extent.x, extent.y, extent.z});
-    if (!(longest > 0))
-        return 1;
-    auto step = static_cast<float>(longest / last_step);
-    if (double{step} * last_step < longest)
-        step = std::nextafter(step, std::numeric_limits<float>::infinity());
-    return step;
-}
-
-std::uint16_t nearest_step(double steps)
-{
-    return static_cast<std::uint16_t>(std::lround(std::clamp(steps, 0.0, last_step)));
-}
-
-std::uint16_t texcoord_step(double at)
-{
-    if (!(at >= -texcoord_rounding && at <= 1 + texcoord_rounding))
-        throw Error(
-            fmt::format("option \"quantize\": a texcoord is {:.6g}; expected 0 to 1: set quantize: false for this mesh", at));
-    return nearest_step(at * last_step);
-}
-
-std::int8_t normal_step(float component)
-{
-    return static_cast<std::int8_t>(std::lround(double{component} * 127));
-}
-
-}  // namespace
-
-QuantizedMesh quantized(const WeldedMesh& mesh)
-{
-    numerics::Bounds<float> box;
-    for (const Vec3f p : mesh.positions)
-        box.add(p);
-    QuantizedMesh result;
-    result.origin = box.low;
-    result.step_m = step_for(box);
-    const auto along = [&](float p, float low) { return nearest_step((double{p} - double{low}) / double{result.step_m}); };
-    for (const Vec3f p : mesh.positions)
-        result.positions.push_back({along(p.x, box.low.x), along(p.y, box.low.y), along(p.z, box.low.z), 0});
-    for (const Vec3f n : mesh.normals)
-        result.normals.push_back({normal_step(n.x), normal_step(n.y), normal_step(n.z), 0});
-    for (const auto& [x, y, z, w] : mesh.tangents)
-        result.tangents.push_back({normal_step(x), normal_step(y), normal_step(z), normal_step(w)});
-    for (const Vec2f uv : mesh.texcoords)
-        result.texcoords.push_back({texcoord_step(double{uv.x}), texcoord_step(1 - double{uv.y})});
-    return result;
-}
-
-namespace
-{
-
-constexpr const char* extension = "EXT_meshopt_compression";
-
-template <class T>
-void reorder(std::vector<T>& values, const std::vector<unsigned>& remap)
-{
-    if (values.empty())
-        return;
-    std::vector<T> result(values.size());
-    meshopt_remapVertexBuffer(result.data(), values.data(), values.size(), sizeof(T), remap.data());
-    values = std::move(result);
-}
-
-std::string first_bytes(std::string stream, std::size_t count)
-{
-    if (count == 0 || count > stream.size())
-        throw Error("meshoptimizer could not compress the mesh");
-    stream.resize(count);
-    return stream;
-}
-
-unsigned char* raw(std::string& bytes)
-{
-    return reinterpret_cast<unsigned char*>(bytes.data());
-}
-
-std::string encoded_rows(std::string_view rows, std::size_t stride)
-{
-    // The versions that EXT_meshopt_compression names, here and below.
-    meshopt_encodeVertexVersion(0);
-    std::string stream(meshopt_encodeVertexBufferBound(rows.size() / stride, stride), '\0');
-    return first_bytes(stream, meshopt_encodeVertexBuffer(raw(stream), stream.size(), rows.data(), rows.size() / stride, stride));
-}
-
-std::string encoded_triangles(std::string_view bytes, std::size_t stride)
-{
-    std::vector<unsigned> indices(bytes.size() / stride);
-    for (std::size_t i = 0; i < indices.size(); ++i)
-        std::memcpy(&indices[i], bytes.data() + i * stride, stride);
-    meshopt_encodeIndexVersion(1);
-    std::string stream(meshopt_encodeIndexBufferBound(indices.size(), *std::ranges::max_element(indices) + std::size_t{1}), '\0');
-    return first_bytes(stream, meshopt_encodeIndexBuffer(raw(stream), stream.size(), indices.data(), indices.size()));
-}
-
-std::size_t size_at(const Value& map, std::string_view key)
-{
-    const Value* const found = map.find(key);
-    return found == nullptr ? 0 : static_cast<std::size_t>(found->as_int());
-}
-
-/// Compresses the vertices and indices of a GLB of make_glb by EXT_meshopt_compression: a pass over the finished GLB, because
-/// tinygltf supports no extensions of views. Corners of a triangle may rotate: (a, b, c) to (b, c, a).
-std::string compressed_glb(std::string_view glb)
-{
-    auto [document, plain] = parts_of(glb);
-    // Views of accessors come first, in the accessors' order; then the picture's, which stays as it is. Views of compressed data
-    // lie in buffer 1, which no file holds.
-    const Value::List& accessors = document.at("accessors").as_list();
-    Value::List& views = document.find("bufferViews")->as_list();
-    std::string binary;
-    std::size_t restored_bytes = 0;
-    for (std::size_t i = 0; i < views.size(); ++i)
-    {
-        Value& view = views[i];
-        const std::string_view bytes = plain.substr(size_at(view, "byteOffset"), size_at(view, "byteLength"));
-        const std::size_t offset = binary.size();
-        if (i < accessors.size())
-        {
-            const std::size_t count = size_at(accessors[i], "count");
-            const std::size_t stride = bytes.size() / std::max(count, std::size_t{1});
-            const bool is_rows = size_at(view, "target") == TINYGLTF_TARGET_ARRAY_BUFFER;
-            binary += is_rows ? encoded_rows(bytes, stride) : encoded_triangles(bytes, stride);
-            view.set("extensions", Value::Map{{extension, Value::Map{{"buffer", 0},
-                                                                     {"byteOffset", offset},
-                                                                     {"byteLength", binary.size() - offset},
-                                                                     {"byteStride", stride},
-                                                                     {"count", count},
-                                                                     {"mode", is_rows ? "ATTRIBUTES" : "TRIANGLES"}}}});
-            view.set("buffer", 1);
-            view.set("byteOffset", restored_bytes);
-            if (is_rows)
-                view.set("byteStride", stride);
-            restored_bytes = (restored_bytes + bytes.size() + 3) / 4 * 4;
-        }
-        else
-        {
-            binary += bytes;
-            view.set("byteOffset", offset);
-        }
-        binary.resize((binary.size() + 3) / 4 * 4);
-    }
-    document.set("buffers", Value::List{Value::Map{{"byteLength", binary.size()}},
-                                        Value::Map{{"byteLength", restored_bytes},
-                                                   {"extensions", Value::Map{{extension, Value::Map{{"fallback", true}}}}}}});
-    for (const char* const key : {"extensionsUsed", "extensionsRequired"})
-    {
-        const Value* const others = document.find(key);
-        Value::List names = others == nullptr ? Value::List{} : others->as_list();
-        names.emplace_back(extension);
-        document.set(key, std::move(names));
-    }
-    return assembled(document, binary);
-}
-
 constexpr std::size_t largest_file = std::numeric_limits<std::uint32_t>::max() - (1U << 20U);  // leaves room for the JSON part
 
-/// Restarts strips in graphics hardware: no vertex has this number.
+/// Graphics hardware restarts strips at this index, so no vertex has this number.
 constexpr std::size_t restart_index = 65535;
 
-/// How the rows of an accessor are stored.
-struct Layout
+// glTF's numbers for how a buffer is used and for types of components.
+constexpr int array_buffer = 34962;
+constexpr int element_array_buffer = 34963;
+constexpr int type_uint16 = 5123;
+constexpr int type_uint32 = 5125;
+constexpr int type_float = 5126;
+
+/// The lists of a glTF document that grow together. Each entry of Value::Map is in the order of its key.
+class Document
 {
-    int component_type;
-    int type;
-    bool normalized = false;
+  public:
+    /// Appends bytes to the buffer, at a multiple of four, and a view of them. Returns the view's number.
+    std::size_t add_view(std::span<const std::byte> bytes, int target = 0, std::size_t stride = 0)
+    {
+        Value view = Value::Map{{"buffer", 0}, {"byteLength", bytes.size()}};
+        if (!binary_.empty())
+            view.set("byteOffset", binary_.size());
+        if (stride != 0)
+            view.set("byteStride", stride);
+        if (target != 0)
+            view.set("target", target);
+        views_.push_back(std::move(view));
+        binary_.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+        binary_.resize((binary_.size() + 3) / 4 * 4);
+        return views_.size() - 1;
+    }
+
+    /// Appends rows of `Row` and their accessor. Returns the accessor's number.
+    template <class Row>
+    std::size_t add_rows(const std::vector<Row>& rows, int component_type, const char* type)
+    {
+        const bool is_float = component_type == type_float;
+        const std::size_t view = add_view(std::as_bytes(std::span(rows)), array_buffer, is_float ? 0 : sizeof(Row));
+        Value accessor = Value::Map{{"bufferView", view}, {"componentType", component_type}, {"count", rows.size()}};
+        if (!is_float)
+            accessor.set("normalized", true);
+        return add_accessor(std::move(accessor), type);
+    }
+
+    std::size_t add_positions(const std::vector<Vec3f>& positions)
+    {
+        const std::size_t view = add_view(std::as_bytes(std::span(positions)), array_buffer);
+        Value::List low;
+        Value::List high;
+        for (const auto member : {&Vec3f::x, &Vec3f::y, &Vec3f::z})
+        {
+            const auto [least, most] = std::ranges::minmax(positions, {}, member);
+            low.emplace_back(double{least.*member});
+            high.emplace_back(double{most.*member});
+        }
+        return add_accessor(Value::Map{{"bufferView", view},
+                                       {"componentType", type_float},
+                                       {"count", positions.size()},
+                                       {"max", std::move(high)},
+                                       {"min", std::move(low)}},
+                            "VEC3");
+    }
+
+    template <class Index>
+    std::size_t add_indices(const std::vector<Index>& indices)
+    {
+        const std::size_t view = add_view(std::as_bytes(std::span(indices)), element_array_buffer);
+        return add_accessor(Value::Map{{"bufferView", view},
+                                       {"componentType", sizeof(Index) == 2 ? type_uint16 : type_uint32},
+                                       {"count", indices.size()}},
+                            "SCALAR");
+    }
+
+    /// The GLB: the document of these entries and the lists, and the buffer.
+    std::string glb(const Value& asset, const Value::Map& others) const
+    {
+        Value::Map document{{"accessors", accessors_},
+                            {"asset", asset},
+                            {"bufferViews", views_},
+                            {"buffers", Value::List{Value::Map{{"byteLength", binary_.size()}}}}};
+        document.insert(document.end(), others.begin(), others.end());
+        std::string json = to_json(document);
+        json.resize((json.size() + 3) / 4 * 4, ' ');
+        const auto words = [](auto... numbers)
+        {
+            const std::array<std::uint32_t, sizeof...(numbers)> row{static_cast<std::uint32_t>(numbers)...};
+            return std::string(reinterpret_cast<const char*>(row.data()), sizeof row);
+        };
+        std::string file = "glTF" + words(2, 28 + json.size() + binary_.size(), json.size()) + "JSON" + json +
+                           words(binary_.size()) + std::string("BIN\0", 4);
+        file += binary_;
+        return file;
+    }
+
+  private:
+    std::size_t add_accessor(Value accessor, const char* type)
+    {
+        accessor.set("type", type);
+        accessors_.push_back(std::move(accessor));
+        return accessors_.size() - 1;
+    }
+
+    Value::List accessors_;
+    Value::List views_;
+    std::string binary_;
 };
 
-/// Appends bytes to the file's buffer, at a multiple of four, and a view of them.
-int add_view(tinygltf::Model& model, std::span<const std::byte> bytes, int target = 0, std::size_t stride = 0)
-{
-    auto& data = model.buffers[0].data;
-    tinygltf::BufferView& view = model.bufferViews.emplace_back();
-    view.buffer = 0;
-    view.byteOffset = data.size();
-    view.byteLength = bytes.size();
-    view.byteStride = stride;
-    view.target = target;
-    const auto* const begin = reinterpret_cast<const unsigned char*>(bytes.data());
-    data.insert(data.end(), begin, begin + bytes.size());
-    data.resize((data.size() + 3) / 4 * 4);
-    return static_cast<int>(model.bufferViews.size() - 1);
-}
-
-int add_accessor(tinygltf::Model& model, int view, std::size_t count, const Layout& layout)
-{
-    tinygltf::Accessor& accessor = model.accessors.emplace_back();
-    accessor.bufferView = view;
-    accessor.componentType = layout.component_type;
-    accessor.count = count;
-    accessor.type = layout.type;
-    accessor.normalized = layout.normalized;
-    return static_cast<int>(model.accessors.size() - 1);
-}
-
-template <class Row>
-int add_rows(tinygltf::Model& model, const std::vector<Row>& rows, const Layout& layout)
-{
-    const bool is_packed = layout.component_type == TINYGLTF_COMPONENT_TYPE_FLOAT;
-    const int view = add_view(model, std::as_bytes(std::span(rows)), TINYGLTF_TARGET_ARRAY_BUFFER, is_packed ? 0 : sizeof(Row));
-    return add_accessor(model, view, rows.size(), layout);
-}
-
-int add_indices(tinygltf::Model& model, const std::vector<std::uint32_t>& indices, std::size_t vertices)
-{
-    const auto add = [&](const auto& narrow, int component_type)
-    {
-        const int view = add_view(model, std::as_bytes(std::span(narrow)), TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER);
-        return add_accessor(model, view, indices.size(), {component_type, TINYGLTF_TYPE_SCALAR});
-    };
-    if (vertices > restart_index)
-        return add(indices, TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT);
-    return add(std::vector<std::uint16_t>(indices.begin(), indices.end()), TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT);
-}
-
-/// "min" and "max" of the first three numbers of each row.
-template <class Row>
-void set_bounds(tinygltf::Accessor& accessor, const std::vector<Row>& rows, const auto& component)
-{
-    for (std::size_t i = 0; i < 3; ++i)
-    {
-        const auto along = [&](const Row& row) { return static_cast<double>(component(row, i)); };
-        const auto [low, high] = std::ranges::minmax(rows, {}, along);
-        accessor.minValues.push_back(along(low));
-        accessor.maxValues.push_back(along(high));
-    }
-}
-
 /// Linear light in 16 bits, from which every step of sRGB comes back.
-int add_colors(tinygltf::Model& model, const WeldedMesh& mesh)
+std::vector<std::array<std::uint16_t, 4>> linear_colors(const WeldedMesh& mesh)
 {
     std::vector<std::array<std::uint16_t, 4>> rows;
+    const auto light = [](std::uint8_t step)
+    { return static_cast<std::uint16_t>(std::lround(texturing::to_linear(step) * 65535)); };
     for (const Rgb8& color : mesh.colors)
-    {
-        const auto light = [](std::uint8_t step)
-        { return static_cast<std::uint16_t>(std::lround(texturing::to_linear(step) * 65535)); };
         rows.push_back({light(color[0]), light(color[1]), light(color[2]), 65535});
-    }
-    return add_rows(model, rows, {TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT, TINYGLTF_TYPE_VEC4, true});
+    return rows;
 }
 
-void add_plain(tinygltf::Model& model, const WeldedMesh& mesh, bool has_normals, std::map<std::string, int>& attributes)
+/// Adds the mesh. Returns the primitive that has the only material.
+Value add_mesh(Document& document, const WeldedMesh& mesh, bool lit)
 {
-    const Layout vec3{TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_VEC3};
-    attributes["POSITION"] = add_rows(model, mesh.positions, vec3);
-    set_bounds(model.accessors.back(), mesh.positions, [](Vec3f p, std::size_t i) { return i == 0 ? p.x : i == 1 ? p.y : p.z; });
-    if (has_normals)
-        attributes["NORMAL"] = add_rows(model, mesh.normals, vec3);
-    if (has_normals && !mesh.tangents.empty())
-        attributes["TANGENT"] = add_rows(model, mesh.tangents, {TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_VEC4});
+    const bool is_large = mesh.positions.size() > restart_index;
+    const std::size_t indices = is_large
+                                    ? document.add_indices(mesh.indices)
+                                    : document.add_indices(std::vector<std::uint16_t>(mesh.indices.begin(), mesh.indices.end()));
+    Value attributes = Value::Map{};
+    const std::size_t position = document.add_positions(mesh.positions);
+    const std::size_t normal = lit ? document.add_rows(mesh.normals, type_float, "VEC3") : 0;
+    const bool has_tangents = lit && !mesh.tangents.empty();
+    const std::size_t tangent = has_tangents ? document.add_rows(mesh.tangents, type_float, "VEC4") : 0;
     std::vector<Vec2f> flipped = mesh.texcoords;
     for (Vec2f& uv : flipped)
         uv.y = 1 - uv.y;
+    const std::size_t texcoord = flipped.empty() ? 0 : document.add_rows(flipped, type_float, "VEC2");
+    if (!mesh.colors.empty())
+        attributes.set("COLOR_0", document.add_rows(linear_colors(mesh), type_uint16, "VEC4"));
+    if (lit)
+        attributes.set("NORMAL", normal);
+    attributes.set("POSITION", position);
+    if (has_tangents)
+        attributes.set("TANGENT", tangent);
     if (!flipped.empty())
-        attributes["TEXCOORD_0"] = add_rows(model, flipped, {TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_VEC2});
-}
-
-void add_quantized(tinygltf::Model& model, const QuantizedMesh& mesh, bool has_normals, std::map<std::string, int>& attributes)
-{
-    attributes["POSITION"] = add_rows(model, mesh.positions, {TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT, TINYGLTF_TYPE_VEC3});
-    set_bounds(model.accessors.back(), mesh.positions, [](const auto& row, std::size_t i) { return row[i]; });
-    if (has_normals)
-        attributes["NORMAL"] = add_rows(model, mesh.normals, {TINYGLTF_COMPONENT_TYPE_BYTE, TINYGLTF_TYPE_VEC3, true});
-    if (has_normals && !mesh.tangents.empty())
-        attributes["TANGENT"] = add_rows(model, mesh.tangents, {TINYGLTF_COMPONENT_TYPE_BYTE, TINYGLTF_TYPE_VEC4, true});
-    if (!mesh.texcoords.empty())
-        attributes["TEXCOORD_0"] =
-            add_rows(model, mesh.texcoords, {TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT, TINYGLTF_TYPE_VEC2, true});
-}
-
-/// The parent turns the world upright, the child takes whole steps to meters.
-void add_nodes(tinygltf::Model& model, const std::array<double, 4>& turn, const QuantizedMesh* quantized)
-{
-    tinygltf::Node shown;
-    shown.name = "room";
-    shown.mesh = 0;
-    std::vector<double> rotation;
-    if (turn != std::array<double, 4>{0, 0, 0, 1})
-        rotation.assign(turn.begin(), turn.end());
-    if (quantized != nullptr)
-    {
-        const Vec3d origin = vec_cast<double>(quantized->origin);
-        shown.translation = {origin.x, origin.y, origin.z};
-        shown.scale.assign(3, double{quantized->step_m});
-        if (!rotation.empty())
-        {
-            tinygltf::Node& parent = model.nodes.emplace_back();
-            parent.name = "upright";
-            parent.rotation = rotation;
-            parent.children = {1};
-        }
-    }
-    else
-        shown.rotation = rotation;
-    model.nodes.push_back(shown);
-    model.defaultScene = 0;
-    model.scenes.emplace_back().nodes = {0};
-}
-
-void add_material(tinygltf::Model& model, const std::vector<std::byte>& image, const GlbOptions& options)
-{
-    tinygltf::Material& material = model.materials.emplace_back();
-    material.name = "texture";
-    material.pbrMetallicRoughness.metallicFactor = 0;
-    if (options.material == GltfMaterial::unlit)
-    {
-        material.extensions[unlit_extension] = tinygltf::Value(tinygltf::Value::Object{});
-        model.extensionsUsed.emplace_back(unlit_extension);
-    }
-    if (image.empty())
-        return;
-    const auto add_texture = [&](const std::vector<std::byte>& bytes)
-    {
-        tinygltf::Image& picture = model.images.emplace_back();
-        picture.bufferView = add_view(model, bytes);
-        picture.mimeType = options.image_type;
-        tinygltf::Texture& texture = model.textures.emplace_back();
-        texture.sampler = 0;
-        return texture.source = static_cast<int>(model.images.size() - 1);
-    };
-    material.pbrMetallicRoughness.baseColorTexture.index = add_texture(image);
-    if (!options.relief.normals.empty())
-    {
-        material.normalTexture.index = add_texture(options.relief.normals);
-        material.pbrMetallicRoughness.metallicRoughnessTexture.index = add_texture(options.relief.roughness);
-    }
-    tinygltf::Sampler& sampler = model.samplers.emplace_back();
-    sampler.magFilter = TINYGLTF_TEXTURE_FILTER_LINEAR;
-    sampler.minFilter = TINYGLTF_TEXTURE_FILTER_LINEAR_MIPMAP_LINEAR;
-    sampler.wrapS = sampler.wrapT = TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE;
-}
-
-/// tinygltf's extras have neither whole numbers of 64 bits nor empty lists and maps.
-std::string with_origin(std::string_view glb, const Value& origin)
-{
-    GlbParts parts = parts_of(glb);
-    parts.document.find("asset")->set("extras", origin);
-    return assembled(parts.document, parts.binary);
+        attributes.set("TEXCOORD_0", texcoord);
+    return Value::Map{{"attributes", attributes}, {"indices", indices}, {"material", 0}, {"mode", 4}};
 }
 
 }  // namespace
-
-void order_for_compression(WeldedMesh& mesh)
-{
-    const std::size_t vertices = mesh.positions.size();
-    std::vector<unsigned> indices(mesh.indices.size());
-    meshopt_optimizeVertexCacheStrip(indices.data(), mesh.indices.data(), mesh.indices.size(), vertices);
-    std::vector<unsigned> remap(vertices);
-    meshopt_optimizeVertexFetchRemap(remap.data(), indices.data(), indices.size(), vertices);
-    meshopt_remapIndexBuffer(mesh.indices.data(), indices.data(), indices.size(), remap.data());
-    reorder(mesh.positions, remap);
-    reorder(mesh.normals, remap);
-    reorder(mesh.tangents, remap);
-    reorder(mesh.texcoords, remap);
-    reorder(mesh.colors, remap);
-}
 
 std::string make_glb(const WeldedMesh& mesh, const std::vector<std::byte>& image, const GlbOptions& options)
 {
@@ -423,30 +173,57 @@ std::string make_glb(const WeldedMesh& mesh, const std::vector<std::byte>& image
         throw Error(fmt::format(
             "the mesh and its picture take {} MiB; a GLB file holds at most 4096: decimate the mesh or set max_texture_px",
             bytes >> 20U));
-    const bool has_normals = options.material == GltfMaterial::pbr;
-    const QuantizedMesh steps = options.quantize ? quantized(mesh) : QuantizedMesh{};
-    tinygltf::Model model;
-    model.asset.version = "2.0";
-    model.asset.generator = "fresco";
-    model.buffers.emplace_back();
-    if (options.quantize)
-        model.extensionsUsed = model.extensionsRequired = {quantization_extension};
-    tinygltf::Mesh& room = model.meshes.emplace_back();
-    room.name = "room";
-    tinygltf::Primitive& primitive = room.primitives.emplace_back();
-    primitive.mode = TINYGLTF_MODE_TRIANGLES;
-    primitive.material = 0;
-    primitive.indices = add_indices(model, mesh.indices, mesh.positions.size());
-    if (options.quantize)
-        add_quantized(model, steps, has_normals, primitive.attributes);
-    else
-        add_plain(model, mesh, has_normals, primitive.attributes);
-    if (!mesh.colors.empty())
-        primitive.attributes["COLOR_0"] = add_colors(model, mesh);
-    add_nodes(model, options.turn, options.quantize ? &steps : nullptr);
-    add_material(model, image, options);
-    std::string glb = gltf::written_glb(model);
-    if (options.compress)
-        glb = compressed_glb(glb);
-    return options.origin.as_map().empty() ? glb : with_origin(glb, options.origin);
+    Document document;
+    const Value primitive = add_mesh(document, mesh, options.lit);
+
+    Value::List images;
+    Value::List textures;
+    const auto add_texture = [&](const std::vector<std::byte>& picture) -> Value
+    {
+        images.push_back(Value::Map{{"bufferView", document.add_view(picture)}, {"mimeType", options.image_type}});
+        textures.push_back(Value::Map{{"sampler", 0}, {"source", images.size() - 1}});
+        return Value::Map{{"index", images.size() - 1}};
+    };
+    Value material = Value::Map{};
+    Value roughness = Value::Map{};
+    if (!options.lit)
+        material.set("extensions", Value::Map{{"KHR_materials_unlit", Value::Map{}}});
+    material.set("name", "texture");
+    if (!image.empty())
+        roughness.set("baseColorTexture", add_texture(image));
+    roughness.set("metallicFactor", 0.0);
+    if (!options.relief.normals.empty())
+    {
+        material.set("normalTexture", add_texture(options.relief.normals));
+        roughness.set("metallicRoughnessTexture", add_texture(options.relief.roughness));
+    }
+    material.set("pbrMetallicRoughness", std::move(roughness));
+
+    Value node = Value::Map{{"mesh", 0}, {"name", "room"}};
+    if (options.turn != std::array<double, 4>{0, 0, 0, 1})
+        node.set("rotation", Value::List(options.turn.begin(), options.turn.end()));
+    Value asset = Value::Map{{"generator", "fresco"}, {"version", "2.0"}};
+    if (!options.origin.as_map().empty())
+        asset.set("extras", options.origin);
+    Value others = Value::Map{};
+    if (!options.lit)
+        others.set("extensionsUsed", Value::List{"KHR_materials_unlit"});
+    if (!images.empty())
+        others.set("images", std::move(images));
+    others.set("materials", Value::List{std::move(material)});
+    others.set("meshes", Value::List{Value::Map{{"name", "room"}, {"primitives", Value::List{primitive}}}});
+    others.set("nodes", Value::List{std::move(node)});
+    constexpr int linear = 9729;
+    constexpr int linear_mipmap_linear = 9987;
+    constexpr int clamp_to_edge = 33071;
+    if (!textures.empty())
+        others.set(
+            "samplers",
+            Value::List{Value::Map{
+                {"magFilter", linear}, {"minFilter", linear_mipmap_linear}, {"wrapS", clamp_to_edge}, {"wrapT", clamp_to_edge}}});
+    others.set("scene", 0);
+    others.set("scenes", Value::List{Value::Map{{"nodes", Value::List{0}}}});
+    if (!textures.empty())
+        others.set("textures", std::move(textures));
+    return document.glb(asset, others.as_map());
 }

@@ -90,20 +90,14 @@ class ExportPage final : public Stage
         std::filesystem::create_directories(file.parent_path());
         write_file(file, room_page(data, std::filesystem::path(path->path).stem().string()));
 
-        const std::size_t bytes = std::filesystem::file_size(file);
         const std::size_t triangles = textured_mesh->mesh.triangles.size();
-        const std::string side = std::to_string(image.picture(*textured_mesh).width);
-        run.message(path->path + ": " + file_size(bytes) + ", " + grouped(triangles) + " triangles, picture of " + side + " x " +
-                    side + " in " + file_size(image.bytes.size()));
-        if (triangles > 1'000'000 || image.picture(*textured_mesh).width > 4096)
+        const int texture_px = image.picture(*textured_mesh).width;
+        tell_export(run, path->path, std::filesystem::file_size(file), triangles, texture_px, image.bytes.size());
+        if (triangles > 1'000'000 || texture_px > 4096)
             run.warning(path->path +
                         ": more than 1,000,000 triangles or 4096 texels a side, perhaps too much for a stand-alone VR "
                         "headset: lower max_faces of "
                         "mesh.decimate or max_texture_px");
-        run.report("triangles", triangles);
-        run.report("texture_px", image.picture(*textured_mesh).width);
-        run.report("picture_bytes", image.bytes.size());
-        run.report("bytes", bytes);
         Files result;
         result.names = {path->path};
         files = std::move(result);

@@ -5,10 +5,10 @@
 #include <fresco/stage.h>
 #include <fresco/texture.h>
 #include <fresco/texturing/exports.h>
+#include <fresco/zip.h>
 
 #include "usdz.h"
 
-#include <algorithm>
 #include <span>
 #include <string>
 #include <utility>
@@ -69,35 +69,12 @@ class ExportUsdz final : public Stage
         zip.finish();
         run.check_canceled();
 
-        check(file, welded, image, pictures, run);
-        const std::size_t size = std::filesystem::file_size(file);
-        const std::string side = std::to_string(image.picture(*textured_mesh).width);
-        run.message(valid_line(path->path, size,
-                               grouped(welded.indices.size() / 3) + " triangles, picture of " + side + " x " + side + " in " +
-                                   file_size(image.bytes.size())));
-        run.report("triangles", welded.indices.size() / 3);
+        tell_export(run, path->path, std::filesystem::file_size(file), welded.indices.size() / 3,
+                    image.picture(*textured_mesh).width, image.bytes.size());
         run.report("vertices", welded.positions.size());
-        run.report("texture_px", image.picture(*textured_mesh).width);
-        run.report("picture_bytes", image.bytes.size());
-        run.report("bytes", size);
         Files result;
         result.names = {path->path};
         files = std::move(result);
-    }
-
-    void check(const std::filesystem::path& file, const WeldedMesh& welded, const PictureOptions::Encoded& image,
-               const std::vector<std::pair<std::string, std::span<const std::byte>>>& pictures, RunContext& run) const
-    {
-        const std::string written = read_text_file(file, std::size_t{1} << 33U);
-        const std::vector<UsdzEntry> entries = read_usdz(written, path->path);
-        for (std::size_t i = 0; i < pictures.size(); ++i)
-            if (entries.size() != 1 + pictures.size() ||
-                !std::ranges::equal(std::as_bytes(std::span(entries[1 + i].data)), pictures[i].second))
-                throw Error(path->path + ": the written " + pictures[i].first + " differs from what was to be written");
-        check_usda(entries[0].data, welded);
-        const auto again = run.scratch_folder() / ("picture" + picture.extension());
-        write_file(again, image.bytes);
-        picture.check(again, image.picture(*textured_mesh));
     }
 };
 }  // namespace

@@ -13,39 +13,32 @@ stages:
   bake: {type: texture.bake, input: {texture: texture, mesh: atlas}}
   plain: {type: export.gltf, input: bake, path: plain.glb, up: keep}
   lit: {type: export.gltf, input: bake, path: lit.glb, material: pbr, image_format: jpeg, up: z}
-  small: {type: export.gltf, input: bake, path: small.glb, up: keep, quantize: true, max_texture_px: 128, image_format: jpeg, jpeg_quality: 80}
-  small_lit: {type: export.gltf, input: bake, path: small_lit.glb, quantize: true, material: pbr, up: z}
-  packed: {type: export.gltf, input: bake, path: packed.glb, quantize: true, material: pbr, compression: meshopt}
-  packed_floats: {type: export.gltf, input: bake, path: packed_floats.glb, compression: meshopt}
+  small: {type: export.gltf, input: bake, path: small.glb, up: keep, max_texture_px: 128, image_format: jpeg}
   bare: {type: export.gltf, input: atlas, path: bare.glb}
-  bare_small: {type: export.gltf, input: scan.mesh, path: bare_small.glb, quantize: true, material: pbr, up: z, compression: meshopt}
-  obj: {type: export.obj, input: bake, path: obj/room.obj, up: z}
-  ply: {type: export.ply, input: bake, path: vertex.ply, colors: true, up: z}
-  ply_faces: {type: export.ply, input: bake, path: face.ply, texcoords: face, image_format: jpeg}
+  obj: {type: export.mesh, input: bake, path: obj/room.obj, up: z}
+  ply: {type: export.mesh, input: bake, path: vertex.ply, image_format: jpeg, up: z}
+  colors_ply: {type: export.mesh, input: bake, path: colors.ply, colors: true, up: z}
   standing: {type: export.gltf, input: {textured_mesh: bake, frames: scan}, path: standing.glb}
-  standing_obj: {type: export.obj, input: {textured_mesh: bake, frames: scan}, path: obj/standing.obj}
-  standing_ply: {type: export.ply, input: {textured_mesh: bake, frames: scan}, path: standing.ply}
-  picture: {type: export.texture, input: bake, path: picture.npy}
+  standing_obj: {type: export.mesh, input: {textured_mesh: bake, frames: scan}, path: obj/standing.obj}
+  standing_ply: {type: export.mesh, input: {textured_mesh: bake, frames: scan}, path: standing.ply}
+  picture: {type: export.mesh, input: bake, path: picture.npy}
   usdz: {type: export.usdz, input: bake, path: unlit.usdz, up: z}
   usdz_lit: {type: export.usdz, input: bake, path: lit.usdz, material: pbr, image_format: jpeg, up: z}
   page: {type: export.page, input: {textured_mesh: bake, frames: scan}, path: room.html}
   relief: {type: texture.relief, input: bake}
   relief_glb: {type: export.gltf, input: {textured_mesh: bake, relief: relief}, path: relief.glb, up: z}
-  relief_small: {type: export.gltf, input: {textured_mesh: bake, relief: relief}, path: relief_small.glb, quantize: true, max_texture_px: 128}
   relief_usdz: {type: export.usdz, input: {textured_mesh: bake, relief: relief}, path: relief.usdz, up: z}
   relief_page: {type: export.page, input: {textured_mesh: bake, frames: scan, relief: relief}, path: relief.html}
   page_bare: {type: export.page, input: bake, path: bare.html, up: z}
 YAML
-"$fresco" run "$work/room.yaml" --store "$work/store" --out "$work/out" 2>&1 | tee "$work/log"
-lines=$(grep -c ', valid$' "$work/log") || true
-[ "$lines" -eq 25 ] || fail "$lines files were said to be valid, not 25"
+"$fresco" run "$work/room.yaml" --store "$work/store" --out "$work/out"
 ls -l "$work/out" "$work/out/obj"
 
 cp "$source"/tests/gltf_validator/* "$work/"
 (cd "$work" && npm install --no-audit --no-fund --loglevel=error && node validate.mjs out/*.glb)
 
-(cd "$work/out" && "$fresco" describe packed.glb) >"$work/origin"
-for line in 'export.gltf' '  input  *textured_mesh  *texture.bake' '  option  *compression  *meshopt' '  option  *edge_m  *0.08'; do
+(cd "$work/out" && "$fresco" describe lit.glb) >"$work/origin"
+for line in 'export.gltf' '  input  *textured_mesh  *texture.bake' '  option  *material  *pbr' '  option  *edge_m  *0.08'; do
     grep -q "^$line" "$work/origin" || { cat "$work/origin"; fail "the GLB does not tell: $line"; }
 done
 ! grep -q "$work" "$work/origin" || fail "the GLB tells where it was made"

@@ -18,7 +18,7 @@ STAGES = {
     "uvmaps": {"type": "uvmaps.raster", "input": {"mesh": "atlas", "frames": "scan"}, "heights_px": [60, 120]},
     "photo": {"type": "texture.from_frames", "input": {"uvmaps": "uvmaps", "frames": "scan"}},
     "bake": {"type": "texture.bake", "input": {"texture": "photo", "mesh": "atlas"}},
-    "file": {"type": "export.texture", "input": "bake", "path": "room.npy"},
+    "file": {"type": "export.mesh", "input": "bake", "path": "room.npy"},
 }
 # Braces in 'run' are doubled.
 TABLE = """sleep ${seconds}; echo '{{"columns": ["a", "b"], "rows": [[1, "x"], [2.5, "y"]]}}' >$1"""

@@ -1,97 +1,20 @@
 #include "catch.h"
 #include "stored_png.h"
-#include "usdz.h"
 
-#include <fresco/error.h>
 #include <fresco/files.h>
 #include <fresco/files_io.h>
 #include <fresco/relief.h>
 #include <fresco/testing.h>
 #include <fresco/texture.h>
 #include <fresco/texturing/exports.h>
+#include <fresco/zip.h>
 
+#include <charconv>
+#include <cstring>
 #include <memory>
 
 using namespace fresco;
 using Catch::Contains;
-
-namespace
-{
-using Contents = std::vector<std::pair<std::string, std::string>>;
-
-std::string packed(const Contents& contents)
-{
-    const testing::TemporaryFolder folder;
-    const auto file = folder.path() / "a.usdz";
-    ZipWriter zip(file);
-    for (const auto& [name, data] : contents)
-    {
-        zip.begin(name);
-        for (std::size_t at = 0; at < data.size(); at += 7)
-            zip.write(std::string_view(data).substr(at, 7));
-    }
-    zip.finish();
-    return read_text_file(file);
-}
-}  // namespace
-
-TEST_CASE("every file of a package begins at a multiple of 64 bytes, whatever the lengths of names and data")
-{
-    Contents contents;
-    for (std::size_t length = 0; length < 140; ++length)
-        contents.emplace_back("n" + std::string(length, 'x'), std::string(length * 3 % 200, static_cast<char>(length)));
-    const std::string package = packed(contents);
-    const std::vector<UsdzEntry> entries = read_usdz(package, "a.usdz");
-    REQUIRE(entries.size() == contents.size());
-    for (std::size_t i = 0; i < entries.size(); ++i)
-    {
-        CHECK(entries[i].name == contents[i].first);
-        CHECK(entries[i].data == contents[i].second);
-        CHECK(static_cast<std::size_t>(entries[i].data.data() - package.data()) % 64 == 0);
-    }
-}
-
-TEST_CASE("a package that was changed or cut is refused")
-{
-    const std::string package = packed({{"room.usda", "text"}, {"picture.png", std::string(100, 'p')}});
-    const std::vector<UsdzEntry> entries = read_usdz(package, "a.usdz");
-    for (std::size_t length = 0; length < package.size(); ++length)
-        CHECK_THROWS_WITH(read_usdz(package.substr(0, length), "a.usdz"), Contains("a.usdz: "));
-    CHECK_THROWS_AS(read_usdz(package + "x", "a.usdz"), Error);
-    std::size_t unnoticed = 0;
-    for (std::size_t at = 0; at < package.size(); ++at)
-    {
-        std::string changed = package;
-        changed[at] = static_cast<char>(changed[at] ^ 1);
-        try
-        {
-            if (read_usdz(changed, "a.usdz").at(1).data == entries[1].data)
-                ++unnoticed;
-        }
-        catch (const Error&)
-        {
-            continue;
-        }
-    }
-    // Padding, and in the directory and its end the versions, attributes, numbers of disks and comments.
-    const std::size_t padding = 64 - 30 - 9 - 2 + 192 - (64 + 4 + 30 + 11) - 2;
-    CHECK(unnoticed <= padding + 2 * (2 + 12) + 6);
-}
-
-TEST_CASE("a full disk is an error that names the file")
-{
-    CHECK_THROWS_WITH(ZipWriter("/gone/a.usdz"), Contains("/gone/a.usdz: cannot be written: "));
-    if (!std::filesystem::exists("/dev/full"))
-        return;
-    const auto fill = []
-    {
-        ZipWriter zip("/dev/full");
-        zip.begin("a");
-        zip.write(std::string(1 << 20, 'a'));
-        zip.finish();
-    };
-    CHECK_THROWS_WITH(fill(), Contains("No space left on device"));
-}
 
 namespace
 {
@@ -110,10 +33,17 @@ TexturedMesh square()
 struct Exported
 {
     std::string package;
-    std::vector<UsdzEntry> entries;
+    std::vector<std::string> names;
     Value report;
     std::vector<std::string> messages;
-    std::string layer() const { return std::string(entries.at(0).data); }
+
+    std::string file(const std::string& name) const
+    {
+        const ZipReader reader(std::as_bytes(std::span(package)), "a.usdz");
+        const auto bytes = reader.contents(name);
+        return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+    }
+    std::string layer() const { return file("room.usda"); }
 };
 
 Exported exported(const Value& options, const TexturedMesh& textured = square(), testing::Inputs more = {})
@@ -125,7 +55,7 @@ Exported exported(const Value& options, const TexturedMesh& textured = square(),
                        {{"image_io", std::make_shared<stored_png::Codec>()}});
     const auto files = Files::load({folder.path() / "files", folder.path()});
     Exported result{read_text_file(folder.path() / "files" / files->names.at(0)), {}, run.reported, run.messages};
-    result.entries = read_usdz(result.package, files->names.at(0));
+    result.names = ZipReader(std::as_bytes(std::span(result.package)), files->names.at(0)).names();
     return result;
 }
 }  // namespace
@@ -133,11 +63,11 @@ Exported exported(const Value& options, const TexturedMesh& textured = square(),
 TEST_CASE("the package holds a layer with the mesh, and then the picture")
 {
     const Exported result = exported(Value::Map{{"up", "keep"}});
-    REQUIRE(result.entries.size() == 2);
-    CHECK(result.entries[0].name == "room.usda");
-    CHECK(result.entries[1].name == "picture.png");
+    CHECK(result.names == std::vector<std::string>{"picture.png", "room.usda"});
+    // The first file is the one that is opened.
+    CHECK(result.package.find("room.usda") == 30);
     const testing::TemporaryFolder folder;
-    write_file(folder.path() / "picture.png", std::as_bytes(std::span(result.entries[1].data)));
+    write_file(folder.path() / "picture.png", result.file("picture.png"));
     CHECK(stored_png::Codec().read_rgb(folder.path() / "picture.png") == square().image.pixels);
 
     const std::string layer = result.layer();
@@ -156,7 +86,7 @@ TEST_CASE("the package holds a layer with the mesh, and then the picture")
     CHECK(result.report.at("triangles") == Value(2));
     CHECK(result.report.at("vertices") == Value(5));
     CHECK(result.report.at("bytes") == Value(result.package.size()));
-    CHECK_THAT(result.messages.back(), Contains("room.usdz: ") && Contains("2 triangles") && Contains(", valid"));
+    CHECK_THAT(result.messages.back(), Contains("room.usdz: ") && Contains("2 triangles"));
 }
 
 TEST_CASE("a relief adds a normal map and the roughness")
@@ -168,15 +98,15 @@ TEST_CASE("a relief adds a normal map and the roughness")
     for (std::size_t texel = 0; texel < 64; ++texel)
         relief->set_normal(texel, normalized(Vec3f{0.3F, 0.9F, 0.2F}));
     const Exported result = exported(Value::Map{}, square(), {{"relief", relief}});
-    REQUIRE(result.entries.size() == 4);
-    const auto holds = [&](std::size_t entry, const std::string& name, const Raster8& picture)
+    CHECK(result.names.size() == 4);
+    const auto holds = [&](const std::string& name, const Raster8& picture)
     {
-        CHECK(result.entries[entry].name == name);
-        CHECK(std::ranges::equal(std::as_bytes(std::span(result.entries[entry].data)), stored_png::Codec().encode_png(picture)));
+        const std::string bytes = result.file(name);
+        CHECK(std::ranges::equal(std::as_bytes(std::span(bytes)), stored_png::Codec().encode_png(picture)));
     };
     testing::TestRun run;
-    holds(2, "normals.png", texturing::tangent_maps(*relief, square().mesh, 0, run).normals);
-    holds(3, "roughness.png", relief->roughness);
+    holds("normals.png", texturing::tangent_maps(*relief, square().mesh, 0, run).normals);
+    holds("roughness.png", relief->roughness);
     CHECK_THAT(result.layer(), Contains("normal3f inputs:normal.connect = </room/material/normals.outputs:rgb>") &&
                                    Contains("float inputs:roughness.connect = </room/material/roughness.outputs:r>") &&
                                    Contains("inputs:scale = (2, 2, 2, 1)") && Contains("inputs:bias = (-1, -1, -1, 0)") &&
@@ -198,7 +128,38 @@ TEST_CASE("the room stands upright, with the middle of its floor at the origin")
     CHECK(result.report.at("up") == Value(Value::List{0.0, 0.0, 1.0}));
 }
 
-TEST_CASE("many values are broken into lines and read back; a layer of another mesh is refused")
+namespace
+{
+/// The numbers of one of the layer's lists, whatever brackets are around them.
+template <class Number>
+std::vector<Number> numbers_of(const std::string& layer, const std::string& declaration)
+{
+    const std::string begin = "        " + declaration + " = [";
+    const std::size_t at = layer.find(begin);
+    REQUIRE(at != std::string::npos);
+    std::string_view rest = std::string_view(layer).substr(at + begin.size());
+    rest = rest.substr(0, rest.find(']'));
+    std::vector<Number> numbers;
+    while (rest.find_first_not_of("(), \n") != std::string_view::npos)
+    {
+        rest.remove_prefix(rest.find_first_not_of("(), \n"));
+        const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), numbers.emplace_back());
+        REQUIRE(error == std::errc());
+        rest.remove_prefix(static_cast<std::size_t>(end - rest.data()));
+    }
+    return numbers;
+}
+
+/// Compares bits, so that -0 differs from 0.
+template <class Row>
+bool same_bits(const std::vector<float>& found, const std::vector<Row>& meant)
+{
+    return found.size() * sizeof(float) == meant.size() * sizeof(Row) &&
+           std::memcmp(found.data(), meant.data(), found.size() * sizeof(float)) == 0;
+}
+}  // namespace
+
+TEST_CASE("many values are broken into lines, and read back bit by bit")
 {
     TexturedMesh many = square();
     for (std::uint32_t i = 0; i < 100; ++i)
@@ -209,24 +170,13 @@ TEST_CASE("many values are broken into lines and read back; a layer of another m
         many.mesh.triangles.push_back({first, first + 1, first + 2});
         many.mesh.texcoords.insert(many.mesh.texcoords.end(), {{0, 0}, {at / 100, 0.1F}, {1, 1}});
     }
-    const Exported result = exported(Value::Map{{"up", "keep"}}, many);
-    CHECK_THAT(result.layer(), Contains(",\n"));
-    texturing::WeldedMesh mesh = texturing::weld(many.mesh);
-    check_usda(result.layer(), mesh);
-    const auto refused = [&](const texturing::WeldedMesh& other, const char* what)
-    { CHECK_THROWS_WITH(check_usda(result.layer(), other), Contains(what)); };
-    texturing::WeldedMesh other = mesh;
-    other.positions[9].z = std::nextafter(other.positions[9].z, 9.0F);
-    refused(other, "points, 9");
-    other = mesh;
-    other.texcoords[3].x += 0.5F;
-    refused(other, "primvars:st, 3");
-    other = mesh;
-    std::swap(other.indices[6], other.indices[7]);
-    refused(other, "faceVertexIndices, 6");
-    other = mesh;
-    other.positions.pop_back();
-    refused(other, "more than the");
+    const std::string layer = exported(Value::Map{{"up", "keep"}}, many).layer();
+    CHECK_THAT(layer, Contains(",\n"));
+    const texturing::WeldedMesh mesh = texturing::weld(many.mesh);
+    CHECK(numbers_of<std::uint32_t>(layer, "int[] faceVertexIndices") == mesh.indices);
+    CHECK(numbers_of<std::uint32_t>(layer, "int[] faceVertexCounts") == std::vector<std::uint32_t>(mesh.indices.size() / 3, 3));
+    CHECK(same_bits(numbers_of<float>(layer, "point3f[] points"), mesh.positions));
+    CHECK(same_bits(numbers_of<float>(layer, "texCoord2f[] primvars:st"), mesh.texcoords));
 }
 
 TEST_CASE("what cannot be exported is refused")

@@ -22,7 +22,6 @@
 #include <map>
 #include <numeric>
 #include <set>
-#include <sstream>
 #include <string_view>
 #include <tuple>
 #include <utility>
@@ -403,21 +402,14 @@ void check_views(const tinygltf::Model& model)
     }
 }
 
-}  // namespace
-
-FileFormat glb_format()
+/// The parts of a GLB.
+struct Chunks
 {
-    return {.name = "a GLB model", .extensions = {".glb"}, .begins = {"glTF"}, .length_at = 8, .length_bytes = 4};
-}
+    std::string_view json;
+    std::span<const std::byte> binary;
+};
 
-FileFormat gltf_format()
-{
-    FileFormat format = json_format();
-    format.name = "a glTF model";
-    format.extensions = {".gltf"};
-    return format;
-}
-
+/// Splits a GLB; any other file is all JSON. Throws Error naming the offset.
 Chunks chunks_of(std::span<const std::byte> file)
 {
     if (!text_of(file).starts_with("glTF"))
@@ -436,24 +428,19 @@ Chunks chunks_of(std::span<const std::byte> file)
     return chunks;
 }
 
-std::string glb_json(const std::filesystem::path& file)
+}  // namespace
+
+FileFormat glb_format()
 {
-    constexpr std::size_t most_json_bytes = std::size_t{1} << 26U;
-    std::error_code error;
-    if (!std::filesystem::is_regular_file(file, error))
-        throw MissingInput(file.string() + ": no such file");
-    std::ifstream stream(file, std::ios::binary);
-    std::array<std::byte, glb_header_bytes + chunk_header_bytes> header{};
-    stream.read(reinterpret_cast<char*>(header.data()), header.size());
-    if (!stream || !text_of(header).starts_with("glTF") || word_at(header, 4) != 2 || word_at(header, 16) != json_chunk)
-        throw Error(file.string() + ": is not a binary glTF 2.0 file");
-    const std::size_t length = word_at(header, glb_header_bytes);
-    if (length > most_json_bytes)
-        throw Error(file.string() + ": its JSON chunk claims more than 64 MiB");
-    std::string json(length, '\0');
-    if (!stream.read(json.data(), static_cast<std::streamsize>(json.size())))
-        throw Error(file.string() + ": ends within its JSON chunk");
-    return json;
+    return {.name = "a GLB model", .extensions = {".glb"}, .begins = {"glTF"}, .length_at = 8, .length_bytes = 4};
+}
+
+FileFormat gltf_format()
+{
+    FileFormat format = json_format();
+    format.name = "a glTF model";
+    format.extensions = {".gltf"};
+    return format;
 }
 
 std::string entry(const char* list, std::size_t at)
@@ -504,14 +491,6 @@ std::span<const unsigned char> view_bytes(const tinygltf::Model& model, std::siz
 {
     const auto& place = model.bufferViews.at(view);
     return std::span(model.buffers[static_cast<std::size_t>(place.buffer)].data).subspan(place.byteOffset, place.byteLength);
-}
-
-std::string written_glb(const tinygltf::Model& model)
-{
-    std::ostringstream stream;
-    if (!tinygltf::TinyGLTF().WriteGltfSceneToStream(&model, stream, false, true) || !stream)
-        throw Error("tinygltf could not write the GLB");
-    return std::move(stream).str();
 }
 
 GltfFile load_gltf(std::span<const std::byte> file, const ReadBuffer& read_beside)

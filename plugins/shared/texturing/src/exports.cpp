@@ -31,32 +31,6 @@ void check_textured_mesh(const TexturedMesh& textured, std::string_view source)
             picture.width, picture.height, picture.channels));
 }
 
-void check_written_mesh(const Mesh& found, const Mesh& meant)
-{
-    const auto expect = [](bool good, const std::string& what)
-    {
-        if (!good)
-            throw Error("the written file differs from what was to be written: " + what);
-    };
-    expect(found.positions == meant.positions, "the positions differ");
-    expect(found.colors == meant.colors, "the vertex colors differ");
-    expect(found.texcoords.size() == (meant.texcoords.empty() ? 0 : 3 * found.triangles.size()),
-           "the number of texcoords differs");
-    std::size_t next = 0;
-    for (std::size_t face = 0; face < meant.triangles.size(); ++face)
-    {
-        const Triangle& t = meant.triangles[face];
-        if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0])
-            continue;
-        const std::string name = fmt::format("triangle {}", face);
-        expect(next < found.triangles.size() && found.triangles[next] == t, name + " is missing or differs");
-        for (std::size_t i = 0; i < 3 && !meant.texcoords.empty(); ++i)
-            expect(found.texcoords[3 * next + i] == meant.texcoords[3 * face + i], name + " has a different texcoord");
-        ++next;
-    }
-    expect(next == found.triangles.size(), "more triangles");
-}
-
 std::string grouped(std::uint64_t number)
 {
     std::string text = std::to_string(number);
@@ -82,9 +56,17 @@ std::string file_size(std::uint64_t bytes)
     return fmt::format("{}.{} {}", tenths / 10, tenths % 10, units[unit]);
 }
 
-std::string valid_line(std::string_view name, std::uint64_t bytes, std::string_view what)
+void tell_export(RunContext& run, const std::string& name, std::size_t bytes, std::size_t triangles, int texture_px,
+                 std::size_t picture_bytes)
 {
-    return std::string(name) + ": " + file_size(bytes) + (what.empty() ? "" : ", " + std::string(what)) + ", valid";
+    std::string line = fmt::format("{}: {}, {} triangles", name, file_size(bytes), grouped(triangles));
+    if (texture_px != 0)
+        line += fmt::format(", picture of {0} x {0} in {1}", texture_px, file_size(picture_bytes));
+    run.message(line);
+    run.report("triangles", triangles);
+    run.report("texture_px", texture_px);
+    run.report("picture_bytes", picture_bytes);
+    run.report("bytes", bytes);
 }
 
 ExportedMesh::ExportedMesh(Configurable* owner)
@@ -108,35 +90,21 @@ void ExportedMesh::check() const
 namespace
 {
 
-bool is_jpeg(std::string_view extension)
-{
-    return extension == ".jpg" || extension == ".jpeg";
-}
+/// Nobody sees what is lost, at a third of the bytes of PNG.
+constexpr int jpeg_quality = 92;
 
-std::array<std::size_t, 3> shape_of(const Raster8& picture)
-{
-    return {static_cast<std::size_t>(picture.height), static_cast<std::size_t>(picture.width),
-            static_cast<std::size_t>(picture.channels)};
-}
-
-bool holds(const NpyArray& array, const Raster8& picture)
-{
-    const auto shape = shape_of(picture);
-    if (array.shape != std::vector<std::size_t>(shape.begin(), shape.end()))
-        return false;
-    return std::ranges::equal(array.as<std::uint8_t>(), picture.values);
-}
-
-/// `jpeg_quality`: for .jpg and .jpeg.
-std::vector<std::byte> encoded_picture(const Raster8& picture, std::string_view extension, int jpeg_quality,
-                                       const ImageIo& images)
+std::vector<std::byte> encoded_picture(const Raster8& picture, std::string_view extension, const ImageIo& images)
 {
     if (extension == ".png")
         return images.encode_png(picture);
-    if (is_jpeg(extension))
+    if (extension == ".jpg" || extension == ".jpeg")
         return images.encode_jpeg(picture, jpeg_quality);
     if (extension == ".npy")
-        return to_npy(NpyType::uint8, shape_of(picture), std::as_bytes(std::span(picture.values)));
+    {
+        const std::array shape{static_cast<std::size_t>(picture.height), static_cast<std::size_t>(picture.width),
+                               static_cast<std::size_t>(picture.channels)};
+        return to_npy(NpyType::uint8, shape, std::as_bytes(std::span(picture.values)));
+    }
     throw Error("unknown picture extension \"" + std::string(extension) + "\"; expected .png, .jpg or .npy");
 }
 
@@ -149,10 +117,9 @@ void check_path_for_names(const std::string& path)
 }
 
 PictureEncoding::PictureEncoding(Configurable* owner, int max_texture_px)
-    : jpeg_quality_(owner, "jpeg_quality", 92, range(1, 100), "Quality if the picture is JPEG"),
-      max_texture_px_(owner, "max_texture_px", max_texture_px, range(0, 65536),
+    : max_texture_px_(owner, "max_texture_px", max_texture_px, range(0, 65536),
                       "Shrink the picture to this side, chart by chart in linear light; 0: do not shrink"),
-      images_(owner, "Encodes the picture and reads it back")
+      images_(owner, "Encodes the picture")
 {
 }
 
@@ -161,7 +128,7 @@ PictureEncoding::Encoded PictureEncoding::encoded(const TexturedMesh& textured, 
     Encoded result;
     if (*max_texture_px_ != 0 && *max_texture_px_ < textured.image.pixels.width)
         result.smaller = smaller_picture(textured, *max_texture_px_, run);
-    result.bytes = encoded_picture(result.picture(textured), extension, *jpeg_quality_, *images_);
+    result.bytes = encoded_picture(result.picture(textured), extension, *images_);
     run.check_canceled();
     return result;
 }
@@ -173,25 +140,18 @@ PictureEncoding::EncodedRelief PictureEncoding::encoded(const Relief& relief, co
     const ReliefMaps maps = frame == NormalFrame::tangent ? tangent_maps(relief, mesh, *max_texture_px_, run)
                                                           : world_maps(relief, *max_texture_px_, run);
     run.check_canceled();
-    return {encoded_picture(maps.normals, extension, *jpeg_quality_, *images_),
-            encoded_picture(maps.roughness, extension, *jpeg_quality_, *images_)};
+    return {encoded_picture(maps.normals, extension, *images_), encoded_picture(maps.roughness, extension, *images_)};
 }
 
-void PictureEncoding::check(const std::filesystem::path& file, const Raster8& picture) const
+void PictureEncoding::write(const TexturedMesh& textured, const std::filesystem::path& folder, const std::string& name,
+                            RunContext& run) const
 {
-    const std::string extension = file.extension().string();
-    bool good = false;
-    if (extension == ".npy")
-        good = holds(read_npy(file), picture);
-    else if (is_jpeg(extension))
-    {
-        const ImageHeader header = images_->check(file);
-        good = header.width == picture.width && header.height == picture.height;
-    }
-    else
-        good = images_->read_rgb(file) == picture;
-    if (!good)
-        throw Error(file.string() + ": the written picture differs from what was to be written");
+    const Encoded image = encoded(textured, std::filesystem::path(name).extension().string(), run);
+    const int side = image.picture(textured).width;
+    write_file(folder / name, image.bytes);
+    run.message(fmt::format("{}: {}, {} x {} texels", name, file_size(image.bytes.size()), side, side));
+    run.report("texture_px", side);
+    run.report("picture_bytes", image.bytes.size());
 }
 
 PictureOptions::PictureOptions(Configurable* owner)
@@ -202,20 +162,6 @@ PictureOptions::PictureOptions(Configurable* owner)
 std::string PictureOptions::extension() const
 {
     return *image_format_ == "jpeg" ? ".jpg" : ".png";
-}
-
-std::string PictureOptions::write(const TexturedMesh& textured, const std::filesystem::path& folder, const std::string& mesh_path,
-                                  RunContext& run) const
-{
-    const std::string name = std::filesystem::path(mesh_path).replace_extension(extension()).generic_string();
-    const Encoded image = encoded(textured, extension(), run);
-    const Raster8& picture = image.picture(textured);
-    write_file(folder / name, image.bytes);
-    check(folder / name, picture);
-    run.message(valid_line(name, image.bytes.size(), fmt::format("{0} x {0} texels", picture.width)));
-    run.report("texture_px", picture.width);
-    run.report("picture_bytes", image.bytes.size());
-    return name;
 }
 
 namespace
@@ -407,15 +353,42 @@ std::vector<Vec2f> vertex_texcoords(const Mesh& mesh)
     return result;
 }
 
-constexpr std::string_view ply_beginning = "ply\nformat binary_little_endian 1.0\n";
+}  // namespace
 
-std::vector<std::byte> split_ply(const Mesh& mesh, const std::string& comment)
+Mesh split_at_seams(const Mesh& mesh)
 {
+    Mesh result;
+    if (mesh.texcoords.empty())
+    {
+        result.positions = mesh.positions;
+        result.triangles = mesh.triangles;
+        result.colors = mesh.colors;
+        return result;
+    }
+    WeldedMesh welded = weld(mesh);
+    result.positions = std::move(welded.positions);
+    result.texcoords = mesh.texcoords;
+    if (!mesh.colors.empty())
+        result.colors.resize(result.positions.size());
+    for (std::size_t face = 0; face < mesh.triangles.size(); ++face)
+    {
+        result.triangles.push_back({welded.indices[3 * face], welded.indices[3 * face + 1], welded.indices[3 * face + 2]});
+        for (std::size_t i = 0; i < 3 && !mesh.colors.empty(); ++i)
+            result.colors[result.triangles[face][i]] = mesh.colors[mesh.triangles[face][i]];
+    }
+    return result;
+}
+
+std::vector<std::byte> textured_ply(const Mesh& mesh, const std::string& picture)
+{
+    if (mesh.texcoords.empty())
+        return to_ply(mesh);
+    const std::string comment = picture.empty() ? "" : "comment TextureFile " + picture + "\n";
     Bytes out;
-    out.put_text(fmt::format("{}{}element vertex {}\n"
+    out.put_text(fmt::format("ply\nformat binary_little_endian 1.0\n{}element vertex {}\n"
                              "property float x\nproperty float y\nproperty float z\nproperty float s\nproperty float t\n{}"
                              "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
-                             ply_beginning, comment, mesh.positions.size(),
+                             comment, mesh.positions.size(),
                              mesh.colors.empty() ? "" : "property uchar red\nproperty uchar green\nproperty uchar blue\n",
                              mesh.triangles.size()));
     out.reserve(1024 + mesh.positions.size() * 23 + mesh.triangles.size() * 13);
@@ -433,44 +406,6 @@ std::vector<std::byte> split_ply(const Mesh& mesh, const std::string& comment)
         out.put(t);
     }
     return out.take();
-}
-}  // namespace
-
-Mesh arranged(const Mesh& mesh, const std::vector<Rgb8>& colors, PlyTexcoords texcoords)
-{
-    Mesh result;
-    if (texcoords != PlyTexcoords::vertex)
-    {
-        result.positions = mesh.positions;
-        result.triangles = mesh.triangles;
-        result.colors = colors;
-        if (texcoords == PlyTexcoords::face)
-            result.texcoords = mesh.texcoords;
-        return result;
-    }
-    WeldedMesh welded = weld(mesh);
-    result.positions = std::move(welded.positions);
-    result.texcoords = mesh.texcoords;
-    if (!colors.empty())
-        result.colors.resize(result.positions.size());
-    for (std::size_t face = 0; face < mesh.triangles.size(); ++face)
-    {
-        result.triangles.push_back({welded.indices[3 * face], welded.indices[3 * face + 1], welded.indices[3 * face + 2]});
-        for (std::size_t i = 0; i < 3 && !colors.empty(); ++i)
-            result.colors[result.triangles[face][i]] = colors[mesh.triangles[face][i]];
-    }
-    return result;
-}
-
-std::vector<std::byte> textured_ply(const Mesh& mesh, PlyTexcoords texcoords, const std::string& picture)
-{
-    const std::string comment = picture.empty() ? "" : "comment TextureFile " + picture + "\n";
-    if (texcoords == PlyTexcoords::vertex)
-        return split_ply(mesh, comment);
-    auto ply = to_ply(mesh);
-    const auto text = std::as_bytes(std::span(comment));
-    ply.insert(ply.begin() + ply_beginning.size(), text.begin(), text.end());
-    return ply;
 }
 
 }  // namespace fresco::texturing

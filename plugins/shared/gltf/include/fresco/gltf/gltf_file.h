@@ -4,7 +4,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
 #include <functional>
 #include <span>
 #include <string>
@@ -17,16 +16,6 @@ namespace fresco::gltf
 
 FileFormat glb_format();
 FileFormat gltf_format();
-
-/// The parts of a GLB.
-struct Chunks
-{
-    std::string_view json;
-    std::span<const std::byte> binary;
-};
-
-/// Splits a GLB; any other file is all JSON. Throws Error naming the offset.
-Chunks chunks_of(std::span<const std::byte> file);
 
 /// A picture of a glTF file: a view or a URI.
 struct GltfImage
@@ -51,12 +40,6 @@ using ReadBuffer = std::function<std::vector<std::byte>(const std::string& uri, 
 /// compressed (compression.h) is unpacked into buffers of its own. Throws Error naming the offset or the entry: anything but glTF
 /// 2, an extension that is required and unknown, counts, types and ranges that are wrong. Does not name the file.
 GltfFile load_gltf(std::span<const std::byte> file, const ReadBuffer& read_beside);
-
-/// The JSON of a GLB; the bytes behind it are not read. Throws Error naming the file, MissingInput if it does not exist.
-std::string glb_json(const std::filesystem::path& file);
-
-/// A GLB, written by tinygltf, whose BIN chunk is buffer 0.
-std::string written_glb(const tinygltf::Model& model);
 
 /// The bytes of a view.
 std::span<const unsigned char> view_bytes(const tinygltf::Model& model, std::size_t view);

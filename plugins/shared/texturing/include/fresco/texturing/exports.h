@@ -15,8 +15,8 @@
 #include <string_view>
 #include <vector>
 
-/// \file What the stages that write meshes share: checks of what goes in and of what was written, pictures and their options,
-/// vertices split as a format wants them, PLY.
+/// \file What the stages that write meshes share: checks of what goes in, pictures and their options, vertices split as a format
+/// wants them, PLY.
 
 namespace fresco::texturing
 {
@@ -24,17 +24,15 @@ namespace fresco::texturing
 /// Throws Error naming `source` unless the mesh is one that can be exported: as check_mesh, with texcoords, and a square picture.
 void check_textured_mesh(const TexturedMesh& textured, std::string_view source);
 
-/// Compares a mesh that was read again with the one that was to be written: positions, vertex colors, triangles and texcoords,
-/// all bit by bit, but for faces that name a vertex twice, which readers drop. Throws Error naming the first difference.
-void check_written_mesh(const Mesh& found, const Mesh& meant);
-
 /// "1 234 567"
 std::string grouped(std::uint64_t number);
 /// "12.3 MB", "4.0 kB", "17 bytes"; of 1000, as file managers count.
 std::string file_size(std::uint64_t bytes);
 
-/// "room.glb: 12.3 MB, 499 999 triangles, valid": for what was read again and found to be what was meant. `what` may be empty.
-std::string valid_line(std::string_view name, std::uint64_t bytes, std::string_view what);
+/// Says what was written, "room.glb: 12.3 MB, 499 999 triangles, picture of 4096 x 4096 in 9.8 MB", and reports these numbers.
+/// `texture_px`: 0 without a picture.
+void tell_export(RunContext& run, const std::string& name, std::size_t bytes, std::size_t triangles, int texture_px,
+                 std::size_t picture_bytes);
 
 /// What an export writes, of which one is wired: a mesh with its picture, or one without. Declared in the stage as
 /// `ExportedMesh mesh{this};`.
@@ -84,12 +82,11 @@ class PictureEncoding
     /// The maps of relief_maps.h, made smaller in the same way. Throws Error for a relief of another atlas; Canceled.
     EncodedRelief encoded(const Relief& relief, const Mesh& mesh, NormalFrame frame, std::string_view extension,
                           RunContext& run) const;
-    /// Reads a file again that holds such bytes. Throws Error naming it unless it is whole and holds the picture: every texel, or
-    /// its size where it is JPEG.
-    void check(const std::filesystem::path& file, const Raster8& picture) const;
+    /// Writes the picture as `name`, whose extension is as in encoded(), to a folder that exists, and says so. Throws Error,
+    /// Canceled.
+    void write(const TexturedMesh& textured, const std::filesystem::path& folder, const std::string& name, RunContext& run) const;
 
   private:
-    Option<int> jpeg_quality_;
     Option<int> max_texture_px_;
     Slot<ImageIo> images_;
 };
@@ -102,10 +99,6 @@ class PictureOptions : public PictureEncoding
 
     /// ".png" or ".jpg".
     std::string extension() const;
-    /// Writes the picture below `folder` under the name of `mesh_path` with another extension, reads it again and says so.
-    /// Returns its name below the folder, which must exist. Throws Error, Canceled.
-    std::string write(const TexturedMesh& textured, const std::filesystem::path& folder, const std::string& mesh_path,
-                      RunContext& run) const;
 
   private:
     Option<std::string> image_format_;
@@ -132,20 +125,13 @@ WeldedMesh weld(const Mesh& mesh, bool with_colors = false);
 /// glTF names. A vertex where mirrored and other charts share a texcoord becomes two.
 void add_tangents(WeldedMesh& mesh);
 
-/// Where a PLY file keeps texcoords: there is no standard, readers differ.
-enum class PlyTexcoords
-{
-    vertex,  ///< `s`, `t` of each vertex, which is split where the atlas is cut: what Blender reads.
-    face,    ///< `texcoord`, a list of six numbers for each face: what MeshLab reads.
-    none
-};
+/// The mesh with one texcoord per vertex: corners that agree in position and texcoord are one vertex, with the vertex's color. A
+/// mesh without texcoords stays as it is. Drops charts.
+Mesh split_at_seams(const Mesh& mesh);
 
-/// The mesh as it is to stand in the file: for `vertex`, corners that agree in position and texcoord are one vertex; for `none`
-/// without texcoords. `colors` (per vertex of the mesh, or empty) go with their vertices.
-Mesh arranged(const Mesh& mesh, const std::vector<Rgb8>& colors, PlyTexcoords texcoords);
-
-/// Binary little-endian PLY of an arranged mesh; `picture`: the name for `comment TextureFile`, empty for none. parse_ply gives
-/// the same mesh again but for faces that name a vertex twice. Throws Error for more vertices than PLY's int counts.
-std::vector<std::byte> textured_ply(const Mesh& mesh, PlyTexcoords texcoords, const std::string& picture);
+/// Binary little-endian PLY of a mesh of split_at_seams. PLY has no standard for texcoords: here they are `s` and `t` of each
+/// vertex, as Blender reads them. `picture`: the name for `comment TextureFile`, empty for none. Throws Error for more vertices
+/// than PLY's int counts.
+std::vector<std::byte> textured_ply(const Mesh& mesh, const std::string& picture);
 
 }  // namespace fresco::texturing

@@ -1,0 +1,87 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+/// \file Zip archives whose files are stored as they are, not compressed: PyTorch's state dicts are read, USDZ packages written.
+
+namespace fresco
+{
+
+/// Reads an archive in memory. The central directory decides; each file's own header must agree with it, and no two files may
+/// overlap. No size that the archive claims is believed before it is compared with the bytes that are there.
+class ZipReader
+{
+  public:
+    /// Views `bytes`. Throws Error naming source and offset: an archive that is damaged, compressed, encrypted or over 4 GiB.
+    ZipReader(std::span<const std::byte> bytes, std::string_view source);
+
+    /// The contents, compared with their checksum. Throws Error if there is no such file or it is damaged.
+    std::span<const std::byte> contents(const std::string& name) const;
+    bool contains(const std::string& name) const { return entries_.contains(name); }
+    std::vector<std::string> names() const;  ///< Sorted.
+
+  private:
+    struct Entry
+    {
+        std::size_t header = 0;
+        std::size_t data = 0;
+        std::size_t size = 0;
+        std::uint32_t checksum = 0;
+    };
+
+    [[noreturn]] void fail(std::size_t offset, const std::string& what) const;
+    std::uint64_t number(std::size_t offset, std::size_t bytes) const;
+    std::size_t find_end() const;
+    std::size_t read_entry(std::size_t offset, std::size_t end);
+    void check_header(const std::string& name, Entry& entry) const;
+    void check_overlaps(std::size_t directory) const;
+
+    std::span<const std::byte> bytes_;
+    std::string source_;
+    std::map<std::string, Entry> entries_;
+};
+
+/// Writes an archive by the usdz specification: data at multiples of 64 bytes, without zip64 or times (all are of 1980). Files
+/// are written one after the other, in pieces of any size that are not kept.
+class ZipWriter
+{
+  public:
+    /// Throws Error if the file cannot be created.
+    explicit ZipWriter(std::filesystem::path file);
+
+    /// Begins the next file; `name` is ASCII. Throws Error if the disk is full or the archive would exceed 4 GiB, like all below.
+    void begin(std::string name);
+    /// Appends data to the current file.
+    void write(std::string_view bytes);
+    /// Ends the last file, and writes the directory of all.
+    void finish();
+
+  private:
+    struct Entry
+    {
+        std::string name;
+        std::uint64_t header = 0;
+        std::uint64_t data = 0;
+        std::uint64_t bytes = 0;
+        std::uint32_t crc = 0;
+    };
+
+    void check_written() const;
+    void put(std::string_view bytes);
+    void end_entry();
+
+    std::filesystem::path file_;
+    std::ofstream stream_;
+    std::uint64_t offset_ = 0;
+    std::vector<Entry> entries_;
+};
+
+}  // namespace fresco

@@ -1,0 +1,99 @@
+#include "catch.h"
+
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+#include <fresco/testing.h>
+#include <fresco/zip.h>
+
+#include <algorithm>
+
+using namespace fresco;
+using Catch::Contains;
+
+namespace
+{
+using Contents = std::vector<std::pair<std::string, std::string>>;
+
+std::string packed(const Contents& contents)
+{
+    const testing::TemporaryFolder folder;
+    const auto file = folder.path() / "a.zip";
+    ZipWriter zip(file);
+    for (const auto& [name, data] : contents)
+    {
+        zip.begin(name);
+        for (std::size_t at = 0; at < data.size(); at += 7)
+            zip.write(std::string_view(data).substr(at, 7));
+    }
+    zip.finish();
+    return read_text_file(file);
+}
+
+ZipReader opened(const std::string& archive)
+{
+    return {std::as_bytes(std::span(archive)), "a.zip"};
+}
+}  // namespace
+
+TEST_CASE("Every file of a zip archive begins at a multiple of 64 bytes, whatever the lengths of names and data")
+{
+    Contents contents;
+    for (std::size_t length = 0; length < 140; ++length)
+        contents.emplace_back("n" + std::string(length, 'x'), std::string(length * 3 % 200, static_cast<char>(length)));
+    const std::string archive = packed(contents);
+    const ZipReader reader = opened(archive);
+    CHECK(reader.names().size() == contents.size());
+    for (const auto& [name, data] : contents)
+    {
+        const auto found = reader.contents(name);
+        CHECK(std::ranges::equal(found, std::as_bytes(std::span(data))));
+        CHECK((found.data() - std::as_bytes(std::span(archive)).data()) % 64 == 0);
+    }
+    CHECK_THROWS_WITH(reader.contents("gone"), Contains("a.zip: the archive lacks the entry 'gone'"));
+}
+
+TEST_CASE("A zip archive that was changed or cut is refused, or still holds what was written")
+{
+    const std::string text(100, 'p');
+    const std::string archive = packed({{"room.usda", "text"}, {"picture.png", text}});
+    for (std::size_t length = 0; length < archive.size(); ++length)
+    {
+        // A copy of its own, so that a sanitizer sees a read beyond the end.
+        const std::string cut = archive.substr(0, length);
+        CHECK_THROWS_WITH(opened(cut), Contains("a.zip: byte "));
+    }
+    CHECK_THROWS_AS(opened(archive + "x"), Error);
+    std::size_t noticed = 0;
+    for (std::size_t at = 0; at < archive.size(); ++at)
+    {
+        std::string changed = archive;
+        changed[at] = static_cast<char>(changed[at] ^ 1);
+        bool holds = false;
+        try
+        {
+            holds = std::ranges::equal(opened(changed).contents("picture.png"), std::as_bytes(std::span(text)));
+        }
+        catch (const Error&)
+        {
+            ++noticed;
+            continue;
+        }
+        CHECK(holds);
+    }
+    CHECK(noticed > text.size());
+}
+
+TEST_CASE("ZipWriter: a full disk is an error that names the file")
+{
+    CHECK_THROWS_WITH(ZipWriter("/gone/a.zip"), Contains("/gone/a.zip: cannot be written: "));
+    if (!std::filesystem::exists("/dev/full"))
+        return;
+    const auto fill = []
+    {
+        ZipWriter zip("/dev/full");
+        zip.begin("a");
+        zip.write(std::string(1 << 20, 'a'));
+        zip.finish();
+    };
+    CHECK_THROWS_WITH(fill(), Contains("No space left on device"));
+}

@@ -74,7 +74,7 @@ inline Catalog hand_made_catalog()
         {"name": "method", "kind": "text", "default": "quadric", "choices": ["quadric", "edge"], "help": "How"})json"));
     catalog.add(stage("atlas.flat", "mesh mesh", "atlas mesh",
                       R"({"name": "size_px", "kind": "int", "default": 2048, "unit": "px", "help": "Side"})"));
-    catalog.add(stage("uvmaps.raycast", "mesh mesh, frames frames", "maps uv_maps", R"json(
+    catalog.add(stage("uvmaps.raster", "mesh mesh, frames frames", "maps uv_maps", R"json(
         {"name": "heights_px", "kind": "ints", "default": [256], "min": 16.0, "max": 4096.0, "unit": "px", "help": "Heights"},
         {"name": "weights", "kind": "numbers", "default": [], "help": "Weights"})json"));
     catalog.add(stage("texture.optimize", "maps uv_maps, frames frames, style image, mask image?", "texture texture", R"json(
@@ -196,7 +196,7 @@ stages:
   scan:    {type: scan.folder, path: "${data}"}
   frames:  {type: frames.sharpest, input: scan, min_sharpness: 150}
   mesh:    {type: mesh.decimate,   input: scan, max_faces: 400000}
-  uvmaps:  {type: uvmaps.raycast,  input: {mesh: mesh, frames: frames}, heights_px: [256, 432]}
+  uvmaps:  {type: uvmaps.raster,   input: {mesh: mesh, frames: frames}, heights_px: [256, 432]}
   texture:
     type: texture.optimize
     input: {maps: uvmaps, frames: frames, style: {file: "${picture}"}}

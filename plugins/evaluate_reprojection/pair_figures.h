@@ -38,7 +38,7 @@ struct ViewSurface
     }
 };
 
-/// Casts the camera's rays by the rules of uvmaps.raycast. Equal for any progress.threads(). Throws Canceled.
+/// Casts the camera's rays by the rules of uvmaps.raster. Equal for any progress.threads(). Throws Canceled.
 ViewSurface view_surface(const fresco::raycast::Scene& scene, const fresco::Camera& camera, const fresco::Progress& progress);
 
 /// Fills `inner` from `depth`.

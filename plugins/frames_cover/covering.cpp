@@ -3,8 +3,8 @@
 #include <fresco/images/sharpness.h>
 #include <fresco/numerics/numerics.h>
 #include <fresco/parallel.h>
-#include <fresco/raycast/scene.h>
-#include <fresco/uv_mapping/uv_mapping_stage.h>
+#include <fresco/rendering/raster_finder.h>
+#include <fresco/uv_mapping/uv_mapper.h>
 
 #include <algorithm>
 #include <array>
@@ -112,7 +112,7 @@ class Covering
 
     SeenByFrame look(const std::vector<double>& sharp, Progress& progress) const
     {
-        UvMapper mapper(mesh_, std::make_unique<raycast::RayFinder>(mesh_));
+        UvMapper mapper(mesh_, std::make_unique<rendering::RasterFinder>(mesh_));
         const std::array heights{options_.height_px};
         SeenByFrame seen;
         for (const Frame& frame : frames_.frames)

@@ -1,6 +1,5 @@
 #include "covering.h"
 
-#include <fresco/raycast/scene.h>
 #include <fresco/stage.h>
 
 using namespace fresco;
@@ -20,7 +19,6 @@ class FramesCover final : public Stage
     Option<double> max_share{this, "max_share", 1, range(1e-6, 1), "Maximum share of the frames"};
     Slot<ImageIo> images{this, optional, "Reads pictures that are not NPY; none: all are NPY"};
 
-
     void run(RunContext& run) override
     {
         chosen = cover::covering_frames(*mesh, *frames,
@@ -32,4 +30,3 @@ class FramesCover final : public Stage
 }  // namespace
 
 FRESCO_STAGE("frames.cover", FramesCover, "Chooses the fewest frames that see all of the mesh sharply and from good angles")
-FRESCO_LIBRARY("Embree", raycast::embree_version())

@@ -8,7 +8,7 @@
 #include <fresco/geometry/upright.h>
 #include <fresco/mesh.h>
 #include <fresco/stage.h>
-#include <fresco/uv_mapping/uv_mapping_stage.h>
+#include <fresco/uv_mapping/uv_mapper.h>
 
 #include <cmath>
 #include <fmt/format.h>

@@ -11,7 +11,7 @@ stages:
   scan: {type: scan.synthetic_room, frames_count: 5, color_width_px: 160, color_height_px: 120, depth_px: [80, 60], edge_m: 0.15}
   picture: {type: picture.pattern, size_px: 128}
   atlas: {type: atlas.project, input: scan.mesh, size_px: 128}
-  uvmaps: {type: uvmaps.raycast, input: {mesh: atlas, frames: scan.frames}, heights_px: [48, 96]}
+  uvmaps: {type: uvmaps.raster, input: {mesh: atlas, frames: scan.frames}, heights_px: [48, 96]}
   texture: {type: texture.optimize, input: {uvmaps: uvmaps, frames: scan.frames, style: picture}, $options}
   bake: {type: texture.bake, input: {texture: texture, mesh: atlas}}
   room: {type: dataset.write, input: {uvmaps: uvmaps, frames: scan.frames, mesh: atlas, style: picture}, path: room, pictures: true}

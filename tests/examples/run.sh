@@ -50,7 +50,7 @@ stages:
   scan: {type: scan.synthetic_room, frames_count: 4, color_width_px: 160, color_height_px: 120, edge_m: 0.15}
   picture: {type: picture.pattern}
   atlas: {type: atlas.project, input: scan.mesh, size_px: 128}
-  uvmaps: {type: uvmaps.raycast, input: {mesh: atlas, frames: scan.frames}, heights_px: [64]}
+  uvmaps: {type: uvmaps.raster, input: {mesh: atlas, frames: scan.frames}, heights_px: [64]}
   texture:
     type: texture.optimize
     input: {uvmaps: uvmaps, frames: scan.frames, style: picture}

@@ -124,7 +124,7 @@ class Chain
             frame.color_picture.path = folder_.path() / (frame.name + ".png");
             write_file(frame.color_picture.path, stored_png::Codec().encode_png(picture_of(frame.color)));
         }
-        run(UVMAPS_RAYCAST_FILE, "uvmaps.raycast", Value::Map{{"heights_px", Value::List{120}}},
+        run(UVMAPS_RASTER_FILE, "uvmaps.raster", Value::Map{{"heights_px", Value::List{120}}},
             {{"mesh", room_}, {"frames", frames_}}, folder_.path());
         run(TEXTURE_FROM_FRAMES_FILE, "texture.from_frames", Value::Map{{"size_px", box_room_texture_px}},
             {{"uvmaps", UvMaps::load({folder_.path() / "uvmaps", folder_.path()})}, {"frames", frames_}}, folder_.path());

@@ -1,5 +1,6 @@
 #include "catch.h"
 #include "furnish.h"
+#include "ray_finder.h"
 #include "recording.h"
 #include "scan_mesh.h"
 #include "shared_data.h"
@@ -73,7 +74,7 @@ void check_agreement(const Mesh& mesh, const std::vector<Camera>& cameras, const
     const raycast::Scene scene(mesh);
     rendering::RasterFinder raster(mesh);
     UvMapper drawn(mesh, std::make_unique<rendering::RasterFinder>(mesh));
-    UvMapper cast(mesh, std::make_unique<raycast::RayFinder>(mesh));
+    UvMapper cast(mesh, std::make_unique<RayFinder>(mesh));
     Agreement all;
     PixelCounts cast_counts;
     for (const Camera& camera : cameras)

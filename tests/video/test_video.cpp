@@ -75,7 +75,7 @@ class Chain
         for (const Frame& frame : frames_->frames)
             write_file(styled() / (frame.sequence + "_" + frame.name + ".png"),
                        Codec().encode_png(stylized(seen_by(frame.color), static_cast<int>(frame.number))));
-        run("uvmaps.raycast", Value::Map{{"heights_px", Value::List{120}}}, {{"mesh", room_}, {"frames", frames_}});
+        run("uvmaps.raster", Value::Map{{"heights_px", Value::List{120}}}, {{"mesh", room_}, {"frames", frames_}});
         const auto maps = UvMaps::load({folder_.path() / "uvmaps", folder_.path()});
         run("texture.from_frames", Value::Map{{"pictures", styled().string()}, {"size_px", 640}},
             {{"uvmaps", maps}, {"frames", frames_}});

@@ -158,7 +158,7 @@ stages:
   e:    {type: mesh.pass}
   scan: {type: scan.folder, path: .}
   kept: {type: frames.sharpest, input: scan}
-  maps: {type: uvmaps.raycast, input: scan}
+  maps: {type: uvmaps.raster,  input: scan}
 )");
     REQUIRE(lines(result).empty());
     CHECK(wires_of(result, "a") == Words{"mesh from two.left"});
@@ -180,7 +180,7 @@ vars: {root: scan, faces: 1000, heights: [16, 32], deep: "${root}", name: room}
 stages:
   scan:   {type: scan.folder, path: "${deep}"}
   mesh:   {type: mesh.decimate, input: scan, max_faces: "${faces}"}
-  uv:     {type: uvmaps.raycast, input: {mesh: mesh, frames: scan}, heights_px: "${heights}"}
+  uv:     {type: uvmaps.raster,  input: {mesh: mesh, frames: scan}, heights_px: "${heights}"}
   again:  {type: scan.folder, path: "${root}/../${root}"}
   note:   {type: mesh.pass, title: "${name}s of $${name} cost 5$"}
 )");

@@ -31,7 +31,7 @@ stages:
   scan:    {type: scan.foldr, path: "${data}"}
   frames:  {type: frames.sharpest, input: scann, min_sharpnes: 150}
   mesh:    {type: mesh.decimate,   input: uvmaps, max_faces: 3, keep_borders: on, method: quadrik, method: x}
-  uvmaps:  {type: uvmaps.raycast,  input: {mesh: &x frames.kep, frams: frames}, heights_px: 256, weights: [1, 010, .nan, x]}
+  uvmaps:  {type: uvmaps.raster,   input: {mesh: &x frames.kep, frams: frames}, heights_px: 256, weights: [1, 010, .nan, x]}
   texture:
     type: texture.optimize
     input: {maps: uvmaps, frames: frames, style: {file: "${a}.tga"}}
@@ -56,7 +56,7 @@ stages:
         {"5:37", "unknown var 'data' (there are: a, b, mesh)"},
         {"6:43", "stage 'frames' (frames.sharpest): unknown stage 'scann' (did you mean 'scan'?)"},
         {"6:50", "has no option 'min_sharpnes' (did you mean 'min_sharpness'?)"},
-        {"7:43", "input 'mesh' takes mesh, but stage 'uvmaps' (uvmaps.raycast) makes maps (uv_maps)"},
+        {"7:43", "input 'mesh' takes mesh, but stage 'uvmaps' (uvmaps.raster) makes maps (uv_maps)"},
         {"7:62", "3 is too small; expected an integer from 4 to 50000000"},
         {"7:79", "expected true or false, got the text 'on' (write true)"},
         {"7:91", "'quadrik' is not known (did you mean 'quadric'?); expected one of quadric, edge"},
@@ -89,7 +89,7 @@ stages:
 TEST_CASE("A value or an input that does not fit is named with what is accepted and what was probably meant", "[pipeline]")
 {
     const auto height = [](const std::string& text)
-    { return "a: {type: uvmaps.raycast, input: b, heights_px: [" + text + "]}\n  b: {type: nothing}"; };
+    { return "a: {type: uvmaps.raster,  input: b, heights_px: [" + text + "]}\n  b: {type: nothing}"; };
     const auto decimated = [](const std::string& option)
     { return "m: {type: mesh.two}\n  d: {type: mesh.decimate, input: m.left, " + option + "}"; };
     for (const auto& [stages, problem] : std::vector<std::pair<std::string, std::string>>{
@@ -112,7 +112,7 @@ TEST_CASE("A value or an input that does not fit is named with what is accepted 
              {"a: [1]", "stage 'a' must be a map"},
              {"a: {type: loss.gram}", "'loss.gram' is of kind 'loss'; expected kind 'stage'"},
              {"a: {type: mesh.pass, title: \"${x\"}", "a '${' is not closed"},
-             {"s: {type: scan.folder, path: .}\n  u: {type: uvmaps.raycast, input: s.mesh}",
+             {"s: {type: scan.folder, path: .}\n  u: {type: uvmaps.raster,  input: s.mesh}",
               "needs the input 'frames' (frames); it is made by s.frames"},
              // What would close a cycle is not offered.
              {"a: {type: mesh.decimate}\n  b: {type: mesh.pass, input: a}\n  c: {type: mesh.pass, input: b}",
@@ -126,8 +126,8 @@ TEST_CASE("A value or an input that does not fit is named with what is accepted 
              {"a: {type: mesh.pass, input: {file: x.ply, depth: 1}}", "has no option 'depth'"},
              {"a: {type: mesh.decimate, input: {file: ''}}",
               "needs the input 'mesh' (mesh); no stage of this pipeline makes mesh"},
-             {"a: {type: uvmaps.raycast, input: a}",
-              "takes mesh (mesh) and frames (frames), but stage 'a' (uvmaps.raycast) makes maps (uv_maps)"}})
+             {"a: {type: uvmaps.raster,  input: a}",
+              "takes mesh (mesh) and frames (frames), but stage 'a' (uvmaps.raster) makes maps (uv_maps)"}})
         CHECK_THAT(problem_of(stages), Contains(problem));
     CHECK_THAT(problem_of(height("16, 4096")), !Contains("heights_px"));
 }
@@ -373,7 +373,7 @@ TEST_CASE("A stage is left out by --without, which none that stays may read", "[
     const Words read = lines(load({"mesh"}));
     REQUIRE(read.size() == 1);
     CHECK(read[0] ==
-          "--without mesh: error: stage 'uvmaps' (uvmaps.raycast) reads it: leave that out, too (--without uvmaps), or set "
+          "--without mesh: error: stage 'uvmaps' (uvmaps.raster) reads it: leave that out, too (--without uvmaps), or set "
           "its input");
     CHECK(names_of(load({"mesh"}, {{"uvmaps.input.mesh", "scan"}})) == Words{"scan", "frames", "uvmaps", "texture", "glb"});
     CHECK(joined_lines(load({"gbl"})) == "--without gbl: error: unknown stage 'gbl' (did you mean 'glb'?)");

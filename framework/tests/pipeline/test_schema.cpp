@@ -199,7 +199,7 @@ TEST_CASE("The editor schema accepts what the host accepts and refuses what it r
 stages:
   scan:    {type: scan.folder, path: "${data}"}
   mesh:    {type: mesh.decimate, input: scan, max_faces: "${n}"}
-  uvmaps:  {type: uvmaps.raycast, input: {mesh: mesh, frames: scan.frames}, heights_px: [256, "${n}"]}
+  uvmaps:  {type: uvmaps.raster,  input: {mesh: mesh, frames: scan.frames}, heights_px: [256, "${n}"]}
   texture:
     type: texture.optimize
     input: {maps: uvmaps, frames: scan, style: {file: pic.jpg, max_px: 9}}
@@ -220,7 +220,7 @@ stages:
           "{type: mesh.decimate, max_faces: 1.5}", "{type: mesh.decimate, max_faces: many}",
           "{type: mesh.decimate, keep_borders: yes}", "{type: mesh.decimate, method: quick}",
           "{type: mesh.decimate, input: {meshes: b}}", "{type: mesh.two, input: b}", "{type: mesh.judged, needed: none}",
-          "{type: uvmaps.raycast, heights_px: [1]}", "{type: uvmaps.raycast, input: {frames: {file: a.ply}}}",
+          "{type: uvmaps.raster,  heights_px: [1]}", "{type: uvmaps.raster,  input: {frames: {file: a.ply}}}",
           "{type: texture.optimize, losses: {a: {type: features.vgg, weights: w}}}",
           "{type: texture.optimize, losses: {a: {type: loss.gram, wait: 1}}}",
           "{type: texture.optimize, losses: {a: {type: loss.gram, features: {type: features.vgg}}}}",

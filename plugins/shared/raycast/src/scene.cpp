@@ -1,12 +1,10 @@
 #include <fresco/error.h>
-#include <fresco/parallel.h>
 #include <fresco/raycast/scene.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <string>
-#include <vector>
 #include FRESCO_EMBREE_HEADER
 
 namespace fresco::raycast
@@ -56,15 +54,6 @@ double texels_per_pixel(const Mesh& mesh, std::uint32_t triangle, Vec2d uv, cons
         return length(Vec2d{step.x * width, step.y * height});
     };
     return std::max(texels_to(x + 1, y), texels_to(x, y + 1));
-}
-
-Vec3d normal(const Mesh& mesh, std::span<const Vec3f> vertex_normals, const Hit& hit)
-{
-    const Triangle& t = mesh.triangles[hit.triangle];
-    Vec3d sum;
-    for (std::size_t corner = 0; corner < 3; ++corner)
-        sum += vec_cast<double>(vertex_normals[t[corner]]) * hit.weights[corner];
-    return normalized(sum);
 }
 
 namespace
@@ -233,12 +222,9 @@ class Packet
 
     void intersect(RTCScene scene) { fresco::raycast::intersect(scene, valid_.data(), rays_); }
 
-    std::uint32_t triangle(std::size_t i) const { return missed(i) ? Hit::none : rays_.hit.primID[i]; }
-    bool missed(std::size_t i) const { return rays_.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID; }
-
     Hit hit(std::size_t i, const Mesh& mesh, Vec3d origin, Vec3d direction) const
     {
-        return missed(i)
+        return rays_.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID
                    ? Hit{}
                    : refine(mesh, origin, direction, rays_.hit.primID[i], rays_.ray.tfar[i], rays_.hit.u[i], rays_.hit.v[i]);
     }
@@ -253,43 +239,40 @@ Vec3d nudged(Vec3d direction)
 {
     return direction + Vec3d{0.53, 0.31, 0.79} * (1e-6 * length(direction));
 }
+}  // namespace
 
-/// Casts rays and calls `found(packet, i, ray)` for each: ray number `ray` is number `i` of the packet.
-template <class Found>
-void cast_twice(RTCScene scene, Vec3d origin, std::span<const Vec3d> directions, const Found& found)
+void Scene::cast(Vec3d origin, std::span<const Vec3d> directions, std::span<Hit> hits) const
 {
     Packet packet(origin, directions);
-    packet.intersect(scene);
-    std::array<Vec3d, Scene::packet_size> again;
-    std::array<std::size_t, Scene::packet_size> ray;
+    packet.intersect(embree_->scene);
+    std::array<Vec3d, packet_size> again;
+    std::array<std::size_t, packet_size> ray;
     std::size_t missed = 0;
     for (std::size_t i = 0; i < directions.size(); ++i)
     {
-        found(packet, i, i);
-        if (packet.missed(i))
-        {
-            again[missed] = nudged(directions[i]);
-            ray[missed++] = i;
-        }
+        hits[i] = packet.hit(i, mesh_, origin, directions[i]);
+        if (hits[i].found())
+            continue;
+        again[missed] = nudged(directions[i]);
+        ray[missed++] = i;
     }
     if (missed == 0)
         return;
     // Embree is watertight along edges, but a ray that meets a vertex to the last bit can miss all faces around it.
     Packet second(origin, std::span(again).first(missed));
-    second.intersect(scene);
+    second.intersect(embree_->scene);
     for (std::size_t i = 0; i < missed; ++i)
-        found(second, i, ray[i]);
+        hits[ray[i]] = second.hit(i, mesh_, origin, directions[ray[i]]);
 }
 
-/// Calls `cast(directions, places)` for the packets of a camera's rows, blocks of 4 x 4 pixels, smaller at the borders; a place
-/// is an index into the rows' pixels.
-template <class Cast>
-void for_each_packet(const Camera& camera, int first_row, int end_row, const Cast& cast)
+void Scene::cast_rows(const Camera& camera, int first_row, int end_row, std::span<Hit> hits) const
 {
+    // A packet's rays go through a block of 4 x 4 pixels, smaller at the borders.
     constexpr int side = 4;
     const int width = camera.intrinsics.width;
-    std::array<Vec3d, Scene::packet_size> directions;
-    std::array<std::size_t, Scene::packet_size> places;
+    std::array<Vec3d, packet_size> directions;
+    std::array<std::size_t, packet_size> places;
+    std::array<Hit, packet_size> found;
     const Vec3d across = camera.world_from_camera.direction({1 / camera.intrinsics.fx, 0, 0});
     for (int block_y = first_row; block_y < end_row; block_y += side)
         for (int block_x = 0; block_x < width; block_x += side)
@@ -305,78 +288,15 @@ void for_each_packet(const Camera& camera, int first_row, int end_row, const Cas
                         static_cast<std::size_t>(y - first_row) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
                 }
             }
-            cast(std::span<const Vec3d>(directions).first(count), std::span<const std::size_t>(places).first(count));
+            cast(camera.world_from_camera.translation, std::span(directions).first(count), std::span(found).first(count));
+            for (std::size_t i = 0; i < count; ++i)
+                hits[places[i]] = found[i];
         }
-}
-}  // namespace
-
-void Scene::cast(Vec3d origin, std::span<const Vec3d> directions, std::span<Hit> hits) const
-{
-    cast_twice(embree_->scene, origin, directions,
-               [&](const Packet& packet, std::size_t i, std::size_t ray)
-               { hits[ray] = packet.hit(i, mesh_, origin, directions[ray]); });
-}
-
-void Scene::cast_rows(const Camera& camera, int first_row, int end_row, std::span<Hit> hits) const
-{
-    std::array<Hit, packet_size> found;
-    for_each_packet(camera, first_row, end_row,
-                    [&](std::span<const Vec3d> directions, std::span<const std::size_t> places)
-                    {
-                        cast(camera.world_from_camera.translation, directions, std::span(found).first(directions.size()));
-                        for (std::size_t i = 0; i < places.size(); ++i)
-                            hits[places[i]] = found[i];
-                    });
-}
-
-void Scene::first_faces(const Camera& camera, int first_row, int end_row, std::span<std::uint32_t> faces) const
-{
-    for_each_packet(camera, first_row, end_row,
-                    [&](std::span<const Vec3d> directions, std::span<const std::size_t> places)
-                    {
-                        cast_twice(embree_->scene, camera.world_from_camera.translation, directions,
-                                   [&](const Packet& packet, std::size_t i, std::size_t ray)
-                                   { faces[places[ray]] = packet.triangle(i); });
-                    });
 }
 
 const char* embree_version()
 {
     return RTC_VERSION_STRING;
-}
-
-namespace
-{
-
-/// As many rows as Embree's packets of rays are high, some times over.
-constexpr int rows_per_block = 16;
-
-struct Rows
-{
-    std::size_t map;
-    int first;
-    int end;
-};
-
-}  // namespace
-
-void RayFinder::find(std::span<const Camera> cameras, const Progress& progress, std::span<FaceMap> faces)
-{
-    std::vector<Rows> blocks;
-    for (std::size_t i = 0; i < cameras.size(); ++i)
-        for (int row = 0; row < faces[i].height; row += rows_per_block)
-            blocks.push_back({i, row, std::min(row + rows_per_block, faces[i].height)});
-    parallel_items(
-        blocks.size(), 1, progress,
-        [&](std::size_t block)
-        {
-            const Rows& rows = blocks[block];
-            FaceMap& map = faces[rows.map];
-            const auto width = static_cast<std::size_t>(map.width);
-            scene_.first_faces(
-                cameras[rows.map], rows.first, rows.end,
-                std::span(map.values).subspan(map.index(0, rows.first), static_cast<std::size_t>(rows.end - rows.first) * width));
-        });
 }
 
 }  // namespace fresco::raycast

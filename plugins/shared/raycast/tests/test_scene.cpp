@@ -79,7 +79,7 @@ TEST_CASE("a hit is judged by side and depth")
     CHECK(look({0.5, 0.5, 0}, {0, 0, 1}) == Sight::nothing);
 }
 
-TEST_CASE("texcoords and normals are interpolated by the weights")
+TEST_CASE("texcoords are interpolated by the weights")
 {
     Mesh mesh;
     mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
@@ -90,10 +90,6 @@ TEST_CASE("texcoords and normals are interpolated by the weights")
     hit.weights = {0.25, 0.25, 0.5};
     CHECK(texcoord(mesh, hit).x == Approx(0.25));
     CHECK(texcoord(mesh, hit).y == Approx(0.25));
-    const std::vector<Vec3f> normals{{1, 0, 0}, {1, 0, 0}, {0, 1, 0}};
-    const Vec3d n = normal(mesh, normals, hit);
-    CHECK(n.x == Approx(std::sqrt(0.5)));
-    CHECK(n.y == Approx(std::sqrt(0.5)));
 }
 
 TEST_CASE("texels between neighboring pixels follow distance, tilt and the picture's size")

@@ -1,8 +1,9 @@
-#include <fresco/frames.h>
+#include <fresco/error.h>
 #include <fresco/parallel.h>
 #include <fresco/uv_mapping/uv_mapper.h>
 
 #include <algorithm>
+#include <fmt/format.h>
 #include <utility>
 
 namespace fresco
@@ -77,6 +78,23 @@ const std::vector<CountedUvMap>& UvMapper::make(const Camera& camera, std::span<
     for (std::size_t block = 0; block < blocks_.size(); ++block)
         maps_[blocks_[block].map].counts += block_counts_[block];
     return maps_;
+}
+
+void check_uv_mapping_inputs(const Mesh& mesh, const Frames& frames)
+{
+    check_mesh(mesh, "the mesh on port 'mesh'");
+    if (mesh.texcoords.empty())
+        throw Error("the mesh on port 'mesh' has no texcoords: wire an atlas.* stage");
+    // A packed map takes as much for rounding.
+    const auto within = [](float share) { return share >= -1e-5F && share <= 1 + 1e-5F; };
+    const auto outside = [&](const Vec2f& texcoord) { return !within(texcoord.x) || !within(texcoord.y); };
+    if (const auto bad = std::ranges::find_if(mesh.texcoords, outside); bad != mesh.texcoords.end())
+        throw Error(fmt::format("face {} of the mesh on port 'mesh' has texcoords outside [0,1]: wire an atlas.* stage",
+                                (bad - mesh.texcoords.begin()) / 3));
+    if (frames.frames.empty())
+        throw Error("port 'frames' has no frames: check the scan's path and the stages that drop frames");
+    for (const Frame& frame : frames.frames)
+        check_camera(frame.color, "the color camera of " + frame.sequence + "/" + frame.name);
 }
 
 }  // namespace fresco

@@ -3,7 +3,6 @@
 #include <fresco/camera.h>
 #include <fresco/mesh.h>
 #include <fresco/uv_mapping/shading.h>
-#include <fresco/uv_mapping/uv_mapper.h>
 
 #include <array>
 #include <cstdint>
@@ -50,9 +49,6 @@ class Scene
     /// Camera::ray's directions a distance is the depth along the optical axis, meters. Thread-safe.
     void cast_rows(const Camera& camera, int first_row, int end_row, std::span<Hit> hits) const;
 
-    /// Only the faces of those hits, Hit::none where a ray hits nothing. Thread-safe.
-    void first_faces(const Camera& camera, int first_row, int end_row, std::span<std::uint32_t> faces) const;
-
     const Mesh& mesh() const { return mesh_; }
 
   private:
@@ -85,21 +81,5 @@ Vec2d texcoord(const Mesh& mesh, std::uint32_t triangle, const std::array<double
 /// point's texcoord, (x, y) the pixel coordinates at which the camera sees it.
 double texels_per_pixel(const Mesh& mesh, std::uint32_t triangle, Vec2d uv, const Camera& camera, double x, double y, int width,
                         int height);
-
-/// The vertex normals (V) interpolated at a hit; unit length, zero where they cancel.
-Vec3d normal(const Mesh& mesh, std::span<const Vec3f> vertex_normals, const Hit& hit);
-
-/// Finds what pixels see by casting the ray of every pixel center.
-class RayFinder final : public FaceFinder
-{
-  public:
-    /// The mesh must have passed check_mesh and must outlive the finder. Throws Error if Embree reports one (memory).
-    explicit RayFinder(const Mesh& mesh) : scene_(mesh) {}
-
-    void find(std::span<const Camera> cameras, const Progress& progress, std::span<FaceMap> faces) override;
-
-  private:
-    Scene scene_;
-};
 
 }  // namespace fresco::raycast

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fresco/frames.h>
+#include <fresco/mesh.h>
 #include <fresco/parallel.h>
 #include <fresco/uv_mapping/shading.h>
 
@@ -10,8 +12,9 @@
 namespace fresco
 {
 
-/// Finds the face that each pixel sees: what one way of making uv maps does otherwise than another. A ray ends on the first face
-/// it meets in front of the camera, on whichever side and however near; one on a shared edge on exactly one of its faces.
+/// Finds the face that each pixel sees: rendering::RasterFinder, and its twin in tests/uv_maps that casts rays. A ray ends on the
+/// first face it meets in front of the camera, on whichever side and however near; one on a shared edge on exactly one of its
+/// faces.
 class FaceFinder
 {
   public:
@@ -60,5 +63,9 @@ class UvMapper
     std::vector<Rows> blocks_;  ///< Of all maps.
     std::vector<PixelCounts> block_counts_;
 };
+
+/// Checks the inputs of stages that make uv maps, named 'mesh' and 'frames'. Throws Error: a mesh that check_mesh refuses,
+/// without texcoords or with some outside [0,1] (the face is named); no frames; a color camera that check_camera refuses.
+void check_uv_mapping_inputs(const Mesh& mesh, const Frames& frames);
 
 }  // namespace fresco

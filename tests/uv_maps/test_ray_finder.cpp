@@ -1,8 +1,7 @@
 #include "finder_cases.h"
-
-#include <fresco/raycast/scene.h>
+#include "ray_finder.h"
 
 std::unique_ptr<fresco::FaceFinder> make_finder(const fresco::Mesh& mesh)
 {
-    return std::make_unique<fresco::raycast::RayFinder>(mesh);
+    return std::make_unique<RayFinder>(mesh);
 }

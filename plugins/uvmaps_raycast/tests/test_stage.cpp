@@ -1,3 +1,0 @@
-#include "stage_cases.h"
-
-const char* const stage_type = "uvmaps.raycast";

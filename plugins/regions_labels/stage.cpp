@@ -1,16 +1,26 @@
 #include "labeled_surface.h"
+#include "masks.h"
 
 #include <fresco/files_io.h>
+#include <fresco/image_io.h>
 #include <fresco/mesh.h>
 #include <fresco/regions/regions.h>
+#include <fresco/rendering/raster_finder.h>
 #include <fresco/stage.h>
 
+#include <algorithm>
 #include <fmt/format.h>
+#include <map>
 
 using namespace fresco;
 
 namespace
 {
+
+/// A face farther than this from any labeled face takes no label: decimation and fusion move surfaces by less.
+constexpr double within_m = 0.05;
+/// If less of the mesh is so close, the labels are those of another mesh: holes that were closed take less.
+constexpr double least_covered = 0.8;
 
 class RegionsLabels final : public Stage
 {
@@ -18,7 +28,9 @@ class RegionsLabels final : public Stage
     Input<Model> model{this, "model", optional, "A model whose materials have the regions' names, in place of files"};
     Input<Mesh> labeled{this, "labeled", optional,
                         "The mesh whose vertices the labels are for; needed for JSON, and for a PLY that lies elsewhere"};
-    Output<Regions> regions{this, "regions", "The labels as regions; faces without one are the region 'other'"};
+    Input<Frames> frames{this, "frames", optional, "The frames that the masks were drawn on"};
+    Input<Regions> base{this, "regions", optional, "Regions of the same mesh for the faces that no mask has"};
+    Output<Regions> regions{this, "regions", "The regions; faces without one are those of port 'regions', or 'other'"};
     Option<InputFile> path{this, "path", InputFile{}, formats({ply_format(), json_format()}),
                            "Labels: a PLY such as ScanNet's .labels.ply, or ScanNet's .aggregation.json"};
     Option<InputFile> segments{this, "segments", InputFile{}, formats({json_format()}),
@@ -27,15 +39,25 @@ class RegionsLabels final : public Stage
                                  "Integer property of the PLY's vertices or faces that has the labels"};
     Option<std::string> naming{this, "naming", "nyu40", one_of({"nyu40", "numbers"}),
                                "Names of a PLY's labels: ScanNet's NYU40 classes, or the numbers themselves"};
-    Option<double> within_cm{this, "within_cm", 5, range(0.01, 100), "Farthest from a labeled face that a face takes its label"};
-    Option<double> least_covered{this, "least_covered", 0.8, range(0, 1),
-                                 "Share of the mesh that must be as close to the labeled faces; less is another mesh's labels"};
+    Option<InputFolder> masks{this, "masks", InputFolder{},
+                              "Masks, white inside: REGION/FRAME.png, of the size of the frame's color picture"};
+    Slot<ImageIo> images{this, "Reads the masks"};
+
+    void run(RunContext& run) override
+    {
+        check();
+        Regions result = masks->empty() ? from_labels(run) : from_masks(run);
+        report_regions(result, *mesh, run);
+        regions = std::move(result);
+    }
 
     void check() const
     {
         check_mesh(*mesh, "the mesh on port 'mesh'");
-        if (path->empty() != model.has_value())
-            throw Error("set either 'path' to a file with labels, or the input 'model'");
+        if (!path->empty() + !masks->empty() + model.has_value() != 1)
+            throw Error("set either 'path' to a file with labels, 'masks' to a folder of masks, or the input 'model'");
+        if (masks->empty() != !frames.has_value() || (masks->empty() && base.has_value()))
+            throw Error("'masks' and the inputs 'frames', which they were drawn on, and 'regions' belong together");
         const bool is_json = path->path.extension() == ".json";
         if (is_json && (segments->empty() || !labeled.has_value()))
             throw Error(path->path.string() +
@@ -45,6 +67,8 @@ class RegionsLabels final : public Stage
             throw Error("option \"segments\" is for a 'path' that ends in .aggregation.json");
         if (labeled.has_value())
             check_mesh(*labeled, "the mesh on port 'labeled'");
+        if (base.has_value())
+            check_regions(*base, *mesh, "the regions on port 'regions'", "the mesh on port 'mesh'");
     }
 
     LabeledSurface surface() const
@@ -61,25 +85,106 @@ class RegionsLabels final : public Stage
                                 *naming == "nyu40" ? Naming::nyu40 : Naming::numbers, labeled.has_value() ? &*labeled : nullptr);
     }
 
-    void run(RunContext& run) override
+    Regions from_labels(RunContext& run) const
     {
-        check();
         const LabeledSurface from = surface();
         run.check_canceled();
-        const CarriedLabels carried = carried_labels(from, *mesh, *within_cm / 100, run);
+        const CarriedLabels carried = carried_labels(from, *mesh, within_m, run);
         run.report("covered_share", carried.covered_share);
         run.report("mean_distance_m", carried.mean_distance_m);
-        if (carried.covered_share < *least_covered)
+        if (carried.covered_share < least_covered)
             throw Error(fmt::format("only {:.0f}% of the mesh on port 'mesh' is within {:g} cm of the labeled faces; expected at "
                                     "least {:.0f}%: these are labels of another mesh, or it was moved",
-                                    100 * carried.covered_share, *within_cm, 100 * *least_covered));
-        Regions result = regions_from(*mesh, from.names, carried.label_of_face);
-        report_regions(result, *mesh, run);
-        regions = std::move(result);
+                                    100 * carried.covered_share, 100 * within_m, 100 * least_covered));
+        return regions_from(*mesh, from.names, carried.label_of_face);
+    }
+
+    Regions from_masks(RunContext& run) const
+    {
+        run.reads_folder(masks->path);
+        const std::vector<MaskedRegion> found = find_masks(masks->path, frames->frames);
+        check_masks(found, run);
+        const Votes votes = count(found, run);
+
+        std::vector<std::string> names = base.has_value() ? base->names : std::vector<std::string>{};
+        std::vector<std::uint32_t> label_of_region;
+        for (const MaskedRegion& region : found)
+        {
+            const auto known = std::ranges::find(names, region.name);
+            label_of_region.push_back(static_cast<std::uint32_t>(known - names.begin()));
+            if (known == names.end())
+                names.push_back(region.name);
+        }
+        const auto winners = votes.winners();
+        std::vector<std::uint32_t> labels(winners.size(), static_cast<std::uint32_t>(names.size()));
+        std::size_t seen = 0;
+        for (std::size_t face = 0; face < labels.size(); ++face)
+        {
+            seen += votes.is_seen(face) ? 1 : 0;
+            if (winners[face] < found.size())
+                labels[face] = label_of_region[winners[face]];
+            else if (base.has_value())
+                labels[face] = base->label_of_face[face];
+        }
+        Regions result = regions_from(*mesh, names, labels);
+        for (const MaskedRegion& region : found)
+            if (std::ranges::find(result.names, region.name) == result.names.end())
+                throw Error((masks->path / region.name).string() +
+                            ": no mask marks any surface of the mesh; draw them white inside, on frames that show the region");
+        run.report("seen_share", static_cast<double>(seen) / static_cast<double>(std::max<std::size_t>(labels.size(), 1)));
+        return result;
+    }
+
+    /// Checks all masks before anything is rendered.
+    void check_masks(const std::vector<MaskedRegion>& found, RunContext& run) const
+    {
+        for (const MaskedRegion& region : found)
+        {
+            run.reads_folder(masks->path / region.name);
+            for (const auto& [number, file] : region.mask_of_frame)
+            {
+                run.reads_file(file);
+                const Frame& frame = frames->frames[number];
+                check_camera(frame.color, "the frame " + frame.name);
+                const ImageHeader header = images->check(file);
+                const Intrinsics& size = frame.color.intrinsics;
+                if (header.width != size.width || header.height != size.height)
+                    throw Error(
+                        fmt::format("{}: {} x {} pixels, but the color picture of the frame has {} x {}: draw the mask at "
+                                    "that size",
+                                    file.string(), header.width, header.height, size.width, size.height));
+            }
+        }
+    }
+
+    Votes count(const std::vector<MaskedRegion>& found, RunContext& run) const
+    {
+        std::map<std::size_t, std::vector<std::pair<std::size_t, std::filesystem::path>>> by_frame;
+        for (std::size_t region = 0; region < found.size(); ++region)
+            for (const auto& [frame, file] : found[region].mask_of_frame)
+                by_frame[frame].emplace_back(region, file);
+        rendering::RasterFinder finder(*mesh);
+        Votes votes(found.size(), mesh->triangles.size());
+        std::size_t done = 0;
+        for (const auto& [frame, files] : by_frame)
+        {
+            const FaceMap faces = faces_in_sight(*mesh, finder, frames->frames[frame].color, run);
+            for (const auto& [region, file] : files)
+            {
+                const Raster8 mask = read_picture(*images, file);
+                if (mask.channels == 4)
+                    throw Error(file.string() +
+                                ": the mask has transparent pixels; save it without transparency, white where the "
+                                "region is and black elsewhere");
+                votes.add(region, mask, faces);
+            }
+            run.progress(static_cast<double>(++done), static_cast<double>(by_frame.size()), "frames");
+        }
+        return votes;
     }
 };
 
 }  // namespace
 
 FRESCO_STAGE("regions.labels", RegionsLabels,
-             "Divides a mesh by labels: of a PLY, of ScanNet's segmentation, or a model's materials")
+             "Divides a mesh by labels (of a PLY, of ScanNet's segmentation, a model's materials) or by masks drawn on frames")

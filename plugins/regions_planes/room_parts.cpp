@@ -87,15 +87,16 @@ constexpr double below_ceiling_m = 0.3;
 constexpr double most_overtopped = 0.5;
 constexpr double beside_wall_m = 0.3;
 constexpr double same_plane_deg = 12;
+/// Rugs, pictures, skirting and doors are as close to the floor or a wall.
+constexpr double thickness_m = 0.06;
 /// A face belongs to a plane that it is close to if it faces roughly the same way: rounded edges do, tables at a wall do not.
 constexpr double roughly_cosine = 0.5;
 
 class RoomFinder
 {
   public:
-    RoomFinder(const geometry::Surface& surface, const std::vector<Vec3d>& normals, const std::vector<PlaneSegment>& segments,
-               double thickness_m)
-        : surface_(surface), normals_(normals), segments_(segments), thickness_m_(thickness_m)
+    RoomFinder(const geometry::Surface& surface, const std::vector<Vec3d>& normals, const std::vector<PlaneSegment>& segments)
+        : surface_(surface), normals_(normals), segments_(segments)
     {
         parts_.of_face.assign(surface.mesh.triangles.size(), RoomPart::furniture);
     }
@@ -208,7 +209,7 @@ class RoomFinder
                                        [&](const PlaneSegment* ceiling)
                                        {
                                            return dot(ceiling->normal, piece.normal) > cosine_deg(same_plane_deg) &&
-                                                  std::abs(ceiling->distance(piece.middle)) < thickness_m_;
+                                                  std::abs(ceiling->distance(piece.middle)) < thickness_m;
                                        });
         };
         for (const auto& [highest, segment] : below)
@@ -313,7 +314,7 @@ class RoomFinder
     {
         const Vec3d middle = piece.segment->middle;
         if (dot(wall.segment->normal, piece.segment->normal) < cosine_deg(same_plane_deg) ||
-            std::abs(wall.segment->distance(middle)) > thickness_m_)
+            std::abs(wall.segment->distance(middle)) > thickness_m)
             return false;
         return is_beside(wall, middle);
     }
@@ -341,7 +342,7 @@ class RoomFinder
         const auto is_at = [&](const HeightGrid& grid)
         {
             const auto height = grid.near(point, cells);
-            return height && std::abs(point.z - *height) < thickness_m_;
+            return height && std::abs(point.z - *height) < thickness_m;
         };
         // Of several, the one that it faces like the most: this parts the rounded edges of a scan in the middle.
         double best = roughly_cosine;
@@ -355,7 +356,7 @@ class RoomFinder
             }
         };
         for (const WallColumns* wall : walls_)
-            if (std::abs(wall->segment->distance(point)) < thickness_m_ && point.z < wall->high + beside_wall_m &&
+            if (std::abs(wall->segment->distance(point)) < thickness_m && point.z < wall->high + beside_wall_m &&
                 is_beside(*wall, point))
                 offer(RoomPart::walls, dot(wall->segment->normal, normal));
         if (normal.z > best && std::ranges::any_of(floors_, is_at))
@@ -372,7 +373,6 @@ class RoomFinder
     const geometry::Surface& surface_;
     const std::vector<Vec3d>& normals_;
     const std::vector<PlaneSegment>& segments_;
-    double thickness_m_;
     RoomParts parts_;
     std::vector<HeightGrid> floors_;
     HeightGrid ceiling_;
@@ -395,11 +395,11 @@ Mesh welded(const Mesh& mesh)
 
 }  // namespace
 
-RoomParts find_room_parts(const Mesh& upright, double thickness_m, const Progress& progress)
+RoomParts find_room_parts(const Mesh& upright, const Progress& progress)
 {
     const Mesh mesh = welded(upright);
     const geometry::Surface surface(mesh);
     const std::vector<Vec3d> normals = geometry::smoothed_normals(surface, progress);
     const std::vector<PlaneSegment> segments = plane_segments(surface, normals, progress);
-    return RoomFinder(surface, normals, segments, thickness_m).find(progress);
+    return RoomFinder(surface, normals, segments).find(progress);
 }

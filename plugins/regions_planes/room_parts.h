@@ -34,9 +34,8 @@ struct RoomParts
 };
 
 /// Finds floor, ceiling and walls of a scanned room by its planes; README.md describes the method. z is up, meters.
-/// `thickness_m`: faces this close to a plane that face roughly the same way belong to it. The mesh must have passed check_mesh.
-/// The same for any number of threads. Throws Canceled.
-RoomParts find_room_parts(const fresco::Mesh& upright, double thickness_m, const fresco::Progress& progress);
+/// The mesh must have passed check_mesh. The same for any number of threads. Throws Canceled.
+RoomParts find_room_parts(const fresco::Mesh& upright, const fresco::Progress& progress);
 
 /// Mean heights of roughly level surfaces in squares of cell_m; several per square if storeys lie above each other.
 class HeightGrid

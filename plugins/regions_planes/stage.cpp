@@ -19,8 +19,6 @@ class RegionsPlanes final : public Stage
     Input<Mesh> mesh{this, "mesh", "The mesh to divide"};
     Input<Frames> frames{this, "frames", optional, "Frames whose cameras show which way is up"};
     Output<Regions> regions{this, "regions", Parts{part_names()}, "Floor, ceiling, walls, and furniture: all else"};
-    Option<double> thickness_cm{this, "thickness_cm", 6, range(1, 30),
-                                "What is as close to the floor, a wall or the ceiling belongs to it: rugs, pictures, doors"};
     Option<std::string> up = geometry::up_option(this);
 
     void run(RunContext& run) override
@@ -34,7 +32,7 @@ class RegionsPlanes final : public Stage
         upright.positions.reserve(mesh->positions.size());
         for (const Vec3f& position : mesh->positions)
             upright.positions.push_back(vec_cast<float>(geometry::turned(turn, vec_cast<double>(position))));
-        const RoomParts parts = find_room_parts(upright, *thickness_cm / 100, run);
+        const RoomParts parts = find_room_parts(upright, run);
 
         Regions result;
         result.atlas = atlas_id(*mesh);

@@ -1,5 +1,6 @@
 #include "catch.h"
 #include "labeled_surface.h"
+#include "raw_images.h"
 #include "shapes.h"
 
 #include <fresco/files_io.h>
@@ -203,7 +204,8 @@ std::string labels()
 std::shared_ptr<Regions> divided(const Value& options, const testing::Inputs& inputs, testing::TestRun& run)
 {
     testing::TemporaryFolder out;
-    testing::run_stage(FRESCO_PLUGIN_FILE, "regions.labels", options, inputs, out.path(), run);
+    testing::run_stage(FRESCO_PLUGIN_FILE, "regions.labels", options, inputs, out.path(), run,
+                       {{"images", std::make_shared<testing::RawImages>()}});
     return Regions::load({out.path() / "regions", out.path()});
 }
 
@@ -275,4 +277,5 @@ TEST_CASE("regions.labels: materials of a model, ScanNet's segments, and what th
                       Contains("set 'segments' to the scene's .segs.json"));
     CHECK_THROWS_WITH(divided(Value::Map{}, {{"mesh", mesh}}, run), Contains("set either 'path'"));
     CHECK_THROWS_WITH(divided(both, with_model, run), Contains("set either 'path'"));
+    CHECK_THROWS_WITH(divided(Value::Map{{"masks", folder.path().string()}}, {{"mesh", mesh}}, run), Contains("belong together"));
 }

@@ -12,11 +12,9 @@ using namespace fresco;
 namespace
 {
 
-constexpr double thickness_m = 0.06;
-
 RoomParts found(const KnownRoom& room)
 {
-    return find_room_parts(room.mesh, thickness_m, Progress{});
+    return find_room_parts(room.mesh, Progress{});
 }
 
 /// 5 x 4 x 2.5 m with a table, a cupboard before a wall, a counter along another, and a rug, picture and door that are thinner
@@ -137,7 +135,7 @@ TEST_CASE("room parts: equal for a mesh cut along seams")
         cut.triangles.push_back({first, first + 1, first + 2});
     }
     const Progress run;
-    CHECK(find_room_parts(cut, thickness_m, run).of_face == find_room_parts(room.mesh, thickness_m, run).of_face);
+    CHECK(find_room_parts(cut, run).of_face == find_room_parts(room.mesh, run).of_face);
 }
 
 TEST_CASE("height grid: the nearest cell, and of equally near ones the nearest height")

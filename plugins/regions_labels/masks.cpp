@@ -1,14 +1,13 @@
 #include "masks.h"
 
 #include <fresco/error.h>
-#include <fresco/parallel.h>
+#include <fresco/geometry/topology.h>
 #include <fresco/wording.h>
 
 #include <algorithm>
 #include <set>
 
 using namespace fresco;
-using raycast::Hit;
 
 namespace fs = std::filesystem;
 
@@ -95,41 +94,37 @@ std::vector<MaskedRegion> find_masks(const fs::path& folder, const std::vector<F
     return result;
 }
 
-std::vector<std::uint32_t> faces_in_sight(const raycast::Scene& scene, const Camera& camera, const Progress& progress)
+FaceMap faces_in_sight(const Mesh& mesh, FaceFinder& finder, const Camera& camera, const Progress& progress)
 {
-    const auto width = static_cast<std::size_t>(camera.intrinsics.width);
-    const auto height = static_cast<std::size_t>(camera.intrinsics.height);
-    std::vector<std::uint32_t> result(width * height, Hit::none);
-    constexpr std::size_t rows_per_piece = 16;
-    parallel_for(height, rows_per_piece, progress,
-                 [&](std::size_t begin, std::size_t end)
-                 {
-                     progress.check_canceled();
-                     std::vector<Hit> hits((end - begin) * width);
-                     scene.cast_rows(camera, static_cast<int>(begin), static_cast<int>(end), hits);
-                     for (std::size_t i = 0; i < hits.size(); ++i)
-                         if (hits[i].found() && hits[i].front)
-                             result[begin * width + i] = hits[i].triangle;
-                 });
-    return result;
+    std::vector<FaceMap> maps(1, FaceMap(camera.intrinsics.width, camera.intrinsics.height));
+    finder.find(std::span(&camera, 1), progress, maps);
+    const Vec3d origin = camera.world_from_camera.translation;
+    for (std::uint32_t& face : maps.front().values)
+        if (face != no_face)
+        {
+            const Vec3d corner = vec_cast<double>(mesh.positions[mesh.triangles[face][0]]);
+            if (dot(geometry::area_vector(mesh, face), corner - origin) >= 0)
+                face = no_face;
+        }
+    return std::move(maps.front());
 }
 
-void Votes::add(std::size_t region, const Raster8& mask, const std::vector<std::uint32_t>& faces)
+void Votes::add(std::size_t region, const Raster8& mask, const FaceMap& faces)
 {
     for (int y = 0; y < mask.height; ++y)
         for (int x = 0; x < mask.width; ++x)
         {
-            const std::uint32_t face =
-                faces[static_cast<std::size_t>(y) * static_cast<std::size_t>(mask.width) + static_cast<std::size_t>(x)];
-            if (face == Hit::none)
+            const std::uint32_t face = faces.at(x, y);
+            if (face == no_face)
                 continue;
             ++seen_[region][face];
             inside_[region][face] += is_in_mask(mask, x, y) ? 1 : 0;
         }
 }
 
-std::vector<std::uint32_t> Votes::winners(double least_share) const
+std::vector<std::uint32_t> Votes::winners() const
 {
+    constexpr double least_share = 0.5;  // The region has most of the face.
     std::vector<std::uint32_t> result(inside_.front().size(), static_cast<std::uint32_t>(inside_.size()));
     for (std::size_t face = 0; face < result.size(); ++face)
     {

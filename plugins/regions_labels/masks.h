@@ -3,7 +3,7 @@
 #include <fresco/frames.h>
 #include <fresco/image.h>
 #include <fresco/parallel.h>
-#include <fresco/raycast/scene.h>
+#include <fresco/uv_mapping/uv_mapper.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -25,10 +25,10 @@ struct MaskedRegion
 /// and a name that occurs in several sequences; MissingInput for a folder without masks.
 std::vector<MaskedRegion> find_masks(const std::filesystem::path& folder, const std::vector<fresco::Frame>& frames);
 
-/// The face whose front a camera sees at the center of each pixel: width x height, Hit::none for pixels without one. The same for
-/// any number of threads.
-std::vector<std::uint32_t> faces_in_sight(const fresco::raycast::Scene& scene, const fresco::Camera& camera,
-                                          const fresco::Progress& progress);
+/// The face whose front a camera sees at the center of each pixel, no_face for pixels without one. `finder` is of the mesh. The
+/// same for any number of threads.
+fresco::FaceMap faces_in_sight(const fresco::Mesh& mesh, fresco::FaceFinder& finder, const fresco::Camera& camera,
+                               const fresco::Progress& progress);
 
 /// Counts the pixels of each face inside of a region's masks, and all of them.
 class Votes
@@ -37,11 +37,11 @@ class Votes
     Votes(std::size_t regions, std::size_t faces) : inside_(regions, std::vector<std::uint32_t>(faces)), seen_(inside_) {}
 
     /// `faces`: faces_in_sight of the mask's frame.
-    void add(std::size_t region, const fresco::Raster8& mask, const std::vector<std::uint32_t>& faces);
+    void add(std::size_t region, const fresco::Raster8& mask, const fresco::FaceMap& faces);
 
     /// F: the region with the largest share of the face's pixels, the first of equals; the number of regions if that share is
-    /// less than `least_share`, or if no mask's frame shows the face.
-    std::vector<std::uint32_t> winners(double least_share) const;
+    /// less than half, or if no mask's frame shows the face.
+    std::vector<std::uint32_t> winners() const;
     /// Whether a mask's frame shows the face.
     bool is_seen(std::size_t face) const;
 

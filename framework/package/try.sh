@@ -8,7 +8,7 @@ paint() { # PIPELINES FOLDER PROGRAM...: the demo, and what it leaves out
     local pipelines=$1 folder=$2
     shift 2
     "$@" run "$pipelines/demo.yaml" --store "$folder/store" --out "$folder/out/demo" &&
-        "$@" run "$folder/try.yaml" --store "$folder/store" --out "$folder/out/try"
+        "$@" run "$folder/try.yaml" --set picture="$pipelines/pictures/night_sky.jpg" --store "$folder/store" --out "$folder/out/try"
 }
 compare() { # NAME
     diff -r --exclude=report.html --exclude=run.json "$work/build/out" "$work/$1/tmp/out" || fail "$1: its results differ from the build's"

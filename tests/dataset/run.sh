@@ -9,12 +9,11 @@ cat >"$work/scan.yaml" <<YAML
 version: 1
 stages:
   scan: {type: scan.synthetic_room, frames_count: 5, color_width_px: 160, color_height_px: 120, depth_px: [80, 60], edge_m: 0.15}
-  picture: {type: picture.pattern, size_px: 128}
   atlas: {type: atlas.project, input: scan.mesh, size_px: 128}
   uvmaps: {type: uvmaps.raster, input: {mesh: atlas, frames: scan.frames}, heights_px: [48, 96]}
-  texture: {type: texture.optimize, input: {uvmaps: uvmaps, frames: scan.frames, style: picture}, $options}
+  texture: {type: texture.optimize, input: {uvmaps: uvmaps, frames: scan.frames, style: {file: $source/../picture.npy}}, $options}
   bake: {type: texture.bake, input: {texture: texture, mesh: atlas}}
-  room: {type: dataset.write, input: {uvmaps: uvmaps, frames: scan.frames, mesh: atlas, style: picture}, path: room, pictures: true}
+  room: {type: dataset.write, input: {uvmaps: uvmaps, frames: scan.frames, mesh: atlas, style: {file: $source/../picture.npy}}, path: room, pictures: true}
 YAML
 "$build/bin/fresco" run "$work/scan.yaml" --store "$work/store" --out "$work/out"
 

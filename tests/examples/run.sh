@@ -44,16 +44,15 @@ for key, point in expected.items():
 PY
 
 if [ "$torch" = torch ]; then
-    cat >"$work/smooth.yaml" <<'YAML'
+    cat >"$work/smooth.yaml" <<YAML
 version: 1
 stages:
   scan: {type: scan.synthetic_room, frames_count: 4, color_width_px: 160, color_height_px: 120, edge_m: 0.15}
-  picture: {type: picture.pattern}
   atlas: {type: atlas.project, input: scan.mesh, size_px: 128}
   uvmaps: {type: uvmaps.raster, input: {mesh: atlas, frames: scan.frames}, heights_px: [64]}
   texture:
     type: texture.optimize
-    input: {uvmaps: uvmaps, frames: scan.frames, style: picture}
+    input: {uvmaps: uvmaps, frames: scan.frames, style: {file: $source/tests/picture.npy}}
     epochs: 1
     repeats_count: 5
     losses: {smooth: {type: example.smooth, weight: 1}}
@@ -70,12 +69,11 @@ base: $source/pipelines/presets/stylemesh-scannet.yaml
 stages:
   scan: {type: scan.synthetic_room, frames_count: 4, color_width_px: 160, color_height_px: 120, edge_m: 0.15}
   frames: {min_sharpness: 0, window_count: 1}
-  pattern: {type: picture.pattern}
   mesh: {max_faces: 20000}
   atlas: {size_px: 128}
   uvmaps: {heights_px: [32, 64]}
   texture:
-    input: {style: pattern}
+    input: {style: {file: $source/tests/picture.npy}}
     epochs: 1
     init: frames
     max_steps: 20

@@ -2,9 +2,11 @@
 # one_step.sh FRESCO PIPELINES: the first step of the presets of the paper and of the released code, computed once more with NumPy.
 source "$(dirname "$0")/../program_test.sh"
 fresco=$1 pipelines=$2
-python=$(python_with numpy) || { skip "a step of the optimization computed once more: no python3 with numpy is at hand"; exit 0; }
+python=$(python_with numpy, cv2) || { skip "a step of the optimization computed once more: no python3 with numpy and OpenCV is at hand"; exit 0; }
 
 "$python" "$(dirname "$0")/random_vgg19.py" "$work/vgg19.safetensors" raw
+"$python" -c "import cv2, numpy
+numpy.save('$work/picture.npy', cv2.resize(cv2.imread('$pipelines/pictures/night_sky.jpg'), (288, 288), interpolation=cv2.INTER_AREA)[..., ::-1])"
 step() { "$fresco" run "$work/$1.yaml" --store "$work/store" --out "$work/out/$1" --json-log "${@:2}"; }
 for protocol in paper released; do
     preset=stylemesh-scannet more= rate=1000
@@ -21,9 +23,8 @@ stages:
   mesh: {max_faces: 4000}
   atlas: {size_px: 256}
   uvmaps: {heights_px: [44, 70, 102]}
-  pattern: {type: picture.pattern, size_px: 288}
-  dataset: {type: dataset.write, input: {uvmaps: uvmaps, frames: frames, mesh: atlas, style: pattern}}
-  texture: {input: {style: pattern}, theta_d_m: 1.6, ${more}init: noise, seed: 1, max_steps: 1, optimizer: {epsilon: 1}}
+  dataset: {type: dataset.write, input: {uvmaps: uvmaps, frames: frames, mesh: atlas, style: {file: picture.npy}}}
+  texture: {input: {style: {file: picture.npy}}, theta_d_m: 1.6, ${more}init: noise, seed: 1, max_steps: 1, optimizer: {epsilon: 1}}
 YAML
     step $protocol --until dataset >"$work/dataset.log" || { cat "$work/dataset.log"; fail "the dataset"; }
     for at in 0 $rate; do

@@ -151,21 +151,20 @@ class Runs(unittest.TestCase):
             fresco.run({"vars": {"seconds": 5000}, "stages": SLOW}, out="stopped", store="store", on_progress=fail)
 
     def test_combinations_of_a_matrix(self):
-        result = fresco.run({"vars": {"seed": 1}, "matrix": {"seed": [1, 2]}, "stages": {"picture": {"type": "picture.pattern", "size_px": 64, "seed": "${seed}"}}}, out="matrix")
+        result = fresco.run({"vars": {"seed": 1}, "matrix": {"seed": [1, 2]}, "stages": {"scan": STAGES["scan"] | {"seed": "${seed}"}}}, out="matrix")
         self.assertEqual(list(result.combinations), ["seed=1", "seed=2"])
-        first, second = (one.read("picture") for one in result.combinations.values())
-        self.assertEqual(first.shape, (64, 64, 3))
-        self.assertTrue((first != second).any())
-        np.testing.assert_array_equal(result.read("picture@seed=2"), second)
-        with self.assertRaisesRegex(KeyError, "several combinations: picture@seed=1, picture@seed=2.*combinations.*seed=1, seed=2"):
-            result.read("picture")
-        self.assertEqual(result.combinations["seed=1"].path("picture"), result.path("picture@seed=1"))
+        first, second = (one.read("scan", "mesh")["positions"] for one in result.combinations.values())
+        self.assertFalse(np.array_equal(first, second))
+        np.testing.assert_array_equal(result.read("scan@seed=2", "mesh")["positions"], second)
+        with self.assertRaisesRegex(KeyError, "several combinations: scan@seed=1, scan@seed=2.*combinations.*seed=1, seed=2"):
+            result.read("scan", "mesh")
+        self.assertEqual(result.combinations["seed=1"].path("scan", "mesh"), result.path("scan@seed=1", "mesh"))
 
     def test_a_result_that_is_gone(self):
-        result = fresco.run({"stages": {"picture": {"type": "picture.pattern", "size_px": 64}}}, out="gone", store="gone_store")
+        result = fresco.run({"stages": {"scan": STAGES["scan"]}}, out="gone", store="gone_store")
         subprocess.run(["rm", "-r", "gone_store/objects"], check=True)
         with self.assertRaisesRegex(FileNotFoundError, "run the pipeline again"):
-            result.read("picture")
+            result.read("scan", "mesh")
 
 
 fresco.program = sys.argv.pop(1)

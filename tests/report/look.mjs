@@ -99,7 +99,7 @@ assert.notEqual((await seen()).sum, inside.sum, "the last view's place is the fi
 
 // What the run began with, and how. What it said stays text.
 const text = selector => browser.evaluate(`document.querySelector(${JSON.stringify(selector)}).textContent`);
-assert.deepEqual(await browser.evaluate(`Array.from(document.querySelectorAll(".given figcaption")).map(each => each.textContent)`), ["style, pattern: picture", "style: demo.jpg"]);
+assert.deepEqual(await browser.evaluate(`Array.from(document.querySelectorAll(".given figcaption")).map(each => each.textContent)`), ["style: picture.npy", "style: demo.jpg"]);
 assert.match(await text("pre.command"), /fresco run .*room\.yaml --store .* --cores 2$/);
 assert.equal(await browser.evaluate(`document.getElementById("evil")`), null);
 assert((await text("main")).includes("</script><b id=evil>"));

@@ -2,6 +2,7 @@
 #include "base/process.h"
 #include "base/text.h"
 #include "main/commands.h"
+#include "pipeline/pipeline_document.h"
 
 #include "plugins/plugin_search.h"
 #include "plugins/templates.h"
@@ -9,6 +10,7 @@
 #include <fresco/files_io.h>
 #include <fresco/wording.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdlib>
 #include <filesystem>
@@ -88,13 +90,29 @@ fs::path own_prefix()
     return fs::exists(prefix / "lib/cmake/fresco/frescoConfig.cmake") ? prefix : fs::path();
 }
 
+/// Adds the installed pictures that files of a template name, so that its pipeline runs as it is.
+void add_pictures(std::vector<TextFile>& files)
+{
+    const fs::path folder = installed_pipelines() / "pictures";
+    std::error_code missing;
+    fs::directory_iterator pictures(folder, missing);
+    if (missing)
+        throw Error(folder.string() + " is missing: install fresco again");
+    const std::vector<TextFile> own = files;
+    for (const auto& picture : pictures)
+        if (const std::string name = picture.path().filename().string();
+            std::ranges::any_of(own, [&](const TextFile& file) { return file.text.find(name) != std::string::npos; }))
+            files.push_back({name, read_text_file(picture.path())});
+}
+
 int begin_plugin(const NewArguments& arguments)
 {
-    const auto files = new_plugin(arguments.kind, arguments.type);
+    auto files = new_plugin(arguments.kind, arguments.type);
     const Catalog catalog = load_catalog();
     if (const auto libraries = catalog.libraries_of(arguments.type); !libraries.empty())
         throw UsageError(fmt::format("error: '{}' already exists, in {}; two plugins of one name cannot be used together",
                                      arguments.type, libraries.front().string()));
+    add_pictures(files);
     const fs::path folder = fs::path(arguments.in) / plugin_folder_name(arguments.type);
     write_folder(folder, files);
     for (const auto& file : files)
@@ -121,13 +139,14 @@ int begin_project(const NewArguments& arguments)
             file.path = ".gitignore";
         else if (const fs::path schema = installed_schema(); fs::exists(schema))
             file.text = "# yaml-language-server: $schema=" + schema.string() + "\n" + file.text;
+    add_pictures(files);
     const fs::path folder = arguments.folder;
     write_folder(folder, files);
     for (const auto& file : files)
         print_line((folder / file.path).string());
-    fmt::print("\nNow\n  cd {} && fresco run pipeline.yaml\n{}\n", shell_word(folder.string()),
-               folded("It paints a generated room after a generated picture; the file says how to use your own.",
-                      terminal_width(STDOUT_FILENO)));
+    fmt::print(
+        "\nNow\n  cd {} && fresco run pipeline.yaml\n{}\n", shell_word(folder.string()),
+        folded("It paints a generated room; the file says how to use your own scan and picture.", terminal_width(STDOUT_FILENO)));
     return 0;
 }
 

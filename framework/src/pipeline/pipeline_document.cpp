@@ -236,12 +236,6 @@ std::string shown_beside(const std::string& shown, const std::string& base)
     return (fs::path(shown).parent_path() / base).lexically_normal().string();
 }
 
-/// The pipelines that come with the program.
-fs::path installed_pipelines()
-{
-    return own_program().parent_path().parent_path() / "share/fresco/pipelines";
-}
-
 /// The base that `name` names: the file `beside` the upper one, else an installed pipeline. Nothing, and a problem, where there
 /// is neither.
 std::optional<fs::path> base_file(const fs::path& beside, const YamlNode& name, const std::vector<PipelineText>& texts,
@@ -301,6 +295,11 @@ void check_stages(const YamlNode& stages, const YamlNode& vars, ProblemList& pro
                          var.key, stage->line, var.key));
 }
 }  // namespace
+
+fs::path installed_pipelines()
+{
+    return own_program().parent_path().parent_path() / "share/fresco/pipelines";
+}
 
 PipelineDocument read_pipeline_document(const fs::path& file, const std::string& shown, const std::vector<PipelineText>& texts,
                                         ProblemList& problems)

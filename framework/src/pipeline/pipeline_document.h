@@ -31,6 +31,9 @@ struct PipelineDocument
     bool complete = true;  ///< False: a file was not read to its end, so that things may seem to be missing.
 };
 
+/// The folder of the pipelines that come with the program.
+std::filesystem::path installed_pipelines();
+
 /// Reads `file` (absolute; shown as `shown`) and, through `base: FILE`, the files below it. An entry of the upper file goes
 /// before the base's: maps merge, all else replaces; an empty value (`name:`) removes a stage, an option or a named component;
 /// where `type` changes, the old type's options are dropped and only the stage's `input` stays. A var without a value in the

@@ -17,6 +17,15 @@ const TextFile& file_of(const std::vector<TextFile>& files, const std::string& p
     return *file;
 }
 
+/// The pictures that are installed beside the program of `place`.
+void install_pictures(const Workplace& place)
+{
+    const fs::path pictures = place.root() / "share/fresco/pipelines/pictures";
+    fs::create_directories(pictures);
+    fresco::write_file(pictures / "unused.jpg", std::string("not copied"));
+    fresco::write_file(pictures / "night_sky.jpg", std::string("not text: \xff\xd8\xff\0", 14));
+}
+
 std::ptrdiff_t files_below(const fs::path& folder)
 {
     return std::ranges::count_if(fs::recursive_directory_iterator(folder),
@@ -63,11 +72,17 @@ TEST_CASE("names that no plugin can have are refused")
 TEST_CASE("fresco new writes a folder, whole or not at all, and never over one")
 {
     Workplace place;
+    const auto missing = place.run({"new", "loss", "paint.dots"});
+    CHECK(missing.code != 0);
+    CHECK_THAT(missing.err, Contains("share/fresco/pipelines/pictures is missing"));
+    CHECK_FALSE(fs::exists(place.file("paint_dots")));
+    install_pictures(place);
     const auto made = place.run({"new", "loss", "paint.dots"});
     CAPTURE(made.err);
     REQUIRE(made.code == 0);
     CHECK_THAT(made.out, Contains("paint_dots/component.cpp") && Contains("FRESCO_PLUGIN_PATH=paint_dots/build"));
-    CHECK(files_below(place.file("paint_dots")) == std::ssize(new_plugin("loss", "paint.dots")));
+    CHECK(files_below(place.file("paint_dots")) == std::ssize(new_plugin("loss", "paint.dots")) + 1);
+    CHECK(place.read("paint_dots/night_sky.jpg").size() == 14);
 
     place.write("paint_dots/component.cpp", "mine");
     const auto again = place.run({"new", "loss", "paint.dots"});
@@ -92,6 +107,7 @@ TEST_CASE("fresco new writes a folder, whole or not at all, and never over one")
 TEST_CASE("fresco init writes a project")
 {
     Workplace place;
+    install_pictures(place);
     const auto schema = place.run({"schema"});
     CHECK(schema.code == 3);
     CHECK_THAT(schema.err, Contains("pipeline.schema.json is missing: ./bootstrap build makes it"));
@@ -104,6 +120,7 @@ TEST_CASE("fresco init writes a project")
     REQUIRE(made.code == 0);
     CHECK(place.read("my room/.gitignore") == ".fresco/\nout/\n");
     CHECK_THAT(place.read("my room/pipeline.yaml"), Contains("version: 1"));
+    CHECK(place.read("my room/night_sky.jpg").size() == 14);
     CHECK(place.read("my room/pipeline.yaml").starts_with("# yaml-language-server: $schema=" + place.run({"schema"}).out));
     CHECK_THAT(made.out, Contains("cd 'my room' && "));
     fs::permissions(place.work(), fs::perms::all | fs::perms::sticky_bit);

@@ -3,22 +3,23 @@
 Cells begin with "# %%", as notebooks and editors know them. paint_room.py --preview runs it all with fewer frames, faces and texels.
 """
 # %% The pipeline, as in a file: a recording, a picture, and what becomes of them.
+import pathlib
 import sys
 
 import numpy as np
 
 import fresco
 
+picture = str(pathlib.Path(__file__).resolve().parents[3] / "pipelines/pictures/night_sky.jpg")
 room = {
     "vars": {"stroke_cm": 4},
     "stages": {
         "scan": {"type": "scan.synthetic_room"},
-        "picture": {"type": "picture.pattern"},
         "mesh": {"type": "mesh.decimate", "input": "scan", "max_faces": 120000},
         "atlas": {"type": "atlas.project", "input": "mesh", "size_px": 2048},
         "uvmaps": {"type": "uvmaps.raster", "input": {"mesh": "atlas", "frames": "scan"}, "heights_px": [240]},
         "photo": {"type": "texture.from_frames", "input": {"uvmaps": "uvmaps", "frames": "scan"}},
-        "texture": {"type": "texture.synthesize", "input": {"mesh": "atlas", "start": "photo", "frames": "scan", "style": "picture"},
+        "texture": {"type": "texture.synthesize", "input": {"mesh": "atlas", "start": "photo", "frames": "scan", "style": {"file": picture}},
                     "stroke_cm": "${stroke_cm}"},
         "bake": {"type": "texture.bake", "input": {"texture": "texture", "mesh": "atlas"}},
         "glb": {"type": "export.gltf", "input": {"textured_mesh": "bake", "frames": "scan"}, "path": "room.glb"},

@@ -21,7 +21,7 @@ WRITING = ("creat", "mkdir", "mkdirat", "rename", "renameat", "renameat2", "unli
 STARTING = ("clone", "clone3", "fork", "vfork")
 TRACED = ("open", "openat", "openat2", "socket", "chdir", "fchdir", *WRITING, *STARTING)
 SMALL = {"scan.frames_count": 6, "scan.color_width_px": 128, "scan.color_height_px": 96, "scan.edge_m": 0.15, "mesh.max_faces": 3000,
-         "atlas.size_px": 256, "uvmaps.heights_px": "[48]", "picture.size_px": 128, "texture.stroke_cm": 30, "texture.rounds_count": 1}
+         "atlas.size_px": 256, "uvmaps.heights_px": "[48]", "texture.stroke_cm": 30, "texture.rounds_count": 1}
 SMALL_SCAN = {"scan.every": 25, "mesh.max_faces": 20000, "atlas.size_px": 1024, "uvmaps.heights_px": "[64]"}
 SMALL_PAINTING = {"texture.stroke_cm": 10, "texture.rounds_count": 1}
 # What a link names is not touched.

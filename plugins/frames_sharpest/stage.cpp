@@ -33,6 +33,9 @@ class FramesSharpest final : public fresco::Stage
                                      "Keep the sharpest of this many consecutive frames of a sequence; 1: keep all"};
     fresco::Option<int> max_frames{this, "max_frames", 0, fresco::range(0, 10'000'000),
                                    "Maximum number of frames: the sharpest of as many equal stretches; 0: no limit"};
+    fresco::Option<int> hold_out_every{this, "hold_out_every", 0, fresco::range(0, 1'000'000),
+                                       "Set one of this many kept frames aside to judge the result on; 0: none"};
+    fresco::Option<bool> held_out{this, "held_out", false, "With hold_out_every: pass on the frames set aside, not the others"};
     fresco::Slot<fresco::ImageIo> images{this, "Reads and writes pictures"};
 
     bool compares() const { return *measure == "blur"; }
@@ -41,14 +44,35 @@ class FramesSharpest final : public fresco::Stage
 
     void run(fresco::RunContext& run) override
     {
+        if (*held_out && *hold_out_every == 0)
+            throw fresco::Error("option \"held_out\" needs frames to be set aside: set hold_out_every, too");
         const auto measured = compares() ? compared(run) : measured_by_laplacian(run);
-        const auto selection =
+        auto selection =
             select_frames(measured, {.min_sharpness = threshold(), .window_count = *window_count, .max_frames = *max_frames});
+        if (*hold_out_every > 0)
+            split(selection, run);
         fresco::Frames kept;
         for (const auto i : selection.kept)
             kept.frames.push_back(frames->frames[i]);
         report(measured, selection, run);
         sharp = std::move(kept);
+    }
+
+    /// Leaves the frames of one side: of every hold_out_every frames, the middle one is held out.
+    void split(Selection& selection, fresco::RunContext& run) const
+    {
+        const auto every = static_cast<std::size_t>(*hold_out_every);
+        std::vector<std::size_t> sides[2];
+        for (std::size_t i = 0; i < selection.kept.size(); ++i)
+            sides[i % every == every / 2 ? 1 : 0].push_back(selection.kept[i]);
+        run.report("training", sides[0].size());
+        run.report("held_out", sides[1].size());
+        if (sides[0].empty() || sides[1].empty())
+            throw fresco::Error(
+                fmt::format("option \"hold_out_every\": {} of {} frames would be held out; set it to 2 or more, and to "
+                            "less than twice the number of frames",
+                            sides[1].size(), selection.kept.size()));
+        selection.kept = std::move(sides[*held_out ? 1 : 0]);
     }
 
     std::vector<MeasuredFrame> measured_by_laplacian(fresco::Progress& progress) const

@@ -1,13 +1,18 @@
 #include <fresco/files.h>
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
+#include <fresco/geometry/upright.h>
 #include <fresco/image_io.h>
 #include <fresco/rendering/view_renderer.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
 
+#include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <fmt/format.h>
+#include <limits>
+#include <numbers>
 #include <set>
 #include <string>
 #include <vector>
@@ -16,6 +21,79 @@ using namespace fresco;
 
 namespace
 {
+/// The range of a mesh's vertices along a direction.
+struct Extent
+{
+    double low = std::numeric_limits<double>::infinity();
+    double high = -std::numeric_limits<double>::infinity();
+    double length() const { return high - low; }
+    double middle() const { return (low + high) / 2; }
+};
+
+Extent extent(const Mesh& mesh, Vec3d direction)
+{
+    Extent result;
+    for (const Triangle& face : mesh.triangles)
+        for (const auto vertex : face)
+        {
+            const double at = dot(vec_cast<double>(mesh.positions[vertex]), direction);
+            result.low = std::min(result.low, at);
+            result.high = std::max(result.high, at);
+        }
+    return result;
+}
+
+/// The level direction along the longer side of the smallest rectangle around the mesh's plan, to a degree.
+Vec3d longer_side(const Mesh& mesh, Vec3d up)
+{
+    const Vec3d first = normalized(cross(up, std::abs(up.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0}));
+    const Vec3d second = cross(up, first);
+    Vec3d longer = first;
+    double least = std::numeric_limits<double>::infinity();
+    for (int degrees = 0; degrees < 90; ++degrees)
+    {
+        const double angle = degrees * std::numbers::pi / 180;
+        const Vec3d along = first * std::cos(angle) + second * std::sin(angle);
+        const Vec3d across = cross(up, along);
+        const double length = extent(mesh, along).length();
+        const double width = extent(mesh, across).length();
+        if (length * width >= least)
+            continue;
+        least = length * width;
+        longer = length >= width ? along : across;
+    }
+    return longer;
+}
+
+/// A frame whose color camera looks down on the whole mesh, from as far above its middle as it must; 30 degrees wide across the
+/// shorter side of the picture.
+Frame seen_from_above(const Mesh& mesh, Vec3d upward, int height_px)
+{
+    constexpr double margin = 1.04;
+    constexpr double view_angle = std::numbers::pi / 6;
+    constexpr double widest = 8;  // Times the height.
+    const Vec3d right = longer_side(mesh, upward);
+    const Vec3d down = cross(right, upward);  // In the picture.
+    const Extent across = extent(mesh, right);
+    const Extent along = extent(mesh, down);
+    const double focal = height_px / 2.0 / std::tan(view_angle / 2);
+    const double shorter_m = margin * std::max(along.length(), 1e-3);
+    const int width =
+        std::max(1, static_cast<int>(std::lround(height_px * std::min(margin * across.length() / shorter_m, widest))));
+    // Everything lies below the top, where the camera sees least.
+    const double distance_m = std::max(shorter_m / height_px, margin * across.length() / width) * focal;
+
+    Frame frame;
+    frame.sequence = "above";
+    frame.name = "room";
+    frame.color.intrinsics = {width, height_px, focal, focal, width / 2.0, height_px / 2.0};
+    frame.color.world_from_camera.rotation = {
+        {right.x, down.x, -upward.x, right.y, down.y, -upward.y, right.z, down.z, -upward.z}};
+    frame.color.world_from_camera.translation =
+        right * across.middle() + down * along.middle() + upward * (extent(mesh, upward).high + distance_m);
+    return frame;
+}
+
 class RenderViews final : public Stage
 {
     Input<TexturedMesh> mesh{this, "mesh", "The mesh with its picture, as texture.bake makes it"};
@@ -23,15 +101,17 @@ class RenderViews final : public Stage
     Output<Files> views{this, "views", "One RGBA PNG per view: <folder>/<sequence>_<frame>.png; alpha 0: no surface"};
     Option<OutputName> folder{this, "folder", OutputName{"views"}, "Folder of the pictures, below --out"};
     Option<int> height_px{this, "height_px", 0, range(0, 8192),
-                          "Height of the pictures, the width follows; 0: the camera's own size"};
+                          "Height of the pictures, the width follows; 0: the camera's own size, 1080 from above"};
     Option<int> every_count{this, "every_count", 1, range(1, 1'000'000), "Render every n-th frame"};
     Option<int> samples{this, "samples", 2, range(1, 8),
                         "Samples per pixel along each side, against aliasing at edges and far away"};
     rendering::FilterOption filter{this};
     Option<std::string> shading = rendering::shading_option(this);
-    Option<bool> through_backs{this, "through_backs", false,
-                               "Look through the backs of faces, so that a room seen from above shows its inside"};
+    Option<bool> above{this, "above", false,
+                       "Show the room as a doll's house, from above and through its ceiling, not the frames' views"};
     Slot<ImageIo> images{this, "Encodes the pictures"};
+
+    static constexpr int height_above_px = 1080;
 
     Camera camera_of(const Frame& frame) const
     {
@@ -59,11 +139,17 @@ class RenderViews final : public Stage
     void run(RunContext& run) override
     {
         rendering::check_showable(*mesh, *frames);
-        const std::vector<const Frame*> list = chosen();
-        const rendering::ViewRenderer renderer(*mesh, {.samples_per_side = *samples,
-                                                       .filter = *filter,
-                                                       .lights = rendering::lights_of(*shading),
-                                                       .through_backs = *through_backs});
+        std::vector<const Frame*> list = chosen();
+        Frame from_above;
+        if (*above)
+        {
+            const int height = *height_px > 0 ? *height_px : height_above_px;
+            from_above = seen_from_above(mesh->mesh, geometry::shown_up("auto", mesh->mesh, frames, run), height);
+            list = {&from_above};
+        }
+        const rendering::ViewRenderer renderer(
+            *mesh,
+            {.samples_per_side = *samples, .filter = *filter, .lights = rendering::lights_of(*shading), .through_backs = *above});
         std::filesystem::create_directories(views.folder().path / folder->path);
         Files result;
         std::vector<Camera> cameras;

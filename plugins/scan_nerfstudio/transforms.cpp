@@ -191,7 +191,7 @@ Chosen chosen_frames(const JsonPlace& whole, const std::string& split)
     // ScanNet++ has the other frames in a list of their own.
     if (whole.find("test_frames") && split != "val")
         return {.key = split == "test" ? "test_frames" : "frames"};
-    whole.fail(key, "is missing; set split: all, and divide the frames with frames.hold_out");
+    whole.fail(key, "is missing; set split: all, and divide the frames with hold_out_every of frames.sharpest");
 }
 
 }  // namespace

@@ -93,6 +93,26 @@ TEST_CASE("when all are blurred the error names thresholds that would pass", "[f
     CHECK_THROWS_WITH(select_frames({}, {.min_sharpness = 0, .window_count = 1, .max_frames = 0}), Contains("no frames"));
 }
 
+TEST_CASE("every frame goes to exactly one side, in order", "[frames.sharpest]")
+{
+    const fresco::testing::TemporaryFolder folder;
+    const auto input = made_frames(folder.path(), {true, true, false, true, true, true, true, true});
+    const auto numbers = [&](int every, bool held_out)
+    {
+        TestRun run;
+        std::vector<long> result;
+        for (const fresco::Frame& frame :
+             run_sharpest(input, fresco::Value::Map{{"hold_out_every", every}, {"held_out", held_out}}, run).frames)
+            result.push_back(frame.number);
+        return result;
+    };
+    CHECK(numbers(3, true) == std::vector<long>{1, 5});
+    CHECK(numbers(3, false) == std::vector<long>{0, 3, 4, 6, 7});
+    CHECK_THROWS_WITH(numbers(1, false), Contains("7 of 7 frames would be held out"));
+    CHECK_THROWS_WITH(numbers(20, false), Contains("0 of 7 frames would be held out"));
+    CHECK_THROWS_WITH(numbers(0, true), Contains("set hold_out_every, too"));
+}
+
 TEST_CASE("the stage keeps sharp frames, reports and leaves its input as it was", "[frames.sharpest]")
 {
     const fresco::testing::TemporaryFolder folder;

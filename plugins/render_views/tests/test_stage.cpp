@@ -8,6 +8,7 @@
 #include <fresco/testing.h>
 #include <fresco/testing_scenes.h>
 
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cmath>
@@ -240,6 +241,72 @@ void render_to(const std::filesystem::path& folder, const Value& options, testin
                        {{"image_io", std::make_shared<stored_png::Codec>()}});
 }
 }  // namespace
+
+TEST_CASE("from above, the whole room is in the picture, its longer side across, not mirrored, and without its ceiling")
+{
+    // A floor of 4 m x 2 m, turned by 30 degrees about z, which is up: red at one end, the rest half green, half black. The
+    // ceiling, seen from its back, is blue.
+    TexturedMesh room;
+    const auto at = [](double x, double y, double z)
+    {
+        const double c = std::cos(0.5236);
+        const double s = std::sin(0.5236);
+        return Vec3f{static_cast<float>(7 + c * x - s * y), static_cast<float>(s * x + c * y), static_cast<float>(z)};
+    };
+    const auto add = [&](double left, double right, double front, double back, double z, bool looks_up, Vec2f uv)
+    {
+        const auto first = static_cast<std::uint32_t>(room.mesh.positions.size());
+        for (const Vec3f corner : {at(left, front, z), at(right, front, z), at(right, back, z), at(left, back, z)})
+            room.mesh.positions.push_back(corner);
+        for (const Triangle& face : {Triangle{0, 1, 2}, Triangle{0, 2, 3}})
+            room.mesh.triangles.push_back({first + face[0], first + face[looks_up ? 1 : 2], first + face[looks_up ? 2 : 1]});
+        room.mesh.texcoords.insert(room.mesh.texcoords.end(), 6, uv);
+    };
+    add(0, 1, 0, 2, 1, true, {0.25F, 0.75F});
+    add(1, 4, 0, 1, 1, true, {0.75F, 0.75F});
+    add(1, 4, 1, 2, 1, true, {0.75F, 0.25F});
+    add(0, 4, 0, 2, 3, false, {0.25F, 0.25F});
+    room.image = Image(Raster8(2, 2, 3));
+    room.image.pixels.at(0, 0, 0) = room.image.pixels.at(1, 0, 1) = room.image.pixels.at(0, 1, 2) = 255;
+
+    // The camera looks along y, upright: z is up.
+    auto frames = std::make_shared<Frames>();
+    frames->frames.push_back(testing::frame("frame-0", testing::camera(32, 24, 24)));
+    frames->frames[0].color.world_from_camera.rotation =
+        frames->frames[0].depth.world_from_camera.rotation = {{1, 0, 0, 0, 0, 1, 0, -1, 0}};
+    testing::TemporaryFolder folder;
+    testing::TestRun run;
+    testing::run_stage(FRESCO_PLUGIN_FILE, "render.views",
+                       Value::Map{{"height_px", 100}, {"above", true}, {"filter", "bilinear"}, {"samples", 1}},
+                       {{"mesh", std::make_shared<TexturedMesh>(room)}, {"frames", frames}}, folder.path(), run,
+                       {{"images", std::make_shared<stored_png::Codec>()}});
+    const auto files = Files::load({folder.path() / "views", folder.path()});
+    REQUIRE(files->names == std::vector<std::string>{"views/above_room.png"});
+    const Raster8 picture = stored_png::Codec().read_rgb(folder.path() / "views" / files->names[0]);
+    CHECK(picture.width == Approx(200).margin(6));
+    CHECK(picture.height == 100);
+    std::array<int, 3> pixels{};
+    std::array<Vec2d, 3> middle{};
+    for (int y = 0; y < picture.height; ++y)
+        for (int x = 0; x < picture.width; ++x)
+            for (std::size_t c = 0; c < 3; ++c)
+                if (picture.at(x, y, static_cast<int>(c)) > 200)
+                {
+                    ++pixels[c];
+                    middle[c] = middle[c] + Vec2d{x - picture.width / 2.0, y - picture.height / 2.0};
+                }
+    const Vec2d red = middle[0] * (1.0 / pixels[0]);
+    const Vec2d green = middle[1] * (1.0 / pixels[1]);
+    // The floor lies 2 m below the ceiling, for which the camera has room: it is smaller in the picture.
+    CHECK(pixels[0] > 0.12 * picture.width * picture.height);
+    CHECK(pixels[0] == Approx(pixels[1] * 2 / 3.0).epsilon(0.1));
+    CHECK(pixels[2] == 0);
+    // The red end is 1.5 m from the middle of the picture, the middle of the green part 0.5 m away in both directions.
+    CHECK(std::abs(red.x) == Approx(3 * std::abs(green.x)).epsilon(0.1));
+    CHECK(red.x * green.x < 0);
+    // From the red end, the green part lies to the right of the room's middle, as seen from above.
+    CHECK(-red.x * green.y > 0);
+}
 
 TEST_CASE("the stage writes one picture per chosen frame")
 {

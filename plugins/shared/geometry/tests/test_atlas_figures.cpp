@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <set>
 
 using namespace fresco;
 using namespace fresco::geometry;
@@ -108,22 +107,4 @@ TEST_CASE("a mesh without an atlas is refused")
     CHECK_THROWS_AS(atlas_figures(mesh, 64), std::invalid_argument);
     mesh.texcoords.clear();
     CHECK_THROWS_AS(atlas_figures(mesh, 64), std::invalid_argument);
-}
-
-TEST_CASE("the picture shows every chart in a color of its own, v upwards, and nothing elsewhere")
-{
-    const auto picture = atlas_picture(laid_cube(), 64);
-    REQUIRE(picture.width == 64);
-    REQUIRE(picture.channels == 3);
-    const auto color = [&](int x, int y) { return std::array{picture.at(x, y, 0), picture.at(x, y, 1), picture.at(x, y, 2)}; };
-    std::set<std::array<std::uint8_t, 3>> colors;
-    for (int side = 0; side < 6; ++side)
-    {
-        // Squares of 8 pixels in the lowest rows, every 10 pixels.
-        colors.insert(color(10 * side + 1, 57));
-        CHECK(color(10 * side + 1, 57) == color(10 * side + 6, 62));
-        CHECK(color(10 * side + 1, 54) == color(0, 0));
-    }
-    colors.insert(color(0, 0));
-    CHECK(colors.size() == 7);
 }

@@ -1,8 +1,6 @@
 #pragma once
 
-#include <fresco/image.h>
 #include <fresco/mesh.h>
-#include <fresco/parallel.h>
 #include <fresco/run_context.h>
 
 #include <cstddef>
@@ -40,9 +38,5 @@ void report_atlas(RunContext& run, const AtlasFigures& figures);
 /// F: the chart of every face, numbered without gaps by first face. Two faces are joined across an edge if their texcoords at
 /// both ends differ by less than a millionth. Throws std::invalid_argument for a mesh without texcoords.
 std::vector<std::uint32_t> texcoord_charts(const Mesh& mesh);
-
-/// The atlas as a picture of size_px² pixels, RGB, v upwards: every chart in a color of its own (neighboring numbers far
-/// apart), smooth at the borders; the rest dark. Throws as texcoord_charts, and Canceled where `progress` asks for it.
-Raster8 atlas_picture(const Mesh& mesh, int size_px, const Progress* progress = nullptr);
 
 }  // namespace fresco::geometry

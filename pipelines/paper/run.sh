@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # run.sh table1|table2 OUT [OPTION…]: runs every method of a table and prints the table. OPTIONs go to `fresco run`, files to OUT/METHOD.
 #   METHODS="stylemesh dip" run.sh …    only these; METHODS= : only print what is in OUT
-#   FRESCO=build/bin/fresco run.sh …    the program, if it is not in PATH
+#   FRESCO=build/bin/fresco run.sh …    the program, if it is not in PATH; PYTHON: a Python with NumPy and OpenCV, if python3 is none
 set -euo pipefail
 folder=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 table=${1:-} out=${2:-}
@@ -13,10 +13,13 @@ shift 2
 for method in ${METHODS-$(cd "$folder/$table" && printf '%s\n' *.yaml | sed 's/\.yaml$//')}; do
     echo "=== $method"
     "${FRESCO:-fresco}" run "$folder/$table/$method.yaml" --out "$out/$method" "$@"
+    [ "$table" = table2 ] || for run in "$out/$method"/*/run.json; do
+        "${PYTHON:-python3}" "$folder/painting.py" "$(dirname "$run")" --frames none --every 20
+    done
 done
 
 # OUT/METHOD/COMBINATION/*.json hold a run's figures each; a row is their mean.
-python3 - "$table" "$out" <<'PYTHON'
+"${PYTHON:-python3}" - "$table" "$out" <<'PYTHON'
 import json
 import pathlib
 import sys

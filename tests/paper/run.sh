@@ -1,19 +1,19 @@
 #!/usr/bin/env bash
-# run.sh FRESCO SOURCE: pipelines/paper in small. Two methods on two generated rooms, frames made elsewhere, circles, the study's page.
+# run.sh FRESCO SOURCE: pipelines/paper in small. Two methods on two generated rooms, frames made elsewhere, circles, the page of the study.
 source "$(dirname "$0")/../program_test.sh"
 fresco=$1 source=$2 paper=$2/pipelines/paper
-python=$(python_with numpy) || { skip "the paper's evaluation with random weights: no python3 with numpy is at hand"; exit 0; }
+python=$(python_with numpy, cv2) || { skip "the paper's evaluation with random weights: no python3 with numpy and OpenCV is at hand"; exit 0; }
 
 "$python" "$source/tests/presets/random_vgg19.py" "$work/vgg19.safetensors"
 "$python" -c 'import numpy, sys; numpy.save(sys.argv[1], numpy.random.default_rng(1).integers(0, 256, (192, 64, 3), numpy.uint8))' "$work/style.npy"
-places=(--store "$work/store" --no-report)
+places=(--store "$work/store")
 # shellcheck disable=SC2016  # ${scene} is the pipelines' own
 room=(--set scan.type=scan.synthetic_room --set scan.frames_count=12 --set scan.color_width_px=160 --set scan.color_height_px=120
     --set scan.edge_m=0.15 --set 'scan.seed=${scene}' --set mesh.max_faces=4000 --set "scans=$work")
 small=("${room[@]}" --set frames.window_count=1 --set frames.max_frames=4 --set frames.min_sharpness=0 --set atlas.size_px=512
     --set uvmaps.heights_px=[64] --set texture.max_steps=2 --set "weights=$work/vgg19.safetensors")
 gaps=(--set reprojection.gaps=[1,2] --set reprojection.min_covisible=0.05)
-export FRESCO=$fresco
+export FRESCO=$fresco PYTHON=$python
 
 # Table 1: each method a row of figures, the mean of both rooms.
 table1() { "$paper/run.sh" table1 "$work/table1" "$@" >"$work/log" 2>&1 || { cat "$work/log"; fail "table1"; }; }
@@ -58,12 +58,12 @@ for method in stylemesh dip; do
     mkdir -p "$work/pictures"
     ln -s "$work/table1/$method/scene=1,style/views" "$work/pictures/$method"
 done
-"$fresco" run "$paper/study.yaml" "${places[@]}" --set "pictures=$work/pictures" --out "$work/study" >/dev/null
+"$python" "$paper/study.py" page "$work/pictures" "$work/study" --ours stylemesh
 "$python" - "$work/study/study.key.json" <<'PYTHON'
 import json
 import sys
 
 key = json.load(open(sys.argv[1]))
-assert key["ours"] == "stylemesh" and key["mixes_questions"] and key["pairs_count"] == 70 and len(key["questions"]) == 2, key
+assert key["ours"] == "stylemesh" and key["pairs_count"] == 70 and len(key["questions"]) == 2, key
 assert {picture["method"] for picture in key["pictures"]} == {"stylemesh", "dip"} and len(key["pictures"]) == 24, key
 PYTHON

@@ -18,8 +18,6 @@ namespace fs = std::filesystem;
 
 using Extensions = std::span<const std::string_view>;
 
-}  // namespace
-
 std::vector<fs::path> listed(const Files& views)
 {
     std::vector<fs::path> files;
@@ -28,6 +26,7 @@ std::vector<fs::path> listed(const Files& views)
     return files;
 }
 
+/// The files of a folder, which is then noted as read by `extensions`; sorted.
 std::vector<fs::path> listed(const fs::path& folder, Extensions extensions, RunContext& run)
 {
     for (const std::string_view extension : extensions)
@@ -40,39 +39,25 @@ std::vector<fs::path> listed(const fs::path& folder, Extensions extensions, RunC
     return files;
 }
 
-std::map<std::string, fs::path> by_stem(const std::vector<fs::path>& files, Extensions extensions, std::string_view clash)
+/// The files that end in one of `extensions`, by their names without folder and extension.
+std::map<std::string, fs::path> by_stem(const std::vector<fs::path>& files, Extensions extensions)
 {
     std::map<std::string, fs::path> result;
     for (const fs::path& file : files)
         if (std::ranges::find(extensions, file.extension().string()) != extensions.end())
             if (const auto [place, is_new] = result.emplace(file.stem().string(), file); !is_new)
-                throw Error(fmt::format("{} and {} {}: keep one of them", file.string(), place->second.string(), clash));
+                throw Error(fmt::format("{} and {} show the same view: keep one of them", file.string(), place->second.string()));
     return result;
 }
-
-namespace
-{
 
 std::map<std::string, fs::path> named_pictures(const Files* views, const fs::path& folder, RunContext& run, Extensions extensions)
 {
     if ((views != nullptr) != folder.empty())
         throw Error("set either port 'views' (what render.views made) or option 'folder' (pictures made elsewhere)");
-    return by_stem(views != nullptr ? listed(*views) : listed(folder, extensions, run), extensions, "show the same view");
+    return by_stem(views != nullptr ? listed(*views) : listed(folder, extensions, run), extensions);
 }
 
 }  // namespace
-
-std::vector<fs::path> pictures_of(const Files* views, const fs::path& folder, RunContext& run, Extensions extensions)
-{
-    std::vector<fs::path> result;
-    for (const auto& [name, file] : named_pictures(views, folder, run, extensions))
-    {
-        if (views == nullptr)
-            run.reads_file(file);
-        result.push_back(file);
-    }
-    return result;
-}
 
 std::vector<PosedPicture> posed_pictures(const Frames& frames, const Files* views, const fs::path& folder, RunContext& run,
                                          Extensions extensions)

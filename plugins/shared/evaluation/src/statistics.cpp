@@ -94,19 +94,6 @@ Interval bootstrap_mean(std::span<const double> values, const Bootstrap& bootstr
     return bootstrap_interval(values.size(), mean_of, bootstrap);
 }
 
-Interval wilson_interval(std::int64_t successes, std::int64_t trials)
-{
-    if (trials <= 0)
-        return {undefined, undefined};
-    constexpr double z = 1.959963984540054;  // 97.5 % of the normal distribution lie below
-    const auto n = static_cast<double>(trials);
-    const double share = static_cast<double>(successes) / n;
-    const double center = (share + z * z / (2 * n)) / (1 + z * z / n);
-    const double half = z / (1 + z * z / n) * std::sqrt(share * (1 - share) / n + z * z / (4 * n * n));
-    // At the ends the exact bounds are 0 and 1; rounding must not miss them.
-    return {successes == 0 ? 0 : std::max(0.0, center - half), successes == trials ? 1 : std::min(1.0, center + half)};
-}
-
 std::string figure_text(double value, Interval interval)
 {
     return digits(value) + " [" + digits(interval.low) + ", " + digits(interval.high) + "]";
@@ -123,9 +110,9 @@ Value figure(double value, Interval interval)
         {"value", number_or_null(value)}, {"low", number_or_null(interval.low)}, {"high", number_or_null(interval.high)}};
 }
 
-BootstrapOptions::BootstrapOptions(Configurable* owner, std::string seed_help)
+BootstrapOptions::BootstrapOptions(Configurable* owner)
     : bootstrap_count_(owner, "bootstrap_count", 2000, range(100, 1'000'000), "Number of resamples for the 95% intervals"),
-      seed_(owner, "seed", 1, range(0, 2'000'000'000), std::move(seed_help))
+      seed_(owner, "seed", 1, range(0, 2'000'000'000), "Seed of the resampling")
 {
 }
 

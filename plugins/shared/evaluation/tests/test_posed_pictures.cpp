@@ -50,13 +50,6 @@ TEST_CASE("pictures are found by their frames' names, in the frames' order")
     CHECK(listed[0].frame == 2);
     CHECK(listed[0].file == "/somewhere/views/seq_01_c.png");
 
-    const auto pictures = pictures_of(nullptr, folder.path(), run);
-    REQUIRE(pictures.size() == 3);
-    CHECK(pictures[0].filename() == "seq_01_a.png");
-    CHECK(pictures[2].filename() == "seq_01_d.png");
-    CHECK(pictures_of(&views, {}, run) == std::vector<std::filesystem::path>{"/somewhere/views/seq_01_c.png"});
-    CHECK_THROWS_WITH(pictures_of(&views, folder.path(), run), Catch::Contains("either port 'views'"));
-
     write_file(folder.path() / "seq_01_a.jpeg", "x");
     CHECK_THROWS_WITH(posed_pictures(three_frames(), nullptr, folder.path(), run), Catch::Contains("same view"));
 }

@@ -9,7 +9,6 @@
 #include <array>
 #include <cstddef>
 #include <filesystem>
-#include <map>
 #include <span>
 #include <string>
 #include <string_view>
@@ -28,22 +27,6 @@ struct PosedPicture
 /// What picture files end in.
 inline constexpr std::array<std::string_view, 3> picture_extensions{".png", ".jpg", ".jpeg"};
 inline constexpr std::array<std::string_view, 4> picture_or_npy{".png", ".jpg", ".jpeg", ".npy"};
-
-/// The files of a stage, or those of a folder, which is then noted as read by `extensions`; sorted.
-std::vector<std::filesystem::path> listed(const Files& views);
-std::vector<std::filesystem::path> listed(const std::filesystem::path& folder, std::span<const std::string_view> extensions,
-                                          RunContext& run);
-
-/// Those that end in one of `extensions`, by their names without folder and extension. Throws Error naming both if two share one:
-/// that they `clash` ("show the same view").
-std::map<std::string, std::filesystem::path> by_stem(const std::vector<std::filesystem::path>& files,
-                                                     std::span<const std::string_view> extensions, std::string_view clash);
-
-/// The pictures of `views` (what render.views made) where it is not null, else of `folder`, which is then noted as read; those
-/// that end in one of `extensions`, in the order of their names without folder and extension. Throws Error if both or neither are
-/// given, or two share a name.
-std::vector<std::filesystem::path> pictures_of(const Files* views, const std::filesystem::path& folder, RunContext& run,
-                                               std::span<const std::string_view> extensions = picture_extensions);
 
 /// The pictures of frames, by file name (<sequence>_<frame>, ending in one of `extensions`), in the order of the frames: of
 /// `views` (what render.views made) where it is not null, else of `folder`, which is then noted as read. Frames without a picture

@@ -51,10 +51,6 @@ Interval bootstrap_interval(std::size_t groups, const GroupStatistic& statistic,
 /// The interval of the mean of one value per group.
 Interval bootstrap_mean(std::span<const double> values, const Bootstrap& bootstrap);
 
-/// 95 % score interval of a share, `successes` of `trials` independent ones: Wilson, "Probable inference, the law of succession,
-/// and statistical inference" (1927). Both ends are NaN for no trials.
-Interval wilson_interval(std::int64_t successes, std::int64_t trials);
-
 /// A figure with its interval as a map {value, low, high}; what is not finite becomes null, which JSON has.
 Value figure(double value, Interval interval);
 Value number_or_null(double value);
@@ -66,10 +62,9 @@ std::string figure_text(double value, Interval interval);
 class BootstrapOptions
 {
   public:
-    explicit BootstrapOptions(Configurable* owner, std::string seed_help = "Seed of the resampling");
+    explicit BootstrapOptions(Configurable* owner);
 
-    std::uint64_t seed() const { return static_cast<std::uint64_t>(*seed_); }
-    Bootstrap operator*() const { return {.resamples = *bootstrap_count_, .seed = seed()}; }
+    Bootstrap operator*() const { return {.resamples = *bootstrap_count_, .seed = static_cast<std::uint64_t>(*seed_)}; }
 
   private:
     Option<int> bootstrap_count_;

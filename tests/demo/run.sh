@@ -30,28 +30,36 @@ cp "$source"/tests/gltf_validator/* "$work/validator/"
 (cd "$work/validator" && npm install --no-audit --no-fund --loglevel=error && node validate.mjs "$work/out/demo.glb")
 
 # Both ways to paint without weights look like a painting of the room. Other processors round differently: hence a margin.
-"$fresco" run "$source/tests/demo/figures.yaml" --store "$work/store" --out "$work/figures" --no-report
-python3 - "$work/figures" <<'CHECK'
+python=/usr/bin/python3
+"$python" -c "import cv2" 2>/dev/null || {
+    echo "SKIPPED the figures of the demo's painting: python3-opencv is not there"
+    [ -z "${FRESCO_SKIP_LOG:-}" ] || echo "the figures of the demo's painting: python3-opencv is not there" >>"$FRESCO_SKIP_LOG"
+    exit 0
+}
+painting() { "$python" "$source/pipelines/paper/painting.py" "$@"; }
+"$fresco" run "$source/tests/demo/figures.yaml" --store "$work/store" --out "$work/figures"
+painting "$work/figures" --every 4
+painting "$work/figures" --every 4 --views optimized_views --path optimized.json
+"$python" - "$work/figures" <<'CHECK'
 import json, sys
 
 folder = sys.argv[1]
 failed = []
 for name, weaker in (("painting", {"coherence": 0.75}), ("optimized", {"strokes": 0.5})):
     for figure, found in json.load(open(f"{folder}/{name}.json"))["figures"].items():
-        value = found.get("mean", found.get("value"))
-        print(f"{name}: {figure} {value:.3f}")
-        if not found["reached"] and not value >= weaker.get(figure, float("inf")):
-            failed.append(f"{name}: {figure} {value:.3f}")
+        if not found["reached"] and not found["mean"] >= weaker.get(figure, float("inf")):
+            failed.append(f"{name}: {figure} {found['mean']:.3f}")
 sys.exit("demo: " + ", ".join(failed) if failed else 0)
 CHECK
 
 # A preview leaves the full run's results alone, and is a smaller room.
 sum=$(sha256sum <"$work/out/demo.glb")
 begin=$(date +%s%N)
-(cd "$work" && "$fresco" run "$source/tests/demo/strength.yaml" --preview --store store --cores 2 --no-report)
+(cd "$work" && "$fresco" run "$source/tests/demo/strength.yaml" --preview --store store --cores 2)
 echo "three strengths of the preview: $((($(date +%s%N) - begin) / 1000000)) ms"
 [ "$sum" = "$(sha256sum <"$work/out/demo.glb")" ] || fail "the preview changed demo.glb"
-python3 - "$work/out/preview" <<'CHECK'
+for folder in "$work"/out/preview/share=*; do painting "$folder"; done
+"$python" - "$work/out/preview" <<'CHECK'
 import json, pathlib, sys
 
 folders = sorted(pathlib.Path(sys.argv[1]).glob("share=*"), key=lambda folder: float(folder.name[6:]))

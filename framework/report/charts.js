@@ -1,4 +1,4 @@
-// Curves over a stage's progress, and a bar per recorded frame.
+// Curves over a stage's progress, and a bar per judged frame.
 
 const chart = { width: 560, height: 190, left: 64, right: 8, top: 10, bottom: 24 };
 
@@ -72,19 +72,19 @@ const curveCharts = curves => Object.entries(curves?.metrics ?? {}).flatMap(([na
 function barsOf({ names, values, kept, beyond, least = 0, most = Infinity }) {
     if (!Array.isArray(names) || !names.length || values?.length !== names.length || kept?.length !== names.length)
         return null;
-    const frames = names.map((name, i) => {
+    const all = names.map((name, i) => {
         const value = typeof values[i] === "number" ? values[i] : 0;
         return { name, value, verdict: kept[i] ? "kept" : beyond?.[i] ?? (value < least || value > most) ? "beyond" : "dropped" };
     });
-    const each = Math.ceil(frames.length / 1000);
-    const bars = Array.from({ length: Math.ceil(frames.length / each) }, (_, bar) =>
-        frames.slice(bar * each, (bar + 1) * each).reduce((best, frame) => frame.value > best.value ? frame : best));
+    const each = Math.ceil(all.length / 1000);
+    const bars = Array.from({ length: Math.ceil(all.length / each) }, (_, bar) =>
+        all.slice(bar * each, (bar + 1) * each).reduce((best, one) => one.value > best.value ? one : best));
     const counts = { kept: 0, beyond: 0, dropped: 0 };
-    frames.forEach(({ verdict }) => ++counts[verdict]);
+    all.forEach(({ verdict }) => ++counts[verdict]);
     return { bars, counts };
 }
 
-function framesChart(judged) {
+function judgedChart(judged) {
     const found = barsOf(judged);
     if (!found)
         return null;
@@ -96,14 +96,14 @@ function framesChart(judged) {
     const step = width / bars.length;
     const keys = [["kept", "kept"], ["beyond", `${most === undefined ? "below" : "above"} ${measure} ${figureText(limit)}`], ["dropped", "dropped beside others"]];
     return element("figure", {},
-        svg("svg", { class: "frames", viewBox: `0 0 ${width} ${height}`, preserveAspectRatio: "none", role: "img", "aria-label": `${measure} of every frame` },
+        svg("svg", { class: "judged", viewBox: `0 0 ${width} ${height}`, preserveAspectRatio: "none", role: "img", "aria-label": `${measure} of every frame` },
             bars.map(({ name, value, verdict }, i) => {
                 const size = Math.max(1, value * scale);
                 return svg("rect", { class: verdict, x: (i * step).toFixed(2), y: (height - size).toFixed(1), width: Math.max(0.5, step * 0.85).toFixed(2), height: size.toFixed(1) },
                     svg("title", {}, `${name}: ${measure} ${figureText(value)}${verdict === "kept" ? "" : ", dropped"}`));
             }),
             limit > 0 ? svg("path", { class: "limit", d: `M0 ${height - limit * scale}H${width}` }) : null),
-        element("figcaption", {}, `${measure} of ${counted(judged.names.length, "frame")} in recorded order: `,
+        element("figcaption", {}, `${measure} of ${figureText(judged.names.length)} frames in recorded order: `,
             keys.filter(([verdict]) => verdict === "kept" || counts[verdict] > 0).map(([verdict, text]) =>
                 element("span", { class: "key" }, element("i", { class: verdict }), `${figureText(counts[verdict])} ${text}`))));
 }

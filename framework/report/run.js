@@ -45,14 +45,24 @@ function originSection(data) {
         Object.keys(versions).length ? folded("versions", listed(versions)) : null);
 }
 
+/// The parts of the page that viewers draw: each of globalThis.viewerParts is {place, make(data, media, earlier parts)}, where make returns
+/// {node, entries: those of media that are shown in it, start: called when it is on the page}.
+function viewerPartsOf(data, media) {
+    const parts = [];
+    for (const { make } of (globalThis.viewerParts ?? []).sort((a, b) => a.place - b.place))
+        parts.push(make(data, media, parts));
+    return parts;
+}
+
 function runPage(data, media) {
-    const room = roomSection(data, media);
-    const views = viewsOf(media);
+    const parts = viewerPartsOf(data, media);
+    const shown = new Set(parts.flatMap(part => part.entries ?? []));
+    const rest = media.filter(entry => !shown.has(entry));
     const charts = stage => curveCharts(stage.curves);
-    document.body.append(element("main", {}, runHeading(data, media), problemBoxes(data), noteBoxes(media),
-        section("The pipeline", graphOf(data.stages)), room.node, compareSection(views, room.standAt), titledPictures(data, media), otherPictures(data, media, views.entry),
-        perStage("Frames kept and dropped", data, stage => stage.figures.judged_frames && framesChart(stage.figures.judged_frames)),
+    document.body.append(element("main", {}, runHeading(data, rest), problemBoxes(data), noteBoxes(media),
+        section("The pipeline", graphOf(data.stages)), parts.map(part => part.node), titledPictures(data, rest), otherPictures(data, rest),
+        perStage("Frames kept and dropped", data, stage => stage.figures.judged_frames && judgedChart(stage.figures.judged_frames)),
         perStage("How it went", data, stage => charts(stage).length ? element("div", { class: "charts" }, charts(stage)) : null),
         section("Stages", data.stages.map(stageCard)), filesSection(data.files), originSection(data)));
-    room.start?.();
+    parts.forEach(part => part.start?.());
 }

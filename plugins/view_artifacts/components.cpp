@@ -1,3 +1,5 @@
+#include "report_parts.h"
+
 #include <fresco/error.h>
 #include <fresco/files.h>
 #include <fresco/frames.h>
@@ -13,6 +15,7 @@
 #include <fmt/format.h>
 #include <iterator>
 #include <map>
+#include <string>
 
 using namespace fresco;
 
@@ -74,6 +77,19 @@ class FilesViewer final : public ViewerOf<Files>
     }
 };
 
+/// Draws the slider between camera pictures and renders.
+constexpr PageScripts views_scripts{.css = views_css, .js = views_js};
+
+/// Draws the room, and the controls around it.
+const PageScripts& room_and_controls()
+{
+    static const PageScripts& room = page::room_scripts();
+    static const std::string css = std::string(room.css) + room_css;
+    static const std::string js = std::string(room.js) + room_js;
+    static const PageScripts all{.css = css, .library = room.library, .js = js};
+    return all;
+}
+
 class FramesViewer final : public ViewerOf<Frames>
 {
     void show_value(const Frames& frames, PageEntry& entry) const override
@@ -92,6 +108,7 @@ class FramesViewer final : public ViewerOf<Frames>
         if (frames.frames.empty() || (shown.empty() && !entry.last))
             return;
         entry.value.set("cameras", page::cameras(frames));
+        entry.scripts = &views_scripts;
         for (const Frame* frame : shown)
             page::add_picture(entry, *images, frame->sequence + "_" + frame->name, load_color(*frame, &*images),
                               {{"pose", page::pose(frame->color)}});
@@ -119,7 +136,7 @@ class TexturedMeshViewer final : public ViewerOf<TexturedMesh>
                 room.mesh.triangles.size(), most_triangles));
         entry.value.set("room",
                         page::room(room.mesh, images->encode_jpeg(page::small_copy(pixels, texture_px), texture_quality)));
-        entry.scripts = &page::room_scripts();
+        entry.scripts = &room_and_controls();
     }
 };
 

@@ -20,13 +20,13 @@ function mixtureBar(stage, mixture, mix) {
     return element("div", { class: "bar" }, slider("color"), slider("strokes"), line);
 }
 
-/// The room's section, and what puts the visitor to a pose; nulls where there is no room.
+/// The room's section, and what puts the visitor to a pose.
 function roomSection(data, media) {
     const entry = media.filter(each => each.room).at(-1);
     if (!entry)
-        return { node: null, standAt: null };
+        return { node: null };
     if (typeof THREE === "undefined")
-        return { node: section("The room", element("p", { class: "note" }, "To turn the room around here, build fresco where three.js is (Debian's libjs-three).")), standAt: null };
+        return { node: section("The room", element("p", { class: "note" }, "To turn the room around here, build fresco where three.js is (Debian's libjs-three).")) };
     const frames = media.filter(each => each.cameras);
     const cameras = (frames.filter(each => each.pictures).at(-1) ?? frames.at(-1))?.cameras;
     const mixed = media.filter(each => each.mixture && each.mixture.atlas === entry.room.atlas).at(-1);
@@ -47,3 +47,5 @@ function roomSection(data, media) {
     };
     return { node, standAt, start };
 }
+
+(globalThis.viewerParts ??= []).push({ place: 1, make: roomSection });

@@ -28,14 +28,6 @@ cv::Mat view_of(const Raster8& picture)
             const_cast<std::uint8_t*>(picture.values.data())};
 }
 
-Raster8 raster_of(const cv::Mat& mask)
-{
-    Raster8 result(mask.cols, mask.rows);
-    cv::Mat target(mask.rows, mask.cols, CV_8UC1, result.values.data());
-    mask.copyTo(target);
-    return result;
-}
-
 bool is_red(const std::uint8_t* rgb)
 {
     const int most = std::max({rgb[0], rgb[1], rgb[2]});

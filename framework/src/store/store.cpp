@@ -59,7 +59,7 @@ void check_format(const fs::path& root)
 
 constexpr std::size_t results_per_key = 8;
 
-Value entry_of(const StoredResult& result)
+Value result_entry(const StoredResult& result)
 {
     Value::List dependencies = each<Value>(result.dependencies, [&](const auto& dependency) { return to_value(dependency); });
     return Value::Map{{"object", result.object},
@@ -86,7 +86,7 @@ std::vector<StoredResult> read_results(const Store& store, const std::string& ke
 
 void write_results(const Store& store, const std::string& key, const std::vector<StoredResult>& results)
 {
-    write_record(store.key_file(key), Value::Map{{"key", key}, {"results", each<Value>(results, entry_of)}});
+    write_record(store.key_file(key), Value::Map{{"key", key}, {"results", each<Value>(results, result_entry)}});
 }
 
 /// Writes what `changed` makes of the record of a key. False where another process is at work on the key, or the disk is full.

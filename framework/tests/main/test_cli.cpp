@@ -247,8 +247,8 @@ TEST_CASE("gc keeps what the last runs used, removes the rest and leftovers, and
     place.make();
     place.make({"--set", "add.plus=2"});
     REQUIRE(place.objects().size() == 5);
-    // Of a process that has ended.
-    fs::create_directories(place.file(".fresco/tmp/0123456789ab-4711-1.0123456789abcdef"));
+    // A killed process left it.
+    fs::create_directories(place.file(".fresco/tmp/fedcba9876543210.0123456789abcdef"));
     fs::create_directories(place.file(".fresco/objects/0123456789abcdef0123456789abcdef/half"));
     const Words tidy{"store", "gc", "--keep-days", "0"};
     CHECK(place.run({"store", "gc", "--dry-run", "--keep-days", "0"}).code == 0);

@@ -38,7 +38,7 @@ nav:
   - Pipelines: [pipelines/README.md, sdk/docs/pipelines.md, pipelines/results.md, pipelines/cluster.md, pipelines/paper/README.md]
   - Your data: [sdk/docs/phones.md, sdk/docs/your-recording.md, sdk/docs/python.md, sdk/docs/blender.md, sdk/docs/commands.md, sdk/docs/artifacts.md]
   - Reference: [sdk/docs/command-line.md, sdk/docs/reference/README.md, sdk/docs/guarantees.md]
-  - Plugins: [sdk/docs/writing-a-plugin.md, sdk/docs/plugins.md, sdk/docs/writing-a-reader.md, sdk/README.md, plugins/README.md]
+  - Plugins: [sdk/docs/writing-a-plugin.md, sdk/docs/plugins.md, sdk/docs/writing-a-layout.md, sdk/README.md, plugins/README.md]
   - Project: [sdk/docs/building.md, sdk/docs/dependencies.md, CHANGELOG.md]
 YAML
 mkdocs --quiet build --strict --config-file build/mkdocs.yml

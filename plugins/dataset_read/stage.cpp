@@ -115,7 +115,7 @@ class DatasetRead final : public Stage
     Output<Frames> frames{this, "frames", "The dataset's frames, with pictures as NPY files that need no codec"};
     Output<Image> style{this, "style", "The dataset's style picture; 0 x 0 if it has none"};
     Output<Mesh> mesh{this, "mesh", "The dataset's mesh, with texcoords"};
-    Option<InputFolder> path{this, "path", required, folder_with({"dataset.json"}), "Folder of the dataset"};
+    Option<InputFolder> path{this, "path", required, "Folder of the dataset"};
 
     dataset::Manifest manifest(RunContext& run) const
     {

@@ -59,10 +59,14 @@ Value Configurable::describe() const
             descriptions.push_back(port->describe());
         return Value(std::move(descriptions));
     };
-    return Value::Map{{"options", std::move(options)},
-                      {"components", std::move(components)},
-                      {"inputs", list(inputs_)},
-                      {"outputs", list(outputs_)}};
+    Value description = Value::Map{{"options", std::move(options)},
+                                   {"components", std::move(components)},
+                                   {"inputs", list(inputs_)},
+                                   {"outputs", list(outputs_)}};
+    if (const auto* component = dynamic_cast<const Component*>(this))
+        if (const Marks marks = component->marks(); !marks.contains.empty() || !marks.formats.empty())
+            description.set("marks", marks.describe());
+    return description;
 }
 
 Component::~Component() = default;
@@ -205,12 +209,13 @@ Value parsed_default(const std::string& text)
 }  // namespace
 
 SlotBase::SlotBase(Configurable* owner, std::string name, OptionKind kind, std::string_view component_kind,
-                   const std::string& default_config, std::string help, bool is_optional)
+                   const std::string& default_config, std::string help, bool is_optional, std::string chosen_by)
     : Parameter(owner, {.name = std::move(name),
                         .kind = kind,
                         .default_value = parsed_default(default_config),
                         .component_kind = std::string(component_kind),
                         .optional = is_optional || (kind == OptionKind::component && default_config.empty()),
+                        .chosen_by = std::move(chosen_by),
                         .help = std::move(help)})
 {
 }

@@ -212,9 +212,10 @@ void check_transparent_are_masked(const Raster8& picture, const Frame& frame)
         return;  // The caller refuses the picture by its size.
     for (std::size_t i = 0; i < picture.values.size() / 4; ++i)
         if (picture.values[4 * i + 3] < least_opaque_alpha && (mask.empty() || mask.values[i] != 0))
-            throw Error(frame.color_picture.path.string() +
-                        ": has transparent pixels that the frame's mask does not ignore; read the frames with scan.frames, which "
-                        "masks them, or save the picture without transparency");
+            throw Error(
+                frame.color_picture.path.string() +
+                ": has transparent pixels that the frame's mask does not ignore; read the frames with scan.recording, which "
+                "masks them, or save the picture without transparency");
 }
 
 }  // namespace

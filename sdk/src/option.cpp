@@ -28,6 +28,8 @@ constexpr OptionKind kind_of<InputFiles> = OptionKind::input_files;
 template <>
 constexpr OptionKind kind_of<InputFolder> = OptionKind::input_folder;
 template <>
+constexpr OptionKind kind_of<InputPath> = OptionKind::input_path;
+template <>
 constexpr OptionKind kind_of<CommandLine> = OptionKind::command_line;
 template <>
 constexpr OptionKind kind_of<OutputName> = OptionKind::output_name;
@@ -35,7 +37,7 @@ constexpr OptionKind kind_of<OutputName> = OptionKind::output_name;
 template <class T>
 Value written(const T& v)
 {
-    if constexpr (std::is_same_v<T, InputFile> || std::is_same_v<T, InputFolder>)
+    if constexpr (std::is_same_v<T, InputFile> || std::is_same_v<T, InputFolder> || std::is_same_v<T, InputPath>)
         return v.path.string();
     else if constexpr (std::is_same_v<T, OutputName>)
         return v.path;
@@ -115,11 +117,6 @@ void declare(OptionDeclaration& option, const Extensions* accepted)
     option.extensions = accepted->extensions;
     option.formats = accepted->formats;
 }
-void declare(OptionDeclaration& option, const FolderWith* expected)
-{
-    option.contains = expected->entries;
-    option.contains_unless = expected->unless;
-}
 void declare(OptionDeclaration& option, const char* help)
 {
     option.help = help;
@@ -155,7 +152,6 @@ namespace detail
 OptionTerm::OptionTerm(const Range& accepted) : said(&accepted) {}
 OptionTerm::OptionTerm(const OneOf& accepted) : said(&accepted) {}
 OptionTerm::OptionTerm(const Extensions& accepted) : said(&accepted) {}
-OptionTerm::OptionTerm(const FolderWith& expected) : said(&expected) {}
 OptionTerm::OptionTerm(NotInKey mark) : said(mark) {}
 OptionTerm::OptionTerm(ChoosesDevice mark) : said(mark) {}
 OptionTerm::OptionTerm(const char* help) : said(help) {}
@@ -186,6 +182,7 @@ template class Option<InputFile>;
 template class Option<InputFiles>;
 template class Option<CommandLine>;
 template class Option<InputFolder>;
+template class Option<InputPath>;
 template class Option<OutputName>;
 
 }  // namespace fresco

@@ -26,6 +26,7 @@ constexpr std::array kind_names{KindName{"bool", OptionKind::boolean},
                                 KindName{"numbers", OptionKind::numbers},
                                 KindName{"input_file", OptionKind::input_file},
                                 KindName{"input_folder", OptionKind::input_folder},
+                                KindName{"input_path", OptionKind::input_path},
                                 KindName{"output_name", OptionKind::output_name},
                                 KindName{"component", OptionKind::component},
                                 KindName{"components", OptionKind::components},
@@ -50,18 +51,26 @@ std::vector<std::string> texts_at(const Value& map, std::string_view key)
     return texts;
 }
 
-/// " that contains a.txt and b.txt or b.bin".
-std::string contents_text(const OptionDeclaration& option)
+std::vector<FileFormat> formats_at(const Value& map)
 {
-    std::vector<std::string> entries;
-    for (std::string entry : option.contains)
-    {
-        for (std::size_t at = entry.find('|'); at != std::string::npos; at = entry.find('|', at))
-            entry.replace(at, 1, " or ");
-        entries.push_back(std::move(entry));
-    }
-    return (entries.empty() ? "" : " that contains " + join(entries)) +
-           (option.contains_unless.empty() ? "" : ", unless '" + option.contains_unless + "' is set");
+    std::vector<FileFormat> formats;
+    if (const Value* list = map.find("formats"))
+        for (const Value& format : list->as_list())
+            formats.push_back(FileFormat::from(format));
+    return formats;
+}
+
+Value::List described(const std::vector<FileFormat>& formats)
+{
+    Value::List list;
+    for (const FileFormat& format : formats)
+        list.push_back(format.describe());
+    return list;
+}
+
+Value::List list_of(const std::vector<std::string>& texts)
+{
+    return {texts.begin(), texts.end()};
 }
 
 std::string range_text(const OptionDeclaration& option)
@@ -97,11 +106,7 @@ OptionDeclaration OptionDeclaration::from(const Value& description)
     option.max = number("max");
     option.choices = texts_at(description, "choices");
     option.extensions = texts_at(description, "extensions");
-    if (const Value* formats = description.find("formats"))
-        for (const Value& format : formats->as_list())
-            option.formats.push_back(FileFormat::from(format));
-    option.contains = texts_at(description, "contains");
-    option.contains_unless = text("contains_unless");
+    option.formats = formats_at(description);
     option.unit = text("unit");
     option.in_key = flag("in_key", true);
     option.is_device = flag("device", false);
@@ -109,6 +114,7 @@ OptionDeclaration OptionDeclaration::from(const Value& description)
     option.optional = option.kind == OptionKind::component && (option.default_value.is_null() || flag("optional", false));
     if (const Value* rule = description.find("auto"))
         option.auto_rule = AutoRule{rule->at("option").as_string(), rule->at("if_empty"), rule->at("if_set")};
+    option.chosen_by = text("chosen_by");
     option.for_form = text("for_form");
     if (const Value* rule = description.find("rule"))
         option.rule = RuleForm{rule->at("parts_of").as_string(),
@@ -133,20 +139,14 @@ Value OptionDeclaration::describe() const
             description.set(key, value);
     };
     const auto number = [](const std::optional<double>& bound) { return bound ? Value(*bound) : Value(); };
-    const auto list = [](const std::vector<std::string>& texts) { return Value::List(texts.begin(), texts.end()); };
-    Value::List described_formats;
-    for (const FileFormat& format : formats)
-        described_formats.push_back(format.describe());
     say("component_kind", component_kind, "");
     say("required", required, false);
     say("default", required ? Value() : default_value, {});
     say("min", number(min), {});
     say("max", number(max), {});
-    say("choices", list(choices), Value::List{});
-    say("extensions", list(extensions), Value::List{});
-    say("formats", described_formats, Value::List{});
-    say("contains", list(contains), Value::List{});
-    say("contains_unless", contains_unless, "");
+    say("choices", list_of(choices), Value::List{});
+    say("extensions", list_of(extensions), Value::List{});
+    say("formats", described(formats), Value::List{});
     say("unit", unit, "");
     say("in_key", in_key, true);
     say("device", is_device, false);
@@ -154,6 +154,7 @@ Value OptionDeclaration::describe() const
     if (auto_rule)
         description.set(
             "auto", Value::Map{{"option", auto_rule->option}, {"if_empty", auto_rule->if_empty}, {"if_set", auto_rule->if_set}});
+    say("chosen_by", chosen_by, "");
     say("for_form", for_form, "");
     if (rule)
         description.set("rule", Value::Map{{"parts_of", rule->parts_of},
@@ -185,11 +186,14 @@ std::string OptionDeclaration::accepted() const
     case OptionKind::input_file:
         return "the path of an existing file" + (extensions.empty() ? "" : " (" + join(extensions, " or ") + ")");
     case OptionKind::input_folder:
-        return "the path of an existing folder" + contents_text(*this);
+        return "the path of an existing folder";
+    case OptionKind::input_path:
+        return "the path of an existing folder or file";
     case OptionKind::output_name:
         return "a relative path below --out without '..'" + (extensions.empty() ? "" : ", ending in " + join(extensions, " or "));
     case OptionKind::component:
-        return "{type: …} of kind '" + component_kind + "'" + (optional ? ", or none" : "");
+        return "{type: …} of kind '" + component_kind + "'" + (optional ? ", or none" : "") +
+               (chosen_by.empty() ? "" : ", or auto: by what '" + chosen_by + "' contains");
     case OptionKind::components:
         return "a map {name: {type: …}} of kind '" + component_kind + "'" + (auto_rule ? ", or auto" : "");
     case OptionKind::input_files:
@@ -295,6 +299,16 @@ FileFormat FileFormat::from(const Value& description)
     format.length_bytes = size_at(description, "length_bytes");
     format.length_from = size_at(description, "length_from");
     return format;
+}
+
+Marks Marks::from(const Value& description)
+{
+    return {texts_at(description, "contains"), formats_at(description), texts_at(description, "before")};
+}
+
+Value Marks::describe() const
+{
+    return Value::Map{{"contains", list_of(contains)}, {"formats", described(formats)}, {"before", list_of(before)}};
 }
 
 std::vector<std::string> all_extensions(const std::vector<FileFormat>& formats)

@@ -66,6 +66,7 @@ class ValueChecker
         case OptionKind::text:
         case OptionKind::input_file:
         case OptionKind::input_folder:
+        case OptionKind::input_path:
         case OptionKind::output_name:
             return value.is_string() ? text(value) : wrong_kind();
         case OptionKind::component:

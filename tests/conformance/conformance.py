@@ -33,7 +33,7 @@ def expect(condition, text):
 
 def wrong_value(option):
     """A value that the option's kind cannot take, as YAML."""
-    return {"text": "[1]", "input_file": "[1]", "input_folder": "[1]", "output_name": "[1]", "component": "[1]", "components": "[1]"}.get(option["kind"], "word")
+    return {"text": "[1]", "input_file": "[1]", "input_folder": "[1]", "input_path": "[1]", "output_name": "[1]", "component": "[1]", "components": "[1]"}.get(option["kind"], "word")
 
 
 def check_option(kind, name, option):

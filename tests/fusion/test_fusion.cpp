@@ -27,6 +27,21 @@ fs::path run(const char* library, const char* type, const Value& options, const 
     return out;
 }
 
+/// Reads a recording by a layout; gives the folder of its outputs.
+fs::path read(const char* layout_library, const char* layout, const Value& layout_options, const Value& options,
+              const fs::path& out)
+{
+    fresco::testing::TestFactory none;
+    const std::shared_ptr<fresco::Component> known = fresco::testing::make_from_plugin<fresco::Component>(layout_library, layout);
+    known->configure(layout_options, none);
+    fresco::testing::TestRun run;
+    fresco::testing::run_stage(
+        SCAN_RECORDING_PLUGIN, "scan.recording", options, {}, out, run,
+        {{"image_io", fresco::testing::make_from_plugin<fresco::ImageIo>(IMAGE_OPENCV_PLUGIN, "image.opencv")},
+         {"layout", known}});
+    return out;
+}
+
 Mesh mesh_in(const fs::path& out)
 {
     return *Mesh::load({out / "mesh", out});
@@ -69,11 +84,9 @@ TEST_CASE("the generated room's surface comes back from its depth pictures, read
         frame.color = frame.depth;
     fresco::testing::write_tum(frames, path("tum"));
     const auto& k = frames.frames[0].depth.intrinsics;
-    const auto scan = run(SCAN_TUM_PLUGIN, "scan.tum",
-                          Value::Map{{"path", path("tum").string()},
-                                     {"intrinsics", Value::List{k.fx, k.fy, k.cx - 0.5, k.cy - 0.5}},
-                                     {"depth_unit_m", 0.001}},
-                          {}, path("scan"));
+    const auto scan =
+        read(LAYOUT_TUM_PLUGIN, "layout.tum", Value::Map{{"intrinsics", Value::List{k.fx, k.fy, k.cx - 0.5, k.cy - 0.5}}},
+             Value::Map{{"path", path("tum").string()}, {"depth_unit_m", 0.001}}, path("scan"));
     const Mesh fused = mesh_in(run(MESH_FUSE_PLUGIN, "mesh.fuse", Value::Map{{"voxel_m", 0.01}},
                                    {{"frames", Frames::load({scan / "frames", scan})}}, path("fused")));
     const Distance added = distance(fused, truth, 1);
@@ -90,8 +103,8 @@ TEST_CASE("a part of the kitchen comes back", "[fusion]")
     if (kitchen.empty())
         return;
     const fresco::testing::TemporaryFolder folder;
-    const auto scan = run(SCAN_SEVEN_SCENES_PLUGIN, "scan.seven_scenes", Value::Map{{"path", kitchen.string()}, {"every", 4}}, {},
-                          folder.path() / "scan");
+    const auto scan = read(LAYOUT_SEVEN_SCENES_PLUGIN, "layout.seven_scenes", Value::Map{},
+                           Value::Map{{"path", kitchen.string()}, {"every", 4}}, folder.path() / "scan");
     const Mesh fused = mesh_in(run(MESH_FUSE_PLUGIN, "mesh.fuse", Value::Map{{"voxel_m", 0.01}},
                                    {{"frames", Frames::load({scan / "frames", scan})}}, folder.path() / "fused"));
     const Distance added = distance(fused, mesh_in(scan), 0.1);

@@ -1,13 +1,13 @@
 #include "parsers.h"
 
-#include "plugins/scan_colmap/model.h"
-#include "plugins/scan_matterport3d/house.h"
-#include "plugins/scan_nerfstudio/transforms.h"
-#include "plugins/scan_polycam/keyframes.h"
-#include "plugins/scan_replica/replica_scene.h"
-#include "plugins/scan_scannet/scene_calibration.h"
-#include "plugins/scan_sens/sens_file.h"
-#include "plugins/scan_tum/tum.h"
+#include "plugins/layout_colmap/model.h"
+#include "plugins/layout_matterport3d/house.h"
+#include "plugins/layout_nerfstudio/transforms.h"
+#include "plugins/layout_polycam/keyframes.h"
+#include "plugins/layout_replica/replica_scene.h"
+#include "plugins/layout_scannet/scene_calibration.h"
+#include "plugins/layout_sens/sens_file.h"
+#include "plugins/layout_tum/tum.h"
 
 #include <fresco/error.h>
 #include <fresco/recordings/lens.h>
@@ -144,8 +144,6 @@ void read_scannet(Bytes bytes)
     const auto calibration = scannet::read_scene_calibration(file.parent_path() / "scene0000_00", file, run);
     for (const auto& camera : {calibration.color, calibration.depth})
         recordings::intrinsics_from_matrix(camera.values, recordings::PixelCenter::integer, 640, 480, camera.source);
-    if (calibration.aligned_from_world)
-        check(*calibration.aligned_from_world);
 }
 
 void read_matterport_house(Bytes bytes)
@@ -158,14 +156,14 @@ void read_matterport_cameras(Bytes bytes)
     for (const auto& view : matterport3d::parse_cameras(text_of(bytes), source).views)
     {
         check(view.world_from_camera);
-        matterport3d::camera_of(view, 1280, 1024, matterport3d::ImageOrigin::bottom_left);
+        matterport3d::camera_of(view, 1280, 1024);
     }
 }
 
 void read_nerfstudio(Bytes bytes)
 {
-    for (const auto world : {nerfstudio::World::saved, nerfstudio::World::original})
-        for (const auto& view : nerfstudio::parse_transforms(text_of(bytes), name, {.world = world}))
+    for (const bool original : {false, true})
+        for (const auto& view : nerfstudio::parse_transforms(text_of(bytes), name, {.original_world = original}))
         {
             check(view.world_from_camera);
             check_lens(view.lens, view.camera);
@@ -192,18 +190,19 @@ void read_replica(Bytes bytes)
 }
 
 const Registered registered{
-    {"sens", "plugins/scan_sens/sens_file\\.cpp", read_sens},
-    {"sens_depth", "plugins/scan_sens/sens_file\\.cpp", read_sens_depth},
-    {"colmap_binary", "plugins/scan_colmap/model\\.cpp|plugins/shared/recordings/src/parsing\\.cpp", read_colmap},
-    {"colmap_text", "plugins/scan_colmap/model\\.cpp", read_colmap_text},
-    {"poses_tum", "plugins/scan_tum/tum\\.cpp|plugins/shared/recordings/src/parsing\\.cpp", read_tum},
+    {"sens", "plugins/layout_sens/sens_file\\.cpp", read_sens},
+    {"sens_depth", "plugins/layout_sens/sens_file\\.cpp", read_sens_depth},
+    {"colmap_binary", "plugins/layout_colmap/model\\.cpp|plugins/shared/recordings/src/parsing\\.cpp", read_colmap},
+    {"colmap_text", "plugins/layout_colmap/model\\.cpp", read_colmap_text},
+    {"poses_tum", "plugins/layout_tum/tum\\.cpp|plugins/shared/recordings/src/parsing\\.cpp", read_tum},
     {"poses_matrix", "plugins/shared/recordings/src/parsing\\.cpp", read_matrix},
-    {"poses_scannet", "plugins/scan_scannet/scene_calibration\\.cpp", read_scannet},
-    {"poses_matterport", "plugins/scan_matterport3d/house\\.cpp", read_matterport_cameras},
-    {"house_matterport", "plugins/scan_matterport3d/house\\.cpp", read_matterport_house},
-    {"poses_nerfstudio", "plugins/scan_nerfstudio/transforms\\.cpp|plugins/shared/recordings/src/parsing\\.cpp", read_nerfstudio},
-    {"poses_polycam", "plugins/scan_polycam/keyframes\\.cpp", read_polycam},
-    {"poses_replica", "plugins/scan_replica/replica_scene\\.cpp", read_replica}};
+    {"poses_scannet", "plugins/layout_scannet/scene_calibration\\.cpp", read_scannet},
+    {"poses_matterport", "plugins/layout_matterport3d/house\\.cpp", read_matterport_cameras},
+    {"house_matterport", "plugins/layout_matterport3d/house\\.cpp", read_matterport_house},
+    {"poses_nerfstudio", "plugins/layout_nerfstudio/transforms\\.cpp|plugins/shared/recordings/src/parsing\\.cpp",
+     read_nerfstudio},
+    {"poses_polycam", "plugins/layout_polycam/keyframes\\.cpp", read_polycam},
+    {"poses_replica", "plugins/layout_replica/replica_scene\\.cpp", read_replica}};
 
 }  // namespace
 }  // namespace fresco::fuzz

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""recording.py FOLDER: three views of a wall 2 m away, in the layout of the template of `fresco new reader`."""
+"""recording.py FOLDER: three views of a wall 2 m away, in the layout of the template of `fresco new layout`."""
 import json
 import pathlib
 import struct

@@ -7,7 +7,7 @@ cmake=$1 build=$2 torch=$3
 fresco=$work/prefix/bin/fresco
 cd "$work"
 python3 "$(dirname "$0")/links.py" "$work/prefix/share/fresco"
-kinds=(stage reader)
+kinds=(stage layout)
 fast=(-DCMAKE_CXX_FLAGS_RELEASE=-O0)  # To compile.
 # The tests of all these plugins compile the same main, which holds all of Catch.
 ! command -v ccache >/dev/null || fast+=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
@@ -24,7 +24,7 @@ for kind in "${kinds[@]}"; do
     grep -q "100% tests passed, 0 tests failed out of 1" log || { cat log; exit 1; }
     FRESCO_PLUGIN_PATH=$folder/build "$fresco" describe "$type" >log
     grep -q "$type" log
-    [ "$kind" != reader ] || python3 "$(dirname "$0")/recording.py" "$folder/recording"
+    [ "$kind" != layout ] || python3 "$(dirname "$0")/recording.py" "$folder/recording"
     FRESCO_PLUGIN_PATH=$folder/build "$fresco" run "$folder/pipeline.yaml" --store store --out "out_$kind" >log 2>&1 || { cat log; exit 1; }
     "$cmake" --install "$folder/build" >/dev/null --prefix "$work/prefix"
     "$fresco" describe "$type" >/dev/null  # Beside fresco's own now.

@@ -39,16 +39,20 @@ PY
 cat >mine.yaml <<'YAML'
 version: 1
 stages:
-  listed: {type: scan.frames, path: mine}
-  plain: {type: scan.folder, path: mine}
+  listed: {type: scan.recording, path: mine}
+  plain: {type: scan.recording, path: mine, layout: layout.folder}
   surface: {type: mesh.fuse, input: {frames: listed}, voxel_m: 0.05}
 YAML
 "$fresco" run mine.yaml --store store --out out >log 2>&1 || { cat log; fail "the recording cannot be read"; }
 "$python" - <<'PY'
 import json, pathlib
 import numpy as np
-manifests = {json.loads(m.read_text())["type"]: m.parent for m in pathlib.Path("store/objects").glob("*/manifest.json")}
-read = {type_: json.loads((manifests[type_] / "frames/frames.json").read_text())["frames"] for type_ in ("scan.frames", "scan.folder")}
+manifests = {}
+for file in pathlib.Path("store/objects").glob("*/manifest.json"):
+    made = json.loads(file.read_text())
+    # Of a recording: the layout that it was read by.
+    manifests[made["options"].get("layout", {"type": made["type"]})["type"]] = file.parent
+read = {type_: json.loads((manifests[type_] / "frames/frames.json").read_text())["frames"] for type_ in ("layout.frames", "layout.folder")}
 poses = np.load("mine/poses.npy")
 for type_, frames in read.items():
     assert [frame["name"] for frame in frames] == [f"{i:03}" for i in range(12)], type_
@@ -122,7 +126,7 @@ PY
 cat >fused.yaml <<'YAML'
 version: 1
 stages:
-  listed: {type: scan.frames, path: video}
+  listed: {type: scan.recording, path: video}
   surface: {type: mesh.fuse, input: {frames: listed}, voxel_m: 0.05}
 YAML
 "$fresco" run fused.yaml --store store --out fused >log 2>&1 || { cat log; fail "the reconstruction cannot be fused"; }
@@ -173,7 +177,7 @@ PY
 cat >sphere.yaml <<'YAML'
 version: 1
 stages:
-  scan: {type: scan.nerfstudio, path: sphere}
+  scan: {type: scan.recording, path: sphere}
   surface: {type: mesh.fuse, input: {frames: scan}, voxel_m: 0.05}
   inspect: {type: scan.inspect, input: {frames: scan}, fail: true}
 YAML

@@ -31,6 +31,7 @@ void print_json(const Plan& plan)
     for (const auto& stage : plan.stages)
         stages.push_back(Value::Map{{"stage", stage.stage},
                                     {"type", stage.type},
+                                    {"chosen", Value::Map(stage.chosen.begin(), stage.chosen.end())},
                                     {"runs", stage.runs},
                                     {"reason", stage.reason},
                                     {"seconds", stage.measured ? Value(stage.measured->seconds) : Value()},
@@ -75,11 +76,16 @@ void print_text(const Plan& plan, const std::string& out)
     TextTable table(
         {{"stage", Kind::name}, {"", Kind::figure}, {"time", Kind::number}, {"memory", Kind::number}, {"why", Kind::text}});
     for (const auto& stage : plan.stages)
+    {
+        std::string why = stage.reason;
+        for (const auto& [option, type] : stage.chosen)
+            why += "; " + option + ": " + type;
         table.add({stage.stage, stage.runs ? "run" : "-",
                    !stage.runs      ? ""
                    : stage.measured ? duration_text(stage.measured->seconds)
                                     : "not run yet",
-                   stage.runs && stage.measured ? size_text(stage.measured->memory_mb) : "", stage.reason});
+                   stage.runs && stage.measured ? size_text(stage.measured->memory_mb) : "", why});
+    }
     fmt::print("{}", table.text(width));
     const bool runs = std::ranges::any_of(plan.stages, &PlannedStage::runs);
     const std::string copies = copies_text(plan, out);

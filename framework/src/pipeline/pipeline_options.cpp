@@ -1,8 +1,8 @@
 #include "pipeline/pipeline_options.h"
 #include "base/common.h"
 #include "base/file_contents.h"
-#include "base/glob.h"
 #include "base/text.h"
+#include "pipeline/path_marks.h"
 #include <fresco/wording.h>
 
 #include <algorithm>
@@ -45,37 +45,11 @@ std::string chosen_for(const std::string& kind)
     return "components: '" + kind + "'";
 }
 
-/// Of the entries (see folder_with) those that the folder lacks, each alternative by itself.
-std::vector<std::string> missing_entries(const fs::path& folder, const std::vector<std::string>& entries)
+/// Otherwise there is a problem already.
+bool can_be_read(const fs::path& path)
 {
-    std::vector<std::string> missing;
-    for (const std::string& entry : entries)
-    {
-        const std::vector<std::string> names = split(entry, '|');
-        if (std::ranges::none_of(names, [&](const std::string& name) { return has_entry(folder, name); }))
-            missing.insert(missing.end(), names.begin(), names.end());
-    }
-    return missing;
-}
-
-/// Whether an option that the stage needs is of such a folder.
-bool reads_folder(const TypeDeclaration& stage, const fs::path& folder)
-{
-    return std::ranges::any_of(
-        stage.options, [&](const OptionDeclaration& option)
-        { return option.required && !option.contains.empty() && missing_entries(folder, option.contains).empty(); });
-}
-
-/// The folder around it, or the only one in it, that has the entries: archives are unpacked into a folder more or less.
-fs::path neighbor_with(const fs::path& folder, const std::vector<std::string>& entries)
-{
-    std::vector<fs::path> candidates{(folder / "..").lexically_normal()};
     std::error_code failure;
-    for (fs::directory_iterator entry(folder, failure); !failure && entry != fs::directory_iterator(); entry.increment(failure))
-        if (std::error_code unknown; entry->is_directory(unknown))
-            candidates.push_back(entry->path());
-    std::erase_if(candidates, [&](const fs::path& candidate) { return !missing_entries(candidate, entries).empty(); });
-    return candidates.size() == 1 ? candidates.front() : fs::path();
+    return ::access(path.c_str(), fs::is_directory(path, failure) ? R_OK | X_OK : R_OK) == 0;
 }
 
 /// What a user who wrote `node` where `kind` is wanted probably meant.
@@ -127,6 +101,7 @@ Reading reading_of(OptionKind kind)
     case OptionKind::text:
     case OptionKind::input_file:
     case OptionKind::input_folder:
+    case OptionKind::input_path:
     case OptionKind::output_name:
         return Reading::text;
     case OptionKind::command_line:
@@ -251,13 +226,17 @@ Value OptionChecker::complete(const KnownType& type, YamlNode config, const std:
         }
         if (!written && (option.default_value.is_null() || !is_needed(option, *type.declaration, result)))
             continue;
-        const YamlNode node = written ? written->value : yaml_from_value(option.default_value, config);
+        YamlNode node = written ? written->value : yaml_from_value(option.default_value, config);
+        if (!option.chosen_by.empty())
+        {
+            auto chosen = chosen_by_marks(option, std::move(node), config, result, user);
+            if (!chosen)
+                continue;
+            node = std::move(*chosen);
+        }
         if (written && !option.is_slot() && option.kind != OptionKind::command_line)
             check_lines(node, user + ": option '" + option.name + "'", problems_);
         Value value = option.is_slot() ? complete_slot(option, node, user, uses) : check_plain(option, node, user, uses);
-        if (option.kind == OptionKind::input_folder && value.is_string() && !value.as_string().empty() &&
-            !config.find(option.contains_unless))
-            check_folder(option, value.as_string(), node, user);
         const bool nothing = value.is_null() || (option.kind == OptionKind::output_name && value.as_string().empty());
         if (!nothing)
             result.set(option.name, std::move(value));
@@ -285,29 +264,26 @@ Value OptionChecker::pipeline_component(const OptionDeclaration& component, cons
     return {};
 }
 
-void OptionChecker::check_folder(const OptionDeclaration& option, const fs::path& folder, const YamlNode& node,
-                                 const std::string& user)
+std::optional<YamlNode> OptionChecker::chosen_by_marks(const OptionDeclaration& slot, YamlNode node, const YamlNode& config,
+                                                       const Value& options, const std::string& user)
 {
-    const std::vector<std::string> missing = missing_entries(folder, option.contains);
-    if (missing.empty() || ::access((folder / ".").c_str(), R_OK | X_OK) != 0)
-        return;
-    std::vector<std::string> instead;
-    for (const TypeDescription* type : types_.catalog().types("stage"))
-        if (const KnownType known = types_.find(type->type, "stage"); known && reads_folder(*known.declaration, folder))
-            instead.push_back(type->type);
-    // What `contains_unless` takes the place of comes last.
-    const bool has_option = !option.contains_unless.empty() && missing == missing_entries(folder, {option.contains.back()});
-    std::string meant;
-    if (!instead.empty())
-        meant = "; " + join(instead, " or ") + (instead.size() == 1 ? " reads" : " read") + " such a folder";
-    else if (const fs::path other = neighbor_with(folder, option.contains); !other.empty())
-        meant = "; set it to '" + other.string() + "'";
-    else if (has_option)
-        meant = "; put it there, or set option '" + option.contains_unless + "'";
-    problems_.add(node,
-                  user + ": option '" + option.name + "': '" + folder.string() + "' does not contain " + join(missing, " or ") +
-                      meant,
-                  ProblemKind::missing_input);
+    const bool is_auto = node.is_scalar() && node.text == "auto";
+    const Value* path = options.find(slot.chosen_by);
+    if (!path || !can_be_read(path->as_string()))
+        return is_auto ? std::nullopt : std::optional(std::move(node));
+    const YamlNode::Entry* written = config.find(slot.chosen_by);
+    const YamlNode& at = written ? written->value : config;
+    const std::string owner = user + ": option '" + slot.chosen_by + "'";
+    const MarkedChoice choice =
+        choose_by_marks(path->as_string(), slot, is_auto ? "" : type_named_by(node, user, nullptr).value_or(""), types_);
+    if (!choice.problem.empty())
+        problems_.add(at, owner + ": " + choice.problem, choice.several ? ProblemKind::invalid : ProblemKind::missing_input);
+    else if (const KnownType type = types_.find(choice.type, slot.component_kind); type && fs::is_regular_file(path->as_string()))
+        check_contents(at, path->as_string(), all_extensions(type.declaration->marks.formats), type.declaration->marks.formats,
+                       types_, owner, problems_);
+    if (!is_auto)
+        return node;
+    return choice.type.empty() ? std::nullopt : std::optional(yaml_from_value(choice.type, node));
 }
 
 Value OptionChecker::check_plain(const OptionDeclaration& option, const YamlNode& node, const std::string& user, OptionUses& uses)
@@ -318,8 +294,8 @@ Value OptionChecker::check_plain(const OptionDeclaration& option, const YamlNode
         for (auto& [name, path] : value.as_map())
         {
             const auto item = std::ranges::find(node.items, name, &YamlNode::text);
-            uses.input_files.push_back(
-                check_input_path(item != node.items.end() ? *item : node.find(name)->value, false, owner, problems_));
+            uses.input_files.push_back(check_input_path(item != node.items.end() ? *item : node.find(name)->value,
+                                                        OptionKind::input_file, owner, problems_));
             path = uses.input_files.back().string();
         }
     if (option.is_ports() && !value.is_null())
@@ -330,11 +306,11 @@ Value OptionChecker::check_plain(const OptionDeclaration& option, const YamlNode
         return value;
     if (option.kind == OptionKind::input_file)
     {
-        uses.input_files.push_back(check_input_path(node, false, owner, problems_));
+        uses.input_files.push_back(check_input_path(node, option.kind, owner, problems_));
         check_contents(node, uses.input_files.back(), option.extensions, option.formats, types_, owner, problems_);
     }
-    else if (option.kind == OptionKind::input_folder)
-        check_input_path(node, true, owner, problems_);
+    else if (option.kind == OptionKind::input_folder || option.kind == OptionKind::input_path)
+        check_input_path(node, option.kind, owner, problems_);
     else if (option.kind == OptionKind::output_name)
         uses.output_names.push_back({option.name, value.as_string(), !option.extensions.empty(), node});
     return value;
@@ -390,14 +366,16 @@ Value value_of(const OptionDeclaration& option, const YamlNode& node, const std:
     for (const ValueProblem& problem : checked.problems)
         if (const YamlNode& part = part_of(node, problem.place); part.is_valid())
             problems.add(part, user + ": option '" + option.name + "': " + problem_text(option, problem, part));
-    const bool is_path = option.kind == OptionKind::input_file || option.kind == OptionKind::input_folder;
+    const bool is_path =
+        option.kind == OptionKind::input_file || option.kind == OptionKind::input_folder || option.kind == OptionKind::input_path;
     if (is_path && checked.value.is_string() && !checked.value.as_string().empty())
         return (node.path_base() / checked.value.as_string()).lexically_normal().string();
     return std::move(checked.value);
 }
 
-fs::path check_input_path(const YamlNode& node, bool folder, const std::string& user, ProblemList& problems)
+fs::path check_input_path(const YamlNode& node, OptionKind kind, const std::string& user, ProblemList& problems)
 {
+    const bool may_be_file = kind != OptionKind::input_folder, may_be_folder = kind != OptionKind::input_file;
     const fs::path path = (node.path_base() / node.text).lexically_normal();
     const auto report = [&](const std::string& text) { problems.add(node, user + ": " + text, ProblemKind::missing_input); };
     const std::string shown = "'" + path.string() + "'";
@@ -408,14 +386,14 @@ fs::path check_input_path(const YamlNode& node, bool folder, const std::string& 
     else if (const std::string reason = unreachable_text(failure.value()); !reason.empty())
         report(shown + ": " + reason);
     else if (!fs::exists(status))
-        report(std::string("no such ") + (folder ? "folder " : "file ") + shown);
-    else if (folder && !fs::is_directory(status))
+        report(std::string("no such ") + (!may_be_folder ? "file " : may_be_file ? "folder or file " : "folder ") + shown);
+    else if (!may_be_file && !fs::is_directory(status))
         report(shown + " is not a folder");
-    else if (!folder && fs::is_directory(status))
+    else if (!may_be_folder && fs::is_directory(status))
         report(shown + " is a folder, not a file");
-    else if (!folder && !fs::is_regular_file(status))
+    else if (!fs::is_directory(status) && !fs::is_regular_file(status))
         report(shown + " is not a regular file");
-    else if (::access(path.c_str(), folder ? R_OK | X_OK : R_OK) != 0)
+    else if (!can_be_read(path))
         report(shown + " cannot be read: check its permissions");
     return path;
 }
@@ -440,6 +418,15 @@ void settle_device(const TypeDescription& type, Value& options, bool (*machine_h
 {
     if (Value* device = options.find(device_option(type)); device && *device == Value("auto"))
         *device = type.library_versions.find("cuda") && machine_has_gpu() ? "cuda" : "cpu";
+}
+
+std::map<std::string, std::string> types_by_marks(const PipelineStage& stage)
+{
+    std::map<std::string, std::string> types;
+    for (const Value& option : stage.type->declaration.at("options").as_list())
+        if (option.find("chosen_by"))
+            types[option.at("name").as_string()] = stage.options->at(option.at("name").as_string()).at("type").as_string();
+    return types;
 }
 
 bool works_on_gpu(const PipelineStage& stage)

@@ -46,8 +46,10 @@ class OptionChecker
                              const std::string& user, OptionUses& uses);
 
   private:
-    void check_folder(const OptionDeclaration& option, const std::filesystem::path& folder, const YamlNode& node,
-                      const std::string& user);
+    /// `node`, what a slot that is ByMarks is set to, with a type in place of `auto`; nothing where there is none. `options`:
+    /// those that are complete. Reports a path that no component is for, or not the one that is named.
+    std::optional<YamlNode> chosen_by_marks(const OptionDeclaration& slot, YamlNode node, const YamlNode& config,
+                                            const Value& options, const std::string& user);
     Value complete_slot(const OptionDeclaration& option, const YamlNode& node, const std::string& user, OptionUses& uses);
     /// The complete configuration of a component that the pipeline chooses; null: none.
     Value pipeline_component(const OptionDeclaration& component, const YamlPlace& place, const std::string& user,
@@ -64,8 +66,9 @@ class OptionChecker
 /// part that is wrong.
 Value value_of(const OptionDeclaration& option, const YamlNode& node, const std::string& user, ProblemList& problems);
 
-/// The absolute path of a file or folder option's text; reports (as missing input) one that does not exist or cannot be read.
-std::filesystem::path check_input_path(const YamlNode& node, bool folder, const std::string& user, ProblemList& problems);
+/// The absolute path that an option of the kind input_file, input_folder or input_path holds; reports (as missing input) one that
+/// does not exist or cannot be read.
+std::filesystem::path check_input_path(const YamlNode& node, OptionKind kind, const std::string& user, ProblemList& problems);
 /// Reports (as missing input) a file that is not what its extension says, or has none of `extensions`; nothing where those are
 /// empty, and nothing that check_input_path reports.
 void check_contents(const YamlNode& node, const std::filesystem::path& file, const std::vector<std::string>& extensions,
@@ -77,6 +80,9 @@ std::string device_option(const TypeDescription& type);
 /// Puts "cuda" or "cpu" in place of "auto" in that option: "cuda" where the plugin was built for a GPU and the machine has one,
 /// which is asked only then.
 void settle_device(const TypeDescription& type, Value& options, bool (*machine_has_gpu)());
+
+/// The types that a stage's slots ByMarks have come to, by option.
+std::map<std::string, std::string> types_by_marks(const PipelineStage& stage);
 
 /// Whether the stage works on a GPU, by its settled options.
 bool works_on_gpu(const PipelineStage& stage);

@@ -365,7 +365,7 @@ class FileInputs
         // An empty text says: not given. The port is then missing, or an optional one left out.
         if (path.as_string().empty())
             return true;
-        const std::filesystem::path absolute = check_input_path(file, false, user, problems_);
+        const std::filesystem::path absolute = check_input_path(file, OptionKind::input_file, user, problems_);
         if (const YamlNode::Entry* wanted = node.find("type"))
         {
             const auto type = type_named_by(node, user, &problems_);

@@ -1,5 +1,6 @@
 #include "pipeline/reference.h"
 #include "base/common.h"
+#include "pipeline/path_marks.h"
 #include "pipeline/pipeline_types.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
@@ -127,6 +128,8 @@ std::string page_text(const TypeDescription& type, const TypeDeclaration& declar
         text += "It reads " + code(declaration.artifact) + " from files that end in " +
                 join(each(declaration.extensions, code), ", ") + ".\n";
     }
+    if (const std::string marks = marks_text(declaration.marks); !marks.empty())
+        text += "It is known by " + cell(marks) + ".\n";
     return text + ports("Inputs", declaration.inputs) + ports("Outputs", declaration.outputs) + options(declaration, types) +
            pipeline_components(declaration);
 }

@@ -104,6 +104,7 @@ Value accepted_schema(const OptionDeclaration& option)
                                       : or_var(Map{{"enum", List(option.choices.begin(), option.choices.end())}});
     case OptionKind::input_file:
     case OptionKind::input_folder:
+    case OptionKind::input_path:
     case OptionKind::output_name:
         return of_type("string");
     case OptionKind::command_line:
@@ -127,7 +128,7 @@ Value accepted_schema(const OptionDeclaration& option)
     {
         const Value component = reference("kind." + option.component_kind);
         List ways{option.kind == OptionKind::component ? component : map_of(component), reference("var")};
-        if (option.optional || option.auto_rule)
+        if (option.optional || option.auto_rule || !option.chosen_by.empty())
             ways.push_back(Map{{"const", option.optional ? "none" : "auto"}});
         return any_of(std::move(ways));
     }

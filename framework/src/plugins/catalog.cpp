@@ -156,6 +156,8 @@ TypeDeclaration read_declaration(const TypeDescription& type)
         result.extensions = texts_at(type.declaration, "extensions");
         if (const Value* formats = type.declaration.find("formats"))
             result.formats = each(formats->as_list(), FileFormat::from);
+        if (const Value* marks = type.declaration.find("marks"))
+            result.marks = Marks::from(*marks);
         return result;
     }
     catch (const Error& error)

@@ -37,8 +37,8 @@ struct TypeDescription
     std::string type;  ///< As in a pipeline file.
     std::string kind;  ///< "stage", or a component's contract: "loss", "features", "image_io", "reader", …
     std::string help;
-    /// Configurable::describe() â options, components, inputs, outputs â plus, for a stage, `memory_mb`, and for a reader
-    /// `artifact` and `extensions`.
+    /// Configurable::describe() — options, components, inputs, outputs — plus, for a stage, `memory_mb`, for a reader
+    /// `artifact` and `extensions`, and for a component that has some, `marks`.
     Value declaration;
     std::filesystem::path library{};
     std::shared_ptr<const PluginBytes> bytes = std::make_shared<PluginBytes>();
@@ -123,6 +123,7 @@ struct TypeDeclaration
     std::string artifact;                 ///< What a reader makes.
     std::vector<std::string> extensions;  ///< A reader's: ".png".
     std::vector<FileFormat> formats;      ///< A reader's.
+    Marks marks;                          ///< A component's, by which `auto` chooses it.
 
     const OptionDeclaration* option(std::string_view name) const;
     const PortDeclaration* input(std::string_view name) const;

@@ -2,6 +2,7 @@
 #include "base/common.h"
 #include "base/process.h"
 #include "base/text.h"
+#include "pipeline/path_marks.h"
 #include "pipeline/pipeline_types.h"
 #include "pipeline/schema.h"
 #include "plugins/plugin_library.h"
@@ -168,6 +169,8 @@ void write_text(const TypeDescription& type, const TypeDeclaration& declaration,
             out << ' ' << extension;
         out << '\n';
     }
+    if (const std::string marks = marks_text(declaration.marks); !marks.empty())
+        out << "known by " << marks << '\n';
     write_ports("inputs", declaration.inputs, width, out);
     write_ports("outputs", declaration.outputs, width, out);
     write_options(declaration, types, width, out);

@@ -1,5 +1,6 @@
 #include "run/plan.h"
 #include "base/common.h"
+#include "pipeline/pipeline_options.h"
 #include "run/exports.h"
 #include "run/result_key.h"
 #include "run/stage_choice.h"
@@ -80,12 +81,14 @@ Plan make_plan(const Pipeline& pipeline, const std::filesystem::path& store_fold
     {
         if (!node.selected)
             continue;
-        PlannedStage planned{node.stage->name, node.stage->type->type, node.state == StageState::waiting, "", {}};
+        PlannedStage planned{
+            .stage = node.stage->name, .type = node.stage->type->type, .runs = node.state == StageState::waiting};
         planned.reason = planned.runs ? reason_to_run(node, state, pipeline, store) : reason_to_rest(node);
         if (planned.runs && node.done_share > 0)
             planned.reason = fmt::format("interrupted at {:.0f} %", 100 * node.done_share);
         else if (planned.runs && !node.begins_again.empty())
             planned.reason = "begins again: " + node.begins_again;
+        planned.chosen = types_by_marks(*node.stage);
         planned.measured = expected.measured(node);
         if (planned.runs && planned.measured)
         {

@@ -5,6 +5,7 @@
 #include "store/statistics.h"
 
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -19,9 +20,10 @@ struct PlannedStage
     std::string stage;
     std::string type;
     bool runs = false;
-    std::string reason;             ///< Why it runs, or why it does not.
-    std::optional<Usage> measured;  ///< Empty before its first run.
-    std::size_t files_to_copy = 0;  ///< Of a stored result, those that are missing or different below `out`.
+    std::string reason{};                         ///< Why it runs, or why it does not.
+    std::map<std::string, std::string> chosen{};  ///< See types_by_marks.
+    std::optional<Usage> measured{};              ///< Empty before its first run.
+    std::size_t files_to_copy = 0;                ///< Of a stored result, those that are missing or different below `out`.
 };
 
 struct Plan

@@ -326,7 +326,8 @@ std::string stage_error_text(const PipelineStage& stage, const std::string& text
     {
         const std::string& kind = option.at("kind").as_string();
         const Value* value = stage.options->find(option.at("name").as_string());
-        if ((kind == "input_file" || kind == "input_folder") && value != nullptr && !value->as_string().empty())
+        if ((kind == "input_file" || kind == "input_folder" || kind == "input_path") && value != nullptr &&
+            !value->as_string().empty())
             add(option.at("name").as_string(), value->as_string());
     }
     if (!worked_on.empty())

@@ -51,7 +51,7 @@ TEST_CASE("commands, options and types are offered from the program and the regi
          std::vector<std::pair<Words, Words>>{{{"des"}, {"describe"}},
                                               {{"store", "v"}, {"verify"}},
                                               {{"run", "room.yaml", "--j"}, {"--jobs", "--json-log"}},
-                                              {{"new", ""}, {"features", "loss", "reader", "stage", "texture"}},
+                                              {{"new", ""}, {"features", "layout", "loss", "stage", "texture"}},
                                               {{"new", "loss", ""}, {}},
                                               {{"completion", "z"}, {"zsh"}},
                                               {{"run", ""}, files},

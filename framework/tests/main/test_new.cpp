@@ -48,7 +48,7 @@ TEST_CASE("a new plugin has its own names everywhere")
                 CHECK((file.path + file.text).find(name) == std::string::npos);
         }
         CHECK_THAT(file_of(files, "CMakeLists.txt").text, Contains("fresco_add_plugin(paint_dark_dots\n"));
-        const std::string part = kind == "stage" || kind == "reader" ? "stage" : "component";
+        const std::string part = kind == "stage" ? "stage" : "component";
         CHECK_THAT(file_of(files, part + ".cpp").text, Contains("\"paint.dark_dots\", PaintDarkDots"));
         CHECK_THAT(file_of(files, "tests/test_" + part + ".cpp").text, Contains("\"paint.dark_dots\""));
         CHECK_THAT(file_of(files, "pipeline.yaml").text, Contains("type: paint.dark_dots"));

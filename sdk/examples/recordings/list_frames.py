@@ -1,4 +1,4 @@
-"""Lists a recording for scan.frames: list_frames.py FOLDER, which has color/*.jpg, depth/*.png (millimeters), K.npy (3 x 3) and
+"""Lists a recording for layout.frames: list_frames.py FOLDER, which has color/*.jpg, depth/*.png (millimeters), K.npy (3 x 3) and
 poses.npy (N x 4 x 4, world_from_camera with OpenCV's camera axes, meters), all pictures of 160 x 120 pixels."""
 import json
 import pathlib

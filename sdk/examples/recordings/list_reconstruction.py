@@ -1,4 +1,4 @@
-"""Lists what a feed-forward network reconstructed from a video, for scan.frames: list_reconstruction.py PREDICTIONS.npz PICTURES METERS_PER_UNIT
+"""Lists what a feed-forward network reconstructed from a video, for layout.frames: list_reconstruction.py PREDICTIONS.npz PICTURES METERS_PER_UNIT
 
 PREDICTIONS.npz as VGGT's demo saves it: extrinsic (N x 3 x 4, camera_from_world with OpenCV's camera axes), intrinsic (N x 3 x 3), depth
 (N x H x W x 1) and depth_conf (N x H x W). PICTURES has the N pictures of the video in order, uncropped, in any size. Such networks do not know

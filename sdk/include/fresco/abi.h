@@ -12,12 +12,11 @@
  *      UvMaps::write_map with uv_bits
  *   6  Texture::atlas, UvMaps::atlas, ImageIo::read_with_alpha
  *   7  Stage::memory_mb and chooses_device in place of Cost; Viewer; Parameter with an OptionDeclaration, virtual
- *      Artifact::save and write_exchange, ports with an ArtifactType; OptionDeclaration::extensions and
- *      contains;
+ *      Artifact::save and write_exchange, ports with an ArtifactType; OptionDeclaration::extensions;
  *      ArtifactFolder::references, Mesh::saved_in, Mesh::texture_px,
  *      UvMaps::texture_px and uv_bits; outputs that may be left out, or name their parts; OptionDeclaration::rule and formats;
  *      FileReader::formats, FileOrigin; RunContext::origin; Part::fine_count; constructors of SlotBase and Value in the library;
- *      OptionDeclaration::of_pipeline
+ *      OptionDeclaration::of_pipeline and chosen_by, Component::marks, InputPath
  */
 #include <stddef.h>
 #include <stdint.h>

@@ -75,7 +75,8 @@ class Configurable
 
     /// Assigns every entry of the map `options`; what is not named keeps its default. Throws Error on an unknown name.
     void configure(const Value& options, ComponentFactory& factory);
-    /// The declaration as a map with the keys options, components (the slots that the pipeline fills), inputs, outputs.
+    /// The declaration as a map with the keys options, components (the slots that the pipeline fills), inputs, outputs, and of a
+    /// component that has any, marks.
     Value describe() const;
 
   private:
@@ -93,12 +94,21 @@ class Component : public Configurable
 {
   public:
     ~Component() override;
+    /// By what a slot that is ByMarks chooses this component. The default: by nothing; a pipeline names it.
+    virtual Marks marks() const { return {}; }
 };
 
 /// Argument of a slot that stays empty unless a port that the pipeline declares (DeclaredPorts) has this exchange form.
 struct ForForm
 {
     std::string name;
+};
+
+/// Argument of a slot whose default, the word `auto`, is the component whose Marks fit the folder or file that the owner's option
+/// `option` names. The host puts its type in place of the word when the pipeline is checked.
+struct ByMarks
+{
+    std::string option;
 };
 
 namespace detail
@@ -112,7 +122,7 @@ class SlotBase : public Parameter
   protected:
     /// `default_config` as Slot and SlotMap say.
     SlotBase(Configurable* owner, std::string name, OptionKind kind, std::string_view component_kind,
-             const std::string& default_config, std::string help, bool is_optional = false);
+             const std::string& default_config, std::string help, bool is_optional = false, std::string chosen_by = "");
     /// The component that the pipeline has chosen for the kind.
     SlotBase(Configurable* owner, std::string_view component_kind, std::string_view default_type, bool is_optional,
              std::string for_form, std::string help);
@@ -149,6 +159,12 @@ class Slot final : public detail::SlotBase
     }
     Slot(Configurable* owner, ForForm form, std::string help)
         : SlotBase(owner, T::component_kind, T::default_type, true, std::move(form.name), std::move(help))
+    {
+    }
+
+    Slot(Configurable* owner, std::string name, ByMarks by, std::string help)
+        : SlotBase(owner, std::move(name), OptionKind::component, T::component_kind, "auto", std::move(help), false,
+                   std::move(by.option))
     {
     }
 

@@ -35,6 +35,13 @@ struct InputFolder
     bool empty() const { return path.empty(); }
 };
 
+/// A folder or a file that must exist when the pipeline is checked; for the cache key, as an InputFolder.
+struct InputPath
+{
+    std::filesystem::path path;
+    bool empty() const { return path.empty(); }
+};
+
 /// Files that must exist when the pipeline is checked: a list. Their contents enter the cache key, not where they lie.
 struct InputFiles
 {
@@ -97,19 +104,6 @@ inline Extensions formats(std::vector<FileFormat> accepted)
     return result;
 }
 
-/// What the folder of an InputFolder must contain: names of files and folders, "traj.txt", with '*' and '?' within a name,
-/// "seq-*", and '|' between alternatives, "sparse/cameras.bin|sparse/cameras.txt". fresco check refuses another folder, except
-/// where the option `unless` is set, which says where to look instead.
-struct FolderWith
-{
-    std::vector<std::string> entries;
-    std::string unless;
-};
-inline FolderWith folder_with(std::initializer_list<const char*> entries, std::string unless = "")
-{
-    return {{entries.begin(), entries.end()}, std::move(unless)};
-}
-
 /// In place of a default: the pipeline must give a value.
 struct Required
 {
@@ -138,13 +132,12 @@ struct OptionTerm
     OptionTerm(const Range& accepted);
     OptionTerm(const OneOf& accepted);
     OptionTerm(const Extensions& accepted);
-    OptionTerm(const FolderWith& expected);
     OptionTerm(NotInKey);
     OptionTerm(ChoosesDevice);
     OptionTerm(const char* help);
     OptionTerm(const std::string& help);
 
-    std::variant<NotInKey, ChoosesDevice, const Range*, const OneOf*, const Extensions*, const FolderWith*, const char*> said;
+    std::variant<NotInKey, ChoosesDevice, const Range*, const OneOf*, const Extensions*, const char*> said;
 };
 
 template <class... Terms>
@@ -152,9 +145,9 @@ inline constexpr bool has_one_help = (int{std::is_convertible_v<Terms, std::stri
 }  // namespace detail
 
 /// A setting of one of the types bool, int, std::int64_t, double, std::string, std::vector<int>, std::vector<double>, InputFile,
-/// InputFiles, InputFolder, CommandLine, OutputName. `*option` is the value, valid from configure() on (in `run` and `prepare`),
-/// the default before. After name and default (or fresco::required): what is accepted, where that is less than the type holds
-/// (range, at_least, one_of, extensions, folder_with); a line of help; not_in_key where the value cannot change the result; and
+/// InputFiles, InputFolder, InputPath, CommandLine, OutputName. `*option` is the value, valid from configure() on (in `run` and
+/// `prepare`), the default before. After name and default (or fresco::required): what is accepted, where that is less than the
+/// type holds (range, at_least, one_of, extensions); a line of help; not_in_key where the value cannot change the result; and
 /// chooses_device.
 template <class T>
 class Option final : public Parameter
@@ -194,6 +187,7 @@ extern template class Option<InputFile>;
 extern template class Option<InputFiles>;
 extern template class Option<CommandLine>;
 extern template class Option<InputFolder>;
+extern template class Option<InputPath>;
 extern template class Option<OutputName>;
 
 /// A text option whose words stand for the values of an enumeration: `*option` is that value.

@@ -37,6 +37,20 @@ std::vector<std::string> all_extensions(const std::vector<FileFormat>& formats);
 
 FileFormat json_format();
 
+/// How the folder or file is known that a component is for: what `auto` of a slot that is ByMarks goes by. Plain data, so that
+/// the host chooses without opening a library.
+struct Marks
+{
+    /// Names of files and folders that a folder must have, "traj.txt", with '*' and '?' within a name, "seq-*", and '|' between
+    /// alternatives, "sparse/cameras.bin|sparse/cameras.txt"; empty: it is for no folder.
+    std::vector<std::string> contains{};
+    std::vector<FileFormat> formats{};  ///< A file is known by its extension; empty: it is for no file.
+    std::vector<std::string> before{};  ///< Types that this one is preferred to where both fit; "*": to every other.
+
+    static Marks from(const Value& description);
+    Value describe() const;
+};
+
 enum class OptionKind
 {
     boolean,
@@ -47,6 +61,7 @@ enum class OptionKind
     numbers,
     input_file,
     input_folder,
+    input_path,
     output_name,
     component,
     components,
@@ -97,8 +112,6 @@ struct OptionDeclaration
     std::vector<std::string> choices{};
     std::vector<std::string> extensions{};  ///< Of an input file, lower case, with the dot; empty: any.
     std::vector<FileFormat> formats{};      ///< Of an input file, for those of its extensions that have one.
-    std::vector<std::string> contains{};    ///< Entries of an input folder, as fresco::folder_with has them; empty: any.
-    std::string contains_unless{};          ///< The option that, where it is set, makes `contains` not matter.
     std::string unit{};
     bool in_key = true;
     bool is_device = false;  ///< Says whether the stage works on a GPU (fresco::chooses_device).
@@ -106,7 +119,8 @@ struct OptionDeclaration
     bool optional = false;  ///< Of a component: the word `none` leaves it empty.
     std::optional<AutoRule> auto_rule{};
     bool of_pipeline = false;  ///< A component that the pipeline chooses for all its stages; listed apart from the options.
-    std::string for_form{};    ///< Such a component is left out unless a port of the stage has this exchange form.
+    std::string chosen_by{};   ///< Makes `auto` the component whose Marks fit the path in this option.
+    std::string for_form{};    ///< A component of the pipeline is left out unless a port of the stage has this exchange form.
     /// Of ports: what a port may be, by name. Not described: whoever checks knows more of them than the plugin.
     std::map<std::string, PortArtifact> artifacts{};
     std::optional<RuleForm> rule{};  ///< Of rules.

@@ -3,7 +3,7 @@
     import fresco
 
     room = fresco.run({"stages": {
-        "scan":  {"type": "scan.seven_scenes", "path": "my_scan"},
+        "scan":  {"type": "scan.recording", "path": "my_scan"},
         "mesh":  {"type": "mesh.decimate", "input": "scan", "max_faces": 200000},
         "atlas": {"type": "atlas.project", "input": "mesh", "size_px": 4096}}}, on_progress=print)
     mesh = room.read("atlas")             # mesh["positions"] is float32, V x 3

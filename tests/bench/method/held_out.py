@@ -22,7 +22,7 @@ PIPELINE = """version: 1
 base: {base}
 vars: {{data: {data}, picture: {picture}, weights: {weights}}}
 stages:
-  scan: {{type: scan.seven_scenes, path: "${{data}}", every: 5}}
+  scan: {{type: scan.recording, path: "${{data}}", every: 5}}
   frames: {{window_count: 1, max_frames: 23}}
   atlas: {{size_px: 1024}}
   uvmaps: {{heights_px: [128, 216, 304, 392]}}
@@ -34,7 +34,7 @@ stages:
       style: {{layers: "relu1_1, relu2_1, relu3_1", layer_weights: [1000, 1000, 10], features: {{convolutions: {convolutions}}}}}
       content: {{layers: relu3_1, weight: 900, features: {{convolutions: {convolutions}}}}}
 {changes}
-  whole: {{type: scan.seven_scenes, path: "${{data}}"}}
+  whole: {{type: scan.recording, path: "${{data}}"}}
   views: {{input: {{mesh: bake, frames: whole}}, height_px: 480, samples: 1}}
   reprojection:
     type: evaluate.reprojection

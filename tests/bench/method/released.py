@@ -30,7 +30,7 @@ PIPELINE = """version: 1
 base: {base}
 vars: {{data: {scan}, picture: {picture}, weights: {folder}/vgg.pth}}
 stages:
-  scan: {{type: scan.seven_scenes, path: "${{data}}"}}
+  scan: {{type: scan.recording, path: "${{data}}"}}
   frames: {{min_sharpness: 0, window_count: 1, max_frames: {frames}}}
   mesh: {{max_faces: 20000}}
   atlas: {{size_px: {size}}}

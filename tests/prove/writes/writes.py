@@ -146,7 +146,7 @@ def main():
     if given.long and data.exists():
         scan = SMALL_SCAN | {"data": data}
         picture = {"picture": ready / "demo.jpg"} | SMALL_PAINTING
-        cases += [(ready / "seven_scenes.yaml", scan | picture), (ready / "photo_texture.yaml", scan), (ready / "prepare.yaml", scan),
+        cases += [(ready / "room.yaml", scan | picture), (ready / "photo_texture.yaml", scan), (ready / "prepare.yaml", scan),
                   (ready / "mesh.yaml", picture | {"model": data / "mesh.ply", "mesh.max_faces": 20000, "atlas.size_px": 1024})]
     with tempfile.TemporaryDirectory(prefix="fresco-prove-") as work:
         readers = [trace(given, pathlib.Path(work).resolve(), *case) for case in cases]

@@ -35,7 +35,7 @@ void tell(Findings& findings, const char* cause, std::string text, bool certain 
 }
 
 const char* const negate_columns = "negate the second and third columns of their rotations";
-const char* const opengl_files = " files with OpenGL's axes (transforms.json, scan.folder with axes: opengl)";
+const char* const opengl_files = " files with OpenGL's axes (transforms.json, layout.folder with axes: opengl)";
 
 /// Whether inverting what a reader made of files with OpenGL's axes tells what to do with the files: their axes turn the world,
 /// which frames among themselves do not see, or the mesh.
@@ -51,7 +51,7 @@ void tell_reading(const Assumption& a, double extent, Findings& findings)
     case Reading::inverted:
         tell(findings, "inverted_poses",
              std::string("the poses are inverted, camera_from_world where world_from_camera is expected: invert them (with "
-                         "scan.folder, set direction to its other value)") +
+                         "layout.folder, set direction to its other value)") +
                  (a.camera_turn == Mat3{} && tells_of_opengl_files(a, extent)
                       ? std::string("; in") + opengl_files + ", also " + negate_columns + " afterward"
                       : ""));
@@ -81,7 +81,7 @@ void tell_axes(const Assumption& a, double extent, bool inside_out, Findings& fi
         tell(findings, "opengl_axes",
              std::string("the poses have OpenGL's camera axes (y up, z backward) where OpenCV's (y down, z forward) are "
                          "expected, or OpenCV's in a transforms.json, which has OpenGL's: ") +
-                 negate_columns + " (with scan.folder, set axes to its other value)" +
+                 negate_columns + " (with layout.folder, set axes to its other value)" +
                  (tells_of_opengl_files(a, extent) ? std::string(". In") + opengl_files + ", only invert the poses" : ""));
     else if (!(a.camera_turn == Mat3{}))
         tell(findings, "camera_axes",
@@ -109,8 +109,7 @@ void tell_units(const Assumption& a, double extent, Findings& findings)
     {
         tell(findings, poses == 0.001 ? "millimeter_poses" : "pose_unit",
              "the poses' positions and the depths are in different units: multiply the positions by " + number(poses) +
-                 " (unit_m of scan.colmap, scan.nerfstudio or scan.folder) or, if these are in meters, depth_unit_m by " +
-                 number(1 / poses));
+                 " (unit_m of scan.recording) or, if these are in meters, depth_unit_m by " + number(1 / poses));
         return;
     }
     const auto unit = [](double scale)
@@ -137,7 +136,7 @@ void tell_units(const Assumption& a, double extent, Findings& findings)
     else if (poses != 1)
         tell(findings, "pose_unit",
              "the poses' positions are not in the mesh's unit: multiply them by " + number(poses) +
-                 " (multiply unit_m of scan.colmap, scan.nerfstudio or scan.folder by it)");
+                 " (multiply unit_m of scan.recording by it)");
     if (depths == 0.001)
         tell(findings, "millimeter_depth",
              "depths come out 1000 times too large: the depth pictures hold millimeters, set depth_unit_m: 0.001");

@@ -29,11 +29,17 @@ struct Recording
     std::function<RasterF(const Frame&)> depth = [this](const Frame& frame) { return load_depth(frame, images.get()); };
 };
 
-/// Reads a scan by another plugin of this build; null, with a line that says so, where that is not built.
-inline std::shared_ptr<const Recording> record(const std::string& type, const std::string& library, Value options,
-                                               std::shared_ptr<ImageIo> images)
+/// Another plugin of this build.
+inline std::filesystem::path library_of(const std::string& name)
 {
-    const auto file = std::filesystem::path(FRESCO_PLUGIN_FILE).parent_path() / (library + ".so");
+    return std::filesystem::path(FRESCO_PLUGIN_FILE).parent_path() / (name + ".so");
+}
+
+/// Reads a scan by another plugin; null, with a line that says so, where that is not built.
+inline std::shared_ptr<const Recording> record(const std::string& type, const std::string& library, Value options,
+                                               std::shared_ptr<ImageIo> images, std::shared_ptr<Component> layout = nullptr)
+{
+    const auto file = library_of(library);
     if (!std::filesystem::exists(file))
     {
         skipped("the test on " + type + ": " + library + " is not built");
@@ -42,7 +48,7 @@ inline std::shared_ptr<const Recording> record(const std::string& type, const st
     auto result = std::make_shared<Recording>();
     result->images = images;
     testing::TestRun run;
-    testing::run_stage(file, type, options, {}, result->folder.path(), run, {{"image_io", images}});
+    testing::run_stage(file, type, options, {}, result->folder.path(), run, {{"image_io", images}, {"layout", layout}});
     result->frames = Frames::load({result->folder.path() / "frames", {}});
     if (std::filesystem::exists(result->folder.path() / "mesh"))
         result->mesh = Mesh::load({result->folder.path() / "mesh", {}});
@@ -83,35 +89,34 @@ inline const Recording* walk()
 }
 
 /// A real recording among the shared data; null where it is missing.
-inline std::shared_ptr<const Recording> real(const std::string& type, const std::string& library, const std::string& folder,
-                                             Value::Map options = {})
+inline std::shared_ptr<const Recording> real(const std::string& layout, const std::string& folder, const Value::Map& options = {})
 {
     const auto path = shared_data(folder, "the test on a real recording");
-    const auto codec = std::filesystem::path(FRESCO_PLUGIN_FILE).parent_path() / "image_opencv.so";
-    if (path.empty() || !std::filesystem::exists(codec))
+    const auto codec = library_of("image_opencv"), reader = library_of("layout_" + layout);
+    if (path.empty() || !std::filesystem::exists(codec) || !std::filesystem::exists(reader))
         return nullptr;
-    auto component = std::shared_ptr<Configurable>(testing::make_from_plugin(codec, "image.opencv"));
-    options.emplace_back("path", path.string());
-    return record(type, library, std::move(options),
-                  std::shared_ptr<ImageIo>(component, dynamic_cast<ImageIo*>(component.get())));
+    const std::shared_ptr<Component> known = testing::make_from_plugin<Component>(reader, "layout." + layout);
+    testing::TestFactory none;
+    known->configure(options, none);
+    return record("scan.recording", "scan_recording", Value::Map{{"path", path.string()}},
+                  testing::make_from_plugin<ImageIo>(codec, "image.opencv"), known);
 }
 
 inline const Recording* kitchen()
 {
-    static const auto made = real("scan.seven_scenes", "scan_seven_scenes", "kitchen");
+    static const auto made = real("seven_scenes", "kitchen");
     return made.get();
 }
 
 inline const Recording* hololens()
 {
-    static const auto made = real("scan.folder", "scan_folder", "recordings/hololens");
+    static const auto made = real("folder", "recordings/hololens");
     return made.get();
 }
 
 inline const Recording* teddy()
 {
-    static const auto made =
-        real("scan.tum", "scan_tum", "recordings/tum_teddy", {{"intrinsics", Value::List{535.4, 539.2, 320.1, 247.6}}});
+    static const auto made = real("tum", "recordings/tum_teddy", {{"camera", "freiburg3"}});
     return made.get();
 }
 

@@ -248,7 +248,7 @@ TEST_CASE("advice names the option that mends it", "[inspection]")
     };
     Assumption a;
     a.pose_scale = 5.8;
-    CHECK_THAT(told(a, 6), Catch::Contains("multiply them by 5.8") && Catch::Contains("unit_m of scan.colmap"));
+    CHECK_THAT(told(a, 6), Catch::Contains("multiply them by 5.8") && Catch::Contains("unit_m of scan.recording"));
     a.depth_scale = 5.8;
     CHECK_THAT(told(a, 6), Catch::Contains("multiply unit_m of scan.mesh by 0.172"));
     a = {};
@@ -288,9 +288,10 @@ TEST_CASE("corrections that are only right together say so, and alternatives are
     a.camera_turn = axis_rotations()[1];
     REQUIRE(told(a).size() == 2);
     CHECK_THAT(told(a)[0].text, !Contains(in_json) && Contains("(with all 2 corrections together, 83 %"));
-    CHECK_THAT(told(a)[1].text,
-               Contains("In files with OpenGL's axes (transforms.json, scan.folder with axes: opengl), only invert the poses") &&
-                   Contains("(with all 2 corrections together, 83 %"));
+    CHECK_THAT(
+        told(a)[1].text,
+        Contains("In files with OpenGL's axes (transforms.json, layout.folder with axes: opengl), only invert the poses") &&
+            Contains("(with all 2 corrections together, 83 %"));
     a = {};
     a.pose_scale = 5;
     REQUIRE(told(a).size() == 1);

@@ -4,12 +4,12 @@
 
 #include <fresco/recordings/panorama.h>
 
-/// \file For the tests of readers: what their frames are checked for.
+/// \file For the tests of layouts: what their frames are checked for.
 
 namespace fresco::testing
 {
 
-/// The cameras, depth and names that a reader gives back for a recording that was written out.
+/// The cameras, depth and names that a layout gives back for a recording that was written out.
 inline void check_same_recording(const Frames& read, const Frames& written, const ImageIo& images, double depth_step_m = 0.001)
 {
     REQUIRE(read.frames.size() == written.frames.size());
@@ -43,7 +43,7 @@ inline void check_same_recording(const Frames& read, const Frames& written, cons
     }
 }
 
-/// The views that a reader cuts out of panoramas that were written out, as make_panoramas makes them.
+/// The views that are cut out of panoramas that were written out, as make_panoramas makes them.
 inline void check_panoramas(const Frames& read, const Frames& written, const ImageIo& images)
 {
     const auto faces = recordings::panorama_faces(64), depth_faces = recordings::panorama_faces(32);

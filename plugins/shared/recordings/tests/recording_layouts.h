@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-/// \file For the tests of readers: a tiny recording, and the layouts that recorders write.
+/// \file For the tests of layouts: a tiny recording, and the layouts that recorders write.
 
 namespace fresco::testing
 {

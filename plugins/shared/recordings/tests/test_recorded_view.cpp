@@ -161,7 +161,7 @@ TEST_CASE("transparent pixels are ignored as those of a mask are, and load_color
             frame.mask = {};
             CHECK_THROWS_WITH(fresco::load_color(frame, &recording.images), Contains(recording.views[1].color.string()) &&
                                                                                 Contains("transparent pixels") &&
-                                                                                Contains("scan.frames"));
+                                                                                Contains("scan.recording"));
             // A mask of its own does not show what is transparent.
             const auto file = recording.folder.path() / "mask.npy";
             fresco::write_npy(file, fresco::Raster8(32, 24, 1, 255));
@@ -259,7 +259,7 @@ TEST_CASE("views are named and ordered by their pictures", "[recordings]")
     CHECK(shown(3) == "a/g9/3");
 }
 
-// What check_reader shows of every reader is not shown here again.
+// What check_layout shows of every layout is not shown here again.
 TEST_CASE("views that cannot be used are refused by name", "[recordings]")
 {
     Recording recording;

@@ -5,7 +5,7 @@
 
 #include <fresco/error.h>
 #include <fresco/mesh.h>
-#include <fresco/stage.h>
+#include <fresco/recordings/layout.h>
 #include <fresco/testing.h>
 
 #include <algorithm>
@@ -15,19 +15,19 @@
 #include <string>
 #include <vector>
 
-/// \file A recording in the layout of a reader under test, and how the reader is run on it.
+/// \file A recording in the layout under test, and how it is read.
 
 namespace fresco::testing
 {
 
 namespace fs = std::filesystem;
 
-/// A reader, and how a recording is written in its layout.
-struct ReaderUnderTest
+/// A layout, and how a recording is written in it.
+struct LayoutUnderTest
 {
     fs::path plugin{FRESCO_PLUGIN_FILE};
     std::string type{};
-    /// Writes the frames below `folder`, an empty one, and returns what the option `path` is to be.
+    /// Writes the frames below `folder`, an empty one, and returns its path.
     std::function<fs::path(const Frames& frames, const fs::path& folder, const ImageIo& images)> write;
     /// Files of the second view, below `path`; empty: they are within another file.
     fs::path color{};
@@ -39,11 +39,11 @@ struct ReaderUnderTest
     bool has_depth_camera = false;  ///< The layout has a depth camera of its own.
 };
 
-/// What a reader made.
+/// What was read.
 struct ReadScan
 {
     std::shared_ptr<Frames> frames;
-    std::shared_ptr<Mesh> mesh;  ///< Null where the reader has no such port, or left it out.
+    std::shared_ptr<Mesh> mesh;  ///< Null where there is none.
 };
 
 /// The text of the fresco::Error that `work` throws, "no error" if it throws none.
@@ -61,68 +61,67 @@ std::string error_text(const Work& work)
     return "no error";
 }
 
-/// The tiny recording in a reader's layout. `edit` may change its frames before they are written.
+/// The tiny recording in a layout. `edit` may change its frames before they are written.
 class WrittenRecording
 {
     TemporaryFolder folder_;
-    const ReaderUnderTest& reader_;
+    const LayoutUnderTest& layout_;
 
   public:
     RawImages images;
     Frames frames;
     fs::path path;
 
-    explicit WrittenRecording(const ReaderUnderTest& reader, const std::function<void(Frames&)>& edit = {})
-        : reader_(reader), frames(tiny_recording(folder_.path(), images))
+    explicit WrittenRecording(const LayoutUnderTest& layout, const std::function<void(Frames&)>& edit = {})
+        : layout_(layout), frames(tiny_recording(folder_.path(), images))
     {
-        if (reader.has_depth_camera)
+        if (layout.has_depth_camera)
             for (auto& frame : frames.frames)
                 frame.depth.world_from_camera = frame.color.world_from_camera * RigidTransform{{}, {0.03, 0.001, -0.002}};
         if (edit)
             edit(frames);
-        path = reader.write(frames, folder_.path() / "recording", images);
+        path = layout.write(frames, folder_.path() / "recording", images);
     }
 
     fs::path out() const { return folder_.path() / "out"; }
 
-    /// Runs the reader. What it made is saved and loaded again, unless `saved` is false: saving waits for the disk.
+    /// Reads it, with options of the layout and of scan.recording. What was read is saved and loaded again, unless `saved` is
+    /// false: saving waits for the disk.
     ReadScan read(TestRun& run, const Value& more = Value::Map{}, bool saved = true) const
     {
-        TestFactory factory;
-        factory.add("image.raw",
-                    [this]
-                    {
-                        auto codec = std::make_shared<RawImages>();
-                        codec->orientation = images.orientation;
-                        return codec;
-                    });
-        Value options = reader_.options ? reader_.options(frames, path) : Value::Map{};
-        options.set("path", path.string());
-        options.set("image_io", Value::Map{{"type", "image.raw"}});
+        Value options = layout_.options ? layout_.options(frames, path) : Value::Map{};
         for (const auto& [key, value] : more.as_map())
             options.set(key, value);
-        const auto made = make_from_plugin(reader_.plugin, reader_.type);
-        auto& stage = dynamic_cast<Stage&>(*made);
-        stage.configure(options, factory);
-        for (OutputPort* port : stage.outputs())
+        recordings::ReadingOptions reading{.path = path};
+        const auto take = [&](const char* key, const auto& set)
         {
-            fs::create_directories(out() / port->name());
-            port->set_folder({out() / port->name(), out()});
-        }
-        stage.run(run);
-        ReadScan result;
-        for (const OutputPort* port : stage.outputs())
+            if (const Value* value = options.find(key))
+                set(*value);
+            std::erase_if(options.as_map(), [&](const Value::Entry& entry) { return entry.first == key; });
+        };
+        take("every", [&](const Value& value) { reading.every = static_cast<int>(value.as_int()); });
+        take("mesh", [&](const Value& value) { reading.mesh.path = value.as_string(); });
+        take("unit_m", [&](const Value& value) { reading.unit_m = value.as_double(); });
+        take("depth_unit_m", [&](const Value& value) { reading.depth_unit_m = value.as_double(); });
+        TestFactory none;
+        const auto layout = make_from_plugin<recordings::Layout>(layout_.plugin, layout_.type);
+        layout->configure(options, none);
+        RawImages codec;
+        codec.orientation = images.orientation;
+        for (const char* port : {"frames", "mesh"})
+            fs::create_directories(out() / port);
+        auto found = recordings::read_recording(*layout, reading, codec, out() / "frames", run);
+        ReadScan result{std::make_shared<Frames>(std::move(found.frames)), nullptr};
+        if (found.mesh)
+            result.mesh = std::make_shared<Mesh>(std::move(*found.mesh));
+        if (!saved)
+            return result;
+        result.frames->save({out() / "frames", out()});
+        result.frames = Frames::load({out() / "frames", out()});
+        if (result.mesh)
         {
-            if (port->is_left_out())
-                continue;
-            if (saved)
-                port->save();
-            if (port->name() == "frames")
-                result.frames = saved ? Frames::load({out() / "frames", out()})
-                                      : std::make_shared<Frames>(dynamic_cast<const Frames&>(*port->value()));
-            else
-                result.mesh = saved ? Mesh::load({out() / "mesh", out()})
-                                    : std::make_shared<Mesh>(dynamic_cast<const Mesh&>(*port->value()));
+            result.mesh->save({out() / "mesh", out()});
+            result.mesh = Mesh::load({out() / "mesh", out()});
         }
         return result;
     }

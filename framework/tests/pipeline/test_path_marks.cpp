@@ -1,0 +1,149 @@
+#include "catch.h"
+#include "hand_made_catalog.h"
+
+#include "pipeline/path_marks.h"
+#include "pipeline/pipeline_options.h"
+#include <fresco/option_declaration.h>
+
+using namespace fresco::host;
+using namespace fresco::host::testing;
+using Catch::Contains;
+using Catch::EndsWith;
+using Catch::StartsWith;
+using fresco::Marks;
+using fresco::Value;
+
+namespace
+{
+
+/// A stage whose component of kind "form" goes by the path, and components for folders, files and both.
+Catalog catalog_of_forms()
+{
+    Catalog catalog;
+    catalog.add(stage("scan.any", "", "frames frames", R"(
+        {"name": "path", "kind": "input_path", "required": true, "help": "The scan"},
+        {"name": "form", "kind": "component", "component_kind": "form", "chosen_by": "path", "default": "auto", "help": "Its form"})"));
+    const auto form = [&](const std::string& type, const Marks& marks)
+    {
+        TypeDescription description = described(
+            type, "form",
+            R"({"options": [{"name": "gap_s", "kind": "number", "default": 0.5, "help": "A gap"}], "inputs": [], "outputs": []})");
+        description.declaration.set("marks", marks.describe());
+        catalog.add(description);
+    };
+    form("form.lists", {.contains = {"rgb.txt", "poses.txt|poses"}});
+    form("form.model", {.contains = {"cameras.*|sparse/cameras.*"}});
+    form("form.shots", {.contains = {"shots.json"}, .before = {"form.model"}});
+    form("form.told", {.contains = {"frames.json"}, .before = {"*"}});
+    form("form.pack", {.formats = {{.name = "a pack", .extensions = {".pack"}, .begins = {"PACK"}}}});
+    catalog.add(described("form.plain", "form", R"({"options": [], "inputs": [], "outputs": []})"));
+    return catalog;
+}
+
+const Catalog& forms()
+{
+    static const Catalog catalog = catalog_of_forms();
+    return catalog;
+}
+
+PipelineResult check_scan(const TemporaryFolder& folder, const std::string& options, const Sets& sets = {})
+{
+    return check(folder, "version: 1\nstages:\n  scan: {type: scan.any, " + options + "}\n", forms(), sets);
+}
+
+}  // namespace
+
+TEST_CASE("auto is the component whose marks the path has", "[pipeline]")
+{
+    const TemporaryFolder folder;
+    for (const char* file : {"lists/rgb.txt", "lists/poses/1.txt", "model/sparse/cameras.bin", "both/cameras.txt",
+                             "both/shots.json", "told/frames.json", "told/shots.json", "told/cameras.txt"})
+        folder.write(file, "");
+    folder.write("a.PACK", "PACK of data");
+    for (const auto& [path, type] : {std::pair{"lists", "form.lists"},
+                                     {"model", "form.model"},
+                                     {"both", "form.shots"},
+                                     {"told", "form.told"},
+                                     {"a.PACK", "form.pack"}})
+    {
+        CAPTURE(path);
+        const std::string expected = R"("form":{"type":")" + std::string(type) + R"(","gap_s":0.5})";
+        CHECK_THAT(options_of(check_scan(folder, "path: " + std::string(path)), "scan"), Contains(expected));
+        CHECK_THAT(options_of(check_scan(folder, "form: auto, path: " + std::string(path)), "scan"), Contains(expected));
+    }
+    // What is named is used, also for a folder that is another's, and with options of its own.
+    CHECK_THAT(options_of(check_scan(folder, "path: both, form: {type: form.model, gap_s: 2}"), "scan"),
+               Contains(R"({"type":"form.model","gap_s":2.0})"));
+    CHECK_THAT(options_of(check_scan(folder, "path: both, form: form.plain"), "scan"), Contains(R"({"type":"form.plain"})"));
+    CHECK_THAT(options_of(check_scan(folder, "path: lists", {{"scan.form.type", "form.plain"}}), "scan"), Contains("form.plain"));
+}
+
+TEST_CASE("where no component fits, or several, each is listed with what it looks for and what was found", "[pipeline]")
+{
+    const TemporaryFolder folder;
+    for (const char* file : {"half/rgb.txt", "half/notes.md", "two/rgb.txt", "two/poses.txt", "two/cameras.txt",
+                             "up/in/shots.json", "up/in/notes.md", "up/in/deep/notes.md", "pack/notes.md"})
+        folder.write(file, "");
+    folder.write("pack/a.pack", "PACK of data");
+    folder.write("bad.pack", "something else");
+    folder.write("video.mp4", "film");
+    const std::string root = folder.path().string(), at = "p.yaml:3:31: error: stage 'scan' (scan.any): option 'path': ";
+    const auto problem = [&](const std::string& options) { return joined_lines(check_scan(folder, options)); };
+    CHECK(problem("path: half") ==
+          at + "no form fits '" + root +
+              "/half'; form.lists looks for rgb.txt (found) and poses.txt or poses; form.model looks for cameras.* or "
+              "sparse/cameras.*; form.pack looks for .pack files; form.shots looks for shots.json; form.told looks for "
+              "frames.json");
+    CHECK(problem("path: two") == at + "several components of kind form fit '" + root +
+                                      "/two'; name one, form: form.lists or form.model; form.lists looks for rgb.txt (found) and "
+                                      "poses.txt (found) or poses; form.model looks for cameras.* (found) or sparse/cameras.*");
+    CHECK(check_scan(folder, "path: half").exit_code() == 3);
+    CHECK(check_scan(folder, "path: two").exit_code() == 2);
+    // One level off.
+    CHECK_THAT(problem("path: up"), Contains("no form fits '" + root + "/up'; set it to '" + root + "/up/in'; form.lists looks"));
+    CHECK_THAT(problem("path: pack"), Contains("/pack'; set it to '" + root + "/pack/a.pack'; "));
+    CHECK_THAT(problem("path: up/in/deep, form: form.shots"),
+               Contains("/deep'; set it to '" + root + "/up/in/'; form.shots looks"));
+    CHECK_THAT(problem("path: video.mp4"), EndsWith("form.told looks for frames.json"));
+    // A file is held to its format, a component that is named to its marks.
+    CHECK_THAT(problem("path: bad.pack"), StartsWith(at + "'" + root + "/bad.pack' is not a pack"));
+    CHECK(problem("path: two, form: form.shots") == at + "form.shots does not fit '" + root +
+                                                        "/two'; form.lists and form.model do; form.shots looks for "
+                                                        "shots.json");
+    CHECK(problem("path: up/in, form: form.pack") ==
+          at + "form.pack does not fit '" + root + "/up/in'; form.shots does; form.pack looks for .pack files");
+    CHECK_THAT(problem("path: bad.pack, form: form.lists"),
+               Contains("form.lists does not fit '" + root + "/bad.pack'; form.pack does"));
+    // Only what is wrong is reported.
+    CHECK(problem("path: nowhere") == at + "no such folder or file '" + root + "/nowhere'");
+    CHECK_THAT(problem("path: two, form: form.other"), Contains("unknown type 'form.other'"));
+}
+
+TEST_CASE("each combination of a matrix has the component of its own path, and so has its key", "[pipeline]")
+{
+    const TemporaryFolder folder;
+    folder.write("a/shots.json", "");
+    folder.write("b/frames.json", "");
+    const auto result = check(
+        folder, "version: 1\nvars: {data: }\nmatrix: {data: [a, b]}\nstages:\n  scan: {type: scan.any, path: \"${data}\"}\n",
+        forms());
+    REQUIRE(result.problems.empty());
+    CHECK_THAT(options_of(result, "scan@a"), Contains("form.shots"));
+    CHECK_THAT(options_of(result, "scan@b"), Contains("form.told"));
+    CHECK(types_by_marks(*result.pipeline.find("scan@b")) == std::map<std::string, std::string>{{"form", "form.told"}});
+    // Another component reads the same folder once it fits better.
+    folder.write("a/frames.json", "");
+    const auto later = check(folder, "version: 1\nstages:\n  scan: {type: scan.any, path: a}\n", forms());
+    CHECK(fresco::to_json(*result.pipeline.find("scan@a")->options) != options_of(later, "scan"));
+}
+
+TEST_CASE("marks are described as they are declared", "[pipeline]")
+{
+    const Marks marks{.contains = {"a|b"}, .formats = {fresco::json_format()}, .before = {"*"}};
+    const Marks again = Marks::from(marks.describe());
+    CHECK(again.contains == marks.contains);
+    CHECK(again.before == marks.before);
+    CHECK(again.describe() == marks.describe());
+    CHECK(marks_text(marks) == "a or b, or .json files");
+    CHECK(marks_text({}).empty());
+}

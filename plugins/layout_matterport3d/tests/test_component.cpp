@@ -1,0 +1,121 @@
+#include "house.h"
+#include "layout_test.h"
+
+#include <algorithm>
+
+namespace
+{
+
+const char* const cameras_file = "undistorted_camera_parameters/tiny.conf";
+const char* const house_file = "house_segmentations/tiny.house";
+
+const LayoutUnderTest layout{.type = "layout.matterport3d",
+                             .write =
+                                 [](const Frames& frames, const fs::path& folder, const ImageIo& images)
+                             {
+                                 write_matterport3d(frames, folder, images);
+                                 write_mesh(folder / "house_segmentations/tiny.ply", 2);
+                                 write_mesh(folder / "region_segmentations/region1.ply", 1);
+                                 return folder;
+                             },
+                             .color = "undistorted_color_images/03a8325e000001_i1_0.jpg",
+                             .depth = "undistorted_depth_images/03a8325e000001_d1_0.png",
+                             .pose_source = "tiny.conf:10",
+                             .damaged = {cameras_file, "house_segmentations/tiny.ply"},
+                             .depth_step_m = 1e-6};
+
+}  // namespace
+
+TEST_CASE("a house holds what every recording does", "[layout.matterport3d]")
+{
+    check_layout(layout);
+    const WrittenRecording house(layout);
+    TestRun run;
+    const auto result = house.read(run);
+    CHECK(result.frames->frames[2].sequence == "tiny");
+    CHECK(result.frames->frames[2].name == "03a8325e000002_i1_0");
+    CHECK(result.frames->frames[2].number == 2);
+    CHECK(result.frames->frames[2].depth_unit_m == 0.00025);
+    CHECK(result.mesh->triangles.size() == 2);
+    CHECK(run.reported.at("house").as_string() == "tiny");
+    CHECK(run.files_read.size() == 2 + 2 * 3);
+}
+
+TEST_CASE("a room is its mesh and the pictures taken in it", "[layout.matterport3d]")
+{
+    const WrittenRecording house(layout);
+    TestRun run;
+    const auto result = house.read(run, Value::Map{{"region", 1}});
+    REQUIRE(result.frames->frames.size() == 1);
+    CHECK(result.frames->frames[0].number == 1);
+    CHECK(result.mesh->triangles.size() == 1);
+    CHECK(run.reported.at("house_frames").as_int() == 3);
+    check_no_mesh(house, "region0.ply", Value::Map{{"region", 0}});
+    CHECK(house.error(Value::Map{{"region", 0}, {"mesh", (house.path / "region_segmentations/region1.ply").string()}}) ==
+          "no error");
+    CHECK_THAT(house.error(Value::Map{{"region", 7}}), Contains("no picture was taken in region 7"));
+    house.remove(house_file);
+    CHECK_THAT(house.error(Value::Map{{"region", 1}}), Contains("tiny.house"));
+    CHECK(house.error() == "no error");
+}
+
+TEST_CASE("the mesh of the house may be the Poisson one", "[layout.matterport3d]")
+{
+    const WrittenRecording house(layout);
+    fs::remove(house.path / "house_segmentations/tiny.ply");
+    check_no_mesh(house, (house.path / "house_segmentations/tiny.ply").string() + " or " +
+                             (house.path / "poisson_meshes/tiny.ply").string());
+    write_mesh(house.path / "poisson_meshes/tiny.ply", 1);
+    fs::remove_all(house.path / "house_segmentations");
+    TestRun run;
+    CHECK(house.read(run).mesh->triangles.size() == 1);
+    // Names that may appear are asked for in folders that are there.
+    CHECK(std::ranges::find(run.folders_read, house.path / "house_segmentations") != run.folders_read.end());
+}
+
+TEST_CASE("rows count from the bottom, axes are OpenGL's", "[layout.matterport3d]")
+{
+    const auto house =
+        matterport3d::parse_cameras("dataset matterport\nn_images 1\n\nintrinsics_matrix 1076.45 0 631.116  0 1077.19 509.202  "
+                                    "0 0 1\nscan a_d0_0.png a_i0_0.jpg 1 0 0 4  0 0 -1 5  0 1 0 6  0 0 0 1\n",
+                                    "x.conf");
+    REQUIRE(house.views.size() == 1);
+    const auto& view = house.views[0];
+    CHECK(view.panorama == "a");
+    const auto k = matterport3d::camera_of(view, 1280, 1024);
+    CHECK(k.fx == 1076.45);
+    CHECK(k.cx == Approx(631.616));
+    CHECK(k.cy == Approx(1024 - 509.702));
+    // It looks along its own -z, which is the world's y, and the world's z is up in its picture.
+    CHECK(view.world_from_camera.point({0, 0, 1}) == Vec3d{4, 6, 6});
+    CHECK(view.world_from_camera.direction({0, -1, 0}) == Vec3d{0, 0, 1});
+    CHECK(view.source == "x.conf:5");
+
+    const auto regions = matterport3d::parse_regions("ASCII 1.1\nH h - 3 2 0 0 0 0 0 4 1 1\nP 0 2 3 - 1 2 3 4 5 6 0 0 0 0\n"
+                                                     "P aa 0 3 0 1 2 3 0 0 0 0 0\nP bb 1 -1 0 1 2 3 0 0 0 0 0\nI 0 0 aa\n",
+                                                     "h.house");
+    CHECK(regions == std::map<std::string, int>{{"aa", 3}, {"bb", -1}});
+}
+
+TEST_CASE("a house that cannot be used is refused by name", "[layout.matterport3d]")
+{
+    const auto edit = [](const char* from, const char* to)
+    { return [=](const WrittenRecording& it) { it.replace(cameras_file, from, to); }; };
+    const char* const kind = "dataset matterport";
+    check_flaws(layout, {{removing(cameras_file), {"undistorted_camera_parameters: no camera file; expected <house>.conf"}},
+                         {[](const auto& it) { it.write("undistorted_camera_parameters/other.conf", it.text(cameras_file)); },
+                          {"2 camera files", "other.conf"}},
+                         {edit("n_images 3", "n_images 4"), {"tiny.conf: n_images declares 4 views, the file has 3"}},
+                         {edit("dataset", "data"), {"tiny.conf:1: 'data'; expected dataset, n_images"}},
+                         {edit(kind, "scan a.png b.jpg 1 2"), {"tiny.conf:1: 4 values after 'scan'; expected 18"}},
+                         {edit(kind, "scan a.png b.jpg 1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"),
+                          {"tiny.conf:1: a scan before any intrinsics_matrix"}},
+                         {edit("03a8325e000001_i1_0.jpg", "../../secret.jpg"), {"'../../secret.jpg' is not a plain"}},
+                         {edit("color_directory undistorted_color_images", "color_directory .."), {"'..' is not a plain"}}});
+    check_flaws(layout,
+                {{replacing(house_file, "H tiny - 3 3", "H tiny - 3 5"), {"declares 5 panoramas, the file has 3"}},
+                 {replacing(house_file, "P 03a8325e000001", "P 03a8325e000009"), {"panorama 03a8325e000001 of", "tiny.conf:"}}},
+                Value::Map{{"region", 1}});
+    const WrittenRecording house(layout);
+    check_damage(house, {house_file, "region_segmentations/region1.ply"}, Value::Map{{"region", 1}});
+}

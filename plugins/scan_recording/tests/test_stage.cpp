@@ -1,0 +1,107 @@
+#include "layout_checks.h"
+
+#include <fresco/recordings/layout.h>
+
+#include <filesystem>
+
+using Catch::Contains;
+using namespace fresco;
+using namespace fresco::testing;
+
+namespace
+{
+
+/// Of the tiny recording as it is in memory.
+struct MemoryLayout final : recordings::Layout
+{
+    Frames frames;
+    Option<int> first{this, "first", 0, "The first view"};
+
+    recordings::Recording list(RunContext& /*run*/) override
+    {
+        recordings::Recording recording{.meshes = {path() / "mesh.ply"}};
+        for (std::size_t i = static_cast<std::size_t>(*first); i < frames.frames.size(); ++i)
+        {
+            const Frame& frame = frames.frames[i];
+            recordings::RecordedView view;
+            recordings::name_by_picture(view, frame.name);
+            view.color = frame.color_picture.path;
+            view.depth = frame.depth_picture.path;
+            view.camera = frame.color.intrinsics;
+            view.world_from_camera = frame.color.world_from_camera;
+            view.source = "memory";
+            recording.views.push_back(std::move(view));
+        }
+        return recording;
+    }
+};
+
+/// A scan of three views with a mesh.
+struct Scan
+{
+    TemporaryFolder folder;
+    RawImages images;
+    Frames recorded = tiny_recording(folder.path(), images);
+
+    Scan() { write_mesh(folder.path() / "mesh.ply"); }
+
+    fs::path out() const { return folder.path() / "out"; }
+    void read(const Value::Map& more, TestRun& run) const
+    {
+        auto layout = std::make_shared<MemoryLayout>();
+        layout->frames = recorded;
+        Value options = Value::Map{{"path", folder.path().string()}};
+        for (const auto& [name, value] : more)
+            options.set(name, value);
+        run_stage(FRESCO_PLUGIN_FILE, "scan.recording", options, {}, out(), run,
+                  {{"layout", layout}, {"image_io", std::make_shared<RawImages>()}});
+    }
+    std::vector<Frame> frames(const Value::Map& more = {}) const
+    {
+        TestRun run;
+        read(more, run);
+        return Frames::load({out() / "frames", out()})->frames;
+    }
+};
+
+}  // namespace
+
+TEST_CASE("a recording is read by its layout, and with what the stage is told of it", "[scan.recording]")
+{
+    const Scan scan;
+    const auto frames = scan.frames();
+    REQUIRE(frames.size() == 3);
+    CHECK(Mesh::load({scan.out() / "mesh", scan.out()})->triangles.size() == 1);
+    CHECK(scan.frames({{"every", 2}}).size() == 2);
+    const auto scaled = scan.frames({{"unit_m", 0.5}, {"depth_unit_m", 0.002}});
+    CHECK(scaled[1].color.world_from_camera.translation == frames[1].color.world_from_camera.translation * 0.5);
+    CHECK(scaled[1].depth_unit_m == 0.002);
+    write_mesh(scan.folder.path() / "other.ply", 2);
+    scan.frames({{"mesh", (scan.folder.path() / "other.ply").string()}});
+    CHECK(Mesh::load({scan.out() / "mesh", scan.out()})->triangles.size() == 2);
+    for (const char* option : {"every", "unit_m"})
+        CHECK_THAT(error_of(
+                       [&] {
+                           scan.frames({{option, 0}});
+                       }),
+                   Contains(std::string("option \"") + option + "\": 0 is too small"));
+}
+
+TEST_CASE("a recording without a mesh leaves that output out, with a warning", "[scan.recording]")
+{
+    const Scan scan;
+    fs::remove(scan.folder.path() / "mesh.ply");
+    TestRun run;
+    scan.read({}, run);
+    CHECK_FALSE(fs::exists(scan.out() / "mesh"));
+    CHECK_THAT(run.messages.front(), Contains("there is no mesh; expected") && Contains("mesh.ply, or set option \"mesh\""));
+}
+
+TEST_CASE("the layout is chosen by what the path contains", "[scan.recording]")
+{
+    const auto made = make_from_plugin(FRESCO_PLUGIN_FILE, "scan.recording");
+    const auto& layout = (*std::ranges::find(made->parameters(), "layout", &Parameter::name))->declaration();
+    CHECK(layout.chosen_by == "path");
+    CHECK(layout.default_value == Value("auto"));
+    CHECK(layout.component_kind == "layout");
+}

@@ -29,7 +29,6 @@ for preset in "$pipelines"/presets/*.yaml; do
     [ $name = presets/preview.yaml ] || check $name --preview "${data[@]}" "${picture[@]}" "${weights[@]}"
 done
 check paper/frames.yaml --set "scans=$work" --set 'scene=[scan]' --set "pictures=$work"
-check paper/study.yaml --set "pictures=$work"
 
 # Without its inputs a pipeline says what to set.
 ! "$fresco" check "$pipelines/room.yaml" >"$work/log" 2>&1

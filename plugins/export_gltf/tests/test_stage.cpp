@@ -108,7 +108,7 @@ Exported exported_from(const Value& options, const testing::Inputs& inputs, cons
     testing::TestRun run;
     run.origin_given = origin;
     testing::run_stage(FRESCO_PLUGIN_FILE, "export.gltf", options, inputs, folder.path(), run,
-                       {{"images", std::make_shared<stored_png::Codec>()}});
+                       {{"image_io", std::make_shared<stored_png::Codec>()}});
     const auto files = Files::load({folder.path() / "files", folder.path()});
     return {read_text_file(folder.path() / "files" / files->names.at(0)), files->names, run.reported, run.messages};
 }

@@ -130,7 +130,7 @@ std::unique_ptr<Exported> exported_from(Value options, const testing::Inputs& in
     if (!options.find("up"))
         options.set("up", "keep");
     testing::run_stage(FRESCO_PLUGIN_FILE, "export.mesh", options, inputs, result->folder.path(), result->run,
-                       {{"images", std::make_shared<SizeCodec>()}});
+                       {{"image_io", std::make_shared<SizeCodec>()}});
     result->names = Files::load({result->folder.path() / "files", result->folder.path()})->names;
     return result;
 }

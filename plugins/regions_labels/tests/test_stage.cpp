@@ -205,7 +205,7 @@ std::shared_ptr<Regions> divided(const Value& options, const testing::Inputs& in
 {
     testing::TemporaryFolder out;
     testing::run_stage(FRESCO_PLUGIN_FILE, "regions.labels", options, inputs, out.path(), run,
-                       {{"images", std::make_shared<testing::RawImages>()}});
+                       {{"image_io", std::make_shared<testing::RawImages>()}});
     return Regions::load({out.path() / "regions", out.path()});
 }
 

@@ -279,7 +279,7 @@ TEST_CASE("from above, the whole room is in the picture, its longer side across,
     testing::run_stage(FRESCO_PLUGIN_FILE, "render.views",
                        Value::Map{{"height_px", 100}, {"above", true}, {"filter", "bilinear"}, {"samples", 1}},
                        {{"mesh", std::make_shared<TexturedMesh>(room)}, {"frames", frames}}, folder.path(), run,
-                       {{"images", std::make_shared<stored_png::Codec>()}});
+                       {{"image_io", std::make_shared<stored_png::Codec>()}});
     const auto files = Files::load({folder.path() / "views", folder.path()});
     REQUIRE(files->names == std::vector<std::string>{"views/above_room.png"});
     const Raster8 picture = stored_png::Codec().read_rgb(folder.path() / "views" / files->names[0]);

@@ -77,7 +77,7 @@ inline const Recording* room()
 /// A hall of 12 m, of which a mesh may hold one object only.
 inline const Recording* hall()
 {
-    static const auto made = generated(8, 160, 0.1, {{"length_m", 12}, {"width_m", 8}, {"height_m", 4}});
+    static const auto made = generated(8, 160, 0.1, {{"size_m", Value::List{12, 8, 4}}});
     return made.get();
 }
 

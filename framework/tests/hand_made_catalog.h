@@ -144,7 +144,7 @@ struct TemporaryFolder : fresco::testing::TemporaryFolder
     }
 };
 
-/// What files of these kinds must hold at least.
+/// Smallest valid files of these kinds.
 inline const std::string jpeg_text("\xff\xd8\xff\xda\0\2\xff\xd9", 8);
 inline const std::string ply_text = "ply\nend_header\n";
 

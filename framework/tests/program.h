@@ -135,7 +135,7 @@ inline std::map<std::string, std::string> outcomes(const Finished& finished, con
     return result;
 }
 
-/// What a page holds in its script "data" or "media".
+/// Contents of a page's script "data" or "media".
 inline fresco::Value page_json(const std::string& page, const std::string& id)
 {
     const std::string begin = "<script type=\"application/json\" id=\"" + id + "\">";

@@ -8,7 +8,7 @@
 
 /// \file For tests of what the program shows on a terminal.
 
-/// What a terminal of this width shows after all that was written to it.
+/// Lines of a terminal of this width after all that was written to it.
 inline Words shown(const std::string& written, std::size_t width)
 {
     Words rows{""};

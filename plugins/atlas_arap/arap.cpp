@@ -24,7 +24,7 @@ constexpr double largest_weight = 100;
 struct Face
 {
     std::array<Vec2d, 3> edges{};     ///< From corner k to the next.
-    std::array<double, 3> weights{};  ///< Of these edges: half the cotangent of the angle opposite.
+    std::array<double, 3> weights{};  ///< Weights of these edges: half the cotangent of the angle opposite.
 };
 
 Face face_of(const fresco::geometry::Disk& disk, const fresco::Triangle& t)
@@ -60,7 +60,7 @@ Vec2d best_turn(const Face& face, const fresco::Triangle& t, const std::vector<V
     return size > 0 ? sum * (1 / size) : Vec2d{1, 0};
 }
 
-/// Of all vertices but the first, which stays where it is.
+/// Laplacian of all vertices but the first, which is fixed.
 Matrix laplacian(const fresco::geometry::Disk& disk, const std::vector<Face>& faces)
 {
     std::vector<Eigen::Triplet<double>> entries;

@@ -7,7 +7,7 @@
 namespace fresco::command
 {
 
-/// What a program says to the host by a line of its own that begins with "fresco: ".
+/// Message of a program to the host: a line of its own that begins with "fresco: ".
 struct SaidToHost
 {
     enum class Kind
@@ -19,10 +19,10 @@ struct SaidToHost
         report
     };
     Kind kind = Kind::message;
-    double done = 0;   ///< Of progress; the value of a metric.
+    double done = 0;   ///< Progress so far; the value of a metric.
     double total = 0;  ///< 0: unknown.
     std::string text;  ///< Unit of progress, name of a metric or report entry, or the text.
-    std::string json;  ///< Of a report entry.
+    std::string json;  ///< Report entry.
 };
 
 /// "fresco: progress 0.35" (a share), "fresco: progress 12/100 frames", "fresco: metric loss 0.5", "fresco: warning TEXT",

@@ -103,7 +103,7 @@ ProcessEnd run_program(const std::vector<std::string>& words, const EnvironmentC
         while (output.next(line))
             take_line(line);
     }
-    // What it left behind must not write into its outputs any more.
+    // Processes that it left behind must no longer write into its outputs.
     end_descendants();
     if (const std::string rest = output.rest(); !rest.empty())
         take_line(rest);

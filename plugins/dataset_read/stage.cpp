@@ -73,7 +73,7 @@ int copy_maps(const Source& source, std::size_t view, const ArtifactFolder& uvma
     for (std::size_t level = 0; level < source.manifest.heights_px.size(); ++level)
     {
         const UvMap map = read_map(source, view, level);
-        // Of a dataset that was made from stored maps, the same steps again.
+        // A dataset that was made from stored maps gets the same steps again.
         const int uv_bits = uv_bits_of(map);
         UvMaps::write_map(uvmaps, view, source.manifest.heights_px[level], map, uv_bits);
         most_bits = std::max(most_bits, uv_bits);
@@ -167,7 +167,7 @@ class DatasetRead final : public Stage
         frames = std::move(read);
     }
 
-    /// What a later version of the writer may add is not read, but has to be whole as well.
+    /// Files that a later version of the writer may add are not read, but must be whole, too.
     static void check_others(const Source& source, const RunContext& run)
     {
         const auto needed = dataset::needed_files(source.manifest);

@@ -150,7 +150,7 @@ class DatasetWrite final : public Stage
             write_text(transforms_name, transforms_text(manifest));
 
         const std::string text = dataset::to_text(manifest);
-        // What the reader would refuse must not be written.
+        // A dataset that the reader would refuse must not be written.
         dataset::parse_manifest(text, "the dataset");
         finish(folder, manifest.files, dataset::manifest_name, text, frame_of.size(), run);
     }

@@ -41,7 +41,7 @@ bool is_red(const std::uint8_t* rgb)
     return fresco::luma(rgb) > 0.15 * 255;
 }
 
-/// Nothing where the contour is too ragged to have a hull of ordered points.
+/// Returns nothing if the contour is too ragged to have a hull of ordered points.
 std::optional<double> largest_defect(const std::vector<cv::Point>& contour)
 {
     std::vector<int> hull;
@@ -150,7 +150,7 @@ const char* opencv_version()
 namespace
 {
 
-/// Where the camera sees the surface at pixel coordinates.
+/// Point of the surface that the camera sees at pixel coordinates.
 std::optional<Vec3d> surface_point(const Camera& camera, const DepthAt& depth_at, Vec2d pixel)
 {
     const auto depth = depth_at(pixel);

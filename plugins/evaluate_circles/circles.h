@@ -72,7 +72,7 @@ std::vector<Circle> circles_on_surface(const std::vector<Ellipse>& ellipses, con
 struct CircleStatistics
 {
     double corr_2d = 0;  ///< Pearson's correlation of depth and radius in pixels; NaN if undefined.
-    double corr_3d = 0;  ///< Of depth and radius in meters.
+    double corr_3d = 0;  ///< Correlation of depth and radius in meters.
     double stretch = 0;  ///< Mean stretch on the surface.
 };
 

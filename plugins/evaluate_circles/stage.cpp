@@ -17,7 +17,7 @@ namespace
 {
 constexpr int least_height_px = 784;
 
-/// What one picture gives.
+/// Results of one picture.
 struct Seen
 {
     std::vector<Circle> circles;

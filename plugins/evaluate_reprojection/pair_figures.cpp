@@ -200,7 +200,7 @@ double level_of(double texels)
     return texels > 1 ? std::log2(texels) : 0;
 }
 
-/// Where a camera's ray to the point meets the triangle's plane.
+/// Intersection of the camera's ray to the point with the triangle's plane.
 raycast::Hit hit_at(const Mesh& mesh, std::uint32_t triangle, Vec3d point, const Camera& camera)
 {
     raycast::Hit hit{triangle, true, 0, {1.0 / 3, 1.0 / 3, 1.0 / 3}};  // A triangle without area: any of its points.
@@ -209,7 +209,7 @@ raycast::Hit hit_at(const Mesh& mesh, std::uint32_t triangle, Vec3d point, const
     return hit;
 }
 
-/// What a view's camera sees of a low-passed surface, RGB; drawn only where it is wanted, black elsewhere.
+/// Picture of a low-passed surface by a view's camera, RGB; drawn only where `wanted`, black elsewhere.
 Raster8 drawn(const ViewSurface& view, const Camera& other, const Raster8& wanted, const SurfacePaint& paint,
               const Progress& progress)
 {

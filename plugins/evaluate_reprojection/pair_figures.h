@@ -67,7 +67,7 @@ std::vector<Match> covisible(const ViewSurface& source, const ViewSurface& targe
 /// NaN without matches.
 double reprojection_difference(const fresco::Raster8& source, const fresco::Raster8& target, const std::vector<Match>& matches);
 
-/// The same measure of the source picture against itself moved by one pixel: the mean over matches, channels and the two forward
+/// Difference of the source picture to itself moved by one pixel: the mean over matches, channels and the two forward
 /// differences (to the right, downwards) that exist. 0 for a picture without detail. NaN without matches.
 double forward_difference(const fresco::Raster8& source, const std::vector<Match>& matches);
 
@@ -120,7 +120,7 @@ struct PairFigures
     bool dropped = false;
     bool flat = false;     ///< The source has no detail over these pixels: the value is meaningless, there is no headline.
     double value = 0;      ///< reprojection_difference
-    double floor = 0;      ///< The same for pictures of a low-passed surface: the resampling floor.
+    double floor = 0;      ///< The difference for pictures of a low-passed surface: the resampling floor.
     double detail = 0;     ///< forward_difference
     double sharpness = 0;  ///< Variance of the Laplacian.
     double headline = 0;   ///< (value - floor) / detail; NaN if flat.

@@ -100,7 +100,7 @@ class FeaturesVgg19 final : public fresco::FeatureNetwork, public fresco::Partia
                                 "; set `precision: full`");
     }
 
-    /// Which layers were rescaled, from what and to what.
+    /// Lists the rescaled layers with their means before and after.
     std::string described(const std::vector<double>& means) const
     {
         std::ostringstream text;

@@ -11,8 +11,8 @@ namespace vgg19
 namespace
 {
 
-constexpr int side = 6;         ///< Of the outputs of a tile.
-constexpr int wide = side + 2;  ///< Of its inputs.
+constexpr int side = 6;         ///< Outputs along a tile's side.
+constexpr int wide = side + 2;  ///< Inputs along it.
 constexpr int positions = wide * wide;
 constexpr int widest_panel = 64;
 constexpr std::size_t line = std::tuple_size_v<decltype(Line::values)>;
@@ -68,7 +68,7 @@ const float* values_in(const std::vector<Line>& lines)
     return lines.front().values.data();
 }
 
-/// Of so many values at a position. Not a multiple of a page: a tile's values would all fall into one set of the first-level
+/// Distance between two positions of `values` each. It avoids multiples of a page: a tile would use one set of the first-level
 /// cache.
 std::size_t stride_of(std::size_t values)
 {
@@ -95,7 +95,7 @@ struct Convolution3x3::Corner
     int x;
 };
 
-/// What goes in and out of one run.
+/// Inputs and outputs of one run.
 struct Convolution3x3::Job
 {
     MapsShape in_shape;
@@ -395,7 +395,7 @@ void Convolution3x3::transform_back(const Job& job, Corner tile, const Panel& pa
                                     std::size_t stride) const
 {
     const auto width = static_cast<int>(panel.width);
-    // Of a tile whose responses are only wanted pooled.
+    // Holds the responses of a tile that are needed only for pooling.
     std::array<Line, side * side * widest_panel / line> apart;
     std::array<float*, side * side> pixels{};
     std::array<std::uint8_t*, side * side> masks{};

@@ -18,7 +18,7 @@ namespace vgg19
 /// Does work(begin, end) for pieces of [0, count), on as many threads as it likes.
 using Parallel = std::function<void(std::size_t count, const std::function<void(std::size_t begin, std::size_t end)>& work)>;
 
-/// What lies beyond the border of a picture.
+/// Continuation of a picture beyond its border.
 enum class Border
 {
     zero,
@@ -34,7 +34,7 @@ struct MapsShape
 
     std::size_t pixels() const { return static_cast<std::size_t>(height) * static_cast<std::size_t>(width); }
     std::size_t size() const { return pixels() * static_cast<std::size_t>(channels); }
-    /// Of a pixel's first value.
+    /// Index of a pixel's first value.
     std::size_t offset(int y, int x) const
     {
         return (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)) *
@@ -50,7 +50,7 @@ enum class Pooling
     average
 };
 
-/// Where the rectified responses of a convolution go: each unless null.
+/// Destinations of the rectified responses of a convolution; null skips one.
 struct Responses
 {
     float* maps = nullptr;
@@ -64,18 +64,18 @@ struct Responses
 /// Gradients as rows of pixels that may lie in a wider picture.
 struct GradientView
 {
-    const float* values = nullptr;  ///< Of the first pixel.
+    const float* values = nullptr;  ///< Values of the first pixel.
     std::size_t row = 0;            ///< Values from one row to the next.
 };
 
 /// Gradients that come together at H x W x C rectified responses.
 struct ResponseGradient
 {
-    const float* own = nullptr;  ///< Of the responses themselves; null: none.
-    GradientView of_next;        ///< Of the next convolution's input: the responses, or these pooled. Null: none.
+    const float* own = nullptr;  ///< Gradient of the responses themselves; null: none.
+    GradientView of_next;        ///< Gradient of the next convolution's input: the responses, or these pooled. Null: none.
     bool pooled = false;
-    const std::uint8_t* masks = nullptr;   ///< As Responses has it; may be null with `chosen` and without `own`.
-    const std::uint8_t* chosen = nullptr;  ///< The same; null if not pooled, or by averages.
+    const std::uint8_t* masks = nullptr;   ///< Responses::masks; may be null with `chosen` and without `own`.
+    const std::uint8_t* chosen = nullptr;  ///< Responses::chosen; null if not pooled, or by averages.
 };
 
 /// A line of a cache, as long as the widest vector.
@@ -111,7 +111,7 @@ class Convolution3x3
     /// response's size, null: all of it) are left out, and become 0.
     void rectified(const float* in, MapsShape shape, Border border, const float* bias, const Responses& out,
                    const Parallel& parallel, const std::uint8_t* needed = nullptr) const;
-    /// Of the way back: the input's gradient, on `beyond` more pixels on each side (0 or 1): (H + 2 beyond) x (W + 2 beyond).
+    /// Computes the input's gradient on `beyond` more pixels on each side (0 or 1): (H + 2 beyond) x (W + 2 beyond).
     void back(const ResponseGradient& gradient, MapsShape shape, int beyond, float* out, const Parallel& parallel,
               const std::uint8_t* needed = nullptr) const;
 

@@ -98,26 +98,26 @@ fresco::Raster8 framed_as_reflected(const fresco::Raster8& mask)
 
 }  // namespace
 
-/// What is computed of each convolution, where not everything is.
+/// Pixels to compute of each convolution, if not all.
 struct CpuEncoder::Needed
 {
-    std::vector<fresco::Raster8> responses;  ///< What the features read see.
-    std::vector<fresco::Raster8> gradients;  ///< Of the input: what the picture's gradient sees of what there is.
+    std::vector<fresco::Raster8> responses;  ///< Pixels that the requested features depend on.
+    std::vector<fresco::Raster8> gradients;  ///< Pixels of the input that the picture's gradient depends on.
 };
 
-/// What the way back needs.
+/// State that the backward pass needs.
 struct CpuEncoder::Tape : torch::CustomClassHolder
 {
     struct Entry
     {
-        MapsShape shape;       ///< Of the responses.
+        MapsShape shape;       ///< Shape of the responses.
         torch::Tensor mask;    ///< As vgg19::Responses has it; undefined where `chosen` says enough.
-        torch::Tensor chosen;  ///< The same; only where they are pooled, by their largest.
+        torch::Tensor chosen;  ///< Responses::chosen; only where they are pooled by their maximum.
     };
 
     std::shared_ptr<const CpuEncoder> encoder;
     std::vector<std::size_t> wanted;
-    std::optional<Needed> needed;  ///< None: everything.
+    std::optional<Needed> needed;  ///< Missing: everything.
     std::vector<Entry> entries;    ///< By convolution.
 };
 

@@ -63,7 +63,7 @@ class CpuEncoder : public std::enable_shared_from_this<CpuEncoder>
     torch::Tensor picture_gradient(GradientView gradient, MapsShape shape) const;
     Needed needed(const fresco::ReadPixels& read, const std::vector<std::size_t>& wanted) const;
     std::vector<torch::Tensor> encode(const torch::Tensor& picture, Tape& tape, bool goes_back) const;
-    /// Of the layer's own responses, channels innermost; undefined if the layer has none.
+    /// Gradient of the layer's own responses, channels innermost; undefined if the layer has none.
     static torch::Tensor own_gradient(const Tape& tape, const std::vector<torch::Tensor>& of_wanted, std::size_t layer);
     torch::Tensor gradient(const Tape& tape, const std::vector<torch::Tensor>& of_wanted) const;
 

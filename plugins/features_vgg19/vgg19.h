@@ -22,7 +22,7 @@ namespace vgg19
 /// finite.
 std::vector<Convolution> convolutions(const fresco::weights::Vgg19Weights& weights, std::string_view source);
 
-/// What convolutions by libtorch are computed in.
+/// Number format of libtorch's convolutions.
 enum class Precision
 {
     full,  ///< The picture's own type.
@@ -49,12 +49,12 @@ class Vgg19
     /// With `read`, it computes only what PartialFeatures says.
     std::vector<torch::Tensor> encode(const torch::Tensor& picture, const std::vector<std::string>& names,
                                       const fresco::ReadPixels* read = nullptr) const;
-    /// The same by libtorch's convolutions, on any device and in float64 too, on maps that lie in memory in this order.
+    /// encode() by libtorch's convolutions, on any device and in float64 too, on maps that lie in memory in this order.
     std::vector<torch::Tensor> encode_generally(const torch::Tensor& picture, const std::vector<std::string>& names,
                                                 Order order = Order::channels_innermost) const;
     /// Call it before encode, which takes weights that are elsewhere over each time.
     void move_to(const torch::Device& device);
-    /// Of encode_generally; keeps a second copy of the weights.
+    /// Sets the format for encode_generally; keeps a second copy of the weights.
     void set_precision(Precision precision);
     const fresco::weights::Vgg19Input& input() const { return input_; }
     const std::vector<Convolution>& convolutions() const { return convolutions_; }

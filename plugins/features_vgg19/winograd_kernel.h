@@ -30,7 +30,7 @@ struct Kernel
     /// right, which are brought near.
     void (*transform)(const float* const* pixels, const float* const* next, int channels, float* out, std::size_t stride);
 
-    /// The same of a gradient, with the values of `next` times `scale`; `own`: it has some.
+    /// Transforms a gradient, adding the values of `next` times `scale`; `own`: the gradient has values of its own.
     void (*transform_gradient)(const GradientTile& tile, const GradientTile& next, bool own, float scale, int channels,
                                float* out, std::size_t stride);
 

@@ -39,8 +39,8 @@ inline void store(float* values, Vector vector)
     *reinterpret_cast<Vector*>(values) = vector;
 }
 
-constexpr int side = 6;         ///< Of a tile's outputs.
-constexpr int wide = side + 2;  ///< Of its inputs.
+constexpr int side = 6;         ///< Outputs along a tile's side.
+constexpr int wide = side + 2;  ///< Inputs along it.
 
 /// Rows of Bᵀ.
 inline void eight_from_eight(const Vector* in, int step, Vector* out)
@@ -226,7 +226,7 @@ void transform_back(const float* in, std::size_t stride, int channels, const flo
                         if (bias == nullptr)
                             return store(pixels[i] + channel, value);
                         const Vector response = value + load(bias + channel);
-                        // What is not a number goes on, as in libtorch: the optimizer has to see it.
+                        // NaN is passed on, as in libtorch: the optimizer has to see it.
                         const auto off = response <= 0;
                         store(pixels[i] + channel, off ? Vector{} : response);
                         if (masks != nullptr)
@@ -268,7 +268,7 @@ void pool(const float* const* pixels, int channels, float* out, std::uint8_t* ch
 const Kernel* FRESCO_KERNEL()
 {
 #if FRESCO_VECTOR_BYTES > 0
-    static constexpr Kernel kernel{FRESCO_KERNEL_NAME, panel_vectors * lanes, tile_rows,    transform, transform_gradient,
+    static constexpr Kernel kernel{FRESCO_KERNEL_NAME, panel_vectors * lanes, tile_rows, transform, transform_gradient,
                                    multiply,           transform_back,        pool};
     return &kernel;
 #else

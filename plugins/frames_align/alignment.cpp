@@ -100,7 +100,7 @@ constexpr double robust_scale = 0.15;
 /// Neighboring points see the same edges: so many count as one observation against the prior.
 constexpr double alike_observations = 20;
 constexpr double settled_px = 0.02;
-/// Of each step, this share is taken again in the next one: groups of views that agree among themselves move slowly without.
+/// Share of each step that the next one repeats: without it, groups of views that agree among themselves move slowly.
 constexpr double momentum = 0.85;
 /// Rounds that only solve for exposures, so that the effect of moving the cameras can be measured separately.
 constexpr int exposure_rounds = 10;
@@ -122,7 +122,7 @@ struct Lookup
     double along_y = 0;
 };
 
-/// Nothing outside of the picture.
+/// Returns nothing outside of the picture.
 std::optional<Lookup> look_up(const RasterF& picture, double x, double y)
 {
     x -= 0.5;
@@ -245,7 +245,7 @@ class Aligner
     }
 
     /// From the mean of all views, this one included: compared with the mean of the others, two views would swap colors forever.
-    /// Nothing if no other view sees the point.
+    /// Returns nothing if no other view sees the point.
     std::optional<double> difference(std::size_t v, std::size_t i) const
     {
         const Sample& sample = samples_[v][i];

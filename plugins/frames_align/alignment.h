@@ -41,7 +41,7 @@ std::vector<Sighting> sightings(const std::vector<SurfacePoint>& points, const C
 /// The input of one view.
 struct AlignedView
 {
-    Intrinsics intrinsics;            ///< Of the color camera.
+    Intrinsics intrinsics;            ///< Intrinsics of the color camera.
     std::vector<Sighting> sightings;  ///< Ascending points.
     std::vector<RasterF> levels;      ///< Brightness (brightness_levels), coarsest first.
 };
@@ -64,7 +64,7 @@ struct Alignment
     /// Mean difference between a view's log brightness and the mean of all views that see the point, on the finest level, without
     /// the effect of exposures; as recorded.
     double error_before = 0;
-    double error_after = 0;  ///< The same after the correction.
+    double error_after = 0;  ///< The error after the correction.
 };
 
 /// Rotates and shifts each color camera so that all views agree on the brightness of the points that they see (Zhou and Koltun,

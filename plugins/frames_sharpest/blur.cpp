@@ -29,7 +29,7 @@ Raster<std::int16_t> gray_of(const Raster8& rgb)
 
 constexpr float levels_per_step = 4;
 
-/// Of the pixels of a block whose partner is in the picture.
+/// Mean change of the pixels of a block whose partner is in the picture.
 float mean_change(const Raster<std::int16_t>& gray, int left, int top, Step by)
 {
     const int begin = std::max(left, -by.x);
@@ -168,7 +168,7 @@ namespace
 /// Neighbors to either side, in recorded frames: where the camera moves fast, those next to a frame are as blurred.
 constexpr std::size_t reach = 24;
 constexpr std::size_t reach_without_surface = 2;
-/// Of all blocks: less says nothing.
+/// Smallest share of blocks that allows a judgment.
 constexpr double least_share = 0.03;
 /// How much longer, shorter or turned distances may be in another picture: beyond that, its pixels show other detail.
 constexpr float largest_scale = 1.25F;
@@ -178,10 +178,10 @@ constexpr float least_over_noise = 4;
 /// Standard deviations of half a gray level and of five; it is the square of a difference.
 constexpr float least_noise = 0.5F;
 constexpr float most_noise = 50;
-/// Of the neighbors, by how sharp a frame looks beside them: the sharper quarter.
+/// Neighbors that decide how sharp a frame looks beside them: the sharper quarter.
 constexpr double quantile = 0.75;
 
-/// What even areas change at lag 1: of each view's blocks the second percentile, and of those the lower quartile, as some views
+/// Change of even areas at lag 1: the second percentile of each view's blocks, and the lower quartile of these, as some views
 /// show no even area.
 float noise_of(const std::vector<BlurView>& views)
 {
@@ -268,14 +268,14 @@ float exposure(const std::vector<Match>& matched)
     return own > 0 && others > 0 ? static_cast<float>((own / others) * (own / others)) : 1;
 }
 
-/// What one neighbor says.
+/// Blur along one direction, as compared with one neighbor.
 struct Line
 {
-    double px;  ///< Of the line that blurs the other picture as much as our own is; 0 where our own is as sharp.
+    double px;  ///< Length of the line that blurs the other picture as much as our own is; 0 where our own is as sharp.
     std::size_t voters;
 };
 
-/// Nothing where there is too little to see.
+/// Returns nothing where there is too little detail.
 std::optional<Line> line_of(const std::vector<Match>& matched, std::size_t direction, float noise, float gain, std::size_t least)
 {
     // Each block votes between -1 and 1 on whether it has more detail than the other would have, blurred that far: no edge
@@ -293,7 +293,7 @@ std::optional<Line> line_of(const std::vector<Match>& matched, std::size_t direc
         for (std::size_t k = 0; k < lags.size(); ++k)
         {
             const auto length = static_cast<float>(lags[k]);
-            // Of edges, a picture from farther away has more in a block.
+            // A picture from farther away has more edges in a block.
             const float blurred = gain * match.scale * std::max(0.0F, other[k] - noise) / (length * length);
             if (detail + blurred > 0)
                 votes[k] += static_cast<double>((detail - blurred) / (detail + blurred));

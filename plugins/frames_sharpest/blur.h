@@ -42,7 +42,7 @@ struct Detail
 {
     int columns = 0;
     int rows = 0;
-    int width = 0;  ///< Of the picture at the measured size.
+    int width = 0;  ///< Width of the picture at the measured size.
     int height = 0;
     std::vector<BlockDetail> blocks;  ///< Row by row; pixels beyond the last whole block are left out.
 };

@@ -19,7 +19,7 @@ struct SelectionOptions
 {
     double min_sharpness;
     int window_count;  ///< Keep the sharpest of this many consecutive frames of a sequence; 1 keeps all.
-    int max_frames;    ///< Of more frames, keep the sharpest in each of this many equal stretches; 0 = no limit.
+    int max_frames;    ///< Keep at most this many frames: the sharpest of each of as many equal stretches; 0 = no limit.
 };
 
 /// Whether a frame is not dropped for its own sake; another may still be kept in its place.

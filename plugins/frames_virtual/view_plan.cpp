@@ -194,7 +194,7 @@ namespace
 
 using numerics::SeenCell;
 
-/// What one round looks at: so many points, from as many places as the rays allow.
+/// Limits of one round: this many points, seen from as many places as the rays allow.
 constexpr std::size_t most_points = 16'384;
 constexpr std::size_t most_rays = 4'000'000;
 constexpr std::size_t least_places = 64;
@@ -268,7 +268,7 @@ class Planner
             const std::size_t before = plan.cameras.size();
             for (const Camera& camera : round(some_of(plan.unpainted, most_points)))
                 take(camera);
-            if (plan.cameras.size() == before)  // What is left lies between the directions: the angle of view is small.
+            if (plan.cameras.size() == before)  // The remaining points lie between the directions: the angle of view is small.
                 take(aimed_at(plan.unpainted.front()));
             if (plan.cameras.size() == before)  // Nor does the principal point lie in the picture.
                 break;
@@ -320,7 +320,7 @@ class Planner
         return level_camera(rules_.intrinsics, eye, normalized(vec_cast<double>(points_[point].position) - eye), rules_.upright);
     }
 
-    /// What each direction shows from one place; cells are numbers into `looked_at`.
+    /// Cells that each direction shows from one place; cells are numbers into `looked_at`.
     void look_around(Vec3d eye, const Numbers& looked_at, std::vector<SeenCell>* views) const
     {
         std::vector<Camera> cameras;

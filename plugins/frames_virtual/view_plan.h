@@ -23,7 +23,7 @@ namespace fresco::virtual_views
 struct SurfacePoint
 {
     Vec3f position;
-    Vec3f normal;  ///< Of the face, unit length; zero if the face has no area, so that it is never seen.
+    Vec3f normal;  ///< Normal of the face, unit length; zero if the face has no area, so that it is never seen.
     std::uint32_t face = 0;
     std::uint32_t chart = 0;
     std::uint32_t cell = 0;  ///< Row by row.

@@ -69,7 +69,7 @@ class Conversion
     Transform transform_of(cmsUInt32Number pixels) const
     {
         const bool keeps_alpha = T_EXTRA(pixels) != 0;
-        // Of 16 bits it would make a coarse table, which is off by 14 of 255.
+        // An optimized transform of 16 bits is a coarse table, off by 14 of 255.
         const cmsUInt32Number exact = sizeof(T) > 1 ? cmsFLAGS_NOOPTIMIZE : 0U;
         const cmsUInt32Number flags = cmsFLAGS_BLACKPOINTCOMPENSATION | exact | (keeps_alpha ? cmsFLAGS_COPY_ALPHA : 0U);
         Transform transform(cmsCreateTransformTHR(context_, from_, pixels, to_, pixels_of<T>(PT_RGB, 3, keeps_alpha),

@@ -99,7 +99,7 @@ std::vector<std::byte> named_profile(const heif_image_handle* picture, std::stri
         gamma = 1;
         break;
     default:
-        // Those of video are written beside pictures that every program shows as sRGB.
+        // Video profiles are written beside pictures that every program shows as sRGB.
         break;
     }
     const bool is_srgb =

@@ -37,13 +37,13 @@ const std::vector<CameraModel>& read_models()
         {14, "SIMPLE_FISHEYE", {"f", "cx", "cy"}, true},
         {15, "FISHEYE", {"fx", "fy", "cx", "cy"}, true},
         {17, "EQUIRECTANGULAR", {"w", "h"}},
-        // What forks of COLMAP and PoseLib call it.
+        // The name in forks of COLMAP and PoseLib.
         {17, "SPHERICAL", {"w", "h"}},
     };
     return models;
 }
 
-/// Those that COLMAP knows beside them, by their ids.
+/// COLMAP's other models, by their ids.
 constexpr std::array<std::pair<std::int32_t, std::string_view>, 6> other_models{{{7, "FOV"},
                                                                                  {10, "THIN_PRISM_FISHEYE"},
                                                                                  {11, "RAD_TAN_THIN_PRISM_FISHEYE"},
@@ -89,7 +89,7 @@ std::string_view behind_words(std::string_view line, const std::vector<std::stri
     return line.substr(begin, end + 1 - begin);
 }
 
-/// Of QW QX QY QZ TX TY TZ, a camera's.
+/// Pose of a camera from QW QX QY QZ TX TY TZ.
 fresco::RigidTransform pose_of(const std::array<double, 7>& n, const std::string& place)
 {
     return quaternion_transform(n[0], n[1], n[2], n[3], {n[4], n[5], n[6]}, place).inverse();

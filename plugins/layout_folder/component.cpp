@@ -134,7 +134,7 @@ class FolderLayout final : public Layout
         return found;
     }
 
-    /// Those of poses.txt, unless each view has a file of its own.
+    /// Adds the poses of poses.txt, unless each view has a file of its own.
     void add_poses(std::vector<RecordedView>& views, fresco::RunContext& run)
     {
         if (views.empty() || !views.front().pose.empty())

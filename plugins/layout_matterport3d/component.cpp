@@ -75,7 +75,7 @@ class Matterport3dLayout final : public Layout
     }
 
     matterport3d::HouseCameras cameras_;
-    fresco::ImageHeader size_;  ///< Of the first chosen picture, and so of all.
+    fresco::ImageHeader size_;  ///< Size of the first chosen picture, and so of all.
 };
 
 }  // namespace

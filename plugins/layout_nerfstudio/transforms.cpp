@@ -171,7 +171,7 @@ std::set<fs::path> listed_names(const JsonPlace& whole, const std::string& key)
     return names;
 }
 
-/// Which frames are wanted: a list of the file, and those of it that are named.
+/// Chosen frames: a list of the file, and the named ones in it.
 struct Chosen
 {
     std::string key = "frames";

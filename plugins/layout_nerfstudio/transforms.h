@@ -14,7 +14,7 @@ struct Reading
 {
     bool original_world = false;       ///< The recorder's: applied_transform and applied_scale undone.
     std::filesystem::path pictures{};  ///< Folder that file_path is relative to; empty: the file's own.
-    std::filesystem::path masks{};     ///< The same for mask_path.
+    std::filesystem::path masks{};     ///< Folder that mask_path is relative to.
     std::string split = "all";         ///< all: `frames`; train, val, test: those that the file's lists name.
 };
 

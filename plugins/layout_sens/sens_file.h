@@ -25,7 +25,7 @@ enum class ColorForm
 enum class DepthForm
 {
     raw,  ///< 16 bits, little-endian, row by row.
-    zlib  ///< The same, compressed.
+    zlib  ///< As raw, compressed.
 };
 
 /// A camera as stored.

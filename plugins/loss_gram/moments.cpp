@@ -194,7 +194,7 @@ struct GramDistance : torch::autograd::Function<GramDistance>
         const auto fine_count = context->saved_data["fine_count"].toInt();
         const double per_element = context->saved_data["per_element"].toDouble();
         const auto others = features.size(1) - fine_count;
-        // Of ‖T - F Fᵀ / N‖²: the difference is symmetric.
+        // Derivative of ‖T - F Fᵀ / N‖²; the difference is symmetric.
         const auto slope = [&](std::int64_t count) { return gradients[0] * (-4 * per_element / static_cast<double>(count)); };
         const auto factor = saved[1] * slope(features.size(1));
         const auto result = at::empty_strided(features.sizes(), features.strides(), features.options());
@@ -248,7 +248,7 @@ torch::Tensor gram_distance(const torch::Tensor& features, std::int64_t fine_cou
 namespace
 {
 
-/// Of all features, or of those that are not fine, and of the fine ones.
+/// Moments of all features, or of those that are not fine, and of the fine ones.
 std::pair<Moments, std::optional<Moments>> pair_of_moments(const torch::Tensor& given, std::int64_t fine_count, bool with_mean,
                                                            bool apart)
 {

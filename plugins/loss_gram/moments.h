@@ -22,12 +22,12 @@ struct Moments
     torch::Tensor second;  ///< C x C: F·Fᵀ / N, the Gram matrix divided by the number of features (StyleMesh, section 3.4)
 };
 
-/// Of `features` (C x N, float32 or float64, N >= 1); differentiable. Sums run over fixed blocks in a fixed order, so the result
-/// and the gradient are the same for any thread count.
+/// Moments of `features` (C x N, float32 or float64, N >= 1); differentiable. Sums run over fixed blocks in a fixed order, so the
+/// result and the gradient are the same for any thread count.
 Moments moments(const torch::Tensor& features, bool with_mean = true);
 
-/// Of all features and of the first `fine_count` of them; the second is missing if none is fine. The same as moments() of each,
-/// for less work: what both share is multiplied once, forward and back.
+/// Moments of all features and of the first `fine_count` of them; the second is missing if none is fine. Equals moments() of
+/// each, for less work: what both share is multiplied once, forward and back.
 struct MomentsOfBoth
 {
     Moments all;
@@ -72,7 +72,7 @@ class ViewAverage
     /// `count` >= 1 visits, the current one among them.
     explicit ViewAverage(int count) : count_(count) {}
 
-    /// Where in the run a step is.
+    /// Position of a step in the run.
     struct Visit
     {
         std::int64_t step = 0;

@@ -39,7 +39,7 @@ class LossPatchMatch final : public fresco::Loss
     fresco::Option<double> guide{this, "guide", 0.5, fresco::at_least(0),
                                  "Weight of the recolored camera picture in the search; 0.2 keeps fewer room edges, 1 more"};
 
-    /// Which style patches the patches of one level are drawn to, per scale; found at `step`.
+    /// Style patches that the patches of one level are drawn to, per scale; found at `step`.
     struct Matches
     {
         std::int64_t step = 0;

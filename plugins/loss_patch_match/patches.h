@@ -20,8 +20,8 @@ constexpr int patch_values = 3 * patch_size * patch_size;
 /// row.
 struct PatchGrid
 {
-    std::int64_t width = 0;   ///< Of the picture.
-    std::int64_t height = 0;  ///< Of the picture.
+    std::int64_t width = 0;   ///< Width of the picture.
+    std::int64_t height = 0;  ///< Height of the picture.
     std::int64_t stride = 1;
 
     std::int64_t columns() const { return places(width); }

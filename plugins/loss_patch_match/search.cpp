@@ -152,7 +152,7 @@ namespace
 {
 
 constexpr double floor_of_root = 1e-4;
-constexpr std::size_t patch_rows_at_once = 8;  // Of patches.
+constexpr std::size_t patch_rows_at_once = 8;  // Rows of patches.
 
 struct Problem
 {
@@ -169,7 +169,7 @@ struct Problem
 template <class T>
 struct Band
 {
-    std::int64_t first_row = 0;  ///< Of the picture.
+    std::int64_t first_row = 0;  ///< First row of the picture.
     std::int64_t rows = 0;
     double value = 0;
     std::vector<T> gradient;  ///< 3 x rows x W

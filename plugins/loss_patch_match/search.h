@@ -11,7 +11,7 @@
 namespace patch_match
 {
 
-/// Which style patch each patch of a picture is drawn to.
+/// Assigns a style patch to each patch of a picture.
 struct SearchInput
 {
     torch::Tensor patches;    ///< Q x D, float32: keys of the picture's patches
@@ -30,7 +30,7 @@ torch::Tensor nearest_patches(const SearchInput& input, const fresco::Progress& 
 /// own. Kwatra et al., Texture optimization for example-based synthesis, 2005, section 3.2.
 /// `picture` 3 x H x W of the grid's size, float32 or float64, differentiable; `nearest` int32, per patch of the grid a row of
 /// `style` (N x 147, float32) or -1 for a patch that takes no part; `scale` > 0. The empty tensor where no patch takes part.
-/// The same for any number of `threads`.
+/// Any number of `threads` gives the same result.
 torch::Tensor robust_distance(const torch::Tensor& picture, const PatchGrid& grid, const torch::Tensor& nearest,
                               const torch::Tensor& style, double scale, double exponent, int threads);
 

@@ -271,7 +271,7 @@ class LocalSurface
     }
 
     Surface surface;
-    std::vector<Surface::Face_index> faces;  ///< Of the filling.
+    std::vector<Surface::Face_index> faces;  ///< Faces of the filling.
     bool is_manifold = true;
 };
 

@@ -20,17 +20,17 @@ struct HoleFigures
     std::size_t outer = 0;      ///< Loops around a small piece of surface, which are no holes.
     std::size_t failed = 0;     ///< Loops that no surface without self-intersection fills, and those at edges of many faces.
     std::size_t faces_added = 0;
-    double area_m2 = 0;  ///< Of the faces added.
+    double area_m2 = 0;  ///< Area of the faces added.
 };
 
-/// What may fill one hole.
+/// Patch that may fill one hole.
 struct HolePatch
 {
     std::vector<std::uint32_t> loop;      ///< Vertices of the mesh around the hole, as the faces run.
     std::vector<fresco::Vec3d> added;     ///< New vertices, in the world.
     std::vector<fresco::Triangle> faces;  ///< Into `loop`, and behind it into `added`.
     std::vector<fresco::Vec3d> points;    ///< Some middles of faces, where looks are judged.
-    std::size_t looks_through = 0;        ///< Of cameras' pixels at these points: surface was measured behind them, …
+    std::size_t looks_through = 0;        ///< Cameras' pixels at these points that measured surface behind them, …
     std::size_t looks_onto = 0;           ///< … or where they lie.
 
     /// Whether cameras that could see it saw what lies behind it.

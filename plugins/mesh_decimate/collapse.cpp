@@ -12,7 +12,7 @@ using fresco::Vec3f;
 namespace
 {
 
-/// Of lines at borders against planes: as high as the border's drift asks for.
+/// Weight of lines at borders against planes, high enough to keep borders from drifting.
 constexpr double line_weight = 0.6;
 /// Pull toward the middle, against the stiffness of the surface: decides only where the surface does not.
 constexpr double pull_share = 1e-7;

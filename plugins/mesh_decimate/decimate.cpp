@@ -49,7 +49,7 @@ struct CutPiece
     std::vector<std::uint32_t> vertices;  ///< By local vertex: the surface's.
 };
 
-/// Where a region is split: never twice in a row at the same share.
+/// Shares at which regions are split, never twice in a row at the same one.
 constexpr std::array<double, 4> split_shares{0.5, 0.38, 0.62, 0.45};
 
 struct Range
@@ -141,7 +141,7 @@ std::vector<CutPiece> cut(const Surface& surface, const Regions& regions, const 
             for (const std::uint32_t v : surface.triangles[regions.order[i]])
                 if (owner[v] != r)
                     owner[v] = owner[v] == Piece::none ? r : shared;
-    // Of vertices with one owner; only the owner writes there.
+    // Local numbers of vertices with one owner; only the owner writes there.
     std::vector<std::uint32_t> local(surface.positions.size(), Piece::none);
     std::vector<CutPiece> pieces(count);
     fresco::parallel_items(count, 1, progress,
@@ -221,7 +221,7 @@ void put_back(const std::vector<CutPiece>& pieces, Surface& surface, const fresc
         });
 }
 
-/// Of the faces that are left to remove, a step may take this share before prices are compared again.
+/// Share of the faces still to remove that a step may remove before costs are compared again.
 constexpr double step_share = 0.6;
 /// Edges that become unfit or dearer for each collapse, about.
 constexpr double edges_per_collapse = 2.5;
@@ -296,7 +296,7 @@ class Steps
     /// `total`: the number that progress counts toward.
     void run(std::size_t target, std::size_t from, std::size_t end)
     {
-        // Where all of the cheapest edges turn out unfit, the next step looks at more.
+        // If all of the cheapest edges are unfit, the next step considers more.
         double eagerness = 1;
         while (faces() > target)
         {
@@ -367,7 +367,7 @@ Mesh decimated(const Mesh& mesh, const DecimateOptions& options, fresco::Progres
         const std::size_t now = surface.triangles.size();
         auto pieces = cut(surface, regions_of(surface, options.piece_faces, turn, progress), progress);
         const std::size_t surplus = now - options.max_faces;
-        // What rests in this turn is done in the next.
+        // The next turn works on the rest.
         const auto left =
             turn == 0 && pieces.size() > 1 ? static_cast<std::size_t>(second_share * static_cast<double>(surplus)) : 0;
         Steps steps(pieces, progress);

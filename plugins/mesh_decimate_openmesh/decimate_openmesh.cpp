@@ -40,7 +40,7 @@ OpenMesh::Vec3d wide(const HalfedgeMesh::Point& p)
     return {p[0], p[1], p[2]};
 }
 
-/// What a vertex stands for: the error planes, and the color of an area.
+/// Data that a vertex accumulates: the error planes, and the color of an area.
 struct VertexLoad
 {
     Quadric quadric;

@@ -40,14 +40,14 @@ constexpr int window = 2;
 constexpr double focal_per_step_px = 300;
 constexpr double longest_step = 8;
 constexpr int fewest_fitted = 6;
-/// Of a pixel's eight neighbors, its plane must continue in so many; or, beside holes and in them, reach so many closely, some of
-/// them across a hole of a pixel.
+/// Minimum number of a pixel's eight neighbors that continue its plane; or, beside holes and in them, that it reaches closely,
+/// some of them across a hole of a pixel.
 constexpr int fewest_continuing = 6;
 constexpr int fewest_reached = 5;
 constexpr int fewest_close = 3;
 constexpr float close_share = 0.5F;
 constexpr int fewest_around_hole = 4;
-/// Of the weight, beside a hole.
+/// Factor of the weight beside a hole.
 constexpr float beside_hole = 0.25F;
 constexpr float least_cosine = 0.2F;
 

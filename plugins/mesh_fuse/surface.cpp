@@ -68,7 +68,7 @@ bool share_face(int first, int second)
     return false;
 }
 
-/// Where the surface crosses the faces: for each edge that it meets, the next one around it.
+/// Next crossed edge around the surface, for each edge that it crosses.
 std::array<int, 12> follow_faces(int inside)
 {
     std::array<int, 12> next{};

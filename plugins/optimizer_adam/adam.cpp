@@ -18,7 +18,7 @@ namespace
 constexpr std::size_t texels_per_piece = 16384;
 static_assert(texels_per_piece % texels_per_run == 0, "a flag belongs to one piece");
 
-/// What one step number makes of the constants.
+/// Factors that depend on the constants and the number of a step.
 struct Factors
 {
     float step_size;     ///< rate / (1 - beta1^t)

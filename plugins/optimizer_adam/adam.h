@@ -55,7 +55,7 @@ struct Gradient
 void step_dense(const Block& block, const Gradient& gradient, std::int64_t step, double rate, double pull,
                 const Constants& constants, int threads);
 
-/// The same for only the texels of `gradient`: the others' values, moments and step counts stay. Each texel's bias correction
+/// Steps only the texels of `gradient`: the others' values, moments and step counts stay. Each texel's bias correction
 /// counts its own steps, so every texel takes the textbook's steps as if only its own steps had happened.
 void step_visible(const Block& block, const Gradient& gradient, double rate, double pull, const Constants& constants,
                   int threads);

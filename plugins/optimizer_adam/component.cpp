@@ -122,7 +122,7 @@ class OptimizerAdam final : public fresco::OptimizerRule
                     double rate, double pull, const fresco::adam::Constants& constants) const
     {
         fresco::adam::TensorBlock block{parameter.values, state.first, state.second, state.steps};
-        // Where no level of the view has pixels, the empty gradient is the CPU's.
+        // An empty gradient, of a view without pixels in any level, is on the CPU.
         const auto texels = gradient.texels.to(parameter.values.device());
         const auto values = gradient.values.to(parameter.values.device());
         if (visible())

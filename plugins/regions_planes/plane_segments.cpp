@@ -96,7 +96,7 @@ std::vector<std::uint32_t> flattest_first(const geometry::Surface& surface, cons
     return seeds;
 }
 
-/// Of faces that are not `taken`, which it marks.
+/// Grows a segment from a face over faces that are not `taken`, and marks them.
 PlaneSegment grown_from(std::uint32_t seed, const geometry::Surface& surface, const std::vector<Vec3d>& normals,
                         std::vector<std::uint8_t>& taken)
 {
@@ -166,7 +166,7 @@ namespace
 constexpr double nearest_behind_m = 0.05;
 constexpr double farthest_behind_m = 1.2;
 constexpr double clearly_higher_m = 0.1;
-/// Of a segment that counts as a wall behind another.
+/// Smallest area of a segment that counts as a wall behind another.
 constexpr double least_area_m2 = 0.1;
 constexpr double same_way_cosine = 0.9;
 

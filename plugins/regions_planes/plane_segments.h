@@ -20,7 +20,7 @@ struct PlaneSegment
     double distance(fresco::Vec3d point) const { return dot(normal, point - middle); }
 };
 
-/// Of a segment.
+/// Limits of a segment.
 inline constexpr double most_off_m = 0.03;  ///< Distance of a face's middle from the plane.
 inline constexpr double least_segment_m2 = 0.02;
 

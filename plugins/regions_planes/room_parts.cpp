@@ -177,7 +177,7 @@ class RoomFinder
             grid.add(face_middle(surface_.mesh, f), surface_.areas[f]);
     }
 
-    /// Of the highest floor that is clearly below; the lowest where none is.
+    /// Height of the highest floor that is clearly below, or of the lowest floor.
     std::optional<double> floor_below(double height) const
     {
         std::optional<double> result;
@@ -198,7 +198,7 @@ class RoomFinder
             if (const auto floor = floor_below(highest - headroom_m);
                 segment->area >= least_ceiling_m2 && floor && highest > *floor + headroom_m && !is_under_ceiling(*segment))
                 add_ceiling(*segment);
-        // What beams and shelves cut off from it, then the undersides of the beams.
+        // Pieces of the ceiling that beams and shelves cut off, then the undersides of the beams.
         std::vector<const PlaneSegment*> large;
         for (const auto& [highest, segment] : below)
             if (is_ceiling(*segment))
@@ -285,7 +285,7 @@ class RoomFinder
         return reaches_ceiling(wall).value_or(is_tall) && overtopped_share(wall, upright_) < most_overtopped;
     }
 
-    /// Nothing where no ceiling is near most of it.
+    /// Returns nothing where no ceiling is near most of the wall.
     std::optional<bool> reaches_ceiling(const WallColumns& wall) const
     {
         constexpr double least_share = 0.3;
@@ -344,7 +344,7 @@ class RoomFinder
             const auto height = grid.near(point, cells);
             return height && std::abs(point.z - *height) < thickness_m;
         };
-        // Of several, the one that it faces like the most: this parts the rounded edges of a scan in the middle.
+        // Takes the part with the most similar direction, which divides the rounded edges of a scan in the middle.
         double best = roughly_cosine;
         RoomPart part = RoomPart::furniture;
         const auto offer = [&](RoomPart offered, double cosine)

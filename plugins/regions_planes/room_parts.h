@@ -28,7 +28,7 @@ inline constexpr std::array<std::string_view, 4> room_part_names{"floor", "ceili
 struct RoomParts
 {
     std::vector<RoomPart> of_face;          ///< F
-    std::vector<double> floor_heights_m;    ///< Of each level, ascending; empty if none was found.
+    std::vector<double> floor_heights_m;    ///< Heights of all levels, ascending; empty if none was found.
     std::vector<double> ceiling_heights_m;  ///< The lowest and the highest; empty if none was found.
     std::size_t wall_planes = 0;
 };

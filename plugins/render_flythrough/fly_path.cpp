@@ -137,7 +137,7 @@ std::vector<RigidTransform> orbit_path(std::span<const RigidTransform> recorded,
     Vec3d middle;
     for (const RigidTransform& pose : recorded)
         middle += pose.translation * (1.0 / static_cast<double>(recorded.size()));
-    // Where it looks at first, and to the right of that, both level.
+    // The first viewing direction and the direction to its right, both level.
     const auto level = [&](Vec3d v) { return v - up * dot(v, up); };
     Vec3d ahead = level(recorded.front().direction({0, 0, 1}));
     if (length(ahead) < 1e-6)

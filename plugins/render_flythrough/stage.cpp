@@ -61,7 +61,7 @@ class RenderFlythrough final : public Stage
     static constexpr double down_deg = 10;
     Slot<ImageIo> images{this, "Encodes PNG pictures"};
 
-    /// Of the first frame's camera, in even numbers of pixels, which video codecs want.
+    /// Intrinsics of the first frame's camera, in even numbers of pixels, which video codecs need.
     Intrinsics intrinsics() const
     {
         const Intrinsics& recorded = frames->frames.front().color.intrinsics;
@@ -69,7 +69,7 @@ class RenderFlythrough final : public Stage
         return recorded.scaled_to(std::max(2, (recorded.width_at(height) + 1) / 2 * 2), height);
     }
 
-    /// Where there is something to see from the middle, by small pictures all around.
+    /// Arc with something to see from the middle, by small pictures all around.
     OrbitArc arc(std::span<const RigidTransform> recorded, const Intrinsics& size, const rendering::ViewRenderer& renderer,
                  RunContext& run) const
     {

@@ -43,7 +43,7 @@ Rgb8 difference_color(double mesh, double measured)
     return difference < 0 ? Rgb8{255, value, value} : Rgb8{value, value, 255};
 }
 
-/// What is nearer than all but a fiftieth: the lightest.
+/// Depth nearer than all but a fiftieth: the lightest shade.
 double nearest_of(const RasterF& depth)
 {
     std::vector<float> found;

@@ -13,7 +13,7 @@ namespace fresco::inspect
 struct Panel
 {
     Raster8 picture;         ///< RGB; empty = none.
-    Raster8 outlined;        ///< Of the picture's size, 1 = the mesh's outline.
+    Raster8 outlined;        ///< Mask of the picture's size, 1 = the mesh's outline.
     RasterF measured;        ///< Meters; empty = none.
     RasterF mesh;            ///< Meters, of the size of `measured`.
     bool suggested = false;  ///< Drawn with the mistakes corrected.

@@ -92,7 +92,7 @@ class ScanInspect final : public Stage
         return all;
     }
 
-    /// What the mesh, or without one another frame of the group, shows from this frame.
+    /// Depth of the mesh, or without one of another frame of the group, as seen from this frame.
     RasterF compared(const raycast::Scene* scene, const Camera& camera, std::size_t place,
                      const std::vector<inspect::View>& views, const inspect::Diagnosis& assumed, RunContext& run) const
     {

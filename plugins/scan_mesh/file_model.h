@@ -28,7 +28,7 @@ struct FilePicture
     std::vector<std::byte> bytes;  ///< If `file` is empty.
 };
 
-/// What the file of a picture with these bytes ends in: ".png", ".jpg", ".webp" or ".heic" (AVIF too); empty for anything else.
+/// Extension of a picture with these bytes: ".png", ".jpg", ".webp" or ".heic" (AVIF too); empty for anything else.
 std::string_view suffix_of(std::span<const std::byte> picture);
 
 /// A model as read, in the file's axes and unit.

@@ -257,7 +257,7 @@ class GltfPictures
     const fs::path& file_;
     FileFolder folder_;
     FileModel& model_;
-    std::map<int, int> numbers_;  ///< Of images.
+    std::map<int, int> numbers_;  ///< Numbers of images.
     std::map<std::pair<const std::byte*, std::size_t>, int> of_bytes_;
     std::map<fs::path, int> of_files_;
     std::size_t taken_bytes_ = 0;  ///< From buffers.

@@ -17,7 +17,7 @@ namespace
 // A room's longest side; larger meshes are likely in another unit.
 constexpr double smallest_room_m = 0.3;
 constexpr double largest_room_m = 300;
-// What a unit is guessed by.
+// Sizes by which a unit is guessed.
 constexpr double smallest_guess_m = 1;
 constexpr double largest_guess_m = 50;
 

@@ -435,7 +435,7 @@ void add_dining_group(const Scene& scene, Furniture& f, const Palette& palette, 
     f.pendant(scene.size.z, palette.glow);
 }
 
-/// What a longer room has more: an armchair on a rug, a second shelf, pictures and a plant.
+/// Furniture of a longer room: an armchair on a rug, a second shelf, pictures and a plant.
 void add_bay(const Scene& scene, Furniture& f, const Palette& palette, float x)
 {
     const float w = scene.size.y;

@@ -211,7 +211,7 @@ Vec3f basket(const Material& m, Vec2f p, Vec2f, float footprint)
                std::clamp(strand + 0.5f * (fractal_noise(p.x * 50, p.y * 50, 2, footprint * 50, m.seed) - 0.5f), 0.0f, 1.0f));
 }
 
-/// What is seen through the window: sky with clouds over tree tops.
+/// View through the window: sky with clouds over tree tops.
 Vec3f sky(const Material& m, Vec2f p, Vec2f extent, float footprint)
 {
     const float u = p.x / extent.x, v = p.y / extent.y;

@@ -31,7 +31,7 @@ inline float smooth(float t)
     return t * t * (3 - 2 * t);
 }
 
-/// Of numbers or colors.
+/// Mixes numbers or colors.
 template <class T>
 T mix(T a, T b, float t)
 {

@@ -114,7 +114,7 @@ Vec3f sample(const Caster& caster, const LightMap& light, const Ray& ray, const 
     return light.shade(hit.solid, hit.face, where, 0.5f * hit.t * meters_per_pixel);
 }
 
-/// Where a ray meets a face that the rays around it meet. A box's face is convex, so that only its plane is asked.
+/// Intersects a ray with a face that the rays around it hit. A box's face is convex, so only its plane is intersected.
 Hit hit_again(const Solid& solid, const SceneHit& around, const Ray& ray)
 {
     if (solid.shape != Shape::box)
@@ -125,7 +125,7 @@ Hit hit_again(const Solid& solid, const SceneHit& around, const Ray& ray)
     return {(plane - dot(solid.axes[axis], ray.origin - solid.center)) / dot(solid.axes[axis], ray.direction), around.face};
 }
 
-/// The same face again where all corners of a pixel show it (`shared`, else null); otherwise whatever is met.
+/// Intersects a ray with the face that all corners of a pixel show (`shared`), or with the whole scene if `shared` is null.
 SceneHit subpixel_hit(const Caster& caster, const Ray& ray, const SceneHit* shared, int guess)
 {
     if (shared != nullptr && shared->solid >= 0)

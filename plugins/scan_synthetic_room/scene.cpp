@@ -247,7 +247,7 @@ float component(Vec3f v, int axis)
     return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
 }
 
-/// Where a ray enters a box, or a large number if it misses it or does so beyond `limit`.
+/// Distance at which a ray enters a box, or a large number if it misses the box or enters it beyond `limit`.
 [[gnu::always_inline]] inline float entry(const fresco::numerics::Bounds<float>& box, const Vec3f& origin, const Vec3f& inverse,
                                           float limit)
 {

@@ -8,7 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 
-/// What happens to the texels of charts that no frame saw.
+/// Treatment of chart texels that no frame saw.
 enum class Unseen
 {
     fill,  ///< The colors of the seen surface around, see fill_unseen.

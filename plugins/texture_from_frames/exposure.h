@@ -18,7 +18,7 @@
 namespace fresco::from_frames
 {
 
-/// What one view shows in one cell of a coarse texture.
+/// Color of one view in one cell of a coarse texture.
 struct CellColor
 {
     std::uint32_t cell = 0;
@@ -59,7 +59,7 @@ struct BlendQuality
     double total_error = 0;  ///< Over all views.
     /// Mean step across the borders where another view counts most, beyond the step in the views themselves; of 255.
     double seam_step = 0;
-    float median_distance = 0;  ///< Of the views' colors from the blend.
+    float median_distance = 0;  ///< Median distance of the views' colors from the blend.
 };
 
 using Blender = std::function<std::array<float, 3>(std::span<const TexelSample>)>;

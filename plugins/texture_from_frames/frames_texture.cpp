@@ -124,7 +124,7 @@ std::array<float, 3> KeptSample::rgb() const
 
 Blend blended(std::span<const KeptSample> samples, const BlendRules& rules)
 {
-    // What is heavier than the last place takes part. Equally heavy samples all do.
+    // Samples heavier than the last place take part; if all are equally heavy, all do.
     const float threshold = samples.front().heavier_than(samples.back()) ? samples.back().weight() : 0;
     std::array<Weighted, most_places> used_places;
     std::size_t count = 0;
@@ -219,17 +219,17 @@ constexpr int sharpness_height = 240;
 constexpr std::size_t sharpness_reach = 4;
 constexpr double least_sharpness_factor = 0.1;
 constexpr double most_sharpness_factor = 4;
-/// What lies so many times as far from the blend as half of all samples may be an outlier.
+/// Samples this many times as far from the blend as half of all samples may be outliers.
 constexpr float outlier_factor = 4;
 
-/// What the first reading of the views finds out.
+/// Results of the first pass over the views.
 struct Survey
 {
     std::vector<std::vector<CellColor>> colors;  ///< Per view.
     std::vector<double> sharpness;
     std::vector<std::string> sequences;
     std::vector<RejectedPixels> rejected;
-    int side = 0;  ///< Of the colors' texture, in cells.
+    int side = 0;  ///< Side of the colors' texture, in cells.
 };
 
 Survey survey(std::size_t count, const ViewReader& read, const TextureRules& rules, Progress& progress)
@@ -426,7 +426,7 @@ FramesTexture frames_texture(std::size_t count, const ViewReader& read, const Te
                               static_cast<std::size_t>(rules.views_count) + 1, first * row);
         fill(best, result, read, rejected, rules, progress);
 #ifdef __GLIBC__
-        malloc_trim(0);  // What the views took is free but in small pieces, which the picture does not fit into.
+        malloc_trim(0);  // The views' memory is free, but in small pieces that the picture does not fit into.
 #endif
         result.picture = RasterF(rules.size_px, rules.size_px, 3);
         result.seen = Raster8(rules.size_px, rules.size_px);

@@ -115,7 +115,7 @@ struct View
     UvMap map;
     Camera camera;     ///< The color camera at full size.
     Raster8 picture;   ///< RGB, the camera's whole view at any size.
-    RasterF measured;  ///< Of the map's size: measured depth in meters, 0 = none; empty: no depth picture, or not used.
+    RasterF measured;  ///< Measured depth in meters, of the map's size, 0 = none; empty: no depth picture, or not used.
     std::string sequence;
 };
 
@@ -141,13 +141,13 @@ struct FramesTexture
     std::vector<double> sharpness;   ///< Per view: the factor of its weights.
     double error = 0;                ///< Local log-color error, see BlendQuality …
     double error_without_gains = 0;  ///< … and what it would be.
-    double seam_step = 0;            ///< The same.
+    double seam_step = 0;            ///< Step at seams, likewise.
     double seam_step_without_gains = 0;
     std::size_t blended_samples = 0;   ///< Over all texels.
-    std::size_t rejected_samples = 0;  ///< Of these, as outliers.
+    std::size_t rejected_samples = 0;  ///< Samples among these rejected as outliers.
     std::size_t pixels = 0;            ///< Valid pixels of the uv maps.
-    std::size_t edge_pixels = 0;       ///< Of these, beside a depth step.
-    std::size_t occluded_pixels = 0;   ///< Of these, rejected because of their measured depth.
+    std::size_t edge_pixels = 0;       ///< Pixels among these beside a depth step.
+    std::size_t occluded_pixels = 0;   ///< Pixels among these rejected because of their measured depth.
 };
 
 /// Makes the texture of `count` views. Reads them twice, as many at a time as there are threads; memory grows with their number

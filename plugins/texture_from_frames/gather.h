@@ -31,7 +31,7 @@ class PicturePyramid
     struct Lod
     {
         std::size_t level;
-        float share;  ///< Of the next.
+        float share;  ///< Weight of the next level.
     };
     /// For the average over about `footprint` pixels of the full size along each side.
     Lod lod(double footprint) const;
@@ -51,7 +51,7 @@ class PixelLinks
     enum Link : std::uint8_t
     {
         surface_right = 1,  ///< No depth step between this pixel and the next one in its row.
-        surface_down = 2,   ///< The same in its column.
+        surface_down = 2,   ///< No depth step between this pixel and the next one in its column.
         texels_right = 4,   ///< Also close in the texture, so that the texels between may be interpolated.
         texels_down = 8
     };

@@ -17,7 +17,7 @@ namespace from_model
 enum class ColorSource
 {
     pictures,
-    colors,  ///< Of vertices or materials.
+    colors,  ///< Colors of vertices or materials.
     shape    ///< The model has only one color: shade its shape.
 };
 

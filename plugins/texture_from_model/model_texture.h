@@ -18,7 +18,7 @@ struct ModelTexture
     fresco::RasterF picture;       ///< S x S x 3, displayed RGB.
     fresco::Raster8 seen;          ///< 1 for texels with a color of the model.
     std::size_t chart_texels = 0;  ///< Texels with their center in a chart.
-    std::size_t far_texels = 0;    ///< Of these, without a point of the model in reach.
+    std::size_t far_texels = 0;    ///< Texels among these without a point of the model in reach.
     double mean_distance_m = 0;    ///< From the other texels to the model.
     double largest_distance_m = 0;
 };

@@ -20,7 +20,7 @@ using namespace from_model;
 namespace
 {
 
-// Of the diagonal of the model's box, for max_distance_m: 0.
+// Reach as a share of the diagonal of the model's box, for max_distance_m: 0.
 constexpr double default_reach = 0.02;
 // A texel averages up to 6 x 6 places: pictures with more pixels than this per texel are made smaller first.
 constexpr double most_pixels_per_texel = 4;

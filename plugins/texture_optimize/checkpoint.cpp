@@ -79,7 +79,7 @@ std::vector<HeldOutLoss> to_history(const torch::Tensor& tensor, const std::stri
     return history;
 }
 
-/// Of everything else. The tensors are contiguous and on the CPU.
+/// Checksum of everything but itself. The tensors are contiguous and on the CPU.
 std::string checksum_of(const SafeTensors& contents)
 {
     std::string all;

@@ -41,7 +41,7 @@ struct Checkpoint
     Checkpoint copied() const;
     /// One safetensors file, written whole or not at all.
     void write(const std::filesystem::path& file) const;
-    /// Nothing where there is no file. Throws Error for a file that is damaged or of another form.
+    /// Returns nothing if there is no file. Throws Error for a file that is damaged or of another form.
     static std::optional<Checkpoint> read(const std::filesystem::path& file);
 
     /// Puts everything back. Throws Error where it does not fit.

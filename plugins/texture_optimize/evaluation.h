@@ -58,7 +58,7 @@ class Evaluator
                     const Work& work);
     /// The level as it is displayed, 3 x H x W, on the run's device; `stored`: the same in the texture's values.
     torch::Tensor displayed(LevelData& level, torch::Tensor& stored) const;
-    /// Of the texture, of d loss / d displayed; where the texture lies.
+    /// Gradients of the texture from d loss / d displayed, on the texture's device.
     std::vector<SparseGradient> texture_gradients(const LevelData& level, const torch::Tensor& stored, torch::Tensor gradient,
                                                   const std::string& where);
     std::vector<SparseGradient> level_gradients(const PartPlace& place, ViewData& data, std::size_t level,
@@ -69,7 +69,7 @@ class Evaluator
         std::vector<torch::Tensor> values;
         std::vector<torch::Tensor> factors;
     };
-    /// What the losses say of a part; all of it is noted.
+    /// Evaluates the losses of a part and adds them to the noted terms.
     Terms terms_of(Part& part, const std::function<double(const LossTerm&)>& share, const std::string& where);
     /// The sum of the terms noted since the last call. Throws NotFinite for the first number that is not finite. Another device
     /// than the CPU is waited for, once.
@@ -120,7 +120,7 @@ struct HeldOutLoss
 {
     std::int64_t step = 0;
     double loss = 0;
-    std::vector<double> parts;  ///< Of each loss, in the order of their names; their sum is `loss`.
+    std::vector<double> parts;  ///< One for each loss, in the order of their names; their sum is `loss`.
     /// Since the stage began, without the measuring; not known of measurements before an interruption, and in no checkpoint.
     std::optional<double> seconds{};
 };
@@ -128,7 +128,7 @@ struct HeldOutLoss
 /// Whether the last `window` measurements are worth nothing: their smallest is not below (1 - gain) times the smallest before.
 bool has_stopped_falling(const std::vector<HeldOutLoss>& history, double gain, std::size_t window = 3);
 
-/// What the losses, without the texture's regularizer, say of `views` that are not optimized for: the mean over these. `load`
+/// Mean of the losses, without the texture's regularizer, over `views` that are not optimized for. `load`
 /// gets a view ready; one is in memory at a time. Every view is measured with the losses' present state and with the draws of
 /// step 0, so that measurements differ only by the texture; the state is left as it was. Throws Canceled between two views.
 HeldOutLoss held_out_loss(Evaluator& evaluator, std::int64_t step, const ViewSource& source,

@@ -15,13 +15,13 @@
 namespace fresco::optimize
 {
 
-/// Of a contiguous float32 tensor on the CPU, which must outlive it.
+/// Values of a contiguous float32 tensor on the CPU, which must outlive the span.
 inline std::span<float> values_of(const torch::Tensor& tensor)
 {
     return {tensor.data_ptr<float>(), static_cast<std::size_t>(tensor.numel())};
 }
 
-/// What ValueSpace does, by libtorch on any device and as a few operators. \see ValueSpace::display: 3 x H x W of `stored` (3 x H
+/// ValueSpace by libtorch, on any device and as a few operators. \see ValueSpace::display: 3 x H x W of `stored` (3 x H
 /// x W) and `valid` (H x W, bool).
 torch::Tensor displayed_values(const ValueSpace& space, const torch::Tensor& stored, const torch::Tensor& valid);
 /// \see ValueSpace::back: d loss / d stored of `gradient` (d loss / d displayed) and `factor` (H x W).
@@ -42,9 +42,9 @@ class GradientUnion
   private:
     struct Merged
     {
-        std::vector<torch::Tensor> of_levels;  ///< What was merged.
-        torch::Tensor texels;                  ///< Of any level, ascending.
-        std::vector<torch::Tensor> places;     ///< Of each level's texels among them.
+        std::vector<torch::Tensor> of_levels;  ///< The merged gradients.
+        torch::Tensor texels;                  ///< Texels of all levels, ascending.
+        std::vector<torch::Tensor> places;     ///< Positions of each level's texels among them.
     };
     Merged& merged(const std::vector<std::vector<SparseGradient>>& levels, std::size_t parameter);
 

@@ -14,7 +14,7 @@
 namespace fresco::optimize
 {
 
-/// Which cells of a feature grid belong to a level.
+/// Cells of a feature grid that belong to a level.
 struct GridMask
 {
     torch::Tensor all;    ///< h x w, bool.
@@ -34,7 +34,7 @@ GridMask grid_mask(const Raster8& all, const Raster8& fine, int stride, Protocol
 /// pass, not a scatter per cell.
 torch::Tensor selected_cells(const torch::Tensor& features, const GridMask& mask);
 
-/// What was selected from several grids, `fine_counts` fine cells first in each, side by side, all fine ones first. In memory as
+/// Joins the cells selected from several grids, `fine_counts` fine ones first in each, with all fine ones first. In memory as
 /// the first is; differentiable.
 torch::Tensor side_by_side(const std::vector<torch::Tensor>& selected, const std::vector<std::int64_t>& fine_counts);
 

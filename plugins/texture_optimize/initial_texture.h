@@ -13,7 +13,7 @@
 namespace fresco::optimize
 {
 
-/// What the texture begins as: displayed RGB in [0,1].
+/// Start of the texture: displayed RGB in [0,1].
 struct InitialTexture
 {
     RasterF picture;  ///< S x S x 3; empty where the texture begins at zero.
@@ -33,7 +33,7 @@ struct InitialRules
 {
     Init init;
     int size_px = 0;
-    std::uint64_t seed = 0;          ///< Of the noise.
+    std::uint64_t seed = 0;          ///< Seed of the noise.
     const Texture* start = nullptr;  ///< With `frames`: taken instead of gathering. Of the same atlas as the maps.
     bool start_is_shown = false;     ///< By frames without pictures: then it may be there with any `init`.
 

@@ -33,7 +33,7 @@ Raster<T> nearest_resized(const Raster<T>& raster, const Raster8& like, Protocol
     return result;
 }
 
-/// Where a level is the first or the second choice of a pixel of the smallest height, and its share there, the first's if both.
+/// Marks pixels of the smallest height whose first or second choice is a level, with its share there, the first's if both.
 struct Roles
 {
     Raster8 first;
@@ -264,7 +264,7 @@ class CellCounts
     }
 
   private:
-    Raster<int> sums_;  ///< Of the cells above and to the left.
+    Raster<int> sums_;  ///< Sums over the cells above and to the left.
 };
 
 class Cover

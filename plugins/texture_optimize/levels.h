@@ -12,7 +12,7 @@
 namespace fresco::optimize
 {
 
-/// Where StyleMesh's paper and its authors' released code differ. Nobody mixes them, so it is one option. The released code:
+/// Differences between StyleMesh's paper and its authors' released code, chosen together. The released code:
 /// - reads views as released_view() does; its levels have the pixels of the largest map's surface, resampled, and a level's
 /// pixels
 ///   without a surface of their own show the texture's first texel and pull at it;
@@ -34,7 +34,7 @@ constexpr bool is_released(Protocol protocol)
     return protocol != Protocol::paper;
 }
 
-/// What image gradients are multiplied by (StyleMesh, section 3.5).
+/// Factor of image gradients (StyleMesh, section 3.5).
 enum class GradientScaling
 {
     none,   ///< 1 in the level.
@@ -42,7 +42,7 @@ enum class GradientScaling
     angle   ///< The level's share times cos α.
 };
 
-/// Which pixels of a view belong to which height, and what losses see of them.
+/// Assigns the pixels of a view to heights, and selects those that losses see.
 struct LevelRules
 {
     Protocol protocol;
@@ -64,7 +64,7 @@ struct LevelChoice
 };
 
 /// Ideal height R = θ_min d / θ_d; the nearest height first (the lower of two as near), the next one on R's other side second.
-/// Where R lies the share t of the way to the second, the first has the weight 1 - t: the formula that the paper prints would
+/// If R lies at the share t of the way to the second, the first has the weight 1 - t: the formula that the paper prints would
 /// give 0 at an exact hit. `heights_px`: ascending, not empty. `theta_d_m`: θ_d, smaller for scans of short range.
 LevelChoice level_choice(double depth_m, std::span<const int> heights_px, double theta_d_m);
 
@@ -92,7 +92,7 @@ std::vector<double> level_shares(std::span<const LevelPixels> levels);
 /// 0 where the level has no share.
 RasterF gradient_factor(const UvMap& map, const LevelPixels& pixels, GradientScaling scaling);
 
-/// Which of `from` pixels the released code takes for pixel `i` of `to` (PyTorch's nearest neighbor, in single precision).
+/// Pixel among `from` that the released code looks up for pixel `i` of `to` (PyTorch's nearest neighbor, in single precision).
 int corner_pixel(int i, int to, int from);
 
 /// 1 where `mask` and its eight neighbors are 1; outside the raster is 0.
@@ -112,7 +112,7 @@ struct PixelBox
 /// A part of a frame that is encoded by itself.
 struct Crop
 {
-    PixelBox core;     ///< Whose features are used.
+    PixelBox core;     ///< Pixels whose features are used.
     PixelBox encoded;  ///< The core and the pixels that its features see.
 };
 
@@ -121,7 +121,7 @@ struct CropRules
 {
     int align;                 ///< Boxes begin at multiples of it, and end there or at the frame's border.
     int margin_px;             ///< Pixels beyond its own cell that a feature sees.
-    int step_px = 1;           ///< What is encoded has sides of some of these, a multiple of `align` or 1, or the frame's.
+    int step_px = 1;           ///< Encoded crops have sides of multiples of this, a multiple of `align` or 1, or the frame's.
     std::int64_t crop_px = 0;  ///< As many pixels as cost what each crop costs beside its own.
 };
 

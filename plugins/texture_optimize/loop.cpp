@@ -32,7 +32,7 @@ namespace fresco::optimize
 namespace
 {
 
-/// What losses are given to learn of a cancellation: nothing within a step, which none of them could take up halfway. A run is
+/// Progress for losses: it cancels nothing within a step, which none of them could resume halfway. A run is
 /// canceled between two steps.
 class WholeSteps final : public Progress
 {
@@ -245,7 +245,7 @@ class Loop
         held_out_ = checkpoint.held_out;
     }
 
-    /// Where the last run was interrupted, or at the start.
+    /// Resumes where the last run was interrupted, or starts.
     void take_up()
     {
         const auto used = checkpoints_.use_latest([this](const Checkpoint& c) { restore(c); },
@@ -353,7 +353,7 @@ class Loop
             keep_for_a_kill();
     }
 
-    /// Who is killed is not asked first: what is lost then is as many seconds of steps as the options say, or twenty times what
+    /// SIGKILL gives no warning: writes a checkpoint every checkpoint_seconds, or after twenty times what
     /// keeping them takes.
     void keep_for_a_kill()
     {
@@ -368,7 +368,7 @@ class Loop
         keeping_ = kept_ - begin;
     }
 
-    /// What is done here may be canceled; then the next run goes on from before it.
+    /// Runs a part that may be canceled; the next run then goes on from before it.
     template <class Act>
     void may_be_interrupted(Act act)
     {
@@ -497,23 +497,23 @@ class Loop
     CheckpointFolder checkpoints_;
     Evaluator evaluator_;
     StyleSizes style_;
-    std::map<std::string, TensorMap> prepared_states_;  ///< Of the losses before the first step.
+    std::map<std::string, TensorMap> prepared_states_;  ///< States of the losses before the first step.
     Raster8 seen_;
     std::vector<HeldOutLoss> held_out_;
     std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
     std::chrono::steady_clock::duration measuring_{};
-    std::map<std::string, double> last_summands_;  ///< Of the losses, in the last step.
+    std::map<std::string, double> last_summands_;  ///< Summands of the losses in the last step.
     bool texture_there_ = false;                   ///< On the run's device, which is not the CPU.
     WholeSteps whole_steps_;
     CameraMemory camera_memory_;
     std::int64_t step_ = 0;
-    std::int64_t first_step_ = 0;  ///< Of this process.
+    std::int64_t first_step_ = 0;  ///< First step of this process.
     std::int64_t rollbacks_ = 0;
     std::chrono::steady_clock::time_point kept_ = std::chrono::steady_clock::now();
-    std::chrono::steady_clock::duration keeping_{};  ///< What the last time took.
+    std::chrono::steady_clock::duration keeping_{};  ///< Duration of the last time.
     std::int64_t kept_step_ = -1;
-    std::int64_t due_step_ = -1;  ///< Of the last checkpoint that was due, as far as this process knows.
-    std::future<void> writing_;   ///< Of a checkpoint, by another thread; waits when it goes.
+    std::int64_t due_step_ = -1;  ///< Step of the last checkpoint that was due, as far as this process knows.
+    std::future<void> writing_;   ///< Writes a checkpoint on another thread; the destructor waits.
 };
 
 }  // namespace

@@ -32,7 +32,7 @@ struct LoopInputs
     const UvMaps& maps;
     const Frames& frames;
     const Raster8& style;
-    const Texture* start = nullptr;  ///< What `init: frames` begins with instead of gathering.
+    const Texture* start = nullptr;  ///< Start of `init: frames`, instead of gathering one.
 };
 
 struct LoopComponents

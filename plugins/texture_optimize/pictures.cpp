@@ -19,7 +19,7 @@ namespace fresco::optimize
 {
 namespace
 {
-/// Of red, green and blue.
+/// Means of red, green and blue.
 constexpr std::array<float, 3> network_mean{123.68F, 116.779F, 103.939F};
 }  // namespace
 

@@ -20,7 +20,7 @@
 namespace fresco::optimize
 {
 
-/// What the texture's numbers mean.
+/// Meaning of the texture's numbers.
 enum class Values
 {
     display,  ///< RGB in [0,1].

@@ -122,7 +122,7 @@ const GridMask& crop_grid(const LevelData& data, CroppedLevel& level, std::size_
     return known.emplace(stride, std::move(mask)).first->second;
 }
 
-/// Of features whose first `fine_count` are fine.
+/// Selects from features whose first `fine_count` are fine.
 torch::Tensor of_role(const torch::Tensor& features, std::int64_t fine_count, Pixels pixels)
 {
     if (pixels == Pixels::all)

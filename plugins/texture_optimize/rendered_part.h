@@ -31,7 +31,7 @@ Demands demands_of(const std::map<std::string, std::shared_ptr<Loss>>& losses, b
 /// any thread.
 void get_parts_ready(ViewData& data, const Demands& demands, const torch::Device& device);
 
-/// Where a part stands in the run.
+/// Position of a part in the run.
 struct PartPlace
 {
     int level = 0;
@@ -88,7 +88,7 @@ class RenderedPart final : public Part
     LevelData& data_;
     const Demands& demands_;
     FeatureMaps features_;
-    std::map<std::pair<const FeatureNetwork*, std::string>, torch::Tensor> selected_;  ///< Of Pixels::all.
+    std::map<std::pair<const FeatureNetwork*, std::string>, torch::Tensor> selected_;  ///< Features of Pixels::all.
 };
 
 }  // namespace fresco::optimize

@@ -44,7 +44,7 @@ struct ScheduleOptions
     double step_factor = 0.1;
 };
 
-/// What happens in a step.
+/// Actions of a step.
 struct ScheduledStep
 {
     std::size_t visit = 0;  ///< Counted from 0 over the run; a visit is `repeats_count` steps on one view.
@@ -53,7 +53,7 @@ struct ScheduledStep
     std::int64_t epoch = 0;
 };
 
-/// Which view each step sees, and at which learning rate. Thread-safe.
+/// View and learning rate of each step. Thread-safe.
 class Schedule
 {
   public:

@@ -53,7 +53,7 @@ class ViewSource
     std::vector<std::size_t> seeing_views() const;
 
     UvMap map(std::size_t view, std::size_t level) const { return maps_.load_map(view, levels_[level]); }
-    /// What the depth camera measured, in meters, 0: nothing; empty where some frame has no depth picture.
+    /// Measured depth in meters, 0: none; empty if some frame has no depth picture.
     Raster<double> measured_depth(std::size_t view) const;
     /// The camera picture as recorded, RGB; of a frame without one, what the start texture shows it at the largest height.
     Raster8 camera(std::size_t view) const;
@@ -103,12 +103,12 @@ struct LevelData
     torch::Tensor fine;                        ///< H x W, bool.
     std::shared_ptr<SmallestCamera> smallest;  ///< Null: the camera is encoded at this height.
 
-    /// What parts found out and the next step on this view needs again.
-    FeatureMaps camera_features;    ///< Of crops: C x N, of the core's cells.
+    /// Results of parts that the next step on this view needs again.
+    FeatureMaps camera_features;    ///< Features of crops: C x N, with the core's cells.
     std::map<int, GridMask> grids;  ///< By stride.
     std::map<const FeatureNetwork*, CroppedLevel> cropped;
 
-    /// Where the texture is not on the CPU: `valid` (bool) and `factor` beside it.
+    /// Copies of `valid` (bool) and `factor` on the texture's device, if that is not the CPU.
     torch::Tensor valid_there;
     torch::Tensor factor_there;
 };
@@ -116,8 +116,8 @@ struct LevelData
 struct ViewData
 {
     std::size_t view = 0;
-    std::vector<LevelData> levels;  ///< Those with pixels, smallest height first.
-    std::vector<int> numbers;       ///< Of each level: its index in the render pyramid.
+    std::vector<LevelData> levels;  ///< Levels with pixels, smallest height first.
+    std::vector<int> numbers;       ///< Index of each level in the render pyramid.
     Protocol protocol = Protocol::paper;
     GradientUnion gradient_union;
 };
@@ -129,7 +129,7 @@ std::unique_ptr<ViewData> load_view(const ViewSource& source, std::size_t view, 
 /// The cells of a grid of `stride` that belong to the level; made when first asked for.
 const GridMask& grid_of(LevelData& level, int stride, const torch::Device& device);
 
-/// What networks say of camera pictures, from one visit of a view to the next: of the first views that come, as many as fit. Each
+/// Keeps the features of camera pictures from one visit of a view to the next, for as many of the first views as fit. Each
 /// view's is the same at every visit, so that the memory changes no result. Used by one thread.
 class CameraMemory
 {
@@ -142,7 +142,8 @@ class CameraMemory
 
   private:
     std::size_t left_bytes_;
-    std::map<std::size_t, std::vector<FeatureMaps>> views_;  ///< Of each level, then, if there is one, of the smallest camera.
+    std::map<std::size_t, std::vector<FeatureMaps>>
+        views_;  ///< Features of each level, then of the smallest camera, if there is one.
 };
 
 /// Moves what losses see to `device`; with `texture_too` what the lookup needs beside the view as well.
@@ -250,7 +251,7 @@ class ViewFeed
     void let_go();
 
     torch::Device device_;
-    std::vector<c10::Stream> streams_;  ///< Of each thread; none on the CPU.
+    std::vector<c10::Stream> streams_;  ///< One for each thread; none on the CPU.
     Loaded present_;
     Prefetch<Loaded> loader_;
 };

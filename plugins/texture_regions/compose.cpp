@@ -7,7 +7,7 @@ using namespace fresco;
 std::vector<std::uint32_t> regions_of_texels(const texturing::TexelFaces& faces, const std::vector<std::uint16_t>& label_of_face)
 {
     const int size = faces.size;
-    // Those beside come before those at a corner.
+    // Neighbors at a side come before those at a corner.
     constexpr int around[8][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}, {-1, -1}, {1, -1}, {-1, 1}, {1, 1}};
     std::vector<std::uint32_t> result(faces.face.size(), no_region);
     for (int y = 0; y < size; ++y)

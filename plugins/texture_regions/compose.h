@@ -13,7 +13,7 @@ struct KnownPicture
     fresco::Raster8 is_known;  ///< S x S
 };
 
-/// What a region's texels become: photo + strength (painted - photo).
+/// Rule for a region's texels: photo + strength (painted - photo).
 struct RegionRule
 {
     const KnownPicture* painted = nullptr;  ///< nullptr: the photo.

@@ -208,8 +208,8 @@ struct FaceFrame
 struct Continued
 {
     std::uint32_t texel;
-    double distance;      ///< From the border, in texels, squared.
-    std::uint32_t chart;  ///< Whose border it is.
+    double distance;      ///< Distance from the border, in texels, squared.
+    std::uint32_t chart;  ///< Chart that the border belongs to.
     std::uint32_t other;  ///< The chart that goes on there …
     Vec2d at;             ///< … at this place, in texels.
     bool operator<(const Continued& b) const
@@ -291,7 +291,7 @@ class Surface
         return total > 0.01 ? std::optional(sum * (1 / total)) : std::nullopt;
     }
 
-    /// Which way a face lies from its side from `a` to `b`, along it and square to the side.
+    /// Direction into a face, square to its side from `a` to `b`.
     static Vec3d inward(const FaceFrame& face, Vec3d a, Vec3d direction)
     {
         const Vec3d to_middle = (face.points[0] + face.points[1] + face.points[2]) * (1.0 / 3) - a;
@@ -354,7 +354,7 @@ class Surface
     std::vector<Continued> ring_;
 };
 
-/// Of the height, per texel along a row (`step` 1) or down a column (`step` S); from one side where the other is unknown.
+/// Slope of the height, per texel along a row (`step` 1) or down a column (`step` S); one-sided where the other side is unknown.
 double slope(const RasterF& height, const Surface& surface, std::size_t texel, std::size_t step, bool has_before, bool has_after)
 {
     const auto goes_on = [&](std::size_t to) { return surface.chart(to) == surface.chart(texel); };

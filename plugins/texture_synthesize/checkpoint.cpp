@@ -13,7 +13,7 @@ namespace
 
 static_assert(sizeof(Match) == 32);
 
-/// What the file begins with. Little-endian, as the rest.
+/// Header of the file, little-endian like the rest.
 struct Header
 {
     std::int64_t level = 0;

@@ -15,7 +15,7 @@ namespace fresco::synthesize
 namespace
 {
 
-constexpr float vote_sigma = 0.35F;  // Of a side.
+constexpr float vote_sigma = 0.35F;  // Share of a side.
 constexpr float epsilon = 1;         // L*a*b*²: patches that fit better than this count alike.
 constexpr float power = -0.6F;
 
@@ -42,7 +42,7 @@ namespace
 
 constexpr int small_face_rings = 2;
 constexpr std::size_t texels_per_piece = 1U << 14U;
-constexpr double texels_per_wave = 4;  // Of the noise that the start gets.
+constexpr double texels_per_wave = 4;  // Wavelength of the noise that is added to the start.
 
 /// The texcoord of a texel's center.
 Vec2f texcoord_of(const SurfaceGrid& grid, std::uint32_t chart, const SurfaceGrid::Texel& texel)

@@ -30,7 +30,7 @@ class Window
   public:
     explicit Window(int side);
 
-    /// Of a point, `offset` texels from the patch's center: 0 … 1.
+    /// Weight of a point, `offset` texels from the patch's center: 0 … 1.
     float operator()(Vec2f offset) const { return along(offset.x) * along(offset.y); }
 
   private:
@@ -55,10 +55,10 @@ struct Vote
     Vec3f heaviest;       ///< Color of the patch with the largest weight.
     std::uint32_t patch;  ///< The patch with the largest weight.
     Vec2f offset;         ///< The point on that patch, in texels from its center.
-    float weight;         ///< That patch's; negative where no patch lies.
+    float weight;         ///< Weight of that patch; negative where no patch lies.
     Vec3f shift;          ///< Weighted mean of the patches', L*a*b*; not in the colors yet.
 
-    /// Of colors in L*a*b*.
+    /// Mean of the colors in L*a*b*, after the shift.
     Vec3f shifted_mean() const { return mean + shift; }
 };
 
@@ -199,7 +199,7 @@ class Level
     void set_matches(std::vector<Match> matches, const Progress& progress);
     std::uint32_t texel_near(std::uint32_t chart, Vec2f uv) const;
 
-    /// Where a level over this one counts.
+    /// Texels where a finer level counts.
     struct Unshown
     {
         std::vector<float> share;         ///< Per texel of this level.
@@ -221,7 +221,7 @@ class Level
     Window window_;
     StylePicture picture_;
     std::vector<Vec3f> start_;   ///< Per texel, L*a*b*.
-    std::vector<Vec3f> colors_;  ///< The same, as painted.
+    std::vector<Vec3f> colors_;  ///< Per texel, L*a*b*, as painted.
     NearbyUses uses_;
     std::vector<Match> matches_;
     std::vector<float> fits_;      ///< Per patch.

@@ -39,7 +39,7 @@ class NearbyUses
     struct Copies
     {
         float around = 0;
-        float beside = 0;  ///< Of these.
+        float beside = 0;  ///< Uses directly beside, among these.
     };
     class Map;
 
@@ -55,7 +55,7 @@ class NearbyUses
     struct Block
     {
         int x, y, z;
-        std::size_t first;  ///< Of its patches, in order().
+        std::size_t first;  ///< First of its patches, in order().
     };
 
     /// For each block those within some blocks' distance, itself included, ascending.
@@ -79,9 +79,9 @@ class NearbyUses
 
     const Patches* patches_ = nullptr;
     float cell_px_ = 1;           ///< Side of a square of the picture: half a stroke.
-    int columns_ = 0;             ///< Of such squares,
+    int columns_ = 0;             ///< Columns of such squares,
     int rows_ = 0;                ///< with one more all around.
-    float patches_per_copy_ = 1;  ///< That have their centers within a stroke's square.
+    float patches_per_copy_ = 1;  ///< Patches whose centers are within a stroke's square.
     std::vector<std::uint32_t> order_;
     std::vector<std::uint32_t> block_of_;  ///< Per patch.
     std::vector<Block> blocks_;            ///< Sorted, and an end.
@@ -90,7 +90,7 @@ class NearbyUses
     std::vector<float> motifs_;
 };
 
-/// What is used around one patch after another, on one thread. Refers to both.
+/// Counts the uses around one patch after another, on one thread. Refers to both.
 class NearbyUses::Map
 {
   public:

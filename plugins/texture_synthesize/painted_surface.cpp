@@ -15,7 +15,7 @@ namespace fresco::synthesize
 namespace
 {
 
-/// The same surface with one vertex per position, so that faces on both sides of a seam are neighbors. A face that is folded to
+/// Merges vertices of equal position, so that faces on both sides of a seam are neighbors. A face that is folded to
 /// a line loses its edges, so that those beside it are neighbors too.
 Mesh welded(const Mesh& mesh)
 {
@@ -59,7 +59,7 @@ Vec3f any_perpendicular(Vec3f axis)
     return normalized(cross(axis, other));
 }
 
-/// Of the directions around `axis`, the one that most of the surface faces along, to a degree.
+/// Direction around `axis` that most of the surface faces, to one degree.
 Vec3f ahead_of(const PaintedSurface& surface, const std::vector<double>& areas, Vec3f axis)
 {
     // A fourfold angle: walls at right angles point the same way.
@@ -89,7 +89,7 @@ std::vector<double> face_areas(const Mesh& mesh)
     return areas;
 }
 
-/// The same line, pointing along the coordinate axis that it is nearest to, so that it does not depend on chance.
+/// Orients a line along the coordinate axis that it is nearest to, so that its sign does not depend on chance.
 Vec3f positive(Vec3f axis)
 {
     const std::array<float, 3> c{axis.x, axis.y, axis.z};

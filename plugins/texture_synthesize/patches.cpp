@@ -317,7 +317,7 @@ class Patches::Walker
                     queue_.push_back(other);
                 }
         }
-        // Of a chart that holds no cell's center.
+        // The chart holds no cell's center.
         if (!own)
             visit(patch.texel, Vec2f{});
         extend(patch, points);

@@ -114,7 +114,7 @@ class Patches
         return {&covers_[first_cover_[texel]], first_cover_[texel + 1] - first_cover_[texel]};
     }
 
-    /// Where a texel at `position` lies on a patch, in texels from its center to the right and down, to 1 / 1024. Not kept for
+    /// Position on a patch of a texel at `position`, in texels from its center to the right and down, to 1 / 1024. Not kept for
     /// every cover: that would double their memory.
     Vec2f offset(std::size_t patch, Vec3f position) const
     {
@@ -144,7 +144,7 @@ class Patches
     class PackedPoints
     {
       public:
-        /// Of the next patch, whose center is in `cell`.
+        /// Adds the next patch, whose center is in `cell`.
         void add(std::span<const Point> points, std::uint32_t cell);
         /// Calls visit(point) for each point of a patch, in their order.
         template <class Visit>
@@ -153,7 +153,7 @@ class Patches
         void shrink() { words_.shrink_to_fit(); }
 
       private:
-        std::vector<std::uint32_t> words_;  ///< Of each patch: the width of its grid, or 0 if points have two words; the points.
+        std::vector<std::uint32_t> words_;  ///< For each patch: the width of its grid, or 0 if points have two words; the points.
         std::vector<std::size_t> first_;    ///< Word of each patch.
     };
 

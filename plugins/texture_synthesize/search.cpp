@@ -104,7 +104,7 @@ namespace
 
 constexpr double strokes_per_wave = 2.75;       // Over this length preferences change on the surface …
 constexpr double picture_strokes_per_wave = 2;  // … and in the picture.
-constexpr float deviation = 0.19F;              // Of the product of two sums of Variety::fields fields.
+constexpr float deviation = 0.19F;              // Deviation of the product of two sums of Variety::fields fields.
 constexpr std::uint32_t picture_salt = 100;
 
 }  // namespace
@@ -161,9 +161,9 @@ namespace
 {
 
 constexpr std::size_t keys_per_piece = 192;
-constexpr double window_share = 0.01;  // Of the picture's area.
+constexpr double window_share = 0.01;  // Share of the picture's area.
 constexpr double fair_use = 3;         // Times the mean.
-constexpr double crowd_step = 0.5;     // Of a factor in a round, as a power.
+constexpr double crowd_step = 0.5;     // Change of a factor in a round, as a power.
 
 }  // namespace
 
@@ -191,7 +191,7 @@ void update_crowding(const StylePicture& picture, std::span<const Match> matches
 {
     const int width = picture.lab().width;
     const int height = picture.lab().height;
-    Raster<std::uint32_t> sums(width + 1, height + 1);  // Of the matches above and to the left.
+    Raster<std::uint32_t> sums(width + 1, height + 1);  // Matches above and to the left.
     for (const Match& match : matches)
         ++sums.at(static_cast<int>(match.at.x) + 1, static_cast<int>(match.at.y) + 1);
     for (int y = 1; y <= height; ++y)
@@ -216,7 +216,7 @@ namespace
 {
 
 constexpr std::size_t searched_together = 192;
-constexpr std::size_t sampled_queries = 6000;  // That say how well each key is served.
+constexpr std::size_t sampled_queries = 6000;  // Patches that are searched to see how well each key is served.
 /// A place that continues a neighbor's may differ by this much more than the best one: (d + tolerance) * factor.
 constexpr float coherence_factor = 2;
 constexpr float coherence_tolerance = 15;  // L*a*b*² per value
@@ -225,7 +225,7 @@ constexpr float beyond_border = 2;  // pixels
 /// Each key belongs to a class, one of two strokes' square in the picture: the best keys of all classes are in different places.
 constexpr std::size_t classes_count = 8;
 constexpr double class_strokes = 2;
-/// Of strokes that run across the direction that they should have.
+/// Cost of strokes that run across the wanted direction.
 constexpr float misalignment_cost = 600;  // L*a*b*² per value
 
 class Search
@@ -290,7 +290,7 @@ class Search
         return {values(samples, place), mean_color(values(samples, place), values_)};
     }
 
-    /// Of patches that are evenly spread.
+    /// Features of evenly spread patches.
     std::vector<float> sampled_features() const
     {
         const std::size_t count = std::min(patches_.count(), sampled_queries);
@@ -387,7 +387,7 @@ class Search
         return matches;
     }
 
-    /// What it costs that other copies of a place are seen nearby: one is as bad as many, so that the fit still decides where
+    /// Cost of other copies of a place nearby: one is as bad as many, so that the fit still decides where
     /// there is no other place.
     float repeating(const NearbyUses::Map& uses, std::size_t patch, std::size_t key, Vec2f at) const
     {
@@ -396,10 +396,10 @@ class Search
         return repeat_cost_ * motif * std::min(copies.around, 1.0F) + weave_cost_ * (1 - motif) * std::min(copies.beside, 1.0F);
     }
 
-    /// Of a patch with its center at a key.
+    /// Turn of a patch with its center at a key.
     Vec2f turn_of(Vec2f key) const { return picture_.is_directed() ? picture_.direction(key).along : Vec2f{1, 0}; }
 
-    /// What the picture shows around a place.
+    /// Colors of the picture around a place.
     struct Copy
     {
         const float* values;  ///< Valid until the thread's next copy.
@@ -520,7 +520,7 @@ class Search
         return best;
     }
 
-    /// Which way a patch's x axis runs in the plane of another, unit length.
+    /// Direction of a patch's x axis in the plane of another, unit length.
     Vec2f axis_in(std::size_t other, std::size_t patch) const
     {
         const TangentFrame& frame = patches_[other].frame;

@@ -99,9 +99,9 @@ struct SearchOptions
     double stroke_px;     ///< Width of a stroke, in texels and in pixels of the level's picture.
     double variety;       ///< See Variety; L*a*b*² per value.
     double lift;          ///< Added to all distances, so that completeness counts among good fits. L*a*b*² per value.
-    double repeat_cost;   ///< Of a motif that is also seen around a patch (see NearbyUses). L*a*b*² per value.
-    double weave_cost;    ///< Of a plain place that is also used beside it.
-    std::uint32_t seed;   ///< Of Variety.
+    double repeat_cost;   ///< Cost of a motif that is also seen around a patch (see NearbyUses). L*a*b*² per value.
+    double weave_cost;    ///< Cost of a plain place that is also used beside it.
+    std::uint32_t seed;   ///< Seed of Variety.
 };
 
 class NearbyUses;

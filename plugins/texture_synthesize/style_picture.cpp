@@ -31,7 +31,7 @@ constexpr double least_key_step = 2;
 constexpr std::size_t picture_rows_per_piece = 64;
 constexpr double least_variance = 1e-6;  // L*a*b*: of a picture that has any contrast.
 
-constexpr double direction_sigma = 0.5;  // Of a stroke's width: directions are averaged over a Gaussian.
+constexpr double direction_sigma = 0.5;  // In widths of a stroke: directions are averaged over a Gaussian.
 
 int count_along(int pixels, int border, double step)
 {

@@ -37,7 +37,7 @@ inline Vec3f shift_for(Vec3f gap)
     return size > most_shift ? shift * (most_shift / size) : shift;
 }
 
-/// What counts of the squared gap: what the shift leaves of it, and a price of the shift. Within the limit it is
+/// Cost of a gap: the square of what the shift leaves of it, and a price for the shift. Within the limit it is
 /// (1 - shift_share) |gap|², as the principal components count it.
 inline float squared_gap(Vec3f gap)
 {
@@ -125,7 +125,7 @@ class StylePicture
     double scale_;
     int side_;
     RasterF lab_;
-    RasterF means_;                      ///< Of the patch around each pixel; empty with directions.
+    RasterF means_;                      ///< Means of the patch around each pixel; empty with directions.
     int border_;                         ///< From a patch's center to its farthest point along x or y, however it is turned.
     Raster<std::uint32_t> opaque_sums_;  ///< Counts of opaque pixels above and to the left; empty: all are opaque.
     /// Places of the grid where an opaque patch lies, and for each place the nearest of these keys; empty: all places are keys.

@@ -26,7 +26,7 @@ namespace
 {
 
 constexpr std::size_t rows_per_piece = 16;
-constexpr float heaviest_share = 0.75F;  // Of the luminance.
+constexpr float heaviest_share = 0.75F;  // Share of the luminance.
 
 /// RGB in [0,1]: the mean's color, lightened or darkened toward the heaviest patch's luminance (Rec. 709, of displayed values).
 Vec3f mixed(const Vote& vote)
@@ -78,7 +78,7 @@ struct LookedUp
     }
 
     const Level* level;
-    double pixels_per_texel;  ///< Of the style picture.
+    double pixels_per_texel;  ///< Pixels of the style picture for each texel.
     Raster8 picture;
     Vec2f from_searched;
 };
@@ -230,7 +230,7 @@ constexpr int preview_px = 512;
 constexpr int least_patch_px = 5;
 constexpr double repeat_cost = 60;  // L*a*b*² per value; half of it where strokes are narrower: they show the room.
 constexpr double weave_cost = 25;
-constexpr int most_halvings = 2;  // Of strokes, where there is detail.
+constexpr int most_halvings = 2;  // Halvings of the strokes' size, where there is detail.
 constexpr int detail_rounds = 2;
 constexpr double detail_faithfulness = 0.5;
 constexpr double least_missing = 0.45;  // L*a*b*: for half a stroke's width, with full detail …
@@ -331,7 +331,7 @@ class Synthesis
     {
         const double texels = detail_texels(halvings);
         const bool is_full = texels == stroke_texels;
-        // Of fewer texels, patches are smaller: else they would show no more detail than those under them.
+        // With fewer texels, patches are smaller: else they would show no more detail than those under them.
         const int small_patch = std::max(least_patch_px, options_.patch_px * 2 / 3 / 2 * 2 + 1);
         const LevelOptions options{.side = is_full ? options_.patch_px : small_patch,
                                    .stride = is_full ? fine_stride : coarse_stride,
@@ -484,7 +484,7 @@ class Synthesis
     double stroke_px_;
     double texel_m_;
     int finest_;
-    int halvings_;  ///< Of strokes, for detail.
+    int halvings_;  ///< Halvings of the strokes' size for detail.
     Clock::time_point started_ = Clock::now();
     Clock::time_point saved_ = started_;
     Clock::time_point shown_ = Clock::now();

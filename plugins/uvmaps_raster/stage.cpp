@@ -79,7 +79,7 @@ std::vector<std::string> map_names(std::size_t view, const std::vector<int>& hei
     return names;
 }
 
-/// The same faces, none of which shares a vertex with another: the normals of its vertices are the face's.
+/// The mesh with separate vertices for each face, whose normals are the face's.
 Mesh with_separate_faces(const Mesh& mesh)
 {
     Mesh separate;

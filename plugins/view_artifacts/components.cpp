@@ -49,7 +49,7 @@ class FilesViewer final : public ViewerOf<Files>
 
     void show_value(const Files& files, PageEntry& entry) const override
     {
-        // Of several files, one that cannot be shown hides no other.
+        // A file that cannot be shown does not hide the others.
         const auto attempt = [&](auto act)
         {
             try

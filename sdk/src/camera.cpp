@@ -106,7 +106,7 @@ std::optional<Vec3d> cameras_up(std::span<const RigidTransform> poses)
     const Vec3d mean = is_upright ? held_upright : held_level;
     if (!(length(mean) > least_agreement))
         return std::nullopt;
-    // Of a symmetric matrix: the mean of r rᵀ, less a little of m mᵀ, which decides where all cameras look the same way.
+    // Rows of a symmetric matrix: the mean of r rᵀ, less a little of m mᵀ, which decides where all cameras look the same way.
     std::array<Vec3d, 3> rows{mean * (-share_of_mean * mean.x), mean * (-share_of_mean * mean.y),
                               mean * (-share_of_mean * mean.z)};
     for (const RigidTransform& pose : poses)

@@ -23,7 +23,7 @@ namespace
 struct GuardedFolder
 {
     std::string name;
-    std::string real;  ///< The same without links.
+    std::string real;  ///< The name without links.
     std::string advice;
 };
 
@@ -262,7 +262,7 @@ FileDescriptor open_file(const fs::path& file, int flags, mode_t mode)
         return {};
     const bool guarded = entry.guarded();
     const bool is_folder = (flags & O_DIRECTORY) != 0;
-    // What is truncated must be known to be the right file first.
+    // A file is truncated only once it is known to be the right one.
     const int cut = guarded ? flags & O_TRUNC : 0;
     const int all = (flags & ~cut) | O_CLOEXEC | O_NONBLOCK | (guarded ? O_NOFOLLOW : 0);
     FileDescriptor fd(uninterrupted([&] { return openat(entry.folder(), entry.name(), all, mode); }));

@@ -75,7 +75,7 @@ std::string temporary_name()
     return fmt::format("{}{:02x}", temporary_file_prefix, fmt::join(bits, ""));
 }
 
-/// What is to become `file`. It has no name as long as it is written, where the file system can do that: a killed process leaves
+/// Draft of `file`. It has no name while it is written, if the file system can do that: a killed process leaves
 /// nothing behind.
 class Draft
 {

@@ -9,8 +9,8 @@ namespace fresco::matrix
 struct Kernel
 {
     const char* name;
-    std::size_t rows;     ///< Of c at once.
-    std::size_t columns;  ///< The same.
+    std::size_t rows;     ///< Rows of c at once.
+    std::size_t columns;  ///< Columns of c at once.
 
     /// c (rows x columns, `stride` from row to row) += a b. `a`: where each of the rows begins; its elements are `a_step` apart.
     /// b: `columns` elements side by side, `b_step` from one row to the next.

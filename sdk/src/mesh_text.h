@@ -60,8 +60,8 @@ class Lines
         return true;
     }
 
-    std::size_t number() const { return number_; }  ///< Of the line last given, counted from 1.
-    std::size_t offset() const { return offset_; }  ///< Where the next line begins.
+    std::size_t number() const { return number_; }  ///< Number of the last line, counted from 1.
+    std::size_t offset() const { return offset_; }  ///< Offset of the next line.
 
     [[noreturn]] void fail(const std::string& what) const { fail_at(number_, what); }
     [[noreturn]] void fail_at(std::size_t line, const std::string& what) const
@@ -96,7 +96,7 @@ class Words
         return word;
     }
     std::size_t characters_left() const { return rest_.size(); }
-    /// What is left of the line, without the blanks around it: a name that may hold spaces.
+    /// Rest of the line, without the blanks around it: a name that may hold spaces.
     std::string rest() const
     {
         constexpr std::string_view blanks = " \t";

@@ -25,7 +25,7 @@ constexpr std::array<std::string_view, 16> skipped_statements{
 struct Reference
 {
     std::size_t greatest = 0;  ///< Greatest index used, counted from 1; 0: none.
-    std::size_t line = 0;      ///< Where.
+    std::size_t line = 0;      ///< Line of that index.
 };
 
 class ObjReader
@@ -260,7 +260,7 @@ class ObjReader
 
     Lines lines_;
     Words words_;
-    std::array<float, 6> values_{};  ///< Of the statement.
+    std::array<float, 6> values_{};  ///< Numbers of the statement.
     std::size_t max_vertices_;
     std::size_t max_faces_;
     TriangleFan fan_;

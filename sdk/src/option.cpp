@@ -133,7 +133,7 @@ OptionDeclaration declared(std::string name, bool is_required, const T& value, s
         option.default_value = written(value);
     if constexpr (std::is_same_v<T, int> || std::is_same_v<T, std::vector<int>>)
     {
-        // What fits the type: a check without the plugin refuses what the plugin would.
+        // Limits of the type: a check without the plugin refuses what the plugin would.
         constexpr double least = std::numeric_limits<int>::min();
         constexpr double greatest = std::numeric_limits<int>::max();
         option.min = std::max(option.min.value_or(least), least);

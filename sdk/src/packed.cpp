@@ -31,10 +31,10 @@ constexpr int cosine_bits = 8;
 constexpr float most_steps_per_meter = 1000;
 constexpr int depth_bits = 16;
 constexpr int far_depth_bits = 22;
-/// Of depth: a float holds so many exactly, with bits to spare for rounding.
+/// Most steps of depth: a float holds this many exactly, with bits to spare for rounding.
 constexpr double most_steps = 2'097'152;
 constexpr std::size_t most_pixels = std::size_t{1} << 28U;
-/// Of a raster, as of one in NPY.
+/// Longest side of a raster, as in NPY.
 constexpr std::uint32_t most_side = 1U << 20U;
 /// Zstandard's smallest block, of 4 bytes, holds 128 KiB.
 constexpr std::size_t most_packed = 32768;
@@ -64,7 +64,7 @@ struct Header
     float steps_per_meter = 0;
 
     std::size_t pixels() const { return std::size_t{width} * height; }
-    /// Of the frame: the mask, and a plane for each byte of each quantity's numbers.
+    /// Bytes of the frame: the mask, and a plane for each byte of each quantity's numbers.
     std::size_t content_bytes() const
     {
         return (pixels() + 7) / 8 + pixels() * (2 * planes(uv_bits) + planes(cosine_bits) + planes(depth_bits));

@@ -21,7 +21,7 @@ namespace
 class Helpers
 {
   public:
-    /// Of this process: a fork leaves the threads behind.
+    /// Helpers of this process: a fork leaves the threads behind.
     static Helpers& here()
     {
         static std::mutex mutex;
@@ -36,7 +36,7 @@ class Helpers
         return *helpers;
     }
 
-    /// What helpers are asked to do, until it is taken back.
+    /// Work for the helper threads, until it is withdrawn.
     struct Call
     {
         std::function<void()> work;

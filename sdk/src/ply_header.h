@@ -41,7 +41,7 @@ struct PlyProperty
 {
     std::string name;
     bool is_list = false;
-    PlyType count_type = PlyType::uint8;  ///< Of a list.
+    PlyType count_type = PlyType::uint8;  ///< Type of a list's count.
     PlyType type = PlyType::float32;      ///< The value's, or of a list's items.
 };
 
@@ -50,7 +50,7 @@ struct PlyElement
     std::string name;
     std::size_t count = 0;
     std::vector<PlyProperty> properties;
-    std::size_t line = 0;  ///< Where it is declared.
+    std::size_t line = 0;  ///< Line of the declaration.
 };
 
 enum class PlyFormat
@@ -64,8 +64,8 @@ struct PlyHeader
 {
     PlyFormat format = PlyFormat::ascii;
     std::vector<PlyElement> elements;
-    std::vector<MeshFileName> pictures;  ///< Of each `comment TextureFile NAME`.
-    int texture_px = 0;                  ///< Of `comment texture_px N`.
+    std::vector<MeshFileName> pictures;  ///< Pictures of the `comment TextureFile NAME` lines.
+    int texture_px = 0;                  ///< N of `comment texture_px N`.
     std::size_t lines = 0;               ///< Lines of the header.
     std::size_t body_offset = 0;         ///< Bytes of the header.
 };
@@ -79,7 +79,7 @@ inline constexpr std::size_t least_corners = 3;
 /// The face property that holds the vertex indices (two names are in use).
 bool is_index_list(const PlyElement& element, const PlyProperty& property);
 
-// Where a vertex property goes; the rest is skipped.
+// Destination of a vertex property; others are skipped.
 enum VertexSlot : std::size_t
 {
     slot_x,
@@ -94,7 +94,7 @@ enum VertexSlot : std::size_t
     slot_none = slot_count
 };
 
-/// What the header says about the two elements a mesh is made of.
+/// The header's declarations of the two elements of a mesh.
 struct PlyLayout
 {
     const PlyElement* vertex = nullptr;
@@ -104,13 +104,13 @@ struct PlyLayout
     const PlyProperty* texcoord = nullptr;
     const PlyProperty* chart = nullptr;
     const PlyProperty* picture = nullptr;         ///< The face property `texnumber`, if the caller wants it.
-    const PlyProperty* vertex_integer = nullptr;  ///< What PlyIntegers names.
+    const PlyProperty* vertex_integer = nullptr;  ///< Property that PlyIntegers names.
     const PlyProperty* face_integer = nullptr;
     bool has_colors = false;
     bool has_vertex_texcoords = false;
 };
 
-/// Where in a file the parts of a mesh are; `integer`: the property of PlyIntegers, or nullptr. Refers to the header. Throws
+/// Finds the parts of a mesh in a file; `integer`: the property of PlyIntegers, or nullptr. Refers to the header. Throws
 /// Error naming `source` for a file that is no mesh.
 PlyLayout ply_layout(const PlyHeader& header, std::string_view source, const std::string* integer);
 

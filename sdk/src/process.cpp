@@ -32,7 +32,7 @@ namespace
                 (errno == EAGAIN ? ": raise the limit of processes (ulimit -u)" : ""));
 }
 
-/// The same descriptor at a number above those that the child gives a meaning.
+/// Moves a descriptor to a number above those that the child uses.
 FileDescriptor out_of_the_way(int fd)
 {
     const FileDescriptor original(fd);
@@ -303,7 +303,7 @@ void end_descendants()
     for (int tries = 0; tries < patience; ++tries)
     {
         signal_descendants(getpid(), SIGKILL);
-        // Those of the ones that ended are adopted meanwhile.
+        // Children of processes that ended are adopted meanwhile.
         pid_t taken = 0;
         do
             taken = waitpid(-1, nullptr, WNOHANG);

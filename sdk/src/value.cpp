@@ -250,7 +250,7 @@ class JsonReader final : public nlohmann::json_sax<nlohmann::json>
 
     Value root;
     std::string problem;
-    std::optional<std::size_t> offset;  ///< Of a text that is not JSON.
+    std::optional<std::size_t> offset;  ///< Offset of the fault in a text that is not JSON.
 
   private:
     /// Sorted, because a file may hold millions of keys.

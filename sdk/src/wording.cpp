@@ -83,7 +83,7 @@ std::string nearest(std::string_view word, const std::vector<std::string>& candi
     }
     if (!result.empty() || wanted.size() < 3)
         return result;
-    // What was shortened ("decimate" for "mesh.decimate", "max" for "max_faces") is far by letters and still meant.
+    // Shortened names ("decimate" for "mesh.decimate", "max" for "max_faces") are far by letters and still meant.
     for (const std::string& candidate : candidates)
         if (folded(candidate).find(wanted) != std::string::npos && (result.empty() || candidate.size() < result.size()))
             result = candidate;

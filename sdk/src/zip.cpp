@@ -163,7 +163,7 @@ namespace
 constexpr std::uint64_t zip_alignment = 64;
 
 constexpr std::size_t crc_at = 14;
-constexpr std::uint16_t padding_id = 0x1986;  ///< Of the extra field that pads; the one that USD itself writes.
+constexpr std::uint16_t padding_id = 0x1986;  ///< Id of the extra field for padding, the one that USD itself writes.
 constexpr std::uint32_t first_of_1980 = 0x00210000;
 
 std::string little(std::uint64_t number, int bytes)

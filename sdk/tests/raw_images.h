@@ -14,7 +14,7 @@ namespace fresco::testing
 class RawImages final : public ImageIo
 {
   public:
-    int orientation = 1;                  ///< What check() says of every picture.
+    int orientation = 1;                  ///< Orientation that check() returns for every picture.
     mutable std::atomic<int> encoded{0};  ///< How many pictures were encoded, …
     mutable std::atomic<int> depths{0};   ///< … and how many depth pictures decoded.
 

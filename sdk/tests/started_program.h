@@ -63,7 +63,7 @@ class Background
         waitpid(pid_, nullptr, 0);
     }
     void signal(int number) const { kill(pid_, number); }
-    /// What it has written so far.
+    /// Output so far.
     std::string out() const { return fs::exists(out_) ? fresco::read_text_file(out_) : ""; }
     std::string err() const { return fs::exists(err_) ? fresco::read_text_file(err_) : ""; }
     bool says(const std::string& text) const { return (out() + err()).find(text) != std::string::npos; }

@@ -208,7 +208,7 @@ TEST_CASE("A mesh that is in the store already is linked, not written again")
     CHECK(loaded->mesh.positions == textured.mesh.positions);
     CHECK(loaded->mesh.saved_in.empty());
 
-    // Where there is no file to link, the mesh is written.
+    // Without a file to link, the mesh is written.
     std::filesystem::remove(textured_folder / "mesh.ply");
     textured.save({textured_folder, place.path()});
     CHECK(TexturedMesh::load({textured_folder, place.path()})->mesh.texcoords == textured.mesh.texcoords);

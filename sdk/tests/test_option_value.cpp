@@ -151,7 +151,7 @@ TEST_CASE("A value fits its declaration, or every problem with it is reported, w
         const CheckedValue checked = check_value(option, parse_json(each.value));
         CHECK(text_of(checked.problems) == each.problem);
         CHECK(checked.value == parse_json(*each.accepted ? each.accepted : "null"));
-        // What was accepted is accepted again: the host hands it to the stage.
+        // Accepted values are accepted again: the host passes them to the stage.
         if (checked.problems.empty() && !checked.value.is_null())
             CHECK(check_value(option, checked.value).value == checked.value);
     }

@@ -31,7 +31,7 @@ inline fresco::UvMap noise_uv_map(int width, int height, double valid_share, std
     return map;
 }
 
-/// What a scan's map is like: faceted walls of several charts with seams between them, and a round hole.
+/// A map as of a scan: faceted walls of several charts with seams between them, and a round hole.
 inline fresco::UvMap charts_uv_map(int width, int height)
 {
     fresco::UvMap map{{width, height, 2}, {width, height}, {width, height}, {width, height}};

@@ -25,7 +25,7 @@ Mesh border_of(const Mesh& mesh)
     return result;
 }
 
-/// Of the vertices of a mesh's border to the border of a simplified one.
+/// Distance of a mesh's border vertices to the border of a simplified one.
 double border_distance(const Mesh& result, const Mesh& mesh)
 {
     const Mesh border = border_of(result);

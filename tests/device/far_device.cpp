@@ -31,7 +31,7 @@ void count_wait(const std::string& name)
     ++traffic.waits[name];
 }
 
-/// The same memory twice: where the device's tensors lie nobody may read or write.
+/// Memory mapped twice: the addresses of the device's tensors cannot be read or written.
 struct Block
 {
     explicit Block(std::size_t wanted) : bytes(std::max<std::size_t>(wanted, 1))

@@ -31,7 +31,7 @@ Catalog catalog_with_command()
     return catalog;
 }
 
-/// What a command line adds, in comments: "# --set NAME=VALUE" and "# --until STAGE".
+/// Reads command-line arguments from comments: "# --set NAME=VALUE" and "# --until STAGE".
 void take_arguments(std::string_view text, PipelineRequest& request)
 {
     while (!text.empty())
@@ -46,7 +46,7 @@ void take_arguments(std::string_view text, PipelineRequest& request)
     }
 }
 
-/// What lies behind a line "# base.yaml" is a file of this name beside the other. Throws the first problem; a pipeline with
+/// Text after a line "# base.yaml" is a file of this name beside the other. Throws the first problem; a pipeline with
 /// problems is refused whole.
 void read_pipeline(Bytes bytes)
 {

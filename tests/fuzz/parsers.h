@@ -34,7 +34,7 @@ struct Registered
     Registered(std::initializer_list<Parser> more);
 };
 
-/// Where files are shown to come from in errors.
+/// Name of the files in errors.
 inline constexpr std::string_view source = "input";
 
 inline std::string_view text_of(Bytes bytes)

@@ -16,7 +16,7 @@ using fresco::fuzz::Parser;
 namespace
 {
 
-constexpr double most_seconds = 5;  ///< Of the processor: the machine may be busy.
+constexpr double most_seconds = 5;  ///< Processor time: the machine may be busy.
 
 /// As for a fuzzed input: an allocation beyond it fails, as no Error does. The sanitizers' own memory is beyond any limit.
 [[maybe_unused]] const bool is_limited = []

@@ -35,7 +35,7 @@ void unpack(std::vector<std::byte> file)
     require(map.valid.values.size() == std::size_t{size[0]} * size[1], "a value per pixel");
     for (const float u : map.uv.values)
         require(u >= 0 && u <= 1, "texcoords are from 0 to 1");
-    // What it holds can be packed.
+    // Unpacked contents can be packed again.
     unpack_uv_map(pack_uv_map(map, std::to_integer<int>(file[20]), "its own"), map.valid.width, map.valid.height, "its own");
 }
 

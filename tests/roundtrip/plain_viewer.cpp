@@ -40,7 +40,7 @@ double as_float(const std::string& bytes, std::size_t at)
     return double{value};
 }
 
-/// Where an accessor's elements begin in the binary chunk.
+/// Offset of an accessor's elements in the binary chunk.
 std::size_t begin_of(const json& root, const json& accessor)
 {
     const json& view = root.at("bufferViews").at(accessor.at("bufferView").get<std::size_t>());

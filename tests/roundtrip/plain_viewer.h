@@ -44,7 +44,7 @@ struct Picture
     std::vector<std::uint8_t> rgb;
 };
 
-/// What a viewer of another convention would do.
+/// Mistakes of a viewer with another convention.
 struct Wrong
 {
     bool flipped_v = false;

@@ -100,7 +100,7 @@ plain::Model true_room()
     return model;
 }
 
-/// What a camera sees of the painted room.
+/// Picture of the painted room.
 Raster8 picture_of(const Camera& camera)
 {
     const auto pixels = plain::render(true_room(), {1, 1, {0, 0, 0}}, plain_view(camera), {});

@@ -33,14 +33,14 @@ void add_texcoords(Mesh& mesh)
         }
 }
 
-/// What both saw in all pixels of all views.
+/// Comparison of both in all pixels of all views.
 struct Agreement
 {
     std::size_t pixels = 0;
     std::size_t other_face = 0;
     std::size_t other_validity = 0;
-    double texels_apart = 0;  ///< Where the face is the same.
-    double depth_apart = 0;   ///< The same, relative.
+    double texels_apart = 0;  ///< Distance where the face is the same.
+    double depth_apart = 0;   ///< Relative depth difference, likewise.
     PixelCounts seen;
 
     /// Pixel by pixel against the scene's own hits, which know nothing of the maps' way of computing.
@@ -163,7 +163,7 @@ void check_views(const TexturedMesh& textured, const rendering::RenderOptions& o
             apart += same ? 0 : 1;
         }
         CHECK(static_cast<double>(seen) > 0.8 * static_cast<double>(drawn.values.size() / 4));
-        // Where a sample lies on an edge within rounding, the two may see different faces.
+        // For a sample on an edge, within rounding, the two may see different faces.
         CHECK(static_cast<double>(apart) < 3e-4 * static_cast<double>(seen));
     }
 }

@@ -32,7 +32,7 @@ class Codec final : public stored_png::Codec
     }
 };
 
-/// What all pictures agree on: waves of 60 cm on every surface.
+/// The paint that all pictures share: waves of 60 cm on every surface.
 double room_paint(const Vec3d& p, int channel)
 {
     const double wave = channel == 0 ? 10 * p.x + 4 * p.z : channel == 1 ? 10 * p.y - 3 * p.x : 10 * p.z + 5 * p.y;

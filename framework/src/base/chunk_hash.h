@@ -29,7 +29,7 @@ struct StoredFile
 /// Streams a file. Throws Error naming it if it cannot be read.
 StoredFile hash_chunks(const std::filesystem::path& root, const std::string& relative_path);
 
-/// What is wrong with the file below `root`, with where the first damaged piece begins, or nothing.
+/// Damage of the file below `root`, with the offset of the first damaged piece, or nothing.
 std::optional<std::string> find_damage(const std::filesystem::path& root, const StoredFile& expected);
 
 Value to_value(const StoredFile& file);

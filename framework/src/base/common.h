@@ -16,7 +16,7 @@ namespace fresco::host
 
 namespace fs = std::filesystem;
 
-/// What `make`, a function or a member, gives for each of `items`, in their order: each(stages, &PipelineStage::name), or, as
+/// Maps `items` by `make`, a function or a member, in their order: each(stages, &PipelineStage::name), or, as
 /// values of another type, each<Value>(stages, stage_value).
 template <class As = void, class Items, class Make>
 auto each(const Items& items, const Make& make)
@@ -28,7 +28,7 @@ auto each(const Items& items, const Make& make)
     return made;
 }
 
-/// What `make` gives, or nothing where it throws Error. Of a function without a result: whether it came to its end.
+/// Result of `make`, or nothing if it throws Error. For a function without a result: whether it finished.
 template <class Make>
 auto attempt(const Make& make)
 {

@@ -56,7 +56,7 @@ class OpenFile
     bool readable_ = false;
 };
 
-/// Where the file ends but for white space.
+/// Text of the file without white space at its end.
 std::string_view trimmed(std::string_view text)
 {
     return text.substr(0, text.find_last_not_of(white_space) + 1);
@@ -121,7 +121,7 @@ bool is_long_enough(const OpenFile& file, const FileFormat& format)
     return bytes.size() == format.length_bytes && length <= file.size() - format.length_from;
 }
 
-/// What holds a format without a beginning of its own may come late.
+/// A format without a beginning of its own may be recognized late in the file.
 bool is_of(const OpenFile& file, const FileFormat& format)
 {
     return begins(file, format) && (!format.begins.empty() || holds(file, format) || file.size() > searched_bytes);

@@ -35,7 +35,7 @@ class FileLock
 
     /// Writes this process into the locked file, for people who wait. What cannot be written is left out.
     void sign() const;
-    /// Who signed the file last: "process 4711 on kitchen, since 2026-11-23 13:05:10"; empty: nobody.
+    /// Last signature in the file: "process 4711 on kitchen, since 2026-11-23 13:05:10"; empty: none.
     static std::string holder_of(const std::filesystem::path& file);
 
   private:

@@ -98,7 +98,7 @@ bool is_mounted_for_writing(dev_t device)
     return false;
 }
 
-/// Nothing is known of a file system that does not answer. Network file systems ask their server each time, so an answer holds
+/// A file system that does not answer is unknown. Network file systems ask their server each time, so an answer holds
 /// for all files of a device, for a second: another may be mounted in its place.
 FileSystem file_system_of(const std::filesystem::path& file, dev_t device)
 {
@@ -165,7 +165,7 @@ Value to_value(const FileStamp& stamp)
                        stamp.device, stamp.file_system, stamp.file_system_id};
 }
 
-/// Nothing for the stamp of another version of fresco: the contents are read once more.
+/// Returns nothing for the stamp of another version of fresco: the contents are read once more.
 std::optional<FileStamp> stamp_from(const Value& value)
 {
     const auto& list = value.as_list();

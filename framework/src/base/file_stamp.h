@@ -70,12 +70,13 @@ Dependency dependency_from(const Value& value);
 class FileHashes
 {
   public:
-    /// Those that the Journal `index` holds, as far as it is whole: it is a cache. Empty: remembers nothing beyond this process.
+    /// Loads the hashes of the Journal `index`, as far as it is whole: it is a cache. Empty: remembers nothing beyond this
+    /// process.
     explicit FileHashes(std::filesystem::path index);
 
     /// The file's content hash. Throws MissingInput if it cannot be read.
     std::string hash(const std::filesystem::path& file);
-    /// The same with the stamp the hash belongs to.
+    /// Hash of a file with the stamp that it belongs to.
     Dependency dependency(const std::filesystem::path& file);
     /// Remembers a hash that is known without reading the file.
     void remember(const std::filesystem::path& file, const std::string& hash);
@@ -85,7 +86,7 @@ class FileHashes
     void tidy() const;
 
   private:
-    /// Of the files that are as they were, among those that `chosen` names, or all.
+    /// Entries of unchanged files, among those that `chosen` names, or all.
     Value::List entries(const std::set<std::string>* chosen) const;
 
     std::filesystem::path index_;

@@ -24,7 +24,7 @@ namespace
 
 constexpr double bytes_per_mb = 1024.0 * 1024.0;
 
-/// Where a hierarchy of groups is mounted.
+/// Mount point of a hierarchy of groups.
 struct Hierarchy
 {
     fs::path group;  ///< The group that stands at the mount point: in a container, not the topmost.
@@ -51,7 +51,7 @@ bool lists(const std::string& names, const std::string& name)
     return ("," + names + ",").find("," + name + ",") != std::string::npos;
 }
 
-/// Of the version 2 where `controller` is empty.
+/// Hierarchy of a controller; that of version 2 if `controller` is empty.
 std::optional<Hierarchy> hierarchy(const fs::path& proc, const std::string& controller)
 {
     std::ifstream mounts(proc / "mountinfo");
@@ -104,7 +104,7 @@ std::vector<fs::path> folders(const fs::path& proc, const fs::path& root, const 
     return result;
 }
 
-/// Nothing for "max" and what is not there.
+/// Returns nothing for "max" and a missing file.
 std::optional<double> number_in(const fs::path& file)
 {
     std::ifstream stream(file);
@@ -126,7 +126,7 @@ void narrow_cores(ControlGroupLimits& limits, std::optional<double> quota, std::
         limits.cores = std::min(limits.cores, *quota / *period);
 }
 
-/// What follows "name ... : " in the first line that begins with `name`.
+/// Text after "name ... : " in the first line that begins with `name`.
 std::string line_of(const char* file, const std::string& name)
 {
     std::ifstream stream(file);

@@ -14,11 +14,11 @@
 namespace fresco::host
 {
 
-/// What the control groups of a process leave it. Infinity: no limit.
+/// Resources that its control groups leave a process. Infinity: no limit.
 struct ControlGroupLimits
 {
     double memory_mb = std::numeric_limits<double>::infinity();       ///< All that its processes may have together.
-    double free_memory_mb = std::numeric_limits<double>::infinity();  ///< What none of them has taken yet.
+    double free_memory_mb = std::numeric_limits<double>::infinity();  ///< Memory that none of them uses yet.
     double cores = std::numeric_limits<double>::infinity();           ///< Processor time per time.
 };
 
@@ -28,11 +28,11 @@ struct ControlGroupLimits
 ControlGroupLimits control_group_limits(const std::filesystem::path& proc = "/proc/self",
                                         const std::filesystem::path& root = "/");
 
-/// Of the first processor: model and the instruction sets that numerical libraries choose their kernels by, as a map
+/// Model of the first processor and the instruction sets that numerical libraries choose their kernels by, as a map
 /// {model, features}. Results are equal to the byte between machines where `features` agree.
 Value processor_capability();
 
-/// Where a stage with these options computes, as a map {features, gpus}: unfinished work is gone on with only where both are the
+/// Hardware that a stage with these options uses, as a map {features, gpus}: unfinished work is resumed only where both are the
 /// same. `gpus`: models of the NVIDIA GPUs, where the stage has an option "device" that is not "cpu".
 Value computing_place(const Value& options);
 
@@ -44,12 +44,12 @@ double available_memory_mb();
 
 /// Largest resident memory of this process so far, in MB.
 double peak_memory_mb();
-/// The same of the largest among the programs that this process started and that have ended.
+/// Peak memory of the largest ended program that this process started.
 double peak_memory_of_programs_mb();
 /// Resident memory, in MB, of a process and all that descend from it: the sum, what several share counts in each. 0 once it is
 /// gone.
 double memory_of_tree_mb(pid_t pid);
-/// What this machine has, in MB, or the narrowest of the control groups that the process is in.
+/// Memory of this machine, in MB, or of the narrowest of the control groups that the process is in.
 double machine_memory_mb();
 /// Whether the driver finds an NVIDIA GPU that this process may use. Asks once.
 bool machine_has_gpu();

@@ -68,7 +68,7 @@ bool write_all(int file, std::string_view text);
 /// Writes everything to a socket; never raises SIGPIPE. False if that fails; errno says why: EPIPE if the other side is gone.
 bool send_all(int socket, std::string_view text);
 
-/// What children of the host leave behind when they crash. It comes to the host, which ends it.
+/// Processes that crashed children of the host leave behind. The host adopts and ends them.
 class Orphans
 {
   public:

@@ -36,7 +36,7 @@ struct Character
         }
     }
 
-    /// Those of the East take two columns.
+    /// East Asian characters take two columns.
     std::size_t columns() const
     {
         const bool wide = (code >= 0x1100 && code <= 0x115F) || (code >= 0x2E80 && code <= 0xA4CF) ||
@@ -45,8 +45,8 @@ struct Character
         return wide ? 2 : 1;
     }
 
-    /// Those from U+0080 to U+009F begin escape sequences on some terminals; the later ones end a line or turn the direction of
-    /// writing.
+    /// Characters from U+0080 to U+009F begin escape sequences on some terminals; the later ones end a line or turn the direction
+    /// of writing.
     bool is_control() const
     {
         return code < 0x20 || (code >= 0x7F && code < 0xA0) || code == 0x061C || code == 0x200E || code == 0x200F ||

@@ -38,9 +38,9 @@ std::string shell_word(const std::string& text);
 /// Ends of lines that harmless() keeps.
 enum class LineEnds
 {
-    all,        ///< Of a log.
-    continued,  ///< Of a message: those before an indented line. A name can begin no line that passes for another message.
-    none        ///< Of a name.
+    all,        ///< Line ends of a log.
+    continued,  ///< Line ends of a message before an indented line. A name can begin no line that passes for another message.
+    none        ///< A name keeps none.
 };
 
 /// A text to show to people. Control characters, by which a file's name could move the cursor, and those that turn the direction
@@ -87,7 +87,7 @@ class Line
 
 inline constexpr std::size_t without_end = std::string::npos;
 
-/// Of the terminal behind a descriptor, or what COLUMNS says where that is set.
+/// Width of the terminal behind a descriptor, or COLUMNS if that is set.
 std::size_t terminal_width(int descriptor);
 
 /// Breaks lines that are wider than `width` at blanks, never within a word: one that is wider stands out. What was broken goes on

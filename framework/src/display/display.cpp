@@ -29,7 +29,7 @@ double since(Clock::time_point begin)
     return std::chrono::duration<double>(Clock::now() - begin).count();
 }
 
-/// What a stage counts, and how fast.
+/// Count and rate of a stage.
 class Progress : public Count
 {
   public:
@@ -66,7 +66,7 @@ class Progress : public Count
         return text;
     }
 
-    /// Of a stage that reported any progress.
+    /// Whether the stage reported any progress.
     bool has_begun() const { return begun_; }
 
   private:
@@ -277,7 +277,7 @@ class LiveDisplay final : public ProgressDisplay
     {
         if (in_background())
         {
-            // What is said stands among what others write; the view begins again below it.
+            // Messages interleave with other output; redraw the view below.
             lines_.clear();
             write_all(STDERR_FILENO, above);
             return;

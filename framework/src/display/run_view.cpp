@@ -102,7 +102,7 @@ class View
             lines.push_back(Line(line_room()).pad_to(name_ + 4).add(text, Tone::faint).take());
     }
 
-    /// What runs, what went wrong, what comes next, what was done last; the others are counted.
+    /// Draws running and failed stages, the next and the last ones, and counts the others.
     void draw_some(std::size_t room, std::vector<std::string>& lines) const
     {
         const auto rank = [&](std::size_t i)

@@ -19,7 +19,7 @@ using Metric = std::pair<std::string, std::optional<double>>;
 /// "loss 0.25", "loss not finite"
 std::string metric_text(const Metric& metric);
 
-/// What a stage has counted and measured.
+/// Counts and measurements of a stage.
 struct Count
 {
     double done = 0;
@@ -37,12 +37,12 @@ struct ViewStage : Count
     std::string name;
     StageState state = StageState::waiting;
     bool waits = false;           ///< Running, but another run makes the result.
-    int threads = 0;              ///< Of a running one.
-    double seconds = 0;           ///< What it took, or has been running for.
+    int threads = 0;              ///< Threads of a running stage.
+    double seconds = 0;           ///< Time that it took, or has been running for.
     double expected_s = 0;        ///< By its own account, as earlier runs corrected it; 0: unknown.
-    std::vector<double> history;  ///< Of the first metric, oldest first.
+    std::vector<double> history;  ///< Values of the first metric, oldest first.
     std::string preview;          ///< Path of its newest picture; empty: none.
-    std::string holder;           ///< Which run makes the result; empty: unknown.
+    std::string holder;           ///< Run that makes the result; empty: unknown.
 };
 
 struct ViewFrame
@@ -52,7 +52,7 @@ struct ViewFrame
     bool utf8 = true;
     bool color = false;
     int cores = 1;
-    double seconds = 0;  ///< Of the whole run, so far.
+    double seconds = 0;  ///< Time of the whole run, so far.
 };
 
 /// How long a running or waiting stage still takes: its count's speed, trusted the more the further it is, and what it is

@@ -39,7 +39,7 @@ std::string name_problem(const std::string& option, const std::filesystem::path&
            " is not UTF-8 text without control characters: rename it, or choose another with " + option;
 }
 
-/// Of a folder that is there, or of the one that it would be made in.
+/// Problem of writing to a folder, or to the one that it would be made in.
 std::string writing_problem(const std::string& option, const std::filesystem::path& folder)
 {
     std::error_code error;

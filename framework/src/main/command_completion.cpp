@@ -116,7 +116,7 @@ Words values_of(const CLI::Option& option, const Place& place)
     return name == "to" ? any_file : Words{};
 }
 
-/// What the command's next word without a dash can be.
+/// Candidates for the command's next word without a dash.
 Words positional(const Place& place)
 {
     std::size_t number = 0;

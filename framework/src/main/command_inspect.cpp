@@ -33,7 +33,7 @@ PipelineResult load(const InspectArguments& arguments, const Catalog& catalog)
     return load_pipeline(arguments.pipeline.request(), catalog);
 }
 
-/// What a command prints. Texts are folded in the width of the terminal, documents for machines are not.
+/// Output of a command. Texts are folded to the width of the terminal, documents for machines are not.
 struct Printed
 {
     std::ostringstream out{};

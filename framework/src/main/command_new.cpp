@@ -83,7 +83,7 @@ void write_folder(const fs::path& folder, const std::vector<TextFile>& files)
     }
 }
 
-/// Where this program is installed, if it is.
+/// Prefix of this program's installation, if it is installed.
 fs::path own_prefix()
 {
     const fs::path prefix = own_program().parent_path().parent_path();
@@ -150,7 +150,7 @@ int begin_project(const NewArguments& arguments)
     return 0;
 }
 
-/// What the file system refuses is the person's to mend.
+/// Reports errors of the file system, which the user has to mend.
 int told(int (*action)(const NewArguments&), const NewArguments& arguments)
 {
     try

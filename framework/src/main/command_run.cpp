@@ -29,7 +29,7 @@ namespace
 
 struct RunArguments
 {
-    std::vector<std::string> words;  ///< Of the command line.
+    std::vector<std::string> words;  ///< Words of the command line.
     PipelineArguments pipeline;
     PlaceArguments places;
     int cores = available_cores();
@@ -188,7 +188,7 @@ void set_limits(const RunArguments& arguments, RunRequest& request)
     }
 }
 
-/// Where a run may only write out what is stored: the stages without a result, which are its only failure.
+/// Reports the stages without a result, the only failure of a run with --only-stored.
 int missing_results(const RunSummary& summary)
 {
     std::vector<std::string> missing;

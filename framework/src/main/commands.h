@@ -39,7 +39,7 @@ std::vector<std::string> program_commands();
 /// Replaces this process by the program `fresco-NAME` of the command NAME = `words[1]`; returns if there is no such program.
 /// Throws Error if it cannot be run.
 void run_program_command(char** words);
-/// What a program beside fresco offers for the last of `words`, which begin with its name: it is asked by
+/// Completions of the last of `words`, which begin with the name of a program beside fresco: it is asked by
 /// `fresco-NAME internal-complete WORDS`, and prints lines as completions() gives them.
 std::vector<std::string> program_completions(const std::vector<std::string>& words);
 /// Names of the programs beside fresco, and what they print for --help-all.
@@ -48,17 +48,17 @@ std::vector<std::pair<std::string, std::vector<std::string>>> program_helps();
 /// The schema of pipeline files that is installed with this program; it may be missing.
 std::filesystem::path installed_schema();
 
-/// What is asked for makes no sense. The text is printed as it is, and the exit code is 2.
+/// Invalid arguments. The text is printed unchanged, and the exit code is 2.
 struct UsageError : std::runtime_error
 {
     using std::runtime_error::runtime_error;
 };
 
-/// What every command takes that works on a pipeline file.
+/// Arguments of every command that works on a pipeline file.
 struct PipelineArguments
 {
     std::string file;  ///< "-": `given_text` is the pipeline, its relative paths those of the working directory.
-    std::optional<std::string> given_text;  ///< What standard input held.
+    std::optional<std::string> given_text;  ///< Text of standard input.
     std::string text_file;                  ///< Read in place of `file`; empty: none.
     std::vector<std::string> sets;
     std::vector<std::string> without;
@@ -70,7 +70,7 @@ struct PipelineArguments
     PipelineRequest request() const;
 };
 
-/// Where results go.
+/// Destinations of results.
 struct PlaceArguments
 {
     std::string out;  ///< Empty: not given, see out_name.
@@ -103,10 +103,10 @@ struct LoadedPipeline
 };
 /// Prints what a run should say of the plugin folders.
 void warn_of_plugin_folders();
-/// The same, and prints every problem to standard error.
+/// Loads a pipeline and prints every problem to standard error.
 std::unique_ptr<LoadedPipeline> load_and_report(const PipelineRequest& request);
 
-/// Of a matrix that has run: writes sweep.json and its page beside the results; prints a line per combination if `print`.
+/// Summarizes a matrix that has run: writes sweep.json and its page beside the results; prints a line per combination if `print`.
 /// `thumbnails`: the stage whose pictures the page shows, see write_sweep_summary.
 void tell_combinations(const ReportRequest& run, const std::string& thumbnails, bool print);
 

@@ -62,7 +62,7 @@ std::vector<std::string> commands_in(const fs::path& folder)
     return names;
 }
 
-/// What one beside fresco prints; one from elsewhere may not know what it is asked.
+/// Output of a program beside fresco; one from elsewhere may not know the question.
 std::vector<std::string> answer_of(const std::string& command, const std::vector<std::string>& words)
 {
     const fs::path file = own_program().parent_path() / (std::string(prefix) + command);
@@ -95,7 +95,7 @@ void run_program_command(char** words)
     const fs::path file = program_of(words[1]);
     if (file.empty())
         return;
-    // What this program ignores, others expect.
+    // Other programs expect the signals that this one ignores.
     std::signal(SIGPIPE, SIG_DFL);
     std::signal(SIGXFSZ, SIG_DFL);
     const std::string name = file.filename();

@@ -20,7 +20,7 @@ class StageGraph
     /// Several equal edges count once. Throws std::out_of_range for an unknown node.
     void add_edge(std::size_t from, std::size_t to);
 
-    /// What `node` needs directly, and what needs it directly; ascending.
+    /// Direct needs of `node`, and nodes that need it directly; ascending.
     std::vector<std::size_t> needs(std::size_t node) const { return {needs_[node].begin(), needs_[node].end()}; }
     std::vector<std::size_t> needed_by(std::size_t node) const { return {needed_by_[node].begin(), needed_by_[node].end()}; }
     /// `node` and all that it needs, directly or not; ascending.

@@ -188,7 +188,7 @@ std::optional<std::string> OutputOwners::claim(const fs::path& path, const std::
     if (own->second.stage != stage)
         return "the stages " + own->second.stage + " and " + stage + " would both write " + name.generic_string() +
                " below --out: give one of them another " + option;
-    // What is below a path comes after it.
+    // Paths below a path sort after it.
     if (const auto next = std::next(own);
         is_file && next != owners_.end() && std::ranges::mismatch(name, next->first).in1 == name.end())
         return blocked(*own, *next, option);

@@ -49,7 +49,7 @@ std::string to_string(const Problem& problem);
 class StageGraph;
 struct YamlNode;
 
-/// What feeds one input port: another stage's output, or a user's file through a reader.
+/// Source of one input port: another stage's output, or a user's file through a reader.
 struct Wire
 {
     std::string port;
@@ -62,18 +62,18 @@ struct Wire
 
 struct PipelineStage
 {
-    /// Of all stages of the pipeline: the file's name, and behind an '@' the values of the axes that the stage depends on.
+    /// Unique name: that in the file, and after an '@' the values of the axes that the stage depends on.
     std::string name;
     std::string own_name;  ///< In the file. Several stages of a matrix have one.
     std::string place;     ///< Folder below `--out` for what it makes: the values of its axes ("kitchen,waves"), else empty.
     const TypeDescription* type = nullptr;  ///< Owned by the catalog, or by `own_type`.
-    /// Of a stage that declares its ports in the pipeline file (`type: command`).
+    /// Type of a stage that declares its ports in the pipeline file (`type: command`).
     std::shared_ptr<const TypeDescription> own_type = {};
     /// Every option with its value: defaults filled in, component configurations complete down to their own options, `auto`
     /// expanded, paths absolute. What the worker process configures the stage with.
     std::shared_ptr<const Value> options;  ///< Shared with the stages of a matrix that have the same.
     std::vector<Wire> wires;
-    std::vector<std::filesystem::path> input_files;  ///< Of InputFile options (components' too) and of wires.
+    std::vector<std::filesystem::path> input_files;  ///< Files of InputFile options (components' too) and of wires.
     struct Output
     {
         std::string name;  ///< Below `place` in `--out`.
@@ -90,11 +90,11 @@ struct PipelineStage
 struct Combination
 {
     std::string name;                 ///< "kitchen,waves": what its values are called.
-    std::vector<std::string> values;  ///< What each axis's value is called, in the order of the axes.
+    std::vector<std::string> values;  ///< Label of each axis's value, in the order of the axes.
     std::vector<std::size_t> stages;  ///< Numbers of the stages it is made of, shared ones too.
 };
 
-/// What `matrix` asks for.
+/// Contents of `matrix`.
 struct Sweep
 {
     std::vector<std::string> axes;  ///< Vars. Empty: there is no matrix.
@@ -119,7 +119,7 @@ struct Pipeline
     std::filesystem::path file;
     std::vector<PipelineText> texts;  ///< The file, and those that it builds on.
     std::vector<PipelineStage> stages;
-    std::shared_ptr<const StageGraph> graph;  ///< Which stage needs which, by their places in `stages`.
+    std::shared_ptr<const StageGraph> graph;  ///< Dependencies, by places in `stages`.
     Sweep sweep;
 
     const PipelineStage* find(std::string_view name) const;
@@ -132,7 +132,7 @@ struct PipelineRequest
     std::filesystem::path working_directory;                ///< Base of relative paths in `sets`.
     std::string until = {};                                 ///< `--until STAGE`: checked to be a stage's name; empty: not given.
     bool preview = false;                                   ///< `--preview`: with the options that the file's `preview` sets.
-    std::vector<PipelineText> texts = {};                   ///< Where not empty: read in place of the files on the disk.
+    std::vector<PipelineText> texts = {};                   ///< If not empty: read instead of the files on the disk.
     std::vector<std::string> without = {};                  ///< `--without STAGE`: left out of the file.
     bool keep_going = false;                                ///< Combinations that lack an input are left out if others remain.
 };
@@ -157,7 +157,8 @@ void write_dot(const Pipeline& pipeline, std::ostream& out);
 /// A quoted identifier of the DOT language.
 std::string dot_quoted(std::string_view text);
 
-/// Which stage writes what below `--out`: no two may write the same, nor one into a folder that another writes as a file.
+/// Stages by the paths that they write below `--out`: no two may write the same, nor one into a folder that another writes as a
+/// file.
 class OutputOwners
 {
   public:

@@ -51,7 +51,7 @@ YamlNode section(const YamlNode& root, std::string_view key, const std::string& 
     return map;
 }
 
-/// Nothing where the file cannot be read, which is reported.
+/// Returns nothing if the file cannot be read, which is reported.
 std::optional<std::string> text_on_disk(const fs::path& file, const std::string& shown, const Position& wanted_at,
                                         ProblemList& problems)
 {
@@ -133,7 +133,7 @@ bool type_changes(const YamlNode& below, const YamlNode& above)
            old_type->value.text != new_type->value.text;
 }
 
-/// What kind of map is merged.
+/// Kind of a merged map.
 enum class Level
 {
     stages,

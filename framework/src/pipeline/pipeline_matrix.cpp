@@ -22,7 +22,7 @@ bool is_label_byte(char c)
     return letter || static_cast<unsigned char>(c) >= 0x80 || std::string_view("_-.+=").find(c) != std::string_view::npos;
 }
 
-/// What is left of a text when all that has no place in the name of a folder is a dash.
+/// Replaces characters that folder names cannot have by dashes.
 std::string label_of(const std::string& text)
 {
     std::string label;
@@ -39,7 +39,7 @@ std::string label_of(const std::string& text)
     return label;
 }
 
-/// What the program itself writes below `--out`.
+/// Names that the program itself writes below `--out`.
 bool is_taken(const std::string& label)
 {
     static const std::set<std::string> own{"preview", "progress", "report.html", "run.json", "sweep.html", "sweep.json"};

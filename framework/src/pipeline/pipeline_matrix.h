@@ -32,7 +32,7 @@ inline constexpr std::size_t axis_limit = 6;
 /// place. What is wrong is reported; the var of a bad axis becomes an invalid node, so that nobody stumbles over it again.
 std::vector<MatrixAxis> read_matrix(PipelineDocument& document, ProblemList& problems);
 
-/// What `--set AXIS=VALUE` means: a list takes the place of the axis's values, one value narrows the axis to the choice of that
+/// Applies `--set AXIS=VALUE`: a list replaces the axis's values, one value narrows the axis to the choice of that
 /// label or text.
 void set_axis(MatrixAxis& axis, const YamlNode& value, ProblemList& problems);
 

@@ -52,7 +52,7 @@ bool can_be_read(const fs::path& path)
     return ::access(path.c_str(), fs::is_directory(path, failure) ? R_OK | X_OK : R_OK) == 0;
 }
 
-/// What a user who wrote `node` where `kind` is wanted probably meant.
+/// Probable meaning of a user who wrote `node` instead of a `kind`.
 std::string hint(OptionKind kind, const YamlNode& node, const Value& value)
 {
     if (kind == OptionKind::boolean && value.is_string())
@@ -90,7 +90,7 @@ std::string hint(OptionKind kind, const YamlNode& node, const Value& value)
 enum class Reading
 {
     resolved,    ///< By the rules of YAML.
-    text,        ///< The same, but on the command line quotes are the shell's: a number there is text.
+    text,        ///< As resolved, but on the command line quotes are the shell's: a number there is text.
     as_written,  ///< Every scalar is text.
 };
 

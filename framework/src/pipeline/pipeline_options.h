@@ -13,7 +13,7 @@
 namespace fresco::host
 {
 
-/// What the options of one stage lead to besides their values.
+/// Files and components that the options of one stage name.
 struct OptionUses
 {
     std::vector<std::filesystem::path> input_files;

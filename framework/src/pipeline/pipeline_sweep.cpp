@@ -29,7 +29,7 @@ Choices chosen_of(const AxisSet& axes, const Choices& choices)
     return result;
 }
 
-/// What they are called: "kitchen,waves".
+/// Label of choices: "kitchen,waves".
 std::string label_of(const AxisSet& axes, const Choices& choices, const std::vector<MatrixAxis>& matrix)
 {
     std::string text;
@@ -39,7 +39,7 @@ std::string label_of(const AxisSet& axes, const Choices& choices, const std::vec
     return text;
 }
 
-/// Which vars of a document depend on which axes, directly or through other vars and the axes' values, and which nobody uses.
+/// Axes that the vars of a document depend on, directly or through other vars and the axes' values, and unused vars.
 class VarUse
 {
   public:
@@ -142,7 +142,7 @@ struct Batch
     std::vector<Problem> problems;
 };
 
-/// What one combination is made of.
+/// Parts of one combination.
 struct CombinationDraft
 {
     Choices choices;
@@ -260,7 +260,7 @@ class StageDrafts
         CheckedStage& checked = stages_.emplace_back();
         if (draft.config.is_map())
         {
-            // What the stage lacks is reported at its name.
+            // Missing keys of the stage are reported at its name.
             draft.config.stand_at(entry);
             if (const auto type = type_named_by(draft.config, draft.title(), &problems))
                 draft.type = types_.require(*type, "stage", draft.title(), draft.config.find("type")->value, problems);
@@ -462,7 +462,7 @@ class SweepBuilder
         return problems.sorted();
     }
 
-    /// Of the combination that was added last.
+    /// Notes the problems of the combination that was added last.
     void note(const std::vector<Problem>& problems)
     {
         const std::size_t member = members_.size() - 1;
@@ -477,7 +477,7 @@ class SweepBuilder
         }
     }
 
-    /// What a stage reads depends on more axes than the stage itself: so does the stage then.
+    /// Adds to every stage the axes that its inputs depend on.
     std::vector<AxisSet> spread_axes() const
     {
         std::vector<AxisSet> axes;
@@ -527,7 +527,7 @@ class SweepBuilder
     const std::vector<MatrixAxis>& matrix_;
     StageDrafts& drafts_;
     std::map<std::vector<std::size_t>, Structure> structures_;  ///< By the shapes.
-    std::map<std::string, std::size_t> numbers_;                ///< Of stages, by name.
+    std::map<std::string, std::size_t> numbers_;                ///< Numbers of stages, by name.
     std::vector<CombinationDraft> members_;
     std::vector<std::pair<Problem, std::vector<std::size_t>>> problems_;  ///< With the members that have it.
     std::map<std::string, std::size_t> known_problems_;

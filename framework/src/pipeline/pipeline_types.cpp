@@ -23,7 +23,7 @@ const Refusal* probable_refusal(const Catalog& catalog, const std::string& type)
     return nullptr;
 }
 
-/// What else may be meant by an unknown type, or why it may be unknown.
+/// Suggestions for an unknown type, or why it may be unknown.
 std::string instead_of(const std::string& type, const std::vector<std::string>& names, const Catalog& catalog)
 {
     constexpr std::size_t few = 12;

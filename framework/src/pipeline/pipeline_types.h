@@ -35,7 +35,8 @@ class TypeTable
     const Catalog& catalog() const { return catalog_; }
     /// In silence: nothing where the type is unknown, ambiguous or of another kind.
     KnownType find(std::string_view type, std::string_view kind);
-    /// Of any kind where `kind` is empty. Reports at `at` why the type cannot be used. `user` names who wants it: "stage 'mesh'".
+    /// Finds a type, of any kind if `kind` is empty. Reports at `at` why it cannot be used. `user` names its user: "stage
+    /// 'mesh'".
     KnownType require(const std::string& type, std::string_view kind, const std::string& user, const Position& at,
                       ProblemList& problems);
     /// All types where `kind` is empty.
@@ -44,7 +45,7 @@ class TypeTable
     const std::map<std::string, Value, std::less<>>& pipeline_components();
     /// A stage type whose library an artifact comes with; nullptr for those of the SDK.
     const TypeDescription* owner_of(std::string_view artifact);
-    /// Those that readers and options declare.
+    /// Formats that readers and options declare.
     std::vector<FileFormat> formats();
     /// A type that the catalog does not have, with ports of a stage's own. The same for equal ones.
     std::shared_ptr<const TypeDescription> adopt(TypeDescription type);
@@ -56,7 +57,7 @@ class TypeTable
         PortArtifact port;
         const TypeDescription* owner = nullptr;
     };
-    /// Those of the SDK, and of the ports of all stages.
+    /// Artifacts of the SDK, and of the ports of all stages.
     const std::map<std::string, KnownArtifact, std::less<>>& artifacts();
 
     const Catalog& catalog_;

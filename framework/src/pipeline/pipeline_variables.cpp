@@ -11,7 +11,7 @@ namespace fresco::host
 namespace
 {
 constexpr std::size_t substitution_limit = 4 * yaml_size_limit;
-/// What a node counts for, in bytes of text: as many are allowed as in a few files.
+/// Weight of a node, in bytes of text: as many are allowed as in a few files.
 constexpr std::size_t node_weight = 16;
 
 /// A stretch of text, or the name of a var.
@@ -21,7 +21,7 @@ struct Piece
     bool is_var = false;
 };
 
-/// Nothing where a "${" is not closed.
+/// Returns nothing if a "${" is not closed.
 std::optional<std::vector<Piece>> split_references(const std::string& text)
 {
     std::vector<Piece> pieces;

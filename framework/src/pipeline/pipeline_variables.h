@@ -44,7 +44,7 @@ class Variables
     };
 
     const YamlNode* value_of(const std::string& name, const YamlNode& use);
-    /// The same, as far as the budget allows it.
+    /// Value of a var, if the budget allows it.
     const YamlNode* used_value(const std::string& name, const YamlNode& use);
     YamlNode substitute_scalar(const YamlNode& node);
 

@@ -31,7 +31,7 @@ std::vector<std::string> names_of(const std::vector<PortDeclaration>& ports)
     return each(ports, &PortDeclaration::name);
 }
 
-/// Where the stage's inputs would be declared, if the pipeline does that.
+/// Name of the place where the pipeline declares the stage's inputs, if it does.
 std::string declared_by(const TypeDeclaration& type)
 {
     const auto option = std::ranges::find(type.options, OptionKind::input_ports, &OptionDeclaration::kind);
@@ -144,7 +144,7 @@ class Wiring
   private:
     void report(const StageDraft& stage, const Position& at, const std::string& text) { problems_.add(at, stage.title() + text); }
 
-    /// Of an input that is something else than `expected`.
+    /// Reports an input that is something else than `expected`.
     void refuse(const StageDraft& stage, const YamlNode& node, const std::string& expected)
     {
         gave_up_ = true;
@@ -338,7 +338,7 @@ class Wiring
     const std::set<std::string>& dropped_;
     std::map<std::string, std::size_t, std::less<>> index_;
     ProblemList& problems_;
-    std::vector<std::pair<const StageDraft*, Position>> unwired_;  ///< Whose inputs are to be reported, with where.
+    std::vector<std::pair<const StageDraft*, Position>> unwired_;  ///< Stages whose inputs are to be reported, with the position.
     bool gave_up_ = false;  ///< An input of the current stage could not be resolved: missing ones are not reported.
 };
 

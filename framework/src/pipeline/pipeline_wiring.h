@@ -19,7 +19,7 @@ namespace fresco::host
 struct StageDraft
 {
     std::string name;
-    Position position;  ///< Of its key.
+    Position position;  ///< Position of its key.
     YamlNode config;    ///< A map, everything substituted.
     KnownType type;     ///< Empty after a problem.
     std::shared_ptr<const TypeDescription> own_type;

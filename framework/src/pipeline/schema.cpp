@@ -84,7 +84,7 @@ Value number_schema(const OptionDeclaration& option, const char* type)
     return schema;
 }
 
-/// What an option accepts, without its help and default.
+/// Schema of an option's accepted values, without its help and default.
 Value accepted_schema(const OptionDeclaration& option)
 {
     switch (option.kind)

@@ -96,7 +96,7 @@ struct Stop
 {
 };
 
-/// What yaml-cpp's words mean to somebody who edits a file.
+/// Explains yaml-cpp's words to somebody who edits a file.
 std::string explained(const std::string& message)
 {
     static const std::pair<const char*, const char*> meanings[] = {
@@ -129,7 +129,7 @@ class TreeBuilder final : public YAML::EventHandler
             problems_.add(position, text);
     }
 
-    /// What was read, also where reading stopped early: what is open then still counts. An empty document stands at its
+    /// The nodes read, also if reading stopped early: open ones still count. An empty document stands at its
     /// beginning.
     YamlNode take()
     {

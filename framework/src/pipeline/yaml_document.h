@@ -16,7 +16,7 @@
 namespace fresco::host
 {
 
-/// Where a piece of YAML came from.
+/// Source of a piece of YAML.
 struct YamlSource
 {
     std::string name;              ///< As shown in problems: the file, or "--set NAME=…".
@@ -24,7 +24,7 @@ struct YamlSource
     bool command_line = false;     ///< No lines, and a number or word is taken as text where text is wanted.
 };
 
-/// Where a piece of YAML stands.
+/// Position of a piece of YAML.
 struct YamlPlace
 {
     int line = 0;  ///< From 1; of a null value that of its key; 0 on the command line.
@@ -52,11 +52,12 @@ struct YamlNode : YamlPlace
     void stand_at(const YamlPlace& place) { static_cast<YamlPlace&>(*this) = place; }
 
     Kind kind = Kind::null;
-    std::string text;    ///< Of a scalar.
+    std::string text;    ///< Text of a scalar.
     bool plain = false;  ///< A scalar without quotes.
     std::vector<YamlNode> items;
-    std::vector<Entry> entries;                ///< In the order of the file; keys are unique.
-    std::shared_ptr<const YamlSource> origin;  ///< Where its value was written (a var's value elsewhere); null: in `source`.
+    std::vector<Entry> entries;  ///< In the order of the file; keys are unique.
+    std::shared_ptr<const YamlSource>
+        origin;  ///< Place where its value was written (a var's value elsewhere); null: in `source`.
 
     bool is_null() const { return kind == Kind::null; }
     bool is_scalar() const { return kind == Kind::scalar; }
@@ -105,7 +106,7 @@ YamlNode parse_yaml(std::string_view text, std::shared_ptr<const YamlSource> sou
 /// The tree of a JSON-like value, as if it stood at `place` (its position, source and origin).
 YamlNode yaml_from_value(const Value& value, const YamlNode& place);
 
-/// What a scalar means by the core schema of YAML 1.2 (true, false, null, decimal integers, floats; all else is text), or why it
+/// Meaning of a scalar by the core schema of YAML 1.2 (true, false, null, decimal integers, floats; all else is text), or why it
 /// is refused: 010 and 0x1f, which readers disagree about, and numbers out of range, nan and inf.
 struct ResolvedScalar
 {

@@ -120,7 +120,7 @@ struct TypeDeclaration
     std::vector<OptionDeclaration> components;  ///< The kinds of component that it takes from the pipeline's choice.
     std::vector<PortDeclaration> inputs;
     std::vector<PortDeclaration> outputs;
-    std::string artifact;                 ///< What a reader makes.
+    std::string artifact;                 ///< Artifact that a reader makes.
     std::vector<std::string> extensions;  ///< A reader's: ".png".
     std::vector<FileFormat> formats;      ///< A reader's.
     Marks marks;                          ///< A component's, by which `auto` chooses it.

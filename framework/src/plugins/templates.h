@@ -26,7 +26,7 @@ struct TextFile
 /// Files of the folder `sdk/templates/NAME`, which are built into this program, as they are. Empty: no such folder.
 std::vector<TextFile> template_files(const std::string& name);
 
-/// What `fresco new` can begin: the folders of sdk/templates that hold a plugin, sorted.
+/// Kinds of plugins for `fresco new`: the folders of sdk/templates that hold a plugin, sorted.
 std::vector<std::string> plugin_kinds();
 
 /// The folder of the plugin `type` ("my.dots"): "my_dots".

@@ -17,7 +17,7 @@ namespace
 constexpr std::string_view html_begin = "<!doctype html><!-- fresco ";
 constexpr std::string_view json_begin = "{\n\"format\": \"fresco-";
 
-/// Nothing but what is in the page is fetched or run; pictures beside it are only shown.
+/// The page fetches and runs only its own contents, and shows pictures beside it.
 constexpr std::string_view policy = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
                                     "img-src data: blob: file: 'self'; media-src data:";
 
@@ -53,10 +53,10 @@ std::string json_lines(const Value& data)
     return text + "\n}\n";
 }
 
-/// What went wrong; empty: nothing.
+/// Error text; empty: none.
 std::string run_child(const Value& request, const Store& store)
 {
-    // Nobody tidies up or removes results meanwhile.
+    // The lock keeps others from removing results.
     FileLock in_use = store_lock(store);
     in_use.wait_shared();
     const WorkFolder folder(store);

@@ -27,9 +27,9 @@ struct Page
     std::filesystem::path html;  ///< In the same folder.
     OutputOwner owner;
     bool replace = false;   ///< --replace: overwrite the two files, whoever wrote them.
-    Value data;             ///< Of `json`; the page draws the same.
-    Value previews;         ///< What there is to look at: see preview_requests.
-    std::string signature;  ///< Of the results that the page shows.
+    Value data;             ///< Contents of `json`, which the page draws.
+    Value previews;         ///< Requests for previews: see preview_requests.
+    std::string signature;  ///< Signature of the results that the page shows.
     std::string hurry;      ///< Why no pictures are made; empty: they are.
 };
 
@@ -64,18 +64,18 @@ std::string write_html(const Page& page, const Catalog& catalog, const Store& st
 /// The components that show artifacts, as {type: {library, hash}}; another of these makes another page.
 Value viewers_of(const Catalog& catalog);
 
-/// Of the program and of all that its pages are made of.
+/// Version of the program and of all parts of its pages.
 std::string page_version();
 
-// Of framework/report/, built in by CMake.
+// Files of framework/report/, built in by CMake.
 extern const std::string_view report_css;
 extern const std::string_view report_js;
 
-/// What the previews came to.
+/// Results of the previews.
 struct PageMedia
 {
     Value::List entries;                      ///< {stage, port, artifact, pictures, notes, …}: pipelines/results.md.
-    std::vector<const PageScripts*> scripts;  ///< What draws them.
+    std::vector<const PageScripts*> scripts;  ///< Scripts that draw them.
 };
 
 /// Waits for the end of a process that makes a page. It says what it shows next over the channel, and is killed, with all that it
@@ -89,18 +89,18 @@ struct ShownStage
 {
     const PipelineStage* stage = nullptr;
     std::string object;              ///< Its result; empty: none.
-    std::vector<std::string> names;  ///< Of its exported files, those to show, and nothing else; empty: all that it has.
+    std::vector<std::string> names;  ///< Exported files to show, and nothing else; empty: all that it has.
 };
 
 /// The page that artifacts are shown on.
 struct ShowingPage
 {
-    std::filesystem::path out;     ///< Where the run exports to.
-    std::filesystem::path folder;  ///< Where the page lies.
-    int longest_px = 720;          ///< Of its pictures.
+    std::filesystem::path out;     ///< Folder of the run's exports.
+    std::filesystem::path folder;  ///< Folder of the page.
+    int longest_px = 720;          ///< Longer side of its pictures.
 };
 
-/// What internal_page is asked to show: the artifacts of the stages, and those read from users' files, that have a viewer. The
+/// Request for internal_page: the artifacts of the stages, and those read from users' files, that have a viewer. The
 /// stages are in a topological order.
 Value preview_requests(const std::vector<ShownStage>& stages, const Catalog& catalog, const Store& store,
                        const ShowingPage& page);

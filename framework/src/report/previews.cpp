@@ -21,7 +21,7 @@ namespace fresco::host
 namespace
 {
 
-constexpr std::size_t most_pictures = 36;  // Of one type of artifact.
+constexpr std::size_t most_pictures = 36;  // Limit for one type of artifact.
 constexpr std::size_t most_of_one = 12;
 
 class Requests
@@ -129,7 +129,7 @@ class Requests
         return names;
     }
 
-    /// Which artifacts are the last of their type, and how many pictures each may show.
+    /// Finds the last artifacts of each type, and how many pictures each may show.
     void share_out()
     {
         std::map<std::string, std::size_t> counts;
@@ -188,14 +188,14 @@ std::string title_of(const Value& request)
     return request.at("stage").as_string() + "." + request.at("port").as_string();
 }
 
-/// What cannot be shown has a note.
+/// Makes the previews. Artifacts that cannot be shown get a note.
 PageMedia make_previews(const Value& requests, const Store& store)
 {
     WorkerFactory factory = factory_for(requests.at("libraries"));
     std::map<std::string, std::vector<std::string>> shown;  // By a stage: names of its pictures.
     std::uintmax_t video_bytes = PageEntry().video_bytes;
     PageMedia media;
-    // What stages made of an artifact comes before it: it may show the same.
+    // Results made from an artifact come before it, as they may show the same.
     Value::List artifacts = requests.at("artifacts").as_list();
     std::ranges::reverse(artifacts);
     for (const Value& request : artifacts)

@@ -22,7 +22,7 @@ std::string utc(std::time_t time)
     return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(time));
 }
 
-/// What one report is about: all of a pipeline, or one combination of its matrix.
+/// Subject of one report: all of a pipeline, or one combination of its matrix.
 struct Subject
 {
     std::vector<const PipelineStage*> stages;
@@ -56,7 +56,7 @@ Page page_of(const RunRequest& run, const Subject& subject)
             ""};
 }
 
-/// Those whose result is read by one that has a result.
+/// Stages whose result is read by a stage that has a result.
 std::set<std::string> read_stages(const ReportRequest& request, const Subject& subject)
 {
     std::set<std::string> read;
@@ -68,7 +68,7 @@ std::set<std::string> read_stages(const ReportRequest& request, const Subject& s
     return read;
 }
 
-/// What a report depends on: the last results of the pipeline, which name all that is above them, and what failed.
+/// Signature of a report's contents: the last results of the pipeline, which name all results above them, and failed stages.
 std::string signature_of(const ReportRequest& request, const Subject& subject)
 {
     const std::set<std::string> read = read_stages(request, subject);
@@ -103,7 +103,7 @@ const char* outcome_text(const ReportRequest& request, const Subject& subject)
 {
     if (any_is(request, subject, StageState::failed))
         return "failed";
-    // Of a single pipeline also where all is stored: its files may not have been copied to their end.
+    // A single pipeline may be interrupted although all is stored: while its files are copied.
     if ((request.interrupted && subject.combination == nullptr) || any_is(request, subject, StageState::interrupted) ||
         any_is(request, subject, StageState::blocked))
         return request.interrupted ? "interrupted" : "not finished";
@@ -234,7 +234,7 @@ Value stage_data(const PipelineStage& stage, const StageOutcome* outcome, const 
         const Value* found = manifest.find(name);
         return found != nullptr ? *found : otherwise;
     };
-    // Of a result that is stored, what it took when it was made.
+    // A stored result shows what it took when it was made.
     const auto cost = [&](double measured, std::string_view stored)
     { return shown.is_of_this_run() ? measured : entry(stored, measured).as_double(); };
     const auto input_data = [](const Wire& wire)

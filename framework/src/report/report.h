@@ -20,10 +20,10 @@ struct ReportRequest
 {
     const RunRequest* run = nullptr;
     const RunSummary* summary = nullptr;
-    const Catalog* catalog = nullptr;  ///< Where plugins for previews are looked for.
-    std::vector<std::string> command;  ///< The words that began the run.
-    double seconds = 0;                ///< Of the whole run.
-    bool interrupted = false;          ///< Who interrupts wants to be gone: no pictures are made.
+    const Catalog* catalog = nullptr;  ///< Plugins for previews.
+    std::vector<std::string> command;  ///< Words of the command line.
+    double seconds = 0;                ///< Duration of the whole run.
+    bool interrupted = false;          ///< The user interrupted the run: no pictures are made.
 };
 
 struct ReportOutcome
@@ -65,7 +65,7 @@ SweepSummaryFiles write_sweep_summary(const ReportRequest& run, const std::vecto
 std::vector<std::size_t> pictures_of(const Pipeline& pipeline, const RunSummary& summary, const CombinationOutcome& outcome,
                                      const std::vector<std::string>& extensions, const std::string& stage, std::size_t most);
 
-/// What run.json and sweep.json say in the same way (pipelines/results.md).
+/// Common part of run.json and sweep.json (pipelines/results.md).
 /// Format, versions, time, command and pipeline; `format` is "fresco-run" or "fresco-sweep".
 Value::Map origin_data(const ReportRequest& request, const char* format);
 

@@ -84,7 +84,7 @@ class Summary
         return data;
     }
 
-    /// Of all but what differs in a run with nothing to do: times, and what ran.
+    /// Signature without times and the list of stages that ran, which differ in a run with nothing to do.
     std::string signature() const
     {
         Value::List combinations = combinations_;
@@ -121,7 +121,7 @@ class Summary
     const Pipeline& pipeline_;
     const RunSummary& summary_;
     Store store_;
-    std::vector<std::string> extensions_;                    ///< Of files that a viewer shows as pictures.
+    std::vector<std::string> extensions_;                    ///< Extensions of files that a viewer shows as pictures.
     std::map<std::string, std::vector<std::size_t>> shown_;  ///< By a stage: its pictures that stand for combinations.
     Value::List stages_;
     Value::List combinations_;

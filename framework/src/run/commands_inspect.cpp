@@ -32,7 +32,7 @@ TextTable table_of(const std::vector<Kind>& kinds)
     return TextTable(each(kinds, [](Kind kind) { return TextTable::Column{"", kind}; }), indent);
 }
 
-/// What the process that opens the library says of the file.
+/// Answer of the process that opens the library.
 Value answer_of(const Child& child)
 {
     constexpr std::chrono::hours without_limit(10'000);

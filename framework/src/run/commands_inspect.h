@@ -25,7 +25,7 @@ void write_file_origin(const TypeDescription& reader, const std::filesystem::pat
 /// The process that does it: sends {"origin": {…}} or {"error": text, "missing": bool}.
 int internal_origin(const std::filesystem::path& library, const std::string& type, const std::filesystem::path& file);
 
-/// Of a run.json or sweep.json: which run it reports. Throws Error where it is another file.
+/// Writes which run a run.json or sweep.json reports. Throws Error for another file.
 void write_run_origin(const std::filesystem::path& file, bool json, std::ostream& out);
 
 /// As a list of maps: file, line, column, kind (invalid, missing_input, plugin, warning), text.
@@ -46,7 +46,7 @@ int write_description(const Catalog& catalog, const std::string& type, bool json
 /// The pipeline in the DOT language; its problems, if it has any, go to `errors`.
 int write_graph(const PipelineResult& result, std::ostream& out, std::ostream& errors);
 
-/// What cannot be used, and why, as lists of maps: ambiguous, shadowed, `refused_name`, unbuilt.
+/// Unusable types with the reason, as lists of maps: ambiguous, shadowed, `refused_name`, unbuilt.
 Value::Map unusable_types(const Catalog& catalog, const char* refused_name);
 
 }  // namespace fresco::host

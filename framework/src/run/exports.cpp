@@ -54,7 +54,7 @@ std::optional<fs::path> KnownFiles::find(const fs::path& file) const
     const auto found = by_name_.find(lower_case(file.lexically_normal().string()));
     if (found == by_name_.end())
         return std::nullopt;
-    // Where case counts, the folder lists both names.
+    // On a case-sensitive file system, the folder lists both names.
     std::error_code error;
     for (const auto& entry : fs::directory_iterator(file.parent_path(), error))
         if (entry.path().filename() == file.filename())

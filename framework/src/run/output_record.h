@@ -18,7 +18,7 @@ namespace fresco::host
 struct OutputOwner
 {
     std::filesystem::path pipeline;  ///< Absolute.
-    std::string combination;         ///< Of a matrix; empty: none.
+    std::string combination;         ///< Combination of a matrix; empty: none.
     std::string stage;               ///< As the pipeline file names it; empty for reports.
     std::string output;              ///< The paths that the stage's options name, joined: another path leaves the old files.
 };

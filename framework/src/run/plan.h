@@ -23,18 +23,18 @@ struct PlannedStage
     std::string reason{};                         ///< Why it runs, or why it does not.
     std::map<std::string, std::string> chosen{};  ///< See types_by_marks.
     std::optional<Usage> measured{};              ///< Empty before its first run.
-    std::size_t files_to_copy = 0;                ///< Of a stored result, those that are missing or different below `out`.
+    std::size_t files_to_copy = 0;                ///< Files of a stored result that are missing or different below `out`.
 };
 
 struct Plan
 {
     std::vector<PlannedStage> stages;
     std::vector<std::string> obstacles;  ///< Files for which the run would stop, see Exporter.
-    Usage total;                         ///< Of measured stages that run: the sum of the seconds, the largest memory.
+    Usage total;                         ///< Sum of the seconds and largest memory of the measured stages that run.
     std::size_t unmeasured_count = 0;    ///< Stages that run for the first time.
 };
 
-/// What a run would do, with its files below `out`. Changes nothing but remembered file stamps.
+/// Plans a run with its files below `out`. Changes nothing but remembered file stamps.
 Plan make_plan(const Pipeline& pipeline, const std::filesystem::path& store, const std::filesystem::path& out,
                const std::string& until, bool replace = false);
 

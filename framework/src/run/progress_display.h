@@ -12,13 +12,13 @@
 namespace fresco::host
 {
 
-/// What one stage came to in a run.
+/// Outcome of one stage in a run.
 struct StageOutcome
 {
     std::string stage;
     std::string type;
     StageState state = StageState::not_selected;
-    std::string key;  ///< That its result has, or would have; empty: not known.
+    std::string key;  ///< Key of its result; empty: not known.
     std::string object;
     double seconds = 0;
     double memory_mb = 0;
@@ -38,8 +38,8 @@ struct StageStanding
 {
     std::string stage;
     StageState state = StageState::waiting;
-    double expected_s = 0;                 ///< What it should take, by its own account and earlier runs; 0: unknown.
-    std::filesystem::path preview_folder;  ///< Where it puts pictures of its work, if it does.
+    double expected_s = 0;                 ///< Time by earlier runs; 0: unknown.
+    std::filesystem::path preview_folder;  ///< Folder of its progress pictures, if it makes any.
 };
 
 /// Shows a run to a person or a machine while it goes on. What it does not override it does not show.
@@ -50,7 +50,7 @@ class ProgressDisplay
     /// All stages in their order before the first begins; later those whose state changed.
     virtual void stages(const std::vector<StageStanding>& /*stages*/, int /*cores*/) {}
     virtual void stage_begins(const std::string& /*stage*/, int /*threads*/) {}
-    /// The same result is being made by another run; this one waits for it. `holder`: "process 4711 on kitchen, since …", empty
+    /// Another run makes the result; this one waits for it. `holder`: "process 4711 on kitchen, since …", empty
     /// if unknown. Called again where another gets in between.
     virtual void stage_waits(const std::string& /*stage*/, const std::string& /*holder*/) {}
     virtual void stage_progress(const std::string& /*stage*/, double /*done*/, double /*total*/, const std::string& /*unit*/,

@@ -45,7 +45,7 @@ void look_at_checkpoint(StageNode& node, const Store& store)
         node.done_share = 0;
 }
 
-/// Of a file that cannot be read none: whoever reads it all says so.
+/// Names of a file's parts; none if it cannot be read, which its reader reports.
 std::vector<std::string> names_of_parts(const std::filesystem::path& file)
 {
     const auto read = [&]
@@ -130,7 +130,7 @@ void RunState::resolve(StageNode& node)
     node.present = node.result && store_.present(*node.result);
 }
 
-/// What is wrong with rules for the parts of an artifact that is there; empty: nothing.
+/// Problem of rules for the parts of an existing artifact; empty: none.
 std::string RunState::wrong_rules(const StageNode& node) const
 {
     const PipelineStage& stage = *node.stage;
@@ -223,7 +223,7 @@ void RunState::look_at(std::size_t place)
     show(place);
 }
 
-/// What nobody who must run reads need not be there.
+/// Results that no pending stage reads may be missing.
 void RunState::ask_for(std::size_t place)
 {
     StageNode& node = nodes_[place];

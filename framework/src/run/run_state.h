@@ -23,8 +23,8 @@ namespace fresco::host
 /// In the order of what to_string calls them.
 enum class StageState
 {
-    not_selected,  ///< Behind `--until`.
-    not_needed,    ///< Nothing that must run reads its result.
+    not_selected,  ///< After the stage of `--until`.
+    not_needed,    ///< No pending stage reads its result.
     stored,
     waiting,  ///< Must run (or cannot be known before what is above it ran).
     running,
@@ -50,16 +50,16 @@ struct StageNode
     std::string key;
     Value key_document;
     std::map<std::string, std::string> upstream;  ///< Results that the key was made with.
-    std::size_t known_producers = 0;              ///< The results of those before it were known at the last look.
-    double done_share = 0;                        ///< Of its work, in the checkpoint of an interrupted run.
+    std::size_t known_producers = 0;              ///< Producers whose results were known last time.
+    double done_share = 0;                        ///< Share of its work in the checkpoint of an interrupted run.
     std::string begins_again;                     ///< Why it cannot go on with that checkpoint; empty: it can.
     std::optional<StoredResult> result;
     bool present = false;
-    std::string why_not;  ///< Which outside file changed, where that is why there is no result.
+    std::string why_not;  ///< The outside file whose change is the reason for a missing result.
 
-    Usage took;         ///< In this run.
-    int threads = 0;    ///< The same.
-    std::string error;  ///< Of a failed one.
+    Usage took;         ///< Usage in this run.
+    int threads = 0;    ///< Threads in this run.
+    std::string error;  ///< Error of a failed stage.
     int error_code = 0;
 };
 
@@ -67,7 +67,7 @@ struct StageNode
 struct RunPart
 {
     std::set<std::string> stages;
-    /// What is said where the result of another stage is missing.
+    /// Message for a missing result of another stage.
     std::function<std::string(const PipelineStage&)> missing_text;
 };
 

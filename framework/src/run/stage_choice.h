@@ -38,7 +38,7 @@ class Expectations
     std::map<const StageNode*, StageKind> kinds_;
 };
 
-/// Whose turn it is among the combinations of a matrix: they begin in their order, so many at once; a stage may begin with the
+/// Turns of a matrix's combinations: they begin in their order, a limited number at once; a stage may begin with the
 /// first of its combinations. Without a matrix every stage may begin.
 class SweepTurns
 {
@@ -59,7 +59,7 @@ class SweepTurns
     bool ended_early_ = false;
 };
 
-/// What running stages leave of the machine.
+/// Resources that running stages leave.
 struct Room
 {
     int cores = 1;
@@ -78,7 +78,7 @@ struct Start
     int threads = 1;
 };
 
-/// Which of the stages that may begin start now: the first that fit the memory, as many as there are cores, which they share
+/// Chooses the stages that start now: the first that fit the memory, as many as there are cores, which they share
 /// evenly. One may always run; one whose memory is unknown runs alone. `may_begin`: by place, whose turn it is.
 std::vector<Start> choose_starts(RunState& state, const std::vector<bool>& may_begin, Expectations& expected, Room room);
 

@@ -18,7 +18,7 @@ constexpr double times_measured = 10;
 constexpr double shortest_s = 600;
 constexpr double unmeasured_s = 3600;
 
-/// Of the whole text, without regard to case; empty where it does not match.
+/// Match of the whole text, ignoring case; empty if it does not match.
 std::cmatch matched(std::string_view text, const char* pattern)
 {
     std::cmatch match;

@@ -12,7 +12,7 @@
 namespace fresco::host
 {
 
-/// What the process of a stage, with all that it starts, may use. 0: no limit.
+/// Limits of a stage's process with all that it starts. 0: no limit.
 struct StageLimits
 {
     double memory_mb = 0;  ///< Resident, all processes together; and what each of them maps for writing.

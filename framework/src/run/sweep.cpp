@@ -12,7 +12,7 @@ namespace fresco::host
 namespace
 {
 
-/// Of a stored result, what it took when it was made.
+/// Time that a stored result took when it was made.
 double seconds_of(const StageOutcome& stage, const Store& store)
 {
     if (stage.is_of_this_run())

@@ -17,7 +17,7 @@ struct CombinationOutcome
     const Combination* combination = nullptr;
     std::string state;               ///< "done", "failed", "not run", "interrupted".
     std::string stage;               ///< The first stage that failed; empty: none.
-    double own_seconds = 0;          ///< Of the stages that are its own, now or when their results were made.
+    double own_seconds = 0;          ///< Time of its own stages, now or when their results were made.
     std::size_t ran_count = 0;       ///< Stages that ran, shared ones too.
     std::size_t stored_count = 0;    ///< Stages whose result was there already.
     std::vector<std::size_t> files;  ///< Numbers in the summary's files, shared ones too.
@@ -28,7 +28,7 @@ std::vector<CombinationOutcome> combination_outcomes(const Pipeline& pipeline, c
 
 /// Axis -> label.
 Value::Map values_of(const Sweep& sweep, const Combination& combination);
-/// What JSON says of one first: name, values, state, failed_stage, error, own_seconds.
+/// First entries of a combination in JSON: name, values, state, failed_stage, error, own_seconds.
 Value::Map combination_data(const Sweep& sweep, const RunSummary& summary, const CombinationOutcome& outcome);
 
 /// The table that ends a run on a terminal of this width: a line per combination.

@@ -35,7 +35,7 @@ RunPart task_part(const Pipeline& pipeline, const std::string& until, const std:
 /// `--set` arguments for what `device: auto` stands for on this machine: the machines that run the tasks may have others.
 std::vector<std::pair<std::string, std::string>> settled_devices(const Pipeline& pipeline);
 
-/// What `fresco plan --tasks` prints: {"args": ["--set", …], "tasks": [{name, stages, needs, gpu, done, threads, minutes,
+/// Output of `fresco plan --tasks`: {"args": ["--set", …], "tasks": [{name, stages, needs, gpu, done, threads, minutes,
 /// mem_mb}]}. `minutes` and `mem_mb` are null until all stages of the task were measured. Throws Error if the store cannot be
 /// used.
 Value plan_tasks(const Pipeline& pipeline, const std::string& until, const Store& store, int threads);

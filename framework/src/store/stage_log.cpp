@@ -58,7 +58,7 @@ void StageLog::add(std::string_view line)
         line.remove_suffix(1);
     if (const std::size_t over = line.rfind('\r'); over != std::string_view::npos)
         line.remove_prefix(over + 1);
-    // Of a process that prints before its stage begins, or whose log cannot be opened.
+    // The process printed before its stage began, or its log cannot be opened.
     if (!fd_.valid() && added_.size() > head_bytes)
         return;
     added_.append(line).append("\n");

@@ -23,9 +23,9 @@ struct StageRecord
     std::string pipeline{};  ///< As written: the path of its file.
 };
 
-/// Where the records of a pipeline file's stages are.
+/// Folder of the records of a pipeline file's stages.
 std::filesystem::path pipeline_folder(const Store& store, const std::filesystem::path& pipeline);
-/// Of the pipeline file's stage.
+/// Record of the pipeline file's stage.
 std::optional<StageRecord> read_stage_record(const Store& store, const std::filesystem::path& pipeline, const std::string& stage);
 /// Writes the record if it says something new. Its time becomes that of the pipeline's last run in any case.
 void write_stage_record(const Store& store, const std::filesystem::path& pipeline, const StageRecord& record);
@@ -41,7 +41,7 @@ struct UnseenPipeline
     std::set<std::string> objects;
 };
 
-/// What the last runs used.
+/// Results that the last runs used.
 struct UsedResults
 {
     std::set<std::string> objects;

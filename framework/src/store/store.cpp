@@ -149,7 +149,7 @@ fs::path Store::make_temporary(const std::string& prefix) const
         const std::string name = fmt::format("{:08x}{:08x}", random(), random());
         const fs::path folder = root_ / "tmp" / (prefix.empty() ? name : prefix + "." + name);
         const PathEntry entry(folder);
-        // Nobody else's business before it is published: another user could swap a file for a link while a plugin writes it.
+        // Closed to others until it is published: another user could swap a file for a link while a plugin writes it.
         if (entry.valid() && mkdirat(entry.folder(), entry.name(), 0700) == 0)
             return folder;
         if (!entry.valid() || errno != EEXIST)
@@ -383,7 +383,7 @@ std::optional<StoredResult> Store::lookup(const std::string& key, std::string* w
                 *why_not = misfit;
             continue;
         }
-        // Where the new stamps cannot be written, the next look-up reads the files once more.
+        // If the new stamps cannot be written, the next lookup reads the files once more.
         if (renewed)
             change_results(*this, key,
                            [&]

@@ -35,7 +35,7 @@ struct Damage
     std::string text;  ///< Names the file and what is wrong with it.
 };
 
-/// Where it is unless somebody says otherwise.
+/// Default folder of the store.
 inline constexpr const char* default_store = ".fresco";
 
 /// The results of stages, in a folder:
@@ -71,10 +71,10 @@ class Store
     double checkpoint_share(std::string_view key) const;
     /// The checkpoint and the files beside it, of a stage that is done; what cannot be removed stays.
     void remove_checkpoint(std::string_view key) const;
-    /// The same for a checkpoint that must not be used: none of it comes back after a power cut. Throws Error if it stays.
+    /// Removes a checkpoint that must not be used: none of it comes back after a power cut. Throws Error if it stays.
     void drop_checkpoint(std::string_view key) const;
     std::filesystem::path log_file(std::string_view key) const { return root_ / "logs" / (std::string(key) + ".log"); }
-    /// Of FileHashes.
+    /// Index of FileHashes.
     std::filesystem::path file_index() const { return root_ / "files.jsonl"; }
     std::filesystem::path lock_file(std::string_view key) const { return root_ / "locks" / key; }
     /// A new empty folder below tmp/, only for this user, with a random name after `prefix` and a dot. See WorkFolder.
@@ -97,7 +97,7 @@ class Store
 
     /// The manifest, checked against its own checksum and the object's name. Throws Error naming the file.
     Value manifest(std::string_view object) const;
-    /// The same; nothing where it is missing or damaged.
+    /// Manifest, or nothing if it is missing or damaged.
     std::optional<Value> whole_manifest(std::string_view object) const;
     /// Reads every file of an object (of output `below` alone, if given, which may have none) and compares. Uses up to `threads`
     /// threads.

@@ -107,7 +107,7 @@ std::optional<std::string> key_of_object(const Store& store, const std::string& 
     return std::nullopt;
 }
 
-/// What serves nobody any more once the results are removed: records of keys that lead to no result, locks that nobody holds, and
+/// Removes what the removed results leave behind: records of keys that lead to no result, locks that nobody holds, and
 /// what killed writers left. A result that is used but not there keeps its record: what was made from it is found by that.
 void remove_leftovers(const Store& store, const UsedResults& used)
 {

@@ -90,7 +90,7 @@ Value lasting(const Value& value)
     return value.is_map() && value.as_map().size() <= longest_map ? lasting_entries(value.as_map()) : Value();
 }
 
-/// The same.
+/// Entries that stay in the manifest.
 Value lasting_entries(const Value::Map& map)
 {
     Value::Map kept;
@@ -100,7 +100,7 @@ Value lasting_entries(const Value::Map& map)
     return kept.empty() ? Value() : Value(std::move(kept));
 }
 
-/// What an earlier result's manifest keeps, its last entry under the name of the result.
+/// Stages in an earlier result's manifest, the last one under the name of the result.
 Value::List earlier_stages(const Store& store, const std::string& object)
 {
     const Value manifest = store.manifest(object);
@@ -253,7 +253,7 @@ class StageRun
         tell_done(result, false);
     }
 
-    /// Nothing that the stage leaves behind may write into what is published, nor what it does to the mask hide that from others.
+    /// Runs a stage so that processes it leaves behind cannot write into the published result, and its umask hides nothing.
     void run_alone(Stage& stage)
     {
         try

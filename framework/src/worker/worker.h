@@ -45,7 +45,7 @@ inline constexpr const char* progress_mark = ".fresco-progress";
 struct WorkerRequest
 {
     std::filesystem::path store;
-    std::filesystem::path out;  ///< Of the run. Links below it are not followed.
+    std::filesystem::path out;  ///< Output folder of the run. Links below it are not followed.
     std::filesystem::path preview_folder;
     std::string stage;
     std::string type;

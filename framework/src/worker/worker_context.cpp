@@ -275,7 +275,7 @@ bool WorkerContext::checkpoint_fits() const
     for (const auto& entry : dependencies)
         if (Dependency dependency = dependency_from(entry); compare(dependency) == Change::contents)
             return false;
-    // What lies beside input files lies beside others where they have other paths.
+    // Files beside the inputs differ where the inputs have other paths.
     return dependencies.empty() || record.at("input_files") == input_file_names();
 }
 
@@ -368,7 +368,7 @@ std::vector<Dependency> WorkerContext::settled_dependencies()
     return all;
 }
 
-/// Where the checkpoint changed since the last time, it holds about the work done by now.
+/// Records the share of work in the checkpoint whenever it has changed.
 void WorkerContext::keep_checkpoint_share()
 {
     const auto time = modified(store_.checkpoint(key_));

@@ -23,7 +23,7 @@ namespace fresco::host
 class WorkerChannel
 {
   public:
-    /// Where nobody hears it any more, the process is asked to stop.
+    /// Sends an event. If the host no longer listens, the process is asked to stop.
     void send(std::string_view event, Value::Map entries = {});
 
   private:
@@ -55,7 +55,7 @@ class MetricCurves
 
     /// A line, with its checksum, of a file that takes the curves over a killed run.
     static std::string line(double done, const Value& metrics);
-    /// Those lines of such a file that are whole; none where there is no file.
+    /// Loads the whole lines of such a file; none if it is missing.
     void load(const std::filesystem::path& file);
 
   private:
@@ -65,7 +65,7 @@ class MetricCurves
     double least_step_ = 0;
 };
 
-/// What a running stage sees of the host: speaks to it over the channel, keeps what goes into the manifest.
+/// The host, as a running stage sees it: talks to it over the channel, and keeps entries of the manifest.
 class WorkerContext final : public RunContext
 {
   public:

@@ -10,7 +10,7 @@ namespace fresco::host
 namespace
 {
 
-/// The same for configurations that differ only in the order of their keys.
+/// Sorts keys, so that configurations that differ only in their order are equal.
 Value sorted(const Value& value)
 {
     if (value.is_list())
@@ -24,7 +24,7 @@ Value sorted(const Value& value)
     return map;
 }
 
-/// What `work` with a plugin's file gives. An Error becomes a PluginFailure that names the file.
+/// Result of `work` with a plugin's file. An Error becomes a PluginFailure that names the file.
 template <class Work>
 auto named(const std::filesystem::path& library, const Work& work)
 {

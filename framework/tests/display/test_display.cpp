@@ -200,7 +200,7 @@ stages:
     CHECK(contains(text, "out/x.txt"));
     CHECK(text.find(" > slow") == std::string::npos);
     CHECK(text.find(" done, ") == std::string::npos);
-    // Nothing of the terminal is changed that would have to be put back.
+    // The terminal's modes are not changed.
     CHECK(terminal.written().find("\x1b[?") == std::string::npos);
 }
 

@@ -98,7 +98,7 @@ TEST_CASE("fresco new writes a folder, whole or not at all, and never over one")
     CHECK(place.run({"new", "painting", "paint.other"}).code == 2);
     CHECK_THAT(place.run({"new", "loss", "dots"}).err, Contains("invalid type name 'dots'"));
 
-    CHECK(place.run({"new", "loss", "paint.more", "--in", "/proc"}).code == 1);  // Where not even root can create a folder.
+    CHECK(place.run({"new", "loss", "paint.more", "--in", "/proc"}).code == 1);  // Not even root can create a folder there.
     CHECK(place.run({"new", "loss", "paint.more", "--in", "paint_dots/component.cpp"}).code == 1);
     for (const auto& entry : fs::recursive_directory_iterator(place.file(".")))
         CHECK_FALSE(contains(entry.path().string(), "fresco-new-"));

@@ -30,7 +30,7 @@ Words combination_names(const PipelineResult& result)
     return each(result.pipeline.sweep.combinations, &Combination::name);
 }
 
-/// What the values of an axis written in flow style are called.
+/// Labels of an axis's values, written in flow style.
 Words labels(const std::string& values)
 {
     ProblemList problems;
@@ -135,7 +135,7 @@ TEST_CASE("--set narrows an axis to the value of that name or text, or gives it 
     CHECK(named.pipeline.find("first@two")->options->at("title").as_string() == "y.jpg");
     CHECK(named.pipeline.sweep.narrowed);
     CHECK(combination_names(check(folder, text, usual_catalog(), {{"a", "y.jpg"}, {"b", "2"}})) == Words{"two,b=2"});
-    // What one is called is what another is.
+    // The name of one value is the text of another.
     const std::string crossed = pipeline_with("{a: {one: two, two: x}}");
     CHECK(combination_names(check(folder, crossed, usual_catalog(), {{"a", "two"}})) == Words{"two"});
     CHECK(combination_names(check(folder, text, usual_catalog(), {{"a", "[p, q]"}, {"b", "2"}})) == Words{"p,b=2", "q,b=2"});
@@ -255,7 +255,7 @@ TEST_CASE("vars that are made of each other, tens of thousands in a row, are all
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // They replace the operators, too.
 static std::atomic<std::size_t> allocations{0};
 
-// Of this test program only: counts, so that a test of how much work is done need not measure time. Not inlined, where the
+// Counts allocations in this test program, so that a test of the amount of work need not measure time. Not inlined, as the
 // compiler would see free() end what new began.
 [[gnu::noinline]] void* operator new(std::size_t size)
 {

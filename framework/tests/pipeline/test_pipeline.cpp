@@ -4,7 +4,7 @@
 #include "pipeline/pipeline_options.h"
 #include <fresco/file_access.h>
 
-// What a pipeline file comes to: options, wires, vars, --set, bases, previews. Problems: test_pipeline_problems.cpp.
+// Loading of pipeline files: options, wires, vars, --set, bases, previews. Problems: test_pipeline_problems.cpp.
 
 using namespace fresco::host;
 using namespace fresco::host::testing;
@@ -221,7 +221,7 @@ TEST_CASE("--set reaches into components, also those that are only defaults", "[
     for (const Row& row : std::vector<Row>{
              {{{"texture.losses.style.weight", "5"}}, R"("style":{"type":"loss.gram","weight":5.0)"},
              {{{"texture.losses.style.features.seed", "9"}}, R"({"type":"features.edges","seed":9})"},
-             // What decides `auto` is in place first, whatever the order.
+             // The values that decide `auto` are set first, in any order.
              {{{"texture.losses.content.weight", "3"}, {"texture.weights", "vgg.st"}},
               R"("content":{"type":"loss.content","weight":3.0})"},
              {{{"texture.losses.more.type", "loss.content"}, {"texture.losses.more.weight", "4"}},

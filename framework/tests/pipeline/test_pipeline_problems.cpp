@@ -114,7 +114,7 @@ TEST_CASE("A value or an input that does not fit is named with what is accepted 
              {"a: {type: mesh.pass, title: \"${x\"}", "a '${' is not closed"},
              {"s: {type: scan.folder, path: .}\n  u: {type: uvmaps.raster,  input: s.mesh}",
               "needs the input 'frames' (frames); it is made by s.frames"},
-             // What would close a cycle is not offered.
+             // Stages that would close a cycle are not suggested.
              {"a: {type: mesh.decimate}\n  b: {type: mesh.pass, input: a}\n  c: {type: mesh.pass, input: b}",
               "no stage of this pipeline makes mesh"},
              {"a: {type: mesh.pass, input: [b]}", "must be a stage's name, {port: stage, …} or {file: PATH}, got a list"},

@@ -62,7 +62,7 @@ stages:
   view: {type: test.sink, input: one, path: view.png}
 )";
 
-/// What is said of a page that this shell script makes.
+/// Message about a page that this shell script makes.
 std::string said_of(const std::string& script, std::chrono::milliseconds limit)
 {
     int sockets[2];

@@ -5,7 +5,7 @@
 #include <cerrno>
 #include <unistd.h>
 
-// What a strange machine and strange names do to a run. Damage: prove_corruption; calls that fail: prove_failing_calls.
+// Runs on strange machines and with strange names. Damage: prove_corruption; calls that fail: prove_failing_calls.
 
 namespace
 {
@@ -49,7 +49,7 @@ TEST_CASE("Exports touch neither the user's files next to them nor each other's"
     place.write("out/run.json.tmp", "mine");
     place.make();
 #ifndef __SANITIZE_ADDRESS__
-    // The same on a file system without files that have no name.
+    // Some file systems have no unnamed files.
     CHECK(place.read("out/a") == "1.000000\n");
     place.environment["LD_PRELOAD"] = test_plugin("lacking/lacking.so");
     place.environment["LACKING_TMPFILE"] = "1";

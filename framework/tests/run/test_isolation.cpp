@@ -88,7 +88,7 @@ TEST_CASE("Without words an isolated stage gets most of the machine and ten time
     CHECK(stage_limits({{"quick"}, {}, {}}, made, {{"quick", 2}}).at("quick").seconds == 600);
     CHECK(limits.at("long").memory_mb == Approx(0.9 * machine_memory_mb()));
     CHECK(stage_limits({{"all"}, {}, {}}, made, {}).at("free").seconds == 3600);
-    // Of a matrix.
+    // A stage of a matrix.
     made.stages[0].own_name = made.stages[1].own_name = "painted";
     CHECK(stage_limits({{"painted"}, {"quick=2G"}, {"painted=1m"}}, made, {}).at("quick").memory_mb == 2048);
     CHECK(stage_limits({{"painted"}, {}, {"painted=1m"}}, made, {}).at("long").seconds == 60);

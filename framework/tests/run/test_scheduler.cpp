@@ -1,6 +1,6 @@
 #include "program.h"
 
-// That nothing is stale and nothing runs without need: prove_never_stale. Kills: prove_kill.
+// prove_never_stale shows that no result is stale and no stage runs in vain, and prove_kill tries kills.
 
 namespace
 {
@@ -39,7 +39,7 @@ TEST_CASE("Each stage of a diamond runs once, all ends are reached, branches run
         for (const auto& object : place.objects())
             if (fs::exists(object / "sum"))
                 fs::remove_all(object);
-        // What a clean-up that was killed may leave: another run's record of the stage, and what was made from a result that is
+        // A killed clean-up may leave another run's record of the stage, and results made from a result that is
         // gone.
         place.make({"--set", "right.plus=10", "--until", "join"});
         place.clear_log();
@@ -200,7 +200,7 @@ TEST_CASE("Interrupted in order, a run goes on from its checkpoint")
     REQUIRE(reason.starts_with("interrupted at "));
     const double left = 1 - std::stod(reason.substr(15)) / 100;
     place.make();
-    // What the checkpoint saved counts.
+    // Work saved in the checkpoint counts.
     const auto took = fresco::parse_json(lines_of(place.read(".fresco/stats.jsonl")).at(0));
     CHECK(took.at("type").as_string() == "test.slow");
     CHECK(took.at("seconds").as_double() >= 0.06 * left / (left + 0.01));

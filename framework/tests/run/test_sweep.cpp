@@ -136,7 +136,7 @@ stages:
   text:  {type: test.sink, input: paint, path: sum.txt, log: log}
 )");
     CHECK(contains(place.run({"run", "room.yaml"}, 1).err, "stage bad@nothing (test.fail)"));
-    // Of the first combination everything is there that does not need what failed.
+    // The first combination has all results that do not need the failed one.
     CHECK(place.read("out/picture=1/sum.txt") == "2.000000\n");
     CHECK_FALSE(fs::exists(place.file("out/picture=2")));
     CHECK(cells(place) == Cells{{"nothing,picture=1", "failed"},
@@ -233,7 +233,7 @@ TEST_CASE("no two stages write one file, whichever way its folder came about, an
     CHECK(contains(place.run({"run", "room.yaml", "--keep-going"}, 1).err,
                    "would both write small/f.txt below --out: give one of them another path"));
     CHECK(place.read("out/large/f.txt") == "2.000000\n");
-    // What they agree on is no conflict.
+    // Equal files are no conflict.
     place.make({"--set", "other.value=1", "--out", "agreed"});
     CHECK(place.read("agreed/small/f.txt") == "1.000000\n");
 

@@ -10,7 +10,7 @@ using namespace fresco::host;
 namespace
 {
 
-/// What was synced, and what got its name, in order. Null: not wanted.
+/// Synced and renamed files, in order. Null: not recorded.
 std::vector<std::string>* calls = nullptr;
 
 void note(const std::string& call, const fs::path& path)

@@ -141,7 +141,7 @@ TEST_CASE("Remembered hashes are kept beyond the process only in an index that i
     const fs::path input = folder.path() / "input";
     const fs::path index = folder.path() / "files.jsonl";
     write(input, "one");
-    touch(input, 2);  // Of its own, where the file system is not trusted: that of a container.
+    touch(input, 2);  // A time of its own, as a container's file system is not trusted.
     let_stamps_settle();
     FileHashes first(index);
     const std::string hash = first.hash(input);

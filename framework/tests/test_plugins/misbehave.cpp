@@ -183,7 +183,7 @@ void print_lines(int count)
     std::fprintf(stderr, "to the other stream\n");
 }
 
-/// What a way has to do with.
+/// Surroundings of a misbehavior.
 struct Surroundings
 {
     fs::path output, store, scratch, file, input;
@@ -338,7 +338,7 @@ class Misbehave final : public fresco::Stage
         const auto made = output.folder().path;
         ways().at (*how)({.output = made,
                           .store = made.parent_path().parent_path().parent_path(),
-                          .scratch = run.scratch_folder(),  // Where a killed stage would leave things.
+                          .scratch = run.scratch_folder(),  // A killed stage leaves files there.
                           .file = file->path,
                           .input = input.has_value() ? input.folder().parent_path() : fs::path(),
                           .value = *value});

@@ -1,4 +1,4 @@
-/// What a plugin needs from the library beside it.
+/// Function that a plugin needs from the library beside it.
 double side_value()
 {
     return 7;

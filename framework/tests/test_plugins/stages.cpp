@@ -258,7 +258,7 @@ class Sink final : public LoggedStage
 };
 FRESCO_STAGE("test.sink", Sink, "A number as a text file")
 
-/// What files say of their origin.
+/// Writes what its files tell of their origin.
 class Told final : public LoggedStage
 {
     Input<Table> table{this, "table", "Where it comes from"};
@@ -356,7 +356,7 @@ class MakeParts final : public LoggedStage
 };
 FRESCO_STAGE("test.parts", MakeParts, "One named part")
 
-/// Which inputs the rules make does not matter here.
+/// Rules without inputs of their own.
 class PartRules final : public fresco::Parameter
 {
   public:

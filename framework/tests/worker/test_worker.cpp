@@ -26,7 +26,7 @@ Value manifest_with(const Workplace& place, const std::string& output)
     return fresco::parse_json(fresco::read_text_file(object_with(place, output) / "manifest.json"));
 }
 
-/// What a stage learns of its origin at the end of a diamond.
+/// Origin that a stage at the end of a diamond is told.
 std::string told(Workplace& place)
 {
     place.write("scan/a", "12");
@@ -196,7 +196,7 @@ TEST_CASE("A killed host takes its stages with it")
     const fs::path stage = "/proc/" + std::to_string(run->a_child());
     run->signal(SIGKILL);
     CHECK(run->wait().code == -SIGKILL);
-    // Nobody may have taken its end yet, but it runs no more: it has no words.
+    // An ended process that is not reaped yet has no command line.
     Workplace::wait_until([&] { return !fs::exists(stage) || fresco::read_text_file(stage / "cmdline").empty(); });
 }
 

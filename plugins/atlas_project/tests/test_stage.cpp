@@ -63,7 +63,7 @@ TEST_CASE("a sphere: few charts, no overlap, stretched by the cosine only")
     CHECK(chart_count(*atlas) <= 12);
     CHECK(check_atlas(*atlas, 512, 4).none());
     CHECK(made.reported("used_share") > 0.5);
-    // What the projection sees head-on is at the charts' scale.
+    // Faces square to the projection are at the charts' scale.
     double scale = 0;
     for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
         scale = std::max(scale, texcoord_area(*atlas, f) / area(mesh, f));

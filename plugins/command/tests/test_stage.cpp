@@ -89,7 +89,7 @@ TEST_CASE("a program is a stage: it takes inputs, makes outputs, reports progres
         return std::count(log.begin(), log.end(), "run");
     };
     CHECK(runs({}) == 0);
-    // What it takes is known of other settings, too.
+    // The measured cost is also shown for other settings.
     const std::string other = place.run({"plan", "room.yaml", "--set", "by=3", "--set", "wait=0.2"}).out;
     CHECK(contains(other, "more    run"));
     CHECK(other.find('~', other.find("more    run")) > other.find("text    run"));
@@ -348,7 +348,7 @@ TEST_CASE("an artifact type of a plugin is exchanged like those of the SDK", "[c
                         "outputs: {out: {artifact: test_note, as: " + form + "}}}\n");
     };
     write("tr a-z A-Z <\"$1\" >\"$2\"", "json");
-    // What is not JSON is refused by the type itself.
+    // The artifact type refuses what is not JSON.
     const Finished wrong = place.run({"run", "room.yaml"});
     CHECK(wrong.code == 1);
     CHECK(contains(wrong.err, "its output 'out' (test_note) cannot be used: "));

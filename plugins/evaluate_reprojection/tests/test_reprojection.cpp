@@ -35,7 +35,7 @@ Camera camera(int width, int height, double x_px, double y_px, double z = 0)
     return fresco::testing::camera(width, height, 100, {x_px * 0.02, y_px * 0.02, z});
 }
 
-/// What a camera that looks along z sees of the wall, without casting.
+/// Surface of the wall as a camera that looks along z sees it, without ray casting.
 ViewSurface surface(const Camera& camera)
 {
     const int width = camera.intrinsics.width;

@@ -368,7 +368,7 @@ TEST_CASE("indices take two bytes up to 65535 vertices, and four beyond")
 
 namespace
 {
-/// Of the square, leaning everywhere.
+/// Relief of the square, leaning everywhere.
 Relief leaning_relief()
 {
     Relief relief;

@@ -84,7 +84,7 @@ ResponseGradient everywhere(const std::vector<float>& gradient, MapsShape shape)
     return {.of_next = {gradient.data(), static_cast<std::size_t>(shape.width * shape.channels)}, .masks = ones.data()};
 }
 
-/// Of sums of `count` products of numbers in [-0.5, 0.5].
+/// Expected accuracy of sums of `count` products of numbers in [-0.5, 0.5].
 double accuracy(int count)
 {
     return 6e-6 * std::sqrt(static_cast<double>(count)) + 3e-6;
@@ -252,7 +252,7 @@ TEST_CASE("Pooling and its way back, by hand, with an odd row and column")
     expected[std::array{2U, 3U, 7U, 8U}.at(chosen[16])] = 5;
     CHECK(back(own.data(), chosen.data()) == expected);
 
-    // Where the responses themselves are wanted, too.
+    // The responses themselves are requested, too.
     std::vector<float> out(shape.size());
     CHECK(rectified({.maps = out.data(), .masks = mask.data(), .pooled = pooled.data(), .pooling = Pooling::average}) ==
           std::array{3.25F, 2.0F});

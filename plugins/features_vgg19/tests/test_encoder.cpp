@@ -19,7 +19,7 @@ torch::Tensor picture(std::int64_t height, std::int64_t width)
     return random_tensor({3, height, width}, 77) + 0.5;
 }
 
-/// The same with biases so large that every response is far from 0 for these pictures, above it in one half of the channels and
+/// Layers with biases so large that every response is far from 0 for these pictures, above it in one half of the channels and
 /// below in the other: no rounding moves one across.
 std::vector<vgg19::Convolution> steady_layers(const fresco::weights::Vgg19Input& format, const torch::Tensor& picture)
 {
@@ -73,7 +73,7 @@ TEST_CASE("The fast way and its gradient agree with libtorch's convolutions in d
                 REQUIRE(fast[i].sizes() == slow[i].sizes());
                 CHECK(relative_difference(fast[i], slow[i]) < 1e-5);
             }
-            // Of half a million responses a few are so close to 0 that rounding puts them on its other side.
+            // A few of half a million responses are so close to 0 that rounding changes their sign.
             CHECK(relative_difference(gradient_of(fast, fast_picture), gradient_of(slow, slow_picture)) < 1e-2);
         }
 }
@@ -150,7 +150,7 @@ TEST_CASE("Around some pixels the features of their cells and the gradient there
                 gradient.at(x, y) = 1;
         const fresco::ReadPixels pixels_read{pixels, gradient};
         const auto where = at::from_blob(gradient.values.data(), {101, 123}, at::kByte).to(at::kFloat);
-        /// Of the features that are read, and its gradient.
+        /// Sum of the features that are read, and its gradient.
         const auto read = [&](const std::vector<torch::Tensor>& maps)
         {
             std::vector<torch::Tensor> result;

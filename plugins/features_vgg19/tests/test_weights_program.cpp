@@ -219,7 +219,7 @@ TEST_CASE("weights get refuses what is not the file")
     fresco::write_file(place.file("w.pth.fresco-part"), std::span(bytes).first(1000));
     CHECK(get({"--url", server.url(), "--sha256", hash}).code == 0);
     CHECK(fresco::read_file(place.file("w.pth")) == bytes);
-    // What is there and different is left alone.
+    // An existing file with other contents is left alone.
     fresco::write_file(place.file("w.pth"), std::string("mine"));
     const Finished mine = get({"--url", server.url(), "--sha256", hash});
     CHECK(mine.code == 1);

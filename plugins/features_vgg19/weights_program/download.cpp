@@ -33,11 +33,11 @@ std::string cause()
     return std::generic_category().message(errno);
 }
 
-/// What curl ended with.
+/// Result of curl.
 struct Fetched
 {
     int exit_code = 0;
-    std::string status;  ///< Of HTTP: "206"; "000" where there was no answer.
+    std::string status;  ///< HTTP status: "206"; "000" without an answer.
 };
 
 constexpr int no_ranges = 33;

@@ -120,7 +120,7 @@ int inspect(const WeightsArguments& arguments)
     return 0;
 }
 
-/// What the person says of the weights decides over what is recognized.
+/// The user's arguments override what was recognized in the file.
 void apply(const WeightsArguments& arguments, weights::Vgg19Weights& vgg19)
 {
     const auto padding = vgg19.input.padding;

@@ -122,7 +122,7 @@ TEST_CASE("without depth pictures, whole pictures are compared with those beside
     CHECK(blur[1] < 0.5);
     CHECK(blur[4] < 0.5);
     CHECK(needed_views(views, blur, {true, true, false, true, true}, run).empty());
-    // Of another recording there is nothing to compare.
+    // Frames of another recording are not compared.
     views[2].sequence = "other";
     CHECK(blur_px(views, run)[2] == 0);
 }

@@ -264,7 +264,7 @@ inline Bytes extended_webp(int flags, int width, int height, std::span<const std
     return riff(chunks);
 }
 
-/// Where `pattern` first occurs; behind the end if it does not.
+/// Offset of the first `pattern`; past the end if there is none.
 inline std::size_t find(const Bytes& bytes, std::initializer_list<int> pattern)
 {
     return static_cast<std::size_t>(std::ranges::search(bytes, bytes_of(pattern)).begin() - bytes.begin());

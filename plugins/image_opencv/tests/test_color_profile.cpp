@@ -75,7 +75,7 @@ Bytes jpeg_piece(int number, int count, std::span<const std::byte> part)
     return segment(0xE2, data);
 }
 
-/// Of the gradient: a row of pixels of `bits`, with alpha 255 - i where wanted.
+/// PNG of the gradient: a row of pixels of `bits`, with alpha 255 - i if requested.
 Png gradient_png(int bits, bool with_alpha, const Bytes& icc)
 {
     Png png{

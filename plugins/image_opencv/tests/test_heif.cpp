@@ -19,7 +19,7 @@ Bytes sample(const std::string& name)
     return read_file(std::filesystem::path(FRESCO_SOURCE_FOLDER) / "tests/fuzz/corpus/heif_picture" / name);
 }
 
-/// The same picture as PNG, with the profile that is in the sample if that is one.
+/// The picture as PNG, with the sample's profile if it has one.
 Bytes same_png(std::span<const std::byte> icc)
 {
     Png png{.width = 64, .height = 64, .color_type = 2};

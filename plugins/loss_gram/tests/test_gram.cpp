@@ -333,7 +333,7 @@ TEST_CASE("the Gram matrix is averaged over the last views, with state and resto
         part.view_index = visits[step].view;
         part.repeat_index = visits[step].repeat;
 
-        // The same from the state that came before, and asked twice in a step.
+        // A loss resumed from the earlier state gives the same, also when asked twice in a step.
         const auto resumed = fixture.make(options);
         resumed->prepare(fixture.context);
         resumed->restore(whole->state());

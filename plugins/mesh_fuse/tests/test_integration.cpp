@@ -300,7 +300,7 @@ TEST_CASE("a slow and plain integration finds the same distances")
             differing += same ? 0 : 1;
         }
     CHECK(measured > 100'000);
-    // Where rounding decides on which side of a rule a measurement falls.
+    // Rounding decides a few measurements.
     CHECK(differing < measured / 1000);
 }
 

@@ -162,7 +162,7 @@ TEST_CASE("carried labels: those of the closest face, as a look at every face fi
             distances.push_back(length(corners[0] * w[0] + corners[1] * w[1] + corners[2] * w[2] - middle));
         }
         const double least = *std::ranges::min_element(distances);
-        // Where the closest point is on an edge, several faces have it.
+        // Several faces share a closest point on an edge.
         std::set<std::uint32_t> labels;
         for (std::size_t g = 0; g < distances.size(); ++g)
             if (distances[g] < least + 1e-9)

@@ -114,7 +114,7 @@ TEST_CASE("what lies behind the backs of faces can be seen")
 {
     TexturedMesh textured = wall(4);
     std::fill(textured.image.pixels.values.begin(), textured.image.pixels.values.end(), std::uint8_t{90});
-    // The same wall halfway, seen from its back.
+    // A second wall halfway, seen from its back.
     for (std::size_t i = 0, count = textured.mesh.positions.size(); i < count; ++i)
         textured.mesh.positions.push_back(textured.mesh.positions[i] * 0.5F);
     for (std::size_t i = 0, count = textured.mesh.triangles.size(); i < count; ++i)

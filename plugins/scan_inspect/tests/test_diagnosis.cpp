@@ -120,7 +120,7 @@ double share_named(const Looked& right, const raycast::Scene* scene, const std::
     return static_cast<double>(found) / static_cast<double>(cases.size());
 }
 
-/// Of those that are found by their name, and nothing else.
+/// Share of the cases that are found by their name, and nothing else.
 double share_named(
     Looked right, const std::vector<Case>& cases, const std::string& where, const Change& part = [](Looked&) {})
 {

@@ -75,7 +75,8 @@ inline std::vector<std::array<std::array<int, 5>, 3>> surface_of(const scan_mesh
     return all;
 }
 
-/// Of other programs, which quantize: every corner is where the formula says, to 1/500, and the faces face the same side.
+/// Checks a model from another program, which quantizes: every corner fits the formula, to 1/500, and the faces face the same
+/// side.
 inline void check_bumpy(const scan_mesh::FileModel& model)
 {
     CHECK(model.mesh.triangles.size() == 198);

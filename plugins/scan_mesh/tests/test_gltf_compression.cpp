@@ -104,7 +104,7 @@ TEST_CASE("EXT_meshopt_compression: the model that was packed", "[scan.mesh]")
     {
         const FileModel same = read_sample(packed("NONE", as_triangles), folder);
         CHECK(same.mesh.positions == plain.mesh.positions);
-        // Of triangles the first corner may be another.
+        // Triangles may begin at another corner.
         CHECK(surface_of(same) == surface_of(plain));
         if (!as_triangles)
             CHECK(same.mesh.texcoords == plain.mesh.texcoords);

@@ -123,7 +123,7 @@ TEST_CASE("glTF: ranges and indices that are wrong are refused with their entry"
     list("nodes", Value::Map{{"mesh", 0}, {"rotation", Value::List{0, 0, 0, 0}}}, "nodes[0]: rotation: expected a quaternion");
     list("nodes", Value::Map{{"mesh", 0}, {"translation", Value::List{1e300, 0, 0}}}, "vertex 0 is not finite");
     list("buffers", Value::Map{{"byteLength", 99}}, "buffers[0]: byteLength is 99, but there are 36 bytes");
-    // What tinygltf would read as 0 or as absent.
+    // tinygltf would read these as 0 or as missing.
     for (const Value& value : {Value(-4), Value(1.5), Value(1e300), Value("4"), Value(Value::List{4})})
         accessor("byteOffset", value, "accessors[0].byteOffset: expected a whole number from 0 to ");
     refused([](TriangleSample& t) { t.attributes.set("POSITION", std::int64_t{1} << 32U); },

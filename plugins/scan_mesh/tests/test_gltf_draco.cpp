@@ -47,7 +47,7 @@ DracoSample draco_packed(int method)
 
     DracoSample result{model.sample, model.sample.binary.size(), buffer.size()};
     const int view = result.sample.add_view(std::vector<char>(buffer.data(), buffer.data() + buffer.size()));
-    // Of POSITION, TEXCOORD_0 and the indices; the first accessor is another triangle's.
+    // Removes the views of POSITION, TEXCOORD_0 and the indices; the first accessor is another triangle's.
     for (std::size_t i = 1; i < 4; ++i)
         std::erase_if(result.sample.accessors[i].as_map(), [](const auto& entry) { return entry.first == "bufferView"; });
     const auto id = [&](int attribute) { return static_cast<int>(mesh->attribute(attribute)->unique_id()); };

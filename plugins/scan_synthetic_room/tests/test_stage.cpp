@@ -17,7 +17,7 @@ using testing::RawImages;
 namespace
 {
 
-/// What the stage makes of `options`.
+/// Outputs of the stage for `options`.
 struct Recorded
 {
     testing::TestRun run;

@@ -52,11 +52,11 @@ inline std::array<double, 3> color(const Raster8& rgb, double x, double y)
 
 struct Group
 {
-    double first_x, first_y;  ///< Where its first copy puts the middle texel's center.
+    double first_x, first_y;  ///< Center of the middle texel in its first copy.
     double weight = 0, x = 0, y = 0;
 };
 
-/// Of texel (column, row) of a texture of `size_px`, which lies in a texel of the map that has a place.
+/// Color of texel (column, row) of a texture of `size_px`, in a texel of the map that has a place.
 inline std::array<double, 3> enlarged(const SourceMap& map, const Raster8& rgb, int size_px, int column, int row)
 {
     const double u = (column + 0.5) * map.size_px() / size_px;
@@ -292,7 +292,7 @@ TEST_CASE("every texel is what the plain method gives, at whole and odd factors"
         CAPTURE(size_px);
         testing::TestRun run;
         const enlarge::Enlarged result = enlarge::enlarged(map, picture, mesh, size_px, enlarge::Colors::painted, run);
-        // Where a texel is wider than a pixel the picture is made smaller first.
+        // The picture is made smaller first if a texel is wider than a pixel.
         const double along_texel = enlarge::pixels_per_texel(map, picture.width, size_px);
         CHECK(along_texel == Approx(1.3 * 40 / size_px));
         const auto side = [&](int pixels) { return static_cast<int>(std::lround(pixels / std::max(1.0, along_texel))); };

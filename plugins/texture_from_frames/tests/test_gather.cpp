@@ -297,7 +297,7 @@ TEST_CASE("an oblique wall has no steps, nor where it begins or ends")
     for (int i = 0; i < 3; ++i)
         CHECK(linked(wall, i));
     CHECK_FALSE(linked({wall[0], wall[1]}, 0));  // Two pixels say no direction.
-    // What goes on on one side alone suffices: before the link, and behind it.
+    // A surface that continues on only one side suffices: before the link, and after it.
     CHECK(linked({wall[0], wall[1], wall[2], 9}, 1));
     CHECK(linked({0.5F, wall[1], wall[2], wall[3]}, 1));
     CHECK(linked({wall[0], wall[1], wall[2]}, 1));

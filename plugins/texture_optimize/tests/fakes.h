@@ -28,7 +28,7 @@ namespace fakes
 
 using namespace fresco;
 
-/// What is painted on the wall at (u, v).
+/// Color of the wall at (u, v).
 inline Vec3f painting(double u, double v)
 {
     return {static_cast<float>(0.5 + 0.3 * std::sin(6 * u)), static_cast<float>(0.3 + 0.5 * v),

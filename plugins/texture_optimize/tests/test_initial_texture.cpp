@@ -17,7 +17,7 @@ using namespace fresco::optimize;
 namespace
 {
 
-/// What a texture begins as where a walk sees it.
+/// Start of a texture that a walk sees.
 struct Walk
 {
     testing::TemporaryFolder folder;

@@ -187,7 +187,7 @@ TEST_CASE("the released levels take corners, do not ask for a surface of their o
         }
     CHECK(paper[1].all.at(10, 8) == 0);
     CHECK(paper[1].weight.at(5 * 29 / 12 + 1, 10) == 0);
-    // Which pixel of five each of two, and of two each of five, takes.
+    // Two pixels look up five, and five look up two.
     CHECK((corner_pixel(0, 2, 5) == 0 && corner_pixel(1, 2, 5) == 2 && corner_pixel(4, 5, 2) == 1 && corner_pixel(2, 5, 2) == 0));
     // Without levels: the pixels with depth, but everybody's gradient.
     Raster<double> holes = depth_of(maps[0]);

@@ -194,7 +194,7 @@ TEST_CASE("frames without a picture show the start texture, whatever the texture
         CAPTURE(init);
         testing::TestRun run;
         const auto texture = Texture::load({studio.paint(run, options(init), start), {}});
-        // What only the last view sees, which has no picture.
+        // Only the last view, which has no picture, sees this place.
         const auto found = looked_up(*texture, 0.95, 0.3);
         const Vec3f wanted = painting(0.95, 0.3);
         CHECK(found[0] == Approx(wanted.x).margin(0.03));
@@ -327,7 +327,7 @@ struct Resumed
 {
     bool canceled = false;
     std::size_t steps_before = 0;
-    std::size_t steps = 0;  ///< Of both runs.
+    std::size_t steps = 0;  ///< Steps of both runs.
     std::vector<std::vector<std::byte>> bytes;
 };
 

@@ -169,7 +169,7 @@ Errors errors_of(const Sheet& sheet)
                 x += weights[k] * double{sheet.flat.positions[sheet.flat.triangles[face][k]].x};
                 y += weights[k] * double{sheet.flat.positions[sheet.flat.triangles[face][k]].y};
             }
-            // Where the sheet ends, one side of the height is unknown.
+            // At the sheet's border, one side of the height is unknown.
             if (std::min({x, 2 - x, y, 1 - y}) > 0.06)
                 worst.surface = std::max(worst.surface, angle_deg(renderer.normal(face, weights), expected_normal(sheet, x, y)));
         }

@@ -132,7 +132,7 @@ struct Picture
         return values;
     }
 
-    /// Of a copy: three quarters of what its mean lacks, at most 14 L*a*b*.
+    /// Shift of a copy: three quarters of what its mean lacks, at most 14 L*a*b*.
     Vec3d shift(const Numbers& look, Vec2d at) const
     {
         const Vec3d wanted = (mean_of(look) - mean_of(values_at(at))) * 0.75;
@@ -168,7 +168,7 @@ struct Picture
         return {std::clamp(at.x, half(), lab.width - 1 - half()), std::clamp(at.y, half(), lab.height - 1 - half())};
     }
 
-    /// Of keys that are as near the last.
+    /// Nearest key; the last one of several as near.
     std::size_t key_near(Vec2d at) const
     {
         std::size_t near = 0;

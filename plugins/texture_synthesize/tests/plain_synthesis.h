@@ -37,16 +37,16 @@ struct Mixed
     Vec3d color;
     Vec3d heaviest_color;
     Covering heaviest{};
-    Vec3d shift;  ///< Of the mean.
+    Vec3d shift;  ///< Shift of the mean.
 };
 
-/// What a search went by.
+/// Inputs of a search.
 struct Searched
 {
     std::vector<Found> found;
     std::vector<Numbers> looks;  ///< Per patch, what is looked for.
     Numbers weights;             ///< Per key.
-    std::vector<Found> uses;     ///< What the last pass charged for.
+    std::vector<Found> uses;     ///< Uses that the last pass charged for.
 };
 
 class PlainLevel
@@ -90,7 +90,7 @@ class PlainLevel
         return result;
     }
 
-    /// What the patches of a coarser level say, with this level's colors.
+    /// Start from the patches of a coarser level, with this level's colors.
     std::vector<Vec3d> begin_after(const PlainLevel& coarser, const std::vector<Found>& matches) const
     {
         const double ratio = picture_.scale / coarser.picture_.scale;
@@ -147,7 +147,7 @@ class PlainLevel
         return result;
     }
 
-    /// What a place of the picture costs a patch; its own place, the one that nothing continues, costs more.
+    /// Cost of a place of the picture for a patch; its own place, which nothing continues, costs more.
     double score(std::size_t patch, const Searched& searched, Vec2d at, bool is_own) const
     {
         const double distance = picture_.distance(searched.looks[patch], at);
@@ -215,8 +215,8 @@ class PlainLevel
     struct Texel
     {
         Vec3d rgb;
-        Vec3d shift;  ///< In rgb.
-        Vec2d place;  ///< Of the heaviest patch, in pixels of the style picture, pixel centers at +0.5.
+        Vec3d shift;  ///< Shift in RGB.
+        Vec2d place;  ///< Place of the heaviest patch, in pixels of the style picture, pixel centers at +0.5.
     };
 
     /// The covered texels of a texture, by their numbers: the mean, with three quarters of the heaviest patch's luminance.

@@ -39,7 +39,7 @@ struct Rectangle
     int rows = 1;
 };
 
-/// Where in the atlas: turned about `middle`, `uv_per_m` texcoords along a meter.
+/// Makes a rectangle whose chart is turned about `middle`, with `uv_per_m` texcoords along a meter.
 inline Rectangle rectangle(Vec3f corner, Vec3f across, Vec3f along, Vec2f middle, float uv_per_m, double turn = 0, int quads = 1)
 {
     const auto c = static_cast<float>(std::cos(turn)) * uv_per_m;
@@ -235,7 +235,7 @@ inline float luminance(Vec3f rgb)
     return 0.3F * rgb.x + 0.6F * rgb.y + 0.1F * rgb.z;
 }
 
-/// Of a texture's texel: how far to the right on the wall of two charts it is, and how far up, in meters; negative off the
+/// Position of a texel on the wall of two charts, to the right and up, in meters; negative off the
 /// charts.
 inline Vec2d on_wall(int size, int x, int y)
 {

@@ -20,7 +20,7 @@ struct StripedWall
 {
     explicit StripedWall(float contrast) : stripes(contrast) {}
 
-    /// Where a texcoord lies along the turned right chart is all the stripes need.
+    /// The stripes depend only on the position of a texcoord along the turned right chart.
     Vec3f color(std::uint32_t chart, Vec2f uv) const
     {
         const double along = static_cast<double>(uv.x) * std::cos(0.4) + static_cast<double>(uv.y) * std::sin(0.4);

@@ -42,7 +42,7 @@ const Upright usual{{0, 0, 1}, {1, 0, 0}};
 
 TEST_CASE("a surface is joined across the seams of its atlas")
 {
-    const Mesh split = turned_wall(0, 1);  // The same vertices twice at the seam.
+    const Mesh split = turned_wall(0, 1);  // It has the vertices at the seam twice.
     const Mesh shared = fresco::testing::two_chart_wall();
     for (const Mesh* mesh : {&split, &shared})
     {
@@ -356,7 +356,7 @@ struct Laid : Prepared
     {
     }
 
-    /// Where a point lies on a patch, in texels from its center.
+    /// Position of a point on a patch, in texels from its center.
     Vec2d offset(std::size_t patch, Vec3f point) const
     {
         const Vec3d away = vec_cast<double>(point - patches[patch].center) * (1 / grid.spacing_m());
@@ -383,7 +383,7 @@ double farther(Vec2d at)
     return std::max(std::abs(at.x), std::abs(at.y));
 }
 
-/// What is to hold on any surface.
+/// Checks properties that covers have on any surface.
 void check_covers(const Laid& laid, int stride)
 {
     std::size_t bare = 0;

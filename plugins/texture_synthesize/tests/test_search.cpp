@@ -13,7 +13,7 @@ using namespace fresco::synthesize;
 namespace
 {
 
-/// Those that exist and run here.
+/// Kernels that this processor can run.
 std::vector<const PatchKernel*> kernels()
 {
     std::vector<const PatchKernel*> result{base_kernel()};

@@ -54,7 +54,7 @@ double mean_light(const Texture& texture, double from, double to)
     return sum / count;
 }
 
-/// Of a block of texels.
+/// Mean color of a block of texels.
 Vec3f mean_color(const Texture& texture, int left, int top, int side)
 {
     Vec3f sum;
@@ -553,7 +553,7 @@ Checkpoint sample(std::size_t matches)
     return result;
 }
 
-/// What reading damaged bytes comes to: an error that names the file, or nothing.
+/// Whether damaged bytes are refused by an error that names the file.
 bool is_refused(const std::filesystem::path& file, std::span<const std::byte> bytes)
 {
     std::ofstream(file, std::ios::binary)

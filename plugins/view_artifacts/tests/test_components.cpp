@@ -72,7 +72,7 @@ TEST_CASE("up is found from cameras that look down on all sides, and on one side
     Frames one;
     one.frames.push_back(looking(0.3, 0.2));
     CHECK(up_of(one) < -0.97);
-    // Of earlier frames that nobody made pictures of there is nothing to see.
+    // Earlier frames without pictures show nothing.
     PageEntry page;
     page.last = false;
     show(one, page);

@@ -18,13 +18,13 @@ class RunContext;
 struct Exchange;
 struct ExchangeForm;
 
-/// Where an artifact is written or read. Lives as long as the call it is passed to.
+/// Folder where an artifact is written or read. Lives as long as the call it is passed to.
 struct ArtifactFolder
 {
     std::filesystem::path path;  ///< The artifact's own folder; exists.
     std::filesystem::path
         store;  ///< The store's root, so that references to other results survive moving the store; may be empty.
-    std::set<std::string>* references = nullptr;  ///< Where reference_to notes the results that are referred to; may be null.
+    std::set<std::string>* references = nullptr;  ///< Receives the results that reference_to refers to; may be null.
 };
 
 /// A typed value passed along an edge of the pipeline. A type `T` derives from Artifact, can be made without arguments, and has
@@ -76,13 +76,13 @@ std::filesystem::path referred_file(const std::string& reference, const Artifact
 struct ExchangeForm
 {
     std::string as{};                  ///< Its name, where a type has several.
-    std::vector<std::string> files{};  ///< What a program must write at least.
+    std::vector<std::string> files{};  ///< Files that a program must write at least.
     bool is_folder = true;             ///< The program gets a folder's path; else that of the one file.
     bool taken_in_place = true;        ///< An input lies in the store, and the program reads it there; else it gets a copy.
     bool made_in_place = true;         ///< An output's files stay where the program writes them; else they are read and saved.
 };
 
-/// Where the files of an exchange form are written, or were written by a program.
+/// Folder of an exchange form's files, written by fresco or by a program.
 struct Exchange
 {
     std::string as;         ///< The form.
@@ -102,11 +102,11 @@ struct ArtifactType
 
     /// nullptr where it has no form of that name; an empty name: the default.
     const ExchangeForm* form(std::string_view as) const;
-    /// What `as` may say; empty where there is one form only.
+    /// Values of `as`; empty if there is only one form.
     std::vector<std::string> form_names() const;
 };
 
-/// Those of the SDK, and of every plugin that this process has open.
+/// Types of the SDK, and of every plugin that this process has open.
 std::vector<const ArtifactType*> artifact_types();
 /// nullptr for other names.
 const ArtifactType* find_artifact_type(std::string_view name);

@@ -21,7 +21,7 @@ struct Intrinsics
     double cx = 0;
     double cy = 0;
 
-    /// The same camera at another size, each axis scaled on its own.
+    /// Scales the camera to another size, each axis on its own.
     Intrinsics scaled_to(int new_width, int new_height) const;
     /// Width that keeps the aspect ratio at `new_height`: round(h * W / H), at least 1.
     int width_at(int new_height) const;
@@ -41,9 +41,9 @@ struct Camera
     friend bool operator==(const Camera&, const Camera&) = default;
 };
 
-/// Which way is up by cameras (poses world_from_camera, OpenCV axes), unit length: what their horizontal axes are most nearly
-/// perpendicular to, as recorders are held level however far they look down. Phones held upright store pictures lying on their
-/// left side; where the cameras agree better on -x than on -y, that is up. Empty if they are turned every way.
+/// Upward direction of cameras (poses world_from_camera, OpenCV axes), unit length: the one that their horizontal axes are most
+/// nearly perpendicular to, as recorders are held level however far they look down. Phones held upright store pictures lying on
+/// their left side; where the cameras agree better on -x than on -y, that is up. Empty if they are turned every way.
 std::optional<Vec3d> cameras_up(std::span<const RigidTransform> poses);
 
 }  // namespace fresco

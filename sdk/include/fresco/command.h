@@ -27,7 +27,7 @@ std::string filled_in(std::string_view word, const std::map<std::string, std::st
 /// One thing that keeps a program from being run as it is declared.
 struct CommandLineProblem
 {
-    std::string option;  ///< Where it is,
+    std::string option;  ///< Option that holds it,
     int word = -1;       ///< and at which word of it; -1: the option as a whole.
     std::string text;
     bool is_missing = false;  ///< A program that is not there; otherwise the pipeline is wrong.

@@ -73,7 +73,7 @@ class PathEntry
 
   private:
     std::filesystem::path path_;
-    std::optional<std::string> advice_;  ///< Where links are forbidden.
+    std::optional<std::string> advice_;  ///< Advice for errors, if links are forbidden.
     FileDescriptor folder_;
     std::string name_;
 };

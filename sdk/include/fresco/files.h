@@ -19,7 +19,7 @@ struct Files : Artifact
     static constexpr int artifact_version = 1;
 
     std::vector<std::string> names;     ///< Relative, '/'-separated, without "..".
-    std::filesystem::path loaded_from;  ///< Where load() found them: each lies at loaded_from / name. Not saved.
+    std::filesystem::path loaded_from;  ///< Folder where load() found them: each lies at loaded_from / name. Not saved.
 
     /// Writes `files.json`. Throws Error if a listed file is missing.
     void save(const ArtifactFolder& folder) const override;

@@ -49,14 +49,14 @@ struct FileCopy
     std::filesystem::path from;
     std::filesystem::path to;
 };
-/// None of the copies appears under its name before the data of all are on the disk; `written` is called then. Opens a descriptor
-/// per file. Throws what `written` throws, too.
+/// Copies files so that none appears under its name before the data of all are on the disk; `written` is called then. Opens a
+/// descriptor per file. Throws what `written` throws, too.
 void copy_files(std::span<const FileCopy> copies, const std::function<void()>& written = {});
 
 /// 128-bit content hash (XXH3) as 32 hexadecimal digits. Not cryptographic: it finds change and damage, not an attacker.
 std::string content_hash(std::span<const std::byte> bytes);
 std::string content_hash(std::string_view text);
-/// The same for a file's bytes, streamed. Throws MissingInput if it cannot be read.
+/// Hash of a file's bytes, streamed. Throws MissingInput if it cannot be read.
 std::string file_hash(const std::filesystem::path& file);
 
 }  // namespace fresco

@@ -40,7 +40,7 @@ class ImageIo : public Component
 
     /// Size without decoding.
     virtual ImageHeader header(const std::filesystem::path& file) const = 0;
-    /// The same, with the kind of its samples, once the whole file was walked without decoding it: a picture that is cut is
+    /// Header with the kind of samples, after a walk over the whole file without decoding it: a truncated picture is
     /// refused. The default calls header().
     virtual ImageHeader check(const std::filesystem::path& file) const;
     /// 8-bit sRGB, 3 channels: EXIF orientation applied, alpha composited on white; gray, 16-bit, CMYK, other profiles converted.

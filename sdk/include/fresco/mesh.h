@@ -65,7 +65,7 @@ std::vector<Vec3f> face_normals(const Mesh& mesh);
 /// V normals: area-weighted mean of the faces around, unit length; zero where there is none.
 std::vector<Vec3f> vertex_normals(const Mesh& mesh);
 
-/// What a picture shows outside of [0,1].
+/// Continuation of a picture outside of [0,1].
 enum class Wrap : std::uint8_t
 {
     repeat,
@@ -73,7 +73,7 @@ enum class Wrap : std::uint8_t
     clamp
 };
 
-/// What a face looks like: the product of the color, the picture and the vertex colors, in linear light.
+/// Appearance of a face: the product of the color, the picture and the vertex colors, in linear light.
 struct ModelMaterial
 {
     static constexpr int no_picture = -1;
@@ -98,7 +98,7 @@ struct Model : Artifact
     std::vector<std::uint32_t> material_of_face;  ///< F; indices into materials.
     /// File names. The stage that makes a model writes each one into its output's folder().path.
     std::vector<std::string> pictures;
-    std::filesystem::path loaded_from;  ///< Where load() found the pictures. Not saved.
+    std::filesystem::path loaded_from;  ///< Folder where load() found the pictures. Not saved.
 
     void save(const ArtifactFolder& folder) const override;
     static std::shared_ptr<Model> load(const ArtifactFolder& folder);
@@ -119,7 +119,7 @@ struct MeshLimits
     std::size_t max_faces = 400'000'000;
 };
 
-/// What a reader had to leave out or change; 0 everywhere for a clean file.
+/// Counts of what a reader left out or changed; 0 everywhere for a clean file.
 struct MeshReadReport
 {
     std::size_t polygons_split = 0;      ///< Faces with more than three corners, fanned into triangles.
@@ -133,7 +133,7 @@ struct MeshFileName
     std::size_t line = 0;
 };
 
-/// What a mesh file says about materials: names only, nothing is opened.
+/// Materials that a mesh file names; no file is opened.
 struct MeshMaterials
 {
     static constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();

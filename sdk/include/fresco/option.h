@@ -96,7 +96,8 @@ inline Extensions extensions(std::initializer_list<const char*> accepted)
 {
     return {{accepted.begin(), accepted.end()}};
 }
-/// Those of an InputFile's formats. fresco check refuses a file that does not begin as its extension says, is empty or cut short.
+/// Extensions of an InputFile's formats. fresco check refuses a file that does not begin as its extension says, is empty or cut
+/// short.
 inline Extensions formats(std::vector<FileFormat> accepted)
 {
     Extensions result{all_extensions(accepted)};

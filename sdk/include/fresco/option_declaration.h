@@ -24,7 +24,7 @@ struct FileFormat
     std::size_t begins_at = 0;
     std::vector<std::string> holds{};  ///< It has one of these in its first MiB; "\n" also stands for the beginning.
     std::vector<std::string> ends{};   ///< It has one of these at the end of a text, behind the last header of other files.
-    std::size_t length_at = 0;         ///< Where it says how long it is, in a little-endian number of …
+    std::size_t length_at = 0;         ///< Offset of its length, a little-endian number of …
     std::size_t length_bytes = 0;      ///< … so many bytes (0: nowhere), …
     std::size_t length_from = 0;       ///< … counted from here.
 
@@ -32,7 +32,7 @@ struct FileFormat
     Value describe() const;
 };
 
-/// Of all of them, each once.
+/// Extensions of all formats, each once.
 std::vector<std::string> all_extensions(const std::vector<FileFormat>& formats);
 
 FileFormat json_format();
@@ -90,13 +90,13 @@ struct PortArtifact
 /// The part that stands for all parts without a rule of their own.
 inline constexpr std::string_view other_parts = "*";
 
-/// What a rule for a part is: a word, or an input of the stage, which each name that is given becomes, and a number from 0 to 1.
+/// Form of a rule for a part: a keyword, or an input name (the rule declares that input) with a number from 0 to 1.
 struct RuleForm
 {
     std::string parts_of{};  ///< The input whose parts the rules are for: others are refused as soon as those are known.
     std::string word{};      ///< "keep"
     std::string input{};     ///< The key of a rule that names an input, and what such an input is called: "texture".
-    std::string artifact{};  ///< Of such an input.
+    std::string artifact{};  ///< Artifact of such an input.
     int version = 1;
     std::string number{};  ///< The key of the number; 1 where a rule has none.
 };
@@ -110,23 +110,23 @@ struct OptionDeclaration
     std::optional<double> min{};
     std::optional<double> max{};
     std::vector<std::string> choices{};
-    std::vector<std::string> extensions{};  ///< Of an input file, lower case, with the dot; empty: any.
-    std::vector<FileFormat> formats{};      ///< Of an input file, for those of its extensions that have one.
+    std::vector<std::string> extensions{};  ///< Extensions of an input file, lower case, with the dot; empty: any.
+    std::vector<FileFormat> formats{};      ///< Formats of an input file, for those of its extensions that have one.
     std::string unit{};
     bool in_key = true;
     bool is_device = false;  ///< Says whether the stage works on a GPU (fresco::chooses_device).
     std::string component_kind{};
-    bool optional = false;  ///< Of a component: the word `none` leaves it empty.
+    bool optional = false;  ///< For a component: the word `none` leaves it empty.
     std::optional<AutoRule> auto_rule{};
     bool of_pipeline = false;  ///< A component that the pipeline chooses for all its stages; listed apart from the options.
     std::string chosen_by{};   ///< Makes `auto` the component whose Marks fit the path in this option.
     std::string for_form{};    ///< A component of the pipeline is left out unless a port of the stage has this exchange form.
-    /// Of ports: what a port may be, by name. Not described: whoever checks knows more of them than the plugin.
+    /// For ports: the artifacts that a port may have, by name. Not described: the host knows more of them than the plugin.
     std::map<std::string, PortArtifact> artifacts{};
-    std::optional<RuleForm> rule{};  ///< Of rules.
+    std::optional<RuleForm> rule{};  ///< Form of rules.
     std::string help{};
 
-    /// What describe() gave. Throws Error naming the option where it is something else.
+    /// Reads the result of describe(). Throws Error naming the option if it is something else.
     static OptionDeclaration from(const Value& description);
     /// As a map with the keys name, kind, default, min, max, choices, help, …; those that say nothing are left out.
     Value describe() const;
@@ -135,7 +135,7 @@ struct OptionDeclaration
     /// The inputs that checked rules name, each once and in the order of their names.
     std::vector<std::string> inputs_named(const Value& rules) const;
     bool is_slot() const { return kind == OptionKind::component || kind == OptionKind::components; }
-    /// What is accepted, in words: "an integer from 4 to 50000000", "one of unlit, pbr", "the path of an existing file".
+    /// Accepted values in words: "an integer from 4 to 50000000", "one of unlit, pbr", "the path of an existing file".
     std::string accepted() const;
     /// The default as it is written in a pipeline file; "required" or "none" without one.
     std::string default_text() const;

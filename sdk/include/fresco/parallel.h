@@ -10,7 +10,7 @@
 namespace fresco
 {
 
-/// Where a long algorithm says how far it is and learns that it must stop. Callable from any thread.
+/// Reports how far a long algorithm is, and tells it to stop. Callable from any thread.
 class Progress
 {
   public:
@@ -29,7 +29,7 @@ class Progress
 /// Blocks until done.
 void parallel_for(std::size_t count, std::size_t grain, const Progress& progress,
                   const std::function<void(std::size_t, std::size_t)>& work);
-/// The same on up to `threads` threads.
+/// Calls `work` on up to `threads` threads.
 void parallel_for(std::size_t count, std::size_t grain, int threads, const std::function<void(std::size_t, std::size_t)>& work);
 
 /// Calls work(i) for each i of [0, count) as parallel_for does. Looks for cancelation before each piece of `grain` items.

@@ -33,7 +33,7 @@ struct __attribute__((visibility("hidden"))) Registrar
     static const ::fresco::detail::Registrar FRESCO_DETAIL_JOIN(fresco_registrar_, __COUNTER__){FRESCO_ENTRY_LIBRARY, name,      \
                                                                                                 "library", version, nullptr};
 
-// What a library was compiled with, as text: host and plugins must agree before C++ objects cross between them.
+// Build properties of a library as text: host and plugins must agree before C++ objects cross between them.
 
 #define FRESCO_STAMP_TEXT2(x) #x
 #define FRESCO_STAMP_TEXT(x) FRESCO_STAMP_TEXT2(x)

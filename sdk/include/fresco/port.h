@@ -16,7 +16,7 @@
 namespace fresco
 {
 
-/// What inputs and outputs have in common.
+/// Common base of inputs and outputs.
 class Port
 {
   public:
@@ -71,7 +71,7 @@ class Input final : public InputPort
     bool has_value() const { return value_ != nullptr; }
     const T& operator*() const { return get(); }
     const T* operator->() const { return &get(); }
-    /// Where the value lies in the store; empty for one that was made elsewhere, as by a reader.
+    /// Folder of the value in the store; empty for one that was made elsewhere, as by a reader.
     const std::filesystem::path& folder() const { return folder_; }
 
     void load(const ArtifactFolder& folder) override

@@ -24,8 +24,8 @@ struct ProcessStart
     std::string file;                    ///< The program; no search in PATH.
     std::vector<std::string> arguments;  ///< Its own name first.
     EnvironmentChanges environment{};    ///< On top of this process's own.
-    std::string folder{};                ///< Where it starts; empty: here.
-    int channel = -1;                    ///< What it gets as child_channel, or -1.
+    std::string folder{};                ///< Folder where it starts; empty: here.
+    int channel = -1;                    ///< Descriptor that it gets as child_channel, or -1.
     /// It cannot be reached by Ctrl-C, nor wait for a terminal. Otherwise it stays in this process's group: whoever ends the
     /// group ends it too.
     bool own_session = false;
@@ -57,7 +57,7 @@ struct ProcessEnd
 };
 /// Takes the end of `pid` if it has ended; does not wait.
 bool take_end(pid_t pid, ProcessEnd& end);
-/// The same for the leader of a process group: whatever else is left of the group is killed first.
+/// take_end for the leader of a process group: the rest of the group is killed first.
 bool take_group_end(pid_t pid, ProcessEnd& end);
 
 /// "Segmentation fault (signal 11)".
@@ -74,7 +74,7 @@ class LineBuffer
     bool read_from(int fd);
     /// The next whole line, without its end; false if there is none.
     bool next(std::string& line);
-    /// What came after the last line end.
+    /// Text after the last line end.
     std::string rest() const { return buffer_.substr(start_); }
 
   private:

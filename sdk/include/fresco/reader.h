@@ -21,9 +21,9 @@ class FileReader : public Component
     ~FileReader() override;
     /// The artifact_name of what it makes.
     virtual std::string artifact() const = 0;
-    /// Of the files that it reads, lower case, with the dot: ".png". The default: those of formats().
+    /// Extensions of the files that it reads, lower case, with the dot: ".png". Default: those of formats().
     virtual std::vector<std::string> extensions() const;
-    /// What such files look like, which fresco check holds them to; nothing where that is not known.
+    /// First bytes of such files, which fresco check compares; empty if unknown.
     virtual std::vector<FileFormat> formats() const { return {}; }
     virtual std::shared_ptr<const Artifact> read(const std::filesystem::path& file) = 0;
 };

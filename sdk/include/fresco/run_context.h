@@ -16,7 +16,7 @@
 namespace fresco
 {
 
-/// What the host gives a running stage. All functions may be called from any thread. A number that is not finite may be given to
+/// The host, as a running stage sees it. All functions may be called from any thread. A number that is not finite may be given to
 /// metric and report (also inside of lists and maps): it is kept and shown as null. A `progress` that is not finite is passed
 /// over, such a total counts as unknown.
 class RunContext : public Progress
@@ -25,7 +25,7 @@ class RunContext : public Progress
     ~RunContext() override;
     /// A line for the person watching ("3 of 125 frames dropped: blurred").
     virtual void message(std::string_view text) = 0;
-    /// The same, marked as a warning.
+    /// Writes a message marked as a warning.
     virtual void warning(std::string_view text) = 0;
     /// The newest value of a running figure, shown in the live line ("loss").
     virtual void metric(std::string_view name, double value) = 0;
@@ -49,7 +49,7 @@ class RunContext : public Progress
     /// and nothing else: results, an editor's files or pictures put beside it must not make it run again. Patterns add up,
     /// one call each. A stage that lists the folder must pass over all other names.
     virtual void reads_folder(const std::filesystem::path& folder, std::string_view names) = 0;
-    /// The same for every name.
+    /// Notes that the stage depends on all names in the folder.
     void reads_folder(const std::filesystem::path& folder) { reads_folder(folder, "*"); }
 };
 
@@ -62,7 +62,7 @@ class KeptPieces
     /// In the run's checkpoint folder, where it creates what it needs. The run must outlive it.
     explicit KeptPieces(RunContext& run);
 
-    /// Where files are written, each whole or not at all (write_file). They stay until the checkpoint goes, which is after the
+    /// Folder for files, each written whole or not at all (write_file). They stay until the checkpoint goes, which is after the
     /// result is in the store: whoever is killed while gigabytes are published loses no piece.
     std::filesystem::path folder() const { return checkpoint_ / "files"; }
     /// The note of a finished piece. Empty if there is none or, with a warning, if the note or a file that it names is missing or

@@ -42,7 +42,7 @@ class TestRun final : public RunContext
 
     std::vector<std::string> messages;  ///< Warnings begin with "warning: ".
     Value reported{Value::Map{}};
-    Value origin_given{Value::Map{}};  ///< What origin() returns.
+    Value origin_given{Value::Map{}};  ///< Result of origin().
     std::map<std::string, std::vector<double>> metrics;
     std::vector<std::filesystem::path> files_read;
     std::vector<std::filesystem::path> folders_read;  ///< Folder / pattern of names.
@@ -98,13 +98,13 @@ std::string error_of(const Work& work)
     return "";
 }
 
-/// What a stage reads, by its ports.
+/// Inputs of a stage, by its ports.
 using Inputs = std::map<std::string, std::shared_ptr<const Artifact>>;
 
 /// Configures, wires and runs a stage; outputs are saved below `folder` (one folder per output) and can be loaded from there.
 void run_stage(Stage& stage, const Value& options, const Inputs& inputs, const std::filesystem::path& folder, TestRun& run,
                ComponentFactory& factory);
-/// The same with a stage of a built plugin; `components`: what to put into its slots of these names, if it has them.
+/// Runs a stage of a built plugin; `components`: components for its slots of these names, if it has them.
 void run_stage(const std::filesystem::path& library, std::string_view type, Value options, const Inputs& inputs,
                const std::filesystem::path& folder, TestRun& run,
                const std::map<std::string, std::shared_ptr<Component>>& components = {});
@@ -112,7 +112,7 @@ void run_stage(const std::filesystem::path& library, std::string_view type, Valu
 /// Opens a built plugin in this process after the handshake and makes one object of a type it holds; the test owns it. The
 /// library stays open. Throws Error naming the file.
 std::unique_ptr<Configurable> make_from_plugin(const std::filesystem::path& library, std::string_view type);
-/// The same as a Loss, an OptimizerRule, a Stage … Throws Error if the type is something else.
+/// Makes a type as a Loss, an OptimizerRule, a Stage … Throws Error if the type is something else.
 template <class Contract>
 std::unique_ptr<Contract> make_from_plugin(const std::filesystem::path& library, std::string_view type)
 {

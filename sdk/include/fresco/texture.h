@@ -23,7 +23,7 @@ struct Texture : Artifact
     static constexpr std::string_view artifact_name = "texture";
     static constexpr int artifact_version = 3;
 
-    /// What the values mean: "display" = RGB in [0,1]; "network" = BGR in 0..255 minus (103.939, 116.779, 123.68).
+    /// Meaning of the values: "display" = RGB in [0,1]; "network" = BGR in 0..255 minus (103.939, 116.779, 123.68).
     std::string values = "display";
     std::string atlas;            ///< The atlas_id of the mesh it was made for; empty: unknown.
     std::vector<RasterF> layers;  ///< Finest first; layer i has size S / 2^i.
@@ -61,7 +61,7 @@ int painted_size_px(int size_px, int laid_out_px, std::string_view source, RunCo
 /// Bilinear value at (u, v) of a raster whose row 0 is v = 1: texel centers at +0.5, clamped at the borders.
 void sample_bilinear(const RasterF& texture, float u, float v, float* out);
 
-/// Where in a picture each texel of a painted texture comes from, so that a finer texture or another channel can be copied
+/// Source position in a picture of each texel of a painted texture, so that a finer texture or another channel can be copied
 /// without a new search. On disk: `source_map.json`, and as packed rasters `places` (uint16 S x S x 4) and `shifts` (uint8 S x S
 /// x 3).
 struct SourceMap : Artifact
@@ -80,7 +80,7 @@ struct SourceMap : Artifact
     };
 
     std::string atlas;           ///< The mesh's atlas_id; empty: unknown.
-    int picture_width = 0;       ///< Of the whole picture …
+    int picture_width = 0;       ///< Width of the whole picture …
     int picture_height = 0;      ///< … that places are in.
     float pixels_per_texel = 1;  ///< The picture's pixels along a texel's side, at scale 1.
     Raster16 places;             ///< S x S x 4: column and row in 1/65534 of the picture's width and height, angle in

@@ -19,7 +19,7 @@
 namespace fresco
 {
 
-/// What the mesh shows to one color camera at one size, per pixel center.
+/// The mesh as one color camera sees it at one size, per pixel center.
 struct UvMap
 {
     RasterF uv;     ///< H x W x 2, in [0,1], origin lower left; 0 where invalid.

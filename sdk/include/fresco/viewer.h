@@ -14,7 +14,7 @@
 namespace fresco
 {
 
-/// What the page needs once to draw entries of some kind.
+/// Scripts that the page needs once to draw entries of some kind.
 struct PageScripts
 {
     std::string_view css{};
@@ -22,7 +22,7 @@ struct PageScripts
     std::string_view js{};       ///< Strict.
 };
 
-/// What the page shows of one artifact, and what it asks for. Used by one thread.
+/// Entry of the page for one artifact, and the page's wishes. Used by one thread.
 struct PageEntry
 {
     /// Show what belongs to these: names of pictures that stages made of this artifact and the page shows ("views/s_7.png").
@@ -31,10 +31,11 @@ struct PageEntry
     bool last = true;                         ///< No later stage makes this type of artifact; show large things only then.
     std::size_t most_pictures = 12;           ///< At most so many.
     int longest_px = 720;                     ///< Longer side of a picture on the page.
-    std::uintmax_t video_bytes = 24'000'000;  ///< What videos may still take of the page.
+    std::uintmax_t video_bytes = 24'000'000;  ///< Bytes of the page that are left for videos.
 
-    Value value{Value::Map{}};             ///< {pictures: [{name, uri, …}], notes: [text], …}: sdk/docs/report.md.
-    const PageScripts* scripts = nullptr;  ///< What draws it, where the page itself does not; lives as long as the library.
+    Value value{Value::Map{}};  ///< {pictures: [{name, uri, …}], notes: [text], …}: sdk/docs/report.md.
+    const PageScripts* scripts =
+        nullptr;  ///< Scripts that draw it, if the page itself does not; they live as long as the library.
 
     /// Adds to one of the lists of `value`.
     void append(std::string_view list, Value entry);
@@ -49,7 +50,7 @@ class Viewer : public Component
     static constexpr std::string_view component_kind = "viewer";
     ~Viewer() override;
     const ArtifactType& type() const { return type_; }
-    /// Of an artifact that holds files: of those that are pictures, lower case, with the dot (".png").
+    /// For an artifact that holds files: extensions of its pictures, lower case, with the dot (".png").
     virtual std::vector<std::string> extensions() const { return {}; }
     /// Adds what there is to see. Throws Error for what cannot be shown: the page says so, and keeps what was given before.
     virtual void show(const Artifact& artifact, PageEntry& entry) const = 0;

@@ -31,7 +31,7 @@ bool is_name(std::string_view text);
 
 /// With the letters A to Z in lower case, whatever the locale.
 std::string lower_case(std::string text);
-/// Of a file's name, in lower case, with the dot: ".png".
+/// Extension of a file's name, in lower case, with the dot: ".png".
 std::string lower_extension(const std::filesystem::path& file);
 
 /// A number as a user would write it: 4, 0.5, 1e-06.

@@ -15,7 +15,7 @@ class MyPlugin final : public fresco::FeatureNetwork
     fresco::Option<double> contrast{this, "contrast", 4.0, fresco::range(0.1, 100), "Factor of all features"};
 
   public:
-    /// What is learned or loaded, once a run. Nothing here.
+    /// Learns or loads something once a run; unused here.
     void prepare(const fresco::PrepareContext&) override {}
 
     std::vector<fresco::FeatureLayer> layers() const override

@@ -9,7 +9,8 @@
 namespace
 {
 
-/// What is seen has the mean color of the style picture: the sum over the channels of the squared difference of the means.
+/// Draws the mean color of the rendering to the style picture's: the sum over the channels of the squared difference of the
+/// means.
 class MyPlugin final : public fresco::Loss
 {
     fresco::Option<double> strength{this, "strength", 1.0, fresco::range(0, 10),

@@ -272,8 +272,8 @@ struct RayHit
 {
     static constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
     std::uint32_t triangle = none;
-    double distance = std::numeric_limits<double>::infinity();  ///< In lengths of the direction.
-    std::array<double, 3> weights{};                            ///< Of the triangle's corners.
+    double distance = std::numeric_limits<double>::infinity();  ///< Distance in lengths of the direction.
+    std::array<double, 3> weights{};                            ///< Weights of the triangle's corners.
     bool front = false;                                         ///< The ray meets the side that the face shows.
     bool found() const { return triangle != none; }
 };

@@ -155,7 +155,7 @@ std::vector<torch::Tensor> style_features(const FeatureNetwork& network, const t
 
 }  // namespace fresco
 
-// What this library was built as, for the host's handshake: a plugin that speaks tensors must have been built with the same.
+// The build properties of this library, for the host's handshake: a plugin that uses tensors must have the same.
 extern "C" __attribute__((visibility("default"))) const fresco_plugin_info* fresco_sdk_torch_info_1();
 
 const fresco_plugin_info* fresco_sdk_torch_info_1()

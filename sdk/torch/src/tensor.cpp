@@ -137,7 +137,7 @@ void row_sums(const T* values, std::int64_t rows, std::int64_t columns, T* sums)
         sums[row] = sum_of_parts<T>(partial.data() + row * per_row, per_row, 1);
 }
 
-/// The same of a tensor whose transpose is contiguous: pieces of columns, each summed row by row.
+/// Row sums of a tensor whose transpose is contiguous: blocks of columns, each summed row by row.
 template <class T>
 void row_sums_of_columns(const T* values, std::int64_t rows, std::int64_t columns, T* sums)
 {

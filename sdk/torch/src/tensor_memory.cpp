@@ -28,7 +28,7 @@ namespace fresco
 namespace
 {
 
-/// Of the usual page; where pages are larger, more is read for each that is written.
+/// Size of the usual page; with larger pages, more is read for each page that is written.
 constexpr std::size_t run = 4096;
 
 void check(const torch::Tensor& tensor)

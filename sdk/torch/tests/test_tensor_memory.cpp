@@ -113,7 +113,7 @@ bool holds(const torch::Tensor& tensor, int value)
 TEST_CASE("tensors of other sizes get the pages of those that are gone")
 {
     reuse_tensor_memory();
-    // What the checks compare with takes memory too, once.
+    // The references of the checks take memory too, once.
     CHECK(holds(filled(64, 1), 1));
     const std::size_t before = reused_tensor_bytes();
     for (int round = 0; round < 3; ++round)

@@ -46,7 +46,7 @@ struct Node
 {
     Kind kind = Kind::none;
     Global global = Global::ordered_dict;
-    ElementType type = ElementType::float32;  ///< Of a storage type.
+    ElementType type = ElementType::float32;  ///< Element type of a storage.
     std::uint16_t depth = 0;                  ///< Levels of containers below.
     std::int64_t integer = 0;                 ///< Also: 0 or 1 for a boolean, an index for storages and tensors.
     std::string_view text{};
@@ -127,8 +127,8 @@ class PickleMachine
     std::span<const std::byte> bytes_;
     std::string source_;
     std::size_t position_ = 0;
-    std::size_t start_ = 0;      ///< Of this pickle.
-    std::size_t operation_ = 0;  ///< Where the current one begins.
+    std::size_t start_ = 0;      ///< Start of this pickle.
+    std::size_t operation_ = 0;  ///< Start of the current operation.
     std::size_t operations_ = 0;
     std::size_t items_ = 0;  ///< In all containers.
     std::vector<Node> nodes_;

@@ -168,7 +168,7 @@ class Reader
 
     std::span<const std::byte> bytes_;
     std::string source_;
-    std::size_t data_ = 0;  ///< Where the tensors begin.
+    std::size_t data_ = 0;  ///< Offset of the tensors.
 };
 
 std::string header_of(std::span<const TensorView* const> tensors, const std::map<std::string, std::string>& metadata)

@@ -27,7 +27,7 @@ inline std::vector<std::byte> made_bytes(const std::string& name)
     return fresco::read_file(made_weights() / name);
 }
 
-/// What make_weights.py puts at place `i` of a storage.
+/// Number that make_weights.py writes at place `i` of a storage.
 inline float made_number(std::size_t i)
 {
     return (static_cast<float>(i * 37 % 251) - 125) / 64;

@@ -95,7 +95,7 @@ TEST_CASE("Nothing grows without bounds")
         error_of("](" + repeated("(NNt", 500) + "e\x85q\1ccollections\nOrderedDict\nq\2" + repeated("h\2h\1R", 2000) + "."),
         Catch::Contains("containers with more than"));
     CHECK_THAT(error_of("Nq\1(" + repeated("h\1", 20) + "tq\2ccollections\nOrderedDict\nh\2R."), Catch::Contains("arguments"));
-    // Nothing to hold on to, so only the operations count.
+    // The pickle builds nothing, so only its operations count.
     CHECK_THAT(error_of("N" + repeated("q\1", 1'000'001) + "."), Catch::Contains("operations"));
 }
 

@@ -107,7 +107,7 @@ TEST_CASE("Metadata decides over names")
     CHECK_FALSE(recognized(caffe).raw);
     caffe.dict.metadata = {{"scale", "other"}};
     CHECK_FALSE(recognized(caffe).raw);
-    // What is written of weights is read again as the same.
+    // Written weights are read back unchanged.
     Contents again;
     again.dict.metadata = vgg19_metadata(recognized(contents));
     CHECK(vgg19_metadata(recognized(again)) == again.dict.metadata);

@@ -37,7 +37,7 @@ namespace
 
 using namespace fresco::optimize;
 
-// What a step is made of: the built plugins, VGG-19 with random weights, and a generated view.
+// Parts of a step: the built plugins, VGG-19 with random weights, and a generated view.
 
 /// One of VGG-19's convolutions of 3 x 3.
 struct ConvolutionShape
@@ -98,7 +98,7 @@ torch::Tensor noise(const std::vector<std::int64_t>& shape, double deviation, st
 
 constexpr double camera_height_m = 1.4;
 constexpr double wall_distance_m = 3;
-constexpr double field_of_view = 1.2;  ///< Of the height: twice the tangent of half the angle.
+constexpr double field_of_view = 1.2;  ///< Vertical field of view: twice the tangent of half the angle.
 constexpr double texture_m = 12;       ///< One unit of uv.
 
 template <class Color>
@@ -335,13 +335,13 @@ void keep_freed_memory()
 #endif
 }
 
-/// Of a step; the processor's time is that of all threads together.
+/// Figures of a step; the processor time is that of all threads together.
 struct Figures
 {
     double seconds = std::numeric_limits<double>::infinity();
     double processor_seconds = std::numeric_limits<double>::infinity();
-    double process_mb = 0;  ///< How large the process was at most.
-    double loss = 0;        ///< Of the first step.
+    double process_mb = 0;  ///< Peak size of the process.
+    double loss = 0;        ///< Loss of the first step.
 };
 
 /// The smallest times of some calls.

@@ -1,4 +1,4 @@
-// Where the environment variable FRESCO_FAULT is "POINT" or "POINT@STAGE", the process that comes by this point kills the host
+// If the environment variable FRESCO_FAULT is "POINT" or "POINT@STAGE", the process that reaches this point kills the host
 // and itself.
 #include "base/fault.h"
 

@@ -43,7 +43,7 @@ dataset::Manifest small_manifest()
     return manifest;
 }
 
-/// What is said of the manifest once `change` was made to it.
+/// Error of the manifest after `change`.
 std::string error_of(const std::function<void(Value&)>& change)
 {
     Value root = parse_json(dataset::to_text(small_manifest()));

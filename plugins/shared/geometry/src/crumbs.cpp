@@ -84,7 +84,7 @@ class MovingCharts
         return charts;
     }
 
-    /// Where a face, which has this vertex, has it: an index into the flat corners.
+    /// Corner at which a face has a vertex: an index into the flat corners.
     std::size_t corner(std::uint32_t face, std::uint32_t vertex) const
     {
         const auto& t = surface_.mesh.triangles[face];
@@ -334,7 +334,7 @@ class PatchMaker
     }
 
     const MovingCharts& charts_;
-    std::vector<std::uint32_t> place_;  ///< Of every face in the patch, or `none`.
+    std::vector<std::uint32_t> place_;  ///< Position of every face in the patch, or `none`.
 };
 
 /// Draws the crumb's vertices into the middle of their neighbors: a beginning for crumbs that the chart surrounds.
@@ -476,7 +476,7 @@ std::size_t attach_crumbs(const Surface& surface, FlatCharts& flat, double texel
 namespace
 {
 
-/// What is larger is no noise and stays as it is.
+/// Larger charts are not noise and stay.
 constexpr double joined_texels = 512;
 /// Charts that are tried for each crumb, those of the longest common borders.
 constexpr std::size_t tried_charts = 2;
@@ -541,7 +541,7 @@ class Joiner
         return corners;
     }
 
-    /// Of the patch with itself, or with the rest of the chart.
+    /// Whether the patch overlaps itself or the rest of the chart.
     bool overlaps(const CrumbPatch& patch, const Corners& corners, std::uint32_t chart)
     {
         std::vector<std::uint32_t> all(patch.faces.size());

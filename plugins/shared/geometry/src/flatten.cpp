@@ -133,7 +133,7 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> find_overlaps(const Corners
                 const Vec2d low{std::max(a.low.x, b.low.x), std::max(a.low.y, b.low.y)};
                 if (low.x >= std::min(a.high.x, b.high.x) || low.y >= std::min(a.high.y, b.high.y))
                     continue;
-                // Of the cells that hold both, only the one with the corner of the common box looks at them.
+                // Only the cell with the corner of the common box compares the two.
                 if (grid.row(low.y) * grid.width + grid.column(low.x) != cell)
                     continue;
                 const auto fa = faces[*i];
@@ -295,7 +295,7 @@ class Flattener
         lay(regrow(rest));
     }
 
-    /// Those that fit beside a chart as they are go first; what was joined then may leave room for more.
+    /// Crumbs that fit beside a chart unchanged go first; joined ones may then leave room for more.
     void place_crumbs()
     {
         attach_crumbs(surface_, flat_, options_.texel_m, progress_);

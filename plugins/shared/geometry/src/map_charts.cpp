@@ -71,7 +71,7 @@ class Mender
         for (std::uint32_t f = 0; f < disk_.triangles.size(); ++f)
             if (const double own = area_of(disk_, f); own > 0 && area_of(places_, disk_.triangles[f]) < smallest_area_share * own)
                 bad.push_back(f);
-        // Where most is folded the whole map is of no use.
+        // A map that is mostly folded is useless.
         if (10 * bad.size() > disk_.triangles.size())
             return;
         for (const auto f : bad)

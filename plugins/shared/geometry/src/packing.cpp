@@ -488,7 +488,7 @@ class Packer
     Corners corners_;  ///< Turned, each chart's box beginning at the origin.
     std::vector<std::vector<std::uint32_t>> lists_;
     int cell_px_;
-    std::vector<Vec2d> extent_;  ///< Of the charts' boxes, meters.
+    std::vector<Vec2d> extent_;  ///< Sizes of the charts' boxes, meters.
     std::vector<std::uint32_t> order_;
     double area_ = 0;
     double scale_ = 0;

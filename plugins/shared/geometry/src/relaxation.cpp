@@ -30,7 +30,7 @@ struct Jacobian
 struct Element
 {
     double area = 0;
-    std::array<Vec2d, 3> gradients{};  ///< Of the corners' hat functions.
+    std::array<Vec2d, 3> gradients{};  ///< Gradients of the corners' hat functions.
 };
 
 Element element_of(const Vec3d* corners)

@@ -73,7 +73,7 @@ std::vector<bool> duplicates(const Mesh& mesh)
     return duplicate;
 }
 
-/// Which half of an edge (face * 3 + corner) is joined with which; `none` at borders.
+/// Opposite of each half of an edge (face * 3 + corner); `none` at borders.
 using Mates = std::vector<std::uint32_t>;
 
 std::uint32_t half(const EdgeUse& use)

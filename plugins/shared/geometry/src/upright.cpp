@@ -29,7 +29,7 @@ constexpr double least_level_share = 0.02;
 constexpr double clearly_more = 1.25;
 /// Without cameras: what must stand or lie along a direction, of the area. It is 0.15 for a sphere.
 constexpr double least_shape_share = 0.4;
-/// What the next best direction may have of the evidence, and still the best is clear.
+/// Largest share of the evidence that the second-best direction may have.
 constexpr double most_next_share = 0.9;
 /// How much more must face up than down to tell which is which: scans lack ceilings and what buildings stand on.
 constexpr double least_facing_share = 0.04;
@@ -71,7 +71,7 @@ struct Facing
 struct FacingAreas
 {
     std::vector<Facing> bins;
-    double area = 0;  ///< Of the mesh.
+    double area = 0;  ///< Area of the mesh.
 
     explicit FacingAreas(const Mesh& mesh)
     {
@@ -100,7 +100,7 @@ struct FacingAreas
             bin.normal = normalized(bin.sum);
     }
 
-    /// That faces along the axis, to either side.
+    /// Area that faces along the axis, to either side.
     double along(Vec3d axis) const
     {
         double sum = 0;
@@ -125,7 +125,7 @@ struct FacingAreas
         return axis;
     }
 
-    /// What speaks for an axis as the upright one.
+    /// Evidence that an axis is the upright one.
     struct Evidence
     {
         double walls = 0;   ///< Around it, less what faces to one side only; of the area.

@@ -110,7 +110,7 @@ inline AtlasFaults check_atlas(const fresco::Mesh& mesh, int size_px, int gutter
     return faults;
 }
 
-/// Of every chart: texels of its faces at size_px over their projected (or true) area; all equal in an atlas at world scale.
+/// Texels of every chart's faces at size_px over their projected (or true) area; all equal in an atlas at world scale.
 inline double texcoord_area(const fresco::Mesh& mesh, std::size_t face)
 {
     const auto p = [&](std::size_t k) { return fresco::Vec2d{mesh.texcoords[3 * face + k].x, mesh.texcoords[3 * face + k].y}; };

@@ -7,7 +7,7 @@
 #include <fresco/geometry/topology.h>
 #include <fresco/testing.h>
 
-/// What the atlas stage under test makes of a mesh.
+/// Result of the atlas stage under test.
 struct MadeAtlas
 {
     fresco::testing::TestRun run;

@@ -12,11 +12,11 @@ struct KnownMesh
     std::string name;
     fresco::Mesh mesh;
     int components = 1;           ///< Sets of faces connected through edges.
-    int repaired_components = 1;  ///< The same once every edge has two faces of one orientation at most.
+    int repaired_components = 1;  ///< Components once every edge has two faces of one orientation at most.
     int duplicate_faces = 0;
     int degenerate_faces = 0;
-    int complex_edges = 0;   ///< Of three or more faces, or of two that disagree.
-    int repaired_edges = 0;  ///< Those of them that are left once duplicate and degenerate faces are gone.
+    int complex_edges = 0;   ///< Edges of three or more faces, or of two that disagree.
+    int repaired_edges = 0;  ///< Such edges once duplicate and degenerate faces are removed.
     long euler = 2;          ///< Vertices - edges + faces, once repaired.
 };
 

@@ -35,7 +35,7 @@ inline Mesh flat_square()
     return two_colored_grid(20, [](float, float) { return 0.0F; });
 }
 
-/// Of flat_square() in 100 faces.
+/// Checks flat_square() in 100 faces.
 inline void check_flat_square(const Mesh& out, double margin)
 {
     const auto counts = count_surface(out);
@@ -60,7 +60,7 @@ inline float bump(float x, float y)
     return 0.2F * std::exp(-20 * ((x - 0.5F) * (x - 0.5F) + (y - 0.5F) * (y - 0.5F)));
 }
 
-/// Of `mesh`, a grid at the height of the bump, in 600 faces.
+/// Checks `mesh`, a grid at the height of the bump, in 600 faces.
 inline void check_bump(const Mesh& out, const Mesh& mesh)
 {
     CHECK(out.triangles.size() <= 600);

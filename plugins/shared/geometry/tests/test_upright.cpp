@@ -164,7 +164,7 @@ TEST_CASE("cameras that look down on one side are off, the floor puts that right
         CHECK(found.from == UpEvidence::cameras_and_plane);
         CHECK(degrees_between(found.direction, up) < 0.01);
         CHECK(found.plane_deg == Approx(off).margin(0.01));
-        // Of 20 + 10 + 2 * 12 + 2 * 9.6 + 1.5 m2.
+        // The areas are 20 + 10 + 2 * 12 + 2 * 9.6 + 1.5 m2.
         CHECK(found.plane_share == Approx(20 / 74.7).epsilon(1e-4));
     }
 }

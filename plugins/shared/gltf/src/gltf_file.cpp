@@ -49,7 +49,7 @@ constexpr std::array<std::string_view, 14> index_keys{"buffer",   "bufferView", 
 constexpr std::array<std::string_view, 4> size_keys{"byteLength", "byteOffset", "byteStride", "count"};
 /// Lists and maps of indices.
 constexpr std::array<std::string_view, 4> index_lists{"attributes", "children", "nodes", "targets"};
-/// Of others' entries nothing is known.
+/// Entries of other extensions are unknown.
 constexpr std::array<std::string_view, 6> read_extensions{
     "KHR_materials_pbrSpecularGlossiness", "KHR_texture_transform", "EXT_meshopt_compression",
     "KHR_draco_mesh_compression",          "EXT_texture_webp",      "EXT_texture_avif"};

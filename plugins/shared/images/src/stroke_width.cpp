@@ -19,7 +19,7 @@ namespace
 constexpr int longest_side = 768;  // Measured at most at this size: strokes have a few pixels then.
 constexpr int directions = 16;
 constexpr int steps_per_pixel = 8;
-constexpr double broad_share = 1.0 / 24;  // Of the shorter side: sigma of what counts as background.
+constexpr double broad_share = 1.0 / 24;  // Sigma of the background, as a share of the shorter side.
 
 /// Gaussian blur, borders repeated.
 RasterF smoothed(const RasterF& gray, double sigma)

@@ -234,7 +234,7 @@ namespace
 
 constexpr float one_surface = 1.15F;
 
-/// What a view measured, to be looked up at any pixel under an assumption.
+/// Measured depth of a view, looked up at any pixel under an assumption.
 class MeasuredGrid
 {
   public:
@@ -457,7 +457,7 @@ constexpr double left_by_step = 0.85;
 constexpr double far_more = 2.5;
 constexpr double more_by_chance = 1.25;
 constexpr double similar_share = 0.05;
-/// Of a mesh that lacks what stands before it.
+/// Limit for a mesh that lacks objects in front of it.
 constexpr double share_of_right = 0.3;
 constexpr double clear_share = 0.85;
 

@@ -83,7 +83,7 @@ constexpr double fair_response = 0.15;
 constexpr double no_response = 0.04;
 /// A change of the color camera must be so many times as good as the recorded one.
 constexpr double clearly = 1.6;
-/// The same of other pictures, which show nearly the same.
+/// Factor for neighboring pictures, which show nearly the same.
 constexpr double clearly_in_time = 1.25;
 constexpr std::size_t fair_outline_points = 300;
 /// Smaller errors of a camera are within what a calibration leaves.
@@ -94,7 +94,7 @@ constexpr double hardly_covered = 0.002;
 constexpr std::size_t look_stride = 4;
 constexpr double largest_depth_m = 50;
 constexpr double least_depth_m = 0.05;
-/// Nothing that agrees so little belongs together.
+/// Parts that agree less than this do not belong together.
 constexpr double hopeless = 0.2;
 /// Moving people, mixed pixels and noise of a few percent stay below this share.
 constexpr double clearly_seen_through = 0.05;
@@ -331,7 +331,7 @@ class Judge
         double fronts = 0;
     };
 
-    /// What the color cameras see of the mesh.
+    /// Comparison of the mesh with the color cameras' pictures.
     Look look(const Assumption& assumption) const
     {
         const bool mirrored = determinant(assumption.world_turn) < 0;

@@ -168,7 +168,7 @@ struct Pair
 {
     Vec3d point;
     Vec3d normal;
-    double offset = 0;  ///< Of the face from the point, along the normal.
+    double offset = 0;  ///< Offset of the face from the point, along the normal.
     double depth = 0;
 };
 
@@ -222,7 +222,7 @@ RigidTransform best_move(const raycast::Scene& scene, const std::vector<DepthVie
                 x[i] += weight * row[i] * pair.offset;
             }
         }
-        // What no measurement holds stays where it is.
+        // Parameters that no measurement constrains stay.
         for (std::size_t i = 0; i < 6; ++i)
             matrix[7 * i] = matrix[7 * i] * (1 + 1e-6) + 1e-9;
         numerics::solve_symmetric(matrix, x);
@@ -241,12 +241,12 @@ constexpr double doubt = 0.02;
 constexpr double no_large_mistake = 0.6;
 /// Covered by so much, a recording cannot agree by chance in a small part.
 constexpr double covered_by_most = 0.5;
-/// Nothing that is worth a word is left to explain.
+/// Agreement without a mistake to explain.
 constexpr double no_mistake = 0.9;
 /// Candidates this near to the best, as a share of its score, are refined.
 constexpr double promising = 0.75;
 constexpr double move_advantage = 0.04;
-/// Of many variants, these are looked at again after a glance at every so many-th sample.
+/// All variants are scored on every glance_stride-th sample, and the best ones scored again on all.
 constexpr std::size_t finalists = 12;
 constexpr std::size_t glance_stride = 7;
 constexpr int most_mistakes = 3;
@@ -254,7 +254,7 @@ constexpr int most_mistakes = 3;
 constexpr double least_focal = 0.04;
 constexpr double least_scale = 0.015;
 constexpr double least_lag = 0.2;
-constexpr double least_move = 0.008;  ///< Of the median depth.
+constexpr double least_move = 0.008;  ///< Share of the median depth.
 constexpr double least_turn = 0.008;  ///< Radians.
 
 double score(const Agreement& sum)

@@ -21,7 +21,7 @@ namespace mistakes
 using namespace fresco;
 using namespace fresco::inspect;
 
-/// What is looked at, and what a mistake changes of it.
+/// The inspected recording, which a mistake changes.
 struct Looked
 {
     Mesh mesh;  ///< Empty: views are compared with each other.
@@ -52,7 +52,7 @@ inline Change on_views(const std::function<void(View&)>& change)
     return [change](Looked& looked) { std::ranges::for_each(looked.views, change); };
 }
 
-/// Of the depth camera; the color camera is fixed to it.
+/// Changes the poses of the depth camera; the color camera is fixed to it.
 inline Change on_poses(const std::function<void(RigidTransform&)>& change)
 {
     return on_views([change](View& view) { std::ranges::for_each(view.depth.track.poses, change); });
@@ -368,7 +368,7 @@ struct Case
 {
     std::string name;
     Change change;
-    std::vector<std::string> causes;  ///< What is to be found: nothing else, in this order.
+    std::vector<std::string> causes;  ///< Expected causes: no others, in this order.
 };
 
 /// Every mistake that has a name.
@@ -445,7 +445,7 @@ inline std::vector<Case> named()
             {"depth registered to color", register_depth, {"depth_by_color_camera"}}};
 }
 
-/// What the pictures tell without depth.
+/// Mistakes that pictures show without depth.
 inline std::vector<Case> named_by_edges()
 {
     const auto no_depth = on_views(drop_depth);
@@ -466,7 +466,7 @@ inline std::string family(const std::string& cause)
     return has("upside_down") ? "upside_down" : cause;
 }
 
-/// Those of the named mistakes that change how depths of several frames agree, with one camera or two.
+/// Named mistakes that change how depths of several frames agree, with one camera or two.
 inline std::vector<Case> named_without_mesh()
 {
     std::vector<Case> cases;

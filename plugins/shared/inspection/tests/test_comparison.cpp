@@ -108,7 +108,7 @@ TEST_CASE("depths are compared with the mesh's where it is", "[inspection]")
         std::swap(t[0], t[1]);
     const raycast::Scene backs(turned);
     CHECK(front_share(depth_ratios(&backs, {frame}, {}, 1), 1) == 0);
-    // What the mesh does not cover does not count.
+    // Pixels that the mesh does not cover do not count.
     Mesh near = mesh;
     near.triangles.erase(near.triangles.begin(), near.triangles.begin() + 2);
     const raycast::Scene near_only(near);
@@ -150,7 +150,7 @@ TEST_CASE("without a mesh, points of one view are looked up in the others of its
     // Seen through by the other camera, and hidden.
     CHECK(std::ranges::max(ratios(4)[0].ratios) == Approx(0.5));
     CHECK(std::ranges::max(ratios(1.5F)[0].ratios) == Approx(2 / 1.5));
-    // Of the units, only the quotient counts.
+    // Only the quotient of the units counts.
     Assumption scaled_poses, scaled_depths;
     scaled_poses.pose_scale = 0.1;
     scaled_depths.depth_scale = 10;

@@ -13,11 +13,11 @@ namespace fresco
 namespace
 {
 
-/// Where a coordinate in [0,1] falls between the texels of one axis.
+/// Position of a coordinate in [0,1] between the texels of one axis.
 struct Place
 {
     std::int32_t first;
-    float share;  ///< Of the texel after `first`.
+    float share;  ///< Weight of the texel after `first`.
 };
 
 Place place(float coordinate, int size, TexelGrid grid)

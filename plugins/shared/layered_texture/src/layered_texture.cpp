@@ -38,7 +38,7 @@ void check_shape(const torch::Tensor& gradient, std::int64_t width, std::int64_t
         throw std::invalid_argument("the gradient of a view has the shape of its picture, 3 x H x W");
 }
 
-/// Where coordinates in [0,1] fall between the texels of one axis: the first (int32) and the share of the one after it.
+/// Positions of coordinates in [0,1] between the texels of one axis: the first texel (int32) and the weight of the next.
 std::pair<torch::Tensor, torch::Tensor> place(const torch::Tensor& coordinate, int size, TexelGrid grid)
 {
     const auto texels = grid == TexelGrid::centers ? coordinate * size - 0.5 : coordinate * (size - 1);
@@ -94,7 +94,7 @@ class DeviceView final : public TextureView
     struct Layer
     {
         torch::Tensor touched;   ///< T, int64: its texels that are looked up, ascending.
-        std::int64_t first = 0;  ///< Where they begin among those of all layers.
+        std::int64_t first = 0;  ///< Their first index among those of all layers.
     };
 
     void find_lookups(const torch::Tensor& uv, const std::vector<int>& sizes, TexelGrid grid)

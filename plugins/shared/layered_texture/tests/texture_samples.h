@@ -47,7 +47,7 @@ inline UvMap random_map(int width, int height, std::uint64_t seed)
     return map;
 }
 
-/// Which texels a lookup at (u, v) reads, and their weights, in double precision: every texel is tried.
+/// Texels that a lookup at (u, v) reads, and their weights, in double precision: every texel is tried.
 inline std::map<std::int64_t, double> slow_weights(double u, double v, int size, TexelGrid grid = TexelGrid::centers)
 {
     const auto texels = [&](double w) { return grid == TexelGrid::centers ? w * size - 0.5 : w * (size - 1); };

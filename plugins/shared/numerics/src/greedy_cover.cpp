@@ -8,7 +8,7 @@ namespace fresco::numerics
 namespace
 {
 
-/// What a frame added when it was looked at last: never less than what it adds now.
+/// Upper bound of a frame's gain: the gain when it was last computed, as gains never grow.
 struct Bound
 {
     std::int64_t gain = 0;

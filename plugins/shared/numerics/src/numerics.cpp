@@ -114,7 +114,7 @@ Mat3 rotation_of(double w, double x, double y, double z)
 
 std::vector<std::pair<std::uint32_t, std::uint32_t>> nearest_pairs(std::span<const double> a, std::span<const double> b)
 {
-    // What is left of the circle. The nearest pair always stands side by side: anything between its two would be nearer to one.
+    // Remaining points of the circle. The nearest pair is always adjacent: a point between its two would be nearer to one.
     std::vector<std::tuple<double, std::uint32_t, bool>> circle;  // Angle, index, of `a`.
     circle.reserve(a.size() + b.size());
     for (std::uint32_t i = 0; i < a.size(); ++i)

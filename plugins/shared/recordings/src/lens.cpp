@@ -50,7 +50,7 @@ Vec2d pinhole_point(const Intrinsics& camera, double x, double y)
     return {(x - camera.cx) / camera.fx, (y - camera.cy) / camera.fy};
 }
 
-/// Where the camera with the lens shows what `pinhole` sees at (x, y).
+/// Position in the picture of the camera with the lens of what `pinhole` sees at (x, y).
 Vec2d source_position(const Intrinsics& camera, const Lens& lens, const Intrinsics& pinhole, double x, double y)
 {
     const Vec2d p = lens.distorted(pinhole_point(pinhole, x, y));

@@ -90,7 +90,7 @@ void check_panorama(const std::filesystem::path& file, const ImageHeader& header
 void widen_at_poles(Raster8& panorama)
 {
     const auto width = static_cast<std::size_t>(panorama.width), channels = static_cast<std::size_t>(panorama.channels);
-    std::vector<double> sums(width + 1);  // Of the columns before.
+    std::vector<double> sums(width + 1);  // Sums of the columns before.
     for (int y = 0; y < panorama.height; ++y)
     {
         const double latitude = pi * (0.5 - (y + 0.5) / panorama.height);

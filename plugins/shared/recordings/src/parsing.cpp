@@ -17,7 +17,7 @@ namespace
 {
 
 constexpr std::size_t shown_word = 40;
-constexpr std::size_t most_digits = 18;  // Those that fit into a long.
+constexpr std::size_t most_digits = 18;  // As many as fit into a long.
 constexpr std::string_view blanks = " \t\r";
 
 bool is_digit(char c)

@@ -110,7 +110,7 @@ std::string file_name_safe(std::string text)
     return text;
 }
 
-/// Of the frames that a view gives.
+/// Sequences of the frames that a view gives.
 std::vector<std::string> frame_sequences(const RecordedView& view)
 {
     if (!view.is_panorama)

@@ -57,7 +57,7 @@ inline Frames tiny_recording(const std::filesystem::path& folder, const ImageIo&
     return recording;
 }
 
-/// The same poses with 360° pictures: color 64x32, depth 32x16; the intrinsics have only the size.
+/// Turns the pictures into 360° ones at the same poses: color 64x32, depth 32x16; the intrinsics have only the size.
 inline void make_panoramas(Frames& recording, const ImageIo& images)
 {
     for (std::size_t i = 0; i < recording.frames.size(); ++i)
@@ -85,7 +85,7 @@ inline std::vector<double> matrix_of(const RigidTransform& t)
             r(2, 0), r(2, 1), r(2, 2), t.translation.z, 0,       0,       0,       1};
 }
 
-/// The same of a pose whose camera axes are OpenGL's: y up, z backward.
+/// Matrix of a pose with OpenGL's camera axes: y up, z backward.
 inline std::vector<double> opengl_matrix_of(const RigidTransform& t)
 {
     auto m = matrix_of(t);

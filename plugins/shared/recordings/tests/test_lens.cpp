@@ -91,7 +91,7 @@ TEST_CASE("a pinhole picture is what is left when the lens is undone", "[recordi
                 worst = std::max(worst, std::abs(straight.at(x, y) - expected));
             }
         CHECK(worst < 2.5);
-        // Nothing is empty, and a little less focal length would leave something so.
+        // No pixel is empty, and a slightly shorter focal length would leave some empty.
         const auto full = undistorted_depth(depth, camera, lens, pinhole);
         CHECK(full == fresco::Raster16(32, 24, 1, 1000));
         auto wider = pinhole;

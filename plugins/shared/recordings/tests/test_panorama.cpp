@@ -26,7 +26,7 @@ Vec3d panorama_ray(double column, double row, int width, int height)
     return {std::cos(elevation) * std::sin(azimuth), -std::sin(elevation), std::cos(elevation) * std::cos(azimuth)};
 }
 
-/// What a camera in a room of 4 x 3 x 5 m, off its middle, sees in a direction.
+/// View of a camera in a room of 4 x 3 x 5 m, off its middle, in a direction.
 struct Seen
 {
     double distance;
@@ -48,7 +48,7 @@ Seen seen_in_room(Vec3d direction)
 /// Yaw to the right, then pitch upward, degrees, of the views in order.
 constexpr std::array<std::array<double, 2>, 6> turns{{{0, 0}, {90, 0}, {180, 0}, {-90, 0}, {0, 90}, {0, -90}}};
 
-/// Where the panorama shows what a view sees at (x, y): the obvious formulas.
+/// Position in the panorama of what a view sees at (x, y), by the obvious formulas.
 Vec2d place_of(const PanoramaFace& face, std::size_t index, double x, double y, int width, int height)
 {
     const double yaw = turns[index][0] * pi / 180, pitch = turns[index][1] * pi / 180;

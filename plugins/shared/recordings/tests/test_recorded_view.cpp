@@ -101,7 +101,7 @@ TEST_CASE("what a mask ignores is neither color nor depth, with a lens and witho
             for (int x = 0; x < 16; ++x)
             {
                 ignored += at_depth.at(x, y) == 0;
-                // Where the lens bends, the border is not on a pixel of depth.
+                // A lens moves the border off the pixels of depth.
                 if (k1 == 0)
                     CHECK((depth.at(x, y) == 0) == (x < 8));
                 else if (x < 6)

@@ -32,7 +32,7 @@ struct LayoutUnderTest
     /// Files of the second view, below `path`; empty: they are within another file.
     fs::path color{};
     fs::path depth{};
-    std::string pose_source{};        ///< What errors call the source of the second view's pose.
+    std::string pose_source{};        ///< Name of the second view's pose source in errors.
     std::vector<fs::path> damaged{};  ///< Files to be damaged, other than those pictures.
     std::function<Value(const Frames& frames, const fs::path& path)> options{};
     double depth_step_m = 0.001;

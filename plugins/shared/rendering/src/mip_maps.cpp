@@ -6,7 +6,7 @@
 #include <cstring>
 #include <fmt/format.h>
 
-// The same operations in the same order, with the instructions that this processor has.
+// Every clone does the same operations in the same order, with the instructions that the processor has.
 // A sanitizer cannot watch the choice between them, which is made before it starts.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_THREAD__) &&                          \
     !defined(__SANITIZE_ADDRESS__)
@@ -37,7 +37,7 @@ RasterF halved(const RasterF& level)
     return resized(level, std::max(1, level.width / 2), std::max(1, level.height / 2));
 }
 
-/// The same of a picture: one with even sides, such as any large texture, is never held as floats, which take four times its
+/// Halves a picture: one with even sides, such as any large texture, is never held as floats, which take four times its
 /// size.
 RasterF halved(const Raster8& picture)
 {

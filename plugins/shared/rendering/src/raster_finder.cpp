@@ -201,7 +201,7 @@ bool before(Vec3d a, Vec3d b)
     return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
 }
 
-/// Where an edge meets the plane; the same for either direction of the edge.
+/// Intersection of an edge with the plane; both directions of the edge give the same point.
 Vec3d meeting(Vec3d a, Vec3d b, const HalfSpace& half)
 {
     if (before(b, a))

@@ -90,7 +90,7 @@ struct Linear
     }
 };
 
-/// What a sample looks up.
+/// Texture lookup of a sample.
 struct Footprint
 {
     double lod = 0;
@@ -98,8 +98,8 @@ struct Footprint
     Vec2d along;     ///< … this, in texels, around the texel.
 };
 
-/// What a face has to a camera's samples. A ray meets the plane of the corners p0, p1, p2 (in the camera's frame) where its
-/// direction d has the weights M⁻¹ d, of M = (p0 p1 p2), divided by their sum, which is one over the depth: ratios of linear
+/// Plane of a face as a camera's samples see it. A ray meets the plane of the corners p0, p1, p2 (in the camera's frame) where
+/// its direction d has the weights M⁻¹ d, of M = (p0 p1 p2), divided by their sum, which is one over the depth: ratios of linear
 /// numbers, also for the texcoord (Olano and Greer, "Triangle scan conversion using 2D homogeneous coordinates", 1997).
 struct FacePlane
 {
@@ -117,14 +117,14 @@ struct FacePlane
     std::array<Linear, 3> weights{};
 };
 
-constexpr int most_places = 8;  ///< Of a footprint.
+constexpr int most_places = 8;  ///< Most lookups of a footprint.
 
 /// From how far apart two neighboring samples look a texture up. (u, v): the texel here.
 Footprint footprint(const FacePlane& plane, double nearness, double u, double v, TextureFilter filter)
 {
     if (filter == TextureFilter::bilinear)
         return {};
-    // Of the two samples to the right and below, whichever is farther, on the face's plane: (u' + s) / (n + m) - u' / n, of u' =
+    // Takes the farther of the samples to the right and below, on the face's plane: (u' + s) / (n + m) - u' / n, with u' =
     // u n.
     typedef double Two __attribute__((vector_size(16)));
     const Two step{plane.nearness.right, plane.nearness.down};
@@ -348,7 +348,7 @@ class RowPainter
         }
     }
 
-    /// Of the face's corners, none negative; (u, v) is moved to the texel there.
+    /// Weights of the face's corners, none negative; (u, v) is moved to the texel there.
     std::array<double, 3> weights_inside(const FacePlane& plane, double x, double y, double& u, double& v) const
     {
         std::array<double, 3> weights;
@@ -369,7 +369,7 @@ class RowPainter
     const Mesh& mesh_;
     const RenderOptions& options_;
     const Lighting& lighting_;
-    const FaceMap& faces_;  ///< Of rows of samples from `first_sample_row_` on.
+    const FaceMap& faces_;  ///< Faces of the rows of samples from `first_sample_row_` on.
     int first_sample_row_;
     Vec2d texels_;
     PlaneCache planes_;

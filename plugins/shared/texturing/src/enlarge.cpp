@@ -29,7 +29,7 @@ struct Copy
     Vec2f center;  ///< Pixel (0, 0) has its center at (0, 0).
     Vec2f right;   ///< Per texel of the map.
     Vec2f down;
-    std::uint8_t size = 0;  ///< Which of the sizes of the picture.
+    std::uint8_t size = 0;  ///< Index of the picture's size.
     Vec3f shift;            ///< Added to its colors, in 0 to 255.
 
     Vec2f at(Vec2f texels) const { return center + right * texels.x + down * texels.y; }
@@ -38,10 +38,10 @@ struct Copy
 /// The copies that meet at a texel of the map, sorted into groups that continue each other.
 struct Meeting
 {
-    std::array<Copy, window> copies;              ///< About the middle texel's center.
-    std::array<std::uint8_t, window> group{};     ///< Of each copy.
-    std::array<std::uint8_t, window> neighbor{};  ///< Of each copy: its place in the window, row by row.
-    std::array<std::uint8_t, window> size{};      ///< Of each group: which of the sizes of the picture.
+    std::array<Copy, window> copies;              ///< Copies around the middle texel's center.
+    std::array<std::uint8_t, window> group{};     ///< Group of each copy.
+    std::array<std::uint8_t, window> neighbor{};  ///< Place of each copy in the window, row by row.
+    std::array<std::uint8_t, window> size{};      ///< Index of the picture's size for each group.
     std::size_t count = 0;
     std::size_t groups = 0;
 };
@@ -93,7 +93,7 @@ class Lanczos
     std::array<std::array<float, taps>, steps + 1> weights_{};
 };
 
-/// Of an RGB picture, in 0 to 255; beyond its border the border's.
+/// Color of an RGB picture, 0 to 255; its border continues outside.
 Vec3f color_at(const Raster8& rgb, Vec2f at, const Lanczos& lanczos)
 {
     const float x = std::clamp(at.x, 0.0F, static_cast<float>(rgb.width - 1));

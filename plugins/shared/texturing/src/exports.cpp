@@ -90,7 +90,7 @@ void ExportedMesh::check() const
 namespace
 {
 
-/// Nobody sees what is lost, at a third of the bytes of PNG.
+/// The loss is invisible, at a third of the bytes of PNG.
 constexpr int jpeg_quality = 92;
 
 std::vector<std::byte> encoded_picture(const Raster8& picture, std::string_view extension, const ImageIo& images)
@@ -169,7 +169,7 @@ namespace
 /// A corner's position, texcoord and color.
 using CornerKey = std::array<float, 6>;
 
-/// Of the values' bits; -0 counts as 0.
+/// Hash of the values' bits; -0 counts as 0.
 struct CornerHash
 {
     std::size_t operator()(const CornerKey& values) const

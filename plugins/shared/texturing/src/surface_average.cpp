@@ -18,8 +18,8 @@ constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
 /// one half at f h = 0.32.
 constexpr double spacings_per_wavelength = 1 / 0.32;
 
-/// Of the directions +x, -x, +y, -y, +z, -z: the three that a normal leans to, and their shares, its squared length in all. They
-/// change smoothly with the normal.
+/// The three of the directions +x, -x, +y, -y, +z, -z that a normal leans to, and their shares, which sum to its squared length.
+/// They change smoothly with the normal.
 struct Directions
 {
     std::array<std::size_t, 3> of;

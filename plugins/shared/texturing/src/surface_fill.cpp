@@ -23,7 +23,7 @@ struct TexelGraph
 {
     static constexpr std::uint32_t none = TexelFaces::none;
 
-    int size = 0;                           ///< Of the level's grid: S / 2^level, rounded up.
+    int size = 0;                           ///< Side of the level's grid: S / 2^level, rounded up.
     std::vector<std::uint32_t> place;       ///< N: y * size + x.
     std::vector<std::uint32_t> chart;       ///< N
     std::vector<std::uint8_t> fixed;        ///< N: 1 = the color is known.
@@ -327,7 +327,7 @@ void start_from(const TexelGraph& coarse, TexelGraph& fine)
             fine.color[node] = coarse.color[fine.parent[node]];
 }
 
-/// Where the sweeps of the coarsest level begin: the mean of what is known.
+/// Starts the sweeps of the coarsest level from the mean of the known texels.
 void start_from_mean(TexelGraph& graph)
 {
     Vec3d sum;

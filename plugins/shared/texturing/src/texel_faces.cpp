@@ -148,7 +148,7 @@ class TriangleTest
     {
         constexpr double infinity = std::numeric_limits<double>::infinity();
         constexpr double margin = 1e-3;
-        constexpr double steep = 1e-5;  // Of shorter sides, rounding could take more than the margin.
+        constexpr double steep = 1e-5;  // For shorter sides, rounding could exceed the margin.
         Span result{-infinity, infinity, -infinity, infinity};
         for (std::size_t i = 0; i < 3; ++i)
         {
@@ -157,7 +157,7 @@ class TriangleTest
                 result.last_held = -infinity;
                 continue;
             }
-            // Where the test of a center at (x + 0.5, center_y) changes sign.
+            // The x at which the test of a center at (x + 0.5, center_y) changes sign.
             const double held = corners_[i].x + slopes_[i] * (center_y - corners_[i].y) - 0.5;
             if (rises_[i] > 0)
             {
@@ -190,7 +190,7 @@ class TriangleTest
     }
 
     Corners corners_;
-    std::array<double, 3> rises_;    ///< Of the sides, down the rows.
+    std::array<double, 3> rises_;    ///< Rises of the sides, down the rows.
     std::array<double, 3> slopes_;   ///< How far right a side runs per row.
     std::array<double, 3> reaches_;  ///< How far from a side a center can be whose square touches it, along its row.
 };

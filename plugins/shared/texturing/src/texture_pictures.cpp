@@ -27,7 +27,7 @@ struct Tap
 {
     int low = 0;
     int high = 0;
-    float share = 0;  ///< Of `high`.
+    float share = 0;  ///< Weight of `high`.
 };
 
 std::vector<Tap> taps(int size, int layer_size)
@@ -377,7 +377,7 @@ class BoxFilter
     {
         return {static_cast<int>(at * scale_), std::min(faces_.size, static_cast<int>(std::ceil((at + 1) * scale_)))};
     }
-    /// Of the target texel `at` with the source texel `of`, along one axis.
+    /// Overlap of the target texel `at` with the source texel `of`, along one axis.
     double overlap(int at, int of) const { return std::min((at + 1) * scale_, of + 1.0) - std::max(at * scale_, double(of)); }
 
     std::span<const Raster8> sources_;
@@ -385,7 +385,7 @@ class BoxFilter
     const Charts& charts_;
     double scale_;
     Steps steps_;
-    std::array<double, 256> light_;                      ///< Of the steps.
+    std::array<double, 256> light_;                      ///< Linear light of the steps.
     std::vector<std::pair<std::size_t, double>> found_;  ///< The chart's texels in the box, and their areas in it.
 };
 

@@ -141,7 +141,7 @@ struct Box
         return c[0] + (c[1] - c[0]) * u + (c[3] - c[0]) * v;
     }
 
-    /// Of the quarter of a side's picture that holds (u, v).
+    /// Color of the quarter of a side's picture that holds (u, v).
     static fresco::Rgb8 color(std::size_t side, float u, float v)
     {
         return {static_cast<std::uint8_t>(30 + 40 * side), static_cast<std::uint8_t>(u < 0.5F ? 60 : 180),

@@ -67,7 +67,7 @@ TEST_CASE("tangents run along u, square to the normal, and say which charts are 
     for (std::size_t corner = 0; corner < 12; ++corner)
         CHECK(welded.tangents[welded.indices[corner]] ==
               (corner < 6 ? std::array{0.0F, -1.0F, 0.0F, 1.0F} : std::array{-1.0F, 0.0F, 0.0F, -1.0F}));
-    // Where a mirrored chart shares texcoords with one that is not, each gets vertices of its own.
+    // A mirrored chart that shares texcoords with one that is not mirrored gets vertices of its own.
     for (std::size_t corner = 6; corner < 12; ++corner)
         mesh.texcoords[corner].x = 0.3F * std::abs(mesh.positions[mesh.triangles[corner / 3][corner % 3]].x - 1);
     for (std::size_t corner = 0; corner < 6; ++corner)

@@ -14,16 +14,16 @@ struct Vertex
     float unused[2];  ///< So that none lies in two cache lines.
 };
 
-/// What a row of pixels is shaded from; plain arrays, as the loops are compiled for several kinds of processors.
+/// Inputs for shading a row of pixels; plain arrays, as the loops are compiled for several kinds of processors.
 struct Source
 {
     const std::uint32_t (*triangles)[3];
     const float (*texcoords)[2];  ///< Three per triangle.
     const Vertex* vertices;
-    double origin[3];      ///< Of the rays.
+    double origin[3];      ///< Origin of the rays.
     double depth_axis[3];  ///< Takes a direction to its length along the optical axis.
     double across[3];      ///< From one pixel's ray to the next one's.
-    float nearest;         ///< What is less deep is too near.
+    float nearest;         ///< Smallest depth; nearer surface is clipped.
 };
 
 /// One row's values, as UvMap and seen_through_crack have them.
@@ -48,7 +48,7 @@ struct Seen
 struct Kernel
 {
     const char* name;
-    /// What a pixel of the row needs of scratch memory, which is aligned to 64.
+    /// Bytes of scratch memory for each pixel of the row; the memory is aligned to 64.
     unsigned scratch_bytes;
 
     /// Shades a row of `width` pixels that see `faces`; the first one's ray goes along `ray`. Adds to `seen`. `scratch`: width

@@ -31,13 +31,13 @@ typedef std::int8_t LooseBytes __attribute__((vector_size(8), aligned(1), may_al
 /// rule as in Möller and Trumbore, "Fast, minimum storage ray/triangle intersection" (1997).
 struct Plane
 {
-    Doubles x, y, z;  ///< Of the normal, weigh_b, weigh_c and nothing.
+    Doubles x, y, z;  ///< Coordinates of the normal, weigh_b, weigh_c and padding.
     Floats at_a;      ///< u, v, depth, the vertex's normal, …
     Floats to_b;      ///< … and how they change from a to b …
     Floats to_c;      ///< … and from a to c.
 };
 
-/// The same of a mesh's corner.
+/// A corner of the mesh, in the same layout.
 struct Corner
 {
     double x, y, z;  ///< From the rays' origin.
@@ -99,7 +99,7 @@ void fill_planes(const Source& source, const std::uint32_t* faces, int count, Pl
     constexpr int ahead = 8;
     for (int i = 0; i < count; ++i)
     {
-        // Where the next faces' data lies is known, and that they are needed: two steps, as one tells the other's place.
+        // The next faces' data is prefetched in two steps, as the first holds the address of the second.
         if (i + 2 * ahead < count && faces[i + 2 * ahead] != none)
         {
             __builtin_prefetch(source.triangles[faces[i + 2 * ahead]]);

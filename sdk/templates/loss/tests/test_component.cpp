@@ -38,7 +38,7 @@ TEST_CASE("the loss is the squared distance of the mean colors, and gradients le
     REQUIRE(terms.size() == 1);
     CHECK(terms[0].value.item<double>() == Approx(0.25 * 0.25 + 0.5 * 0.5));
     terms[0].value.backward();
-    // Of 48 pixels, each has 1/48 of 2 (0.25 - 0.5).
+    // Each of the 48 pixels has 1/48 of 2 (0.25 - 0.5).
     CHECK(picture.grad()[0][3][3].item<double>() == Approx(-0.5 / 48));
     CHECK(picture.grad()[1].abs().max().item<double>() == Approx(0).margin(1e-12));
 }

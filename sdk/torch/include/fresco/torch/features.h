@@ -22,7 +22,7 @@ struct StylePictures
     torch::Tensor coarse;  ///< Up to four times as large, at most the original's size.
 };
 
-/// What a component may learn from before the first step.
+/// Inputs of a component before the first step.
 struct PrepareContext
 {
     StylePictures style;

@@ -16,15 +16,15 @@
 namespace fresco
 {
 
-/// Which pixels of a part (StyleMesh, section 3.3).
+/// Subset of a part's pixels (StyleMesh, section 3.3).
 enum class Pixels
 {
     all,   ///< All that belong to its level.
-    fine,  ///< Those of them that pass the angle filter.
-    steep  ///< Those of them that do not.
+    fine,  ///< Pixels of `all` that pass the angle filter.
+    steep  ///< Pixels of `all` that do not pass it.
 };
 
-/// What a loss reads, so that the optimizer encodes no more than that and can cut a frame into crops.
+/// Features that a loss reads: the optimizer encodes no more than these and can cut a frame into crops.
 struct LossNeeds
 {
     struct Layers
@@ -32,7 +32,7 @@ struct LossNeeds
         FeatureNetwork* network = nullptr;  ///< The optimizer prepares it.
         std::vector<std::string> names;
         bool whole = false;   ///< features() as a map C x h x w; else only selected().
-        bool camera = false;  ///< The same layers of the camera picture too.
+        bool camera = false;  ///< Also the same layers of the camera picture.
     };
     std::vector<Layers> features;
     bool picture = false;  ///< Reads image(), camera() or mask(): then the part is the whole frame.
@@ -47,7 +47,7 @@ class Part
     virtual int level() const = 0;  ///< Index into the render pyramid, 0 = the smallest height.
     virtual int height_px() const = 0;
     virtual std::int64_t step() const = 0;    ///< Counted from 0 over the run.
-    virtual std::int64_t view() const = 0;    ///< Which frame is seen.
+    virtual std::int64_t view() const = 0;    ///< Number of the frame.
     virtual std::int64_t repeat() const = 0;  ///< 0 at the first of the consecutive steps on this view.
     virtual std::uint64_t seed() const = 0;   ///< Depends only on run seed, step and level.
 
@@ -81,7 +81,7 @@ struct LossTerm
 /// Tensors that a component needs to go on after an interruption, by name.
 using TensorMap = std::map<std::string, torch::Tensor>;
 
-/// What a picture should be like. Depth levels, angle filter, ŵ_l, gradient scaling, schedule and checkpoints are the
+/// Penalty on rendered pictures. Depth levels, angle filter, ŵ_l, gradient scaling, schedule and checkpoints are the
 /// optimizer's: a loss sees one part at a time and owns none of it. Used by one thread.
 class Loss : public Component
 {
@@ -98,7 +98,7 @@ class Loss : public Component
     virtual void prepare(const PrepareContext& context) = 0;
     /// The terms for one part; none where it has no pixels for this loss.
     virtual std::vector<LossTerm> evaluate(Part& part) = 0;
-    /// What evaluate remembers from step to step. The default remembers nothing.
+    /// State that evaluate keeps from step to step; empty by default.
     virtual TensorMap state() const;
     virtual void restore(const TensorMap& state);
 };

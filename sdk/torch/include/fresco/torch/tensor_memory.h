@@ -21,7 +21,7 @@ torch::Tensor lazy_zeros(at::IntArrayRef shape, at::ScalarType type);
 /// already are only read. Throws std::invalid_argument for tensors that do not fit. A `to` on another device than the CPU is
 /// written by libtorch, as by the functions below.
 void write_values(const torch::Tensor& from, torch::Tensor& to);
-/// The same from bytes, as many as `to` has.
+/// Writes `to` from as many bytes as it has.
 void write_bytes(std::span<const std::byte> from, torch::Tensor& to);
 
 /// Makes `to` (contiguous) all zero bits; pages that are so already are only read.

@@ -70,7 +70,7 @@ struct StateDict
 {
     Form form = Form::safetensors;
     std::vector<TensorView> tensors;              ///< Names are unique.
-    std::map<std::string, std::string> metadata;  ///< Of safetensors.
+    std::map<std::string, std::string> metadata;  ///< Metadata of safetensors.
 
     /// nullptr without one.
     const TensorView* find(std::string_view name) const;

@@ -18,12 +18,12 @@ enum class Vgg19Padding
     reflect
 };
 
-/// What the weights expect of their input: channels in their order, scale · RGB in [0,1], minus the mean, divided by the
+/// Input format of the weights: channels in their order, scale · RGB in [0,1], minus the mean, divided by the
 /// deviation.
 struct Vgg19Input
 {
     bool bgr = false;                          ///< Channel order; else RGB.
-    double scale = 1;                          ///< Of RGB in [0,1].
+    double scale = 1;                          ///< Factor of RGB in [0,1].
     std::array<double, 3> mean{};              ///< In the network's channel order and scale.
     std::array<double, 3> deviation{1, 1, 1};  ///< In the network's channel order.
     Vgg19Padding padding = Vgg19Padding::zero;

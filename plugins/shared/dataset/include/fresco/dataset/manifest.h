@@ -40,7 +40,7 @@ struct View
     std::vector<std::int64_t> valid_pixels;  ///< Per height.
 };
 
-/// What a file holds.
+/// Contents of a file.
 struct FileStamp
 {
     std::uint64_t bytes = 0;
@@ -53,7 +53,7 @@ struct Agreement
 {
     double error_before = 0;  ///< Mean difference of log brightness between views of a point, exposures removed.
     double error_after = 0;
-    double median_moved_px = 0;  ///< Of the frames, how far their pictures moved on the surface.
+    double median_moved_px = 0;  ///< Median of how far the frames' pictures moved on the surface.
     double most_moved_px = 0;
     friend bool operator==(const Agreement&, const Agreement&) = default;
 };
@@ -62,11 +62,11 @@ Value to_value(const Agreement& agreement);
 
 struct Manifest
 {
-    std::string writer;  ///< What wrote it, "fresco 0.1.0"; may be empty.
+    std::string writer;  ///< Program that wrote it, "fresco 0.1.0"; may be empty.
     UvType uv = UvType::float32;
     std::vector<int> heights_px;  ///< Ascending.
     bool has_style = false;
-    std::optional<Agreement> agreement;  ///< Nothing: not measured.
+    std::optional<Agreement> agreement;  ///< Missing if not measured.
     std::vector<View> views;
     std::map<std::string, FileStamp>
         files;  ///< By name, relative to the dataset's folder and '/'-separated; all but the manifest.

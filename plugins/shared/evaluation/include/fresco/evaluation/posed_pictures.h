@@ -24,7 +24,7 @@ struct PosedPicture
     std::filesystem::path file;
 };
 
-/// What picture files end in.
+/// Extensions of picture files.
 inline constexpr std::array<std::string_view, 3> picture_extensions{".png", ".jpg", ".jpeg"};
 inline constexpr std::array<std::string_view, 4> picture_or_npy{".png", ".jpg", ".jpeg", ".npy"};
 

@@ -29,7 +29,7 @@ inline constexpr std::size_t crumb_faces = 64;
 struct ChartOptions
 {
     double angle_limit_deg;  ///< Largest angle between the smoothed normal of a face and its chart's axis.
-    double merge_limit_deg;  ///< The same for the true normals, and for crumbs that join a neighbor.
+    double merge_limit_deg;  ///< Limit for the true normals, and for crumbs that join a neighbor.
 };
 
 /// A partition of the faces. `none` in chart_of_face: not in a chart yet.

@@ -66,7 +66,7 @@ std::size_t attach_crumbs(const Surface& surface, FlatCharts& flat, double texel
 /// afterward that did not before. Returns how many charts went; their numbers stay unused.
 std::size_t join_crumbs(const Surface& surface, FlatCharts& flat, double texel_m, const Progress& progress);
 
-/// Of one chart's faces: a connected set without overlaps, by growing from its largest clean part; the faces that turn least from
+/// Connected subset of one chart's faces without overlaps, by growing from its largest clean part; the faces that turn least from
 /// the axis come first. Equals `faces` if nothing overlaps and they are connected.
 std::vector<std::uint32_t> injective_part(const Surface& surface, const Corners& corners, const std::vector<std::uint32_t>& faces,
                                           Vec3d axis, double tolerance);

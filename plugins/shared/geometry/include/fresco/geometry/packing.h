@@ -79,8 +79,8 @@ struct PackOptions
 struct Packing
 {
     std::vector<Vec2f> texcoords;  ///< 3F, in [0,1]
-    double texels_per_m = 0;       ///< The same for all charts.
-    double used_share = 0;         ///< Of the square: the area of all faces in it.
+    double texels_per_m = 0;       ///< Scale of all charts.
+    double used_share = 0;         ///< Share of the square: the area of all faces in it.
 };
 
 /// The turn (radians) that makes the axis-parallel box of the points smallest; 0 for fewer than three points or none apart.

@@ -18,7 +18,7 @@ struct SurfacePoint
     static constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
 
     std::uint32_t face = none;
-    std::array<double, 3> weights{};  ///< Of the face's corners; they add up to 1.
+    std::array<double, 3> weights{};  ///< Weights of the face's corners; they add up to 1.
     double squared_distance = std::numeric_limits<double>::infinity();
 
     bool found() const { return face != none; }
@@ -39,8 +39,8 @@ class SurfaceSearch
     /// The nearest point at most `reach` away; among equally near ones that of the lowest face.
     SurfacePoint nearest(Vec3d p, double reach = std::numeric_limits<double>::infinity()) const;
 
-    /// The same of the faces whose normal is less than 90 degrees from `normal`, so that the back of a thin wall does not count.
-    /// `hint`: a face that may be near, which only saves time.
+    /// Nearest point of the faces whose normal is less than 90 degrees from `normal`, so that the back of a thin wall does not
+    /// count. `hint`: a face that may be near, which only saves time.
     SurfacePoint nearest_facing(Vec3d p, Vec3d normal, double reach, std::uint32_t hint = SurfacePoint::none) const;
 
   private:

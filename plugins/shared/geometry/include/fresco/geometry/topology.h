@@ -18,7 +18,7 @@ namespace fresco::geometry
 /// "No face", "no chart".
 inline constexpr std::uint32_t none = 0xffffffffu;
 
-/// Where a number stands in an ascending list, or `none`.
+/// Position of a number in an ascending list, or `none`.
 inline std::uint32_t place_of(std::span<const std::uint32_t> list, std::uint32_t number)
 {
     const auto at = std::ranges::lower_bound(list, number);
@@ -74,15 +74,15 @@ void for_each_edge(std::span<const Triangle> triangles, std::size_t vertex_count
 using Neighbors = std::vector<std::array<std::uint32_t, 3>>;
 Neighbors face_neighbors(std::span<const Triangle> triangles, std::size_t vertex_count);
 
-/// What a mesh consists of.
+/// Parts of a mesh.
 struct SurfaceCounts
 {
     std::size_t faces = 0;
     std::size_t vertices = 0;    ///< Named by at least one face.
     std::size_t components = 0;  ///< Sets of faces connected through edges.
     std::size_t edges = 0;
-    std::size_t border_edges = 0;   ///< Of exactly one face.
-    std::size_t complex_edges = 0;  ///< Of three or more faces, or of two that disagree about the outside.
+    std::size_t border_edges = 0;   ///< Edges of exactly one face.
+    std::size_t complex_edges = 0;  ///< Edges of three or more faces, or of two that disagree about the outside.
     double border_length_m = 0;
     double area_m2 = 0;
 };

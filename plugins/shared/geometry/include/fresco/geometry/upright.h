@@ -14,7 +14,7 @@
 namespace fresco::geometry
 {
 
-/// What says which way is up.
+/// Evidence for the upward direction.
 enum class UpEvidence
 {
     cameras_and_plane,  ///< The largest level planes, near the cameras' upward direction.
@@ -26,19 +26,19 @@ enum class UpEvidence
 struct Upward
 {
     Vec3d direction;         ///< Unit length, world frame.
-    UpEvidence from;         ///< What decided.
-    double plane_deg = 0;    ///< Between the cameras' direction and the planes'; 0 unless cameras_and_plane.
-    double plane_share = 0;  ///< Of the mesh's area: its largest level plane that faces up, 8 cm thick.
+    UpEvidence from;         ///< Evidence that decided.
+    double plane_deg = 0;    ///< Angle between the cameras' direction and the planes'; 0 unless cameras_and_plane.
+    double plane_share = 0;  ///< Share of the mesh's area in its largest level plane that faces up, 8 cm thick.
     double shape_share = 0;  ///< Without cameras: of the mesh's area, walls on all sides and level surfaces; 0 with.
     double next_share = 0;   ///< Without cameras: what the next best direction has of the evidence, 0 (sure) to 1.
 };
 
-/// Which way is up. `by_cameras`: unit length, as cameras_up finds it; level is then whatever most of the area within 30 degrees
-/// of it faces along, up or down. Without it: the direction that most area is square to or faces along and whose two
-/// sides are most unlike. `shape` takes 40 % of the area, walls on more than one side, a next best direction of at most 90 % of
-/// the evidence, and smaller surfaces, such as tables or a roof, that face up: a room that lacks a wall looks
-/// like one that lies on its side without a ceiling. Up is where more area faces (scans lack ceilings and what buildings stand
-/// on), or else away from the end that is flatter. The mesh must have passed check_mesh. The same for any number of threads.
+/// Finds the upward direction. `by_cameras`: unit length, as cameras_up finds it; level is then the direction that most of the
+/// area within 30 degrees of it faces along, up or down. Without it: the direction that most area is square to or faces along and
+/// whose two sides are most unlike. `shape` takes 40 % of the area, walls on more than one side, a next best direction of at most
+/// 90 % of the evidence, and smaller surfaces, such as tables or a roof, that face up: a room that lacks a wall looks like one
+/// that lies on its side without a ceiling. Up is where more area faces (scans lack ceilings and what buildings stand on), or
+/// else away from the end that is flatter. The mesh must have passed check_mesh. The same for any number of threads.
 Upward find_up(const Mesh& mesh, const std::optional<Vec3d>& by_cameras);
 
 /// The rotation (x, y, z, w) that turns `up` to `target`, which is +Y or +Z; both of unit length. First the coordinate axis that

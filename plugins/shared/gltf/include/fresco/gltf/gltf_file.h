@@ -25,7 +25,7 @@ struct GltfImage
     std::string mime_type;  ///< Empty: not given.
 };
 
-/// What a glTF or GLB file holds. Every buffer view lies inside of its buffer; indices are not negative.
+/// Contents of a glTF or GLB file. Every buffer view lies inside of its buffer; indices are not negative.
 struct GltfFile
 {
     tinygltf::Model model;  ///< Without images, skins, animations, cameras and extras.

@@ -17,7 +17,7 @@ inline double luma(const std::uint8_t* rgb)
     return 0.299 * rgb[0] + 0.587 * rgb[1] + 0.114 * rgb[2];
 }
 
-/// The same in steps of 2^-15, not rounded yet.
+/// Luma in steps of 2^-15, before rounding.
 inline int fixed_luma(const std::uint8_t* rgb)
 {
     return 9798 * rgb[0] + 19235 * rgb[1] + 3735 * rgb[2];
@@ -41,7 +41,7 @@ class ColorMoments
     void add(const ColorMoments& other);
     std::int64_t count() const { return count_; }
     Vec3d mean() const;       ///< Zero where nothing was added.
-    Mat3 covariance() const;  ///< Of the population (divided by count); zero where nothing was added.
+    Mat3 covariance() const;  ///< Covariance of the population (divided by count); zero where nothing was added.
 
   private:
     std::int64_t count_ = 0;

@@ -47,7 +47,7 @@ struct CameraChange
     double focal_scale = 1;
     double size_scale = 1;     ///< Multiplies all intrinsics.
     double shift_x = 0;        ///< Shift of the principal point over the picture's width.
-    double shift_y = 0;        ///< The same over its height.
+    double shift_y = 0;        ///< Shift over its height.
     bool upside_down = false;  ///< The pictures are turned by 180 degrees.
 
     friend bool operator==(const CameraChange&, const CameraChange&) = default;
@@ -93,10 +93,10 @@ struct View
 {
     std::size_t frame = 0;  ///< Index into Frames::frames.
     DepthView depth;        ///< Without samples if the frame has no depth picture; its camera is the color camera then.
-    std::vector<DepthSample> silhouette;  ///< Of the depth picture, in its pixels.
+    std::vector<DepthSample> silhouette;  ///< Silhouette of the depth picture, in its pixels.
     Intrinsics color;                     ///< At the size of `edges`.
     RasterF edges;                        ///< edge_strength; empty if the frame has no color picture.
-    RasterF edges_before;                 ///< Of the color picture before it in the sequence …
+    RasterF edges_before;                 ///< Edges of the color picture before it in the sequence …
     RasterF edges_after;                  ///< … and of the next one; empty without depth, which they are compared with.
     std::vector<ColorSample> colors;      ///< On a grid over the picture, of the size of `edges`.
 };

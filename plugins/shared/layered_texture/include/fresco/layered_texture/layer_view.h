@@ -24,7 +24,7 @@ struct ValidPixels
 /// Throws Error if a valid pixel's uv is not finite.
 ValidPixels valid_pixels(const UvMap& map);
 
-/// Where the texels of a layer lie in the unit square.
+/// Positions of a layer's texels in the unit square.
 enum class TexelGrid
 {
     centers,  ///< Texel i of S at (i + 0.5) / S; clamped at the borders.

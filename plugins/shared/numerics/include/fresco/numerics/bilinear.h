@@ -14,7 +14,7 @@ struct Between
 {
     int first = 0;
     int second = 0;
-    T share = 0;  ///< Of the second.
+    T share = 0;  ///< Weight of the second.
 };
 
 /// Any place; the cells need not exist.

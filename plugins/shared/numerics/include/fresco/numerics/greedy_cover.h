@@ -33,7 +33,7 @@ class SeenCell
 struct Pick
 {
     std::size_t frame = 0;
-    std::int64_t new_cells = 0;  ///< That no frame picked before sees.
+    std::int64_t new_cells = 0;  ///< Cells that no frame picked before sees.
     friend bool operator==(const Pick&, const Pick&) = default;
 };
 

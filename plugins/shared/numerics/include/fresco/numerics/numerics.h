@@ -35,7 +35,7 @@ class DisjointSets
         b = find(b);
         parent_[std::max(a, b)] = std::min(a, b);
     }
-    /// Of sets.
+    /// Number of sets.
     std::size_t count() const
     {
         std::size_t roots = 0;

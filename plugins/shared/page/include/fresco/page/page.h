@@ -30,8 +30,8 @@ void add_video(PageEntry& entry, const std::string& name, const std::filesystem:
 /// A copy whose longer side is at most `longest_px`, of 1 or 3 channels: alpha is composited on white.
 Raster8 small_copy(const Raster8& pixels, int longest_px);
 
-/// What shows a room (viewer/): showRoom(element, room, {mixture, relief, cameras, up}), of an element with the id "room" and the
-/// entries below. Its library is three.js with OrbitControls; empty: it was not found when this was built.
+/// Scripts that show a room (viewer/): showRoom(element, room, {mixture, relief, cameras, up}), for an element with the id "room"
+/// and the entries below. Its library is three.js with OrbitControls; empty: it was not found when this was built.
 const PageScripts& room_scripts();
 
 /// {position, forward, up} of a camera, in the world.

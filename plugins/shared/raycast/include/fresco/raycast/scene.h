@@ -15,7 +15,7 @@
 namespace fresco::raycast
 {
 
-/// What a ray meets first. The point is the sum of the triangle's corners times `weights` (they sum to 1, none is negative).
+/// First hit of a ray. The point is the sum of the triangle's corners times `weights` (they sum to 1, none is negative).
 struct Hit
 {
     static constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
@@ -57,8 +57,8 @@ class Scene
     std::unique_ptr<Embree> embree_;
 };
 
-/// Where the line origin + t * direction meets the plane of a triangle: t, and weights that may be negative outside it. False if
-/// the line runs along the plane or the triangle has no area.
+/// Intersects the line origin + t * direction with the plane of a triangle: t, and weights that may be negative outside it. False
+/// if the line runs along the plane or the triangle has no area.
 bool meet_plane(const std::array<Vec3d, 3>& corners, Vec3d origin, Vec3d direction, double& distance,
                 std::array<double, 3>& weights);
 

@@ -38,10 +38,10 @@ void check_panorama(const std::filesystem::path& file, const ImageHeader& header
 /// beyond 45 degrees. Without it those views would pick single pixels of the many near the poles. Do it before face_of.
 void widen_at_poles(Raster8& panorama);
 
-/// What a view sees of a panorama; bilinear, across the seam behind and over the poles.
+/// View of a panorama; bilinear, across the seam behind and over the poles.
 Raster8 face_of(const Raster8& panorama, const PanoramaFace& face);
 
-/// The same of depth pictures, 1 channel, 0 and 65535: none. A panorama has no optical axis, so that its depth is the distance
+/// View of a depth panorama, 1 channel, 0 and 65535: none. A panorama has no optical axis, so that its depth is the distance
 /// from the camera (nerfstudio and Blender write it so); the view's is along its axis, in the same steps. Nearest neighbor, so
 /// that no depth is made up between surfaces.
 Raster16 depth_face_of(const Raster16& panorama, const PanoramaFace& face);

@@ -21,7 +21,7 @@
 namespace fresco::recordings
 {
 
-/// What a LineReader makes of a text that does not end in a line's end.
+/// Treatment by a LineReader of a text that does not end in a line's end.
 enum class LastLine
 {
     ended,  ///< It is taken as cut.
@@ -71,7 +71,7 @@ std::optional<long> last_number(std::string_view text);
 /// are skipped. `nan` and `inf` are numbers here, the caller judges them. Throws Error "source:line: …" on anything that is no
 /// number, a row of another length, too few or too many rows. Returns row-major values.
 std::vector<double> parse_matrix_text(std::string_view text, int rows, int columns, std::string_view source);
-/// The same for a file. Throws MissingInput if it cannot be read.
+/// Reads a matrix from a file. Throws MissingInput if it cannot be read.
 std::vector<double> read_matrix_text(const std::filesystem::path& file, int rows, int columns);
 
 /// Row-major numbers separated by blanks on one line, exactly `count` of them. Throws Error naming `source`.
@@ -83,7 +83,7 @@ std::vector<double> parse_numbers(std::string_view text, std::size_t count, std:
 RigidTransform rigid_transform(const std::vector<double>& matrix, std::string_view source);
 RigidTransform read_rigid_transform(const std::filesystem::path& file);
 
-/// Where a calibration puts the center of the first pixel.
+/// Coordinates of the first pixel's center in a calibration.
 enum class PixelCenter
 {
     half,    ///< At (0.5, 0.5), as fresco does: cx = width / 2 is the middle.

@@ -27,13 +27,13 @@ struct RecordedView
     long number = 0;
     std::filesystem::path color;
     std::filesystem::path depth;       ///< Empty: none.
-    std::filesystem::path mask;        ///< Of the color picture's size, black where it is to be ignored; empty: none.
+    std::filesystem::path mask;        ///< Mask of the color picture's size, black where it is to be ignored; empty: none.
     std::filesystem::path pose;        ///< The view's own file of pose or camera; empty: none.
     bool is_panorama = false;          ///< The pictures are 360° pictures (panorama.h), and so is the depth picture.
-    Intrinsics camera;                 ///< Of the color picture; only the size of a panorama.
-    Lens lens;                         ///< Of the color camera; none of a panorama.
-    RigidTransform world_from_camera;  ///< Of the color camera.
-    /// None: the depth picture is registered to the color camera. It has that camera's shape and field of view, at any size.
+    Intrinsics camera;                 ///< Intrinsics of the color picture; only the size of a panorama.
+    Lens lens;                         ///< Lens of the color camera; none for a panorama.
+    RigidTransform world_from_camera;  ///< Pose of the color camera.
+    /// Missing if the depth picture is registered to the color camera. It has that camera's shape and field of view, at any size.
     std::optional<Camera> depth_camera;
     double depth_unit_m = 0.001;
     std::string source;  ///< Origin of the camera and the pose, such as "traj.txt:3", for errors.

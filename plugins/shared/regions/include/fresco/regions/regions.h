@@ -34,7 +34,7 @@ struct Regions : Artifact
     static std::shared_ptr<Regions> load(const ArtifactFolder& folder);
 };
 
-/// What faces are called that no label, mask or plane names.
+/// Region of faces that no label, mask or plane names.
 inline constexpr std::string_view other_region = "other";
 
 /// Throws Error naming `source` ("the regions on port 'regions'") unless they are valid and of this mesh, which `mesh_source`

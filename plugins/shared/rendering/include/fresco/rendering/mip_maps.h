@@ -45,7 +45,7 @@ class MipMaps
     {
         std::int32_t width;
         std::int32_t height;
-        std::int32_t first;  ///< Of its texels.
+        std::int32_t first;  ///< Index of its first texel.
     };
 
     void add_level(const RasterF& colors);
@@ -76,7 +76,7 @@ class Lookups
     std::size_t count() const { return count_; }
     /// Finds the colors of all places.
     void look_up();
-    /// Of a channel (0..2): `count()` numbers, each a place's share of its lookup.
+    /// `count()` numbers of a channel (0..2), each a position's share of its lookup.
     std::span<const float> colors(std::size_t channel) const { return std::span(colors_[channel]).first(count_); }
 
   private:

@@ -86,7 +86,7 @@ class FaceClusters
     };
     /// Holds all corners of the cluster.
     const Ball& ball(std::size_t cluster) const { return balls_[cluster]; }
-    /// Of the mesh.
+    /// Faces of a cluster, by their numbers in the mesh.
     std::span<const std::uint32_t> faces(std::size_t cluster) const;
     /// The vertices of its faces in the mesh, ascending.
     std::span<const std::uint32_t> vertices(std::size_t cluster) const;
@@ -99,9 +99,9 @@ class FaceClusters
 
     std::vector<Ball> balls_;
     std::vector<std::uint32_t> faces_;
-    std::vector<std::array<std::uint8_t, 3>> corners_;  ///< Of `faces_`.
+    std::vector<std::array<std::uint8_t, 3>> corners_;  ///< Corners of `faces_`.
     std::vector<std::uint32_t> vertices_;
-    std::vector<std::uint32_t> first_vertex_;  ///< Of each cluster, and the end.
+    std::vector<std::uint32_t> first_vertex_;  ///< First vertex of each cluster, and the end.
 };
 
 /// The part of a triangle that lies before the near plane and between the frustum's outer planes.

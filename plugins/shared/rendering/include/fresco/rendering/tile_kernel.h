@@ -15,8 +15,8 @@ struct Piece
 {
     std::int32_t x[3];
     std::int32_t y[3];
-    float nearness[3];   ///< Of the corners: 1 / depth, per meter; above 0.
-    std::uint32_t face;  ///< Of the mesh.
+    float nearness[3];   ///< 1 / depth of the corners, per meter; above 0.
+    std::uint32_t face;  ///< Number of the face in the mesh.
 };
 
 inline constexpr int tile_width = 64;

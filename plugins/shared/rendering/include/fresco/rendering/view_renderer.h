@@ -52,7 +52,7 @@ class Lighting
   public:
     /// The mesh must outlive this.
     Lighting(const Mesh& mesh, const Lights& lights);
-    /// What the color at a point of a face is multiplied by: the sum of its corners times `weights`. Thread-safe.
+    /// Brightness at a point of a face, a factor of the color: the sum of its corners times `weights`. Thread-safe.
     double at(std::uint32_t face, const std::array<double, 3>& weights) const;
 
   private:
@@ -92,7 +92,7 @@ class ViewRenderer
     /// Renders as many views at once as there are threads, and gives each to `take(i, picture)`, on any thread and in any order.
     void render_each(std::span<const Camera> cameras, Progress& progress,
                      const std::function<void(std::size_t, const Raster8&)>& take) const;
-    /// The same, with the pictures in their order and one at a time: while it is taken, the next are rendered.
+    /// Gives the pictures in order and one at a time; the next are rendered during `take`.
     void render_in_order(std::span<const Camera> cameras, Progress& progress,
                          const std::function<void(const Raster8&)>& take) const;
 

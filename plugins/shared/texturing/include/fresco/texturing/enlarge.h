@@ -17,7 +17,7 @@ enum class Colors
 struct Enlarged
 {
     Raster8 picture;           ///< S x S, RGB.
-    double painted_share = 0;  ///< Of the picture; the rest is gutter.
+    double painted_share = 0;  ///< Share of the picture; the rest is gutter.
 };
 
 /// The picture's pixels along a texel of a texture of `size_px`, if the picture is `picture_width` wide.

@@ -34,7 +34,7 @@ std::string file_size(std::uint64_t bytes);
 void tell_export(RunContext& run, const std::string& name, std::size_t bytes, std::size_t triangles, int texture_px,
                  std::size_t picture_bytes);
 
-/// What an export writes, of which one is wired: a mesh with its picture, or one without. Declared in the stage as
+/// Input of an export, wired as one of two: a mesh with its picture, or one without. Declared in the stage as
 /// `ExportedMesh mesh{this};`.
 class ExportedMesh
 {
@@ -91,7 +91,7 @@ class PictureEncoding
     Slot<ImageIo> images_;
 };
 
-/// The same where the format is an option too: declared in the stage as `PictureOptions picture{this};`.
+/// PictureEncoding with the format as an option: declared in the stage as `PictureOptions picture{this};`.
 class PictureOptions : public PictureEncoding
 {
   public:

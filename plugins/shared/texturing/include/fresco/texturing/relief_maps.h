@@ -8,7 +8,7 @@
 namespace fresco::texturing
 {
 
-/// What the components of a normal map count along.
+/// Axes of a normal map's components.
 enum class NormalFrame
 {
     tangent,  ///< Tangent, bitangent and normal of each vertex (add_tangents), interpolated over faces: as glTF and USD take it.
@@ -22,11 +22,11 @@ struct ReliefMaps
     Raster8 roughness;  ///< S x S
 };
 
-/// Of at most `max_px` texels a side, 0: as many as the relief has; texels average those of their own chart. The mesh must have
-/// passed check_mesh and be the one of the relief. Equal for any number of threads. Throws Canceled.
+/// Maps of at most `max_px` texels a side, 0: as many as the relief has; texels average those of their own chart. The mesh must
+/// have passed check_mesh and be the one of the relief. Equal for any number of threads. Throws Canceled.
 ReliefMaps tangent_maps(const Relief& relief, const Mesh& mesh, int max_px, const Progress& progress);
 
-/// The same in NormalFrame::world, for which no mesh is needed; texels average all that lie below them.
+/// Maps in NormalFrame::world, for which no mesh is needed; texels average all that lie below them.
 ReliefMaps world_maps(const Relief& relief, int max_px, const Progress& progress);
 
 }  // namespace fresco::texturing

@@ -50,7 +50,7 @@ Charts find_charts(const Mesh& mesh);
 /// \pre The mesh has passed check_mesh and has texcoords.
 void check_layout(const Mesh& mesh, std::string_view source, RunContext& run);
 
-/// Which face a texel belongs to. Texel (x, y), row 0 at the top (v = 1), is number y * size + x.
+/// Maps texels to faces. Texel (x, y), row 0 at the top (v = 1), is number y * size + x.
 struct TexelFaces
 {
     static constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();

@@ -53,13 +53,13 @@ OpaquePicture opaque_picture(const Raster8& picture, const std::string& source, 
 /// color crosses from chart to chart until one texel holds parts of both, where the chart at its center wins. Equal for any
 /// number of threads. The mesh must have passed check_mesh and have texcoords, the picture must be square. Throws Canceled.
 Raster8 smaller_picture(const TexturedMesh& textured, int max_px, const Progress& progress);
-/// What the steps of a picture stand for, and so what is averaged.
+/// Meaning of a picture's steps, and so of their average.
 enum class Steps
 {
     light,   ///< sRGB.
     numbers  ///< The steps themselves.
 };
-/// The same for several pictures of a mesh, all of the size that `faces` is for.
+/// smaller_picture() for several pictures of a mesh, all of the size that `faces` is for.
 std::vector<Raster8> smaller_pictures(const Mesh& mesh, const Charts& charts, const TexelFaces& faces,
                                       std::span<const Raster8> pictures, int max_px, const Progress& progress,
                                       Steps steps = Steps::light);

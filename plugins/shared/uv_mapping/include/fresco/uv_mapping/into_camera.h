@@ -28,7 +28,7 @@ class IntoCamera
         const Vec3d p = vec_cast<double>(world) - origin_;
         return {dot(x_, p), dot(y_, p), dot(z_, p)};
     }
-    /// What takes a world direction to its length along the optical axis.
+    /// Axis whose product with a world direction is its length along the optical axis.
     Vec3d depth_axis() const { return z_; }
 
   private:

@@ -18,7 +18,7 @@ namespace fresco
 /// Nearer surfaces are the scanner's own noise, not something a camera saw.
 inline constexpr double nearest_surface_m = 0.05;
 
-/// What a camera's ray ends on.
+/// End of a camera's ray.
 enum class Sight
 {
     nothing,
@@ -42,7 +42,7 @@ bool seen_through_crack(const RasterF& met, int x, int y);
 using FaceMap = Raster<std::uint32_t>;
 inline constexpr std::uint32_t no_face = std::numeric_limits<std::uint32_t>::max();
 
-/// What became of a map's pixels; the six sum to width x height.
+/// Counts of a map's pixels by their fate; the six sum to width x height.
 struct PixelCounts
 {
     std::int64_t valid = 0;
@@ -69,7 +69,7 @@ class FaceShader
   public:
     /// The mesh needs texcoords, must have passed check_mesh and must outlive the shader. Keeps 32 bytes per vertex.
     explicit FaceShader(const Mesh& mesh);
-    /// The same by one kind of processor's loops.
+    /// Shades by the loops for one kind of processor.
     FaceShader(const Mesh& mesh, const shading::Kernel& kernel);
     ~FaceShader();
     FaceShader(const FaceShader&) = delete;

@@ -60,7 +60,7 @@ class UvMapper
     std::vector<FaceMap> faces_;
     std::vector<RasterF> met_;
     std::vector<CountedUvMap> maps_;
-    std::vector<Rows> blocks_;  ///< Of all maps.
+    std::vector<Rows> blocks_;  ///< Blocks of rows of all maps.
     std::vector<PixelCounts> block_counts_;
 };
 

@@ -16,7 +16,7 @@ namespace fresco
 /// is not there.
 std::vector<std::size_t> frames_of_views(const UvMaps& maps, const Frames& frames);
 
-/// What the depth camera measured of the surface point that each pixel of the color camera sees: H x W like `map`, meters along
+/// Measured depth of the surface point that each pixel of the color camera sees: H x W like `map`, meters along
 /// the depth camera's axis, nearest neighbor. Where it measured nothing, or does not look, the result is `unmeasured`; 0 where
 /// the map is invalid.
 /// \param color     the color camera at full size

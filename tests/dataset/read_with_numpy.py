@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""read_with_numpy.py ROOM: what plugins/dataset_write/README.md says of a dataset's folder, by the loader that stands in it (NumPy alone,
+"""read_with_numpy.py ROOM: what plugins/dataset/write/README.md says of a dataset's folder, by the loader that stands in it (NumPy alone,
 and PyTorch where it is)."""
 import json
 import pathlib

@@ -47,7 +47,7 @@ sums "$server/store" >"$work/through"
 diff "$work/direct" "$work/through" || fail "the results differ"
 cmp "$work"/store/objects/*/atlas/mesh.ply "$server"/store/objects/*/mesh/mesh.ply
 
-# With NumPy, as plugins/dataset_write/README.md says.
+# With NumPy, as plugins/dataset/write/README.md says.
 if python=$(python_with numpy); then
     "$python" "$source/read_with_numpy.py" "$server/room"
 else

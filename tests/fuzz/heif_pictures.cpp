@@ -1,6 +1,6 @@
 #include "parsers.h"
 
-#include "plugins/image_opencv/picture_info.h"
+#include "plugins/image/opencv/picture_info.h"
 
 namespace fresco::fuzz
 {
@@ -15,7 +15,7 @@ void read_heif_picture(Bytes bytes)
     require(info.orientation == 1, "turned by the decoder");
 }
 
-const Registered registered_heif{{"heif_picture", "plugins/image_opencv/heif_picture\\.cpp", read_heif_picture}};
+const Registered registered_heif{{"heif_picture", "plugins/image/opencv/heif_picture\\.cpp", read_heif_picture}};
 
 }  // namespace
 }  // namespace fresco::fuzz

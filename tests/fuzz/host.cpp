@@ -10,7 +10,7 @@
 #include <fresco/run_context.h>
 #include <fresco/testing.h>
 
-#include "plugins/texture_synthesize/checkpoint.h"
+#include "plugins/texture/synthesize/checkpoint.h"
 
 namespace fresco::fuzz
 {
@@ -86,7 +86,7 @@ void read_checked_files(Bytes bytes)
 
 const Registered registered{
     {"pipeline", "framework/src/pipeline/(yaml_.*|pipeline_.*|pipeline)\\.cpp", read_pipeline},
-    {"checked", "sdk/src/run_context\\.cpp|plugins/texture_synthesize/checkpoint\\.cpp", read_checked_files}};
+    {"checked", "sdk/src/run_context\\.cpp|plugins/texture/synthesize/checkpoint\\.cpp", read_checked_files}};
 
 }  // namespace
 }  // namespace fresco::fuzz

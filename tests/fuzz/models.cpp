@@ -1,7 +1,7 @@
 #include "parsers.h"
 
-#include "plugins/scan_mesh/file_model.h"
-#include "plugins/scan_mesh/mtl.h"
+#include "plugins/scan/mesh/file_model.h"
+#include "plugins/scan/mesh/mtl.h"
 
 #include <fresco/error.h>
 #include <fresco/mesh.h>
@@ -34,8 +34,8 @@ void read_mtl(Bytes bytes)
     scan_mesh::parse_mtl(text_of(bytes), source);
 }
 
-const Registered registered{{"gltf", "plugins/shared/gltf/src/.*|plugins/scan_mesh/gltf_.*\\.cpp", read_gltf},
-                            {"mtl", "plugins/scan_mesh/mtl\\.cpp", read_mtl}};
+const Registered registered{{"gltf", "plugins/shared/gltf/src/.*|plugins/scan/mesh/gltf_.*\\.cpp", read_gltf},
+                            {"mtl", "plugins/scan/mesh/mtl\\.cpp", read_mtl}};
 
 }  // namespace
 }  // namespace fresco::fuzz

@@ -1,13 +1,13 @@
 #include "parsers.h"
 
-#include "plugins/layout_colmap/model.h"
-#include "plugins/layout_matterport3d/house.h"
-#include "plugins/layout_nerfstudio/transforms.h"
-#include "plugins/layout_polycam/keyframes.h"
-#include "plugins/layout_replica/replica_scene.h"
-#include "plugins/layout_scannet/scene_calibration.h"
-#include "plugins/layout_sens/sens_file.h"
-#include "plugins/layout_tum/tum.h"
+#include "plugins/layout/colmap/model.h"
+#include "plugins/layout/matterport3d/house.h"
+#include "plugins/layout/nerfstudio/transforms.h"
+#include "plugins/layout/polycam/keyframes.h"
+#include "plugins/layout/replica/replica_scene.h"
+#include "plugins/layout/scannet/scene_calibration.h"
+#include "plugins/layout/sens/sens_file.h"
+#include "plugins/layout/tum/tum.h"
 
 #include <fresco/error.h>
 #include <fresco/recordings/lens.h>
@@ -190,19 +190,19 @@ void read_replica(Bytes bytes)
 }
 
 const Registered registered{
-    {"sens", "plugins/layout_sens/sens_file\\.cpp", read_sens},
-    {"sens_depth", "plugins/layout_sens/sens_file\\.cpp", read_sens_depth},
-    {"colmap_binary", "plugins/layout_colmap/model\\.cpp|plugins/shared/recordings/src/parsing\\.cpp", read_colmap},
-    {"colmap_text", "plugins/layout_colmap/model\\.cpp", read_colmap_text},
-    {"poses_tum", "plugins/layout_tum/tum\\.cpp|plugins/shared/recordings/src/parsing\\.cpp", read_tum},
+    {"sens", "plugins/layout/sens/sens_file\\.cpp", read_sens},
+    {"sens_depth", "plugins/layout/sens/sens_file\\.cpp", read_sens_depth},
+    {"colmap_binary", "plugins/layout/colmap/model\\.cpp|plugins/shared/recordings/src/parsing\\.cpp", read_colmap},
+    {"colmap_text", "plugins/layout/colmap/model\\.cpp", read_colmap_text},
+    {"poses_tum", "plugins/layout/tum/tum\\.cpp|plugins/shared/recordings/src/parsing\\.cpp", read_tum},
     {"poses_matrix", "plugins/shared/recordings/src/parsing\\.cpp", read_matrix},
-    {"poses_scannet", "plugins/layout_scannet/scene_calibration\\.cpp", read_scannet},
-    {"poses_matterport", "plugins/layout_matterport3d/house\\.cpp", read_matterport_cameras},
-    {"house_matterport", "plugins/layout_matterport3d/house\\.cpp", read_matterport_house},
-    {"poses_nerfstudio", "plugins/layout_nerfstudio/transforms\\.cpp|plugins/shared/recordings/src/parsing\\.cpp",
+    {"poses_scannet", "plugins/layout/scannet/scene_calibration\\.cpp", read_scannet},
+    {"poses_matterport", "plugins/layout/matterport3d/house\\.cpp", read_matterport_cameras},
+    {"house_matterport", "plugins/layout/matterport3d/house\\.cpp", read_matterport_house},
+    {"poses_nerfstudio", "plugins/layout/nerfstudio/transforms\\.cpp|plugins/shared/recordings/src/parsing\\.cpp",
      read_nerfstudio},
-    {"poses_polycam", "plugins/layout_polycam/keyframes\\.cpp", read_polycam},
-    {"poses_replica", "plugins/layout_replica/replica_scene\\.cpp", read_replica}};
+    {"poses_polycam", "plugins/layout/polycam/keyframes\\.cpp", read_polycam},
+    {"poses_replica", "plugins/layout/replica/replica_scene\\.cpp", read_replica}};
 
 }  // namespace
 }  // namespace fresco::fuzz

@@ -36,7 +36,7 @@ if [ "$torch" = torch ]; then
 fi
 # A plugin of the tree with tests and a shared component, copied, as sdk/docs/plugins.md says.
 mkdir mine
-cp -r "$(dirname "$0")/../../plugins/texture_bake" mine/
+cp -r "$(dirname "$0")/../../plugins/texture/bake" mine/
 sed -n '/^\*\*A plugin of the tree, elsewhere/,/^Give the copy/p' "$(dirname "$0")/../../sdk/docs/plugins.md" |
     sed -n '/^```cmake/,/^```$/p' | grep -v '^```' >mine/CMakeLists.txt
 "$cmake" -S mine -B mine/build -G Ninja "${fast[@]}" -DCMAKE_PREFIX_PATH="$work/prefix" >log 2>&1 || { cat log; exit 1; }

@@ -1,5 +1,5 @@
 // page.test.mjs FOLDER…: what the scripts of pages make of data, without a browser. FOLDER: framework/report, plugins/shared/page/viewer
-// and plugins/view_artifacts/report.
+// and plugins/view/artifacts/report.
 import assert from "node:assert/strict";
 import { readFileSync, readdirSync } from "node:fs";
 import { createContext, runInContext } from "node:vm";

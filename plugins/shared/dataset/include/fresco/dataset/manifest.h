@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-/// \file The manifest of a prepared dataset, dataset.json; plugins/dataset_write/README.md describes the folder.
+/// \file The manifest of a prepared dataset, dataset.json; plugins/dataset/write/README.md describes the folder.
 
 namespace fresco::dataset
 {

@@ -41,7 +41,7 @@ class RegionsLabels final : public Stage
                                "Names of a PLY's labels: ScanNet's NYU40 classes, or the numbers themselves"};
     Option<InputFolder> masks{this, "masks", InputFolder{},
                               "Masks, white inside: REGION/FRAME.png, of the size of the frame's color picture"};
-    Slot<ImageIo> images{this, "Reads the masks"};
+    Slot<ImageIo> images{this, optional, "Reads masks; none: only labels"};
 
     void run(RunContext& run) override
     {
@@ -56,8 +56,8 @@ class RegionsLabels final : public Stage
         check_mesh(*mesh, "the mesh on port 'mesh'");
         if (!path->empty() + !masks->empty() + model.has_value() != 1)
             throw Error("set either 'path' to a file with labels, 'masks' to a folder of masks, or the input 'model'");
-        if (masks->empty() != !frames.has_value() || (masks->empty() && base.has_value()))
-            throw Error("'masks' and the inputs 'frames', which they were drawn on, and 'regions' belong together");
+        if (!masks->empty() && !frames.has_value())
+            throw Error("'masks' needs the frames that they were drawn on: wire them to the input 'frames'");
         const bool is_json = path->path.extension() == ".json";
         if (is_json && (segments->empty() || !labeled.has_value()))
             throw Error(path->path.string() +
@@ -67,7 +67,7 @@ class RegionsLabels final : public Stage
             throw Error("option \"segments\" is for a 'path' that ends in .aggregation.json");
         if (labeled.has_value())
             check_mesh(*labeled, "the mesh on port 'labeled'");
-        if (base.has_value())
+        if (!masks->empty() && base.has_value())
             check_regions(*base, *mesh, "the regions on port 'regions'", "the mesh on port 'mesh'");
     }
 

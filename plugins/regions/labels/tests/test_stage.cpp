@@ -1,9 +1,9 @@
 #include "catch.h"
 #include "labeled_surface.h"
-#include "raw_images.h"
 #include "shapes.h"
 
 #include <fresco/files_io.h>
+#include <fresco/frames.h>
 #include <fresco/geometry/surface_search.h>
 #include <fresco/mesh.h>
 #include <fresco/random.h>
@@ -204,8 +204,7 @@ std::string labels()
 std::shared_ptr<Regions> divided(const Value& options, const testing::Inputs& inputs, testing::TestRun& run)
 {
     testing::TemporaryFolder out;
-    testing::run_stage(FRESCO_PLUGIN_FILE, "regions.labels", options, inputs, out.path(), run,
-                       {{"image_io", std::make_shared<testing::RawImages>()}});
+    testing::run_stage(FRESCO_PLUGIN_FILE, "regions.labels", options, inputs, out.path(), run);
     return Regions::load({out.path() / "regions", out.path()});
 }
 
@@ -277,5 +276,12 @@ TEST_CASE("regions.labels: materials of a model, ScanNet's segments, and what th
                       Contains("set 'segments' to the scene's .segs.json"));
     CHECK_THROWS_WITH(divided(Value::Map{}, {{"mesh", mesh}}, run), Contains("set either 'path'"));
     CHECK_THROWS_WITH(divided(both, with_model, run), Contains("set either 'path'"));
-    CHECK_THROWS_WITH(divided(Value::Map{{"masks", folder.path().string()}}, {{"mesh", mesh}}, run), Contains("belong together"));
+    CHECK_THROWS_WITH(divided(Value::Map{{"masks", folder.path().string()}}, {{"mesh", mesh}}, run),
+                      Contains("wire them to the input 'frames'"));
+
+    // `input: STAGE` wires every port, whether the stage needs it or not.
+    auto with_all = with_model;
+    with_all["frames"] = std::make_shared<Frames>();
+    with_all["regions"] = std::make_shared<Regions>();
+    CHECK(divided(Value::Map{}, with_all, run)->names == std::vector<std::string>{"carpet"});
 }

@@ -194,15 +194,22 @@ Raster<T> read_raster(const std::filesystem::path& file, int channels)
 template <class T>
 void write_packed(const std::filesystem::path& folder, const std::string& name, const Raster<T>& raster)
 {
-    write_file(folder / (name + ".packed"), pack_raster(raster));
+    const auto file = folder / (name + ".packed");
+    write_file(file, pack_raster(raster, file.string()));
+}
+
+std::filesystem::path npy_or_packed(const std::filesystem::path& folder, const std::string& name)
+{
+    auto npy = folder / (name + ".npy");
+    return is_file(npy) ? npy : folder / (name + ".packed");
 }
 
 template <class T>
 Raster<T> read_npy_or_packed(const std::filesystem::path& folder, const std::string& name, int channels)
 {
-    if (const auto npy = folder / (name + ".npy"); is_file(npy))
-        return read_raster<T>(npy, channels);
-    const auto file = folder / (name + ".packed");
+    const auto file = npy_or_packed(folder, name);
+    if (file.extension() == ".npy")
+        return read_raster<T>(file, channels);
     return with_channels(unpack_raster<T>(read_file(file), file.string()), channels, file);
 }
 

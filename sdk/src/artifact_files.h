@@ -40,9 +40,10 @@ std::optional<std::string> below(const std::filesystem::path& path, const std::f
 /// that they refuse.
 std::string cause_of(int error, const std::filesystem::path& path);
 
-/// A raster in less space, without loss: sdk/docs/packed_rasters.md says what each byte is.
+/// A raster in less space, without loss: sdk/docs/packed_rasters.md says what each byte is. Throws Error naming `source` for more
+/// than 2^28 pixels.
 template <class T>
-std::vector<std::byte> pack_raster(const Raster<T>& raster);
+std::vector<std::byte> pack_raster(const Raster<T>& raster, std::string_view source);
 /// The reverse. Throws Error naming `source` and the offset if the bytes are damaged or hold values of another type.
 template <class T>
 Raster<T> unpack_raster(std::span<const std::byte> file, std::string_view source);
@@ -50,7 +51,9 @@ Raster<T> unpack_raster(std::span<const std::byte> file, std::string_view source
 /// As `<name>.packed` in an artifact's folder.
 template <class T>
 void write_packed(const std::filesystem::path& folder, const std::string& name, const Raster<T>& raster);
-/// `<name>.npy` if a program wrote that, else `<name>.packed`. Throws as read_raster and unpack_raster do.
+/// `<name>.npy` if a program wrote that, else `<name>.packed`.
+std::filesystem::path npy_or_packed(const std::filesystem::path& folder, const std::string& name);
+/// The raster of that file. Throws as read_raster and unpack_raster do.
 template <class T>
 Raster<T> read_npy_or_packed(const std::filesystem::path& folder, const std::string& name, int channels);
 

@@ -34,8 +34,6 @@ constexpr int far_depth_bits = 22;
 /// Most steps of depth: a float holds this many exactly, with bits to spare for rounding.
 constexpr double most_steps = 2'097'152;
 constexpr std::size_t most_pixels = std::size_t{1} << 28U;
-/// Longest side of a raster, as in NPY.
-constexpr std::uint32_t most_side = 1U << 20U;
 /// Zstandard's smallest block, of 4 bytes, holds 128 KiB.
 constexpr std::size_t most_packed = 32768;
 /// Differences hardly repeat: searching longer for repetitions costs more than it saves.
@@ -223,20 +221,36 @@ const std::uint8_t* take_planes(const std::uint8_t* content, std::size_t width, 
     return content + planes * pixels;
 }
 
-/// A Zstandard frame with a checksum, behind `prefix` bytes that the caller fills.
-std::vector<std::byte> compressed(std::span<const std::uint8_t> content, std::size_t prefix)
+/// A Zstandard frame with a checksum, behind `prefix` bytes that the caller fills. The content comes in pieces, made by next(i),
+/// because all of it would take as much memory as the raster.
+template <class Next>
+std::vector<std::byte> compressed(std::size_t prefix, std::size_t bytes, std::size_t pieces, const Next& next)
 {
-    std::vector<std::byte> file(prefix + ZSTD_compressBound(content.size()));
     const std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context(ZSTD_createCCtx(), ZSTD_freeCCtx);
     if (!context)
         throw std::bad_alloc();
     ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, zstd_level);
     ZSTD_CCtx_setParameter(context.get(), ZSTD_c_checksumFlag, 1);
-    const std::size_t size =
-        ZSTD_compress2(context.get(), file.data() + prefix, file.size() - prefix, content.data(), content.size());
-    if (ZSTD_isError(size) != 0)
-        throw Error(std::string("values cannot be packed: ") + ZSTD_getErrorName(size));
-    file.resize(prefix + size);
+    ZSTD_CCtx_setPledgedSrcSize(context.get(), bytes);
+    std::vector<std::byte> file;
+    file.reserve(prefix + ZSTD_compressBound(bytes));  // Its growth would need as much again.
+    file.resize(prefix);
+    for (std::size_t i = 0; i < pieces; ++i)
+    {
+        const std::vector<std::uint8_t> content = next(i);
+        const std::size_t room = ZSTD_compressBound(content.size());
+        const auto packed = std::make_unique_for_overwrite<std::byte[]>(room);
+        ZSTD_inBuffer from{content.data(), content.size(), 0};
+        const bool is_last = i + 1 == pieces;
+        for (std::size_t left = 1; is_last ? left > 0 : from.pos < from.size;)
+        {
+            ZSTD_outBuffer to{packed.get(), room, 0};
+            left = ZSTD_compressStream2(context.get(), &to, &from, is_last ? ZSTD_e_end : ZSTD_e_continue);
+            if (ZSTD_isError(left) != 0)
+                throw Error(std::string("values cannot be packed: ") + ZSTD_getErrorName(left));
+            file.insert(file.end(), packed.get(), packed.get() + to.pos);
+        }
+    }
     return file;
 }
 
@@ -326,7 +340,7 @@ std::vector<std::byte> pack_uv_map(const UvMap& map, int uv_bits, std::string_vi
             const std::uint32_t least = depth > 0 ? 1 : 0;
             return step < least ? least : step;
         });
-    auto file = compressed(content, Header::bytes);
+    auto file = compressed(Header::bytes, content.size(), 1, [&](std::size_t) { return std::move(content); });
     header.write(file);
     return file;
 }
@@ -406,17 +420,18 @@ bool are_shares(const RasterF& raster)
 }  // namespace
 
 template <class T>
-std::vector<std::byte> detail::pack_raster(const Raster<T>& raster)
+std::vector<std::byte> detail::pack_raster(const Raster<T>& raster, std::string_view source)
 {
     RasterHeader header{raster_type<T>, static_cast<std::uint32_t>(raster.width), static_cast<std::uint32_t>(raster.height),
                         static_cast<std::uint32_t>(raster.channels)};
+    if (header.pixels() > most_pixels)
+        throw Error(fmt::format("{}: expected at most {} pixels, got {}x{}", source, most_pixels, raster.width, raster.height));
     if constexpr (std::is_same_v<T, float>)
         if (are_shares(raster))
             header.type = RasterHeader::shares;
-    std::vector<std::uint8_t> content;
-    content.reserve(header.content_bytes());
-    for (std::size_t channel = 0; channel < header.channels; ++channel)
+    const auto planes_of = [&](std::size_t channel)
     {
+        std::vector<std::uint8_t> content;
         const T* const values = raster.values.data() + channel;
         const std::size_t channels = header.channels;
         if (header.type == RasterHeader::shares)
@@ -425,8 +440,9 @@ std::vector<std::byte> detail::pack_raster(const Raster<T>& raster)
         else
             put_planes(content, header.width, header.pixels(), header.bits(),
                        [&](std::size_t i) { return step_of(values[i * channels]); });
-    }
-    auto file = compressed(content, RasterHeader::bytes);
+        return content;
+    };
+    auto file = compressed(RasterHeader::bytes, header.content_bytes(), header.channels, planes_of);
     std::memcpy(file.data(), RasterHeader::magic.data(), RasterHeader::magic.size());
     std::memcpy(file.data() + 8, &header, sizeof header);
     return file;
@@ -444,11 +460,10 @@ Raster<T> detail::unpack_raster(std::span<const std::byte> file, std::string_vie
     const bool are_shares = std::is_same_v<T, float> && header.type == RasterHeader::shares;
     if (header.type != raster_type<T> && !are_shares)
         fail(source, 8, fmt::format("expected values of type {}, got {}", raster_type<T>, header.type));
-    const auto [shorter, longer] = std::minmax(header.width, header.height);
-    if (shorter < 1 || longer > most_side || header.channels < 1 || header.channels > 4)
+    if (header.pixels() < 1 || header.pixels() > most_pixels || header.channels < 1 || header.channels > 4)
         fail(source, 12,
-             fmt::format("expected 1 to {} pixels a side and 1 to 4 channels, got {}x{}x{}", most_side, header.width,
-                         header.height, header.channels));
+             fmt::format("expected 1 to {} pixels and 1 to 4 channels, got {}x{}x{}", most_pixels, header.width, header.height,
+                         header.channels));
     if (header.content_bytes() / most_packed > file.size() - RasterHeader::bytes)
         fail(source, 12, fmt::format("{}x{} pixels cannot be in {} bytes", header.width, header.height, file.size()));
     const auto content = decompressed(file.subspan(RasterHeader::bytes), header.content_bytes(), RasterHeader::bytes, source);
@@ -467,9 +482,9 @@ Raster<T> detail::unpack_raster(std::span<const std::byte> file, std::string_vie
     return raster;
 }
 
-template std::vector<std::byte> detail::pack_raster(const Raster8& raster);
-template std::vector<std::byte> detail::pack_raster(const Raster16& raster);
-template std::vector<std::byte> detail::pack_raster(const RasterF& raster);
+template std::vector<std::byte> detail::pack_raster(const Raster8& raster, std::string_view source);
+template std::vector<std::byte> detail::pack_raster(const Raster16& raster, std::string_view source);
+template std::vector<std::byte> detail::pack_raster(const RasterF& raster, std::string_view source);
 template Raster8 detail::unpack_raster(std::span<const std::byte> file, std::string_view source);
 template Raster16 detail::unpack_raster(std::span<const std::byte> file, std::string_view source);
 template RasterF detail::unpack_raster(std::span<const std::byte> file, std::string_view source);

@@ -62,11 +62,11 @@ std::shared_ptr<Texture> Texture::load(const ArtifactFolder& folder)
         const RasterF& layer = texture->layers.back();
         if (layer.width != size >> i || layer.height != size >> i)
             throw Error(fmt::format("{}: is {}x{}; layer {} of a texture of {} texels must be half the one before",
-                                    (folder.path / name).string(), layer.width, layer.height, i, size));
+                                    detail::npy_or_packed(folder.path, name).string(), layer.width, layer.height, i, size));
     }
     texture->seen = detail::read_npy_or_packed<std::uint8_t>(folder.path, "seen", 1);
     if (texture->seen.width != size || texture->seen.height != size)
-        throw Error((folder.path / "seen").string() + ": is not of the texture's size");
+        throw Error(detail::npy_or_packed(folder.path, "seen").string() + ": is not of the texture's size");
     return texture;
 }
 
@@ -231,10 +231,10 @@ std::shared_ptr<SourceMap> SourceMap::load(const ArtifactFolder& folder)
         file->fail("pixels_per_texel", "expected a number above 0");
     result->places = detail::read_npy_or_packed<std::uint16_t>(folder.path, "places", place_values);
     if (result->places.width != result->places.height)
-        throw Error((folder.path / "places").string() + ": expected a square map");
+        throw Error(detail::npy_or_packed(folder.path, "places").string() + ": expected a square map");
     result->shifts = detail::read_npy_or_packed<std::uint8_t>(folder.path, "shifts", 3);
     if (result->shifts.width != result->size_px() || result->shifts.height != result->size_px())
-        throw Error((folder.path / "shifts").string() + ": expected as many texels as places has");
+        throw Error(detail::npy_or_packed(folder.path, "shifts").string() + ": expected as many texels as places has");
     return result;
 }
 
@@ -278,10 +278,10 @@ std::shared_ptr<Relief> Relief::load(const ArtifactFolder& folder)
     result->atlas = detail::JsonFile(folder.path / "relief.json")["atlas"].text();
     result->normals = detail::read_npy_or_packed<std::uint16_t>(folder.path, "normals", 3);
     if (result->normals.width != result->normals.height)
-        throw Error((folder.path / "normals").string() + ": expected a square map");
+        throw Error(detail::npy_or_packed(folder.path, "normals").string() + ": expected a square map");
     result->roughness = detail::read_npy_or_packed<std::uint8_t>(folder.path, "roughness", 1);
     if (result->roughness.width != result->size_px() || result->roughness.height != result->size_px())
-        throw Error((folder.path / "roughness").string() + ": is not of the normals' size");
+        throw Error(detail::npy_or_packed(folder.path, "roughness").string() + ": is not of the normals' size");
     return result;
 }
 

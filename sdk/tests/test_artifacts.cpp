@@ -13,6 +13,7 @@
 #include <fresco/uv_maps.h>
 
 #include <algorithm>
+#include <cstring>
 #include <span>
 
 using namespace fresco;
@@ -261,6 +262,14 @@ TEST_CASE("Packed rasters come back bit by bit, and are refused where they are d
     }
     std::filesystem::copy_file(folder.path() / "places.packed", file, std::filesystem::copy_options::overwrite_existing);
     CHECK_THROWS_WITH(Texture::load(own), Contains("layer_0.packed: offset 8: expected values of type"));
+
+    auto large = whole;
+    const std::uint32_t sides[] = {1U << 20U, 1U << 9U};
+    std::memcpy(large.data() + 12, sides, sizeof sides);
+    write_file(file, large);
+    CHECK_THROWS_WITH(Texture::load(own), Contains("layer_0.packed: offset 12: expected 1 to 268435456 pixels"));
+    texture.seen.width = texture.seen.height = 1 << 15;
+    CHECK_THROWS_WITH(texture.save(own), Contains("seen.packed: expected at most 268435456 pixels, got 32768x32768"));
 }
 
 TEST_CASE("Textures, tables and files read back; what is missing is named")
@@ -274,7 +283,7 @@ TEST_CASE("Textures, tables and files read back; what is missing is named")
     CHECK(Texture::load(own)->layers == texture.layers);
     texture.layers[1] = RasterF(5, 5, 3);
     texture.save(own);
-    CHECK_THROWS_WITH(Texture::load(own), Contains("layer_1.npy") && Contains("half"));
+    CHECK_THROWS_WITH(Texture::load(own), Contains("layer_1.packed") && Contains("half"));
 
     Table table;
     table.columns = {"stage", "seconds"};

@@ -98,8 +98,8 @@ TEST_CASE("stored normals are exact to a hundredth of a degree, and texels outsi
     CHECK(length(loaded->normal(2) - normal) < 1e-4F);
     relief.roughness = Raster8(2, 1);
     relief.save({folder.path(), {}});
-    CHECK_THROWS_WITH(Relief::load({folder.path(), {}}), Catch::Contains("roughness.npy") && Catch::Contains("normals' size"));
+    CHECK_THROWS_WITH(Relief::load({folder.path(), {}}), Catch::Contains("roughness.packed") && Catch::Contains("normals' size"));
     relief.normals = Raster16(2, 1, 3);
     relief.save({folder.path(), {}});
-    CHECK_THROWS_WITH(Relief::load({folder.path(), {}}), Catch::Contains("normals.npy") && Catch::Contains("square"));
+    CHECK_THROWS_WITH(Relief::load({folder.path(), {}}), Catch::Contains("normals.packed") && Catch::Contains("square"));
 }

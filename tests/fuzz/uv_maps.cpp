@@ -73,7 +73,7 @@ void read_raster_of(Bytes bytes)
     Raster<T> raster;
     if (refused([&] { raster = detail::unpack_raster<T>(bytes, source); }))
         return;  // Most are of another type.
-    const auto again = detail::unpack_raster<T>(detail::pack_raster(raster), "its own");
+    const auto again = detail::unpack_raster<T>(detail::pack_raster(raster, "its own"), "its own");
     // Bits are compared, because a float may be no number.
     require(std::ranges::equal(std::as_bytes(std::span(again.values)), std::as_bytes(std::span(raster.values))),
             "packed and unpacked, the same raster");

@@ -87,16 +87,9 @@ torch::Tensor to_tensor(const fresco::weights::TensorView& view, std::string_vie
 }
 
 /// Maps, or a convolution's weights as its maps have them: else libtorch turns them each time.
-torch::Tensor laid_out(const torch::Tensor& values, Order order = Order::channels_innermost)
+torch::Tensor laid_out(const torch::Tensor& values)
 {
-    return values.contiguous(order == Order::channels_innermost ? at::MemoryFormat::ChannelsLast : at::MemoryFormat::Contiguous);
-}
-
-torch::Tensor framed(const torch::Tensor& maps, Order order)
-{
-    // libtorch's own has nothing to reflect in a side of one pixel.
-    const bool own = order == Order::channels_innermost || maps.size(2) < 2 || maps.size(3) < 2;
-    return own ? reflected(maps) : at::reflection_pad2d(maps, {1, 1, 1, 1});
+    return values.contiguous(at::MemoryFormat::ChannelsLast);
 }
 
 torch::Tensor pooled(const torch::Tensor& maps, Pooling pooling)
@@ -272,17 +265,16 @@ std::vector<torch::Tensor> Vgg19::encode(const torch::Tensor& picture, const std
     return result;
 }
 
-std::vector<torch::Tensor> Vgg19::encode_generally(const torch::Tensor& picture, const std::vector<std::string>& names,
-                                                   Order order) const
+std::vector<torch::Tensor> Vgg19::encode_generally(const torch::Tensor& picture, const std::vector<std::string>& names) const
 {
     std::vector<torch::Tensor> result(names.size());
     std::size_t missing = names.size();
-    auto maps = laid_out(network_input(picture), order);
+    auto maps = laid_out(network_input(picture));
     for (std::size_t number = 0; number < convolutions_.size() && missing > 0; ++number)
     {
         if (convolutions_[number].pooled)
             maps = pooled(maps, pooling_);
-        maps = responses(number, maps, order);
+        maps = responses(number, maps);
         for (std::size_t i = 0; i < names.size(); ++i)
             if (names[i] == convolutions_[number].layer)
             {
@@ -293,18 +285,12 @@ std::vector<torch::Tensor> Vgg19::encode_generally(const torch::Tensor& picture,
     return result;
 }
 
-torch::Tensor Vgg19::responses(std::size_t number, const torch::Tensor& input, Order order) const
+torch::Tensor Vgg19::responses(std::size_t number, const torch::Tensor& input) const
 {
     if (input.size(2) == 0 || input.size(3) == 0)
         return input.new_empty({1, convolutions_[number].weights.size(0), input.size(2), input.size(3)});
     const bool reflect = input_.padding == Vgg19Padding::reflect;
-    const auto bordered = reflect ? framed(input, order) : input;
-    if (order == Order::channels_outermost)
-    {
-        const auto& convolution = convolutions_[number];
-        return at::relu(at::conv2d(bordered, convolution.weights.to(input.options()), convolution.bias.to(input.options()), 1,
-                                   reflect ? 0 : 1));
-    }
+    const auto bordered = reflect ? reflected(input) : input;
     const bool is_ready = !ready_.empty() && ready_[number].weights.device() == input.device() &&
                           ready_[number].weights.scalar_type() == input.scalar_type();
     const auto with = is_ready ? ready_[number] : filters(number, input.options());

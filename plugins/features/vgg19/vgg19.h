@@ -29,13 +29,6 @@ enum class Precision
     tf32   ///< Factors of float32 products are rounded to ten bits behind the point, sums are not. On CUDA only.
 };
 
-/// How maps lie in memory where libtorch convolves them. Innermost is faster; outermost is what PyTorch does where nobody says.
-enum class Order
-{
-    channels_innermost,
-    channels_outermost
-};
-
 /// VGG-19 without its classifier (Simonyan and Zisserman, 2015). Frozen; encode is thread-safe.
 class Vgg19
 {
@@ -49,9 +42,8 @@ class Vgg19
     /// With `read`, it computes only what PartialFeatures says.
     std::vector<torch::Tensor> encode(const torch::Tensor& picture, const std::vector<std::string>& names,
                                       const fresco::ReadPixels* read = nullptr) const;
-    /// encode() by libtorch's convolutions, on any device and in float64 too, on maps that lie in memory in this order.
-    std::vector<torch::Tensor> encode_generally(const torch::Tensor& picture, const std::vector<std::string>& names,
-                                                Order order = Order::channels_innermost) const;
+    /// encode() by libtorch's convolutions, on any device and in float64 too.
+    std::vector<torch::Tensor> encode_generally(const torch::Tensor& picture, const std::vector<std::string>& names) const;
     /// Call it before encode, which takes weights that are elsewhere over each time.
     void move_to(const torch::Device& device);
     /// Sets the format for encode_generally; keeps a second copy of the weights.
@@ -63,7 +55,7 @@ class Vgg19
   private:
     torch::Tensor network_input(const torch::Tensor& picture) const;
     /// Rectified responses of layer `number` to maps of 1 x C x H x W.
-    torch::Tensor responses(std::size_t number, const torch::Tensor& maps, Order order) const;
+    torch::Tensor responses(std::size_t number, const torch::Tensor& maps) const;
 
     /// As libtorch convolves with them: channels innermost.
     struct Filters

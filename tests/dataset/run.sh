@@ -39,7 +39,7 @@ rm -rf "$work/out"
 
 # The texture's layers and the baked mesh of each store, by name and contents.
 sums() {
-    (cd "$1/objects" && find . \( -path '*/texture/*.npy' -o -path '*/textured_mesh/*.npy' \) -type f -exec sha256sum {} +) | sed 's, .*/,  ,' | sort -k2
+    (cd "$1/objects" && find . \( -path '*/texture/*.packed' -o -path '*/textured_mesh/*.packed' \) -type f -exec sha256sum {} +) | sed 's, .*/,  ,' | sort -k2
 }
 sums "$work/store" >"$work/direct"
 sums "$server/store" >"$work/through"

@@ -15,6 +15,7 @@ import sys
 from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
+from fresco.rasters import read_raster
 
 # The paper's constants, but for the length that has the smallest height, which is more because the pictures are smaller.
 THETA_MIN_PX, THETA_D_M, ANGLE_LIMIT_DEG = 32, 1.6, 30
@@ -335,7 +336,7 @@ def read_run(store, log):
     """The texture's layers and the report of the stage `texture`."""
     events = [json.loads(line) for line in log.read_text().splitlines() if line.startswith("{")]
     made = store / "objects" / next(event["object"] for event in events if event["event"] == "end" and event["stage"] == "texture")
-    layers = [np.load(made / f"texture/layer_{i}.npy").astype(np.float64) for i in range(len(REGULARIZER_FACTORS))]
+    layers = [read_raster(made / f"texture/layer_{i}.packed").astype(np.float64) for i in range(len(REGULARIZER_FACTORS))]
     return layers, json.loads((made / "manifest.json").read_text())["report"]
 
 

@@ -83,7 +83,8 @@ struct Studio
 std::vector<std::vector<std::byte>> bytes_in(const std::filesystem::path& texture)
 {
     std::vector<std::vector<std::byte>> result;
-    for (const char* name : {"layer_0.npy", "layer_1.npy", "layer_2.npy", "layer_3.npy", "seen.npy", "texture.json"})
+    for (const char* name :
+         {"layer_0.packed", "layer_1.packed", "layer_2.packed", "layer_3.packed", "seen.packed", "texture.json"})
         result.push_back(read_file(texture / name));
     return result;
 }

@@ -209,8 +209,8 @@ struct Studio
         factory.add("test.codec", [] { return std::make_shared<stored_png::Codec>(); });
         testing::run_stage(stage, given, inputs, out.path(), run, factory);
         Painted result;
-        for (const char* file : {"texture/layer_0.npy", "texture/seen.npy", "texture/texture.json", "source/places.npy",
-                                 "source/shifts.npy", "source/source_map.json"})
+        for (const char* file : {"texture/layer_0.packed", "texture/seen.packed", "texture/texture.json", "source/places.packed",
+                                 "source/shifts.packed", "source/source_map.json"})
             result.bytes.push_back(read_file(out.path() / file));
         result.texture = Texture::load({out.path() / "texture", out.path()});
         result.source = SourceMap::load({out.path() / "source", out.path()});

@@ -71,7 +71,14 @@ Value describe_stamp(const fresco_plugin_info& stamp)
                       {"cuda", stamp.cuda}};
 }
 
-/// The names of fresco's own libraries among those that came with the plugin. Names, because the plugin may be moved with them.
+/// The system's package manager replaces these libraries, not the author of a plugin.
+bool is_of_system(const fs::path& library)
+{
+    const std::vector<std::string> folders{"/lib/", "/lib64/", "/usr/lib/", "/usr/lib64/", "/usr/local/lib/"};
+    return std::ranges::any_of(folders, [&](const std::string& folder) { return library.string().starts_with(folder); });
+}
+
+/// The names of the libraries that may be moved with the plugin: fresco decides by the place of each whether it belongs to it.
 Value own_libraries(const fs::path& plugin)
 {
     std::error_code error;
@@ -83,7 +90,7 @@ Value own_libraries(const fs::path& plugin)
         const fs::path real = fs::weakly_canonical(library, error);
         const std::string name = library.filename().string();
         const bool is_own = name.starts_with("libfresco_") || std::ranges::count(folders, real.parent_path()) > 0;
-        if (is_own && real != itself)
+        if ((is_own || !is_of_system(real)) && real != itself && fs::exists(real, error))
             names.insert(name);
     }
     return Value::List(names.begin(), names.end());

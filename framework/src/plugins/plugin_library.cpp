@@ -9,6 +9,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <iterator>
+#include <ranges>
 #include <utility>
 
 namespace fresco::host
@@ -32,17 +33,24 @@ void check_stamp(const JsonPlace& stamp)
         throw Error(*problem);
 }
 
-/// Finds a library of fresco's own as the loader does for a plugin.
-fs::path own_library(const std::string& name, const fs::path& plugin)
+/// Finds libraries as the loader does for a plugin. Only fresco's own must be there: the loader may find others elsewhere.
+std::vector<fs::path> own_libraries(const std::vector<std::string>& names, const fs::path& plugin)
 {
-    if (const fs::path sdk = sdk_library(); name == sdk.filename())
-        return sdk;
+    const fs::path sdk = sdk_library();
     const std::vector<fs::path> folders = own_library_folders(plugin);
-    std::error_code error;
-    for (const fs::path& folder : folders)
-        if (fs::exists(folder / name, error))
-            return folder / name;
-    throw Error("needs " + name + ", which is neither beside it nor in " + folders.back().string());
+    std::vector<fs::path> found;
+    for (const std::string& name : names)
+    {
+        std::error_code error;
+        const auto folder = std::ranges::find_if(folders, [&](const fs::path& each) { return fs::exists(each / name, error); });
+        if (name == sdk.filename())
+            found.push_back(sdk);
+        else if (folder != folders.end())
+            found.push_back(*folder / name);
+        else if (name.starts_with("libfresco_"))
+            throw Error("needs " + name + ", which is neither beside it nor in " + folders.back().string());
+    }
+    return found;
 }
 
 std::string end_text(const HeardEnd& end)
@@ -70,8 +78,7 @@ PluginDescription read_description(const fs::path& library)
     check_stamp(description["handshake"]);
     description.has_only({"build_id", "handshake", "versions", "own_libraries", "types"});
     PluginDescription read{{library}, description["versions"].value(), {}};
-    for (const std::string& name : description["own_libraries"].texts())
-        read.files.push_back(own_library(name, library));
+    std::ranges::copy(own_libraries(description["own_libraries"].texts(), library), std::back_inserter(read.files));
     for (const JsonPlace& type : description["types"].list())
         read.types.push_back({type["type"].text(), type["kind"].text(), type["help"].text(), type["declaration"].value()});
     return read;
@@ -83,7 +90,7 @@ OpenPlugin open_plugin(const fs::path& library)
     const PluginLibrary& plugin = PluginLibrary::open(library);
     std::error_code error;
     for (const fs::path& loaded : loaded_libraries())
-        for (const fs::path& file : description.files)
+        for (const fs::path& file : description.files | std::views::drop(1))
             if (loaded.filename() == file.filename() && !fs::equivalent(loaded, file, error))
                 throw Error("runs with " + loaded.string() + " instead of " + file.string() +
                             ": unset LD_LIBRARY_PATH, or build the plugin with fresco_add_plugin");
@@ -95,6 +102,8 @@ std::vector<Refusal> refused_when_opened(const std::set<fs::path>& libraries)
     std::vector<Refusal> refused;
     for (auto next = libraries.begin(); next != libraries.end();)
     {
+        const fs::path& first = *next;
+        std::vector<Refusal> refused_here;
         std::vector<std::string> words{"internal-open"};
         std::transform(next, libraries.end(), std::back_inserter(words),
                        [](const fs::path& library) { return library.string(); });
@@ -103,12 +112,16 @@ std::vector<Refusal> refused_when_opened(const std::set<fs::path>& libraries)
             if (next == libraries.end())
                 return;
             if (!reason.empty())
-                refused.push_back({*next, reason});
+                refused_here.push_back({*next, reason});
             ++next;
         };
         const HeardEnd end = hear_out(start_child(words), longest_opening, take, [](const std::string&) {});
         if (next != libraries.end())
             take(end_text(end));
+        for (const Refusal& refusal : refused_here)
+            // A library opened before it in the same process may be the cause.
+            std::ranges::copy(refusal.library == first ? std::vector{refusal} : refused_when_opened({refusal.library}),
+                              std::back_inserter(refused));
     }
     return refused;
 }

@@ -35,8 +35,8 @@ struct OpenPlugin
 /// another of fresco's own libraries than the description leads to: the keys of results would not name it.
 OpenPlugin open_plugin(const std::filesystem::path& library);
 
-/// Opens all in a worker and returns those that cannot be opened, with the reason. After one that crashes or hangs, another
-/// worker opens the rest.
+/// Opens all in a worker and returns those that cannot be opened, with the reason, each alone too. After one that crashes or
+/// hangs, another worker opens the rest.
 std::vector<Refusal> refused_when_opened(const std::set<std::filesystem::path>& libraries);
 /// Opens all plugins of the catalog, and adds to its refusals those that cannot be opened.
 void open_all(Catalog& catalog);

@@ -178,6 +178,8 @@ TEST_CASE("Bad plugins are refused by name, good ones beside them work")
     describe_as(place.plugins / "old.so", "note/test_note.so",
                 [](auto& description) { description.find("handshake")->set("abi", 99); });
     place.put("sided/sided.so", "alone.so");
+    describe_as(place.plugins / "alone.so", "sided/sided.so",
+                [](auto& description) { description.set("own_libraries", fresco::Value::List{"libfresco_side.so"}); });
     std::string& path = place.environment["FRESCO_PLUGIN_PATH"];
     path += ":" + test_plugin("good").string() + ":" + (place.root() / "nowhere").string();
     const std::string listed = place.run({"stages"}).out + place.listed();
@@ -188,7 +190,7 @@ TEST_CASE("Bad plugins are refused by name, good ones beside them work")
           "foreign.so:" + undescribed + folder + "foreign.json: that one describes the build 00ff, the library is the build ",
           folder + "damaged.json: not valid JSON at byte ",
           folder + "odd.json: types: ", std::string("its SDK ABI number is \"99\""),
-          std::string("alone.so: needs libside.so, which is neither beside it nor in "),
+          std::string("alone.so: needs libfresco_side.so, which is neither beside it nor in "),
           std::string("folder.so: is not a shared library"), std::string("fifo.so: is not a shared library"),
           std::string("/text.so: is not a shared library"), std::string("nowhere"), std::string("test.source")})
         CHECK_THAT(listed, Contains(text));
@@ -230,6 +232,46 @@ TEST_CASE("A plugin that the loader gives another library than the one in the ke
     place.environment["LD_PRELOAD"] = place.root() / "elsewhere/libside.so";
     CHECK_THAT(place.run({"run", "room.yaml", "--store", "other"}, 4).err,
                Contains("runs with " + (place.root() / "elsewhere/libside.so").string() + " instead of "));
+}
+
+TEST_CASE("A library that comes to the plugin only with the installation counts from then on")
+{
+    OwnPlugins place;
+    place.write_stages("\n  side: {type: test.sided}\n");
+    place.put_library("sided/sided.so", "sided.so");
+    const fs::path built = place.root() / "built";
+    fs::create_directories(built);
+    fs::copy_file(test_plugin("sided/libside.so"), built / "libside.so");
+    auto environment = place.environment;
+    environment["LD_LIBRARY_PATH"] += ":" + built.string();
+    REQUIRE(Background({FRESCO_DESCRIBE, place.plugins / "sided.so"}, environment, place.work(), place.root() / "out",
+                       place.root() / "err")
+                .wait()
+                .code == 0);
+    fs::copy_file(built / "libside.so", place.plugins / "libside.so");
+    place.make();
+    std::ofstream(place.plugins / "libside.so", std::ios::app) << "another build";
+    CHECK(contains(place.run({"plan", "room.yaml"}).out, "the plugin of test.sided was rebuilt"));
+}
+
+TEST_CASE("Plugins of one file name, and those whose libraries have one, do not refuse each other")
+{
+    OwnPlugins place;
+    const fs::path root = place.root();
+    for (const char* name : {"one", "other"})
+        fs::copy(test_plugin("sided"), root / name);
+    fs::remove(root / "other/libside.so");
+    fs::create_hard_link(root / "one/libside.so", root / "other/libside.so");
+    CHECK_NOTHROW(open_plugin(root / "one/sided.so"));
+    CHECK_NOTHROW(open_plugin(root / "other/sided.so"));
+
+    // The loader gives both the library of the first, if one process opens them.
+    fs::remove(root / "other/libside.so");
+    fs::copy_file(test_plugin("sided/libside.so"), root / "other/libside.so");
+    describe_as(root / "other/sided.so", "sided/sided.so",
+                [](auto& description) { description.find("types")->as_list()[0].set("type", "test.other"); });
+    place.environment["FRESCO_PLUGIN_PATH"] = (root / "one").string() + ":" + (root / "other").string();
+    CHECK(place.run({"stages", "--all"}, 0).out.find("instead of") == std::string::npos);
 }
 
 TEST_CASE("fresco-describe writes the same description again, and refuses what cannot be used")

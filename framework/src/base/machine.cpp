@@ -183,12 +183,11 @@ Value processor_capability()
     return Value::Map{{"model", line_of("/proc/cpuinfo", "model name")}, {"features", features}};
 }
 
-Value computing_place(const Value& options)
+Value computing_place(bool on_gpu)
 {
     std::set<std::string> models;
-    const Value* device = options.find("device");
     std::error_code error;
-    if (device != nullptr && device->is_string() && device->as_string() != "cpu")
+    if (on_gpu)
         for (const auto& gpu : fs::directory_iterator("/proc/driver/nvidia/gpus", error))
             models.insert(line_of((gpu.path() / "information").c_str(), "Model"));
     return Value::Map{{"features", processor_capability().at("features")}, {"gpus", Value::List(models.begin(), models.end())}};

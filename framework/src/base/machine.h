@@ -32,9 +32,9 @@ ControlGroupLimits control_group_limits(const std::filesystem::path& proc = "/pr
 /// {model, features}. Results are equal to the byte between machines where `features` agree.
 Value processor_capability();
 
-/// Hardware that a stage with these options uses, as a map {features, gpus}: unfinished work is resumed only where both are the
-/// same. `gpus`: models of the NVIDIA GPUs, where the stage has an option "device" that is not "cpu".
-Value computing_place(const Value& options);
+/// Hardware that a stage uses, as a map {features, gpus}: unfinished work is resumed only where both are the same. `gpus`: models
+/// of the NVIDIA GPUs, if the stage works on one.
+Value computing_place(bool on_gpu);
 
 /// Cores this process may use: those that it may run on, as far as its control groups allow them to be busy.
 int available_cores();

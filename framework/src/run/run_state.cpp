@@ -3,6 +3,7 @@
 #include "base/machine.h"
 #include "base/process.h"
 #include "pipeline/graph.h"
+#include "pipeline/pipeline_options.h"
 #include "run/exports.h"
 #include "run/result_key.h"
 #include <fresco/error.h>
@@ -35,7 +36,7 @@ void look_at_checkpoint(StageNode& node, const Store& store)
         return;
     try
     {
-        node.begins_again = store.checkpoint_refusal(node.key, computing_place(*node.stage->options));
+        node.begins_again = store.checkpoint_refusal(node.key, computing_place(works_on_gpu(*node.stage)));
     }
     catch (const Error& error)
     {

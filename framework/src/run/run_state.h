@@ -71,8 +71,8 @@ struct RunPart
     std::function<std::string(const PipelineStage&)> missing_text;
 };
 
-/// Which stages have their results in the store, which must run. Results are asked for from the ends: a stage whose result is
-/// gone runs only if something that must run reads it.
+/// Knows which stages have their results in the store and which must run. It asks for results from the ends: a stage whose result
+/// is gone runs only if something that must run reads it.
 class RunState
 {
   public:
@@ -86,7 +86,7 @@ class RunState
 
     /// Looks at the store anew and sets the states of all stages that are not running, failed or interrupted.
     void update();
-    /// The same after a change of one stage, for those that it concerns: what reads its result, and what only those needed.
+    /// Does so after a change of one stage, only for the stages that read its result and those that only they need.
     void update(const StageNode& node);
     /// Places of the stages that may begin: they must run, and all producers' results are there.
     const std::set<std::size_t>& ready() const { return ready_; }
@@ -94,12 +94,12 @@ class RunState
     std::vector<std::size_t> take_arrived() { return std::exchange(arrived_, {}); }
 
   private:
-    /// What others see of a stage.
+    /// The part of a stage's state that other stages depend on.
     struct View
     {
         std::string result;
         bool present = false;
-        bool broken = false;  ///< What is below it cannot run.
+        bool broken = false;  ///< Stages behind it cannot run.
         bool reads = false;   ///< It needs its producers' results.
     };
 

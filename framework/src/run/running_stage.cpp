@@ -1,6 +1,7 @@
 #include "run/running_stage.h"
 #include "base/common.h"
 #include "base/text.h"
+#include "pipeline/pipeline_options.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/process.h>
@@ -61,6 +62,7 @@ WorkerRequest make_worker_request(const StageNode& node, const RunState& state, 
     request.key = node.key;
     request.key_document = node.key_document;
     request.threads = threads;
+    request.on_gpu = works_on_gpu(stage);
     for (const auto& wire : stage.wires)
     {
         WorkerInput input{wire.port, "", "", wire.from_port, {}, wire.file, wire.reader};
@@ -265,7 +267,7 @@ bool RunningStage::ended()
     return true;
 }
 
-/// What the process did not say itself.
+/// Explains the end of a process that gave no reason itself.
 std::string RunningStage::end_text() const
 {
     const auto says_it = [](const std::string& line) { return line.find(std::strerror(EAGAIN)) != std::string::npos; };
@@ -308,7 +310,7 @@ std::string RunningStage::failure_text(const fs::path& pipeline) const
 
 int RunningStage::failure_code() const
 {
-    // Of a code without a word about it anything in the process may be the cause.
+    // Without a reason, any library in the process may have chosen the exit code.
     const int code = answer_.failure.empty() || exceeded_limit() ? worker_failed : end_.exit_code;
     return code == worker_missing_input || code == worker_plugin ? code : worker_failed;
 }

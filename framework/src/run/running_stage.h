@@ -25,10 +25,10 @@ namespace fresco::host
 WorkerRequest make_worker_request(const StageNode& node, const RunState& state, const Store& store,
                                   const std::filesystem::path& out, int threads, FileHashes& hashes);
 
-/// Where a stage's previews go while it runs.
+/// The folder of a stage's previews while it runs.
 std::filesystem::path preview_folder(const std::filesystem::path& out, const PipelineStage& stage);
 
-/// What a worker said of its stage.
+/// The answer of a worker about its stage.
 struct StageAnswer
 {
     std::optional<StoredResult> result;
@@ -100,7 +100,7 @@ class RunningStage
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
     ProcessEnd end_;
     StageAnswer answer_;
-    std::string limit_text_;  ///< Which limit it was ended for, in words; or empty.
+    std::string limit_text_;  ///< Names the limit that it was ended for; empty: none.
     std::chrono::steady_clock::time_point kill_time_;
     std::chrono::steady_clock::time_point memory_time_;
     bool runs_ = false;
@@ -109,7 +109,7 @@ class RunningStage
 /// "room.yaml:7:3: error: stage mesh (mesh.decimate): TEXT" and the inputs it worked on.
 std::string stage_error_text(const PipelineStage& stage, const std::string& text);
 
-/// Of a result that is damaged again after it was recomputed: what may do that.
+/// Names possible causes for a result that is damaged again after it was recomputed.
 std::string repeated_damage_text(const Damage& damage, const RunState& state);
 
 }  // namespace fresco::host

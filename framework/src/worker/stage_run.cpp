@@ -6,6 +6,7 @@
 #include "store/publish.h"
 #include "worker/worker_factory.h"
 #include <fresco/error.h>
+#include <fresco/file_access.h>
 #include <fresco/process.h>
 #include <fresco/reader.h>
 #include <fresco/stage.h>
@@ -21,6 +22,7 @@
 #include <set>
 #include <sys/stat.h>
 #include <unistd.h>
+#include <utility>
 
 namespace fresco::host
 {
@@ -112,6 +114,17 @@ Value::List earlier_stages(const Store& store, const std::string& object)
     return stages;
 }
 
+/// Finds the files in a folder that have another name elsewhere.
+std::set<std::pair<dev_t, ino_t>> linked_files(const fs::path& folder)
+{
+    std::set<std::pair<dev_t, ino_t>> files;
+    std::error_code error;
+    for (const auto& entry : fs::recursive_directory_iterator(folder, error))
+        if (const auto status = path_status(entry.path()); status && S_ISREG(status->st_mode) && status->st_nlink > 1)
+            files.emplace(status->st_dev, status->st_ino);
+    return files;
+}
+
 /// The stage of one request, from the lock to the published result.
 class StageRun
 {
@@ -195,6 +208,17 @@ class StageRun
             throw std::move(*damage);
     }
 
+    /// Verifies the inputs again that share a file with the new result: publish gives it a valid checksum whatever it holds now.
+    void verify_linked(const fs::path& made)
+    {
+        const std::set<std::pair<dev_t, ino_t>> linked = linked_files(made);
+        for (const auto& input : request_.inputs)
+            if (!input.object.empty() && !linked.empty())
+                if (const auto shared = linked_files(store_.object(input.object) / input.output);
+                    std::ranges::any_of(shared, [&](const auto& file) { return linked.contains(file); }))
+                    verify(input.object, input.output);
+    }
+
     void load_inputs(Stage& stage)
     {
         for (const auto& input : request_.inputs)
@@ -243,6 +267,7 @@ class StageRun
             publication.references.insert(output->references().begin(), output->references().end());
         }
         check_files_unchanged();
+        verify_linked(folder);
 
         publication.key = request_.key;
         publication.dependencies = dependencies();

@@ -165,7 +165,8 @@ Value to_value(const WorkerRequest& request)
                       {"inputs", values(request.inputs)},
                       {"libraries", std::move(libraries)},
                       {"files", values(request.files)},
-                      {"threads", request.threads}};
+                      {"threads", request.threads},
+                      {"on_gpu", request.on_gpu}};
 }
 
 WorkerRequest worker_request_from(const Value& value)
@@ -184,7 +185,8 @@ WorkerRequest worker_request_from(const Value& value)
             .inputs = each(value.at("inputs").as_list(), input_from),
             .libraries = std::move(libraries),
             .files = each(value.at("files").as_list(), dependency_from),
-            .threads = static_cast<int>(value.at("threads").as_int())};
+            .threads = static_cast<int>(value.at("threads").as_int()),
+            .on_gpu = value.at("on_gpu").as_bool()};
 }
 
 void internal_run(const fs::path& request_file)

@@ -56,6 +56,7 @@ struct WorkerRequest
     std::map<std::string, std::filesystem::path> libraries;  ///< Type -> plugin, for the stage and its components.
     std::vector<Dependency> files;                           ///< Input files as they were when the key was made.
     int threads = 1;
+    bool on_gpu = false;
 };
 
 Value to_value(const WorkerRequest& request);

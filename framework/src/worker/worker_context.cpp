@@ -166,7 +166,7 @@ bool stop_requested()
 
 WorkerContext::WorkerContext(WorkerChannel& channel, const Store& store, const WorkerRequest& request, std::string temporary)
     : channel_(channel), store_(store), request_(request), key_(request.key), temporary_(std::move(temporary)),
-      place_(computing_place(request.options))
+      place_(computing_place(request.on_gpu))
 {
 }
 

@@ -3,6 +3,7 @@
 #include <fresco/file_access.h>
 #include <fresco/files.h>
 #include <fresco/files_io.h>
+#include <fresco/mesh.h>
 #include <fresco/reader.h>
 #include <fresco/run_context.h>
 #include <fresco/stage.h>
@@ -303,6 +304,31 @@ class Pieces final : public LoggedStage
     }
 };
 FRESCO_STAGE("test.pieces", Pieces, "Text files, one at a time")
+
+/// A mesh that its input already stores is linked. The option says how the stored one becomes damaged meanwhile.
+class PassMesh final : public LoggedStage
+{
+    Input<fresco::Mesh> mesh{this, "mesh", fresco::optional, "Mesh to pass on"};
+    Output<fresco::Mesh> passed{this, "passed", "The same, or a triangle"};
+    Option<std::string> damage{this, "damage", "", "Damage the input unless this file exists, and make it", fresco::not_in_key};
+
+    void run(RunContext&) override
+    {
+        log("pass");
+        fresco::Mesh made;
+        made.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+        made.triangles = {{0, 1, 2}};
+        if (mesh.has_value())
+            made.saved_in = mesh.folder();
+        if (!damage->empty() && !std::filesystem::exists(*damage))
+        {
+            std::ofstream(*damage) << "done";
+            std::ofstream(mesh.folder() / fresco::Mesh::file_name, std::ios::app) << "more";
+        }
+        passed = std::move(made);
+    }
+};
+FRESCO_STAGE("test.pass_mesh", PassMesh, "A mesh without a copy")
 
 /// Figures that are no numbers, as a mean over nothing is.
 class Unmeasured final : public LoggedStage

@@ -161,6 +161,18 @@ TEST_CASE("A damaged result is named and made again in the same run; store verif
     CHECK(place.run({"store", "verify"}).code == 0);
 }
 
+TEST_CASE("A file that a result shares with its input is made again where it is damaged while the stage runs")
+{
+    Workplace place;
+    place.write_stages(R"(
+  first:  {type: test.pass_mesh, log: log}
+  second: {type: test.pass_mesh, mesh: first, damage: damaged, log: log}
+)");
+    CHECK(contains(place.make({"--cores", "1"}).err, "damaged"));
+    CHECK(place.log().size() == 4);
+    CHECK(place.run({"store", "verify"}).code == 0);
+}
+
 TEST_CASE("A damaged result that another run is already making again is left to that run")
 {
     Workplace place;

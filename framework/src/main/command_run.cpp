@@ -123,13 +123,13 @@ void check_matrix_options(const RunArguments& arguments, const Pipeline& pipelin
                                      suggestion(arguments.thumbnails, names)));
 }
 
-/// Reads the stages' times from earlier runs in the store.
+/// Reads the stages' times from earlier runs with the same options in the store.
 std::map<std::string, double> measured_seconds(const RunRequest& request)
 {
     std::map<std::string, double> seconds;
     const Statistics statistics{Store(request.store)};
     for (const auto& stage : request.pipeline->stages)
-        if (const auto usage = statistics.last(kind_of(stage)))
+        if (const auto usage = statistics.last_with_options(kind_of(stage)))
             seconds[stage.name] = usage->seconds;
     return seconds;
 }

@@ -30,10 +30,12 @@ std::optional<Usage> Expectations::measured(const StageNode& node)
 
 std::optional<double> Expectations::memory_mb(const StageNode& node)
 {
-    if (const auto usage = measured(node))
+    if (const auto usage = statistics_.last_with_options(kind(node)))
         return usage->memory_mb;
     const Value* declared = node.stage->type->declaration.find("memory_mb");
-    return declared && declared->as_double() > 0 ? std::optional(declared->as_double()) : std::nullopt;
+    if (declared == nullptr || declared->as_double() <= 0)
+        return std::nullopt;
+    return std::max(declared->as_double(), statistics_.last(kind(node)).value_or(Usage{}).memory_mb);
 }
 
 void Expectations::remember(const StageNode& node, Usage took)
@@ -108,8 +110,15 @@ std::vector<Start> choose_starts(RunState& state, const std::vector<bool>& may_b
             break;
         StageNode& node = state.nodes()[place];
         const std::optional<double> more_mb = expected.memory_mb(node);
-        if (!may_begin[place] || !room.fits(more_mb))
+        if (!may_begin[place])
             continue;
+        if (!room.fits(more_mb))
+        {
+            // It needs an idle machine, which would never come if others went before it.
+            if (!more_mb)
+                break;
+            continue;
+        }
         room.take(1, more_mb);
         starts.push_back({&node});
     }

@@ -26,7 +26,8 @@ class Expectations
     /// Returns what earlier runs took, without the share of the time that a checkpoint saves. Called often, for thousands of
     /// stages.
     std::optional<Usage> measured(const StageNode& node);
-    /// Returns the measured memory, else the type's own figure; nothing if both are unknown.
+    /// Returns the memory measured with the same options, else the larger of the type's own figure and what other options took;
+    /// nothing if neither the memory with these options nor the type's own figure is known.
     std::optional<double> memory_mb(const StageNode& node);
     /// Remembers a finished stage. Throws Error if that cannot be written.
     void remember(const StageNode& node, Usage took);
@@ -79,7 +80,8 @@ struct Start
 };
 
 /// Chooses the stages that start now: the first that fit the memory, as many as there are cores, which they share
-/// evenly. One may always run; one whose memory is unknown runs alone. `may_begin`: by place, whose turn it is.
+/// evenly. One may always run; one whose memory is unknown runs alone, and others wait behind it. `may_begin`: by place, whose
+/// turn it is.
 std::vector<Start> choose_starts(RunState& state, const std::vector<bool>& may_begin, Expectations& expected, Room room);
 
 }  // namespace fresco::host

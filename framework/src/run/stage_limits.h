@@ -33,8 +33,8 @@ struct IsolationRequest
 };
 
 /// The limits of every isolated stage. Where no memory is given it is 90 % of the machine's; where no time is given, ten times
-/// `measured_seconds` (by stage), at least ten minutes, and an hour where it was not measured. Throws Error for a stage that
-/// there is not, with the nearest name, and for a limit of a stage that is not isolated.
+/// `measured_seconds` (by stage, with the same options), at least ten minutes, and an hour where it was not measured. Throws
+/// Error for a stage that there is not, with the nearest name, and for a limit of a stage that is not isolated.
 std::map<std::string, StageLimits> stage_limits(const IsolationRequest& request, const Pipeline& pipeline,
                                                 const std::map<std::string, double>& measured_seconds);
 

@@ -8,7 +8,8 @@ namespace fresco::host
 namespace
 {
 
-constexpr std::size_t kept_runs = 8;
+constexpr std::ptrdiff_t kept_with_options = 8;
+constexpr std::size_t kept_of_type = 64;
 
 bool is_run(const Value& run)
 {
@@ -47,7 +48,10 @@ void Statistics::keep(const StageKind& stage, const Usage& took)
 {
     std::vector<Run>& of_type = runs_[stage.type];
     of_type.push_back({stage.options, took});
-    if (of_type.size() > kept_runs)
+    const auto is_same = [&](const Run& run) { return run.options == stage.options; };
+    if (std::ranges::count_if(of_type, is_same) > kept_with_options)
+        of_type.erase(std::ranges::find_if(of_type, is_same));
+    if (of_type.size() > kept_of_type)
         of_type.erase(of_type.begin());
 }
 
@@ -68,20 +72,29 @@ void Statistics::tidy() const
 
 std::optional<Usage> Statistics::last(const StageKind& stage) const
 {
-    const auto found = runs_.find(stage.type);
+    const std::optional<Usage> usage = last_of(stage.type, &stage.options);
+    return usage ? usage : last_of(stage.type, nullptr);
+}
+
+std::optional<Usage> Statistics::last_with_options(const StageKind& stage) const
+{
+    return last_of(stage.type, &stage.options);
+}
+
+std::optional<Usage> Statistics::last_of(const std::string& type, const std::string* options) const
+{
+    const auto found = runs_.find(type);
     if (found == runs_.end())
         return std::nullopt;
-    const auto is_same = [&](const Run& run) { return run.options == stage.options; };
-    const bool some_same = std::ranges::any_of(found->second, is_same);
     std::vector<double> seconds;
     double memory_mb = 0;
     for (const Run& run : found->second)
-        if (!some_same || is_same(run))
+        if (options == nullptr || run.options == *options)
         {
             seconds.push_back(run.took.seconds);
             memory_mb = std::max(memory_mb, run.took.memory_mb);
         }
-    return Usage{median(seconds), memory_mb, 0};
+    return seconds.empty() ? std::nullopt : std::optional(Usage{median(seconds), memory_mb, 0});
 }
 
 }  // namespace fresco::host

@@ -37,9 +37,11 @@ class Statistics
     /// Returns the median time and the greatest memory of the last runs with the same options, or of the type if there are none
     /// with these options; nothing if the type never ran.
     std::optional<Usage> last(const StageKind& stage) const;
+    /// Returns the same, but nothing if no run had the same options.
+    std::optional<Usage> last_with_options(const StageKind& stage) const;
     /// Remembers a run, in the journal too. Throws Error where the journal cannot be written.
     void add(const StageKind& stage, const Usage& took);
-    /// Keeps only the last runs of each type in the journal. Throws Error.
+    /// Keeps only the last runs of each type and options in the journal. Throws Error.
     void tidy() const;
 
   private:
@@ -49,6 +51,8 @@ class Statistics
         Usage took;
     };
     void keep(const StageKind& stage, const Usage& took);
+    /// nullptr: any options.
+    std::optional<Usage> last_of(const std::string& type, const std::string* options) const;
 
     Journal journal_;
     std::map<std::string, std::vector<Run>> runs_;  ///< The last runs of each type, oldest first.

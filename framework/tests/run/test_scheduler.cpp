@@ -134,6 +134,29 @@ TEST_CASE("Stages side by side are expected to need no more memory together than
     CHECK(course("100", "2000") == Words{"begin on 1", "begin on 1", "end", "end"});
 }
 
+TEST_CASE("A stage whose memory is unknown does not wait for those behind it, whatever other options took")
+{
+    Workplace place({"good", "note"});
+    place.write_stages(R"(
+  first:   {type: test.source, wait_ms: 100}
+  unknown: {type: test.note, text: a}
+  last:    {type: test.source, value: 2, wait_ms: 100}
+)");
+    const auto course = [&](const Words& more)
+    {
+        Words told{"run", "room.yaml", "--cores", "2", "--json-log", "--memory", "1000"};
+        told.insert(told.end(), more.begin(), more.end());
+        Words begun;
+        for (const auto& event : events(place.run(told, 0).out))
+            if (const auto& name = event.at("event").as_string(); name == "begin" || name == "end")
+                begun.push_back(name + " " + event.at("stage").as_string());
+        return begun;
+    };
+    const Words one_by_one{"begin first", "end first", "begin unknown", "end unknown", "begin last", "end last"};
+    CHECK(course({}) == one_by_one);
+    CHECK(course({"--set", "unknown.text=b", "--set", "first.value=3", "--set", "last.value=4"}) == one_by_one);
+}
+
 TEST_CASE("A wire from another output of the same stage is another input")
 {
     Workplace place;

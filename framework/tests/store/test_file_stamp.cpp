@@ -238,11 +238,17 @@ TEST_CASE("Figures that many tasks measure at once are all kept until they are t
     CHECK(fs::file_size(store.root() / "stats.jsonl") < size);
     CHECK(often().seconds == 15.5);
     CHECK(Statistics(store).last({"t.7", "a"}));
-    // Runs with the same options say more than others of the type.
+    // Runs with the same options say more than others of the type, and are kept beside them.
     Statistics(store).add({"t.often", "b"}, {100, 5, 3});
     CHECK(Statistics(store).last({"t.often", "b"}).value().seconds == 100);
-    CHECK(often().seconds == 16);
-    CHECK(Statistics(store).last({"t.often", "c"}).value().seconds == 16.5);
+    CHECK(often().seconds == 15.5);
+    CHECK(Statistics(store).last({"t.often", "c"}).value().seconds == 16);
+    CHECK_FALSE(Statistics(store).last_with_options({"t.often", "c"}));
+    for (int i = 0; i < 100; ++i)
+        Statistics(store).add({"t.often", std::to_string(i)}, {1, 1, 1});
+    CHECK_FALSE(Statistics(store).last_with_options({"t.often", "a"}));
+    CHECK(Statistics(store).last_with_options({"t.often", "36"}));
+    CHECK_FALSE(Statistics(store).last_with_options({"t.often", "35"}));
     CHECK_FALSE(Statistics(store).last({"t.never", "a"}));
 }
 

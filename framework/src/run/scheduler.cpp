@@ -121,7 +121,7 @@ class Scheduler
                 if (running_.empty() && !tried)
                     break;
                 if (running_.empty())
-                    continue;  // What could not be started has failed; it is the turn of others.
+                    continue;  // Stages that could not be started have failed; others follow.
                 wait();
                 collect();
                 take_finished();
@@ -382,7 +382,7 @@ class Scheduler
         display_.stage_ends(outcome(node));
     }
 
-    /// What is written about results, not the results: no run ends because there is no room for it.
+    /// Writes records about results, not the results: a run does not end because there is no room for them.
     template <class Write>
     void keep_books(const Write& write)
     {
@@ -502,7 +502,7 @@ class Scheduler
         {
             if (node.state == StageState::not_selected)
                 continue;
-            // What failed before it could begin.
+            // A stage that failed before it could begin has not been shown.
             if (node.state == StageState::failed && !ended_.contains(&node))
                 show_end(node);
             result.stages.push_back(outcome(node));

@@ -23,13 +23,13 @@ struct RunRequest
     std::filesystem::path store;
     std::filesystem::path out;
     int cores = 1;
-    double memory_mb = 0;                       ///< What stages side by side may be expected to take together; 0: no limit.
+    double memory_mb = 0;                       ///< Limits the expected memory of concurrent stages together; 0: no limit.
     int jobs = 1;                               ///< Combinations of a matrix that are at work at once.
     bool keep_going = false;                    ///< Start further combinations of a matrix after one has failed.
     bool replace = false;                       ///< --replace: outputs overwrite files that fresco did not write.
     bool only_stored = false;                   ///< Start no stage: results that are in the store are all there will be.
     std::string until;                          ///< Empty: everything.
-    std::map<std::string, StageLimits> limits;  ///< Of the stages that have some.
+    std::map<std::string, StageLimits> limits;  ///< By stage; stages without limits are missing.
     std::optional<RunPart> part;                ///< Stages to run in place of all or `until`; others only give their results.
 };
 

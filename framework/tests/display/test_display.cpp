@@ -282,12 +282,12 @@ TEST_CASE("A table gives way to a narrow terminal step by step")
 TEST_CASE("A path that is wider than its column goes below its row")
 {
     TextTable facts({{"", Kind::figure}, {"", Kind::text}});
-    facts.add({"descriptions", "/home/somebody/.cache/fresco/descriptors/x86_64"});
+    facts.add({"installation", "/home/somebody/.local/share/fresco/plugins/more"});
     facts.add({"CUDA", "no driver"});
-    CHECK(facts.text(61) == "descriptions  /home/somebody/.cache/fresco/descriptors/x86_64\n"
+    CHECK(facts.text(61) == "installation  /home/somebody/.local/share/fresco/plugins/more\n"
                             "CUDA          no driver\n");
-    CHECK(facts.text(60) == "descriptions\n"
-                            "    /home/somebody/.cache/fresco/descriptors/x86_64\n"
+    CHECK(facts.text(60) == "installation\n"
+                            "    /home/somebody/.local/share/fresco/plugins/more\n"
                             "CUDA          no driver\n");
 }
 

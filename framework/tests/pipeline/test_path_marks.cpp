@@ -71,7 +71,7 @@ TEST_CASE("auto is the component whose marks the path has", "[pipeline]")
         CHECK_THAT(options_of(check_scan(folder, "path: " + std::string(path)), "scan"), Contains(expected));
         CHECK_THAT(options_of(check_scan(folder, "form: auto, path: " + std::string(path)), "scan"), Contains(expected));
     }
-    // What is named is used, also for a folder that is another's, and with options of its own.
+    // A layout that the pipeline names is used, with its own options, even if the folder has the marks of another.
     CHECK_THAT(options_of(check_scan(folder, "path: both, form: {type: form.model, gap_s: 2}"), "scan"),
                Contains(R"({"type":"form.model","gap_s":2.0})"));
     CHECK_THAT(options_of(check_scan(folder, "path: both, form: form.plain"), "scan"), Contains(R"({"type":"form.plain"})"));

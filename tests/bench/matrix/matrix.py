@@ -46,7 +46,7 @@ def main():
     for scans, pictures in zip(numbers[::2], numbers[1::2]):
         with tempfile.TemporaryDirectory() as folder:
             write_pipeline(os.path.join(folder, "many.yaml"), scans, pictures)
-            subprocess.run([fresco, "stages"], stdout=subprocess.DEVNULL, check=True)  # Fills the cache of descriptions.
+            subprocess.run([fresco, "stages"], stdout=subprocess.DEVNULL, check=True)  # The first start reads from the disk.
             for words in (["check"], ["plan"], ["plan", "--tasks", "--folder", "tasks"]):
                 seconds, memory = measured([fresco, *words, "many.yaml"], folder)
                 print(f"{scans:>6} x {pictures:<5} {' '.join(words[:2]):<14} {seconds:8.2f} {memory:8.0f}")

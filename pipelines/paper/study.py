@@ -92,6 +92,7 @@ def read_sheet(file, key):
             check((answer["question"], pair) not in known, f"answer {number}: this pair is answered twice")
             check(answer["choice"] in ("left", "right", "neither") and answer["seconds"] >= 0, f"answer {number}: unknown choice or seconds")
             known.add((answer["question"], pair))
+        check(isinstance(sheet["complete"], bool), "'complete': expected true or false")
         check(len(known) <= key["pairs_count"], f"{len(known)} answers, but a participant sees {key['pairs_count']} pairs")
         return sheet
     except (KeyError, TypeError, ValueError) as error:

@@ -9,6 +9,7 @@
 
 #include "usdz.h"
 
+#include <cstdint>
 #include <span>
 #include <string>
 #include <utility>
@@ -19,6 +20,9 @@ using namespace fresco::texturing;
 
 namespace
 {
+/// Less than the 4 GiB of a zip archive by some room for its headers.
+constexpr std::uint64_t most_bytes = 4'294'000'000;
+
 class ExportUsdz final : public Stage
 {
     Input<TexturedMesh> textured_mesh{this, "textured_mesh", "The mesh with its picture, as texture.bake makes it"};
@@ -49,6 +53,14 @@ class ExportUsdz final : public Stage
         const auto file = files.folder().path / path->path;
         std::filesystem::create_directories(file.parent_path());
         ZipWriter zip(file);
+        std::uint64_t written = 0;
+        const auto write = [&](std::string_view piece)
+        {
+            written += piece.size();
+            if (written > most_bytes)
+                throw Error(file.string() + ": a USDZ file holds at most 4 GiB: decimate the mesh or set max_texture_px");
+            zip.write(piece);
+        };
         // The first file is the one that is opened.
         zip.begin("room.usda");
         write_usda(welded,
@@ -58,13 +70,13 @@ class ExportUsdz final : public Stage
                     .roughness = relief.has_value() ? pictures[2].first : ""},
                    [&](std::string_view piece)
                    {
-                       zip.write(piece);
+                       write(piece);
                        run.check_canceled();
                    });
         for (const auto& [name, bytes] : pictures)
         {
             zip.begin(name);
-            zip.write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+            write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
         }
         zip.finish();
         run.check_canceled();

@@ -163,9 +163,12 @@ class FramesSharpest final : public fresco::Stage
             run.report("most_sharpness", most.sharpness);
         }
         run.report("judged_frames", judged(measured, selection));
-        run.message(fmt::format("{} of {} frames kept; dropped: {} blurred, {} beside a sharper one, {} beyond max_frames",
-                                selection.kept.size(), measured.size(), selection.blurred, selection.less_sharp,
-                                selection.beyond_limit));
+        const std::size_t other_side =
+            measured.size() - selection.kept.size() - selection.blurred - selection.less_sharp - selection.beyond_limit;
+        run.message(
+            fmt::format("{} of {} frames kept; dropped: {} blurred, {} beside a sharper one, {} beyond max_frames{}",
+                        selection.kept.size(), measured.size(), selection.blurred, selection.less_sharp, selection.beyond_limit,
+                        *hold_out_every == 0 ? "" : fmt::format("; {} {}", other_side, *held_out ? "not held out" : "held out")));
         if (needed > 0)
             run.message(std::to_string(needed) + " blurred frames are kept because no other frame sees some of their surface");
     }

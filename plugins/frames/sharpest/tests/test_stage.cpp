@@ -97,6 +97,7 @@ TEST_CASE("every frame goes to exactly one side, in order", "[frames.sharpest]")
 {
     const fresco::testing::TemporaryFolder folder;
     const auto input = made_frames(folder.path(), {true, true, false, true, true, true, true, true});
+    std::string message;
     const auto numbers = [&](int every, bool held_out)
     {
         TestRun run;
@@ -104,10 +105,13 @@ TEST_CASE("every frame goes to exactly one side, in order", "[frames.sharpest]")
         for (const fresco::Frame& frame :
              run_sharpest(input, fresco::Value::Map{{"hold_out_every", every}, {"held_out", held_out}}, run).frames)
             result.push_back(frame.number);
+        message = run.messages.at(0);
         return result;
     };
     CHECK(numbers(3, true) == std::vector<long>{1, 5});
+    CHECK(message == "2 of 8 frames kept; dropped: 1 blurred, 0 beside a sharper one, 0 beyond max_frames; 5 not held out");
     CHECK(numbers(3, false) == std::vector<long>{0, 3, 4, 6, 7});
+    CHECK(message == "5 of 8 frames kept; dropped: 1 blurred, 0 beside a sharper one, 0 beyond max_frames; 2 held out");
     CHECK_THROWS_WITH(numbers(1, false), Contains("7 of 7 frames would be held out"));
     CHECK_THROWS_WITH(numbers(20, false), Contains("0 of 7 frames would be held out"));
     CHECK_THROWS_WITH(numbers(0, true), Contains("set hold_out_every, too"));

@@ -85,7 +85,6 @@ class EvaluateReprojection final : public Stage
     Option<OutputName> path{this, "path", OutputName{"reprojection.json"}, "Name of the JSON file, below --out"};
     Slot<ImageIo> images{this, "Reads the pictures"};
 
-
     /// Empty: the floor is that of the source picture.
     SurfacePaint floor_paint() const
     {

@@ -110,12 +110,6 @@ Value figure(double value, Interval interval)
         {"value", number_or_null(value)}, {"low", number_or_null(interval.low)}, {"high", number_or_null(interval.high)}};
 }
 
-BootstrapOptions::BootstrapOptions(Configurable* owner)
-    : bootstrap_count_(owner, "bootstrap_count", 2000, range(100, 1'000'000), "Number of resamples for the 95% intervals"),
-      seed_(owner, "seed", 1, range(0, 2'000'000'000), "Seed of the resampling")
-{
-}
-
 Files write_figures(const ArtifactFolder& folder, const std::string& path, const Value& figures)
 {
     const auto file = folder.path / path;

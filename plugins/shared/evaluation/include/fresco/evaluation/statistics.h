@@ -2,7 +2,6 @@
 
 #include <fresco/artifact.h>
 #include <fresco/files.h>
-#include <fresco/option.h>
 #include <fresco/value.h>
 
 #include <cstddef>
@@ -12,8 +11,7 @@
 #include <string>
 #include <string_view>
 
-/// \file What the evaluating stages compute and write alike: means, correlations, intervals, their options, and the file of
-/// figures.
+/// \file What the evaluating stages compute and write alike: means, correlations, intervals, and the file of figures.
 
 namespace fresco::evaluation
 {
@@ -57,19 +55,6 @@ Value number_or_null(double value);
 
 /// "0.0123 [0.0118, 0.0127]", four digits each, in any locale; "undefined" for what is not finite.
 std::string figure_text(double value, Interval interval);
-
-/// The options `bootstrap_count` and `seed`: declared in a stage as `BootstrapOptions bootstrap{this};`.
-class BootstrapOptions
-{
-  public:
-    explicit BootstrapOptions(Configurable* owner);
-
-    Bootstrap operator*() const { return {.resamples = *bootstrap_count_, .seed = static_cast<std::uint64_t>(*seed_)}; }
-
-  private:
-    Option<int> bootstrap_count_;
-    Option<int> seed_;
-};
 
 /// Writes figures as JSON to `path` below the folder of an output, and returns the output's value.
 Files write_figures(const ArtifactFolder& folder, const std::string& path, const Value& figures);

@@ -38,9 +38,9 @@ struct Association
     /// Without cameras; numbered by the line of their color picture, from 0.
     std::vector<fresco::recordings::RecordedView> views;
     std::size_t without_depth = 0;  ///< Color pictures left out because no depth picture is near.
-    std::size_t without_pose = 0;   ///< The same for poses.
+    std::size_t without_pose = 0;   ///< Color pictures left out because no pose is near.
     double depth_gap_s = 0;         ///< The smallest max_gap_s with which one more of them would have a depth picture; 0: none.
-    double pose_gap_s = 0;          ///< The same for poses.
+    double pose_gap_s = 0;          ///< The smallest max_gap_s with which one more of them would have a pose; 0: none.
 };
 
 /// "the nearest depth picture is 0.035 s away, …" of those left out; empty if none was for its gap.

@@ -7,7 +7,7 @@
 namespace
 {
 
-// Where things are in the sample, whose sensor's name has 8 letters.
+// Offsets in the sample, whose sensor's name has 8 letters.
 constexpr std::size_t at_matrices = 4 + 8 + 8;
 constexpr std::size_t at_forms = at_matrices + 4 * 64;
 constexpr std::size_t at_sizes = at_forms + 8;

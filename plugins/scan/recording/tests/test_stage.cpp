@@ -11,7 +11,7 @@ using namespace fresco::testing;
 namespace
 {
 
-/// Of the tiny recording as it is in memory.
+/// The tiny recording, in memory.
 struct MemoryLayout final : recordings::Layout
 {
     Frames frames;

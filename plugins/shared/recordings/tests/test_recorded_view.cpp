@@ -259,7 +259,7 @@ TEST_CASE("views are named and ordered by their pictures", "[recordings]")
     CHECK(shown(3) == "a/g9/3");
 }
 
-// What check_layout shows of every layout is not shown here again.
+// check_layout shows the other refusals, for every layout.
 TEST_CASE("views that cannot be used are refused by name", "[recordings]")
 {
     Recording recording;

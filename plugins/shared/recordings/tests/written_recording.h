@@ -39,7 +39,7 @@ struct LayoutUnderTest
     bool has_depth_camera = false;  ///< The layout has a depth camera of its own.
 };
 
-/// What was read.
+/// The outputs of scan.recording.
 struct ReadScan
 {
     std::shared_ptr<Frames> frames;

@@ -166,7 +166,7 @@ TEST_CASE("A file that a result shares with its input is made again where it is 
     Workplace place;
     place.write_stages(R"(
   first:  {type: test.pass_mesh, log: log}
-  second: {type: test.pass_mesh, mesh: first, damage: damaged, log: log}
+  second: {type: test.pass_mesh, input: first, damage: damaged, log: log}
 )");
     CHECK(contains(place.make({"--cores", "1"}).err, "damaged"));
     CHECK(place.log().size() == 4);

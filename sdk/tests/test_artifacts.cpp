@@ -80,8 +80,7 @@ TEST_CASE("A mask at another size ignores what it covers in part")
 TEST_CASE("A frame's picture must be the one that was listed, of its camera's size")
 {
     const testing::TemporaryFolder folder;
-    const Image image(Raster8(4, 3, 3, 77));
-    image.save({folder.path(), {}});
+    write_npy(folder.path() / "image.npy", Raster8(4, 3, 3, 77));
     Frame frame;
     frame.color = {{4, 3, 2, 2, 1, 1}, {}};
     frame.color_picture = {folder.path() / "image.npy", file_hash(folder.path() / "image.npy")};
@@ -90,7 +89,7 @@ TEST_CASE("A frame's picture must be the one that was listed, of its camera's si
     frame.color.intrinsics.width = 5;
     CHECK_THROWS_WITH(load_color(frame, nullptr), Contains("image.npy") && Contains("5x3"));
     frame.color.intrinsics.width = 4;
-    Image(Raster8(4, 3, 3, 78)).save({folder.path(), {}});
+    write_npy(folder.path() / "image.npy", Raster8(4, 3, 3, 78));
     CHECK_THROWS_WITH(load_color(frame, nullptr), Contains("changed"));
     frame.color_picture.path = folder.path() / "image.png";
     write_file(frame.color_picture.path, "x");

@@ -460,10 +460,11 @@ Raster<T> detail::unpack_raster(std::span<const std::byte> file, std::string_vie
     const bool are_shares = std::is_same_v<T, float> && header.type == RasterHeader::shares;
     if (header.type != raster_type<T> && !are_shares)
         fail(source, 8, fmt::format("expected values of type {}, got {}", raster_type<T>, header.type));
-    if (header.pixels() < 1 || header.pixels() > most_pixels || header.channels < 1 || header.channels > 4)
+    const bool is_empty = header.width == 0 && header.height == 0;
+    if ((header.pixels() < 1 && !is_empty) || header.pixels() > most_pixels || header.channels < 1 || header.channels > 4)
         fail(source, 12,
-             fmt::format("expected 1 to {} pixels and 1 to 4 channels, got {}x{}x{}", most_pixels, header.width, header.height,
-                         header.channels));
+             fmt::format("expected 1 to {} pixels and 1 to 4 channels, or 0x0, got {}x{}x{}", most_pixels, header.width,
+                         header.height, header.channels));
     if (header.content_bytes() / most_packed > file.size() - RasterHeader::bytes)
         fail(source, 12, fmt::format("{}x{} pixels cannot be in {} bytes", header.width, header.height, file.size()));
     const auto content = decompressed(file.subspan(RasterHeader::bytes), header.content_bytes(), RasterHeader::bytes, source);

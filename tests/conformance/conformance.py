@@ -58,7 +58,7 @@ def check_type(entry):
     described = json.loads(text)
     declaration = described.get("declaration", described)
     library = pathlib.Path(described["library"])
-    folder = SOURCE / "plugins" / library.stem
+    folder = SOURCE / "plugins" / library.stem.replace("_", "/", 1)
     readme = folder / "README.md"
     # A plugin that writes files may also read how they were made, and show its artifacts.
     expect(library.stem == name.replace(".", "_") or entry["kind"] in ("origin", "viewer"), f"{name}: is in {library.name}")

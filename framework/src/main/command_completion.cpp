@@ -89,8 +89,10 @@ Words settings(const std::string& file, bool stages_alone)
     {
         for (const auto& entry : document.vars.entries)
             result.push_back(entry.key + "=");
-        for (const auto& [kind, default_value] : TypeTable(catalog).pipeline_components())
-            result.push_back(std::string(pipeline_components) + "." + kind + "=");
+        TypeTable types(catalog);
+        for (const auto& [kind, default_value] : types.pipeline_components())
+            if (!document.stages.entries.empty())
+                result.push_back(std::string(pipeline_components) + "." + kind + "=");
     }
     for (const auto& entry : document.stages.entries)
     {

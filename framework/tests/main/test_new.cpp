@@ -51,7 +51,9 @@ TEST_CASE("a new plugin has its own names everywhere")
         const std::string part = kind == "stage" ? "stage" : "component";
         CHECK_THAT(file_of(files, part + ".cpp").text, Contains("\"paint.dark_dots\", PaintDarkDots"));
         CHECK_THAT(file_of(files, "tests/test_" + part + ".cpp").text, Contains("\"paint.dark_dots\""));
-        CHECK_THAT(file_of(files, "pipeline.yaml").text, Contains("type: paint.dark_dots"));
+        // A layout is chosen by its marks.
+        CHECK_THAT(file_of(files, "pipeline.yaml").text,
+                   Contains(kind == "layout" ? "type: scan.recording" : "type: paint.dark_dots"));
         CHECK_THAT(file_of(files, "README.md").text, Contains("# paint.dark_dots"));
     }
     CHECK(template_files("nothing").empty());

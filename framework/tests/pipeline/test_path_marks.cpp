@@ -87,7 +87,7 @@ TEST_CASE("where no component fits, or several, each is listed with what it look
     folder.write("pack/a.pack", "PACK of data");
     folder.write("bad.pack", "something else");
     folder.write("video.mp4", "film");
-    const std::string root = folder.path().string(), at = "p.yaml:3:31: error: stage 'scan' (scan.any): option 'path': ";
+    const std::string root = folder.path().string(), at = "p.yaml:3:32: error: stage 'scan' (scan.any): option 'path': ";
     const auto problem = [&](const std::string& options) { return joined_lines(check_scan(folder, options)); };
     CHECK(problem("path: half") ==
           at + "no form fits '" + root +

@@ -87,6 +87,7 @@ class OneMoreFace final : public HoleCloser
             CHECK(depth(*frame).width == frame->depth.intrinsics.width);
         Mesh more = mesh;
         more.triangles.push_back({2, 1, 0});
+        more.texcoords.clear();
         return more;
     }
 };

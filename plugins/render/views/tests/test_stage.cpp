@@ -297,8 +297,9 @@ TEST_CASE("from above, the whole room is in the picture, its longer side across,
                 }
     const Vec2d red = middle[0] * (1.0 / pixels[0]);
     const Vec2d green = middle[1] * (1.0 / pixels[1]);
-    // The floor lies 2 m below the ceiling, for which the camera has room: it is smaller in the picture.
-    CHECK(pixels[0] > 0.12 * picture.width * picture.height);
+    // The ceiling, with a margin of 4 %, fills the picture from 1.04 / tan 15° = 3.88 m above; the floor lies 2 m below it.
+    const double scale = 3.88 / 5.88 / 1.04;
+    CHECK(pixels[0] == Approx(scale * scale / 4 * picture.width * picture.height).epsilon(0.03));
     CHECK(pixels[0] == Approx(pixels[1] * 2 / 3.0).epsilon(0.1));
     CHECK(pixels[2] == 0);
     // The red end is 1.5 m from the middle of the picture, the middle of the green part 0.5 m away in both directions.

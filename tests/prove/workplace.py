@@ -97,6 +97,7 @@ class Workplace:
             (self.root / folder).mkdir()
         shutil.copy2(fresco, self.root / "bin/fresco")
         shutil.copy2(fresco.parent.parent / "lib/libfresco_sdk.so.0", self.root / "lib/libfresco_sdk.so.0")
+        (self.root / "share").symlink_to(fresco.parent.parent / "share")  # The pictures of `init` and `new`.
         for name in plugins:
             for file in (pathlib.Path(name), pathlib.Path(name).with_suffix(".json")):
                 shutil.copy2(file, self.plugins / file.name)

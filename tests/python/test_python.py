@@ -130,9 +130,10 @@ class Runs(unittest.TestCase):
     def test_an_interrupted_run_leaves_nothing_behind_and_resumes(self):
         seconds = 10_000_000 + os.getpid()  # No other process sleeps so long.
         pipeline = {"vars": {"seconds": seconds}, "stages": {**SLOW, "scan": STAGES["scan"]}}
+        fresco.run({"stages": {"scan": STAGES["scan"]}}, out="scanned", store="store")
 
         def interrupt(progress):
-            if progress.ended == 1 and "slow" in progress.running:
+            if "slow" in progress.running:
                 signal.raise_signal(signal.SIGINT)
 
         with self.assertRaises(KeyboardInterrupt):

@@ -32,10 +32,13 @@ std::optional<double> Expectations::memory_mb(const StageNode& node)
 {
     if (const auto usage = statistics_.last_with_options(kind(node)))
         return usage->memory_mb;
+    // Runs with other options say how much a stage may need, but a stage that declares its memory needs no less than that.
+    const auto others = statistics_.last(kind(node));
     const Value* declared = node.stage->type->declaration.find("memory_mb");
-    if (declared == nullptr || declared->as_double() <= 0)
+    const double declared_mb = declared != nullptr ? declared->as_double() : 0;
+    if (!others && declared_mb <= 0)
         return std::nullopt;
-    return std::max(declared->as_double(), statistics_.last(kind(node)).value_or(Usage{}).memory_mb);
+    return std::max(declared_mb, others.value_or(Usage{}).memory_mb);
 }
 
 void Expectations::remember(const StageNode& node, Usage took)

@@ -134,7 +134,7 @@ TEST_CASE("Stages side by side are expected to need no more memory together than
     CHECK(course("100", "2000") == Words{"begin on 1", "begin on 1", "end", "end"});
 }
 
-TEST_CASE("A stage whose memory is unknown does not wait for those behind it, whatever other options took")
+TEST_CASE("A stage whose memory is unknown runs alone, and does not wait for those behind it")
 {
     Workplace place({"good", "note"});
     place.write_stages(R"(
@@ -154,7 +154,10 @@ TEST_CASE("A stage whose memory is unknown does not wait for those behind it, wh
     };
     const Words one_by_one{"begin first", "end first", "begin unknown", "end unknown", "begin last", "end last"};
     CHECK(course({}) == one_by_one);
-    CHECK(course({"--set", "unknown.text=b", "--set", "first.value=3", "--set", "last.value=4"}) == one_by_one);
+    // Runs with other options have measured it.
+    Words begun = course({"--set", "unknown.text=b", "--set", "first.value=3", "--set", "last.value=4"});
+    begun.resize(2);
+    CHECK(begun == Words{"begin first", "begin unknown"});
 }
 
 TEST_CASE("A wire from another output of the same stage is another input")

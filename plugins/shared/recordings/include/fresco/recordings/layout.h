@@ -5,6 +5,7 @@
 #include <fresco/option.h>
 #include <fresco/recordings/recorded_view.h>
 #include <fresco/run_context.h>
+#include <fresco/stage.h>
 
 #include <filesystem>
 #include <optional>

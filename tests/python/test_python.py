@@ -86,8 +86,8 @@ class Results(unittest.TestCase):
 
 class Runs(unittest.TestCase):
     def test_what_is_wrong_with_a_pipeline(self):
-        with self.assertRaisesRegex(fresco.FrescoError, "^error: stage 'scan': unknown type 'scan.sevenscenes' .did you mean") as raised:
-            fresco.check({"stages": {"scan": {"type": "scan.sevenscenes"}}})
+        with self.assertRaisesRegex(fresco.FrescoError, "^error: stage 'scan': unknown type 'scan.recordings' .did you mean") as raised:
+            fresco.check({"stages": {"scan": {"type": "scan.recordings"}}})
         self.assertEqual(raised.exception.exit_code, 2)
         with self.assertRaisesRegex(fresco.FrescoError, "nothing.yaml") as raised:
             fresco.run("nothing.yaml")

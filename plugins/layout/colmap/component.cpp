@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <fmt/format.h>
 
 namespace
 {
@@ -20,8 +21,11 @@ class ColmapLayout final : public Layout
   public:
     fresco::Marks marks() const override
     {
-        return {.contains = {"cameras.*|sparse/0/cameras.*|sparse/cameras.*|colmap/sparse/0/cameras.*|colmap/cameras.*|"
-                             "colmap_sparse/0/cameras.*|colmap_sparse/cameras.*"}};
+        std::string models;
+        for (const char* folder :
+             {"", "sparse/0/", "sparse/", "colmap/sparse/0/", "colmap/", "colmap_sparse/0/", "colmap_sparse/"})
+            models += fmt::format("{}{}cameras.bin|{}cameras.txt", models.empty() ? "" : "|", folder, folder);
+        return {.contains = {models}};
     }
 
   private:

@@ -22,7 +22,8 @@ def take_planes(content: npt.NDArray[np.uint8], height: int, width: int, bits: i
     for plane in range((bits + 7) // 8):
         number |= content[plane * pixels : (plane + 1) * pixels].astype(np.int64) << 8 * plane
     difference = (number >> 1) ^ -(number & 1)
-    return difference.reshape(height, width).cumsum(axis=0).cumsum(axis=1) & (2**bits - 1)
+    steps: npt.NDArray[np.int64] = difference.reshape(height, width).cumsum(axis=0).cumsum(axis=1) & (2**bits - 1)
+    return steps
 
 
 def read_uv_map(path: str | pathlib.Path) -> dict[str, npt.NDArray[Any]]:

@@ -61,13 +61,13 @@ bool goes_before(const KnownType& one, const KnownType& other)
            std::ranges::find(before, other.description->type) != before.end();
 }
 
-/// "; LAYOUT looks for …" of each.
+/// Says what each component looks for, on a line of its own.
 std::string looked_for(const Components& components, const fs::path& path)
 {
     std::string text;
     for (const KnownType& type : components)
         if (const std::string marks = marks_text(type.declaration->marks, path); !marks.empty())
-            text += "; " + type.description->type + " looks for " + marks;
+            text += "\n  " + type.description->type + " looks for " + marks;
     return text;
 }
 

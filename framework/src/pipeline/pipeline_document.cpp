@@ -35,7 +35,7 @@ void check_version(const YamlNode& root, bool complete, ProblemList& problems)
         problems.add(version->value, "version must be 1, got " + version->value.summary());
 }
 
-/// The map under `key`, its keys checked to be names of a `named`; an empty map where there is none.
+/// Returns the map under `key`, or an empty one. Reports keys that cannot name a `named`.
 YamlNode section(const YamlNode& root, std::string_view key, const std::string& named, ProblemList& problems)
 {
     const YamlNode::Entry* entry = root.find(key);

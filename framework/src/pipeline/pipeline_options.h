@@ -46,7 +46,7 @@ class OptionChecker
                              const std::string& user, OptionUses& uses);
 
   private:
-    /// `node`, what a slot that is ByMarks is set to, with a type in place of `auto`; nothing where there is none. `options`:
+    /// Resolves `node`, the value of a slot that is ByMarks: returns it with a type in place of `auto`, or nothing. `options`:
     /// those that are complete. Reports a path that no component is for, or not the one that is named.
     std::optional<YamlNode> chosen_by_marks(const OptionDeclaration& slot, YamlNode node, const YamlNode& config,
                                             const Value& options, const std::string& user);

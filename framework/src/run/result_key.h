@@ -20,7 +20,7 @@ Value key_document(const PipelineStage& stage, const std::map<std::string, std::
 
 std::string key_of(const Value& key_document);
 
-/// Changes from one key document to another, for a person: "max_faces was 500000, is 300000". Empty if there are none.
+/// Changes from one key document to another, for a person: "max_faces was 500000, is 300000". Empty without changes.
 std::string explain_difference(const Value& before, const Value& now, const PipelineStage& stage);
 
 }  // namespace fresco::host

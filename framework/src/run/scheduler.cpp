@@ -382,7 +382,7 @@ class Scheduler
         display_.stage_ends(outcome(node));
     }
 
-    /// Writes records about results, not the results: a run does not end because there is no room for them.
+    /// Writes records about results. A full disk does not end the run: the results are whole without them.
     template <class Write>
     void keep_books(const Write& write)
     {

@@ -51,7 +51,7 @@ struct RunSummary
 };
 
 /// Runs a checked pipeline: every stage at most once, each in a process of its own, independent ones side by side within `cores`
-/// and `memory_mb` (one may always run; one whose memory is unknown runs alone). A stage that fails stops only what depends on
+/// and `memory_mb` (at least one stage runs; a stage of unknown memory runs alone). A stage that fails stops only what depends on
 /// it. SIGINT, SIGTERM and SIGHUP end the run in order. Measurements and records of what a stage led to that cannot be written (a
 /// full disk) are noted, and the run goes on. One thread; call once at a time. Throws Error if the store cannot be used.
 RunSummary run_pipeline(const RunRequest& request, ProgressDisplay& display);

@@ -67,7 +67,7 @@ struct Room
     double memory_mb = 0;  ///< At most so much together; 0: no limit.
     double taken_mb = 0;
     bool idle = true;        ///< No stage is running.
-    bool is_closed = false;  ///< A stage whose memory is unknown runs alone.
+    bool is_closed = false;  ///< A stage of unknown memory runs, which has no neighbors.
 
     bool fits(std::optional<double> more_mb) const;
     void take(int threads, std::optional<double> more_mb);
@@ -80,7 +80,7 @@ struct Start
 };
 
 /// Chooses the stages that start now: the first that fit the memory, as many as there are cores, which they share
-/// evenly. One may always run; one whose memory is unknown runs alone, and others wait behind it. `may_begin`: by place, whose
+/// evenly. At least one stage runs; a stage of unknown memory runs alone, and later ones wait. `may_begin`: by place, whose
 /// turn it is.
 std::vector<Start> choose_starts(RunState& state, const std::vector<bool>& may_begin, Expectations& expected, Room room);
 

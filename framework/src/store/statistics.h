@@ -34,7 +34,7 @@ class Statistics
 {
   public:
     explicit Statistics(const Store& store);
-    /// Returns the median time and the greatest memory of the last runs with the same options, or of the type if there are none
+    /// Returns the median time and the greatest memory of the last runs with the same options, else of the type
     /// with these options; nothing if the type never ran.
     std::optional<Usage> last(const StageKind& stage) const;
     /// Returns the same, but nothing if no run had the same options.

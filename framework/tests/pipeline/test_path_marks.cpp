@@ -91,27 +91,29 @@ TEST_CASE("where no component fits, or several, each is listed with what it look
     const auto problem = [&](const std::string& options) { return joined_lines(check_scan(folder, options)); };
     CHECK(problem("path: half") ==
           at + "no form fits '" + root +
-              "/half'; form.lists looks for rgb.txt (found) and poses.txt or poses; form.model looks for cameras.* or "
-              "sparse/cameras.*; form.pack looks for .pack files; form.shots looks for shots.json; form.told looks for "
+              "/half'\n  form.lists looks for rgb.txt (found) and poses.txt or poses\n  form.model looks for cameras.* or "
+              "sparse/cameras.*\n  form.pack looks for .pack files\n  form.shots looks for shots.json\n  form.told looks for "
               "frames.json");
-    CHECK(problem("path: two") == at + "several components of kind form fit '" + root +
-                                      "/two'; name one, form: form.lists or form.model; form.lists looks for rgb.txt (found) and "
-                                      "poses.txt (found) or poses; form.model looks for cameras.* (found) or sparse/cameras.*");
+    CHECK(problem("path: two") ==
+          at + "several components of kind form fit '" + root +
+              "/two'; name one, form: form.lists or form.model\n  form.lists looks for rgb.txt (found) and "
+              "poses.txt (found) or poses\n  form.model looks for cameras.* (found) or sparse/cameras.*");
     CHECK(check_scan(folder, "path: half").exit_code() == 3);
     CHECK(check_scan(folder, "path: two").exit_code() == 2);
     // One level off.
-    CHECK_THAT(problem("path: up"), Contains("no form fits '" + root + "/up'; set it to '" + root + "/up/in'; form.lists looks"));
-    CHECK_THAT(problem("path: pack"), Contains("/pack'; set it to '" + root + "/pack/a.pack'; "));
+    CHECK_THAT(problem("path: up"),
+               Contains("no form fits '" + root + "/up'; set it to '" + root + "/up/in'\n  form.lists looks"));
+    CHECK_THAT(problem("path: pack"), Contains("/pack'; set it to '" + root + "/pack/a.pack'\n"));
     CHECK_THAT(problem("path: up/in/deep, form: form.shots"),
-               Contains("/deep'; set it to '" + root + "/up/in/'; form.shots looks"));
+               Contains("/deep'; set it to '" + root + "/up/in/'\n  form.shots looks"));
     CHECK_THAT(problem("path: video.mp4"), EndsWith("form.told looks for frames.json"));
     // A file is held to its format, a component that is named to its marks.
     CHECK_THAT(problem("path: bad.pack"), StartsWith(at + "'" + root + "/bad.pack' is not a pack"));
     CHECK(problem("path: two, form: form.shots") == at + "form.shots does not fit '" + root +
-                                                        "/two'; form.lists and form.model do; form.shots looks for "
+                                                        "/two'; form.lists and form.model do\n  form.shots looks for "
                                                         "shots.json");
     CHECK(problem("path: up/in, form: form.pack") ==
-          at + "form.pack does not fit '" + root + "/up/in'; form.shots does; form.pack looks for .pack files");
+          at + "form.pack does not fit '" + root + "/up/in'; form.shots does\n  form.pack looks for .pack files");
     CHECK_THAT(problem("path: bad.pack, form: form.lists"),
                Contains("form.lists does not fit '" + root + "/bad.pack'; form.pack does"));
     // Only what is wrong is reported.

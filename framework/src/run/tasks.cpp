@@ -155,7 +155,7 @@ Value plan_tasks(const Pipeline& pipeline, const std::string& until, const Store
     RunState state(pipeline, store, hashes, until);
     state.update();
     hashes.save();
-    const Statistics statistics(store);
+    Expectations expected(store);
     std::map<std::string, const StageNode*> nodes;
     for (const StageNode& node : state.nodes())
         nodes[node.stage->name] = &node;
@@ -163,19 +163,18 @@ Value plan_tasks(const Pipeline& pipeline, const std::string& until, const Store
     for (const Task& task : tasks_of(pipeline, until))
     {
         bool done = true;
-        bool measured = true;
-        double seconds = 0;
-        double memory_mb = 0;
+        std::optional<double> seconds = 0;
+        std::optional<double> memory_mb = 0;
         for (const std::string& name : task.stages)
         {
             const StageNode& node = *nodes.at(name);
             if (node.state == StageState::failed)
                 throw MissingInput("stage " + name + ": " + node.error);
             done = done && node.state != StageState::waiting;
-            const auto usage = statistics.last(kind_of(*node.stage));
-            measured = measured && usage;
-            seconds += usage.value_or(Usage{}).seconds;
-            memory_mb = std::max(memory_mb, usage.value_or(Usage{}).memory_mb);
+            const auto usage = expected.measured(node);
+            const auto memory = expected.memory_mb(node);
+            seconds = seconds && usage ? std::optional(*seconds + usage->seconds) : std::nullopt;
+            memory_mb = memory_mb && memory ? std::optional(std::max(*memory_mb, *memory)) : std::nullopt;
         }
         tasks.push_back(Value::Map{{"name", task.name},
                                    {"stages", Value::List(task.stages.begin(), task.stages.end())},
@@ -183,8 +182,8 @@ Value plan_tasks(const Pipeline& pipeline, const std::string& until, const Store
                                    {"gpu", task.gpu},
                                    {"done", done},
                                    {"threads", threads},
-                                   {"minutes", measured ? Value(std::ceil(seconds / 60)) : Value()},
-                                   {"mem_mb", measured ? Value(std::ceil(memory_mb)) : Value()}});
+                                   {"minutes", seconds ? Value(std::ceil(*seconds / 60)) : Value()},
+                                   {"mem_mb", memory_mb ? Value(std::ceil(*memory_mb)) : Value()}});
     }
     Value::List args;
     for (const auto& [option, device] : settled_devices(pipeline))

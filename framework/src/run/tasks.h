@@ -36,8 +36,8 @@ RunPart task_part(const Pipeline& pipeline, const std::string& until, const std:
 std::vector<std::pair<std::string, std::string>> settled_devices(const Pipeline& pipeline);
 
 /// Output of `fresco plan --tasks`: {"args": ["--set", …], "tasks": [{name, stages, needs, gpu, done, threads, minutes,
-/// mem_mb}]}. `minutes` and `mem_mb` are null until all stages of the task were measured. Throws Error if the store cannot be
-/// used.
+/// mem_mb}]}. `minutes` is null until all stages of the task were measured, `mem_mb` also unless all declare their memory. Throws
+/// Error if the store cannot be used.
 Value plan_tasks(const Pipeline& pipeline, const std::string& until, const Store& store, int threads);
 
 }  // namespace fresco::host

@@ -47,7 +47,7 @@ TEST_CASE("the tasks of a matrix are one for each combination of the axes that i
     CHECK(to_json(tasks[4].at("needs")) == R"(["scan@scan=2"])");
     CHECK(tasks[4].at("threads").as_int() == 3);
     CHECK(tasks[4].at("minutes").is_null());
-    CHECK(tasks[4].at("mem_mb").is_null());
+    CHECK(tasks[4].at("mem_mb").as_double() == 30);  // Declared by both stages.
     CHECK_FALSE(tasks[4].at("gpu").as_bool());
     CHECK_FALSE(tasks[4].at("done").as_bool());
     CHECK(names_of(tasks_of(place, {"--until", "mesh"})) == Words{"scan@scan=1", "scan@scan=2"});

@@ -18,6 +18,7 @@ from skipping import skip
 from workplace import Workplace, arguments
 
 SNAKEFILE = pathlib.Path(__file__).resolve().parents[2] / "pipelines/Snakefile"
+STATUS = SNAKEFILE.with_name("slurm_status")
 # Per scan a source; per scan and picture a stage that sleeps, and a file.
 MANY = """\
 version: 1
@@ -129,24 +130,28 @@ def failed_scan(place, long):
 
 
 def two_nodes(place, long):
-    """One node dies with all that runs on it."""
+    """One node dies with all that runs on it, and a job is canceled as one beyond its time or memory is: without a word to Snakemake."""
     if reason := slurm_cluster.missing():
         skip(f"the Snakefile on Slurm: {reason}")
         return "skipped"
     folder = Folder(place, "two_nodes", *((5, 10) if long else (2, 6)), wait_ms=4000)
     with slurm_cluster.Slurm() as slurm:
-        process = folder.start("--jobs", "12", "--latency-wait", "30", "--cluster", SBATCH, slurm=slurm)
+        process = folder.start("--jobs", "12", "--latency-wait", "30", "--cluster", SBATCH, "--cluster-status", str(STATUS), slurm=slurm)
         slurm.wait(lambda: len(slurm.jobs_on("one")) >= 2 or process.poll() is not None, 120, "jobs on the first node")
         lost = len(slurm.jobs_on("one"))
         slurm.kill("one")
-        text, _ = process.communicate(timeout=900)
+        slurm.wait(lambda: slurm.jobs_on("two") or process.poll() is not None, 120, "jobs on the second node")
+        canceled = slurm.jobs_on("two")[:1]
+        slurm.ask("scancel", "--signal=KILL", "--full", *canceled)
+        text, _ = process.communicate(timeout=600)
         jobs = folder.work / "jobs.log"
         expect(process.returncode == 0, f"snakemake ended with {process.returncode}: {text[-1500:]}\n{jobs.read_text()[-1500:]}")
         expect(lost > 0, "no job was on the node that died")
+        expect(canceled, "no job could be canceled")
         more = folder.starts() - folder.stages()
-        expect(0 <= more <= 2 * lost, f"{more} starts too many for {lost} lost jobs")
+        expect(0 <= more <= 2 * (lost + 1), f"{more} starts too many for {lost} lost jobs and a canceled one")
         folder.expect_as_on_one_machine()
-    return f"{folder.scans * folder.pictures} combinations, {lost} jobs lost with a node"
+    return f"{folder.scans * folder.pictures} combinations, {lost} jobs lost with a node, 1 canceled"
 
 
 CASES = [one_machine, failed_scan, two_nodes]
@@ -167,7 +172,7 @@ def main():
             try:
                 figures.append(case(place, given.long))
                 print(f"{case.__name__}: {figures[-1]} ({time.monotonic() - start:.0f} s)", flush=True)
-            except (Failed, TimeoutError) as failure:
+            except (Failed, TimeoutError, subprocess.TimeoutExpired) as failure:
                 failures.append(case.__name__)
                 print(f"{case.__name__}: {failure}", flush=True)
     if failures:

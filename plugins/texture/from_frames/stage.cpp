@@ -104,7 +104,7 @@ class TextureFromFrames final : public Stage
 {
     Input<UvMaps> uvmaps{this, "uvmaps", "Which texel each pixel of each view sees"};
     Input<Frames> frames{this, "frames", "The frames that the uv maps were made for, with their pictures"};
-    Output<Texture> texture{this, "texture", "What the pictures show, in one layer"};
+    Output<Texture> texture{this, "texture", "What the pictures show, in one layer, in steps of 1/255"};
 
     Option<int> size_px{this, "size_px", 0, range(0, 16384),
                         "Texels per side of the texture; 0: as the uv maps say, which have it from the atlas"};
@@ -171,6 +171,9 @@ class TextureFromFrames final : public Stage
         };
         auto made = from_frames::frames_texture(views.size(), read, used_rules, run);
         tell(made, run);
+        // The pictures have 8 bits, and the store packs such steps to a quarter.
+        for (float& value : made.picture.values)
+            value = std::round(std::clamp(value, 0.0F, 1.0F) * 255) / 255;
         Texture result;
         result.atlas = uvmaps->atlas;
         result.layers.push_back(std::move(made.picture));

@@ -4,6 +4,7 @@ import json
 import os
 import pathlib
 import random
+import re
 import shutil
 import signal
 import subprocess
@@ -34,18 +35,22 @@ def some_of(given, cases):
     return random.Random(given.seed).sample(cases, min(given.cases, len(cases))) if given.cases else cases
 
 
+# A path in a call, and the folder that it is relative to, as strace -y shows it.
+PATHS = re.compile(r'(?:(?:AT_FDCWD|\d+)<((?:[^<>\\]|\\.)*)>, )?"((?:[^"\\]|\\.)*)"')
+
+
 def traced(proof, calls, words, record, **where):
-    """Runs a program under strace, which writes these calls to the file `record`. Ends the proof, as skipped, without strace or where the
-    system does not allow tracing."""
+    """Runs a program under strace; gives how it ended, and the lines about these calls, from a file `record`.PID for each process. Ends
+    the proof, as skipped, without strace or where the system does not allow tracing."""
     if not shutil.which("strace"):
         skip(f"{proof}: strace is not installed")
         sys.exit(0)
-    done = subprocess.run(["strace", "-f", "--seccomp-bpf", "-y", "-s", "4096", "-o", str(record), "-e", f"trace={calls}", "-e", "signal=none",
+    done = subprocess.run(["strace", "-ff", "--seccomp-bpf", "-y", "-s", "4096", "-o", str(record), "-e", f"trace={calls}", "-e", "signal=none",
                            *map(str, words)], stdin=subprocess.DEVNULL, capture_output=True, text=True, **where)
     if "PTRACE" in done.stderr or "Operation not permitted" in done.stderr:
         skip(f"{proof}: strace cannot trace here: {done.stderr.strip()}")
         sys.exit(0)
-    return done
+    return done, [line for file in sorted(record.parent.glob(f"{record.name}.*")) for line in file.read_text(errors="replace").splitlines()]
 
 
 class Budget:

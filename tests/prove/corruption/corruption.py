@@ -8,6 +8,7 @@ With --long, 1 000 changed bytes spread over all kinds, one file of each cut at 
 every pair of names; otherwise 12 s. That a record or a checked file is refused with every byte changed is a test of its own
 (test_file_stamp.cpp, test_files_io.cpp)."""
 import collections
+import functools
 import itertools
 import pathlib
 import random
@@ -33,10 +34,12 @@ stages:
 """
 
 
-def expected(plus):
+def wrong_files(out, plus):
+    """Files of a run that do not hold what they should, with what they hold."""
     text = f"{8 + plus:.6f}\n"
-    return {"text.txt": text, "copies/0.txt": text, "copies/1.txt": text, "count.txt": "6.000000\n"} | {
+    expected = {"text.txt": text, "copies/0.txt": text, "copies/1.txt": text, "count.txt": "6.000000\n"} | {
         f"piece_{i}.txt": f"piece {i}\n" for i in range(4)}
+    return {name: found for name, text in expected.items() if (found := (out / name).read_text()) != text}
 
 
 class Site:
@@ -74,9 +77,15 @@ class Site:
         path = re.sub(r"[0-9a-f]{16,}", "ID", str(file.relative_to(self.kept)))
         return re.sub(r"\d+|(?<=stages/ID/)\w+", "N", path)
 
-    def damaged(self, file):
-        """The file in the place where the program sees it."""
-        return self.store / file.relative_to(self.kept)
+    def write(self, file, data):
+        """Other bytes for a kept file, in the place where the program sees it."""
+        (self.store / file.relative_to(self.kept)).write_bytes(data)
+
+    def exchange(self, one, other):
+        names = [self.store / file.relative_to(self.kept) for file in (one, other)]
+        aside = names[0].parent / "aside"
+        for source, target in ((names[0], aside), (names[1], names[0]), (aside, names[1])):
+            source.rename(target)
 
     def put_back(self):
         shutil.rmtree(self.store)
@@ -89,9 +98,8 @@ class Site:
             ended = self.place.run("--set", f"plus={plus}", "--cores", "4", *([] if plus == 1 else ["--no-report"]))
             if ended.code != 0:
                 return [f"{what}: the run with plus={plus} ended with {ended}"]
-            for name, text in expected(plus).items():
-                if (self.work / "out" / name).read_text() != text:
-                    return [f"{what}: with plus={plus}, {name} holds {(self.work / 'out' / name).read_text()!r} instead of {text!r}"]
+            if wrong := wrong_files(self.work / "out", plus):
+                return [f"{what}: with plus={plus} these are wrong: {wrong}"]
         return []
 
 
@@ -101,8 +109,8 @@ def flips(site, kinds):
         file = random.choice(site.kinds[kind])
         data = bytearray(file.read_bytes())
         at, change = random.randrange(len(data)), random.choice([1, 2, 4, 8, 16, 32, 64, 128, random.randrange(1, 256)])
-        yield kind, f"{file.name}, byte {at} changed by {change}", lambda f=file, d=data, a=at, c=change: set_bytes(
-            site.damaged(f), d[:a] + bytes([d[a] ^ c]) + d[a + 1:])
+        data[at] ^= change
+        yield kind, f"{file.name}, byte {at} changed by {change}", functools.partial(site.write, file, data)
 
 
 def cuts(site, kinds, many):
@@ -114,32 +122,17 @@ def cuts(site, kinds, many):
         if len(lengths) > 2000:
             lengths = lengths[:10] + random.sample(lengths[10:-10], 20) + lengths[-10:]
         for length in lengths if many else random.sample(lengths, 1):
-            yield kind, f"{file.name}, cut to {length} of {len(data)} bytes", lambda f=file, d=data, n=length: set_bytes(
-                site.damaged(f), d[:n])
+            yield kind, f"{file.name}, cut to {length} of {len(data)} bytes", functools.partial(site.write, file, data[:length])
 
 
 def swaps(site):
     """Pairs of names in a folder: of files, and of folders."""
-    pairs = []
-    for folder in sorted(entry for entry in site.kept.rglob("*") if entry.is_dir()):
-        for one, other in itertools.combinations(sorted(folder.iterdir()), 2):
-            if one.is_dir() == other.is_dir():
-                pairs.append((one, other))
+    folders = sorted(entry for entry in site.kept.rglob("*") if entry.is_dir())
+    pairs = [(one, other) for folder in folders for one, other in itertools.combinations(sorted(folder.iterdir()), 2)
+             if one.is_dir() == other.is_dir()]
     random.shuffle(pairs)
     for one, other in pairs:
-        yield "names exchanged", f"{one.relative_to(site.kept)} and {other.name}", lambda a=one, b=other: exchange(
-            site.damaged(a), site.damaged(b))
-
-
-def set_bytes(file, data):
-    file.write_bytes(data)
-
-
-def exchange(one, other):
-    aside = one.parent / "aside"
-    one.rename(aside)
-    other.rename(one)
-    aside.rename(other)
+        yield "names exchanged", f"{one.relative_to(site.kept)} and {other.name}", functools.partial(site.exchange, one, other)
 
 
 def main():

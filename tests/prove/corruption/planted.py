@@ -16,38 +16,37 @@ import socket
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from corruption import Site, expected
-from workplace import Budget, Workplace, arguments, some_of, traced
+from corruption import Site, wrong_files
+from workplace import PATHS, Budget, Workplace, arguments, some_of, traced
 
-# A path in a call, and the folder that it is relative to, as strace -y shows it.
-PATHS = re.compile(r'(?:(?:AT_FDCWD|\d+)<((?:[^<>\\]|\\.)*)>, )?"((?:[^"\\]|\\.)*)"')
 # Names that nobody can know before.
 RANDOM = re.compile(r"\.fresco-[0-9a-f]{32}|/tmp/.")
 
 
-class Victim:
+def make_victim(root):
     """Files of somebody else."""
+    shutil.rmtree(root, ignore_errors=True)
+    (root / "sub").mkdir(parents=True)
+    for name in ("thesis.txt", "sub/step", "sub/manifest.json", "sub/piece_0.json", "sub/0"):
+        (root / name).write_text("mine\n")
 
-    def __init__(self, root):
-        self.root = root
-        (root / "sub").mkdir(parents=True)
-        for name in ("thesis.txt", "sub/step", "sub/manifest.json", "sub/piece_0.json", "sub/0"):
-            (root / name).write_text("mine\n")
-        self.before = self.state()
 
-    def state(self):
-        return {str(path): (path.stat().st_mode, path.read_text() if path.is_file() else sorted(os.listdir(path)))
-                for path in [self.root, *self.root.rglob("*")]}
+def state_of(root):
+    return {path: (path.stat().st_mode, path.read_text() if path.is_file() else sorted(os.listdir(path))) for path in [root, *root.rglob("*")]}
+
+
+def remove(path):
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path)
+    else:
+        path.unlink(missing_ok=True)
 
 
 def plant(kind, path, victim):
-    if path.is_dir() and not path.is_symlink():
-        shutil.rmtree(path)
-    elif path.is_symlink() or path.exists():
-        path.unlink()
+    remove(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     if kind == "hard link":
-        os.link(victim.root / "thesis.txt", path)
+        os.link(victim / "thesis.txt", path)
     elif kind == "folder":
         path.mkdir()
         (path / "mine.txt").write_text("mine")
@@ -60,31 +59,23 @@ def plant(kind, path, victim):
             made.bind(path.name)
         os.chdir(here)
     else:
-        target = {"link to a file": victim.root / "thesis.txt", "link to a folder": victim.root / "sub", "link to nothing": victim.root / "new",
-                  "link to itself": path}[kind]
-        path.symlink_to(target)
+        targets = {"link to a file": victim / "thesis.txt", "link to a folder": victim / "sub", "link to nothing": victim / "new"}
+        path.symlink_to(targets.get(kind, path))
 
 
 KINDS = ("link to a file", "link to a folder", "link to nothing", "link to itself", "hard link", "folder", "FIFO", "socket")
 
 
-def remove(path):
-    if path.is_dir() and not path.is_symlink():
-        shutil.rmtree(path)
-    elif path.is_symlink() or path.exists():
-        path.unlink()
-
-
 class Garden:
     def __init__(self, place):
         self.place, self.site = place, Site(place)
-        self.victim = Victim(place.root / "victim")
-        self.roots = [place.work / ".fresco", place.work / "out"]
+        self.victim, self.roots = place.root / "victim", [place.work / ".fresco", place.work / "out"]
+        make_victim(self.victim)
+        self.before = state_of(self.victim)
 
     def put_back(self):
         self.site.put_back()
-        for folder in self.roots[1:]:
-            shutil.rmtree(folder, ignore_errors=True)
+        shutil.rmtree(self.roots[1], ignore_errors=True)
 
     def commands(self, plus):
         """Every command that writes, in turn: a run that resumes, one that tidies, a task of a cluster."""
@@ -98,12 +89,11 @@ class Garden:
         self.put_back()
         found = set(self.roots)
         for number, words in enumerate(self.commands(3)):
-            record = self.place.root / f"trace-{number}"
-            done = traced("planted", "file,openat2", [self.place.root / "bin/fresco", *words], record, cwd=self.place.work,
-                          env=self.place.environment | {"ASAN_OPTIONS": "detect_leaks=0"})  # It cannot look for leaks while traced.
+            done, lines = traced("planted", "file,openat2", [self.place.root / "bin/fresco", *words], self.place.root / f"trace-{number}",
+                                 cwd=self.place.work, env=self.place.environment | {"ASAN_OPTIONS": "detect_leaks=0"})  # Not while traced.
             if done.returncode != 0:
                 sys.exit(f"{' '.join(words)} ended with {done.returncode}: {done.stderr}")
-            for line in record.read_text(errors="replace").splitlines():
+            for line in lines:
                 for folder, name in PATHS.findall(line):
                     path = pathlib.Path(os.path.normpath(os.path.join(folder or self.place.work, name)))
                     if any(root in path.parents for root in self.roots) and not RANDOM.search("/" + str(path.relative_to(self.place.root))):
@@ -137,14 +127,11 @@ class Garden:
                 problems.append(f"{what}: removed, and '{' '.join(again[0])}' still ended with {again[1]}")
         shutil.rmtree(self.place.work / "out", ignore_errors=True)
         ended = self.place.call("run", "room.yaml", "--no-report")
-        if self.victim.state() != self.victim.before:
-            shutil.rmtree(self.victim.root)
-            self.victim = Victim(self.victim.root)
+        if state_of(self.victim) != self.before:
+            make_victim(self.victim)
             problems.append(f"{what}: files elsewhere changed")
-        for name, text in expected(1).items():
-            if ended.code != 0 or (self.place.work / "out" / name).read_text() != text:
-                problems.append(f"{what}: afterward {name} is not right: {ended}")
-                break
+        if ended.code != 0 or (wrong := wrong_files(self.place.work / "out", 1)):
+            problems.append(f"{what}: afterward {wrong if ended.code == 0 else 'the run'} is not right: {ended}")
         return problems, bool(stopped)
 
 

@@ -28,58 +28,51 @@ stages:
 GOOD = {"good.txt": "4.000000\n"}
 ALL = GOOD | {"last.txt": "6.500000\n"}
 
-# What a way comes to: None, it does no harm; otherwise what its error says. More words for the command line; how long `good` takes.
-WAYS = {
-    "fork": (None, [], 1),
-    "spoil_by_child": (None, [], 1),
-    "spoil_others": (None, [], 1),
-    "write_beside": (None, [], 20),
-    "block_signals": (None, [], 1),
-    "umask": (None, [], 1),
-    "move_away": (None, [], 1),
-    "locale": (None, [], 1),
-    "environment": (None, [], 1),
-    "leave_session": (None, [], 1),
-    "print_binary": (None, [], 1),
-    "garbage": (None, [], 1),
-    "delete_inputs": ("victim: changed while the stage ran", [], 1),
-    "crash_and_leave": ("its process crashed: Segmentation fault", [], 1),
-    "segfault": ("crashed: Segmentation fault (signal 11)", [], 1),
-    "overflow": ("crashed: Segmentation fault (signal 11)", [], 1),
-    "exit_canceled": ("ended with exit code 75 before the stage was done", [], 1),
-    "throw_int": ("something other than an exception was thrown", [], 1),
-    "loop": ("it exceeded the time limit of 0.3 s", ["--isolate", "bad", "--isolate-time", "0.3s"], 1),
-    "print": ("raise --isolate-time, or find out where it hangs", ["--isolate", "bad", "--isolate-time", "0.3s"], 1),
-    "allocate_elsewhere": ("the limit is 300 MB: raise --isolate-memory", ["--isolate", "bad", "--isolate-memory", "300M"], 1),
-    "claim": ("its process ended with exit code 0 before the stage was done", [], 1),
-    "deaf": ("it exceeded the time limit of 0.3 s", ["--isolate", "bad", "--isolate-time", "0.3s"], 1),
-    "close_all": ("ended with exit code 75 before the stage was done", [], 1),
-    "few_files": ("Too many open files", [], 1),
-    "no_room": ("File too large", [], 1),
-    "end_by_exit": ("its process crashed: Aborted", [], 1),
-    "allocate": ("raise --isolate-memory where it is set", ["--isolate", "bad", "--isolate-memory", "300M"], 1),
+HARMLESS = ("fork", "spoil_by_child", "spoil_others", "write_beside", "block_signals", "umask", "move_away", "locale", "environment",
+            "leave_session", "print_binary", "garbage")
+LIMITED_TIME, LIMITED_MEMORY = (["--isolate", "bad", limit, value] for limit, value in (("--isolate-time", "0.3s"), ("--isolate-memory", "300M")))
+# What the error of a way says, and more words for the command line.
+HARMFUL = {
+    "delete_inputs": ("victim: changed while the stage ran", []),
+    "crash_and_leave": ("its process crashed: Segmentation fault", []),
+    "segfault": ("crashed: Segmentation fault (signal 11)", []),
+    "overflow": ("crashed: Segmentation fault (signal 11)", []),
+    "exit_canceled": ("ended with exit code 75 before the stage was done", []),
+    "throw_int": ("something other than an exception was thrown", []),
+    "loop": ("it exceeded the time limit of 0.3 s", LIMITED_TIME),
+    "print": ("raise --isolate-time, or find out where it hangs", LIMITED_TIME),
+    "allocate_elsewhere": ("the limit is 300 MB: raise --isolate-memory", LIMITED_MEMORY),
+    "claim": ("its process ended with exit code 0 before the stage was done", []),
+    "deaf": ("it exceeded the time limit of 0.3 s", LIMITED_TIME),
+    "close_all": ("ended with exit code 75 before the stage was done", []),
+    "few_files": ("Too many open files", []),
+    "no_room": ("File too large", []),
+    "end_by_exit": ("its process crashed: Aborted", []),
+    "allocate": ("raise --isolate-memory where it is set", LIMITED_MEMORY),
 }
 
 
 class Case:
     """One way in a folder of its own."""
 
-    def __init__(self, place, name, step=1):
+    def __init__(self, place, name):
         self.place, self.name, self.problems = place, name, []
         self.folder = place.root / "cases" / name
         self.folder.mkdir(parents=True)
-        (self.folder / "room.yaml").write_text(PIPELINE.replace("STEP", str(step)))
+        (self.folder / "room.yaml").write_text(PIPELINE.replace("STEP", "20" if name == "write_beside" else "1"))
         (self.folder / "victim").write_text("12")
-        self.where = {"folder": self.folder}
 
     def expect(self, condition, text):
         if not condition:
             self.problems.append(f"{self.name}: {text}")
 
+    def misbehave(self, *words):
+        return self.run("--set", f"how={self.name}", "--cores", "2", *words)
+
     def run(self, *words):
         for file in ALL:
             (self.folder / "out" / file).unlink(missing_ok=True)
-        ended = self.place.run(*words, **self.where)
+        ended = self.place.run(*words, folder=self.folder)
         for line in ended.out.splitlines():
             try:
                 json.loads(line)
@@ -100,57 +93,54 @@ class Case:
         ended = self.run()
         self.expect(ended.code == 0, f"the next run ended with {ended}")
         self.expect_files(ALL, ended)
-        verified = self.place.call("store", "verify", **self.where)
+        verified = self.place.call("store", "verify", folder=self.folder)
         self.expect(verified.code == 0 or (damaged and "damaged:" in verified.out + verified.err), f"verify ended with {verified}")
         for file in (self.folder / ".fresco").rglob("*"):
             self.expect(file.is_symlink() or file.stat().st_mode & stat.S_IRUSR, f"{file} cannot be read by its owner")
+        return self.problems
 
 
 def run_way(place, name):
-    told, words, step = WAYS[name]
-    case = Case(place, name, step)
-    ended = case.run("--set", f"how={name}", "--cores", "2", *words)
+    told, words = HARMFUL.get(name, (None, []))
+    case = Case(place, name)
+    ended = case.misbehave(*words)
     case.expect(ended.code == (1 if told else 0), f"ended with {ended}")
     if told:
         error = ended.stages["bad"]["error"]
         case.expect("error: stage bad (test.misbehave)" in error and told in error, f"its error does not say {told!r}: {error}")
         case.expect(ended.stages["after"]["state"] == "not run", "a stage ran that needs it")
     case.expect_files(GOOD if told else ALL, ended)
-    case.expect_order()
-    return case.problems
+    return case.expect_order()
 
 
 def run_kill_others(place):
     case = Case(place, "kill_others")
-    ended = case.run("--set", "how=kill_others", "--set", "good.step_ms=5000", "--cores", "2")
+    ended = case.misbehave("--set", "good.step_ms=5000")
     case.expect(ended.code == 1, f"ended with {ended}")
     case.expect("killed from outside" in ended.stages["good"]["error"], f"the error of good: {ended.stages['good']['error']}")
     case.expect(ended.stages["last"]["state"] == "ran", "the others did not go on")
-    case.expect_order()
-    return case.problems
+    return case.expect_order()
 
 
 def run_spoil_by_thread(place):
     """Threads cannot be ended: the result may come out damaged, which its readers find, and the error names the stage."""
     case = Case(place, "spoil_by_thread")
-    ended = case.run("--set", "how=spoil_by_thread", "--cores", "2")
+    ended = case.misbehave()
     case.expect_files(GOOD, ended)
     case.expect(ended.code in (0, 1), f"ended with {ended}")
     errors = [stage["error"] for stage in ended.stages.values() if stage["error"]]
     case.expect(all("bad" in error for error in errors), f"an error does not name it: {errors}")
-    case.expect_order(damaged=True)
-    return case.problems
+    return case.expect_order(damaged=True)
 
 
 def run_print_much(place, megabytes):
     case = Case(place, "print_much")
-    ended = case.run("--set", "how=print_much", "--set", f"value={megabytes}")
+    ended = case.misbehave("--set", f"value={megabytes}")
     case.expect(ended.code == 0, f"ended with {ended.code}: {ended.err}")
     case.expect_files(GOOD, ended)
     logs = [file.stat().st_size for file in (case.folder / ".fresco/logs").iterdir()]
     case.expect(max(logs) <= 1 << 20, f"a log has {max(logs)} bytes")
-    case.expect_order()
-    return case.problems
+    return case.expect_order()
 
 
 def left_processes(place):
@@ -170,18 +160,16 @@ def main():
     plugins = [given.plugins / "good/test_stages.so", given.plugins / "misbehaving/misbehave.so"]
     with Workplace(given.fresco, plugins) as place, concurrent.futures.ThreadPoolExecutor(2) as pool:
         begin = time.monotonic()
-        cases = [pool.submit(run_way, place, name) for name in WAYS]
+        cases = [pool.submit(run_way, place, name) for name in (*HARMLESS, *HARMFUL)]
         cases += [pool.submit(run_kill_others, place), pool.submit(run_spoil_by_thread, place),
                   pool.submit(run_print_much, place, 1024 if given.long else 64)]
         problems = [problem for case in cases for problem in case.result()]
-        for _ in range(100):  # One that was killed may take a moment to end.
-            if not (left := left_processes(place)):
-                break
+        end = time.monotonic() + 10  # One that was killed may take a moment to end.
+        while (left := left_processes(place)) and time.monotonic() < end:
             time.sleep(0.1)
-        else:
-            problems.append(f"processes are left: {left}")
-            for process in left:
-                os.kill(int(process), 9)
+        problems += [f"processes are left: {left}"] if left else []
+        for process in left:
+            os.kill(int(process), 9)
         print("\n".join(problems))
         print(f"{len(cases)} ways to misbehave in {time.monotonic() - begin:.0f} s: {len(problems)} problems")
         sys.exit(bool(problems))

@@ -20,6 +20,7 @@ stages:
   pieces: {type: test.pieces, count: "${count}"}
 """
 MATRIX = PIPELINE + "matrix: {plus: [1, 2]}\n"
+WITHOUT_PIECES = PIPELINE[:PIPELINE.index("  pieces")].replace("count: 4, ", "")
 # Of the last two, no pipeline file says that they will be written.
 OUTPUTS = ("text.txt", "run.json", "report.html", "copies/0.txt", "piece_2.txt")
 MINE = "mine\n"
@@ -71,25 +72,28 @@ class Case:
         file = self.folder / name
         return file.read_text() if file.is_file() else None
 
-    def holds(self, **files):
-        for name, text in files.items():
-            path = name.replace("__", "/").replace("_txt", ".txt")
-            assert self.text(path) == text, f"{path} holds {self.text(path)!r}, not {text!r}"
 
-
-def foreign(name):
+def foreign(name, pipeline=PIPELINE, says=None):
+    """A file of the user's where fresco would write."""
     def case(site):
+        site.write("room.yaml", pipeline)
         site.keep(f"out/{name}")
-        site.refused(name=name)
+        site.refused(name=says or name)
     return case
 
 
-def changed(name):
+def again(*words, before=PIPELINE, first=(), changed=(), kept=(), after=None, file="room.yaml", refused=None, gone=(), **expected):
+    """A run of the pipeline `before`; the user changes outputs and adds files; another run, of `after`, with these words."""
     def case(site):
-        site.run()
-        site.write(f"out/{name}", MINE)
-        site.keep(f"out/{name}")
-        site.refused("--set", "plus=2", "--set", "count=5", name=name) if name != "piece_2.txt" else site.refused("--set", "count=5", name=name)
+        site.write("room.yaml", before)
+        site.run(*first)
+        for name in changed:
+            site.write(name, MINE)
+        for name in (*changed, *kept):
+            site.keep(name)
+        site.write(file, after or before)
+        site.refused(*words, name=refused, file=file) if refused else site.run(*words, file=file, **expected)
+        assert not any(os.path.lexists(site.folder / name) for name in gone), f"one of {gone} is left"
     return case
 
 
@@ -121,14 +125,14 @@ def same_contents(site):
     site.refused("--set", "plus=2", name="text.txt")
 
 
-def own_files(*words):
+def own_files(*words, name="out/text.txt"):
     def case(site):
         site.run(*words)
-        first = site.text("out/text.txt")
+        first = site.text(name)
         site.run("--set", "plus=2", *words)
-        assert site.text("out/text.txt") != first
+        assert site.text(name) != first
         site.run(*words)
-        assert site.text("out/text.txt") == first
+        assert site.text(name) == first
     return case
 
 
@@ -160,132 +164,12 @@ def unreadable(site):
     site.refused("--set", "plus=2", name="text.txt")
 
 
-def changed_sweep(site):
-    site.write("room.yaml", MATRIX)
-    site.run()
-    site.run()
-    page = site.folder / "out/sweep.html"
-    page.write_text(page.read_text().replace("</body>", "my notes</body>"))
-    site.keep("out/sweep.html")
-    site.refused("--set", "target=other.txt", name="sweep.html")
-
-
-def report_is_input(site):
-    site.run()
-    site.write("room.yaml", PIPELINE.replace("file: extra", "file: out/run.json"))
-    site.keep("out/run.json")
-    for more in ([], ["--replace"]):
-        site.run(*more, code=1, says="run.json: is an input of this pipeline")
-
-
-def odd_paths(site):
-    """The same file, whatever its path looks like."""
-    site.run("--set", "target=a//text.txt")
-    site.run("--set", "target=a//text.txt", "--set", "plus=2")
-
-
-def the_record(site):
-    site.run("--set", "target=.fresco-outputs", code=1, says="is the name of fresco's record")
-
-
 def moved_project(site):
     site.run()
     moved = site.folder.with_name(site.folder.name + "-moved")
     site.folder.rename(moved)
     site.folder = moved
     site.run("--set", "plus=2")
-
-
-def another_pipeline(site):
-    site.run("--no-report")
-    site.write("other.yaml", PIPELINE)
-    site.keep("out/text.txt")
-    site.refused("--set", "plus=2", file="other.yaml", name="room.yaml")
-
-
-def reports_of_another_pipeline(site):
-    """What tells of a run is replaced by the next run's."""
-    site.run()
-    site.write("other.yaml", "version: 1\nstages: {base: {type: test.source, value: 1}, text: {type: test.sink, input: base, path: o.txt}}\n")
-    site.keep("out/text.txt")
-    site.run(file="other.yaml")
-
-
-def stale_removed(site):
-    site.run()
-    site.run("--set", "count=2", says="pieces: removed 2 files of the last run")
-    site.holds(out__piece_1_txt="piece 1\n", out__piece_2_txt=None, out__piece_3_txt=None)
-
-
-def stale_changed(site):
-    site.run()
-    site.write("out/piece_3.txt", MINE)
-    site.keep("out/piece_3.txt")
-    site.refused("--set", "count=2", name="piece_3.txt")
-    site.run("--set", "count=2", "--replace")
-
-
-def stale_foreign(site):
-    site.run()
-    site.keep("out/piece_9.txt")
-    site.keep("out/notes/mine.txt")
-    site.run("--set", "count=2")
-
-
-def stale_until(site):
-    site.run()
-    site.keep("out/piece_3.txt")
-    site.run("--until", "text", "--set", "count=2")
-
-
-def stale_dropped(site):
-    site.run()
-    site.keep("out/piece_3.txt")
-    site.write("room.yaml", PIPELINE[:PIPELINE.index("  pieces")].replace("count: 4, ", ""))
-    site.run("--set", "plus=2")
-
-
-def stale_failed(site):
-    site.run()
-    site.keep("out/piece_3.txt")
-    site.write("room.yaml", PIPELINE[:PIPELINE.index("  pieces")].replace("count: 4, ", "") + "  pieces: {type: test.fail, input: sum}\n")
-    site.run("--set", "plus=2", code=1, says="two found")
-
-
-def stale_renamed(site):
-    """Another path is another result: the old one is kept, and may be edited."""
-    site.run()
-    site.write("out/text.txt", MINE)
-    site.keep("out/text.txt")
-    site.run("--set", "target=other.txt")
-    site.holds(out__other_txt="5.000000\n")
-
-
-def other_combination(site):
-    site.write("room.yaml", MATRIX)
-    site.run()
-    site.keep("out/plus=1/text.txt")
-    site.keep("out/plus=1/copies/1.txt")
-    site.write("room.yaml", MATRIX.replace("copies: 2", "copies: 1"))
-    site.run("--set", "plus=2")
-    assert site.text("out/plus=2/copies/1.txt") is None
-
-
-def foreign_in_combination(site):
-    site.write("room.yaml", MATRIX)
-    site.keep("out/plus=2/text.txt")
-    site.refused(name="plus=2/text.txt")
-
-
-def foreign_progress(site):
-    site.keep("out/progress/sum/texture.png")
-    site.refused(name="out/progress/sum")
-
-
-def foreign_sweep(site):
-    site.write("room.yaml", MATRIX)
-    site.keep("out/sweep.json")
-    site.refused(name="sweep.json")
 
 
 def onto(name, *words, setup=None, text=None):
@@ -318,15 +202,6 @@ def hard_linked_input(site):
     os.link(site.folder / "extra", site.folder / "out/text.txt")
 
 
-def loop(site):
-    """The pipeline reads what it would write."""
-    site.run()
-    site.write("room.yaml", PIPELINE.replace("file: extra", "file: out/text.txt"))
-    site.keep("out/text.txt")
-    for more in ([], ["--replace"]):
-        site.run(*more, code=1, says="is an input of this pipeline")
-
-
 def input_link(site):
     """A link to data elsewhere, in a project that writes into its own folder."""
     site.write("elsewhere.bin", "1234567")
@@ -344,26 +219,40 @@ def refuses(file, *words, code=2):
 
 
 CASES = {f"a foreign {name}": foreign(name) for name in OUTPUTS}
-CASES |= {f"a changed {name}": changed(name) for name in OUTPUTS}
+CASES |= {f"a changed {name}": again("--set", "plus=2", "--set", "count=5", changed=[f"out/{name}"], refused=name) for name in OUTPUTS}
 CASES |= {f"a {kind} link at {name}": linked(name, kind) for name in OUTPUTS for kind in ("soft", "hard")}
 CASES |= {f"--replace of {name}": replaced(name) for name in OUTPUTS}
 CASES |= {f"own files {' '.join(words)}": own_files(*words) for words in ([], ["--no-report"], ["--quiet"], ["--out", "./x/../out"])}
 CASES |= {f"killed at {point}": after_kill(point) for point in ("export.written", "export.copied")}
+# The pipeline reads what it would write, or the last run's report.
+CASES |= {f"{file} as input {' '.join(words)}": again(*words, kept=[f"out/{file}"], after=PIPELINE.replace("file: extra", f"file: out/{file}"),
+                                                     code=1, says="is an input of this pipeline")
+          for file in ("text.txt", "run.json") for words in ([], ["--replace"])}
 CASES |= {
-    "an unreadable entry": unreadable, "a changed sweep.html": changed_sweep, "a report as input": report_is_input, "odd paths": odd_paths,
-    "the record's name": the_record,
-    "the same contents": same_contents, "after a failed run": after_failed_run, "a moved project": moved_project,
-    "another pipeline's": another_pipeline, "reports of another pipeline": reports_of_another_pipeline,
-    "stale, removed": stale_removed, "stale, changed": stale_changed, "stale, foreign": stale_foreign, "stale, --until": stale_until,
-    "stale, dropped stage": stale_dropped, "stale, failed stage": stale_failed, "stale, renamed": stale_renamed,
-    "another combination's": other_combination, "foreign in a combination": foreign_in_combination, "foreign sweep.json": foreign_sweep,
-    "foreign pictures of progress": foreign_progress,
+    "an unreadable entry": unreadable, "the same contents": same_contents, "after a failed run": after_failed_run, "a moved project": moved_project,
+    "odd paths": own_files("--set", "target=a//text.txt", name="out/a/text.txt"),
+    "the record's name": again("--set", "target=.fresco-outputs", code=1, says="is the name of fresco's record"),
+    "a changed sweep.html": again("--set", "target=other.txt", before=MATRIX, changed=["out/sweep.html"], refused="sweep.html"),
+    "another pipeline's": again("--set", "plus=2", first=["--no-report"], kept=["out/text.txt"], file="other.yaml", refused="room.yaml"),
+    # What tells of a run is replaced by the next run's.
+    "reports of another pipeline": again(kept=["out/text.txt"], file="other.yaml", after=WITHOUT_PIECES.replace("${target}", "o.txt").replace("copies: 2", "")),
+    "stale, removed": again("--set", "count=2", kept=["out/piece_1.txt"], gone=["out/piece_2.txt", "out/piece_3.txt"], says="pieces: removed 2 files of the last run"),
+    "stale, changed": again("--set", "count=2", changed=["out/piece_3.txt"], refused="piece_3.txt"),
+    "stale, foreign": again("--set", "count=2", kept=["out/piece_9.txt", "out/notes/mine.txt"]),
+    "stale, --until": again("--until", "text", "--set", "count=2", kept=["out/piece_3.txt"]),
+    "stale, dropped stage": again("--set", "plus=2", kept=["out/piece_3.txt"], after=WITHOUT_PIECES),
+    "stale, failed stage": again("--set", "plus=2", kept=["out/piece_3.txt"], after=WITHOUT_PIECES + "  pieces: {type: test.fail, input: sum}\n", code=1, says="two found"),
+    # Another path is another result: the old one is kept, and may be edited.
+    "stale, renamed": again("--set", "target=other.txt", changed=["out/text.txt"]),
+    "another combination's": again("--set", "plus=2", before=MATRIX, kept=["out/plus=1/text.txt", "out/plus=1/copies/1.txt"],
+                                   after=MATRIX.replace("copies: 2", "copies: 1"), gone=["out/plus=2/copies/1.txt"]),
+    "foreign in a combination": foreign("plus=2/text.txt", MATRIX), "foreign sweep.json": foreign("sweep.json", MATRIX),
+    "foreign pictures of progress": foreign("progress/sum/texture.png", says="out/progress/sum"),
     "onto an input": onto("extra", "--out", "."), "onto an input by ..": onto("extra", "--out", "x/.."),
     "onto an input by a link": onto("extra", "--out", "elsewhere", setup=link_to_project),
     "onto the pipeline file": onto("room.yaml", "--out", "."), "onto its base": onto("base.yaml", "--out", ".", setup=base_file),
     "onto a folder's file": onto("data/a", "--out", ".", setup=folder_input), "onto a folder's file inside": onto("data/a", "--out", "data", setup=folder_input, text="a"),
-    "onto an input's second name": onto("extra", "--out", "out", setup=hard_linked_input, text="text.txt"),
-    "onto its own input": loop, "an input that is a link": input_link,
+    "onto an input's second name": onto("extra", "--out", "out", setup=hard_linked_input, text="text.txt"), "an input that is a link": input_link,
     "init": refuses("project/room.yaml", "init", "project"), "reference": refuses("pages/test.sink.md", "reference", "pages", code=1),
     "new": refuses("my_stage/stage.cpp", "new", "stage", "my.stage"),
 }

@@ -1,10 +1,16 @@
 // A Chromium without a window, driven through its debugging pipe: no package is needed for it.
+import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
-import { mkdtempSync, rmSync } from "node:fs";
+import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
-import { join } from "node:path";
+import { join, resolve } from "node:path";
+import { pathToFileURL } from "node:url";
 
 const patience_ms = 120000;
+
+/// WebGL on the processor: there is no display.
+export const webgl = ["--enable-unsafe-swiftshader", "--use-angle=swiftshader"];
+export const urlOf = file => pathToFileURL(resolve(file)).href;
 
 export class Browser {
     /// `more`: arguments of the program in addition to those that every test needs.
@@ -81,13 +87,17 @@ export class Browser {
         throw new Error(`waited in vain for ${what}`);
     }
 
-    async open(url, downloads) {
+    async open(url = "about:blank", downloads = "/tmp") {
         const { targetId } = await this.send("Target.createTarget", { url: "about:blank" }, undefined);
         this.session = (await this.send("Target.attachToTarget", { targetId, flatten: true }, undefined)).sessionId;
         for (const domain of ["Page", "Runtime", "Log", "Network"])
             await this.send(`${domain}.enable`);
         await this.send("Browser.setDownloadBehavior", { behavior: "allow", downloadPath: downloads, eventsEnabled: true }, undefined);
-        await this.go(() => this.send("Page.navigate", { url }));
+        await this.load(url);
+    }
+
+    load(url) {
+        return this.go(() => this.send("Page.navigate", { url }));
     }
 
     /// Waits for the page that `action` loads.
@@ -116,10 +126,66 @@ export class Browser {
         return whole.name;
     }
 
+    click(selector) {
+        return this.evaluate(`document.querySelector(${JSON.stringify(selector)}).click()`);
+    }
+
+    text(selector) {
+        return this.evaluate(`document.querySelector(${JSON.stringify(selector)}).textContent`);
+    }
+
+    mouse(type, x, y, more = {}) {
+        return this.send("Input.dispatchMouseEvent", { type, x, y, button: "left", buttons: type === "mouseReleased" ? 0 : 1, clickCount: 1, ...more });
+    }
+
+    wheel(x, y, deltaY) {
+        return this.mouse("mouseWheel", x, y, { button: "none", buttons: 0, deltaX: 0, deltaY });
+    }
+
+    async drag([x0, y0], [x1, y1]) {
+        await this.mouse("mousePressed", x0, y0);
+        for (const share of [0.3, 0.7, 1])
+            await this.mouse("mouseMoved", x0 + share * (x1 - x0), y0 + share * (y1 - y0));
+        await this.mouse("mouseReleased", x1, y1);
+    }
+
+    resize(width, height, mobile = false, deviceScaleFactor = 1) {
+        return this.send("Emulation.setDeviceMetricsOverride", { width, height, deviceScaleFactor, mobile });
+    }
+
+    /// How much of the room's canvas is not the background, also of its halves, and a sum that changes with any point.
+    seen(canvas = "#room canvas") {
+        return this.evaluate(`(() => {
+            const copy = document.createElement("canvas");
+            [copy.width, copy.height] = [64, 64];
+            const context = copy.getContext("2d");
+            context.drawImage(document.querySelector("${canvas}"), 0, 0, 64, 64);
+            const { data } = context.getImageData(0, 0, 64, 64), halves = [0, 0];
+            let sum = 0;
+            for (let i = 0; i < data.length; i += 4) {
+                halves[Number(i / 4 % 64 >= 32)] += (Math.abs(data[i] - 0x20) + Math.abs(data[i + 1] - 0x24) + Math.abs(data[i + 2] - 0x2a) > 12) / 2048;
+                sum = (sum * 31 + data[i] + 256 * data[i + 1] + 65536 * data[i + 2]) % 1000000007;
+            }
+            return { part: (halves[0] + halves[1]) / 2, halves, sum };
+        })()`);
+    }
+
+    /// A picture of the page, if there is a folder for it.
+    async shot(folder, name, more = {}) {
+        if (folder)
+            writeFileSync(`${folder}/${name}.png`, Buffer.from((await this.send("Page.captureScreenshot", more)).data, "base64"));
+    }
+
     async press(key) {
         const text = key.length === 1 ? key : key === "Enter" ? "\r" : undefined;
         await this.send("Input.dispatchKeyEvent", { type: "keyDown", key, text, windowsVirtualKeyCode: key === "Enter" ? 13 : 0 });
         await this.send("Input.dispatchKeyEvent", { type: "keyUp", key });
+    }
+
+    /// Nothing complained, and nothing was fetched but the page. The driver remarks that reading the canvas back takes time.
+    checkQuiet(url) {
+        assert.deepEqual(this.problems.filter(problem => !problem.includes("GPU stall due to ReadPixels")), []);
+        assert.deepEqual(this.requests.filter(request => request !== url && !/^(data|blob):/.test(request)), []);
     }
 
     async close() {

@@ -1,14 +1,12 @@
 // vr.mjs CHROMIUM PAGE.html IWER.js [SHOTS]: the page of export.page in an emulated headset: it is entered where a camera stood, at the height of the
 // head; teleports and turns go where they should, and never off the floor. With a folder for it, pictures.
 import assert from "node:assert/strict";
-import { readFileSync, writeFileSync } from "node:fs";
-import { resolve } from "node:path";
-import { pathToFileURL } from "node:url";
-import { Browser } from "../browser/browser.mjs";
+import { readFileSync } from "node:fs";
+import { Browser, urlOf, webgl } from "../browser/browser.mjs";
 
 const [program, page, iwer, shots] = process.argv.slice(2);
-const browser = new Browser(program, ["--enable-unsafe-swiftshader", "--use-angle=swiftshader"]);
-await browser.open("about:blank", "/tmp");
+const browser = new Browser(program, webgl);
+await browser.open();
 await browser.send("Page.addScriptToEvaluateOnNewDocument", {
     source: `${readFileSync(iwer, "utf8")}
         const device = new IWER.XRDevice(IWER.metaQuest3);
@@ -18,39 +16,25 @@ await browser.send("Page.addScriptToEvaluateOnNewDocument", {
         // A pinch or a stick, held until the frame after it was seen.
         const frames = count => new Promise(done => { const wait = left => left ? setTimeout(() => requestAnimationFrame(() => wait(left - 1)), 5) : done(); wait(count); });`,
 });
-const [width, height] = shots ? [1280, 720] : [320, 160];
-await browser.send("Emulation.setDeviceMetricsOverride", { width, height, deviceScaleFactor: 1, mobile: false });
-await browser.go(() => browser.send("Page.navigate", { url: pathToFileURL(resolve(page)).href }));
+await browser.resize(...(shots ? [1280, 720] : [320, 160]));
+await browser.load(urlOf(page));
 await browser.until(`document.getElementById("room").dataset.ready === "yes" && !document.getElementById("vr").hidden`);
 const start = await browser.evaluate("shown.position()");
-await browser.evaluate(`document.getElementById("vr").click()`);
+await browser.click("#vr");
 await browser.until("shown.vr !== undefined");
 await browser.evaluate("frames(4)");
 
 const head = () => browser.evaluate("shown.vr.head()");
-const shot = async name => {
-    if (shots)
-        writeFileSync(`${shots}/vr-${name}.png`, Buffer.from((await browser.send("Page.captureScreenshot")).data, "base64"));
-};
 const calls = await browser.evaluate("shown.renderer.info.render.calls");
 assert(calls >= 1 && calls <= 20, `${calls} draw calls per view`);
 const camera = await browser.evaluate(`shown.ground.axes.map(axis => axis.dot(new THREE.Vector3(...${JSON.stringify(start)})))`);
 const begin = await head();
 assert(Math.hypot(begin[0] - camera[0], begin[1] - camera[1]) < 1e-6, `the visitor begins at ${begin}, the camera at ${camera}`);
-await shot("begin");
+await browser.shot(shots, "vr-begin");
 
 // Both eyes see the room, from two places.
-const colors = await browser.evaluate(`(() => {
-    const canvas = document.querySelector("canvas"), copy = document.createElement("canvas");
-    [copy.width, copy.height] = [64, 32];
-    const context = copy.getContext("2d");
-    context.drawImage(canvas, 0, 0, 64, 32);
-    const { data } = context.getImageData(0, 0, 64, 32), parts = [0, 0];
-    for (let i = 0; i < data.length; i += 4)
-        parts[Number(i / 4 % 64 >= 32)] += (Math.abs(data[i] - 0x20) + Math.abs(data[i + 1] - 0x24) + Math.abs(data[i + 2] - 0x2a) > 12) / 1024;
-    return parts;
-})()`);
-assert(colors.every(part => part > 0.5), `the eyes see the room in ${colors} of their pictures`);
+const { halves } = await browser.seen("canvas");
+assert(halves.every(part => part > 0.5), `the eyes see the room in ${halves} of their pictures`);
 
 // Teleports, aimed in many directions by the stick of one hand and the trigger of the other.
 let moves = 0, refused = 0, far = 0;
@@ -68,7 +52,7 @@ for (let i = 0; i < 12; ++i) {
         await frames(4);
     })()`);
     if (i === 5)
-        await shot("aiming");
+        await browser.shot(shots, "vr-aiming");
     await browser.evaluate(`(async () => { device.controllers.${hand}.${release}; await frames(4); })()`);
     const now = await head();
     if (Math.hypot(now[0] - before[0], now[1] - before[1]) < 1e-9) {
@@ -81,7 +65,7 @@ for (let i = 0; i < 12; ++i) {
 }
 assert(moves >= 3 && far > 0.5, `${moves} teleports, ${far} m at most`);
 assert(refused >= 1, "every place is allowed");
-await shot("moved");
+await browser.shot(shots, "vr-moved");
 
 // Turns are of 30 degrees, and the head stays where it is.
 const standing = await head();
@@ -103,8 +87,8 @@ for (let i = 1; i < 4; ++i)
 // The session ends, and the page goes on as before.
 await browser.evaluate("device.activeSession.end()");
 await browser.until("shown.vr === undefined");
-await browser.evaluate(`document.getElementById("walk").click()`);
+await browser.click("#walk");
 assert.deepEqual((await browser.evaluate("shown.position()")).map(value => value.toFixed(6)), start.map(value => value.toFixed(6)));
-assert.deepEqual(browser.problems.filter(problem => !problem.includes("GPU stall due to ReadPixels")), []);
+browser.checkQuiet(urlOf(page));
 await browser.close();
 console.log(`the page in a headset: ${calls} draw calls a view, ${moves} teleports, ${refused} refused: all well`);

@@ -4,17 +4,17 @@ with the protocol `released`, from the table in texture.optimize's README.
 
 BEFORE and AFTER are logs of `fresco run --json-log`: a run at rate 0, whose texture is the one that the step begins with, and one at RATE
 with Adam's epsilon 1, from whose change the gradient follows. DATASET is what dataset.write made of the same uv maps, frames and style.
-Lookup, network, losses and the way back are written out here with NumPy, and the way back is first checked against finite differences.
+Lookup, network and losses are written out here, and PyTorch differentiates them.
 "The paper" is StyleMesh (Höllein, Johnson, Nießner, CVPR 2022).
 """
 import json
-import multiprocessing
 import pathlib
 import struct
 import sys
-from concurrent.futures import ProcessPoolExecutor
 
+import cv2
 import numpy as np
+import torch
 from fresco.rasters import read_raster
 
 # The paper's constants, but for the length that has the smallest height, which is more because the pictures are smaller.
@@ -32,63 +32,31 @@ LAYERS = [f"{block}_{number}" for block, count in ((1, 2), (2, 2), (3, 4), (4, 4
 RATE = 30 if RELEASED else 1000  # of the second run
 
 
-# The network, VGG-19 with zero padding. Maps are H x W x C.
+# The network, VGG-19 with zero padding. Pictures and maps are H x W x C.
 
 
 def read_weights(path):
-    """The convolutions of a safetensors file: name to (filters, 3 x 3 x inputs x outputs, and biases)."""
+    """The convolutions of a safetensors file: name to filters and biases."""
     data = pathlib.Path(path).read_bytes()
     start = 8 + struct.unpack_from("<Q", data)[0]
     header = json.loads(data[8:start])
 
     def tensor(name):
         begin, end = header[name]["data_offsets"]
-        return np.frombuffer(data[start + begin : start + end], np.float16).reshape(header[name]["shape"]).astype(np.float64)
+        return torch.from_numpy(np.frombuffer(data[start + begin : start + end], np.float16).reshape(header[name]["shape"]).astype(np.float64))
 
-    return {name: (tensor(f"conv{name}.weight").transpose(2, 3, 1, 0), tensor(f"conv{name}.bias")) for name in LAYERS}
-
-
-def convolve(maps, filters):
-    """The sum over 3 x 3 windows of zero-padded maps."""
-    height, width, inputs = maps.shape
-    padded = np.pad(maps, ((1, 1), (1, 1), (0, 0)))
-    result = np.zeros((height * width, filters.shape[3]))
-    for y, x in np.ndindex(3, 3):
-        result += padded[y : y + height, x : x + width].reshape(-1, inputs) @ np.ascontiguousarray(filters[y, x])
-    return result.reshape(height, width, -1)
+    return {name: (tensor(f"conv{name}.weight"), tensor(f"conv{name}.bias")) for name in LAYERS}
 
 
-def pooled(shape):
-    """The four members of all whole 2 x 2 windows, as slices of maps."""
-    return [(slice(y, shape[0] // 2 * 2, 2), slice(x, shape[1] // 2 * 2, 2)) for y, x in np.ndindex(2, 2)]
-
-
-def encode(picture, weights, last="5_1"):
-    """The rectified features up to `last`, by name, and the winners of each pooling. `picture` is BGR in 0..255 minus the mean."""
-    features, winners, maps = {}, {}, picture
+def encode(picture, last="5_1"):
+    """The rectified features up to `last`, by name. `picture` is BGR in 0..255 minus the mean."""
+    features, maps = {}, torch.as_tensor(picture).permute(2, 0, 1)[None]
     for name in LAYERS[: LAYERS.index(last) + 1]:
         if name in ("2_1", "3_1", "4_1", "5_1"):
-            windows = np.stack([maps[member] for member in pooled(maps.shape)])
-            winners[name] = maps.shape, windows.argmax(0)
-            maps = windows.max(0)
-        maps = features[name] = np.maximum(convolve(maps, weights[name][0]) + weights[name][1], 0)
-    return features, winners
-
-
-def encode_backward(features, winners, gradients, weights):
-    """d loss / d picture, from d loss / d features by name."""
-    flow = 0.0
-    for name in reversed(LAYERS):
-        flow = (flow + gradients.get(name, 0.0)) * (features[name] > 0)
-        # A convolution's transpose is the convolution with the filters turned around and their channels swapped.
-        flow = convolve(flow, weights[name][0][::-1, ::-1].transpose(0, 1, 3, 2))
-        if name in winners:
-            shape, winner = winners[name]
-            spread = np.zeros(shape)
-            for number, member in enumerate(pooled(shape)):
-                spread[member] = flow * (winner == number)
-            flow = spread
-    return flow
+            maps = torch.nn.functional.max_pool2d(maps, 2)
+        maps = torch.relu(torch.nn.functional.conv2d(maps, *WEIGHTS[name], padding=1))
+        features[name] = maps[0].permute(1, 2, 0)
+    return features
 
 
 # The losses of one level (the paper, section 3.4). Every norm is a mean over the elements.
@@ -114,56 +82,36 @@ def gram(selected):
     return selected.T @ selected / len(selected)
 
 
-def level_losses(picture, camera, pixels, roles, shares, weights):
-    """Style and content, weighted, and the gradient of their sum by the picture. `camera`: the content layer's features. `roles`: masks of
-    pixels, with the Gram matrices that these are compared with, and whether they are even where a layer has no cell of them. `shares`: the level's, for each layer."""
-    features, winners = encode(picture, weights)
-    gradients = {name: np.zeros_like(features[name]) for name in (*STYLE_LAYERS, CONTENT_LAYER)}
-    style = content = 0.0
+def level_losses(picture, camera, pixels, roles, shares):
+    """Style and content, weighted. `camera`: the content layer's features. `roles`: masks of pixels, with the Gram matrices that these are
+    compared with, and whether they are even where a layer has no cell of them. `shares`: the level's, for each layer."""
+    features = encode(picture)
+    style = content = torch.zeros(())
     for mask, targets, always in roles:
         for name, target in targets.items():
             chosen = on_grid(mask, name)
-            if always and not chosen.any():  # zeros are compared
-                style += STYLE_WEIGHT * STYLE_LAYERS[name] * shares[name] * np.mean(target**2)
-            if chosen.any():
-                selected = features[name][chosen]
-                difference = gram(selected) - target
-                factor = STYLE_WEIGHT * STYLE_LAYERS[name] * shares[name]
-                style += factor * np.mean(difference**2)
-                gradients[name][chosen] += factor * 4 * selected @ difference / (len(selected) * difference.size)
+            if always or chosen.any():  # Where there is no cell, zeros are compared.
+                found = gram(features[name][chosen]) if chosen.any() else torch.zeros(())
+                style = style + STYLE_WEIGHT * STYLE_LAYERS[name] * shares[name] * ((found - target) ** 2).mean()
     chosen = on_grid(pixels, CONTENT_LAYER)
     if chosen.any():
-        difference = (features[CONTENT_LAYER] - camera)[chosen]
-        factor = CONTENT_WEIGHT * shares[CONTENT_LAYER]
-        content = factor * np.mean(difference**2)
-        gradients[CONTENT_LAYER][chosen] += factor * 2 * difference / difference.size
-    return np.array([style, content]), encode_backward(features, winners, gradients, weights)
+        content = CONTENT_WEIGHT * shares[CONTENT_LAYER] * ((features[CONTENT_LAYER] - camera)[chosen] ** 2).mean()
+    return style, content
 
 
 # The texture, a pyramid of layers whose lookups are summed (the paper, section 3.1).
 
 
-def corners(size, uv):
-    """The four texels, as rows of the flat layer, and the weights of a bilinear lookup: texel centers at +0.5, row 0 at v = 1."""
-    place = np.clip(np.stack([uv[:, 0], 1 - uv[:, 1]], 1).astype(np.float64) * size - 0.5, 0, size - 1)
-    low = np.minimum(place.astype(int), size - 2)
-    for y, x in np.ndindex(2, 2):
-        part = 1 - np.abs(low + (x, y) - place)
-        yield (low[:, 1] + y) * size + low[:, 0] + x, part.prod(1, keepdims=True)
-
-
 def look_up(layers, uv):
-    """The sum of the layers at each texcoord, before it is clamped."""
-    return sum(layer.reshape(-1, 3)[texels] * weight for layer in layers for texels, weight in corners(len(layer), uv))
-
-
-def gather(layers, uv, gradient):
-    """d loss / d texels of each layer, from d loss / d pixels."""
-    result = [np.zeros((layer.size // 3, 3)) for layer in layers]
-    for layer, sums in zip(layers, result):
-        for texels, weight in corners(len(layer), uv):
-            np.add.at(sums, texels, gradient * weight)
-    return result
+    """The sum of the layers at each texcoord, before it is clamped: bilinear, texel centers at +0.5, row 0 at v = 1."""
+    total = 0
+    for layer in layers:
+        place = np.clip(np.stack([uv[:, 0], 1 - uv[:, 1]], 1).astype(np.float64) * len(layer) - 0.5, 0, len(layer) - 1)
+        low = np.minimum(place.astype(int), len(layer) - 2)
+        for y, x in np.ndindex(2, 2):
+            share = (1 - np.abs(low + (x, y) - place)).prod(1, keepdims=True)
+            total = total + layer[low[:, 1] + y, low[:, 0] + x] * torch.from_numpy(share)
+    return total
 
 
 # Which pixels belong to which level (the paper, sections 3.2 and 3.5).
@@ -171,8 +119,7 @@ def gather(layers, uv, gradient):
 
 def erode(mask):
     """3 x 3; outside the image is background."""
-    padded = np.pad(mask, 1)
-    return np.all([padded[y : y + mask.shape[0], x : x + mask.shape[1]] for y, x in np.ndindex(3, 3)], axis=0)
+    return cv2.erode(mask.astype(np.uint8), np.ones((3, 3)), borderType=cv2.BORDER_CONSTANT, borderValue=0) == 1
 
 
 def nearest(values, shape):
@@ -201,12 +148,7 @@ def depth_levels(view, heights):
 
 def shrink(picture, shape):
     """Averaged by area to `shape`, H x W."""
-    result = picture.astype(np.float64)
-    for axis, (new, old) in enumerate(zip(shape, picture.shape)):
-        ends, cells = np.arange(new + 1)[:, None] * old / new, np.arange(old)
-        cover = np.clip(np.minimum(cells + 1, ends[1:]) - np.maximum(cells, ends[:-1]), 0, 1)
-        result = np.moveaxis(np.tensordot(cover * new / old, result, (1, axis)), 0, axis)
-    return result
+    return cv2.resize(picture.astype(np.float64), shape[1::-1], interpolation=cv2.INTER_AREA)
 
 
 def linear(values, shape):
@@ -250,12 +192,11 @@ def as_input(rgb):
 
 def style_grams(rgb):
     """The Gram targets of one size of the style picture."""
-    features, _ = encode(as_input(rgb), WEIGHTS)
-    return {name: gram(features[name].reshape(-1, features[name].shape[2])) for name in STYLE_LAYERS}
+    return {name: gram(maps.flatten(0, 1)) for name, maps in encode(as_input(rgb)).items() if name in STYLE_LAYERS}
 
 
 def level_step(view, layers, masks, weight, cosine, shares, camera, targets):
-    """The level's losses, and their gradient by the layers (the paper, sections 3.3 and 3.5)."""
+    """The level's losses; adds their gradient to that of the layers (the paper, sections 3.3 and 3.5)."""
     valid, (pixels, fine), (coarse, of_fine) = view["valid"], masks, targets
     of_fine = {name: of_fine[name] for name in FINE_LAYERS}
     roles = [(fine, coarse, True), (pixels & ~fine, coarse, False), (fine, of_fine, True)] if RELEASED else [(pixels, coarse, False), (fine, of_fine, False)]
@@ -263,18 +204,19 @@ def level_step(view, layers, masks, weight, cosine, shares, camera, targets):
     if RELEASED:  # The first texel is what is seen where there is no surface.
         uv, valid = np.where(valid[..., None], uv, (0.0, 1.0)), np.ones_like(valid)
     stored = look_up(layers, uv[valid])
-    picture = np.zeros(valid.shape + (3,)) - MEAN_BGR  # black where there is no surface
-    picture[valid] = stored if RELEASED else np.clip(stored, -MEAN_BGR, 255 - MEAN_BGR)
-    if camera is None:
-        camera = encode(as_input(view["color"]), WEIGHTS, CONTENT_LAYER)[0][CONTENT_LAYER]
-    losses, gradient = level_losses(picture, camera, pixels, roles, shares, WEIGHTS)
-    gradient = gradient[valid] * (cosine * weight)[valid][:, None]
+    least, most = torch.from_numpy(-MEAN_BGR), torch.from_numpy(255 - MEAN_BGR)
+    picture = least.repeat(*valid.shape, 1)  # black where there is no surface
+    picture[valid] = stored.detach() if RELEASED else torch.clamp(stored.detach(), least, most)
+    losses = level_losses(picture.requires_grad_(), camera, pixels, roles, shares)
+    sum(losses).backward()
+    gradient = picture.grad[valid] * torch.from_numpy((cosine * weight)[valid])[:, None]
     if not RELEASED:  # Where a value is beyond what can be displayed, only a step that leads back counts.
-        gradient[(stored > 255 - MEAN_BGR) & (gradient < 0) | (stored < -MEAN_BGR) & (gradient > 0)] = 0
-    return losses, gather(layers, uv[valid], gradient)
+        gradient[(stored > most) & (gradient < 0) | (stored < least) & (gradient > 0)] = 0
+    stored.backward(gradient)
+    return np.array([float(loss) for loss in losses])
 
 
-def step(views, layers, targets, run):
+def step(views, layers, targets):
     """Style and content, and for every layer their gradient and the regularizer's."""
     levels, smallest = [], np.maximum(views[0]["cosine"].astype(np.float64), 0)
     first = as_released(views) if RELEASED else views[0]
@@ -289,44 +231,17 @@ def step(views, layers, targets, run):
         levels.append(((pixels, pixels & passes), nearest(weight, shape), cosine))
     cover = [{name: (on_grid(masks[0], name) if RELEASED else masks[0]).mean() for name in (*STYLE_LAYERS, CONTENT_LAYER)} for masks, _, _ in levels]
     sums = {name: sum(level[name] for level in cover) for name in cover[0]}
-    camera = encode(as_input(first["color"]), WEIGHTS, CONTENT_LAYER)[0][CONTENT_LAYER] if RELEASED else None
-    tasks = []
+    layers, losses = [torch.tensor(layer, requires_grad=True) for layer in layers], np.zeros(2)
     for view, (masks, weight, cosine), level in zip(views, levels, cover):
         shares = {name: level[name] / sums[name] for name in level}
         pixels, fine, valid = (mask.mean() for mask in (*masks, view["valid"]))
         print(f"{len(weight)} px: {pixels:.1%} of the pixels, {fine:.1%} fine ones, {valid:.1%} valid, share {shares['1_1']:.3f}")
-        grid = [size // 8 for size in weight.shape]
-        tasks.append(run(level_step, view, layers, masks, weight, cosine, shares, linear(camera, grid) if RELEASED else None, targets))
-    losses, gradients = np.zeros(2), [0.0] * len(layers)
-    for task in tasks:
-        level, level_gradients = task.result()
-        losses += level
-        gradients = [total + part for total, part in zip(gradients, level_gradients)]
-    factors = [REGULARIZER_WEIGHT * factor * 2 / layer.size for layer, factor in zip(layers, REGULARIZER_FACTORS)]
-    return losses, gradients, [factor * layer.reshape(-1, 3) for layer, factor in zip(layers, factors)]
-
-
-def check_backward_pass():
-    """The gradient of a little picture's losses by a little texture's texels against finite differences."""
-    random = np.random.default_rng(1)
-    weights = {name: (random.standard_normal((3, 3, 3 if name == "1_1" else 4, 4)) / 4, random.uniform(-10, 10, 4)) for name in LAYERS}
-    shape = (35, 38)
-    layers, ways = ([random.uniform(-40, 40, (size, size, 3)) for size in (8, 4)] for _ in range(2))
-    uv = random.uniform(0, 1, (shape[0] * shape[1], 2))
-    masks = random.uniform(size=shape) < 0.8, random.uniform(size=shape) < 0.5
-    targets = [{name: np.eye(4) * 100 for name in STYLE_LAYERS}] * 2
-    camera = encode(random.uniform(-100, 100, shape + (3,)), weights, CONTENT_LAYER)[0][CONTENT_LAYER]
-    shares = {name: random.uniform(0.5, 1) for name in (*STYLE_LAYERS, CONTENT_LAYER)}
-
-    def losses(change):
-        moved = [layer + change * way for layer, way in zip(layers, ways)]
-        return level_losses(look_up(moved, uv).reshape(shape + (3,)), camera, masks[0], [(*role, False) for role in zip(masks, targets)], shares, weights)
-
-    gradient = gather(layers, uv, losses(0)[1].reshape(-1, 3))
-    slope = sum(np.sum(part * way.reshape(-1, 3)) for part, way in zip(gradient, ways))
-    error = abs((losses(1e-6)[0].sum() - losses(-1e-6)[0].sum()) / 2e-6 / slope - 1)
-    print(f"the backward pass is {error:.1e} from finite differences")
-    assert error < 1e-6, "the backward pass of this script is wrong"
+        camera = encode(as_input((first if RELEASED else view)["color"]), CONTENT_LAYER)[CONTENT_LAYER]
+        if RELEASED:
+            camera = torch.from_numpy(linear(camera.numpy(), [size // 8 for size in weight.shape]))
+        losses += level_step(view, layers, masks, weight, cosine, shares, camera, targets)
+    factors = [REGULARIZER_WEIGHT * factor * 2 / layer.numel() for layer, factor in zip(layers, REGULARIZER_FACTORS)]
+    return losses, [layer.grad.numpy() for layer in layers], [factor * layer.detach().numpy() for layer, factor in zip(layers, factors)]
 
 
 # What fresco made of it.
@@ -380,7 +295,6 @@ def gradient_distances(layer, new, ours, regularizer):
 
 def main():
     global WEIGHTS
-    check_backward_pass()
     store, dataset, weights, before, after = map(pathlib.Path, sys.argv[2:])
     WEIGHTS = read_weights(weights)
     layers, _ = read_run(store, before)
@@ -389,9 +303,7 @@ def main():
     coarse = np.load(dataset / "style.npy")  # four times as large as fine, whose shorter side is 256 px, but no larger than the picture
     fine = (linear if RELEASED else shrink)(coarse, [round(256 * size / min(coarse.shape[:2])) for size in coarse.shape[:2]])
 
-    with ProcessPoolExecutor(2, multiprocessing.get_context("fork")) as pool:
-        targets = list(pool.map(style_grams, (coarse, fine)))
-        (style, content), gradients, regularizers = step(views, layers, targets, pool.submit)
+    (style, content), gradients, regularizers = step(views, layers, (style_grams(coarse), style_grams(fine)))
 
     found = report["losses_at_last_step"]
     print(f"style {found['style']:.8g} for {style:.8g}, content {found['content']:.8g} for {content:.8g}")
@@ -402,7 +314,7 @@ def main():
     ]
     for number, (layer, new, gradient, regularizer) in enumerate(zip(layers, stepped, gradients, regularizers)):
         print(f"layer {number}: ", end="")
-        for name, apart, allowed in gradient_distances(layer.reshape(-1, 3), new.reshape(-1, 3), gradient, regularizer):
+        for name, apart, allowed in gradient_distances(*(values.reshape(-1, 3) for values in (layer, new, gradient, regularizer))):
             results.append((f"layer {number}, gradient of {name}", apart, allowed))
     for name, apart, allowed in results:
         print(f"{'' if apart <= allowed else 'WRONG: '}{name}: {apart:.1e} apart, {allowed:g} allowed")

@@ -1,6 +1,5 @@
 // What every page must keep to.
 import assert from "node:assert/strict";
-import { writeFileSync } from "node:fs";
 
 /// The pictures decode, the page holds together on a wide and on a narrow screen, in light and in dark, nothing was fetched, and nothing
 /// complained. With a folder for it, pictures of the page.
@@ -10,15 +9,10 @@ export async function checkPage(browser, url, name, shots) {
     for (const scheme of ["light", "dark"])
         for (const [width, height, mobile] of [[1280, 900, false], [400, 800, true]]) {
             await browser.send("Emulation.setEmulatedMedia", { features: [{ name: "prefers-color-scheme", value: scheme }] });
-            await browser.send("Emulation.setDeviceMetricsOverride", { width, height, deviceScaleFactor: 1, mobile });
+            await browser.resize(width, height, mobile);
             assert(await browser.evaluate(`document.documentElement.scrollWidth <= window.innerWidth + 1`), `the page is wider than ${width} px`);
-            if (shots) {
-                const whole = await browser.evaluate("document.documentElement.scrollHeight");
-                const { data } = await browser.send("Page.captureScreenshot", { captureBeyondViewport: true, clip: { x: 0, y: 0, width, height: whole, scale: 1 } });
-                writeFileSync(`${shots}/${name}-${scheme}-${width}.png`, Buffer.from(data, "base64"));
-            }
+            const clip = { x: 0, y: 0, width, height: await browser.evaluate("document.documentElement.scrollHeight"), scale: 1 };
+            await browser.shot(shots, `${name}-${scheme}-${width}`, { captureBeyondViewport: true, clip });
         }
-    // The driver remarks that reading the canvas back takes time.
-    assert.deepEqual(browser.problems.filter(problem => !problem.includes("GPU stall due to ReadPixels")), []);
-    assert.deepEqual(browser.requests.filter(request => request !== url && !request.startsWith("data:") && !request.startsWith("blob:")), []);
+    browser.checkQuiet(url);
 }

@@ -2,19 +2,15 @@
 // asked and cannot decide where the second is. The second is interrupted, and the third ends early.
 import assert from "node:assert/strict";
 import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
-import { resolve } from "node:path";
-import { pathToFileURL } from "node:url";
-import { Browser } from "../browser/browser.mjs";
+import { Browser, urlOf } from "../browser/browser.mjs";
 
 const [program, page, keyFile, results] = process.argv.slice(2);
 mkdirSync(results);
 const key = JSON.parse(readFileSync(keyFile));
 assert(!/alpha|beta/.test(readFileSync(page, "utf8")), "the page names a method");
-const url = pathToFileURL(resolve(page)).href;
 const browser = new Browser(program);
 const ready = count => browser.until(`ready && document.getElementById("count").textContent === "${count} of 8"`);
 
-const click = id => browser.evaluate(`document.getElementById("${id}").click()`);
 const begin = code => browser.evaluate(`document.getElementById("participant").value = "${code}"; document.querySelector("#start button").click()`);
 
 async function decide() {
@@ -26,7 +22,7 @@ async function decide() {
     return `${left.name} ${first}`;
 }
 
-await browser.open(url, results);
+await browser.open(urlOf(page), results);
 for (const code of ["one", "two", "three"]) {
     await begin(code);
     const seen = [];
@@ -44,11 +40,10 @@ for (const code of ["one", "two", "three"]) {
     }
     assert.equal(new Set(seen).size, seen.length, "a pair was shown twice with one question");
     if (code === "three")
-        await ready(4).then(() => click("stop"));
+        await ready(4).then(() => browser.click("#stop"));
     await browser.until(`!document.getElementById("end").hidden`);
     writeFileSync(`${results}/${code}.json`, await browser.evaluate(`document.getElementById("text").value`));
-    await click("another");
+    await browser.click("#another");
 }
-assert.deepEqual(browser.problems, []);
-assert.deepEqual(browser.requests.filter(request => request !== url && !/^(data|blob):/.test(request)), []);
+browser.checkQuiet(urlOf(page));
 await browser.close();

@@ -89,11 +89,11 @@ def level_losses(picture, camera, pixels, roles, shares):
     style = content = torch.zeros(())
     for mask, targets, always in roles:
         for name, target in targets.items():
-            chosen = on_grid(mask, name)
+            chosen = torch.from_numpy(on_grid(mask, name))
             if always or chosen.any():  # Where there is no cell, zeros are compared.
                 found = gram(features[name][chosen]) if chosen.any() else torch.zeros(())
                 style = style + STYLE_WEIGHT * STYLE_LAYERS[name] * shares[name] * ((found - target) ** 2).mean()
-    chosen = on_grid(pixels, CONTENT_LAYER)
+    chosen = torch.from_numpy(on_grid(pixels, CONTENT_LAYER))
     if chosen.any():
         content = CONTENT_WEIGHT * shares[CONTENT_LAYER] * ((features[CONTENT_LAYER] - camera)[chosen] ** 2).mean()
     return style, content

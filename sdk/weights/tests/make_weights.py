@@ -2,7 +2,7 @@
 
 usage: make_weights.py FOLDER
 
-Each file holds the same tensors (see VALUES): conv1_1 of VGG-19 under torchvision's names and a piece of another storage.
+Each file holds the same tensors: conv1_1 of VGG-19 under torchvision's names and a piece of another storage.
 """
 
 import collections
@@ -13,63 +13,37 @@ import sys
 import types
 import zipfile
 
-
-def module(name, **contents):
-    made = types.ModuleType(name)
-    for key, value in contents.items():
-        setattr(made, key, value)
-        value.__module__ = name
-        value.__qualname__ = value.__name__ = key
-    sys.modules[name] = made
-
-
-class FloatStorage:
-    code, size = "f", 4
-
-
-class HalfStorage:
-    code, size = "e", 2
-
-
-class DoubleStorage:
-    code, size = "d", 8
-
-
-class OtherStorage:
-    """Of a type that no state dict needs."""
-
-    code, size = "f", 4
+# The storages' classes, with the letter of their numbers for struct. No state dict needs the last.
+KINDS = {name: type(name, (), {"code": code}) for name, code in
+         (("FloatStorage", "f"), ("HalfStorage", "e"), ("DoubleStorage", "d"), ("OtherStorage", "f"))}
 
 
 class Parameter:
     """As PyTorch 0.1 pickled it: Parameter() and its state by BUILD."""
 
-    def __init__(self, data=None):
+    def __init__(self, data):
         self.data = data
-
-    def __setstate__(self, state):
-        self.data = state[0]
 
     def __getstate__(self):
         return (self.data, None, collections.OrderedDict(), True, False)
 
 
-def _rebuild_tensor(*arguments):
-    return arguments
+def named_function():
+    return lambda *arguments: arguments
 
 
-def _rebuild_tensor_v2(*arguments):
-    return arguments
-
-
-def _rebuild_parameter(*arguments):
-    return arguments
-
-
-module("torch", FloatStorage=FloatStorage, HalfStorage=HalfStorage, DoubleStorage=DoubleStorage, OtherStorage=OtherStorage)
-module("torch._utils", _rebuild_tensor=_rebuild_tensor, _rebuild_tensor_v2=_rebuild_tensor_v2, _rebuild_parameter=_rebuild_parameter)
-module("torch.nn", )
-module("torch.nn.parameter", Parameter=Parameter)
+REBUILD, REBUILD_V2, REBUILD_PARAMETER = (named_function() for _ in range(3))
+for module, contents in (
+    ("torch", KINDS),
+    ("torch._utils", {"_rebuild_tensor": REBUILD, "_rebuild_tensor_v2": REBUILD_V2, "_rebuild_parameter": REBUILD_PARAMETER}),
+    ("torch.nn", {}),
+    ("torch.nn.parameter", {"Parameter": Parameter}),
+):
+    sys.modules[module] = types.ModuleType(module)
+    for name, value in contents.items():
+        setattr(sys.modules[module], name, value)
+        value.__module__ = module
+        value.__qualname__ = value.__name__ = name
 
 
 class Storage:
@@ -80,48 +54,24 @@ class Storage:
         return struct.pack("<%d%s" % (len(self.values), self.kind.code), *self.values)
 
 
-class Tensor:
-    """Pickled as a call of `rebuild`."""
+class Reduced:
+    """Pickled as this call."""
 
-    def __init__(self, storage, offset, shape, rebuild=_rebuild_tensor_v2, strides=None):
-        if strides is None:
-            strides, step = [], 1
-            for extent in reversed(shape):
-                strides.insert(0, step)
-                step *= extent
-        more = () if rebuild is _rebuild_tensor else (False, collections.OrderedDict())
-        self.reduced = (rebuild, (storage, offset, tuple(shape), tuple(strides)) + more)
+    def __init__(self, *reduced):
+        self.reduced = reduced
 
     def __reduce_ex__(self, protocol):
         return self.reduced
 
 
-class Wrapped:
-    """torch._utils._rebuild_parameter(tensor, True, OrderedDict())."""
-
-    def __init__(self, tensor):
-        self.tensor = tensor
-
-    def __reduce_ex__(self, protocol):
-        return (_rebuild_parameter, (self.tensor, True, collections.OrderedDict()))
-
-
-class Python2Dict:
-    """An OrderedDict as Python 2 pickled it: a call with a list of pairs."""
-
-    def __init__(self, entries):
-        self.entries = entries
-
-    def __reduce_ex__(self, protocol):
-        return (collections.OrderedDict, ([[key, value] for key, value in self.entries.items()],))
-
-
-class Attributed(collections.OrderedDict):
-    """An OrderedDict with `_metadata`, as module.state_dict() returns."""
-
-    def __reduce_ex__(self, protocol):
-        versions = collections.OrderedDict([("", {"version": 1}), ("features", {"version": 1})])
-        return (collections.OrderedDict, (), {"_metadata": versions}, None, iter(self.items()))
+def tensor(storage, offset, shape, rebuild=REBUILD_V2, strides=None):
+    if strides is None:
+        strides, step = [], 1
+        for extent in reversed(shape):
+            strides.insert(0, step)
+            step *= extent
+    more = () if rebuild is REBUILD else (False, collections.OrderedDict())
+    return Reduced(rebuild, (storage, offset, tuple(shape), tuple(strides)) + more)
 
 
 class Pickler(pickle._Pickler):
@@ -175,53 +125,40 @@ def number(i):
     return ((i * 37) % 251 - 125) / 64
 
 
-def tensors(rebuild=_rebuild_tensor_v2, kind=FloatStorage):
-    weight = Storage(kind, "94001", [number(i) for i in range(64 * 3 * 3 * 3)])
-    bias = Storage(kind, "94002", [number(i + 7) for i in range(100)])
-    return {
-        "features.0.weight": Tensor(weight, 0, (64, 3, 3, 3), rebuild),
-        "features.0.bias": Tensor(bias, 5, (64,), rebuild),
-    }
-
-
-def state(**options):
-    return collections.OrderedDict(tensors(**options))
-
-
-def parameters():
-    made = collections.OrderedDict()
-    for key, tensor in tensors(_rebuild_tensor).items():
-        made[key] = Parameter(tensor)
-    return made
-
-
-class Evil:
-    def __reduce_ex__(self, protocol):
-        return (eval, ("1/0",))
+def state(rebuild=REBUILD_V2, kind="FloatStorage"):
+    weight = Storage(KINDS[kind], "94001", [number(i) for i in range(64 * 3 * 3 * 3)])
+    bias = Storage(KINDS[kind], "94002", [number(i + 7) for i in range(100)])
+    return collections.OrderedDict([("features.0.weight", tensor(weight, 0, (64, 3, 3, 3), rebuild)), ("features.0.bias", tensor(bias, 5, (64,), rebuild))])
 
 
 def main(folder):
+    old = state(REBUILD)
     legacy_file(folder + "/legacy.pth", state())
-    legacy_file(folder + "/legacy_old.pth", Python2Dict(tensors(_rebuild_tensor)))
-    legacy_file(folder + "/legacy_parameters.pth", parameters())
+    # An OrderedDict as Python 2 pickled it: a call with a list of pairs.
+    legacy_file(folder + "/legacy_old.pth", Reduced(collections.OrderedDict, ([list(pair) for pair in old.items()],)))
+    legacy_file(folder + "/legacy_parameters.pth", collections.OrderedDict((key, Parameter(value)) for key, value in old.items()))
     legacy_file(folder + "/legacy_protocol4.pth", state(), protocol=4)
-    legacy_file(folder + "/legacy_double.pth", state(kind=DoubleStorage))
-    zip_file(folder + "/zip.pth", Attributed(tensors()))
-    zip_file(folder + "/zip_half.pth", state(kind=HalfStorage))
+    legacy_file(folder + "/legacy_double.pth", state(kind="DoubleStorage"))
+    # With `_metadata`, as module.state_dict() returns it.
+    versions = collections.OrderedDict([("", {"version": 1}), ("features", {"version": 1})])
+    zip_file(folder + "/zip.pth", Reduced(collections.OrderedDict, (), {"_metadata": versions}, None, iter(state().items())))
+    zip_file(folder + "/zip_half.pth", state(kind="HalfStorage"))
     zip_file(folder + "/zip_protocol4.pth", state(), protocol=4)
-    zip_file(folder + "/zip_wrapped.pth", {key: Wrapped(value) for key, value in tensors().items()})
+    wrapped = {key: Reduced(REBUILD_PARAMETER, (value, True, collections.OrderedDict())) for key, value in state().items()}
+    zip_file(folder + "/zip_wrapped.pth", wrapped)
 
+    evil = {"features.0.weight": Reduced(eval, ("1/0",))}
     zip_file(folder + "/bad_compressed.pth", state(), compression=zipfile.ZIP_DEFLATED)
     zip_file(folder + "/bad_script.pth", state(), more=[("weights/constants.pkl", "x")])
     zip_file(folder + "/bad_two.pth", state(), more=[("other/data.pkl", "x")])
-    zip_file(folder + "/bad_evil.pth", {"features.0.weight": Evil()})
-    legacy_file(folder + "/bad_evil_legacy.pth", {"features.0.weight": Evil()})
+    zip_file(folder + "/bad_evil.pth", evil)
+    legacy_file(folder + "/bad_evil_legacy.pth", evil)
     zip_file(folder + "/bad_nested.pth", {"epoch": 3, "state_dict": state()})
-    zip_file(folder + "/bad_type.pth", state(kind=OtherStorage))
-    strided = Storage(FloatStorage, "0", [number(i) for i in range(12)])
-    zip_file(folder + "/bad_strides.pth", {"a": Tensor(strided, 0, (3, 4), strides=(1, 3))})
-    zip_file(folder + "/bad_offset.pth", {"a": Tensor(strided, 1, (3, 4))})
-    zip_file(folder + "/bad_shape.pth", {"a": Tensor(strided, 0, (1 << 40, 1 << 40))})
+    zip_file(folder + "/bad_type.pth", state(kind="OtherStorage"))
+    strided = Storage(KINDS["FloatStorage"], "0", [number(i) for i in range(12)])
+    zip_file(folder + "/bad_strides.pth", {"a": tensor(strided, 0, (3, 4), strides=(1, 3))})
+    zip_file(folder + "/bad_offset.pth", {"a": tensor(strided, 1, (3, 4))})
+    zip_file(folder + "/bad_shape.pth", {"a": tensor(strided, 0, (1 << 40, 1 << 40))})
 
 
 main(sys.argv[1])

@@ -25,9 +25,8 @@ stages:
   sum: {type: test.add, input: {left: count}, plus: "${plus}"}
   write: {type: test.sink, input: sum, path: value.txt, copies: 70, before: "${before}"}
 """
-KINDS = ["open", "list", "write", "sync", "rename", "link", "unlink", "mkdir", "lock", "truncate", "close"]  # The order is that of calls.c.
 ERRORS = {
-    "open": [errno.EIO, errno.EMFILE, errno.EINTR],
+    "open": [errno.EIO, errno.EMFILE, errno.EINTR],  # The order is that of calls.c.
     "list": [errno.EIO, errno.EMFILE],  # The standard library opens folders, and does not repeat it.
     "write": [errno.EIO, errno.ENOSPC, errno.EINTR, 0],  # 0: only half of the bytes
     "sync": [errno.EIO, errno.ENOSPC, errno.EINTR],
@@ -39,11 +38,8 @@ ERRORS = {
     "truncate": [errno.EIO, errno.EINTR],
     "close": [errno.EIO, errno.EINTR],
 }
+KINDS = list(ERRORS)
 REPORTS = {"run.json", "report.html"}  # They tell times and places.
-
-
-class Fault(Exception):
-    """A broken promise."""
 
 
 class Site:
@@ -68,8 +64,7 @@ class Site:
 
     def must(self, command, code=0):
         ended = self.place.call(*command)
-        if ended.code != code:
-            raise Fault(f"{' '.join(map(str, command))} ended with {ended}, not with {code}")
+        assert ended.code == code, f"{' '.join(map(str, command))} ended with {ended}, not with {code}"
         return ended
 
     def shimmed(self, command, **variables):
@@ -85,9 +80,6 @@ class Site:
         return {file.parent.name for file in (self.store / "objects").glob("*/manifest.json")}
 
     # What stands before a scenario.
-
-    def nothing(self):
-        pass
 
     def unfinished(self):
         """Results and exports of other settings, and a checkpoint made from other contents of a file."""
@@ -122,8 +114,7 @@ class Scenario:
         self.earlier = site.files()
         self.begin()
         ended = site.shimmed(command)
-        if ended.code != 0:
-            raise Fault(f"{name} ended with the shim with {ended}")
+        assert ended.code == 0, f"{name} ended with the shim with {ended}"
         self.calls = dict(zip(KINDS, struct.unpack(f"{len(KINDS)}Q", site.counts.read_bytes())))
         self.left = site.objects()
         site.must(self.after)
@@ -142,34 +133,28 @@ class Scenario:
         ended = site.shimmed(self.command, FAULT_CALL=f"{KINDS.index(kind)} {number} {error}")
         self.check_end(ended, error)
         for name, contents in site.files().items():
-            if contents not in (self.expected.get(name), self.earlier.get(name)):
-                raise Fault(f"{name} has other bytes: {ended}")
+            assert contents in (self.expected.get(name), self.earlier.get(name)), f"{name} has other bytes: {ended}"
         if not self.damaged and (site.store / "format").exists():
             site.must(site.store_command("verify"))
         again = site.must(self.after)
-        if site.files() != self.expected:
-            raise Fault(f"the next run gives other files: {ended}\nthen {again}")
+        assert site.files() == self.expected, f"the next run gives other files: {ended}\nthen {again}"
         site.must(site.store_command("verify"))
 
     def check_end(self, ended, error):
-        if ended.code not in (0, 1, 2, 3, 4):
-            raise Fault(f"it ends with {ended}")
-        if any(word in ended.text for word in ("a bug", "author of the plugin")):
-            raise Fault(f"it blames the wrong one: {ended}")
-        if ended.code != 0 and "error:" not in ended.text and "damaged" not in ended.text:
-            raise Fault(f"it says no error: {ended}")
-        if ended.code != 0 and error in (errno.EINTR, 0):
-            raise Fault(f"an interrupted or short call was not repeated: {ended}")
-        if ended.code == 0 and self.command is self.after and self.site.files() != self.expected:
-            raise Fault(f"it says nothing, and the files are not right: {ended}")
-        if ended.code == 0 and self.site.objects() != self.left:
-            raise Fault(f"it says nothing, and leaves other results in the store: {ended}")
+        assert ended.code in (0, 1, 2, 3, 4), f"it ends with {ended}"
+        assert not any(word in ended.text for word in ("a bug", "author of the plugin")), f"it blames the wrong one: {ended}"
+        if ended.code != 0:
+            assert "error:" in ended.text or "damaged" in ended.text, f"it says no error: {ended}"
+            assert error not in (errno.EINTR, 0), f"an interrupted or short call was not repeated: {ended}"
+        else:
+            assert self.command is not self.after or self.site.files() == self.expected, f"it says nothing, and the files are not right: {ended}"
+            assert self.site.objects() == self.left, f"it says nothing, and leaves other results in the store: {ended}"
 
 
 def scenarios(site):
     again = site.run_command(before="again")
     return [
-        Scenario("first run", site, site.nothing, site.run_command()),
+        Scenario("first run", site, lambda: None, site.run_command()),
         Scenario("run after others", site, site.unfinished, site.run_command()),
         Scenario("run on a damaged result", site, site.damaged, again),
         Scenario("store gc", site, site.superseded, site.store_command("gc", "--keep-days", "0"), site.run_command()),
@@ -190,7 +175,7 @@ def main():
         for _, (scenario, *call) in zip(budget, chosen):
             try:
                 scenario.attempt(*call)
-            except Fault as fault:
+            except AssertionError as fault:
                 print(f"{scenario.name}, {call}: {fault}\n", flush=True)
                 faults += 1
     print(f"seed {given.seed}: {budget.done} of {len(cases)} failing calls: {faults} faults")

@@ -40,12 +40,11 @@ class User:
         place.write(self.pipeline, PIPELINE.replace("USER", str(number)))
         self.finished = None  # Options of the last run, if it came to its end.
 
-    def next_round(self):
-        with self.lock:
-            return not self.problems and next(User.rounds, None) is not None
-
     def use(self):
-        while self.next_round():
+        while not self.problems:
+            with self.lock:
+                if next(User.rounds, None) is None:
+                    return
             kind = self.random.random()
             if kind < 0.25:
                 self.tidy()

@@ -132,27 +132,15 @@ inline std::array<double, 3> enlarged(const SourceMap& map, const Raster8& rgb, 
 namespace
 {
 
-/// Detail of `cells` pixels, finer parts weaker, as in paintings: RGB.
-Raster8 detailed_picture(int width, int height, const std::vector<int>& cells = {2, 4, 8, 16})
+/// Detail of several pixels, as in paintings: RGB.
+Raster8 detailed_picture(int width, int height)
 {
-    Random random(7);
-    RasterF sum(width, height, 3, 128);
-    for (const int cell : cells)
-    {
-        RasterF coarse(width / cell, height / cell, 3);
-        for (float& v : coarse.values)
-            v = static_cast<float>(3 * cell * random.normal());
-        const RasterF fine = resized(coarse, width, height);
-        std::transform(sum.values.begin(), sum.values.end(), fine.values.begin(), sum.values.begin(), std::plus<>());
-    }
-    Raster8 result(width, height, 3);
-    std::transform(sum.values.begin(), sum.values.end(), result.values.begin(),
-                   [](float v) { return static_cast<std::uint8_t>(std::clamp(v + 0.5F, 0.0F, 255.0F)); });
-    return result;
+    return resized(testing::noise_picture((width + 3) / 4, (height + 3) / 4, 7), width, height);
 }
 
-/// A map with no texel, for the wall of two charts.
-SourceMap empty_map(const Mesh& mesh, int size_px, const Raster8& picture, double pixels_per_texel)
+/// A map for the wall of two charts: place(x, y) for each texel that touches one of them.
+SourceMap painted_map(const Mesh& mesh, int size_px, const Raster8& picture, double pixels_per_texel,
+                      const std::function<SourceMap::Place(int, int)>& place)
 {
     SourceMap map;
     map.atlas = atlas_id(mesh);
@@ -160,63 +148,35 @@ SourceMap empty_map(const Mesh& mesh, int size_px, const Raster8& picture, doubl
     map.picture_height = picture.height;
     map.pixels_per_texel = static_cast<float>(pixels_per_texel);
     map.clear(size_px);
-    return map;
-}
-
-/// Calls set(x, y) for each texel of a map that touches a chart of the wall of two charts.
-void for_each_wall_texel(int size_px, const std::function<void(int, int)>& set)
-{
     const auto touches = [size_px](int i, double from)
     { return (i + 1.0) / size_px > from && static_cast<double>(i) / size_px < from + 0.3; };
     for (int y = 0; y < size_px; ++y)
         for (int x = 0; x < size_px; ++x)
             if (touches(size_px - 1 - y, 0.1) && (touches(x, 0.1) || touches(x, 0.6)))
-                set(x, y);
-}
-
-/// Squares of `side` x `side` texels, each copied from another place in the picture at another angle.
-SourceMap patched_map(const Mesh& mesh, int size_px, const Raster8& picture, double pixels_per_texel, int side = 4)
-{
-    SourceMap map = empty_map(mesh, size_px, picture, pixels_per_texel);
-    for_each_wall_texel(size_px,
-                        [&](int x, int y)
-                        {
-                            Random random(static_cast<std::uint64_t>((y / side) * size_px + x / side));
-                            const double margin = 0.75 * side * pixels_per_texel;
-                            const double from_x = margin + random.uniform() * (picture.width - 2 * margin);
-                            const double from_y = margin + random.uniform() * (picture.height - 2 * margin);
-                            const double angle = 2 * std::numbers::pi * random.uniform();
-                            const double dx = (x % side - (side - 1) / 2.0) * pixels_per_texel;
-                            const double dy = (y % side - (side - 1) / 2.0) * pixels_per_texel;
-                            map.set_place(x, y,
-                                          {{static_cast<float>(from_x + std::cos(angle) * dx - std::sin(angle) * dy),
-                                            static_cast<float>(from_y + std::sin(angle) * dx + std::cos(angle) * dy)},
-                                           static_cast<float>(angle)});
-                        });
+                map.set_place(x, y, place(x, y));
     return map;
 }
 
-double luminance(const Raster8& rgb, int x, int y)
+/// Squares of 4 x 4 texels, each copied from another place in the picture at another angle, in colors shifted by up to `shift`.
+SourceMap patched_map(const Mesh& mesh, int size_px, const Raster8& picture, double pixels_per_texel, double shift = 0)
 {
-    return 0.2126 * rgb.at(x, y, 0) + 0.7152 * rgb.at(x, y, 1) + 0.0722 * rgb.at(x, y, 2);
-}
-
-/// Mean square of the finest band of a Laplacian pyramid (Burt and Adelson's kernel of five) over a rectangle.
-double finest_band_energy(const Raster8& rgb, int left, int top, int right, int bottom)
-{
-    constexpr std::array<double, 5> kernel{1 / 16.0, 4 / 16.0, 6 / 16.0, 4 / 16.0, 1 / 16.0};
-    double sum = 0;
-    for (int y = top; y < bottom; ++y)
-        for (int x = left; x < right; ++x)
-        {
-            double mean = 0;
-            for (int j = -2; j <= 2; ++j)
-                for (int i = -2; i <= 2; ++i)
-                    mean += kernel[static_cast<std::size_t>(i + 2)] * kernel[static_cast<std::size_t>(j + 2)] *
-                            luminance(rgb, x + i, y + j);
-            sum += (luminance(rgb, x, y) - mean) * (luminance(rgb, x, y) - mean);
-        }
-    return sum / (static_cast<double>(right - left) * (bottom - top));
+    constexpr int side = 4;
+    return painted_map(mesh, size_px, picture, pixels_per_texel,
+                       [&](int x, int y) -> SourceMap::Place
+                       {
+                           Random random(static_cast<std::uint64_t>((y / side) * size_px + x / side));
+                           const double margin = 0.75 * side * pixels_per_texel;
+                           const double from_x = margin + random.uniform() * (picture.width - 2 * margin);
+                           const double from_y = margin + random.uniform() * (picture.height - 2 * margin);
+                           const double angle = 2 * std::numbers::pi * random.uniform();
+                           const double dx = (x % side - (side - 1) / 2.0) * pixels_per_texel;
+                           const double dy = (y % side - (side - 1) / 2.0) * pixels_per_texel;
+                           const auto any = [&] { return static_cast<float>(shift * (2 * random.uniform() - 1)); };
+                           return {.at = {static_cast<float>(from_x + std::cos(angle) * dx - std::sin(angle) * dy),
+                                          static_cast<float>(from_y + std::sin(angle) * dx + std::cos(angle) * dy)},
+                                   .angle = static_cast<float>(angle),
+                                   .shift = {any(), any(), any()}};
+                       });
 }
 
 }  // namespace
@@ -226,35 +186,28 @@ TEST_CASE("copies that continue each other give the picture itself, turned, in m
     // Waves long enough for any interpolation.
     const auto wave = [](double x, double y, int c) { return 128 + 100 * std::sin(0.11 * x + c) * std::cos(0.09 * y - c); };
     const Raster8 picture = fresco::testing::picture(200, 160, [&](int x, int y, int c) { return wave(x + 0.5, y + 0.5, c); });
-    struct Case
+    for (const auto& [mirrored, scale] : {std::pair{false, 1.0F}, {true, 1.0F}, {false, 4.0F}})
     {
-        bool mirrored;
-        float scale;
-    };
-    for (const Case& c : {Case{false, 1}, Case{true, 1}, Case{false, 4}})
-    {
-        const bool mirrored = c.mirrored;
-        CAPTURE(mirrored, c.scale);
+        CAPTURE(mirrored, scale);
         Mesh mesh = fresco::testing::two_chart_wall();
         if (mirrored)
             for (Vec2f& uv : mesh.texcoords)
                 uv.x = 1 - uv.x;
+        const bool is_mirrored = mirrored;
         constexpr double angle = 0.75;
         constexpr double step = 1.5;
         const auto place = [&](double x, double y)
         {
-            const double down = mirrored ? -1 : 1;
+            const double down = is_mirrored ? -1 : 1;
             return Vec2d{100 + step * (std::cos(angle) * (x - 32) - down * std::sin(angle) * (y - 50)),
                          80 + step * (std::sin(angle) * (x - 32) + down * std::cos(angle) * (y - 50))};
         };
-        SourceMap map = empty_map(mesh, 64, picture, step / double{c.scale});
-        for_each_wall_texel(
-            64,
-            [&](int x, int y)
-            {
-                const Vec2d at = place(x + 0.5, y + 0.5);
-                map.set_place(x, y, {{static_cast<float>(at.x), static_cast<float>(at.y)}, float{angle}, c.scale});
-            });
+        const SourceMap map = painted_map(mesh, 64, picture, step / double{scale},
+                                          [&](int x, int y) -> SourceMap::Place
+                                          {
+                                              const Vec2d at = place(x + 0.5, y + 0.5);
+                                              return {{static_cast<float>(at.x), static_cast<float>(at.y)}, float{angle}, scale};
+                                          });
         testing::TestRun run;
         const Raster8 large = enlarge::enlarged(map, picture, mesh, 256, enlarge::Colors::painted, run).picture;
         double worst = 0;
@@ -273,16 +226,7 @@ TEST_CASE("every texel is what the plain method gives, at whole and odd factors"
 {
     const Mesh mesh = fresco::testing::two_chart_wall();
     const Raster8 picture = detailed_picture(128, 96);
-    SourceMap map = patched_map(mesh, 40, picture, 1.3);
-    Random random(3);
-    for_each_wall_texel(40,
-                        [&](int x, int y)
-                        {
-                            SourceMap::Place place = *map.place(x, y);
-                            const auto any = [&] { return static_cast<float>(random.uniform() - 0.5) / 4; };
-                            place.shift = {any(), any(), any()};
-                            map.set_place(x, y, place);
-                        });
+    const SourceMap map = patched_map(mesh, 40, picture, 1.3, 0.125);
     testing::TestRun plain_run;
     const Raster8 unshifted = enlarge::enlarged(map, picture, mesh, 97, enlarge::Colors::of_picture, plain_run).picture;
     CHECK(unshifted ==
@@ -311,37 +255,15 @@ TEST_CASE("every texel is what the plain method gives, at whole and odd factors"
                     continue;
                 ++painted;
                 const auto plain = plain::enlarged(scaled, seen, size_px, x, y);
+                double most = 0;
                 for (int c = 0; c < 3; ++c)
-                    if (std::abs(result.picture.at(x, y, c) - plain[static_cast<std::size_t>(c)]) > 2.5)
-                    {
-                        ++apart;
-                        break;
-                    }
+                    most = std::max(most, std::abs(result.picture.at(x, y, c) - plain[static_cast<std::size_t>(c)]));
+                apart += most > 2.5 ? 1 : 0;
             }
         CHECK(static_cast<double>(painted) > 0.15 * size_px * size_px);
-        CHECK(result.painted_share == Approx(static_cast<double>(painted) / (double{1} * size_px * size_px)));
+        CHECK(result.painted_share == Approx(static_cast<double>(painted) / (size_px * size_px)));
         CHECK(apart < painted / 200);
     }
-}
-
-TEST_CASE("the finest band keeps at least 0.9 of the picture's energy, within copies and where they meet")
-{
-    const Mesh mesh = fresco::testing::two_chart_wall();
-    // Only fine detail: where copies meet, no edge between two colors adds to it.
-    const Raster8 picture = detailed_picture(512, 384, {2, 4});
-    const double original = finest_band_energy(picture, 8, 8, 504, 376);
-    testing::TestRun run;
-    const auto share = [&](int side)
-    {
-        const SourceMap map = patched_map(mesh, 128, picture, 4, side);
-        return finest_band_energy(enlarge::enlarged(map, picture, mesh, 512, enlarge::Colors::painted, run).picture, 66, 322, 190,
-                                  446) /
-               original;
-    };
-    // One copy or two over each chart, at odd angles.
-    CHECK(share(64) > 0.9);
-    CHECK(share(64) < 1.15);
-    CHECK(share(4) > 0.9);
 }
 
 TEST_CASE("no color crosses from chart to chart, and the gutter continues the nearest")
@@ -351,11 +273,12 @@ TEST_CASE("no color crosses from chart to chart, and the gutter continues the ne
     for (Vec2f& uv : mesh.texcoords)
         uv.x = uv.x < 0.5F ? uv.x + 0.12F : uv.x - 0.08F;
     const Raster8 picture = fresco::testing::picture(64, 64, [](int x, int, int c) { return c == (x < 32 ? 0 : 2) ? 200 : 0; });
-    SourceMap map = empty_map(mesh, 16, picture, 0.5);
     testing::TestRun run;
     const texturing::Charts charts = texturing::find_charts(mesh);
     const texturing::TexelFaces faces = texturing::find_texel_faces(mesh, charts, 16, run);
     std::vector<int> chart_of(256, -1);
+    SourceMap map = painted_map(mesh, 16, picture, 0.5, [](int, int) { return SourceMap::Place(); });
+    map.clear(16);
     for (std::size_t texel = 0; texel < 256; ++texel)
         if (faces.covered(texel))
         {

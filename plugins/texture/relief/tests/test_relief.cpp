@@ -66,27 +66,18 @@ struct Sheet
 };
 
 /// Waves of about 32 texels, two strokes at 2 mm a texel, up to 15 degrees steep; centered between 0 and 4 cm.
-struct Waves
+double wave_height(double x, double y)
 {
-    static double height(double x, double y)
-    {
-        return 0.02 + 0.016 * std::sin(16 * x + 3) * std::cos(9 * y) + 0.003 * std::sin(16 * y);
-    }
-
-    /// By differences so small that they are its derivatives.
-    static Vec2d gradient(double x, double y)
-    {
-        constexpr double step = 1e-5;
-        return {(height(x + step, y) - height(x - step, y)) / (2 * step),
-                (height(x, y + step) - height(x, y - step)) / (2 * step)};
-    }
-};
+    return 0.02 + 0.016 * std::sin(16 * x + 3) * std::cos(9 * y) + 0.003 * std::sin(16 * y);
+}
 
 Vec3d expected_normal(const Sheet& sheet, double x, double y)
 {
     const double turn = sheet.radius == 0 ? 0 : (x - 1) / sheet.radius;
     const Vec3d out{std::sin(turn), 0, std::cos(turn)}, along{std::cos(turn), 0, -std::sin(turn)};
-    const Vec2d slope = Waves::gradient(x, y);
+    // The derivatives of the height.
+    const Vec2d slope{0.256 * std::cos(16 * x + 3) * std::cos(9 * y),
+                      -0.144 * std::sin(16 * x + 3) * std::sin(9 * y) + 0.048 * std::cos(16 * y)};
     return normalized(out - along * slope.x - Vec3d{0, slope.y, 0});
 }
 
@@ -150,7 +141,7 @@ Errors errors_of(const Sheet& sheet)
         if (faces.covered(texel))
         {
             const Vec3f p = texel_position(sheet.flat, faces, texel);
-            height.values[texel] = static_cast<float>(Waves::height(double{p.x}, double{p.y}));
+            height.values[texel] = static_cast<float>(wave_height(double{p.x}, double{p.y}));
         }
     const Relief relief = relief_of(height, sheet.bent, charts, faces, 0.04, run);
     const Renderer renderer(sheet.bent, tangent_maps(relief, sheet.bent, 0, run).normals);
@@ -194,12 +185,12 @@ Errors errors_of(const Sheet& sheet)
 
 TEST_CASE("decoded normals are those of the height, to a degree, and the same on both sides of a seam")
 {
-    const Errors plane = errors_of(Sheet(0));
-    CHECK(plane.surface < 1);
-    CHECK(plane.seam < 1);
-    const Errors cylinder = errors_of(Sheet(0.5));
-    CHECK(cylinder.surface < 1);
-    CHECK(cylinder.seam < 1);
+    for (const double radius_m : {0.0, 0.5})
+    {
+        const Errors errors = errors_of(Sheet(radius_m));
+        CHECK(errors.surface < 1);
+        CHECK(errors.seam < 1);
+    }
 }
 
 namespace
@@ -282,17 +273,22 @@ TEST_CASE("a smaller relief averages the normals that are known, and only those"
 namespace
 {
 
-Relief made(const testing::Inputs& inputs, const Value& options, testing::TestRun& run)
+Relief made(const testing::Inputs& inputs, double stroke_cm, testing::TestRun& run)
 {
     const testing::TemporaryFolder folder;
-    testing::run_stage(FRESCO_PLUGIN_FILE, "texture.relief", options, inputs, folder.path(), run);
+    testing::run_stage(FRESCO_PLUGIN_FILE, "texture.relief", Value::Map{{"stroke_cm", stroke_cm}}, inputs, folder.path(), run);
     return std::move(*Relief::load({folder.path() / "relief", folder.path()}));
 }
 
-Relief made(const testing::Inputs& inputs, const Value& options = Value::Map{})
+Relief made(const testing::Inputs& inputs, double stroke_cm = 1)
 {
     testing::TestRun run;
-    return made(inputs, options, run);
+    return made(inputs, stroke_cm, run);
+}
+
+TexturedMesh textured_in(const testing::Inputs& inputs)
+{
+    return dynamic_cast<const TexturedMesh&>(*inputs.at("textured_mesh"));
 }
 
 /// A wall with a picture, and the map that says that the picture was copied to it as it is.
@@ -316,16 +312,16 @@ testing::Inputs painted_wall()
 TEST_CASE("through the source map the picture's own detail counts, not the painting's")
 {
     testing::Inputs inputs = painted_wall();
-    const auto& picture = dynamic_cast<const TexturedMesh&>(*inputs.at("textured_mesh")).image.pixels;
-    const Relief from_picture = made(inputs, Value::Map{{"stroke_cm", 1.0}});
-    const auto blended = std::make_shared<TexturedMesh>(dynamic_cast<const TexturedMesh&>(*inputs.at("textured_mesh")));
+    const Relief from_picture = made(inputs);
+    const auto blended = std::make_shared<TexturedMesh>(textured_in(inputs));
+    const Raster8 picture = blended->image.pixels;
     blended->image = Image(testing::picture(
         64, 64, [&](int x, int y, int c) { return 0.85 * picture.at(x, y, c) + 0.15 * picture.at((x + 1) % 64, y, c); }));
     inputs["textured_mesh"] = blended;
-    CHECK(made(inputs, Value::Map{{"stroke_cm", 1.0}}).normals == from_picture.normals);
+    CHECK(made(inputs).normals == from_picture.normals);
     inputs.erase("source");
     inputs.erase("style");
-    CHECK(made(inputs, Value::Map{{"stroke_cm", 1.0}}).normals != from_picture.normals);
+    CHECK(made(inputs).normals != from_picture.normals);
 }
 
 namespace
@@ -335,7 +331,7 @@ namespace
 testing::Inputs half_painted_wall(const std::function<double(double, double)>& right, int first = 32)
 {
     testing::Inputs inputs = painted_wall();
-    const auto textured = std::make_shared<TexturedMesh>(dynamic_cast<const TexturedMesh&>(*inputs.at("textured_mesh")));
+    const auto textured = std::make_shared<TexturedMesh>(textured_in(inputs));
     const Raster8 picture = textured->image.pixels;
     const Raster8 other = testing::noise_picture(64, 64, 8);
     textured->image = Image(testing::picture(64, 64,
@@ -363,11 +359,10 @@ int unlike(int first, const Test& test)
 
 TEST_CASE("relief lies where the picture's strokes are shown, and not where the photo or another painting is")
 {
-    const Value options = Value::Map{{"stroke_cm", 0.4}};
     const auto equal = [](const Relief& a, const Relief& b)
     { return [&a, &b](std::size_t t) { return a.normal(t) == b.normal(t) && a.roughness.values[t] == b.roughness.values[t]; }; };
-    const Relief whole = made(painted_wall(), options);
-    const Relief half = made(half_painted_wall([](double, double other) { return other; }), options);
+    const Relief whole = made(painted_wall(), 0.4);
+    const Relief half = made(half_painted_wall([](double, double other) { return other; }), 0.4);
     CHECK(unlike(0, equal(half, whole)) == 0);
     const Vec3f outward = face_normals(testing::wall(0.1F)).front();
     const auto is_bare = [&](std::size_t t)
@@ -375,7 +370,7 @@ TEST_CASE("relief lies where the picture's strokes are shown, and not where the 
     CHECK(unlike(48, is_bare) == 0);
     CHECK(unlike(48, equal(whole, half)) > 900);
     // Strokes of which a fifth was taken for the photo are still strokes.
-    const Relief mixed = made(half_painted_wall([](double own, double other) { return 0.8 * own + 0.2 * other; }), options);
+    const Relief mixed = made(half_painted_wall([](double own, double other) { return 0.8 * own + 0.2 * other; }), 0.4);
     CHECK(unlike(48, equal(mixed, whole)) == 0);
 }
 
@@ -384,7 +379,7 @@ TEST_CASE("a weaker mixture has less relief; where hardly any is left, or the st
     const auto strength_of = [](const testing::Inputs& inputs, std::string& message)
     {
         testing::TestRun run;
-        made(inputs, Value::Map{{"stroke_cm", 0.4}}, run);
+        made(inputs, 0.4, run);
         message = run.messages.empty() ? "" : run.messages.front();
         return run.reported.at("shown_share").as_double();
     };
@@ -413,23 +408,22 @@ TEST_CASE("a weaker mixture has less relief; where hardly any is left, or the st
 
 TEST_CASE("relief: what does not fit together is refused")
 {
-    testing::Inputs inputs = painted_wall();
-    inputs.erase("style");
-    CHECK_THROWS_WITH(made(inputs), Catch::Contains("port 'source' needs port 'style'"));
-    inputs = painted_wall();
-    inputs.erase("source");
-    CHECK_THROWS_WITH(made(inputs), Catch::Contains("port 'style' is used only with port 'source'"));
-    inputs = painted_wall();
-    const auto other = std::make_shared<SourceMap>(dynamic_cast<const SourceMap&>(*inputs.at("source")));
-    other->atlas = "0123";
-    inputs["source"] = other;
-    CHECK_THROWS_WITH(made(inputs), Catch::Contains("the source map on port 'source'"));
-    inputs = painted_wall();
-    inputs["style"] = std::make_shared<Image>(Raster8(64, 32, 3));
-    CHECK_THROWS_WITH(made(inputs), Catch::Contains("64x32 pixels"));
-    const auto small = std::make_shared<TexturedMesh>(dynamic_cast<const TexturedMesh&>(*inputs.at("textured_mesh")));
+    const testing::Inputs whole = painted_wall();
+    const auto refused = [&](const char* port, std::shared_ptr<const Artifact> other, const char* message)
+    {
+        testing::Inputs inputs = whole;
+        inputs.erase(port);
+        if (other)
+            inputs[port] = std::move(other);
+        CHECK_THROWS_WITH(made(inputs), Catch::Contains(message));
+    };
+    refused("style", nullptr, "port 'source' needs port 'style'");
+    refused("source", nullptr, "port 'style' is used only with port 'source'");
+    const auto source = std::make_shared<SourceMap>(dynamic_cast<const SourceMap&>(*whole.at("source")));
+    source->atlas = "0123";
+    refused("source", source, "the source map on port 'source'");
+    refused("style", std::make_shared<Image>(Raster8(64, 32, 3)), "64x32 pixels");
+    const auto small = std::make_shared<TexturedMesh>(textured_in(whole));
     small->image = Image(Raster8(32, 32, 3));
-    inputs = painted_wall();
-    inputs["textured_mesh"] = small;
-    CHECK_THROWS_WITH(made(inputs), Catch::Contains("32 texels a side") && Catch::Contains("at its full size"));
+    refused("textured_mesh", small, "has 32 texels a side");
 }

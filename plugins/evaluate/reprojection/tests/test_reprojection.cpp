@@ -5,7 +5,6 @@
 #include <fresco/files.h>
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
-#include <fresco/random.h>
 #include <fresco/testing.h>
 #include <fresco/testing_scenes.h>
 #include <fresco/texture.h>
@@ -66,14 +65,6 @@ Raster8 render(const TexturedMesh& textured, const Camera& camera)
                    });
 }
 
-double target_x(const Match& match)
-{
-    return match.target.x.first + match.target.x.share;
-}
-double target_y(const Match& match)
-{
-    return match.target.y.first + match.target.y.share;
-}
 }  // namespace
 
 TEST_CASE("a camera that moves by pixels finds points that many pixels back")
@@ -83,18 +74,18 @@ TEST_CASE("a camera that moves by pixels finds points that many pixels back")
     CHECK(matches.size() == 37 * 29);  // three columns leave, and the first row lies above the first centers
     for (const Match& match : matches)
     {
-        CHECK(target_x(match) == Approx(match.x - 3));
-        CHECK(target_y(match) == Approx(match.y - 0.25));
+        CHECK(match.target.x.first + match.target.x.share == Approx(match.x - 3));
+        CHECK(match.target.y.first + match.target.y.share == Approx(match.y - 0.25));
         CHECK(match.target.y.second == match.target.y.first + 1);
     }
     // Twice as near: half of the picture, every other pixel of the target.
     const auto nearer = covisible(source, surface(camera(40, 30, 0, 0, 1)));
     for (const Match& match : nearer)
-        CHECK(target_x(match) == Approx(2 * (match.x + 0.5 - 20) + 20 - 0.5));
+        CHECK(match.target.x.first + match.target.x.share == Approx(2 * (match.x + 0.5 - 20) + 20 - 0.5));
     CHECK(nearer.size() == 20 * 14);  // half a row more on either side would lie beyond the outermost centers
 }
 
-TEST_CASE("a point is seen where the target's depth agrees within 2 % and 1 cm")
+TEST_CASE("a point is seen where the target's depth agrees within 2 % and 1 cm at all pixels that contribute")
 {
     const ViewSurface source = surface(camera(20, 20, 0, 0));
     const auto count = [&](float depth)
@@ -107,11 +98,6 @@ TEST_CASE("a point is seen where the target's depth agrees within 2 % and 1 cm")
     CHECK(count(2.049F) == 400);
     CHECK(count(2.051F) == 0);
     CHECK(count(1.949F) == 0);
-}
-
-TEST_CASE("all pixels that contribute must agree")
-{
-    const ViewSurface source = surface(camera(20, 20, 0, 0));
     ViewSurface target = surface(camera(20, 20, 0.5, 0));
     target.depth.at(10, 10) = 1.5F;  // something stands before the wall
     const auto matches = covisible(source, target);
@@ -120,7 +106,7 @@ TEST_CASE("all pixels that contribute must agree")
         CHECK_FALSE((match.y == 10 && (match.x == 10 || match.x == 11)));
 }
 
-TEST_CASE("pixels beside a hole are left out in both pictures")
+TEST_CASE("pixels beside a hole are left out in both pictures, and surface behind the target's camera")
 {
     const ViewSurface whole = surface(camera(20, 20, 0, 0));
     ViewSurface holed = whole;
@@ -128,23 +114,13 @@ TEST_CASE("pixels beside a hole are left out in both pictures")
     find_inner_pixels(holed);
     CHECK(covisible(holed, whole).size() == 400 - 9);
     CHECK(covisible(whole, holed).size() == 400 - 9);
-}
-
-TEST_CASE("surface behind the target's camera is not seen")
-{
-    const ViewSurface source = surface(camera(20, 20, 0, 0));
-    ViewSurface target = source;
-    target.camera.world_from_camera.translation = {0, 0, 3};
-    CHECK(covisible(source, target).empty());
-}
-
-namespace
-{
-const std::vector<FramePlace> recorded{{"a", 0}, {"a", 8}, {"a", 16}, {"a", 24}, {"a", 40}, {"b", 8}, {"b", 48}};
+    holed.camera.world_from_camera.translation = {0, 0, 3};
+    CHECK(covisible(whole, holed).empty());
 }
 
 TEST_CASE("pairs are recorded numbers apart, within a sequence")
 {
+    const std::vector<FramePlace> recorded{{"a", 0}, {"a", 8}, {"a", 16}, {"a", 24}, {"a", 40}, {"b", 8}, {"b", 48}};
     CHECK(frame_pairs(recorded, 8) == std::vector<FramePair>{{0, 1}, {1, 2}, {2, 3}});
     CHECK(frame_pairs(recorded, 24) == std::vector<FramePair>{{0, 3}, {2, 4}});
     CHECK(frame_pairs(recorded, 40) == std::vector<FramePair>{{0, 4}, {5, 6}});
@@ -157,18 +133,15 @@ constexpr int width = 60;
 constexpr int height = 50;
 
 PairFigures judge(const Camera& a, const Raster8& picture_a, const Camera& b, const Raster8& picture_b,
-                  const TexturedMesh& textured, bool texture_floor)
+                  const TexturedMesh& textured, const SurfacePaint& paint)
 {
-    const JudgedView source{surface(a), picture_a};
-    const JudgedView target{surface(b), picture_b};
-    return judge_pair({0, 1}, source, target, textured.mesh, texture_floor ? texture_paint(textured) : SurfacePaint(), 0.2,
-                      Progress{});
+    return judge_pair({0, 1}, {surface(a), picture_a}, {surface(b), picture_b}, textured.mesh, paint, 0.2, Progress{});
 }
 
-Raster8 noise_picture(int w, int h, std::uint64_t seed)
+/// The figures of the wall's pictures at both cameras; without a paint, the floor is that of the first picture.
+PairFigures judge(const Camera& a, const Camera& b, const TexturedMesh& textured, const SurfacePaint& paint)
 {
-    Random random(seed);
-    return picture(w, h, [&](int, int, int) { return 128 + 40 * random.normal(); });
+    return judge(a, render(textured, a), b, render(textured, b), textured, paint);
 }
 
 Raster8 blurred(const Raster8& source)
@@ -185,10 +158,6 @@ Raster8 blurred(const Raster8& source)
                    });
 }
 
-Raster8 half_contrast(const Raster8& source)
-{
-    return picture(source.width, source.height, [&](int x, int y, int c) { return 64 + source.at(x, y, c) / 2.0; });
-}
 }  // namespace
 
 TEST_CASE("a ramp moved by one pixel against its camera differs by its slope")
@@ -197,7 +166,7 @@ TEST_CASE("a ramp moved by one pixel against its camera differs by its slope")
     const Camera c = camera(width, height, 0, 0);
     const auto ramp = [](int moved)
     { return picture(width, height, [=](int x, int y, int) { return 2 * (x + moved) + 2 * y; }); };
-    const PairFigures paper = judge(c, ramp(0), c, ramp(1), textured, false);
+    const PairFigures paper = judge(c, ramp(0), c, ramp(1), textured, {});
     CHECK(paper.value == Approx(2 / 255.0));
     CHECK(paper.floor == 0);
     CHECK(paper.detail == Approx(2 / 255.0));
@@ -218,32 +187,28 @@ TEST_CASE("detail and sharpness of a checkerboard")
 
 TEST_CASE("consistent pictures stay at the floor")
 {
-    const TexturedMesh textured = wall(noise_picture(300, 300, 2));  // a texel is a pixel
+    const TexturedMesh textured = wall(testing::noise_picture(300, 300, 2));  // a texel is a pixel
     const Camera a = camera(width, height, 0, 0);
     const Camera b = camera(width, height, 2.5, 0.25);
-    const PairFigures figures = judge(a, render(textured, a), b, render(textured, b), textured, true);
+    const PairFigures figures = judge(a, b, textured, texture_paint(textured));
     CHECK(figures.value > 0.02);
     CHECK(figures.floor == Approx(figures.value).epsilon(0.01));
     CHECK(figures.headline == Approx(0).margin(0.01));
     // Seen from twice as far without mip-maps the texture aliases; the floor is of what neither camera undersamples.
     const Camera far = camera(width, height, 0.25, 0.25, -2);
-    const PairFigures aliased = judge(a, render(textured, a), far, render(textured, far), textured, true);
+    const PairFigures aliased = judge(a, far, textured, texture_paint(textured));
     CHECK(aliased.floor < 0.7 * aliased.value);
     CHECK(aliased.headline > 0.2);
-    const PairFigures projected = judge(a, render(textured, a), far, render(textured, far), textured, false);
-    CHECK(projected.floor < 0.7 * projected.value);
+    CHECK(judge(a, far, textured, {}).floor < 0.7 * aliased.value);
 }
 
 TEST_CASE("the floor is lit as the judged pictures are")
 {
-    const TexturedMesh textured = wall(noise_picture(300, 300, 1));
+    const TexturedMesh textured = wall(testing::noise_picture(300, 300, 1));
     const Camera a = camera(width, height, 0, 0);
     const Camera b = camera(width, height, 3.5, 1.5, 0.1);
     const auto judged = [&](const char* shading)
-    {
-        return judge_pair({0, 1}, {surface(a), render(textured, a)}, {surface(b), render(textured, b)}, textured.mesh,
-                          texture_paint(textured, rendering::lights_of(shading)), 0.2, Progress{});
-    };
+    { return judge(a, b, textured, texture_paint(textured, rendering::lights_of(shading))); };
     // The wall looks away from the lamp: only the ambient light is left.
     CHECK(judged("none").floor > 0.01);
     CHECK(judged("scannet").floor == Approx(0.4 * judged("none").floor).epsilon(0.02));
@@ -252,7 +217,7 @@ TEST_CASE("the floor is lit as the judged pictures are")
 TEST_CASE("blur and less contrast improve the value but not the headline")
 {
     // Each view is painted on its own: the second one's pattern lies 0.6 px away from where it should.
-    const Raster8 pattern = noise_picture(300, 300, 3);
+    const Raster8 pattern = testing::noise_picture(300, 300, 3);
     const Camera a = camera(width, height, 0, 0);
     const Camera b = camera(width, height, 2.25, 0);
     const Camera wrong = camera(width, height, 2.85, 0.2);
@@ -261,11 +226,12 @@ TEST_CASE("blur and less contrast improve the value but not the headline")
         const auto of = [&](const Raster8& texture)
         {
             const TexturedMesh textured = wall(texture);
-            return judge(a, render(textured, a), b, render(textured, wrong), textured, texture_floor);
+            return judge(a, render(textured, a), b, render(textured, wrong), textured,
+                         texture_floor ? texture_paint(textured) : SurfacePaint());
         };
         const PairFigures plain = of(pattern);
         const PairFigures blur = of(blurred(pattern));
-        const PairFigures half = of(half_contrast(pattern));
+        const PairFigures half = of(picture(300, 300, [&](int x, int y, int c) { return 64 + pattern.at(x, y, c) / 2.0; }));
         CHECK(plain.headline > 0.1);
         CHECK(blur.value < 0.5 * plain.value);
         CHECK(blur.sharpness < 0.1 * plain.sharpness);
@@ -277,13 +243,10 @@ TEST_CASE("blur and less contrast improve the value but not the headline")
 
 TEST_CASE("pairs with too little in common are dropped and counted")
 {
-    const TexturedMesh textured = wall(noise_picture(300, 300, 7));
+    const TexturedMesh textured = wall(testing::noise_picture(300, 300, 7));
     const Camera a = camera(width, height, 0, 0);
     const auto pair_at = [&](double moved)
-    {
-        const Camera b = camera(width, height, moved, 0);
-        return judge(a, render(textured, a), b, render(textured, b), textured, true);
-    };
+    { return judge(a, camera(width, height, moved, 0), textured, texture_paint(textured)); };
     const PairFigures kept = pair_at(47);     // 13 of 60 columns
     const PairFigures dropped = pair_at(49);  // 11 of 60: less than 20 %
     CHECK_FALSE(kept.dropped);
@@ -305,9 +268,6 @@ class Recording
   public:
     Recording()
     {
-        Random random(1);
-        textured =
-            std::make_shared<TexturedMesh>(wall(picture(300, 300, [&](int, int, int) { return 128 + 40 * random.normal(); })));
         for (int i = 0; i < 6; ++i)
         {
             const Frame frame = testing::frame("frame-" + std::to_string(8 * i), camera(48, 36, 2.5 * i, 0.3 * i), 8 * i);
@@ -320,30 +280,35 @@ class Recording
 
     testing::Inputs rendered() const { return {{"views", views}, {"frames", frames}, {"textured_mesh", textured}}; }
 
-    std::string judge(const Value& options, const testing::Inputs& inputs, testing::TestRun& run) const
+    Value judge(const Value& options, const testing::Inputs& inputs, testing::TestRun& run) const
     {
         testing::TemporaryFolder out;
         testing::run_stage(FRESCO_PLUGIN_FILE, "evaluate.reprojection", options, inputs, out.path(), run,
                            {{"image_io", std::make_shared<stored_png::Codec>()}});
         const auto files = Files::load({out.path() / "figures", out.path()});
         REQUIRE(files->names.size() == 1);
-        return read_text_file(files->loaded_from / files->names[0]);
+        return parse_json(read_text_file(files->loaded_from / files->names[0]));
     }
 
     testing::TemporaryFolder folder;
-    std::shared_ptr<TexturedMesh> textured;
+    std::shared_ptr<TexturedMesh> textured = std::make_shared<TexturedMesh>(wall(testing::noise_picture(300, 300, 1)));
     std::shared_ptr<Frames> frames = std::make_shared<Frames>();
     std::shared_ptr<Files> views = std::make_shared<Files>();
 };
 
-const Value kitchen_gaps = Value::Map{{"gaps", Value::List{8, 24}}};
+/// Options with gaps that the recording has.
+Value with_gaps(Value::Map more = {})
+{
+    more.emplace_back("gaps", Value::List{8, 24});
+    return more;
+}
 }  // namespace
 
 TEST_CASE("the stage judges renders by gaps in recorded numbers")
 {
     const Recording recording;
     testing::TestRun run;
-    const Value figures = parse_json(recording.judge(kitchen_gaps, recording.rendered(), run));
+    const Value figures = recording.judge(with_gaps(), recording.rendered(), run);
     CHECK(figures.at("floor_of").as_string() == "texture");
     CHECK(figures.at("short").at("pairs").as_int() == 5);
     CHECK(figures.at("short").at("frames_without_target").as_int() == 1);
@@ -351,22 +316,18 @@ TEST_CASE("the stage judges renders by gaps in recorded numbers")
     CHECK(figures.at("long").at("pair_figures").as_list().size() == 3);
     const Value& value = figures.at("short").at("value");
     CHECK(value.at("value").as_double() > 0.02);
-    CHECK(value.at("low").as_double() <= value.at("value").as_double());
-    CHECK(value.at("high").as_double() >= value.at("value").as_double());
     CHECK(std::abs(figures.at("short").at("headline").at("value").as_double()) < 0.01);
     CHECK(run.reported.at("short_value").at("value") == value.at("value"));
     CHECK(run.reported.at("long_dropped_pairs").as_int() == 0);
-    CHECK(std::ranges::any_of(run.messages, [](const auto& line) { return line.starts_with("short value 0.0"); }));
+    CHECK(std::ranges::any_of(run.messages, [](const auto& line) { return line.starts_with("short value 0."); }));
 }
 
 TEST_CASE("every n-th picture's pairs are those of the whole run")
 {
     const Recording recording;
     testing::TestRun run;
-    const Value all = parse_json(recording.judge(kitchen_gaps, recording.rendered(), run));
-    Value options = kitchen_gaps;
-    options.set("every", 2);
-    const Value some = parse_json(recording.judge(options, recording.rendered(), run));
+    const Value all = recording.judge(with_gaps(), recording.rendered(), run);
+    const Value some = recording.judge(with_gaps({{"every", 2}}), recording.rendered(), run);
     CHECK(some.at("short").at("pairs").as_int() == 3);
     CHECK(some.at("short").at("frames_without_target").as_int() == 1);
     CHECK(some.at("short").at("pair_figures").as_list()[1] == all.at("short").at("pair_figures").as_list()[2]);
@@ -376,10 +337,9 @@ TEST_CASE("a folder of pictures is judged with a plain mesh")
 {
     const Recording recording;
     testing::TestRun run;
-    Value options = kitchen_gaps;
-    options.set("folder", recording.folder.path().string());
     const auto mesh = std::make_shared<Mesh>(recording.textured->mesh);
-    const Value figures = parse_json(recording.judge(options, {{"frames", recording.frames}, {"mesh", mesh}}, run));
+    const Value figures = recording.judge(with_gaps({{"folder", recording.folder.path().string()}}),
+                                          {{"frames", recording.frames}, {"mesh", mesh}}, run);
     CHECK(figures.at("floor_of").as_string() == "picture");
     CHECK(figures.at("short").at("pairs").as_int() == 5);
     CHECK(run.files_read.size() == 6);
@@ -391,7 +351,7 @@ TEST_CASE("a flat texture is warned about")
     for (const std::string& name : recording.views->names)
         write_file(recording.folder.path() / name, stored_png::Codec().encode_png(Raster8(48, 36, 3, 77)));
     testing::TestRun run;
-    const Value figures = parse_json(recording.judge(kitchen_gaps, recording.rendered(), run));
+    const Value figures = recording.judge(with_gaps(), recording.rendered(), run);
     CHECK(figures.at("short").at("invalid").as_bool());
     CHECK(figures.at("short").at("headline").at("value").is_null());
     CHECK(std::ranges::any_of(run.messages,
@@ -405,9 +365,7 @@ TEST_CASE("the stage refuses what it cannot judge")
     CHECK_THROWS_WITH(recording.judge(Value::Map{}, recording.rendered(), run), Catch::Contains("smallest difference is 8"));
     auto inputs = recording.rendered();
     inputs.erase("textured_mesh");
-    CHECK_THROWS_WITH(recording.judge(kitchen_gaps, inputs, run), Catch::Contains("wire one of the ports"));
+    CHECK_THROWS_WITH(recording.judge(with_gaps(), inputs, run), Catch::Contains("wire one of the ports"));
     inputs["mesh"] = std::make_shared<Mesh>(recording.textured->mesh);
-    Value texture_floor = kitchen_gaps;
-    texture_floor.set("floor", "texture");
-    CHECK_THROWS_WITH(recording.judge(texture_floor, inputs, run), Catch::Contains("choose floor: picture"));
+    CHECK_THROWS_WITH(recording.judge(with_gaps({{"floor", "texture"}}), inputs, run), Catch::Contains("choose floor: picture"));
 }

@@ -87,21 +87,17 @@ std::map<std::uint32_t, TexelSample> slow_gather(const UvMap& map, const PixelLi
         {
             const At a{x, y}, b{x + 1, y}, c{x, y + 1}, d{x + 1, y + 1};
             const bool ab = joined(a, b), cd = joined(c, d), ac = joined(a, c), bd = joined(b, d);
-            if (ab && cd && ac && bd)
-            {
+            const bool all = ab && cd && ac && bd;
+            for (const At p : {a, b, c, d})
+                whole.at(p.x, p.y) += all ? 1 : 0;
+            if (all || (ab && ac && !cd && !bd))
                 triangles.push_back({a, b, c});
+            if (all || (cd && bd && !ab && !ac))
                 triangles.push_back({b, d, c});
-                for (const At p : {a, b, c, d})
-                    ++whole.at(p.x, p.y);
-            }
-            else if (ab && ac && !cd && !bd)
-                triangles.push_back({a, b, c});
-            else if (ab && bd && !cd && !ac)
+            if (ab && bd && !cd && !ac)
                 triangles.push_back({a, b, d});
-            else if (cd && ac && !ab && !bd)
+            if (cd && ac && !ab && !bd)
                 triangles.push_back({a, c, d});
-            else if (cd && bd && !ab && !ac)
-                triangles.push_back({b, c, d});
         }
     for (int row = 0; row < size; ++row)
         for (int column = 0; column < size; ++column)
@@ -253,19 +249,14 @@ TEST_CASE("gathering agrees with asking every triangle for every texel")
 namespace
 {
 
-UvMap column_of(const std::vector<float>& depths)
-{
-    std::vector<std::vector<float>> rows;
-    for (const float depth : depths)
-        rows.push_back({depth});
-    return uv_map_of(rows);
-}
-
 /// Whether pixel `at` of the depths is linked to the next one; the same in a row and in a column.
 bool linked(const std::vector<float>& depths, int at)
 {
     const UvMap row = uv_map_of({depths});
-    const UvMap column = column_of(depths);
+    std::vector<std::vector<float>> rows;
+    for (const float depth : depths)
+        rows.push_back({depth});
+    const UvMap column = uv_map_of(rows);
     const bool right = PixelLinks(row, camera_of(row)).has(at, 0, PixelLinks::surface_right);
     const bool down = PixelLinks(column, camera_of(column)).has(0, at, PixelLinks::surface_down);
     CHECK(right == down);

@@ -103,11 +103,8 @@ TEST_CASE("ridges are lighter and valleys darker than flat surface", "[texture.f
     // A strip that is bent a little, within the crease angle, at x = 1: up or down.
     const auto light_at_bend = [](float height)
     {
-        Mesh mesh;
-        for (const float y : {0.0F, 1.0F})
-            for (const float x : {0.0F, 1.0F, 2.0F})
-                mesh.positions.push_back({x, y, x == 1 ? height : 0});
-        mesh.triangles = {{0, 1, 4}, {0, 4, 3}, {1, 2, 5}, {1, 5, 4}};
+        Mesh mesh = testing::two_chart_wall();
+        mesh.positions[1].z = mesh.positions[4].z = height;
         return shape_lights(mesh)[1];
     };
     CHECK(light_at_bend(0.1F) > light_at_bend(0));
@@ -150,42 +147,32 @@ Mesh atlas()
     return box_mesh(atlas_uv);
 }
 
-class Fixture
+Texture textured(const Model& model, const Mesh& mesh, testing::TestRun& run, int size_px = 192)
 {
-  public:
-    /// The box with a picture per side.
-    Model painted_box(int picture_px = 16) const
-    {
-        Model model;
-        model.mesh = box_mesh([](std::size_t, float u, float v) { return Vec2f{u + 2, v - 3}; });
-        model.loaded_from = folder_.path();
-        for (std::uint32_t side = 0; side < Box::sides; ++side)
-        {
-            model.pictures.push_back("picture_" + std::to_string(side) + ".png");
-            write_file(folder_.path() / model.pictures.back(), stored_png::Codec().encode_png(Box::picture(side, picture_px)));
-            ModelMaterial material;
-            material.picture = static_cast<int>(side);
-            model.materials.push_back(material);
-            model.material_of_face.insert(model.material_of_face.end(), 2, side);
-        }
-        return model;
-    }
+    const testing::TemporaryFolder folder;
+    testing::run_stage(FRESCO_PLUGIN_FILE, "texture.from_model", Value::Map{{"size_px", size_px}},
+                       {{"model", std::make_shared<Model>(model)}, {"mesh", std::make_shared<Mesh>(mesh)}}, folder.path(), run,
+                       {{"image_io", std::make_shared<stored_png::Codec>()}});
+    return std::move(*Texture::load({folder.path() / "texture", folder.path()}));
+}
 
-    Texture run(const Model& model, const Mesh& mesh, testing::TestRun& run, Value options = Value::Map{}) const
+/// The box with a picture per side in `folder`.
+Model painted_box(const testing::TemporaryFolder& folder)
+{
+    Model model;
+    model.mesh = box_mesh([](std::size_t, float u, float v) { return Vec2f{u + 2, v - 3}; });
+    model.loaded_from = folder.path();
+    for (std::uint32_t side = 0; side < Box::sides; ++side)
     {
-        if (options.find("size_px") == nullptr)
-            options.set("size_px", 192);
-        const auto out = folder_.path() / "out";
-        std::filesystem::remove_all(out);
-        testing::run_stage(FRESCO_PLUGIN_FILE, "texture.from_model", options,
-                           {{"model", std::make_shared<Model>(model)}, {"mesh", std::make_shared<Mesh>(mesh)}}, out, run,
-                           {{"image_io", std::make_shared<stored_png::Codec>()}});
-        return std::move(*Texture::load({out / "texture", out}));
+        model.pictures.push_back("picture_" + std::to_string(side) + ".png");
+        write_file(folder.path() / model.pictures.back(), stored_png::Codec().encode_png(Box::picture(side)));
+        ModelMaterial material;
+        material.picture = static_cast<int>(side);
+        model.materials.push_back(material);
+        model.material_of_face.insert(model.material_of_face.end(), 2, side);
     }
-
-  private:
-    testing::TemporaryFolder folder_;
-};
+    return model;
+}
 
 Rgb8 bytes_at(const Texture& texture, Vec2f uv)
 {
@@ -201,8 +188,8 @@ Mesh wall()
     Mesh mesh;
     mesh.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, -0.01F}, {1, 0, -0.01F}, {1, 1, -0.01F}, {0, 1, -0.01F}};
     mesh.triangles = {{0, 1, 2}, {0, 2, 3}, {4, 6, 5}, {4, 7, 6}};
-    mesh.colors = {{255, 255, 255}, {255, 255, 255}, {255, 255, 255}, {255, 255, 255},
-                   {0, 0, 0},       {0, 0, 0},       {0, 0, 0},       {0, 0, 0}};
+    mesh.colors.assign(4, Rgb8{255, 255, 255});
+    mesh.colors.resize(8);
     mesh.texcoords = {{0, 0},    {0.4F, 0}, {0.4F, 1}, {0, 0},    {0.4F, 1}, {0, 1},
                       {0.5F, 0}, {1, 1},    {1, 0},    {0.5F, 0}, {0.5F, 1}, {1, 1}};
     return mesh;
@@ -219,9 +206,9 @@ Model colored(const Mesh& mesh)
 
 TEST_CASE("six pictures come out on their sides, the right way up", "[texture.from_model]")
 {
-    const Fixture fixture;
+    const testing::TemporaryFolder folder;
     testing::TestRun run;
-    const Texture texture = fixture.run(fixture.painted_box(), atlas(), run);
+    const Texture texture = textured(painted_box(folder), atlas(), run);
     CHECK(texture.atlas == atlas_id(atlas()));
     CHECK(texture.values == "display");
     for (std::size_t side = 0; side < Box::sides; ++side)
@@ -240,56 +227,48 @@ TEST_CASE("six pictures come out on their sides, the right way up", "[texture.fr
 TEST_CASE("pixels count whatever their alpha is, without a warning; a damaged picture is named by its model",
           "[texture.from_model]")
 {
-    const Fixture fixture;
-    Model model = fixture.painted_box();
-    const Mesh mesh = box_mesh(atlas_uv);
+    const testing::TemporaryFolder folder;
+    const Model model = painted_box(folder);
+    const Mesh mesh = atlas();
     testing::TestRun run;
-    const Texture opaque = fixture.run(model, mesh, run);
+    const Texture opaque = textured(model, mesh, run);
     CHECK(run.messages.empty());
-    const Raster8 rgb = Box::picture(0, 16);
-    Raster8 rgba(16, 16, 4, 0);
-    for (int y = 0; y < 16; ++y)
-        for (int x = 0; x < 16; ++x)
-            std::copy_n(&rgb.at(x, y), 3, &rgba.at(x, y));
+    const Raster8 rgb = Box::picture(0);
+    const Raster8 rgba = testing::picture(
+        16, 16, [&](int x, int y, int c) { return c == 3 ? 0 : rgb.at(x, y, c); }, 4);
     const auto file = model.loaded_from / model.pictures[0];
     write_file(file, stored_png::Codec().encode_png(rgba));
-    CHECK(fixture.run(model, mesh, run).layers[0] == opaque.layers[0]);
+    CHECK(textured(model, mesh, run).layers[0] == opaque.layers[0]);
     CHECK(run.messages.empty());
     std::filesystem::remove(file);
-    CHECK_THROWS_WITH(fixture.run(model, mesh, run), Catch::Contains("picture 0 of the model on port 'model': ") &&
-                                                         !Catch::Contains(model.loaded_from.string()));
+    CHECK_THROWS_WITH(textured(model, mesh, run), Catch::Contains("picture 0 of the model on port 'model': ") &&
+                                                      !Catch::Contains(model.loaded_from.string()));
 }
 
 TEST_CASE("where the picture is finer than the texture, a texel takes the mean light below it", "[texture.from_model]")
 {
     // Stripes of one pixel, black and white: 5 pixels per texel, and 40, which are made fewer first.
-    const Fixture fixture;
+    const testing::TemporaryFolder folder;
     for (const int size : {160, 1280})
     {
-        Model model = fixture.painted_box();
-        Raster8 stripes(size, size, 3);
-        for (std::size_t i = 0; i < stripes.values.size(); ++i)
-            stripes.values[i] = (i / 3) % 2 == 0 ? 255 : 0;
+        const Model model = painted_box(folder);
+        const Raster8 stripes = testing::picture(size, size, [](int x, int, int) { return x % 2 == 0 ? 255 : 0; });
         write_file(model.loaded_from / model.pictures[5], stored_png::Codec().encode_png(stripes));
         testing::TestRun run;
-        const Texture texture = fixture.run(model, atlas(), run, Value::Map{{"size_px", 107}});
+        const Texture texture = textured(model, atlas(), run, 107);
         for (const float u : {0.2F, 0.4F, 0.8F})
-        {
-            const auto rgb = bytes_at(texture, atlas_uv(5, u, 0.5F));
-            CHECK(std::abs(rgb[0] - 188) <= 12);
-        }
+            CHECK(std::abs(bytes_at(texture, atlas_uv(5, u, 0.5F))[0] - 188) <= 12);
     }
 }
 
 TEST_CASE("each side of a thin wall keeps its colors", "[texture.from_model]")
 {
-    const Fixture fixture;
     testing::TestRun run;
     Mesh thin = wall();
     // The atlas's wall lies a little beside the model's: each of its sides is nearer to the other color.
     for (Vec3f& p : thin.positions)
         p.z += p.z == 0 ? -0.008F : 0.008F;
-    const Texture texture = fixture.run(colored(wall()), thin, run);
+    const Texture texture = textured(colored(wall()), thin, run);
     CHECK(run.reported.at("colors_from").as_string() == "colors");
     CHECK(bytes_at(texture, {0.2F, 0.5F}) == Rgb8{255, 255, 255});
     CHECK(bytes_at(texture, {0.75F, 0.5F}) == Rgb8{0, 0, 0});
@@ -299,21 +278,19 @@ TEST_CASE("each side of a thin wall keeps its colors", "[texture.from_model]")
 
 TEST_CASE("vertex colors run linearly in light between vertices", "[texture.from_model]")
 {
-    const Fixture fixture;
     testing::TestRun run;
     Mesh ramp = wall();
     ramp.colors = {{0, 0, 0}, {255, 255, 255}, {255, 255, 255}, {0, 0, 0}, {9, 9, 9}, {9, 9, 9}, {9, 9, 9}, {9, 9, 9}};
-    const Texture texture = fixture.run(colored(ramp), wall(), run);
+    const Texture texture = textured(colored(ramp), wall(), run);
     CHECK(std::abs(bytes_at(texture, {0.2F, 0.5F})[1] - 188) <= 1);
     CHECK(bytes_at(texture, {0.7F, 0.5F}) == Rgb8{9, 9, 9});
 }
 
 TEST_CASE("a bare model is shaded by its shape", "[texture.from_model]")
 {
-    const Fixture fixture;
     testing::TestRun run;
     Mesh bare = atlas();
-    const Texture texture = fixture.run(colored(bare), atlas(), run);
+    const Texture texture = textured(colored(bare), atlas(), run);
     CHECK(run.reported.at("colors_from").as_string() == "shape");
     CHECK(run.reported.at("seen_share").as_double() == 1);
     CHECK_THAT(run.messages.at(0), Contains("shaded by its shape"));
@@ -327,12 +304,11 @@ TEST_CASE("a bare model is shaded by its shape", "[texture.from_model]")
 
 TEST_CASE("what is out of reach is not seen and continues the rest; a mesh of another model is refused", "[texture.from_model]")
 {
-    const Fixture fixture;
     testing::TestRun run;
     Mesh far = wall();
     for (std::size_t i = 4; i < 8; ++i)
         far.positions[i].z = -0.5F;
-    const Texture texture = fixture.run(colored(wall()), far, run);
+    const Texture texture = textured(colored(wall()), far, run);
     CHECK(bytes_at(texture, {0.2F, 0.5F}) == Rgb8{255, 255, 255});
     CHECK(texture.seen.at(144, 96) == 0);
     CHECK(bytes_at(texture, {0.75F, 0.5F}) == Rgb8{255, 255, 255});
@@ -341,13 +317,13 @@ TEST_CASE("what is out of reach is not seen and continues the rest; a mesh of an
 
     for (Vec3f& p : far.positions)
         p.x += 100;
-    CHECK_THROWS_WITH(fixture.run(colored(wall()), far, run), Contains("no part of the mesh on port 'mesh' is within"));
+    CHECK_THROWS_WITH(textured(colored(wall()), far, run), Contains("no part of the mesh on port 'mesh' is within"));
     for (Vec2f& uv : far.texcoords)
         uv.y = 0.5F;
-    CHECK_THROWS_WITH(fixture.run(colored(wall()), far, run), Contains("the mesh on port 'mesh' has no room in the atlas"));
+    CHECK_THROWS_WITH(textured(colored(wall()), far, run), Contains("the mesh on port 'mesh' has no room in the atlas"));
     far.texcoords.clear();
-    CHECK_THROWS_WITH(fixture.run(colored(wall()), far, run), Contains("has no texcoords: wire an atlas.* stage"));
+    CHECK_THROWS_WITH(textured(colored(wall()), far, run), Contains("has no texcoords: wire an atlas.* stage"));
     Model wrong = colored(wall());
     wrong.material_of_face.pop_back();
-    CHECK_THROWS_WITH(fixture.run(wrong, wall(), run), Contains("the model on port 'model': materials of 3 faces"));
+    CHECK_THROWS_WITH(textured(wrong, wall(), run), Contains("the model on port 'model': materials of 3 faces"));
 }

@@ -7,9 +7,9 @@
 #include <fresco/texturing/surface_average.h>
 #include <fresco/texturing/texel_faces.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <random>
 
 using namespace fresco;
 using namespace fresco::texturing;
@@ -56,11 +56,9 @@ Mesh hill()
 
 RasterF noise(unsigned seed)
 {
-    std::mt19937 random(seed);
-    std::uniform_real_distribution<float> unit(0, 1);
+    const Raster8 steps = testing::noise_picture(wall_px, wall_px, seed);
     RasterF rgb(wall_px, wall_px, 3);
-    for (float& value : rgb.values)
-        value = unit(random);
+    std::ranges::transform(steps.values, rgb.values.begin(), [](std::uint8_t step) { return static_cast<float>(step) / 255; });
     return rgb;
 }
 
@@ -121,11 +119,8 @@ TEST_CASE("mix: the mean along rows is that of each texel by itself")
             sum += normals[mesh.triangles[faces.face[texel]][i]] * static_cast<float>(weights[i]);
         return normalized(sum);
     };
-    const auto difference = [&](std::size_t texel)
-    {
-        return Vec3f{painting.values[3 * texel] - photo.values[3 * texel],
-                     painting.values[3 * texel + 1] - photo.values[3 * texel + 1],
-                     painting.values[3 * texel + 2] - photo.values[3 * texel + 2]};
+    const auto color = [](const RasterF& rgb, std::size_t texel) {
+        return Vec3f{rgb.values[3 * texel], rgb.values[3 * texel + 1], rgb.values[3 * texel + 2]};
     };
     // So small a split that every texel is a sample.
     constexpr double split_m = 0.15;
@@ -133,14 +128,14 @@ TEST_CASE("mix: the mean along rows is that of each texel by itself")
     SurfaceAverage average({0, 0, lowest.z}, {1, 1, highest.z}, split_m, "split_cm");
     for (std::size_t texel = 0; texel < faces.face.size(); ++texel)
         if (faces.inside[texel])
-            average.add(texel_position(mesh, faces, texel), normal(texel), difference(texel));
+            average.add(texel_position(mesh, faces, texel), normal(texel), color(painting, texel) - color(photo, texel));
 
     const Mix mixed = mix(photo, painting, mesh, faces, split_m, {1, 0}, testing::TestRun());
     double largest = 0;
     double steps = 0;
     for (std::size_t texel = 0; texel < faces.face.size(); ++texel)
     {
-        Vec3f expected{photo.values[3 * texel], photo.values[3 * texel + 1], photo.values[3 * texel + 2]};
+        Vec3f expected = color(photo, texel);
         if (faces.covered(texel))
             expected += SurfaceAverage::Lookup(average).at(texel_position(mesh, faces, texel), normal(texel), {});
         for (std::size_t c = 0; c < 3; ++c)

@@ -32,11 +32,6 @@ Window::Window(int side)
     }
 }
 
-float fit_weight(float distance)
-{
-    return std::pow(distance + epsilon, power);
-}
-
 namespace
 {
 
@@ -72,7 +67,7 @@ void for_each_texel(const SurfaceGrid& grid, const Progress& progress, const Wor
 Level::Level(const Task& task, double spacing_m, double scale, const LevelOptions& options, const Progress& progress,
              Level* under)
     : Level(task, spacing_m, scale, options, progress, under,
-            under != nullptr ? under->settled_unshown(options.least_missing, progress) : Unshown{})
+            under != nullptr ? under->unshown(options.least_missing, progress) : Unshown{})
 {
 }
 
@@ -113,14 +108,7 @@ std::vector<float> Level::share_over(const Unshown& unshown, const Progress& pro
     return share;
 }
 
-Level::Unshown Level::settled_unshown(double least_missing, const Progress& progress)
-{
-    Unshown result = unshown(least_missing, progress);
-    settle();
-    return result;
-}
-
-Level::Unshown Level::unshown(double least_missing, const Progress& progress) const
+Level::Unshown Level::unshown(double least_missing, const Progress& progress)
 {
     Unshown result{missing(progress), std::vector<std::uint8_t>(task_.surface.mesh.triangles.size(), 0)};
     std::vector<std::uint8_t> near(patches_.count(), 0);
@@ -144,6 +132,7 @@ Level::Unshown Level::unshown(double least_missing, const Progress& progress) co
                 if (before[face] != 0 && other != geometry::none)
                     result.faces[other] = 1;
     }
+    settle();
     return result;
 }
 
@@ -227,10 +216,7 @@ std::uint32_t Level::texel_near(std::uint32_t chart, Vec2f uv) const
 {
     const SurfaceGrid::Sheet& sheet = grid_.sheet(chart);
     const Vec2d at = grid_.place(chart, uv);
-    const auto cell = [](double along, int count)
-    { return static_cast<std::size_t>(std::clamp(static_cast<int>(std::floor(along)), 0, count - 1)); };
-    return grid_.texel_at(sheet.first_cell + cell(at.y, sheet.height) * static_cast<std::size_t>(sheet.width) +
-                          cell(at.x, sheet.width));
+    return grid_.texel_at(sheet.cell(sheet.column(at.x), sheet.row(at.y)));
 }
 
 void Level::begin(const Level* coarser, const Progress& progress)
@@ -288,7 +274,7 @@ void Level::set_matches(std::vector<Match> matches, const Progress& progress)
 {
     matches_ = std::move(matches);
     fits_.resize(matches_.size());
-    std::ranges::transform(matches_, fits_.begin(), [](const Match& match) { return fit_weight(match.distance); });
+    std::ranges::transform(matches_, fits_.begin(), [](const Match& match) { return std::pow(match.distance + epsilon, power); });
     colors_.resize(start_.size());
     for_each_texel(grid_, progress,
                    [&](std::size_t t)

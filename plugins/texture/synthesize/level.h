@@ -46,8 +46,6 @@ class Window
     std::vector<float> values_;
 };
 
-float fit_weight(float distance);
-
 /// The color of a point according to the patches over it.
 struct Vote
 {
@@ -62,8 +60,8 @@ struct Vote
     Vec3f shifted_mean() const { return mean + shift; }
 };
 
-/// `fits`: per patch, the fit_weight. `offset_on(patch)`: the point on the patch, in texels from its center. `color(place)`:
-/// color of a place in the picture.
+/// `fits`: per patch, the weight of its fit. `offset_on(patch)`: the point on the patch, in texels from its center.
+/// `color(place)`: color of a place in the picture.
 template <class Offset, class Color>
 Vote vote(std::span<const std::uint32_t> covers, std::span<const Match> matches, std::span<const float> fits,
           const Window& window, const Offset& offset_on, const Color& color)
@@ -112,12 +110,12 @@ struct Task
 /// Settings of one level.
 struct LevelOptions
 {
-    int side;              ///< Points along a patch.
-    int stride;            ///< Texels between patches.
-    double faithfulness;   ///< g: share of the start in the wanted colors; the rest is the painting so far.
-    double unrest;         ///< L*a*b*: noise added to the coarsest level's start, so that plain surfaces get strokes too.
-    double least_missing;  ///< L*a*b*: a level over another counts where this much is missing(), fully from twice as much on.
-    SearchOptions search;
+    int side = 11;              ///< Points along a patch.
+    int stride = 4;             ///< Texels between patches.
+    double faithfulness = 0.5;  ///< g: share of the start in the wanted colors; the rest is the painting so far.
+    double unrest = 0;          ///< L*a*b*: noise added to the coarsest level's start, so that plain surfaces get strokes too.
+    double least_missing = 0;   ///< L*a*b*: a level over another counts where this much is missing(), fully from twice that on.
+    SearchOptions search = {};
 };
 
 /// A surface painted at one size of texels. A level over another one has finer strokes, and only where that one does not show
@@ -205,8 +203,8 @@ class Level
         std::vector<float> share;         ///< Per texel of this level.
         std::vector<std::uint8_t> faces;  ///< 1: within about a patch of a texel with a share.
     };
-    Unshown unshown(double least_missing, const Progress& progress) const;
-    Unshown settled_unshown(double least_missing, const Progress& progress);
+    /// Settles the level.
+    Unshown unshown(double least_missing, const Progress& progress);
     std::vector<float> share_over(const Unshown& unshown, const Progress& progress) const;
 
     Level(const Task& task, double spacing_m, double scale, const LevelOptions& options, const Progress& progress,

@@ -174,16 +174,11 @@ void SurfaceGrid::draw_face(const PaintedSurface& surface, std::uint32_t face, s
         return;
     const auto [x0, x1] = std::minmax({c[0].x, c[1].x, c[2].x});
     const auto [y0, y1] = std::minmax({c[0].y, c[1].y, c[2].y});
-    const auto cell = [](double at, int count) { return std::clamp(static_cast<int>(std::floor(at)), 0, count - 1); };
-    for (int y = cell(y0, sheet.height); y <= cell(y1, sheet.height); ++y)
-        for (int x = cell(x0, sheet.width); x <= cell(x1, sheet.width); ++x)
-        {
-            const std::size_t at = sheet.first_cell + static_cast<std::size_t>(y) * static_cast<std::size_t>(sheet.width) +
-                                   static_cast<std::size_t>(x);
-            const Vec2d center{x + 0.5, y + 0.5};
-            if (inside(c, area, center))
-                out.push_back({point_in(surface.mesh, face, weights_at(c, center)), face, static_cast<std::uint32_t>(at)});
-        }
+    for (int y = sheet.row(y0); y <= sheet.row(y1); ++y)
+        for (int x = sheet.column(x0); x <= sheet.column(x1); ++x)
+            if (const Vec2d center{x + 0.5, y + 0.5}; inside(c, area, center))
+                out.push_back(
+                    {point_in(surface.mesh, face, weights_at(c, center)), face, static_cast<std::uint32_t>(sheet.cell(x, y))});
 }
 
 void SurfaceGrid::adopt(const PaintedSurface& surface, std::uint32_t chart, std::uint32_t largest_face)
@@ -193,10 +188,7 @@ void SurfaceGrid::adopt(const PaintedSurface& surface, std::uint32_t chart, std:
     Vec2d at;
     for (std::size_t i = 0; i < 3; ++i)
         at = at + place(chart, surface.mesh.texcoords[3 * std::size_t{largest_face} + i]) * middle[i];
-    const int x = std::clamp(static_cast<int>(at.x), 0, sheet.width - 1);
-    const int y = std::clamp(static_cast<int>(at.y), 0, sheet.height - 1);
-    const auto cell = static_cast<std::uint32_t>(
-        sheet.first_cell + static_cast<std::size_t>(y) * static_cast<std::size_t>(sheet.width) + static_cast<std::size_t>(x));
+    const auto cell = static_cast<std::uint32_t>(sheet.cell(sheet.column(at.x), sheet.row(at.y)));
     texel_of_cell_[cell] = static_cast<std::uint32_t>(texels_.size());
     texels_.push_back({point_in(surface.mesh, largest_face, middle), largest_face, cell});
 }
@@ -345,12 +337,10 @@ class Patches::Walker
         Vec2d high{std::max({c[0].x, c[1].x, c[2].x}), std::max({c[0].y, c[1].y, c[2].y})};
         clip(corners, c, low, high);
         const SurfaceGrid::Sheet& sheet = grid_.sheet(chart);
-        const auto cell = [](double at, int count) { return std::clamp(static_cast<int>(std::floor(at)), 0, count - 1); };
-        for (int y = cell(low.y, sheet.height); y <= cell(high.y, sheet.height); ++y)
-            for (int x = cell(low.x, sheet.width); x <= cell(high.x, sheet.width); ++x)
+        for (int y = sheet.row(low.y); y <= sheet.row(high.y); ++y)
+            for (int x = sheet.column(low.x); x <= sheet.column(high.x); ++x)
             {
-                const std::size_t at = sheet.first_cell + static_cast<std::size_t>(y) * static_cast<std::size_t>(sheet.width) +
-                                       static_cast<std::size_t>(x);
+                const std::size_t at = sheet.cell(x, y);
                 const std::uint32_t texel = grid_.texel_at(at);
                 if (grid_.texels()[texel].cell != at || grid_.texels()[texel].face != face)
                     continue;
@@ -431,10 +421,7 @@ class Patches::Walker
     /// Points off the surface become the nearest ones on it.
     void extend(const Patch& patch, Point* points)
     {
-        const auto missing = [](std::uint8_t found) { return found == 0; };
-        if (std::none_of(found_.begin(), found_.end(), missing))
-            return;
-        if (std::all_of(found_.begin(), found_.end(), missing))
+        if (std::ranges::count(found_, 0) == std::ssize(found_))
         {
             const SurfaceGrid::Texel& texel = grid_.texels()[patch.texel];
             const SurfaceGrid::Sheet& sheet = grid_.sheet(surface_.charts.of_face[texel.face]);

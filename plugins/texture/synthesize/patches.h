@@ -2,6 +2,7 @@
 
 #include "painted_surface.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -40,6 +41,13 @@ class SurfaceGrid
         int height = 0;
         Vec2d uv_low;  ///< The chart's least texcoords.
         double cells_per_uv = 0;
+
+        std::size_t cell(int x, int y) const
+        {
+            return first_cell + static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+        }
+        int column(double x) const { return std::clamp(static_cast<int>(std::floor(x)), 0, width - 1); }
+        int row(double y) const { return std::clamp(static_cast<int>(std::floor(y)), 0, height - 1); }
     };
 
     /// `spacing_m`: a texel's side. Charts without area have no texels. With `wanted` (1 or 0 per face), only wanted faces have
@@ -61,8 +69,6 @@ class SurfaceGrid
 
     /// The texel of a cell; for a cell outside of the chart, the nearest texel in its grid.
     std::uint32_t texel_at(std::size_t cell) const { return texel_of_cell_[cell]; }
-    /// Whether the cell lies inside the chart, so that no other cell has its texel.
-    bool owns(std::size_t cell) const { return texels_[texel_of_cell_[cell]].cell == cell; }
 
   private:
     void lay_out(const PaintedSurface& surface);

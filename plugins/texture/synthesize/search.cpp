@@ -165,8 +165,8 @@ constexpr double window_share = 0.01;  // Share of the picture's area.
 constexpr double fair_use = 3;         // Times the mean.
 constexpr double crowd_step = 0.5;     // Change of a factor in a round, as a power.
 
-}  // namespace
-
+/// The weight of each key's distances: 1 / (α + the least distance of any of `queries`), so that parts of the picture that no
+/// query resembles are used, too (completeness; Granot et al. 2022). `queries`: n x feature_count().
 std::vector<float> completeness_weights(const StylePicture& picture, std::span<const float> queries, double alpha,
                                         const Progress& progress)
 {
@@ -186,6 +186,8 @@ std::vector<float> completeness_weights(const StylePicture& picture, std::span<c
                  });
     return weights;
 }
+
+}  // namespace
 
 void update_crowding(const StylePicture& picture, std::span<const Match> matches, std::vector<float>& crowding)
 {
@@ -235,15 +237,13 @@ class Search
            const NearbyUses& uses, const SearchOptions& options, std::span<const Match> before, const Progress& progress)
         : patches_(patches), grid_(grid), wanted_(wanted), picture_(picture), before_(before), progress_(progress),
           variety_(patches, grid, picture, options.stroke_px, options.variety, options.seed, progress), uses_(uses),
-          lift_(static_cast<float>(options.lift)), repeat_cost_(static_cast<float>(options.repeat_cost)),
-          weave_cost_(static_cast<float>(options.weave_cost)), stroke_px_(options.stroke_px), seed_(options.seed),
-          values_(picture.values_per_patch())
+          options_(options), values_(picture.values_per_patch())
     {
     }
 
-    std::vector<Match> run(double completeness, std::span<const float> crowding)
+    std::vector<Match> run(std::span<const float> crowding)
     {
-        weights_ = completeness_weights(picture_, sampled_features(), completeness, progress_);
+        weights_ = completeness_weights(picture_, sampled_features(), options_.completeness, progress_);
         // An average key counts 1, so that preferences are worth what SearchOptions::variety says.
         const double mean = std::accumulate(weights_.begin(), weights_.end(), 0.0) / static_cast<double>(weights_.size());
         for (float& weight : weights_)
@@ -327,7 +327,7 @@ class Search
         for (std::size_t k = 0; k < picture_.key_count(); ++k)
         {
             const auto square = [&](float v)
-            { return static_cast<std::uint32_t>(static_cast<double>(v) / (class_strokes * stroke_px_)); };
+            { return static_cast<std::uint32_t>(static_cast<double>(v) / (class_strokes * options_.stroke_px)); };
             KeyClass& of = classes[noise::hash(square(picture_.key(k).x), square(picture_.key(k).y)) % classes_count];
             of.keys.push_back(k);
             of.weights.push_back(weights_[k]);
@@ -338,7 +338,7 @@ class Search
         std::erase_if(classes, [](const KeyClass& of) { return of.keys.empty(); });
         std::vector<NearestKeys> nearest_keys;
         for (KeyClass& of : classes)
-            nearest_keys.emplace_back(std::exchange(of.features, {}), sizes, of.weights, lift_ * scale, patch_kernel());
+            nearest_keys.emplace_back(std::exchange(of.features, {}), sizes, of.weights, options_.lift * scale, patch_kernel());
 
         std::vector<Match> matches(patches_.count());
         const NearbyUses::Placed placed = uses_.placed(before_);
@@ -393,11 +393,12 @@ class Search
     {
         const NearbyUses::Copies copies = uses.copies(patch, at);
         const float motif = uses_.motif(key);
-        return repeat_cost_ * motif * std::min(copies.around, 1.0F) + weave_cost_ * (1 - motif) * std::min(copies.beside, 1.0F);
+        return options_.repeat_cost * motif * std::min(copies.around, 1.0F) +
+               options_.weave_cost * (1 - motif) * std::min(copies.beside, 1.0F);
     }
 
     /// Turn of a patch with its center at a key.
-    Vec2f turn_of(Vec2f key) const { return picture_.is_directed() ? picture_.direction(key).along : Vec2f{1, 0}; }
+    Vec2f turn_of(Vec2f key) const { return picture_.is_directed() ? picture_.direction(key) : Vec2f{1, 0}; }
 
     /// Colors of the picture around a place.
     struct Copy
@@ -434,7 +435,7 @@ class Search
     float score(std::size_t patch, float distance, Vec2f at, Vec2f turn) const
     {
         const std::size_t key = picture_.key_near(at);
-        const float cost = weights_[key] * (distance + lift_) + variety_.preference(patch, key);
+        const float cost = weights_[key] * (distance + options_.lift) + variety_.preference(patch, key);
         return picture_.is_directed() ? cost + misalignment_cost * picture_.misalignment(at, turn) : cost;
     }
 
@@ -459,7 +460,7 @@ class Search
     /// Patches that come first, in a random order, of those over their center.
     std::vector<char> leaders() const
     {
-        const auto order = [this](std::uint32_t patch) { return std::pair(noise::hash(seed_, patch), patch); };
+        const auto order = [this](std::uint32_t patch) { return std::pair(noise::hash(options_.seed, patch), patch); };
         std::vector<char> result(patches_.count(), 1);
         for (std::uint32_t i = 0; i < result.size(); ++i)
             for (const std::uint32_t other : patches_.covers(patches_[i].texel))
@@ -494,7 +495,8 @@ class Search
                     const NearbyUses::Map& uses) const
     {
         Match best = matches[patch];
-        float least = score(patch, (best.distance + coherence_tolerance + lift_) * coherence_factor - lift_, best.at, best.turn) +
+        float least = score(patch, (best.distance + coherence_tolerance + options_.lift) * coherence_factor - options_.lift,
+                            best.at, best.turn) +
                       repeating(uses, patch, picture_.key_near(best.at), best.at);
         for (const std::uint32_t other : patches_.covers(patches_[patch].texel))
         {
@@ -538,11 +540,7 @@ class Search
     const Progress& progress_;
     Variety variety_;
     const NearbyUses& uses_;
-    float lift_;
-    float repeat_cost_;
-    float weave_cost_;
-    double stroke_px_;
-    std::uint32_t seed_;
+    const SearchOptions& options_;
     std::size_t values_;
     std::vector<float> weights_;
 };
@@ -553,7 +551,7 @@ std::vector<Match> search(const Patches& patches, const SurfaceGrid& grid, std::
                           const StylePicture& picture, const NearbyUses& uses, const SearchOptions& options,
                           std::span<const Match> before, std::span<const float> crowding, const Progress& progress)
 {
-    return Search(patches, grid, wanted, picture, uses, options, before, progress).run(options.completeness, crowding);
+    return Search(patches, grid, wanted, picture, uses, options, before, progress).run(crowding);
 }
 
 }  // namespace fresco::synthesize

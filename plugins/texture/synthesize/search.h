@@ -95,13 +95,14 @@ struct Match
 
 struct SearchOptions
 {
-    double completeness;  ///< α in L*a*b*² per value; smaller values use the picture more evenly.
-    double stroke_px;     ///< Width of a stroke, in texels and in pixels of the level's picture.
-    double variety;       ///< See Variety; L*a*b*² per value.
-    double lift;          ///< Added to all distances, so that completeness counts among good fits. L*a*b*² per value.
-    double repeat_cost;   ///< Cost of a motif that is also seen around a patch (see NearbyUses). L*a*b*² per value.
-    double weave_cost;    ///< Cost of a plain place that is also used beside it.
-    std::uint32_t seed;   ///< Seed of Variety.
+    /// α in L*a*b*² per value; smaller values use the picture more evenly. Unused parts are cheaper, but bad fits stay rare.
+    double completeness = 4;
+    double stroke_px = 8;    ///< Width of a stroke, in texels and in pixels of the level's picture.
+    double variety = 0;      ///< See Variety; L*a*b*² per value.
+    float lift = 0;          ///< Added to all distances, so that completeness counts among good fits. L*a*b*² per value.
+    float repeat_cost = 60;  ///< Cost of a motif that is also seen around a patch (see NearbyUses). L*a*b*² per value.
+    float weave_cost = 25;   ///< Cost of a plain place that is also used beside it.
+    std::uint32_t seed = 0;  ///< Seed of Variety.
 };
 
 class NearbyUses;
@@ -117,11 +118,6 @@ class NearbyUses;
 std::vector<Match> search(const Patches& patches, const SurfaceGrid& grid, std::span<const Vec3f> wanted,
                           const StylePicture& picture, const NearbyUses& uses, const SearchOptions& options,
                           std::span<const Match> before, std::span<const float> crowding, const Progress& progress);
-
-/// The weight of each key's distances: 1 / (α + the least distance of any of `queries`), so that parts of the picture that no
-/// query resembles are used, too (completeness; Granot et al. 2022). `queries`: n x feature_count(). Throws Canceled.
-std::vector<float> completeness_weights(const StylePicture& picture, std::span<const float> queries, double alpha,
-                                        const Progress& progress);
 
 /// Raises each key's factor (at least 1) while the picture around it, in a square of 1 % of its area, is used more than three
 /// times the average, and lowers it again below that: a price that settles over the rounds.

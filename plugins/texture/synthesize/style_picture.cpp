@@ -38,14 +38,6 @@ int count_along(int pixels, int border, double step)
     return 1 + static_cast<int>((pixels - 2 * border - 1) / step);
 }
 
-bool is_of_one_color(const Raster8& rgb)
-{
-    for (std::size_t i = 3; i < rgb.values.size(); ++i)
-        if (rgb.values[i] != rgb.values[i - 3])
-            return false;
-    return true;
-}
-
 bool has_contrast(const RasterF& lab)
 {
     Vec3d sum;
@@ -76,19 +68,12 @@ void fade_means(std::vector<float>& patches, std::size_t values_per_patch)
     }
 }
 
-[[noreturn]] void refuse_one_color()
-{
-    throw Error("the style picture has a single color: use a picture with brush strokes or other patterns");
-}
-
 }  // namespace
 
 StylePicture::StylePicture(const Raster8& rgb, double scale, int side, const Progress& progress, double stroke_px,
                            const Raster8& opaque)
     : scale_(scale), side_(side), border_(stroke_px > 0 ? static_cast<int>(std::ceil(side / 2 * std::numbers::sqrt2)) : side / 2)
 {
-    if (is_of_one_color(rgb))
-        refuse_one_color();
     const int width = std::max(1, static_cast<int>(std::lround(rgb.width * scale)));
     const int height = std::max(1, static_cast<int>(std::lround(rgb.height * scale)));
     if (const int least = 2 * border_ + 1; width < least || height < least)
@@ -96,12 +81,12 @@ StylePicture::StylePicture(const Raster8& rgb, double scale, int side, const Pro
                                 "{} pixels; use a larger picture",
                                 rgb.width, rgb.height, width, height, least));
     lab_ = lab_picture(resized(rgb, width, height));
-    if (stroke_px <= 0)
-        find_means(progress);
+    if (!has_contrast(lab_))
+        throw Error("the style picture has a single color: use a picture with brush strokes or other patterns");
     if (stroke_px > 0)
         find_directions(stroke_px);
-    if (!has_contrast(lab_))
-        refuse_one_color();
+    else
+        find_means(progress);
     key_step_ = least_key_step;
     while (static_cast<std::size_t>(count_along(width, border_, key_step_)) *
                static_cast<std::size_t>(count_along(height, border_, key_step_)) >
@@ -195,7 +180,7 @@ void StylePicture::make_basis(const Progress& progress)
         const Vec2f at = key(i);
         float* out = &patches[i * values];
         if (is_directed())
-            turned_patch(at, direction(at).along, out);
+            turned_patch(at, direction(at), out);
         else
         {
             const float* row = patch(static_cast<int>(at.x), static_cast<int>(at.y));
@@ -312,20 +297,16 @@ void StylePicture::find_directions(double stroke_px)
             directions_.values[2 * i + c] = means.values[3 * i + c] / std::max(means.values[3 * i + 2], 1e-6F);
 }
 
-StylePicture::Direction StylePicture::direction(Vec2f at) const
+Vec2f StylePicture::direction(Vec2f at) const
 {
-    const int x = std::clamp(static_cast<int>(std::lround(at.x)), 0, directions_.width - 1);
-    const int y = std::clamp(static_cast<int>(std::lround(at.y)), 0, directions_.height - 1);
-    const float* twice = &directions_.at(x, y);
+    const float* twice = twice_angle(at);
     const float angle = std::atan2(twice[1], twice[0]) / 2;
-    return {{std::cos(angle), std::sin(angle)}, std::min(std::hypot(twice[0], twice[1]), 1.0F)};
+    return {std::cos(angle), std::sin(angle)};
 }
 
 float StylePicture::misalignment(Vec2f at, Vec2f turn) const
 {
-    const int x = std::clamp(static_cast<int>(std::lround(at.x)), 0, directions_.width - 1);
-    const int y = std::clamp(static_cast<int>(std::lround(at.y)), 0, directions_.height - 1);
-    const float* twice = &directions_.at(x, y);
+    const float* twice = twice_angle(at);
     const float in_line = twice[0] * (turn.x * turn.x - turn.y * turn.y) + twice[1] * 2 * turn.x * turn.y;
     return (std::hypot(twice[0], twice[1]) - in_line) / 2;
 }
@@ -351,24 +332,6 @@ void StylePicture::turned_patch(Vec2f at, Vec2f turn, float* values) const
             for (std::size_t c = 0; c < 3; ++c)
                 values[c] = (a[c] * (1 - fx) + a[c + 3] * fx) * (1 - fy) + (b[c] * (1 - fx) + b[c + 3] * fx) * fy;
         }
-}
-
-Vec3f StylePicture::color(Vec2f at) const
-{
-    const float x = std::clamp(at.x, 0.0F, static_cast<float>(lab_.width - 1));
-    const float y = std::clamp(at.y, 0.0F, static_cast<float>(lab_.height - 1));
-    const int x0 = static_cast<int>(x);
-    const int y0 = static_cast<int>(y);
-    const int x1 = std::min(x0 + 1, lab_.width - 1);
-    const int y1 = std::min(y0 + 1, lab_.height - 1);
-    const float fx = x - static_cast<float>(x0);
-    const float fy = y - static_cast<float>(y0);
-    const auto value = [this](int column, int row)
-    {
-        const float* v = &lab_.at(column, row);
-        return Vec3f{v[0], v[1], v[2]};
-    };
-    return (value(x0, y0) * (1 - fx) + value(x1, y0) * fx) * (1 - fy) + (value(x0, y1) * (1 - fx) + value(x1, y1) * fx) * fy;
 }
 
 }  // namespace fresco::synthesize

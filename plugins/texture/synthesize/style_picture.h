@@ -4,6 +4,8 @@
 #include <fresco/math.h>
 #include <fresco/parallel.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -18,6 +20,26 @@ namespace fresco::synthesize
 inline Vec2f turned(Vec2f v, Vec2f turn)
 {
     return {v.x * turn.x - v.y * turn.y, v.x * turn.y + v.y * turn.x};
+}
+
+/// The colors of a picture at any place, bilinear, pixel centers at whole numbers, clamped at its border.
+template <class T>
+Vec3f bilinear(const Raster<T>& picture, Vec2f at)
+{
+    const float x = std::clamp(at.x, 0.0F, static_cast<float>(picture.width - 1));
+    const float y = std::clamp(at.y, 0.0F, static_cast<float>(picture.height - 1));
+    const int x0 = static_cast<int>(x);
+    const int y0 = static_cast<int>(y);
+    const int x1 = std::min(x0 + 1, picture.width - 1);
+    const int y1 = std::min(y0 + 1, picture.height - 1);
+    const float fx = x - static_cast<float>(x0);
+    const float fy = y - static_cast<float>(y0);
+    const auto value = [&picture](int column, int row)
+    {
+        const T* v = &picture.at(column, row);
+        return Vec3f{static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
+    };
+    return (value(x0, y0) * (1 - fx) + value(x1, y0) * fx) * (1 - fy) + (value(x0, y1) * (1 - fx) + value(x1, y1) * fx) * fy;
 }
 
 /// The mean of `count` values, three per color.
@@ -75,13 +97,8 @@ class StylePicture
     int key_reach() const;
 
     bool is_directed() const { return !directions_.empty(); }
-    /// The direction of the strokes at a place, without a sign, and how clear it is. \pre is_directed()
-    struct Direction
-    {
-        Vec2f along;          ///< Unit length, x >= 0.
-        float coherence = 0;  ///< 0..1
-    };
-    Direction direction(Vec2f at) const;
+    /// The direction of the strokes at a place, without a sign: unit length, x >= 0. \pre is_directed()
+    Vec2f direction(Vec2f at) const;
     /// How far strokes at a place deviate from `turn`: from 0 to 1, if they are clearly across. \pre is_directed()
     float misalignment(Vec2f at, Vec2f turn) const;
 
@@ -101,8 +118,8 @@ class StylePicture
     bool has_patch(Vec2f at) const;
     /// The number of opaque pixels in the rectangle from (x0, y0) to before (x1, y1).
     double opaque_count(int x0, int y0, int x1, int y1) const;
-    /// The picture at any place, bilinear, clamped at its border.
-    Vec3f color(Vec2f at) const;
+    /// L*a*b* at any place.
+    Vec3f color(Vec2f at) const { return bilinear(lab_, at); }
     /// The values of the patch around a whole pixel begin here; rows are lab().width * 3 apart.
     const float* patch(int x, int y) const { return &lab_.at(x - side_ / 2, y - side_ / 2); }
     /// The mean of these values. \pre !is_directed(), and a whole patch fits there.
@@ -115,6 +132,12 @@ class StylePicture
     void turned_patch(Vec2f at, Vec2f turn, float* values) const;
 
   private:
+    /// The structure tensor's entry at a place: see directions_.
+    const float* twice_angle(Vec2f at) const
+    {
+        return &directions_.at(std::clamp(static_cast<int>(std::lround(at.x)), 0, directions_.width - 1),
+                               std::clamp(static_cast<int>(std::lround(at.y)), 0, directions_.height - 1));
+    }
     std::size_t grid_count() const { return static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_); }
     Vec2f grid_place(std::size_t number) const;
     void find_opaque_keys(const Raster8& opaque);

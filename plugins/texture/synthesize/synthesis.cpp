@@ -9,6 +9,7 @@
 #include <fresco/images/stroke_width.h>
 #include <fresco/parallel.h>
 #include <fresco/texturing/texel_faces.h>
+#include <fresco/texturing/texture_pictures.h>
 
 #include <fmt/format.h>
 
@@ -36,27 +37,6 @@ Vec3f mixed(const Vote& vote)
     return {clamped(vote.mean.x), clamped(vote.mean.y), clamped(vote.mean.z)};
 }
 
-/// RGB in [0,1] of an 8-bit picture at a place, bilinear, pixel centers at whole numbers.
-Vec3f color_at(const Raster8& rgb, Vec2f at)
-{
-    const float x = std::clamp(at.x, 0.0F, static_cast<float>(rgb.width - 1));
-    const float y = std::clamp(at.y, 0.0F, static_cast<float>(rgb.height - 1));
-    const int x0 = static_cast<int>(x);
-    const int y0 = static_cast<int>(y);
-    const int x1 = std::min(x0 + 1, rgb.width - 1);
-    const int y1 = std::min(y0 + 1, rgb.height - 1);
-    const float fx = x - static_cast<float>(x0);
-    const float fy = y - static_cast<float>(y0);
-    const auto value = [&rgb](int column, int row)
-    {
-        const std::uint8_t* v = &rgb.at(column, row);
-        return Vec3f{static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
-    };
-    const Vec3f top = value(x0, y0) * (1 - fx) + value(x1, y0) * fx;
-    const Vec3f bottom = value(x0, y1) * (1 - fx) + value(x1, y1) * fx;
-    return (top * (1 - fy) + bottom * fy) * (1 / 255.0F);
-}
-
 /// The style picture as a level is painted with it on a texture: smaller where a texel is more than a pixel.
 struct LookedUp
 {
@@ -74,7 +54,8 @@ struct LookedUp
     /// RGB in [0,1] at a place in the level's picture.
     Vec3f color(Vec2f at) const
     {
-        return color_at(picture, {(at.x + 0.5F) * from_searched.x - 0.5F, (at.y + 0.5F) * from_searched.y - 0.5F});
+        const Vec2f here{(at.x + 0.5F) * from_searched.x - 0.5F, (at.y + 0.5F) * from_searched.y - 0.5F};
+        return bilinear(picture, here) * (1 / 255.0F);
     }
 
     const Level* level;
@@ -152,7 +133,6 @@ Painting paint(const Task& task, const Level& level, int size_px, Progress& prog
                                  static_cast<float>(of(*vote.level).pixels_per_texel / pixels_per_texel),
                                  color - copied});
     };
-    std::size_t rows_done = 0;
     constexpr int rows_per_step = 256;
     for (int first = 0; first < size_px; first += rows_per_step)
     {
@@ -165,8 +145,7 @@ Painting paint(const Task& task, const Level& level, int size_px, Progress& prog
                              for (int x = 0; x < size_px; ++x)
                                  paint_texel(x, first + static_cast<int>(y));
                      });
-        rows_done += static_cast<std::size_t>(rows);
-        progress.progress(static_cast<double>(rows_done), size_px, "rows");
+        progress.progress(first + rows, size_px, "rows");
     }
     return result;
 }
@@ -228,11 +207,8 @@ constexpr int coarse_stride = 3;
 constexpr int fine_stride = 4;
 constexpr int preview_px = 512;
 constexpr int least_patch_px = 5;
-constexpr double repeat_cost = 60;  // L*a*b*² per value; half of it where strokes are narrower: they show the room.
-constexpr double weave_cost = 25;
 constexpr int most_halvings = 2;  // Halvings of the strokes' size, where there is detail.
 constexpr int detail_rounds = 2;
-constexpr double detail_faithfulness = 0.5;
 constexpr double least_missing = 0.45;  // L*a*b*: for half a stroke's width, with full detail …
 constexpr double missing_ratio = 2;     // … and for each further halving: small strokes are few.
 
@@ -249,16 +225,15 @@ class Synthesis
     {
         std::unique_ptr<Level> level;
         int number = options_.levels_count - 1;
-        if (std::optional<Checkpoint> found = earlier(finest_, number, options_.rounds_count))
+        const auto take_up = [&](Checkpoint& found)
         {
-            auto next = new_level(found->level);
-            if (resume(*next, *found))
-            {
-                level = std::move(next);
-                paint_rounds(*level, found->level, found->rounds, options_.rounds_count);
-                number = found->level - 1;
-            }
-        }
+            auto next = new_level(found.level);
+            next->resume(std::move(found.matches), std::move(found.crowding), run_);
+            level = std::move(next);
+            number = found.level;
+        };
+        if (const int done = resumed(finest_, number, options_.rounds_count, take_up); done > 0)
+            paint_rounds(*level, number--, done, options_.rounds_count);
         for (; number >= finest_; --number)
         {
             if (level)
@@ -288,11 +263,12 @@ class Synthesis
             shares.emplace_back(share_of_surface(*next, *levels.front()));
             if (next->patches().count() == 0)
                 break;
-            std::optional<Checkpoint> found = earlier(-halvings, -halvings, detail_rounds);
-            const bool goes_on = found && resume(*next, *found);
-            if (!goes_on)
+            const auto take_up = [&](Checkpoint& found)
+            { next->resume(std::move(found.matches), std::move(found.crowding), run_); };
+            const int done = resumed(-halvings, -halvings, detail_rounds, take_up);
+            if (done == 0)
                 next->begin(nullptr, run_);
-            paint_rounds(*next, -halvings, goes_on ? found->rounds : 0, detail_rounds);
+            paint_rounds(*next, -halvings, done, detail_rounds);
             levels.push_back(std::move(next));
         }
         run_.report("detail_shares", std::move(shares));
@@ -333,18 +309,13 @@ class Synthesis
         const bool is_full = texels == stroke_texels;
         // With fewer texels, patches are smaller: else they would show no more detail than those under them.
         const int small_patch = std::max(least_patch_px, options_.patch_px * 2 / 3 / 2 * 2 + 1);
-        const LevelOptions options{.side = is_full ? options_.patch_px : small_patch,
-                                   .stride = is_full ? fine_stride : coarse_stride,
-                                   .faithfulness = detail_faithfulness,
-                                   .unrest = 0,
-                                   .least_missing = least_missing / options_.detail * std::pow(missing_ratio, halvings - 1),
-                                   .search = {.completeness = options_.completeness,
-                                              .stroke_px = texels,
-                                              .variety = 0,
-                                              .lift = 0,
-                                              .repeat_cost = repeat_cost / 2,
-                                              .weave_cost = weave_cost / 2,
-                                              .seed = options_.seed}};
+        LevelOptions options{.side = is_full ? options_.patch_px : small_patch,
+                             .stride = is_full ? fine_stride : coarse_stride,
+                             .least_missing = least_missing / options_.detail * std::pow(missing_ratio, halvings - 1),
+                             .search = {.stroke_px = texels, .seed = options_.seed}};
+        // Narrow strokes show the room: repeating them costs less.
+        options.search.repeat_cost /= 2;
+        options.search.weave_cost /= 2;
         return std::make_unique<Level>(task_, options_.stroke_m / std::exp2(halvings) / texels, texels / stroke_px_, options,
                                        run_, &under);
     }
@@ -364,13 +335,9 @@ class Synthesis
                 .stride = level > 0 ? coarse_stride : fine_stride,
                 .faithfulness = 0.5 * std::pow(0.3, options_.painterly),
                 .unrest = 10 * freedom,
-                .least_missing = 0,
-                .search = {.completeness = options_.completeness,
-                           .stroke_px = stroke_texels / std::exp2(level),
+                .search = {.stroke_px = stroke_texels / std::exp2(level),
                            .variety = 5 * freedom,
-                           .lift = 8 * freedom,
-                           .repeat_cost = repeat_cost,
-                           .weave_cost = weave_cost,
+                           .lift = static_cast<float>(8 * freedom),
                            .seed = options_.seed}};
     }
 
@@ -385,36 +352,27 @@ class Synthesis
         return run_.checkpoint_folder() / (level < 0 ? fmt::format("detail_{}.bin", -level) : "round.bin");
     }
 
-    std::optional<Checkpoint> earlier(int lowest, int highest, int rounds_count) const
+    /// Takes up the checkpoint of a level from `lowest` to `highest`; the rounds that were done, 0: begin. Warns of a checkpoint
+    /// that cannot be used.
+    template <class TakeUp>
+    int resumed(int lowest, int highest, int rounds_count, const TakeUp& take_up) const
     {
         try
         {
-            const auto file = file_of(lowest);
-            auto found = read_checkpoint(file);
-            if (found && (found->level < lowest || found->level > highest || found->rounds < 1 || found->rounds > rounds_count))
-                throw Error(file.string() + ": belongs to another run");
-            return found;
+            auto found = read_checkpoint(file_of(lowest));
+            if (!found)
+                return 0;
+            if (found->level < lowest || found->level > highest || found->rounds < 1 || found->rounds > rounds_count)
+                throw Error(file_of(lowest).string() + ": belongs to another run");
+            take_up(*found);
+            run_.message(fmt::format("going on after round {} of an interrupted run", found->rounds));
+            return found->rounds;
         }
         catch (const Error& error)
         {
             run_.warning(std::string("the checkpoint cannot be used: ") + error.what());
-            return std::nullopt;
+            return 0;
         }
-    }
-
-    bool resume(Level& level, Checkpoint& found) const
-    {
-        try
-        {
-            level.resume(std::move(found.matches), std::move(found.crowding), run_);
-        }
-        catch (const Error& error)
-        {
-            run_.warning("the checkpoint cannot be used: " + file_of(found.level).string() + ": " + error.what());
-            return false;
-        }
-        run_.message(fmt::format("going on after round {} of an interrupted run", found.rounds));
-        return true;
     }
 
     void paint_rounds(Level& level, int number, int done, int count)
@@ -450,10 +408,7 @@ class Synthesis
     void show(const Level& level) const
     {
         const Painting small = paint(task_, level, std::min(preview_px, options_.size_px), run_);
-        const RasterF& layer = small.texture.layers.front();
-        Raster8 picture(layer.width, layer.height, 3);
-        std::transform(layer.values.begin(), layer.values.end(), picture.values.begin(),
-                       [](float v) { return static_cast<std::uint8_t>(std::lround(std::clamp(v, 0.0F, 1.0F) * 255)); });
+        const Raster8 picture = texturing::to_bytes(small.texture.layers.front(), run_);
         write_file(run_.preview_folder() / "texture.png", images_->encode_png(picture));
     }
 

@@ -39,9 +39,8 @@ struct SynthesisOptions
 {
     int size_px = 0;          ///< Texels per side of the texture.
     double stroke_m = 0;      ///< Width of the picture's strokes (see stroke_width_px) on the surface.
-    double painterly = 0;     ///< 0 … 1
-    double detail = 0;        ///< 0 … 1
-    double completeness = 4;  ///< See SearchOptions: unused parts of the picture are cheaper, but bad fits stay rare.
+    double painterly = 0.35;  ///< 0 … 1
+    double detail = 0.5;      ///< 0 … 1
     int patch_px = 11;        ///< Points along a patch, odd: a stroke's width and some of what is beside it.
     int levels_count = 2;     ///< Each has half the resolution of the next.
     int rounds_count = 4;     ///< Per level.

@@ -1,9 +1,7 @@
 #pragma once
 
 #include "catch.h"
-#include "patches.h"
-#include "stage.h"
-#include "stored_png.h"
+#include "synthesis.h"
 #include <fresco/testing_scenes.h>
 
 #include <fresco/files_io.h>
@@ -130,6 +128,54 @@ inline Raster8 brush_picture(int width, int height, std::uint64_t seed, double w
     return result;
 }
 
+/// The start of a wall's painting, in the texcoords of its charts.
+using Start = std::function<Vec3f(std::uint32_t chart, Vec2f uv)>;
+
+/// What the algorithms paint: a wall whose charts are turned in the atlas, so that no point of a patch lies at a texel's center
+/// by chance.
+struct WallTask
+{
+    explicit WallTask(Start of, int quads = 1) : start(std::move(of)), mesh(turned_wall(0.4, quads)) {}
+
+    Start start;
+    testing::TestRun run;
+    Mesh mesh;
+    PaintedSurface surface{mesh, run};
+    Upright upward = upright(surface, Vec3f{0, 1, 0});
+    Raster8 picture = brush_picture(56, 48, 11);
+    Task task{surface, upward, picture, [this](std::uint32_t chart, Vec2f uv, double) { return start(chart, uv); }};
+};
+
+/// Smooth colors, another one in each chart.
+inline Vec3f smooth_start(std::uint32_t chart, Vec2f uv)
+{
+    return {0.3F + 0.5F * uv.x, 0.4F + 0.1F * static_cast<float>(chart), 0.6F - 0.4F * uv.y};
+}
+
+/// A plain left half and a right half with stripes of 14 cm, half a stroke, that run up the wall.
+inline Start striped(float contrast)
+{
+    return [contrast](std::uint32_t chart, Vec2f uv)
+    {
+        const double along = static_cast<double>(uv.x) * std::cos(0.4) + static_cast<double>(uv.y) * std::sin(0.4);
+        const auto wave = static_cast<float>(std::sin(2 * std::numbers::pi * along / 0.3 / 0.14));
+        return Vec3f{0.5F, 0.5F, 0.4F} + Vec3f{1, 1, 1} * (chart == 1 ? contrast * wave : 0);
+    };
+}
+
+inline Vec3f color_at(const Texture& texture, int x, int y)
+{
+    const float* rgb = &texture.layers.front().at(x, y);
+    return {rgb[0], rgb[1], rgb[2]};
+}
+
+/// The center of a texel.
+inline Vec2f texcoord(int size, int x, int y)
+{
+    return {(static_cast<float>(x) + 0.5F) / static_cast<float>(size),
+            1 - (static_cast<float>(y) + 0.5F) / static_cast<float>(size)};
+}
+
 }  // namespace samples
 
 /// \file Painting a small wall with the built plugin.
@@ -144,15 +190,12 @@ inline Texture start_of(const Mesh& mesh, int size, const std::function<Vec3f(Ve
 {
     Texture texture = testing::blank_texture(size, 0);
     texture.atlas = atlas_id(mesh);
+    texture.seen = Raster8(size, size, 1, 1);
     for (int y = 0; y < size; ++y)
         for (int x = 0; x < size; ++x)
         {
-            const auto at = [size](int i) { return (static_cast<float>(i) + 0.5F) / static_cast<float>(size); };
-            const Vec3f color = rgb({at(x), 1 - at(y)});
-            texture.layers.front().at(x, y, 0) = color.x;
-            texture.layers.front().at(x, y, 1) = color.y;
-            texture.layers.front().at(x, y, 2) = color.z;
-            texture.seen.at(x, y) = 1;
+            const Vec3f color = rgb(texcoord(size, x, y));
+            std::ranges::copy(std::array{color.x, color.y, color.z}, &texture.layers.front().at(x, y));
         }
     return texture;
 }
@@ -162,6 +205,7 @@ struct Painted
     std::shared_ptr<Texture> texture;
     std::shared_ptr<SourceMap> source;
     std::vector<std::vector<std::byte>> bytes;
+    Value reported;
 };
 
 /// The wall of two charts with a smooth start, and what to change about it.
@@ -173,19 +217,10 @@ struct Studio
     std::shared_ptr<Frames> frames;
     std::shared_ptr<Texture> lines;
 
-    /// Strokes of 16 cm, all of one width; levels of 4 and 2 cm a texel. Small patches: fast; they, and the seconds between
-    /// checkpoints and previews, are no options of the stage.
-    static Value options(Value::Map more = {})
+    /// With strokes of 16 cm, all of one width; levels of 4 and 2 cm a texel.
+    Painted paint(const Value::Map& options = {}, int threads = 2) const
     {
-        Value result = Value::Map{{"size_px", 128},   {"stroke_cm", 16.0}, {"patch_px", 7}, {"rounds_count", 3},
-                                  {"painterly", 0.5}, {"detail", 0.0},     {"up", "z"}};
-        for (auto& [name, value] : more)
-            result.set(name, value);
-        return result;
-    }
-
-    Painted paint(testing::TestRun& run, const Value& options) const
-    {
+        testing::TestRun run(threads);
         testing::TemporaryFolder out;
         testing::Inputs inputs{{"mesh", std::make_shared<Mesh>(mesh)},
                                {"start", std::make_shared<Texture>(start)},
@@ -194,41 +229,21 @@ struct Studio
             inputs["frames"] = frames;
         if (lines)
             inputs["lines"] = lines;
-        synthesize::TextureSynthesize stage;
-        Value given = Value::Map{{"image_io", Value::Map{{"type", "test.codec"}}}};
-        for (const auto& [name, value] : options.as_map())
-            if (name == "patch_px")
-                stage.fixed.patch_px = static_cast<int>(value.as_int());
-            else if (name == "checkpoint_seconds")
-                stage.fixed.checkpoint_seconds = value.as_double();
-            else if (name == "preview_seconds")
-                stage.fixed.preview_seconds = value.as_double();
-            else
-                given.set(name, value);
-        testing::TestFactory factory;
-        factory.add("test.codec", [] { return std::make_shared<stored_png::Codec>(); });
-        testing::run_stage(stage, given, inputs, out.path(), run, factory);
+        Value given = Value::Map{{"size_px", 128},   {"stroke_cm", 16.0}, {"rounds_count", 3},
+                                 {"painterly", 0.5}, {"detail", 0.0},     {"up", "z"}};
+        for (const auto& [name, value] : options)
+            given.set(name, value);
+        testing::run_stage(FRESCO_PLUGIN_FILE, "texture.synthesize", given, inputs, out.path(), run);
         Painted result;
         for (const char* file : {"texture/layer_0.packed", "texture/seen.packed", "texture/texture.json", "source/places.packed",
                                  "source/shifts.packed", "source/source_map.json"})
             result.bytes.push_back(read_file(out.path() / file));
         result.texture = Texture::load({out.path() / "texture", out.path()});
         result.source = SourceMap::load({out.path() / "source", out.path()});
+        result.reported = run.reported;
         return result;
     }
-
-    Painted paint(Value::Map more = {}) const
-    {
-        testing::TestRun run;
-        return paint(run, options(std::move(more)));
-    }
 };
-
-inline Vec3f color_at(const Texture& texture, int x, int y)
-{
-    const float* rgb = &texture.layers.front().at(x, y);
-    return {rgb[0], rgb[1], rgb[2]};
-}
 
 inline float luminance(Vec3f rgb)
 {

@@ -131,39 +131,27 @@ TEST_CASE("strokes are turned into the direction asked for, and as far as the pi
 {
     Studio wall;
     wall.picture = brush_picture(160, 128, 21);
-    const Value::Map usual{{"size_px", 256}, {"stroke_cm", 10.0}, {"up", "y"}, {"patch_px", 11}};
-    const double as_it_lies = off_upright(*wall.paint(usual).texture);
-    Value::Map turned = usual;
-    turned.emplace_back("direction", "gravity");
-    testing::TestRun run;
-    const Painted painted = wall.paint(run, Studio::options(turned));
-    CHECK(off_upright(*painted.texture) < 15);
-    CHECK(run.reported.at("direction_error_deg").as_double() < 15);
-    CHECK(as_it_lies > 25);
-    testing::TestRun four(4);
-    CHECK((painted.bytes == wall.paint(four, Studio::options(turned)).bytes));
+    const auto paint = [&](const char* direction, int threads) {
+        return wall.paint({{"size_px", 256}, {"stroke_cm", 10.0}, {"up", "y"}, {"direction", direction}}, threads);
+    };
+    const Painted turned = paint("gravity", 2);
+    CHECK(off_upright(*turned.texture) < 15);
+    CHECK(turned.reported.at("direction_error_deg").as_double() < 15);
+    CHECK(off_upright(*paint("none", 2).texture) > 25);
+    CHECK((turned.bytes == paint("gravity", 4).bytes));
 }
 
 TEST_CASE("turned copies are shifted by what their own pixels lack")
 {
-    const Mesh mesh = fresco::testing::two_chart_wall();
-    const Raster8 picture = brush_picture(160, 128, 21);
-    testing::TestRun run;
-    const PaintedSurface surface(mesh, run);
-    const Upright upward = upright(surface, Vec3f{0, 1, 0});
-    const std::vector<Vec3f> lines(mesh.triangles.size(), Vec3f{0.6F, 0.8F, 0});
-    const Task task{surface, upward, picture, [](std::uint32_t, Vec2f uv, double) { return Vec3f{uv.x, 0.9F, uv.y}; }, lines};
-    const LevelOptions options{
-        .side = 7,
-        .stride = 4,
-        .faithfulness = 0.5,
-        .unrest = 0,
-        .least_missing = 0,
-        .search = {.completeness = 2, .stroke_px = 8, .variety = 0, .lift = 0, .repeat_cost = 0, .weave_cost = 0, .seed = 0}};
-    Level level(task, 0.04, 1, options, run);
-    level.begin(nullptr, run);
+    WallTask wall([](std::uint32_t, Vec2f uv) { return Vec3f{uv.x, 0.9F, uv.y}; });
+    const std::vector<Vec3f> lines(wall.mesh.triangles.size(), Vec3f{0.6F, 0.8F, 0});
+    Task task = wall.task;
+    task.lines = lines;
+    const LevelOptions options{.side = 7, .search = {.completeness = 2, .repeat_cost = 0, .weave_cost = 0}};
+    Level level(task, 0.04, 1, options, wall.run);
+    level.begin(nullptr, wall.run);
     const std::vector<Vec3f> wanted = level.colors();
-    level.paint_round(run);
+    level.paint_round(wall.run);
     std::size_t turned = 0;
     std::size_t limited = 0;
     float worst = 0;
@@ -171,12 +159,12 @@ TEST_CASE("turned copies are shifted by what their own pixels lack")
     {
         const Match& match = level.matches()[p];
         std::array<Vec3f, 49> look;
-        std::array<float, 147> copied{};
+        std::array<Vec3f, 49> copied;
         level.patches().sample(level.grid(), wanted, p, look.data());
-        level.picture().turned_patch(match.at, match.turn, copied.data());
+        level.picture().turned_patch(match.at, match.turn, &copied[0].x);
         Vec3f gap;
         for (std::size_t i = 0; i < look.size(); ++i)
-            gap += (look[i] - Vec3f{copied[3 * i], copied[3 * i + 1], copied[3 * i + 2]}) * (1.0F / 49);
+            gap += (look[i] - copied[i]) * (1.0F / 49);
         const Vec3f whole = gap * 0.75F;
         worst = std::max(worst, length(match.shift - whole * std::min(1.0F, 14 / length(whole))));
         turned += std::abs(match.turn.y) > 0.1F;
@@ -185,14 +173,4 @@ TEST_CASE("turned copies are shifted by what their own pixels lack")
     CHECK(worst < 0.02F);
     CHECK(turned > level.patches().count() / 4);
     CHECK(limited > 0);
-}
-
-TEST_CASE("lines are wired where they are used, and only there")
-{
-    Studio wall;
-    CHECK_THROWS_WITH(wall.paint({{"direction", "drawn"}}), Catch::Contains("wire port 'lines'"));
-    wall.lines = std::make_shared<Texture>(wall.start);
-    CHECK_THROWS_WITH(wall.paint({{"direction", "gravity"}}), Catch::Contains("set it to \"drawn\""));
-    wall.lines->atlas = "another";
-    CHECK_THROWS_WITH(wall.paint({{"direction", "drawn"}}), Catch::Contains("port 'lines'"));
 }

@@ -12,28 +12,9 @@ using namespace samples;
 namespace
 {
 
-/// The largest difference from what a frame has to be.
-float frame_error(const TangentFrame& frame)
-{
-    float error = 0;
-    for (const float off :
-         {dot(frame.right, frame.down), dot(frame.right, frame.out), dot(frame.down, frame.out), length(frame.right) - 1,
-          length(frame.down) - 1, length(frame.out) - 1, length(cross(frame.down, frame.right) - frame.out)})
-        error = std::max(error, std::abs(off));
-    return error;
-}
-
 bool near(Vec3f a, Vec3f b, float by = 1e-4F)
 {
     return length(a - b) < by;
-}
-
-Vec3f turned(Vec3f p)
-{
-    // About z by 25 degrees.
-    const float c = 0.90630779F;
-    const float s = 0.42261826F;
-    return {c * p.x - s * p.y, s * p.x + c * p.y, p.z};
 }
 
 const Upright usual{{0, 0, 1}, {1, 0, 0}};
@@ -42,25 +23,18 @@ const Upright usual{{0, 0, 1}, {1, 0, 0}};
 
 TEST_CASE("a surface is joined across the seams of its atlas")
 {
-    const Mesh split = turned_wall(0, 1);  // It has the vertices at the seam twice.
-    const Mesh shared = fresco::testing::two_chart_wall();
-    for (const Mesh* mesh : {&split, &shared})
+    // The first has the vertices at the seam twice.
+    for (const Mesh& mesh : {turned_wall(0, 1), fresco::testing::two_chart_wall()})
     {
-        testing::TestRun run;
-        const PaintedSurface surface(*mesh, run);
+        const PaintedSurface surface(mesh, Progress());
         CHECK(surface.charts.count == 2);
         for (const double scale : surface.uv_per_m)
             CHECK(scale == Approx(0.3));
         for (const Vec3f normal : surface.normals)
             CHECK(near(normal, {0, 0, 1}));
-        const auto has = [&](std::size_t face, std::uint32_t other) {
-            return std::find(surface.neighbors[face].begin(), surface.neighbors[face].end(), other) !=
-                   surface.neighbors[face].end();
-        };
-        CHECK(has(0, 3));
-        CHECK(has(3, 0));
-        CHECK(has(0, 1));
-        CHECK_FALSE(has(1, 2));
+        const auto has = [&](std::size_t face, std::uint32_t other)
+        { return std::ranges::find(surface.neighbors[face], other) != surface.neighbors[face].end(); };
+        CHECK((has(0, 3) && has(3, 0) && has(0, 1) && !has(1, 2)));
     }
 }
 
@@ -102,69 +76,50 @@ TEST_CASE("faces without area do not part the surface")
 TEST_CASE("the frame of a patch is orthonormal and its picture upright")
 {
     Random random(5);
-    float worst = 0;
-    for (int i = 0; i < 2000; ++i)
+    for (int i = 0; i < 500; ++i)
     {
         const auto any = [&] { return static_cast<float>(random.normal()); };
         const Vec3f normal = normalized(Vec3f{any(), any(), any()});
         const TangentFrame frame = frame_at(normal, usual);
-        worst = std::max(worst, frame_error(frame));
         CHECK(frame.out == normal);
+        CHECK(near(cross(frame.down, frame.right), normal, 1e-5F));
+        CHECK(std::abs(dot(frame.right, frame.down)) < 1e-5F);
+        CHECK(length(frame.right) == Approx(1));
         // The top is as near to where it has to point as a direction in the plane can be.
         const Vec3f top = std::abs(normal.z) > std::sqrt(0.5F) ? usual.ahead : usual.up;
         CHECK(dot(-frame.down, top) == Approx(length(cross(normal, top))).margin(1e-4));
     }
-    CHECK(worst < 1e-5F);
-
-    struct Case
-    {
-        Vec3f normal, right, top;
-    };
-    for (const Case& c : {Case{{0, -1, 0}, {1, 0, 0}, {0, 0, 1}}, Case{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
-                          Case{{0, 0, 1}, {0, -1, 0}, {1, 0, 0}}, Case{{0, 0, -1}, {0, 1, 0}, {1, 0, 0}}})
-    {
-        const TangentFrame frame = frame_at(c.normal, usual);
-        CHECK(near(frame.right, c.right));
-        CHECK(near(frame.down, -c.top));
-    }
-    CHECK(frame_error(frame_at({1, 0, 0}, {{1, 0, 0}, {1, 0, 0}})) < 1e-5F);
+    CHECK(near(frame_at({0, -1, 0}, usual).right, {1, 0, 0}));
+    CHECK(near(frame_at({0, 0, -1}, usual).right, {0, 1, 0}));
+    // Neither direction lies in the plane.
+    CHECK(length(frame_at({1, 0, 0}, {{1, 0, 0}, {1, 0, 0}}).right) == Approx(1));
 }
 
-TEST_CASE("ahead is where most of a room's walls look")
+TEST_CASE("ahead is where most of a room's walls look, and level for any upward direction")
 {
     struct Case
     {
         Vec3f size, up, ahead;
     };
     for (const Case& c : {Case{{5, 4, 2.5F}, {0, 0, 1}, {0, 1, 0}}, Case{{4, 5, 2.5F}, {0, 0, 1}, {1, 0, 0}},
-                          Case{{2.5F, 4, 5}, {1, 0, 0}, {0, 1, 0}}, Case{{5, 2.5F, 4}, {0, 1, 0}, {0, 0, 1}}})
+                          Case{{2.5F, 4, 5}, {1, 0, 0}, {0, 1, 0}}, Case{{5, 2.5F, 4}, {0, 1, 0}, {0, 0, 1}},
+                          // Seen with x upward, floor and ceiling are the largest walls.
+                          Case{{5, 4, 2.5F}, {2, 0, 0}, {0, 0, 1}}})
     {
-        CAPTURE(c.size.x, c.size.y, c.size.z);
-        testing::TestRun run;
+        CAPTURE(c.size.x, c.size.y, c.up.x);
         Mesh mesh = fresco::testing::room(c.size);
-        {
-            const Upright found = upright(PaintedSurface(mesh, run), c.up);
-            CHECK(near(found.up, c.up));
-            CHECK(near(found.ahead, c.ahead));
-        }
-        for (Vec3f& p : mesh.positions)
-            p = turned(p);
-        const Upright found = upright(PaintedSurface(mesh, run), turned(c.up));
-        const auto along = [](Vec3f a, Vec3f b) { return std::abs(dot(a, b)); };
-        CHECK(along(found.ahead, turned(c.ahead)) == Approx(1).margin(1e-5));
-        CHECK(dot(found.up, found.ahead) == Approx(0).margin(1e-5));
+        const Upright found = upright(PaintedSurface(mesh, Progress()), c.up);
+        CHECK(near(found.up, normalized(c.up)));
+        CHECK(near(found.ahead, c.ahead));
+        // About z by 25 degrees.
+        const auto turn = [](Vec3f p) {
+            return Vec3f{0.90630779F * p.x - 0.42261826F * p.y, 0.42261826F * p.x + 0.90630779F * p.y, p.z};
+        };
+        std::ranges::transform(mesh.positions, mesh.positions.begin(), turn);
+        const Upright other = upright(PaintedSurface(mesh, Progress()), turn(c.up));
+        CHECK(std::abs(dot(other.ahead, turn(c.ahead))) == Approx(1).margin(1e-5));
+        CHECK(dot(other.up, other.ahead) == Approx(0).margin(1e-5));
     }
-}
-
-TEST_CASE("a given upward direction is taken, and ahead is level")
-{
-    testing::TestRun run;
-    const Mesh mesh = fresco::testing::room({5, 4, 2.5F});
-    const PaintedSurface surface(mesh, run);
-    // Seen with x upward, floor and ceiling are the largest walls.
-    const Upright sideways = upright(surface, Vec3f{2, 0, 0});
-    CHECK(near(sideways.up, {1, 0, 0}));
-    CHECK(near(sideways.ahead, {0, 0, 1}));
     // A wall that looks up: nothing is ahead, but there is a direction.
     const Prepared floor(fresco::testing::two_chart_wall(), 0.5, Vec3f{0, 0, 1});
     CHECK(length(floor.upward.ahead) == Approx(1));
@@ -173,20 +128,6 @@ TEST_CASE("a given upward direction is taken, and ahead is level")
 
 namespace
 {
-
-/// A chart's cells, by their column and row.
-struct Cells
-{
-    const SurfaceGrid& grid;
-    const SurfaceGrid::Sheet& sheet;
-
-    std::size_t number(int x, int y) const
-    {
-        return sheet.first_cell + static_cast<std::size_t>(y) * static_cast<std::size_t>(sheet.width) +
-               static_cast<std::size_t>(x);
-    }
-    bool owned(int x, int y) const { return grid.owns(number(x, y)); }
-};
 
 std::map<std::uint32_t, std::size_t> texels_of_charts(const Prepared& wall)
 {
@@ -230,7 +171,7 @@ TEST_CASE("each point of the surface belongs to one texel")
         for (std::size_t a = 0; a < texels.size(); ++a)
         {
             cells.insert(texels[a].cell);
-            strangers += wall.grid.texel_at(texels[a].cell) != a || !wall.grid.owns(texels[a].cell);
+            strangers += wall.grid.texel_at(texels[a].cell) != a;
             strangers += texels[a].position.x < -1e-5F || texels[a].position.x > 2.00001F || texels[a].position.y < -1e-5F ||
                          texels[a].position.y > 1.00001F || texels[a].position.z != 0;
             for (std::size_t b = 0; b < a; ++b)
@@ -272,23 +213,21 @@ TEST_CASE("cells outside of a chart have the nearest texel of its grid, and a ma
         for (std::uint32_t chart = 0; chart < wall.surface.charts.count; ++chart)
         {
             REQUIRE(wall.grid.has_sheet(chart));
-            const Cells cells{wall.grid, wall.grid.sheet(chart)};
+            const SurfaceGrid::Sheet& sheet = wall.grid.sheet(chart);
+            const auto texel_of = [&](int x, int y) -> const SurfaceGrid::Texel&
+            { return wall.grid.texels()[wall.grid.texel_at(sheet.cell(x, y))]; };
+            const auto is_owned = [&](int x, int y) { return texel_of(x, y).cell == sheet.cell(x, y); };
             std::size_t wrong = 0;
-            for (int y = 0; y < cells.sheet.height; ++y)
-                for (int x = 0; x < cells.sheet.width; ++x)
+            for (int y = 0; y < sheet.height; ++y)
+                for (int x = 0; x < sheet.width; ++x)
                 {
-                    const bool at_border = x == 0 || y == 0 || x + 1 == cells.sheet.width || y + 1 == cells.sheet.height;
-                    wrong += at_border && cells.owned(x, y);
-                    const std::uint32_t texel = wall.grid.texel_at(cells.number(x, y));
-                    REQUIRE(texel < wall.grid.texels().size());
-                    const auto own = static_cast<int>(wall.grid.texels()[texel].cell - cells.sheet.first_cell);
-                    const int away = std::abs(own % cells.sheet.width - x) + std::abs(own / cells.sheet.width - y);
-                    int least = away;
-                    for (int j = 0; j < cells.sheet.height; ++j)
-                        for (int i = 0; i < cells.sheet.width; ++i)
-                            if (cells.owned(i, j))
-                                least = std::min(least, std::abs(i - x) + std::abs(j - y));
-                    wrong += away != least;
+                    const bool at_border = x == 0 || y == 0 || x + 1 == sheet.width || y + 1 == sheet.height;
+                    wrong += at_border && is_owned(x, y);
+                    const auto own = static_cast<int>(texel_of(x, y).cell - sheet.first_cell);
+                    const int away = std::abs(own % sheet.width - x) + std::abs(own / sheet.width - y);
+                    for (int j = 0; j < sheet.height; ++j)
+                        for (int i = 0; i < sheet.width; ++i)
+                            wrong += is_owned(i, j) && std::abs(i - x) + std::abs(j - y) < away;
                 }
             CHECK(wrong == 0);
         }
@@ -331,19 +270,17 @@ TEST_CASE("charts smaller than a texel have one, charts without area none")
 TEST_CASE("a surface of absurd size is refused, and says what to do")
 {
     testing::TestRun run;
-    Mesh mesh = fresco::testing::two_chart_wall();
-    for (Vec3f& p : mesh.positions)
+    Mesh huge = fresco::testing::two_chart_wall();
+    for (Vec3f& p : huge.positions)
         p = p * 1000;
-    const PaintedSurface millimeters(mesh, run);
-    CHECK_THROWS_WITH(SurfaceGrid(millimeters, 0.004, run), Catch::Contains("more than four billion texels") &&
-                                                                Catch::Contains("stroke_cm") && Catch::Contains("in meters"));
-    Mesh long_wall;
-    add(long_wall, rectangle({}, {700, 0, 0}, {0, 0.5F, 0}, {0.5F, 0.5F}, 0.001F));
-    const PaintedSurface corridor(long_wall, run);
-    CHECK_THROWS_WITH(SurfaceGrid(corridor, 0.01, run), Catch::Contains("700") && Catch::Contains("65535") &&
-                                                            Catch::Contains("stroke_cm") && Catch::Contains("in meters"));
+    Mesh corridor;
+    add(corridor, rectangle({}, {700, 0, 0}, {0, 0.5F, 0}, {0.5F, 0.5F}, 0.001F));
+    const PaintedSurface surface(corridor, run);
+    CHECK_THROWS_WITH(SurfaceGrid(PaintedSurface(huge, run), 0.004, run),
+                      Catch::Contains("more than four billion texels") && Catch::Contains("stroke_cm"));
+    CHECK_THROWS_WITH(SurfaceGrid(surface, 0.01, run), Catch::Contains("700") && Catch::Contains("65535"));
     run.cancel_after(1);
-    CHECK_THROWS_AS(SurfaceGrid(corridor, 0.05, run), Canceled);
+    CHECK_THROWS_AS(SurfaceGrid(surface, 0.05, run), Canceled);
 }
 
 namespace
@@ -386,7 +323,6 @@ double farther(Vec2d at)
 /// Checks properties that covers have on any surface.
 void check_covers(const Laid& laid, int stride)
 {
-    std::size_t bare = 0;
     std::size_t far = 0;
     std::size_t unsorted = 0;
     std::size_t misplaced = 0;
@@ -394,19 +330,16 @@ void check_covers(const Laid& laid, int stride)
     {
         double nearest = 1e9;
         const auto covers = laid.patches.covers(t);
-        bare += covers.empty();
-        for (std::size_t i = 0; i < covers.size(); ++i)
+        unsorted += std::ranges::adjacent_find(covers, std::ranges::greater_equal()) != covers.end();
+        for (const std::uint32_t patch : covers)
         {
-            unsorted += i > 0 && covers[i - 1] >= covers[i];
-            const Vec2d at = laid.offset(covers[i], laid.grid.texels()[t].position);
-            const Vec2f told = laid.patches.offset(covers[i], laid.grid.texels()[t].position);
-            misplaced +=
-                std::abs(at.x - static_cast<double>(told.x)) > 2e-3 || std::abs(at.y - static_cast<double>(told.y)) > 2e-3;
+            const Vec2d at = laid.offset(patch, laid.grid.texels()[t].position);
+            const Vec2f told = laid.patches.offset(patch, laid.grid.texels()[t].position);
+            misplaced += farther(at - Vec2d{double{told.x}, double{told.y}}) > 2e-3;
             nearest = std::min(nearest, farther(at));
         }
         far += nearest > stride + 1e-3;
     }
-    CHECK(bare == 0);
     CHECK(far == 0);
     CHECK(unsorted == 0);
     CHECK(misplaced == 0);
@@ -418,18 +351,10 @@ void check_points(const Laid& wall, double least_exact)
     std::vector<Vec3f> positions;
     for (const SurfaceGrid::Texel& texel : wall.grid.texels())
         positions.push_back(texel.position);
-    const auto inside = [&](Vec3d point)
-    {
-        return std::ranges::any_of(positions,
-                                   [&](Vec3f texel)
-                                   {
-                                       const Vec3d away = vec_cast<double>(texel) - point;
-                                       return length(away) < 0.75 * wall.grid.spacing_m();
-                                   });
-    };
+    const auto away = [&](Vec3f a, Vec3f b) { return length(a - b) / static_cast<float>(wall.grid.spacing_m()); };
     const int side = wall.patches.side();
     std::vector<Vec3f> sampled(static_cast<std::size_t>(side) * static_cast<std::size_t>(side));
-    double worst = 0;
+    float worst = 0;
     std::size_t exact = 0;
     std::size_t count = 0;
     for (std::size_t p = 0; p < wall.patches.count(); p += 7)
@@ -439,17 +364,16 @@ void check_points(const Laid& wall, double least_exact)
         for (int i = 0; i < side * side; ++i)
         {
             const auto along = [&](int at) { return static_cast<float>((at - side / 2) * wall.grid.spacing_m()); };
-            const Vec3d point =
-                vec_cast<double>(patch.center + patch.frame.right * along(i % side) + patch.frame.down * along(i / side));
-            if (!inside(point))
+            const Vec3f point = patch.center + patch.frame.right * along(i % side) + patch.frame.down * along(i / side);
+            if (std::ranges::none_of(positions, [&](Vec3f texel) { return away(texel, point) < 0.75F; }))
                 continue;
-            const double away = length(vec_cast<double>(sampled[static_cast<std::size_t>(i)]) - point) / wall.grid.spacing_m();
-            worst = std::max(worst, away);
-            exact += away < 0.02;
+            const float gap = away(sampled[static_cast<std::size_t>(i)], point);
+            worst = std::max(worst, gap);
+            exact += gap < 0.02F;
             ++count;
         }
     }
-    CHECK(worst < 1.5);
+    CHECK(worst < 1.5F);
     CHECK(static_cast<double>(exact) >= least_exact * static_cast<double>(count));
 }
 
@@ -472,10 +396,8 @@ TEST_CASE("on a flat wall every patch covers the texels under its square, across
                           {"narrow strip", strip, 0.04, 31, 4, 0.4},
                           {"stride 3", fresco::testing::two_chart_wall(), 0.031, 11, 3, 0.98},
                           {"small patches", fresco::testing::two_chart_wall(), 0.05, 5, 4, 1},
-                          {"patches a stride apart", fresco::testing::two_chart_wall(), 0.04, 7, 4, 1},
                           {"large patches", fresco::testing::two_chart_wall(), 0.04, 31, 4, 1},
                           {"triangles smaller than texels", turned_wall(0, 40), 0.05, 9, 4, 1},
-                          {"turned in the atlas", turned_wall(0.4, 2), 0.03, 11, 4, 0.93},
                           {"large triangles, turned", turned_wall(1.3, 1), 0.02, 9, 3, 0.95}};
     for (const Case& c : cases)
     {
@@ -509,23 +431,17 @@ TEST_CASE("on a flat wall every patch covers the texels under its square, across
 
 TEST_CASE("patches reach over gentle bends, not around corners")
 {
-    struct Case
-    {
-        double degrees;
-        bool is_crossed;
-    };
     for (const int quads : {1, 12})
-        for (const Case& c :
-             {Case{20, true}, Case{40, true}, Case{75, false}, Case{90, false}, Case{-90, false}, Case{-30, true}})
+        for (const int degrees : {20, 40, 75, 90, -90, -30})
         {
-            CAPTURE(quads, c.degrees);
-            const Laid floor(bent_floor(c.degrees * std::numbers::pi / 180, quads), 0.04, 11, 4, Vec3f{0, 0, 1});
+            CAPTURE(quads, degrees);
+            const Laid floor(bent_floor(degrees * std::numbers::pi / 180, quads), 0.04, 11, 4, Vec3f{0, 0, 1});
             check_covers(floor, 4);
             const std::size_t crossing =
                 floor.strangers([](Vec3f center, Vec3f texel) { return (center.y < 0) == (texel.y < 0) || texel.y == 0; });
-            if (c.is_crossed)
+            if (std::abs(degrees) <= 40)
                 CHECK(crossing > 100);
-            else if (c.degrees == 75)
+            else if (degrees == 75)
                 CHECK(crossing == 0);
             else
                 CHECK(floor.strangers([](Vec3f center, Vec3f texel)

@@ -1,46 +1,37 @@
 #!/usr/bin/env bash
-# run.sh FRESCO SOURCE WORK: the results stay in WORK/out, to be looked at.
-set -euo pipefail
-fresco=$1 source=$2 work=$3
-rm -rf "$work"
-mkdir -p "$work/validator"
-export XDG_DATA_HOME=$work/data
-unset FRESCO_PLUGIN_PATH
-run() { "$fresco" run "$source/pipelines/demo.yaml" --store "$work/store" --out "$work/out" --cores 2 "$@"; }
-fail() { echo "demo: $*" >&2; exit 1; }
+# run.sh FRESCO SOURCE KEPT: the results stay in KEPT/out, to be looked at.
+source "$(dirname "$0")/../program_test.sh"
+fresco=$1 source=$2 kept=$3
+rm -rf "$kept"
+mkdir "$work/validator"
+run() { "$fresco" run "$source/pipelines/demo.yaml" --store "$kept/store" --out "$kept/out" --cores 2 "$@"; }
 
 begin=$(date +%s%N)
 run
 echo "first run: $((($(date +%s%N) - begin) / 1000000)) ms"
-test -s "$work/out/demo.glb" || fail "no demo.glb"
-views=("$work"/out/views/*.png)
+test -s "$kept/out/demo.glb" || fail "no demo.glb"
+views=("$kept"/out/views/*.png)
 [ ${#views[@]} -gt 5 ] || fail "${#views[@]} views"
 
 # What is stored is not run again, and a result that a user deleted comes back from the store.
-sum=$(sha256sum <"$work/out/demo.glb")
-rm "$work/out/demo.glb"
+sum=$(sha256sum <"$kept/out/demo.glb")
+rm "$kept/out/demo.glb"
 begin=$(date +%s%N)
 run --json-log >"$work/second.log"
-elapsed=$((($(date +%s%N) - begin) / 1000000))
-echo "second run: $elapsed ms"
+echo "second run: $((($(date +%s%N) - begin) / 1000000)) ms"
 ! grep -q '"event":"begin"' "$work/second.log" || fail "the second run ran a stage"
-[ "$sum" = "$(sha256sum <"$work/out/demo.glb")" ] || fail "the second run wrote another demo.glb"
+[ "$sum" = "$(sha256sum <"$kept/out/demo.glb")" ] || fail "the second run wrote another demo.glb"
 
 cp "$source"/tests/gltf_validator/* "$work/validator/"
-(cd "$work/validator" && npm install --no-audit --no-fund --loglevel=error && node validate.mjs "$work/out/demo.glb")
+(cd "$work/validator" && npm install --no-audit --no-fund --loglevel=error && node validate.mjs "$kept/out/demo.glb")
 
 # Both ways to paint without weights look like a painting of the room. Other processors round differently: hence a margin.
-python=/usr/bin/python3
-"$python" -c "import cv2" 2>/dev/null || {
-    echo "SKIPPED the figures of the demo's painting: python3-opencv is not there"
-    [ -z "${FRESCO_SKIP_LOG:-}" ] || echo "the figures of the demo's painting: python3-opencv is not there" >>"$FRESCO_SKIP_LOG"
-    exit 0
-}
+python=$(python_with cv2) || { skip "the figures of the demo's painting: python3-opencv is not there"; exit 0; }
 painting() { "$python" "$source/pipelines/paper/painting.py" "$@"; }
-"$fresco" run "$source/tests/demo/figures.yaml" --store "$work/store" --out "$work/figures"
-painting "$work/figures" --every 4
-painting "$work/figures" --every 4 --views optimized_views --path optimized.json
-"$python" - "$work/figures" <<'CHECK'
+"$fresco" run "$source/tests/demo/figures.yaml" --store "$kept/store" --out "$kept/figures"
+painting "$kept/figures" --every 4
+painting "$kept/figures" --every 4 --views optimized_views --path optimized.json
+"$python" - "$kept/figures" <<'CHECK'
 import json, sys
 
 folder = sys.argv[1]
@@ -53,13 +44,13 @@ sys.exit("demo: " + ", ".join(failed) if failed else 0)
 CHECK
 
 # A preview leaves the full run's results alone, and is a smaller room.
-sum=$(sha256sum <"$work/out/demo.glb")
+sum=$(sha256sum <"$kept/out/demo.glb")
 begin=$(date +%s%N)
-(cd "$work" && "$fresco" run "$source/tests/demo/strength.yaml" --preview --store store --cores 2)
+(cd "$kept" && "$fresco" run "$source/tests/demo/strength.yaml" --preview --store store --cores 2)
 echo "three strengths of the preview: $((($(date +%s%N) - begin) / 1000000)) ms"
-[ "$sum" = "$(sha256sum <"$work/out/demo.glb")" ] || fail "the preview changed demo.glb"
-for folder in "$work"/out/preview/share=*; do painting "$folder"; done
-"$python" - "$work/out/preview" <<'CHECK'
+[ "$sum" = "$(sha256sum <"$kept/out/demo.glb")" ] || fail "the preview changed demo.glb"
+for folder in "$kept"/out/preview/share=*; do painting "$folder"; done
+"$python" - "$kept/out/preview" <<'CHECK'
 import json, pathlib, sys
 
 folders = sorted(pathlib.Path(sys.argv[1]).glob("share=*"), key=lambda folder: float(folder.name[6:]))

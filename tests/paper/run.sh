@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# run.sh FRESCO SOURCE: pipelines/paper in small. Two methods on two generated rooms, frames made elsewhere, circles, the page of the study.
+# run.sh FRESCO SOURCE: pipelines/paper in small. Two methods on two generated rooms, frames made elsewhere, circles.
 source "$(dirname "$0")/../program_test.sh"
 fresco=$1 source=$2 paper=$2/pipelines/paper
 python=$(python_with numpy, cv2) || { skip "the paper's evaluation with random weights: no python3 with numpy and OpenCV is at hand"; exit 0; }
@@ -52,18 +52,3 @@ METHODS=stylemesh "$paper/run.sh" table2 "$work/table2" "${small[@]}" "${places[
     --set "scene=[1]" --set "picture=$work/style.npy" >"$work/log" 2>&1 || { cat "$work/log"; fail "table2"; }
 tail -n 2 "$work/log"
 [[ $(row stylemesh) =~ ^\ 1\ .*\ [0-9]+$ ]] || fail "the row of table2 is '$(row stylemesh)'"
-
-# The study: pictures of one view in both methods.
-for method in stylemesh dip; do
-    mkdir -p "$work/pictures"
-    ln -s "$work/table1/$method/scene=1,style/views" "$work/pictures/$method"
-done
-"$python" "$paper/study.py" page "$work/pictures" "$work/study" --ours stylemesh
-"$python" - "$work/study/study.key.json" <<'PYTHON'
-import json
-import sys
-
-key = json.load(open(sys.argv[1]))
-assert key["ours"] == "stylemesh" and key["pairs_count"] == 70 and len(key["questions"]) == 2, key
-assert {picture["method"] for picture in key["pictures"]} == {"stylemesh", "dip"} and len(key["pictures"]) == 24, key
-PYTHON

@@ -11,7 +11,7 @@ cd "$work"
 mkdir -p pictures/{alpha,beta}
 "$python" -c "import cv2, numpy
 [cv2.imwrite(f'pictures/{method}/view{view}.png', numpy.full((120, 160, 3), 9 * view + len(method), numpy.uint8)) for method in ('alpha', 'beta') for view in range(6)]"
-"$python" "$study" page pictures out --pairs 8
+"$python" "$study" page pictures out --pairs 8 --ours alpha
 timeout 600 node "$(dirname "$0")/participate.mjs" "$chromium" out/study.html out/study.key.json results
 "$python" "$study" results out/study.key.json results
 "$python" - <<'PY'

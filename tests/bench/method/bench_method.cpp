@@ -39,61 +39,16 @@ using namespace fresco::optimize;
 
 // Parts of a step: the built plugins, VGG-19 with random weights, and a generated view.
 
-/// One of VGG-19's convolutions of 3 x 3.
-struct ConvolutionShape
+/// A component from the plugins of this build: type a.b is in a_b.so.
+template <class Contract>
+std::shared_ptr<Contract> made(const std::string& type, const fresco::Value& options, fresco::ComponentFactory& factory)
 {
-    const char* name;
-    std::int64_t outputs;
-    std::int64_t inputs;
-};
-
-/// Components from the plugins of this build: type a.b is in a_b.so.
-class Components
-{
-  public:
-    Components()
-    {
-        for (const std::string type : {"loss.gram", "loss.content", "features.vgg19", "texture.laplacian", "optimizer.adam"})
-            factory_.add(type,
-                         [type]
-                         {
-                             std::string file = type;
-                             file[file.find('.')] = '_';
-                             return fresco::testing::make_from_plugin<fresco::Component>(
-                                 std::filesystem::path(FRESCO_PLUGIN_FOLDER) / (file + ".so"), type);
-                         });
-    }
-
-    /// `config` holds "type" and options. Throws fresco::Error for an unknown type or option, or another contract.
-    template <class T>
-    std::shared_ptr<T> make(const fresco::Value& config)
-    {
-        const auto made = std::dynamic_pointer_cast<T>(factory_.create(T::component_kind, config));
-        if (!made)
-            throw fresco::Error("a component is not of the kind asked for");
-        return made;
-    }
-
-  private:
-    fresco::testing::TestFactory factory_;
-};
-
-/// Deterministic, roughly normal.
-torch::Tensor noise(const std::vector<std::int64_t>& shape, double deviation, std::uint64_t seed)
-{
-    auto values = at::empty(shape, at::kFloat);
-    auto* value = values.data_ptr<float>();
-    for (std::int64_t i = 0; i < values.numel(); ++i)
-    {
-        double sum = 0;
-        for (int k = 0; k < 3; ++k)
-        {
-            seed = seed * 6364136223846793005U + 1442695040888963407U;
-            sum += static_cast<double>(seed >> 33U) / 2147483648.0 - 0.5;
-        }
-        value[i] = static_cast<float>(2 * sum * deviation);
-    }
-    return values;
+    std::string file = type;
+    file[file.find('.')] = '_';
+    auto component =
+        fresco::testing::make_from_plugin<Contract>(std::filesystem::path(FRESCO_PLUGIN_FOLDER) / (file + ".so"), type);
+    component->configure(options, factory);
+    return component;
 }
 
 constexpr double camera_height_m = 1.4;
@@ -101,40 +56,21 @@ constexpr double wall_distance_m = 3;
 constexpr double field_of_view = 1.2;  ///< Vertical field of view: twice the tangent of half the angle.
 constexpr double texture_m = 12;       ///< One unit of uv.
 
-template <class Color>
-fresco::RasterF painted(int width, int height, Color color)
-{
-    fresco::RasterF picture(width, height, 3);
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x)
-        {
-            const fresco::Vec3d rgb = color((x + 0.5) / height, (y + 0.5) / height);
-            const auto clamped = [](double value) { return static_cast<float>(std::clamp(value, 0.0, 1.0)); };
-            picture.at(x, y, 0) = clamped(rgb.x);
-            picture.at(x, y, 1) = clamped(rgb.y);
-            picture.at(x, y, 2) = clamped(rgb.z);
-        }
-    return picture;
-}
-
-constexpr std::array vgg19_shapes{
-    ConvolutionShape{"conv1_1", 64, 3},    ConvolutionShape{"conv1_2", 64, 64},   ConvolutionShape{"conv2_1", 128, 64},
-    ConvolutionShape{"conv2_2", 128, 128}, ConvolutionShape{"conv3_1", 256, 128}, ConvolutionShape{"conv3_2", 256, 256},
-    ConvolutionShape{"conv3_3", 256, 256}, ConvolutionShape{"conv3_4", 256, 256}, ConvolutionShape{"conv4_1", 512, 256},
-    ConvolutionShape{"conv4_2", 512, 512}, ConvolutionShape{"conv4_3", 512, 512}, ConvolutionShape{"conv4_4", 512, 512},
-    ConvolutionShape{"conv5_1", 512, 512}};
-
 /// VGG-19 up to conv5_1 with random weights (He's deviation, so that responses keep their size) under Caffe's keys.
 void write_random_vgg19(const std::filesystem::path& file)
 {
     fresco::SafeTensors contents;
-    std::uint64_t seed = 1;
-    for (const auto& shape : vgg19_shapes)
-    {
-        const double deviation = std::sqrt(2.0 / (9 * static_cast<double>(shape.inputs)));
-        contents.tensors[std::string(shape.name) + ".weight"] = noise({shape.outputs, shape.inputs, 3, 3}, deviation, ++seed);
-        contents.tensors[std::string(shape.name) + ".bias"] = noise({shape.outputs}, 0.1, ++seed);
-    }
+    at::manual_seed(1);
+    std::int64_t inputs = 3;
+    for (const auto& [block, outputs, count] : {std::tuple{1, 64, 2}, {2, 128, 2}, {3, 256, 4}, {4, 512, 4}, {5, 512, 1}})
+        for (int number = 1; number <= count; ++number)
+        {
+            const std::string name = "conv" + std::to_string(block) + "_" + std::to_string(number);
+            const double deviation = std::sqrt(2.0 / (9 * static_cast<double>(inputs)));
+            contents.tensors[name + ".weight"] = at::randn({outputs, inputs, 3, 3}) * deviation;
+            contents.tensors[name + ".bias"] = at::randn({outputs}) * 0.1;
+            inputs = outputs;
+        }
     fresco::write_safetensors(file, contents);
 }
 
@@ -165,44 +101,25 @@ fresco::UvMap generated_view(int height_px)
     return map;
 }
 
-/// RGB pictures: what a camera might see (smooth shades with edges), and a style (crossing strokes of a few colors).
-fresco::RasterF generated_camera_picture(int width, int height)
+/// An RGB picture, the same each time.
+torch::Tensor generated_picture(int width, int height)
 {
-    return painted(width, height,
-                   [](double x, double y)
-                   {
-                       const double edge = std::sin(9 * x + 4 * std::sin(5 * y)) > 0 ? 0.3 : 0;
-                       return fresco::Vec3d{0.3 + 0.3 * y + edge, 0.5 - 0.2 * x + edge * 0.5, 0.25 + 0.2 * std::sin(17 * x * y)};
-                   });
+    at::manual_seed(2);
+    return at::rand({3, height, width});
 }
 
-fresco::RasterF generated_style(int width, int height)
-{
-    return painted(width, height,
-                   [](double x, double y)
-                   {
-                       const double first = std::sin(60 * x + 8 * std::sin(7 * y));
-                       const double second = std::sin(45 * y + 6 * std::sin(9 * x));
-                       return first > second ? fresco::Vec3d{0.8, 0.5 + 0.2 * first, 0.1}
-                                             : fresco::Vec3d{0.1 + 0.1 * second, 0.2, 0.6 + 0.3 * second};
-                   });
-}
-
-/// Prepares the networks that the losses need, each once, and then the losses, for the generated style and camera picture.
-void prepare(const std::vector<std::shared_ptr<fresco::Loss>>& losses, int height_px, const torch::Device& device)
+/// Prepares the network and then the losses, for generated pictures.
+void prepare(fresco::FeatureNetwork& network, const std::map<std::string, std::shared_ptr<fresco::Loss>>& losses, int height_px,
+             const torch::Device& device)
 {
     static fresco::Progress progress;  // Losses may keep it for as long as they live.
     fresco::PrepareContext context;
-    context.style.fine = fresco::to_tensor(generated_style(256, 256)).to(device);
-    context.style.coarse = fresco::to_tensor(generated_style(512, 512)).to(device);
-    context.camera_samples = {fresco::to_tensor(generated_camera_picture(height_px * 4 / 3, height_px)).to(device)};
+    context.style.fine = generated_picture(256, 256).to(device);
+    context.style.coarse = generated_picture(512, 512).to(device);
+    context.camera_samples = {generated_picture(height_px * 4 / 3, height_px).to(device)};
     context.progress = &progress;
-    std::set<const fresco::FeatureNetwork*> prepared;
-    for (const auto& loss : losses)
-        for (const auto& layers : loss->needs().features)
-            if (prepared.insert(layers.network).second)
-                layers.network->prepare(context);
-    for (const auto& loss : losses)
+    network.prepare(context);
+    for (const auto& [name, loss] : losses)
         loss->prepare(context);
 }
 
@@ -230,33 +147,11 @@ struct Room
 
 constexpr std::array rooms{Room{"1", 0.8, 1.9}, Room{"2", 2.1, 3.3}, Room{"4", 1.2, 6.0}};
 
-std::map<std::string, std::shared_ptr<fresco::Loss>>
-made_losses(Components& components, bool reference, const std::string& precision, const std::filesystem::path& weights)
-{
-    using Map = fresco::Value::Map;
-    const fresco::Value features = Map{{"type", "features.vgg19"},
-                                       {"weights", weights.string()},
-                                       {"convolutions", reference ? "libtorch" : "auto"},
-                                       {"precision", reference ? "full" : precision}};
-    std::map<std::string, std::shared_ptr<fresco::Loss>> losses;
-    losses["style"] =
-        components.make<fresco::Loss>(Map{{"type", "loss.gram"},
-                                          {"weight", 1e-4},
-                                          {"center", false},
-                                          {"targets", "both"},
-                                          {"layers", "relu1_1, relu2_1, relu3_1, relu4_1, relu5_1"},
-                                          {"layer_weights", fresco::Value::List{1000.0, 1000.0, 10.0, 10.0, 1000.0}},
-                                          {"features", features}});
-    losses["content"] = components.make<fresco::Loss>(
-        Map{{"type", "loss.content"}, {"weight", 70.0}, {"layers", "relu4_2"}, {"features", features}});
-    return losses;
-}
-
 /// All that a run has before its first step on one view.
 struct Studio
 {
     torch::Device device = torch::kCPU;
-    Components components;
+    fresco::testing::TestFactory factory;
     std::map<std::string, std::shared_ptr<fresco::Loss>> losses;
     std::shared_ptr<fresco::TextureRepresentation> texture;
     std::shared_ptr<fresco::OptimizerRule> rule;
@@ -268,17 +163,30 @@ struct Studio
         device = torch::Device(settings.device);
         if (device.is_cuda() && !at::hasCUDA())
             throw fresco::Error("--device cuda: this libtorch finds no CUDA device");
-        losses = made_losses(components, reference, settings.precision, weights);
-        std::vector<std::shared_ptr<fresco::Loss>> all;
-        for (const auto& [name, loss] : losses)
-            all.push_back(loss);
-        prepare(all, heights.front(), device);
-        texture = components.make<fresco::TextureRepresentation>(fresco::Value::Map{{"type", "texture.laplacian"}});
+        using Map = fresco::Value::Map;
+        const auto network = made<fresco::FeatureNetwork>("features.vgg19",
+                                                          Map{{"weights", weights.string()},
+                                                              {"convolutions", reference ? "libtorch" : "auto"},
+                                                              {"precision", reference ? "full" : settings.precision}},
+                                                          factory);
+        factory.add("features.vgg19", [=] { return network; });
+        losses["style"] = made<fresco::Loss>("loss.gram",
+                                             Map{{"weight", 1e-4},
+                                                 {"center", false},
+                                                 {"targets", "both"},
+                                                 {"layers", "relu1_1, relu2_1, relu3_1, relu4_1, relu5_1"},
+                                                 {"layer_weights", fresco::Value::List{1000.0, 1000.0, 10.0, 10.0, 1000.0}},
+                                                 {"features", Map{{"type", "features.vgg19"}}}},
+                                             factory);
+        losses["content"] = made<fresco::Loss>(
+            "loss.content", Map{{"weight", 70.0}, {"layers", "relu4_2"}, {"features", Map{{"type", "features.vgg19"}}}}, factory);
+        prepare(*network, losses, heights.front(), device);
+        texture = made<fresco::TextureRepresentation>("texture.laplacian", Map{}, factory);
         texture->allocate(settings.size_px);
         texture->move_to(device);
         // As the preset has it.
-        rule = components.make<fresco::OptimizerRule>(
-            fresco::Value::Map{{"type", "optimizer.adam"}, {"mode", "dense"}, {"untouched", reference ? "step" : "skip"}});
+        rule = made<fresco::OptimizerRule>("optimizer.adam", Map{{"mode", "dense"}, {"untouched", reference ? "step" : "skip"}},
+                                           factory);
         rule->attach(texture->parameters());
         load_levels(room);
         move_to(view, device, !device.is_cpu());
@@ -312,7 +220,7 @@ struct Studio
             level.share = shares[i];
             // No loss here asks for masks as maps.
             level.all = level.fine = at::ones({maps[i].valid.height, maps[i].valid.width}, at::kBool);
-            level.camera = fresco::to_tensor(generated_camera_picture(maps[i].valid.width, maps[i].valid.height));
+            level.camera = generated_picture(maps[i].valid.width, maps[i].valid.height);
             view.levels.push_back(std::move(level));
             view.numbers.push_back(static_cast<int>(i));
         }
@@ -390,19 +298,14 @@ Figures measured(const Room& room, bool reference, const Settings& settings, con
     Evaluator evaluator(studio.losses, ValueSpace(Values::network), studio.device, 0, !reference);
     // The first step of a run sorts the filters and touches memory for the first time, either way.
     const double loss = studio.step(evaluator);
-    const Figures first = fastest(1,
-                                  [&]
-                                  {
-                                      forget_camera(studio.view);
-                                      studio.step(evaluator);
-                                  });
-    const Figures again = fastest(2,
-                                  [&]
-                                  {
-                                      if (reference)
-                                          forget_camera(studio.view);
-                                      studio.step(evaluator);
-                                  });
+    const auto step = [&](bool forget)
+    {
+        if (forget)
+            forget_camera(studio.view);
+        studio.step(evaluator);
+    };
+    const Figures first = fastest(1, [&] { step(true); });
+    const Figures again = fastest(2, [&] { step(reference); });
     const auto mean = [&](double one, double other) { return reference ? other : (one + (repeats - 1) * other) / repeats; };
     rusage usage{};
     getrusage(RUSAGE_SELF, &usage);

@@ -132,20 +132,6 @@ bool is_whole(const OpenFile& file, const FileFormat& format)
     return (format.begins.empty() || holds(file, format)) && has_end(file, format) && is_long_enough(file, format);
 }
 
-/// ": it begins with …", or what it is instead; empty if that would not help.
-std::string seen_in(const OpenFile& file, const std::vector<FileFormat>& known)
-{
-    for (const FileFormat& format : known)
-        if (!format.begins.empty() && !format.is_text && format.begins_at == 0 && begins(file, format))
-            return ": it is " + format.name;
-    constexpr std::size_t shown = 32;
-    const std::string_view text = file.beginning();
-    const auto is_shown = [](char c) { return c >= ' ' && c <= '~'; };
-    const std::string_view line(text.begin(), std::ranges::find_if_not(text, is_shown));
-    return line.size() < 4 ? ""
-                           : ": it begins with \"" + std::string(line.substr(0, shown)) + (line.size() > shown ? "…\"" : "\"");
-}
-
 }  // namespace
 
 std::string unreachable_text(int error)
@@ -155,8 +141,7 @@ std::string unreachable_text(int error)
     return error == ENAMETOOLONG ? "the path is too long" : std::string("cannot be reached: ") + std::strerror(error);
 }
 
-std::string file_problem(const fs::path& path, const std::vector<std::string>& extensions, const std::vector<FileFormat>& formats,
-                         const std::function<std::vector<FileFormat>()>& others)
+std::string file_problem(const fs::path& path, const std::vector<std::string>& extensions, const std::vector<FileFormat>& formats)
 {
     const OpenFile file(path);
     if (!file.is_readable())
@@ -181,7 +166,7 @@ std::string file_problem(const fs::path& path, const std::vector<std::string>& e
     for (const FileFormat& each : fitting)
         if (std::ranges::find(names, each.name) == names.end())
             names.push_back(each.name);
-    return shown + " is not " + join(names, " or ") + seen_in(file, others());
+    return shown + " is not " + join(names, " or ");
 }
 
 }  // namespace fresco::host

@@ -3,7 +3,6 @@
 #include <fresco/option_declaration.h>
 
 #include <filesystem>
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -18,10 +17,9 @@ namespace fresco::host
 std::string unreachable_text(int error);
 
 /// Why a file cannot be what an option or reader wants that takes files with these extensions (".png") and in these formats:
-/// "'a.ply' is empty", "'a.ply' is not a PLY mesh: it begins with \"hello\"". `others`: formats that it may be of instead. Empty
-/// where nothing speaks against it, for an extension without a format, and for a file that cannot be read. Reads a few kilobytes
-/// of a file that is fine.
+/// "'a.ply' is empty", "'a.ply' is not a PLY mesh". Empty where nothing speaks against it, for an extension without a format, and
+/// for a file that cannot be read. Reads a few kilobytes of a file that is fine.
 std::string file_problem(const std::filesystem::path& file, const std::vector<std::string>& extensions,
-                         const std::vector<FileFormat>& formats, const std::function<std::vector<FileFormat>()>& others);
+                         const std::vector<FileFormat>& formats);
 
 }  // namespace fresco::host

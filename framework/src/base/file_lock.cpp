@@ -8,7 +8,7 @@
 #include <cstring>
 #include <ctime>
 #include <fcntl.h>
-#include <fmt/format.h>
+#include <fmt/chrono.h>
 #include <sys/stat.h>
 #include <thread>
 #include <unistd.h>
@@ -26,12 +26,12 @@ constexpr const char* lock_advice = ": a store needs a file system with locks; c
 /// Says by errno why a file cannot be opened as a lock, which is not the fault of the file system's locks.
 std::string lack_text()
 {
-    const std::string reason = std::strerror(errno);
-    if (errno == ENOSPC || errno == EDQUOT)
-        return reason + ": free some space (df) or files (df -i), or choose another store with --store";
-    if (errno == EMFILE)
-        return reason + ": raise the limit (ulimit -n)";
-    return reason;
+    const int error = errno;
+    const bool full = error == ENOSPC || error == EDQUOT;
+    const char* advice = full              ? ": free some space (df) or files (df -i), or choose another store with --store"
+                         : error == EMFILE ? ": raise the limit (ulimit -n)"
+                                           : "";
+    return std::strerror(error) + std::string(advice);
 }
 
 }  // namespace
@@ -105,12 +105,8 @@ void FileLock::sign() const
     const FileDescriptor fd = open_file(file_, O_WRONLY | O_TRUNC);
     char host[256] = {};
     gethostname(host, sizeof host - 1);
-    const std::time_t now = std::time(nullptr);
-    std::tm local{};
-    localtime_r(&now, &local);
-    char time[32] = {};
-    std::strftime(time, sizeof time, "%Y-%m-%d %H:%M:%S", &local);
-    const std::string line = fmt::format("process {} on {}, since {}\n", getpid(), host, time);
+    const std::string line =
+        fmt::format("process {} on {}, since {:%Y-%m-%d %H:%M:%S}\n", getpid(), host, fmt::localtime(std::time(nullptr)));
     if (fd.valid())
         (void)!uninterrupted([&] { return write(fd.get(), line.data(), line.size()); });
 }

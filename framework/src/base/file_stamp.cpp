@@ -291,16 +291,10 @@ void FileHashes::save()
 
 void FileHashes::tidy() const
 {
-    constexpr std::size_t entries_per_line = 1000;
-    const Value::List all = entries(nullptr);
-    std::vector<Value> lines;
-    for (std::size_t i = 0; i < all.size(); i += entries_per_line)
-    {
-        const auto begin = all.begin() + static_cast<std::ptrdiff_t>(i);
-        const auto end = all.begin() + static_cast<std::ptrdiff_t>(std::min(i + entries_per_line, all.size()));
-        lines.emplace_back(Value::Map{{"files", Value::List(begin, end)}});
-    }
-    Journal(index_).replace(lines);
+    Journal(index_).replace(each(entries(nullptr),
+                                 [](const Value& entry) {
+                                     return Value(Value::Map{{"files", Value::List{entry}}});
+                                 }));
 }
 
 }  // namespace fresco::host

@@ -1,6 +1,8 @@
 #include "base/glob.h"
 #include "base/common.h"
 
+#include <boost/algorithm/string/replace.hpp>
+#include <fnmatch.h>
 #include <system_error>
 
 namespace fresco::host
@@ -8,34 +10,9 @@ namespace fresco::host
 
 bool name_matches(std::string_view name, std::string_view pattern)
 {
-    std::size_t n = 0;
-    std::size_t p = 0;
-    std::size_t star = std::string_view::npos;
-    std::size_t after_star = 0;
-    while (n < name.size())
-    {
-        if (p < pattern.size() && pattern[p] == '*')
-        {
-            star = p++;
-            after_star = n;
-        }
-        else if (p < pattern.size() && (pattern[p] == '?' || pattern[p] == name[n]))
-        {
-            ++p;
-            ++n;
-        }
-        else if (star != std::string_view::npos)
-        {
-            // The last star takes one character more; an earlier one never has to.
-            p = star + 1;
-            n = ++after_star;
-        }
-        else
-            return false;
-    }
-    while (p < pattern.size() && pattern[p] == '*')
-        ++p;
-    return p == pattern.size();
+    // A bracket is a character as others are.
+    const std::string words = boost::replace_all_copy(std::string(pattern), "[", "[[]");
+    return fnmatch(words.c_str(), std::string(name).c_str(), FNM_NOESCAPE) == 0;
 }
 
 bool has_entry(const fs::path& root, std::string_view pattern)

@@ -338,22 +338,18 @@ std::string shortened(std::string_view name, std::size_t width)
     std::vector<std::string_view> characters;
     for (std::string_view rest = name; !rest.empty(); rest.remove_prefix(characters.back().size()))
         characters.push_back(Character(rest).bytes);
-    std::string head;
-    std::string tail;
     std::size_t left = 0;
     std::size_t right = characters.size();
-    while (left < right)
-    {
-        const bool from_head = columns(head) <= columns(tail);
-        const std::string_view next = characters[from_head ? left : right - 1];
-        if (columns(head) + columns(tail) + columns(next) + 1 > width)
-            break;
-        if (from_head)
-            head += characters[left++];
-        else
-            tail.insert(0, characters[--right]);
-    }
-    return head + "…" + tail;
+    std::size_t room = width - 1;
+    for (bool at_begin = true; columns(characters[at_begin ? left : right - 1]) <= room; at_begin = !at_begin)
+        room -= columns(characters[at_begin ? left++ : --right]);
+    std::string result;
+    for (std::size_t i = 0; i < left; ++i)
+        result += characters[i];
+    result += "…";
+    for (std::size_t i = right; i < characters.size(); ++i)
+        result += characters[i];
+    return result;
 }
 
 void TextTable::add(std::vector<std::string> row)

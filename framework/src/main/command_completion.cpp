@@ -83,27 +83,20 @@ Words settings(const std::string& file, bool stages_alone)
 {
     ProblemList problems;
     const auto document = read_pipeline_document(fs::absolute(file), file, {}, problems);
-    const Catalog catalog = load_catalog();
-    Words result;
+    Words result = stages_alone ? document.stages.keys() : Words{};
+    const Catalog catalog = stages_alone ? Catalog() : load_catalog();
+    TypeTable types(catalog);
+    const auto add = [&](const std::string& name) { result.push_back(name + "="); };
     if (!stages_alone)
-    {
-        for (const auto& entry : document.vars.entries)
-            result.push_back(entry.key + "=");
-        TypeTable types(catalog);
-        for (const auto& [kind, default_value] : types.pipeline_components())
-            if (!document.stages.entries.empty())
-                result.push_back(std::string(pipeline_components) + "." + kind + "=");
-    }
+        std::ranges::for_each(document.vars.keys(), add);
+    for (const auto& [kind, default_value] : types.pipeline_components())
+        if (!document.stages.entries.empty())
+            add(std::string(pipeline_components) + "." + kind);
     for (const auto& entry : document.stages.entries)
-    {
-        if (stages_alone)
-            result.push_back(entry.key);
-        const auto* type = stages_alone ? nullptr : entry.value.find("type");
-        const TypeDescription* known = type != nullptr ? catalog.find(type->value.text) : nullptr;
-        if (known != nullptr)
-            for (const auto& option : read_declaration(*known).option_names())
-                result.push_back(entry.key + "." + option + "=");
-    }
+        if (const auto* type = entry.value.find("type"))
+            if (const KnownType known = types.find(type->value.text, "stage"))
+                for (const auto& option : known.declaration->option_names())
+                    add(entry.key + "." + option);
     std::erase_if(result, [](const std::string& word) { return shell_word(word) != word; });
     return result;
 }

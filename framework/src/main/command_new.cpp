@@ -150,19 +150,6 @@ int begin_project(const NewArguments& arguments)
     return 0;
 }
 
-/// Reports errors of the file system, which the user has to mend.
-int told(int (*action)(const NewArguments&), const NewArguments& arguments)
-{
-    try
-    {
-        return action(arguments);
-    }
-    catch (const fs::filesystem_error& error)
-    {
-        throw Error(error.path1().string() + ": cannot be created: " + error.code().message());
-    }
-}
-
 }  // namespace
 
 void add_new_commands(CLI::App& app, int& exit_code)
@@ -170,14 +157,14 @@ void add_new_commands(CLI::App& app, int& exit_code)
     const auto arguments = std::make_shared<NewArguments>();
     CLI::App* init = app.add_subcommand("init", "Create a project: a folder with a commented pipeline that needs no data");
     init->add_option("folder", arguments->folder, "Folder to create")->required();
-    init->callback([arguments, &exit_code] { exit_code = told(begin_project, *arguments); });
+    init->callback([arguments, &exit_code] { exit_code = begin_project(*arguments); });
 
     CLI::App* plugin = app.add_subcommand("new", "Create a plugin: a folder that builds, tests and installs by itself");
     plugin->add_option("kind", arguments->kind, join(plugin_kinds(), " or "))->required()->check(CLI::IsMember(plugin_kinds()));
     plugin->add_option("type", arguments->type, "Type name in pipelines, such as my.dots; the folder is then my_dots")
         ->required();
     plugin->add_option("--in", arguments->in, "Parent of the new folder")->capture_default_str();
-    plugin->callback([arguments, &exit_code] { exit_code = told(begin_plugin, *arguments); });
+    plugin->callback([arguments, &exit_code] { exit_code = begin_plugin(*arguments); });
 }
 
 }  // namespace fresco::host

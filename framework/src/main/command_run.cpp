@@ -148,14 +148,6 @@ void print_summary(const RunArguments& arguments, const RunSummary& summary, con
             print_line(path_text(report.file) + (report.written ? "" : "  (unchanged)"));
 }
 
-int end_of_run(const RunArguments& arguments, const RunSummary& summary)
-{
-    std::fflush(stdout);
-    if (summary.exit_code == 75 && !arguments.json_log)
-        print_message("interrupted; run the same command to resume");
-    return summary.exit_code;
-}
-
 /// For machines, the problems that were printed, and the exit code that they lead to, which is returned.
 int tell_problems(const RunArguments& arguments, const std::vector<Problem>& problems, int exit_code)
 {
@@ -163,15 +155,6 @@ int tell_problems(const RunArguments& arguments, const std::vector<Problem>& pro
         fmt::print("{}\n", to_json(Value::Map{
                                {"event", "problems"}, {"exit_code", exit_code}, {"problems", problems_as_value(problems)}}));
     return exit_code;
-}
-
-RunRequest request_for(const RunArguments& arguments, const Pipeline& pipeline)
-{
-    RunRequest request;
-    request.pipeline = &pipeline;
-    request.cores = arguments.cores;
-    request.memory_mb = arguments.memory_mb > 0 ? arguments.memory_mb : available_memory_mb();
-    return request;
 }
 
 /// Sets the limits of isolated stages. Throws UsageError where they make no sense.
@@ -221,7 +204,10 @@ int run(const RunArguments& arguments)
     }
     check_matrix_options(arguments, pipeline);
     arguments.places.check();
-    RunRequest request = request_for(arguments, pipeline);
+    RunRequest request;
+    request.pipeline = &pipeline;
+    request.cores = arguments.cores;
+    request.memory_mb = arguments.memory_mb > 0 ? arguments.memory_mb : available_memory_mb();
     request.store = arguments.places.store_folder();
     request.out = arguments.places.out_folder();
     request.jobs = std::max(1, arguments.jobs);
@@ -253,7 +239,10 @@ int run(const RunArguments& arguments)
         tell_combinations(ended, arguments.thumbnails, !arguments.quiet && !arguments.json_log);
     if (!sweep || arguments.json_log)
         print_summary(arguments, summary, reports);
-    return end_of_run(arguments, summary);
+    std::fflush(stdout);
+    if (summary.exit_code == 75 && !arguments.json_log)
+        print_message("interrupted; run the same command to resume");
+    return summary.exit_code;
 }
 
 }  // namespace

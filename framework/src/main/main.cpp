@@ -65,9 +65,9 @@ class FoldedHelp final : public CLI::Formatter
     }
 
   private:
-    static constexpr std::size_t usual_width = 80;
+    // A file or a pipe gets the usual width.
     std::size_t width_ = fresco::host::terminal_width(STDOUT_FILENO) == fresco::host::without_end
-                             ? usual_width
+                             ? 80
                              : fresco::host::terminal_width(STDOUT_FILENO);
 };
 
@@ -226,10 +226,6 @@ int main(int argc, char** argv)
     {
         print_message("error: unexpected: " + std::string(error.what()) +
                       "\n    This is a bug in fresco; please report it with the command and the pipeline file.");
-    }
-    catch (...)
-    {
-        print_message("error: something other than an exception was thrown\n    This is a bug in fresco; please report it.");
     }
     return exit_bug;
 }

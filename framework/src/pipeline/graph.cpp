@@ -1,8 +1,6 @@
 #include "pipeline/graph.h"
 
 #include <algorithm>
-#include <boost/graph/adjacency_list.hpp>
-#include <boost/graph/strong_components.hpp>
 #include <functional>
 #include <queue>
 #include <utility>
@@ -50,24 +48,15 @@ std::vector<std::size_t> StageGraph::ancestors(std::size_t node) const
 
 std::vector<std::vector<std::size_t>> StageGraph::cycles() const
 {
-    boost::adjacency_list<boost::vecS, boost::vecS, boost::directedS> list(size());
-    for (std::size_t node = 0; node < size(); ++node)
-        for (const std::size_t next : needed_by_[node])
-            boost::add_edge(node, next, list);
-    std::vector<std::size_t> group(size());
-    boost::strong_components(list, boost::make_iterator_property_map(group.begin(), boost::get(boost::vertex_index, list)));
-    std::vector<std::size_t> members(size());
-    for (const std::size_t number : group)
-        ++members[number];
     std::vector<bool> seen(size());
+    for (const std::size_t node : order())
+        seen[node] = true;
     std::vector<std::vector<std::size_t>> result;
     for (std::size_t start = 0; start < size(); ++start)
     {
-        const bool alone = members[group[start]] == 1 && !needs_[start].contains(start);
-        if (alone || seen[group[start]])
+        if (seen[start])
             continue;
-        seen[group[start]] = true;
-        // The group's other nodes reach `start` again; the nearest that has an edge to it closes a shortest cycle.
+        // The nearest node with an edge to `start` closes a shortest cycle.
         const std::vector<std::size_t> before = predecessors(needed_by_, start);
         std::vector<std::size_t> shortest;
         for (const std::size_t last : needs_[start])
@@ -80,6 +69,10 @@ std::vector<std::vector<std::size_t>> StageGraph::cycles() const
             if (shortest.empty() || cycle.size() < shortest.size())
                 shortest = std::move(cycle);
         }
+        if (shortest.empty())
+            continue;
+        for (const std::size_t node : ancestors(start))
+            seen[node] = seen[node] || before[node] != none;
         std::ranges::reverse(shortest);
         result.push_back(std::move(shortest));
     }

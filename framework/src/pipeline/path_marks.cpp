@@ -36,24 +36,6 @@ Names names_of(const Components& components)
     return each(components, [](const KnownType& type) { return type.description->type; });
 }
 
-/// Names the folder around it, or the only entry in it, that some component is for: archives are unpacked into a folder more or
-/// less. A text file does not count, since many programs write such.
-std::string neighbor_text(const fs::path& folder, const Components& all)
-{
-    std::vector<fs::path> candidates{(folder / "..").lexically_normal()};
-    std::error_code failure;
-    for (fs::directory_iterator entry(folder, failure); !failure && entry != fs::directory_iterator(); entry.increment(failure))
-        candidates.push_back(entry->path());
-    std::erase_if(candidates,
-                  [&](const fs::path& candidate)
-                  {
-                      const bool is_folder = fs::is_directory(candidate, failure);
-                      return std::ranges::none_of(fitting(all, candidate), [&](const KnownType& type)
-                                                  { return is_folder || !type.declaration->marks.formats[0].is_text; });
-                  });
-    return candidates.size() == 1 ? "; set it to '" + candidates[0].string() + "'" : "";
-}
-
 bool goes_before(const KnownType& one, const KnownType& other)
 {
     const Names& before = one.declaration->marks.before;
@@ -88,8 +70,7 @@ MarkedChoice choose_by_marks(const fs::path& path, const OptionDeclaration& slot
         if (own.empty() || marks_text(own[0].declaration->marks).empty() || fits(own[0].declaration->marks, path))
             return {named};
         const std::string others = join(names_of(found)) + (found.size() == 1 ? " does" : " do");
-        return {named, named + " does not fit " + shown + (found.empty() ? neighbor_text(path, own) : "; " + others) +
-                           looked_for(own, path)};
+        return {named, named + " does not fit " + shown + (found.empty() ? "" : "; " + others) + looked_for(own, path)};
     }
     Components first = found;
     std::erase_if(first, [&](const KnownType& one)
@@ -101,7 +82,7 @@ MarkedChoice choose_by_marks(const fs::path& path, const OptionDeclaration& slot
                 "several components of kind " + slot.component_kind + " fit " + shown + "; name one, " + slot.name + ": " +
                     join(names_of(found), " or ") + looked_for(found, path),
                 true};
-    return {"", "no " + slot.component_kind + " fits " + shown + neighbor_text(path, all) + looked_for(all, path)};
+    return {"", "no " + slot.component_kind + " fits " + shown + looked_for(all, path)};
 }
 
 std::string marks_text(const Marks& marks, const fs::path& folder)

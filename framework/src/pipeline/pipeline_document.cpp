@@ -43,17 +43,15 @@ YamlNode section(const YamlNode& root, std::string_view key, const std::string& 
         problems.add(entry->value, "'" + std::string(key) + "' must be a map {name: …}, got " + entry->value.summary());
     if (!entry || !entry->value.is_map())
         return YamlNode(YamlNode::Kind::map, root);
-    YamlNode map = entry->value;
-    for (const YamlNode::Entry& named_entry : map.entries)
+    for (const YamlNode::Entry& named_entry : entry->value.entries)
         if (!is_name(named_entry.key))
             problems.add(named_entry, "'" + named_entry.key + "' cannot name a " + named +
                                           ": a name has letters, digits, '_' and '-' and begins with a letter or '_'");
-    return map;
+    return entry->value;
 }
 
 /// Returns nothing if the file cannot be read, which is reported.
-std::optional<std::string> text_on_disk(const fs::path& file, const std::string& shown, const Position& wanted_at,
-                                        ProblemList& problems)
+std::optional<std::string> text_on_disk(const fs::path& file, const Position& wanted_at, ProblemList& problems)
 {
     std::error_code failure;
     const fs::file_status status = fs::status(file, failure);
@@ -68,12 +66,6 @@ std::optional<std::string> text_on_disk(const fs::path& file, const std::string&
                      exists ? ProblemKind::invalid : ProblemKind::missing_input);
         return std::nullopt;
     }
-    const auto size = fs::file_size(file, failure);
-    if (!failure && size > yaml_size_limit)
-    {
-        problems.add({shown, 0, 0}, "larger than 1 MiB: not a pipeline file");
-        return std::nullopt;
-    }
     return read_text_file(file, yaml_size_limit);
 }
 
@@ -83,7 +75,7 @@ Layer read_layer(const fs::path& file, const std::vector<PipelineText>& texts, c
     problems.announce_file(shown);
     Layer layer;
     const auto given = std::ranges::find(texts, file, &PipelineText::file);
-    const std::optional<std::string> text = given != texts.end() ? given->text : text_on_disk(file, shown, wanted_at, problems);
+    const std::optional<std::string> text = given != texts.end() ? given->text : text_on_disk(file, wanted_at, problems);
     PipelineDocument& content = layer.content;
     content.complete = text.has_value();
     content.texts.push_back({file, text.value_or("")});
@@ -249,21 +241,9 @@ std::optional<fs::path> base_file(const fs::path& beside, const YamlNode& name, 
     for (const fs::path& file : {beside, installed})
         if (fs::exists(file, unknown))
             return file;
-    std::vector<std::string> names;
-    for (fs::directory_iterator entry(installed_pipelines(), unknown), end; !unknown && entry != end; entry.increment(unknown))
-        if (entry->path().extension() == ".yaml")
-            names.push_back(entry->path().filename());
-    std::ranges::sort(names);
     const std::string also = installed == beside ? "" : ", nor an installed one, '" + installed.string() + "'";
-    problems.add(name, "no such pipeline file '" + beside.string() + "'" + also + suggestion(name.text, names),
-                 ProblemKind::missing_input);
+    problems.add(name, "no such pipeline file '" + beside.string() + "'" + also, ProblemKind::missing_input);
     return std::nullopt;
-}
-
-bool same_file(const fs::path& a, const fs::path& b)
-{
-    std::error_code failure;
-    return a == b || (fs::equivalent(a, b, failure) && !failure);
 }
 
 /// A base may be shared by pipelines of which only some have a stage that its preview names.
@@ -276,8 +256,7 @@ void check_preview(const YamlNode& preview, const YamlNode& stages, const std::s
         else if (entry.value.find("type"))
             problems.add(*entry.value.find("type"), "a preview cannot change the type of a stage");
         else if (entry.source == own && !stages.entries.empty() && !stages.find(entry.key))
-            problems.add(entry, "unknown stage '" + entry.key + "'" +
-                                    (problems.takes_hints() ? suggestion(entry.key, stages.keys()) : ""));
+            problems.add(entry, "unknown stage '" + entry.key + "'" + problems.hint(entry.key, stages.keys()));
 }
 
 void check_stages(const YamlNode& stages, const YamlNode& vars, ProblemList& problems)
@@ -305,13 +284,13 @@ PipelineDocument read_pipeline_document(const fs::path& file, const std::string&
                                         ProblemList& problems)
 {
     std::vector<Layer> layers;
-    std::vector<fs::path> files{file.lexically_normal()};
+    fs::path next = file.lexically_normal();
     std::string name = shown;
     Position wanted_at{shown, 0, 0};
     bool complete = true;
     while (true)
     {
-        layers.push_back(read_layer(files.back(), texts, name, wanted_at, problems));
+        layers.push_back(read_layer(next, texts, name, wanted_at, problems));
         complete = complete && layers.back().content.complete;
         const YamlNode& base = layers.back().base;
         if (base.is_null())
@@ -321,18 +300,15 @@ PipelineDocument read_pipeline_document(const fs::path& file, const std::string&
         complete = complete && found;
         if (!found)
             break;
-        const fs::path& next = *found;
+        next = *found;
         wanted_at = base;
-        const bool again = std::ranges::any_of(files, [&](const fs::path& seen) { return same_file(seen, next); });
-        if (again || files.size() >= base_limit)
+        if (layers.size() >= base_limit)
         {
-            problems.add(wanted_at, again ? "cycle: 'base: " + base.text + "' leads back to this file"
-                                          : fmt::format("more than {} nested base files", base_limit));
+            problems.add(wanted_at, fmt::format("more than {} nested base files; does one lead back to another?", base_limit));
             complete = false;
             break;
         }
         name = fs::path(base.text).is_absolute() ? base.text : next == beside ? shown_beside(name, base.text) : next.string();
-        files.push_back(next);
     }
     if (complete && std::ranges::none_of(layers, &Layer::has_stages))
         problems.add(layers.front().content.stages, "missing stages: a pipeline needs 'stages: {name: {type: …}}'");

@@ -1,10 +1,12 @@
 #include "pipeline/pipeline_matrix.h"
 #include "base/common.h"
 #include "base/text.h"
-#include <fresco/error.h>
 #include <fresco/wording.h>
 
 #include <algorithm>
+#include <boost/algorithm/string/classification.hpp>
+#include <boost/algorithm/string/trim.hpp>
+#include <cctype>
 #include <filesystem>
 #include <fmt/format.h>
 #include <map>
@@ -18,8 +20,8 @@ constexpr std::size_t longest_label = 36;  // bytes; six of them and a stage's n
 
 bool is_label_byte(char c)
 {
-    const bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
-    return letter || static_cast<unsigned char>(c) >= 0x80 || std::string_view("_-.+=").find(c) != std::string_view::npos;
+    const auto byte = static_cast<unsigned char>(c);
+    return byte >= 0x80 || std::isalnum(byte) != 0 || std::string_view("_-.+=").find(c) != std::string_view::npos;
 }
 
 /// Replaces characters that folder names cannot have by dashes.
@@ -32,11 +34,7 @@ std::string label_of(const std::string& text)
         else if (!label.empty() && label.back() != '-')
             label += '-';
     label.resize(utf8_prefix(label, longest_label).size());
-    const std::size_t begin = std::min(label.find_first_not_of("-."), label.size());
-    label.erase(0, begin);
-    while (!label.empty() && (label.back() == '-' || label.back() == '.'))
-        label.pop_back();
-    return label;
+    return boost::trim_copy_if(label, boost::is_any_of("-."));
 }
 
 /// Names that the program itself writes below `--out`.
@@ -157,12 +155,7 @@ std::vector<MatrixAxis> read_matrix(PipelineDocument& document, ProblemList& pro
     {
         YamlNode::Entry* var = document.vars.find(entry.key);
         if (!var && document.complete)
-        {
-            std::string hint = vars.empty() ? ": declare it under 'vars'" : "";
-            if (problems.takes_hints())
-                hint += suggestion(entry.key, vars);
-            problems.add(entry, "matrix: unknown var '" + entry.key + "'" + hint);
-        }
+            problems.add(entry, "matrix: unknown var '" + entry.key + "'" + problems.hint(entry.key, vars));
         MatrixAxis axis{entry.key, {}};
         const bool good = read_axis(axis, entry.value, problems);
         if (var && good)
@@ -207,7 +200,7 @@ void set_axis(MatrixAxis& axis, const YamlNode& value, ProblemList& problems)
         choice.chosen = fits(choice);
 }
 
-std::vector<std::vector<std::size_t>> combinations(const std::vector<MatrixAxis>& axes)
+std::optional<std::vector<std::vector<std::size_t>>> combinations(const std::vector<MatrixAxis>& axes)
 {
     std::vector<std::vector<std::size_t>> result{{}};
     for (const MatrixAxis& axis : axes)
@@ -220,7 +213,7 @@ std::vector<std::vector<std::size_t>> combinations(const std::vector<MatrixAxis>
                     longer.push_back(combination);
                     longer.back().push_back(i);
                     if (longer.size() > combination_limit)
-                        throw Error(fmt::format("the matrix has more than {} combinations", combination_limit));
+                        return std::nullopt;
                 }
         result = std::move(longer);
     }

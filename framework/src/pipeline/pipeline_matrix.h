@@ -3,6 +3,7 @@
 #include "pipeline/pipeline_document.h"
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -36,8 +37,8 @@ std::vector<MatrixAxis> read_matrix(PipelineDocument& document, ProblemList& pro
 /// label or text.
 void set_axis(MatrixAxis& axis, const YamlNode& value, ProblemList& problems);
 
-/// For each axis the number of its choice, the last axis running fastest: the chosen ones alone. Throws Error if there are more
-/// than `combination_limit`.
-std::vector<std::vector<std::size_t>> combinations(const std::vector<MatrixAxis>& axes);
+/// For each axis the number of its choice, the last axis running fastest: the chosen ones alone. Nothing if there are more than
+/// `combination_limit`.
+std::optional<std::vector<std::vector<std::size_t>>> combinations(const std::vector<MatrixAxis>& axes);
 
 }  // namespace fresco::host

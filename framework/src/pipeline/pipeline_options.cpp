@@ -19,13 +19,6 @@ namespace
 /// Defaults may name components whose defaults name components; without an end only by a plugin's mistake.
 constexpr std::size_t nesting_limit = 16;
 
-std::string default_text(const OptionDeclaration& option)
-{
-    if (option.default_value.is_null())
-        return {};
-    return " for the default, " + to_json(option.default_value);
-}
-
 /// A component that is there only for a form in which no port is exchanged is not.
 bool is_needed(const OptionDeclaration& option, const TypeDeclaration& type, const Value& values)
 {
@@ -50,40 +43,6 @@ bool can_be_read(const fs::path& path)
 {
     std::error_code failure;
     return ::access(path.c_str(), fs::is_directory(path, failure) ? R_OK | X_OK : R_OK) == 0;
-}
-
-/// Probable meaning of a user who wrote `node` instead of a `kind`.
-std::string hint(OptionKind kind, const YamlNode& node, const Value& value)
-{
-    if (kind == OptionKind::boolean && value.is_string())
-    {
-        const std::string word = lower_case(value.as_string());
-        if (word == "yes" || word == "on" || word == "y" || word == "true")
-            return " (write true)";
-        if (word == "no" || word == "off" || word == "n" || word == "false")
-            return " (write false)";
-    }
-    if (kind == OptionKind::boolean && value.is_int() && (value.as_int() == 0 || value.as_int() == 1))
-        return value.as_int() == 1 ? " (write true)" : " (write false)";
-    if (kind == OptionKind::integer && value.is_number() && !value.is_int() && std::abs(value.as_double()) < 1e15 &&
-        value.as_double() == std::floor(value.as_double()))
-        return " (write " + number_text(value.as_double()) + ")";
-    if ((kind == OptionKind::integer || kind == OptionKind::number) && value.is_string())
-    {
-        YamlNode retry = node;
-        retry.plain = true;
-        std::ranges::replace(retry.text, ',', '.');
-        std::erase(retry.text, '_');
-        std::erase(retry.text, ' ');
-        const ResolvedScalar resolved = resolve_scalar(retry);
-        if (resolved.refusal.empty() && resolved.value.is_number())
-            return retry.text == node.text ? " (without the quotes)" : " (write " + retry.text + ")";
-    }
-    if ((kind == OptionKind::integers || kind == OptionKind::numbers) && value.is_number())
-        return " (write [" + node.text + "])";
-    if (kind == OptionKind::text && !value.is_string() && !value.is_null())
-        return " (write '" + node.text + "' in quotes)";
-    return {};
 }
 
 /// How an option reads scalars.
@@ -159,15 +118,9 @@ std::string problem_text(const OptionDeclaration& option, const ValueProblem& pr
     const ResolvedScalar resolved = part.is_scalar() ? resolve_scalar(part) : ResolvedScalar{};
     if (!resolved.refusal.empty())
         return resolved.refusal + expected;
-    OptionKind kind = option.kind;
-    if (!problem.place.empty() && kind == OptionKind::integers)
-        kind = OptionKind::integer;
-    if (!problem.place.empty() && kind == OptionKind::numbers)
-        kind = OptionKind::number;
-    std::string meant = part.is_scalar() ? hint(kind, part, resolved.value) : "";
-    if (part.is_map() && reading_of(kind) == Reading::as_written)
-        meant = " (a word with braces is written in quotes)";
-    return "expected " + problem.expected + ", got " + part.summary() + meant;
+    const bool braces = part.is_map() && reading_of(option.kind) == Reading::as_written;
+    return "expected " + problem.expected + ", got " + part.summary() +
+           (braces ? " (a word with braces is written in quotes)" : "");
 }
 
 }  // namespace
@@ -214,8 +167,8 @@ Value OptionChecker::complete(const KnownType& type, YamlNode config, const std:
         const YamlNode::Entry* written = config.find(option.name);
         if (written && written->value.is_null())
         {
-            problems_.add(*written, user + ": option '" + option.name + "' has no value: leave the line out" +
-                                        default_text(option) + ", or set " + option.accepted());
+            problems_.add(*written,
+                          user + ": option '" + option.name + "' has no value: leave the line out, or set " + option.accepted());
             continue;
         }
         if (!written && option.required)
@@ -280,7 +233,7 @@ std::optional<YamlNode> OptionChecker::chosen_by_marks(const OptionDeclaration& 
         problems_.add(at, owner + ": " + choice.problem, choice.several ? ProblemKind::invalid : ProblemKind::missing_input);
     else if (const KnownType type = types_.find(choice.type, slot.component_kind); type && fs::is_regular_file(path->as_string()))
         check_contents(at, path->as_string(), all_extensions(type.declaration->marks.formats), type.declaration->marks.formats,
-                       types_, owner, problems_);
+                       owner, problems_);
     if (!is_auto)
         return node;
     return choice.type.empty() ? std::nullopt : std::optional(yaml_from_value(choice.type, node));
@@ -307,7 +260,7 @@ Value OptionChecker::check_plain(const OptionDeclaration& option, const YamlNode
     if (option.kind == OptionKind::input_file)
     {
         uses.input_files.push_back(check_input_path(node, option.kind, owner, problems_));
-        check_contents(node, uses.input_files.back(), option.extensions, option.formats, types_, owner, problems_);
+        check_contents(node, uses.input_files.back(), option.extensions, option.formats, owner, problems_);
     }
     else if (option.kind == OptionKind::input_folder || option.kind == OptionKind::input_path)
         check_input_path(node, option.kind, owner, problems_);
@@ -399,10 +352,9 @@ fs::path check_input_path(const YamlNode& node, OptionKind kind, const std::stri
 }
 
 void check_contents(const YamlNode& node, const fs::path& file, const std::vector<std::string>& extensions,
-                    const std::vector<FileFormat>& formats, TypeTable& types, const std::string& user, ProblemList& problems)
+                    const std::vector<FileFormat>& formats, const std::string& user, ProblemList& problems)
 {
-    const auto others = [&] { return types.formats(); };
-    if (const std::string problem = extensions.empty() ? "" : file_problem(file, extensions, formats, others); !problem.empty())
+    if (const std::string problem = extensions.empty() ? "" : file_problem(file, extensions, formats); !problem.empty())
         problems.add(node, user + ": " + problem, ProblemKind::missing_input);
 }
 

@@ -72,7 +72,7 @@ std::filesystem::path check_input_path(const YamlNode& node, OptionKind kind, co
 /// Reports (as missing input) a file that is not what its extension says, or has none of `extensions`; nothing where those are
 /// empty, and nothing that check_input_path reports.
 void check_contents(const YamlNode& node, const std::filesystem::path& file, const std::vector<std::string>& extensions,
-                    const std::vector<FileFormat>& formats, TypeTable& types, const std::string& user, ProblemList& problems);
+                    const std::vector<FileFormat>& formats, const std::string& user, ProblemList& problems);
 
 /// The option that says where stages of the type work (fresco::chooses_device); empty: they have none.
 std::string device_option(const TypeDescription& type);

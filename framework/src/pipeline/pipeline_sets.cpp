@@ -12,11 +12,6 @@ namespace
 {
 using Path = std::vector<std::string>;
 
-std::string joined(const Path& path, std::size_t count)
-{
-    return fmt::format("{}", fmt::join(std::span(path).first(count), "."));
-}
-
 YamlNode parse_value(const std::string& text, const std::shared_ptr<const YamlSource>& source, ProblemList& problems)
 {
     if (!text.empty() && std::string_view("[{\"'").find(text.front()) != std::string_view::npos)
@@ -35,7 +30,8 @@ YamlNode parse_value(const std::string& text, const std::shared_ptr<const YamlSo
     return node;
 }
 
-/// Puts one value at a path inside the configuration of a stage or component.
+/// Puts one value at a path inside the configuration of a stage or component. Makes what is not there: the check of the stage
+/// reports what should not be.
 class Setter
 {
   public:
@@ -44,122 +40,50 @@ class Setter
     {
     }
 
-    void set_in_stage(YamlNode& stage)
+    /// `node` holds the options (and `type`) of a component of `kind`, or, if `named`, such components by name; of an empty kind,
+    /// anything. path_[at] names one of them.
+    void set(YamlNode& node, std::string_view kind, bool named, std::size_t at)
     {
-        if (path_[1] == "input")
-            set_input(stage);
-        else
-            set_in_config(stage, "stage", 1);
-    }
-
-    /// A kind that is not there is reported when it is checked.
-    void set_in_components(YamlNode& components)
-    {
-        const std::string& kind = path_[1];
-        const auto known = types_.pipeline_components().find(kind);
-        if (path_.size() == 2 || known == types_.pipeline_components().end())
+        const std::string& key = path_[at];
+        const bool has_options = !kind.empty() && !named;
+        if (at + 1 == path_.size())
         {
-            components.set(kind, value_);
+            if (has_options && key == "type")
+                drop_options(node, kind);
+            node.set(key, value_);
             return;
         }
-        const YamlNode::Entry* written = components.find(kind);
-        YamlNode config = written ? written->value : yaml_from_value(known->second, value_);
-        set_in_component(config, kind, 2);
-        components.set(kind, std::move(config));
+        const OptionDeclaration* slot = has_options ? slot_of(node, kind, key) : nullptr;
+        YamlNode::Entry* entry = node.find(key);
+        YamlNode& inner = entry ? entry->value : node.set(key, YamlNode(YamlNode::Kind::map, {0, 0, value_.source}));
+        const bool many = slot && slot->kind == OptionKind::components;
+        if (inner.is_scalar() && (named || (slot && !many)))
+        {
+            YamlNode map(YamlNode::Kind::map, inner);
+            map.set("type", inner);
+            inner = std::move(map);
+        }
+        if (inner.is_map())
+            set(inner, slot ? slot->component_kind : named ? kind : "", many, at + 1);
+        else if (inner.is_valid())
+            problems_.add(value_, "'" + fmt::format("{}", fmt::join(std::span(path_).first(at + 1), ".")) + "' is " +
+                                      inner.summary() + " in the file, not a map with '" + path_[at + 1] +
+                                      "': set it as a whole");
     }
 
   private:
-    void report(const std::string& text) { problems_.add(value_, text); }
-
-    void set_input(YamlNode& stage)
+    /// The slot `key` of the type that `config` names, with its default written out.
+    const OptionDeclaration* slot_of(YamlNode& config, std::string_view kind, const std::string& key)
     {
-        YamlNode* node = &stage;
-        for (std::size_t i = 1; i + 1 < path_.size(); ++i)
-        {
-            YamlNode::Entry* entry = node->find(path_[i]);
-            YamlNode& inner = entry ? entry->value : node->set(path_[i], YamlNode(YamlNode::Kind::map, {0, 0, value_.source}));
-            if (!inner.is_map())
-                return report("'" + joined(path_, i + 1) + "' is " + inner.summary() + " in the file, not a map with '" +
-                              path_[i + 1] + "': set it as a whole");
-            node = &inner;
-        }
-        node->set(path_.back(), value_);
-    }
-
-    /// `config` holds options (and `type`); path_[at] names one of them.
-    void set_in_config(YamlNode& config, std::string_view kind, std::size_t at)
-    {
-        if (at + 1 == path_.size())
-        {
-            if (path_[at] == "type")
-                drop_options(config, kind);
-            config.set(path_[at], value_);
-            return;
-        }
-        const std::optional<std::string> name = type_named_by(config, joined(path_, at), nullptr);
+        const std::optional<std::string> name = type_named_by(config, "", nullptr);
         const KnownType type = name ? types_.find(*name, kind) : KnownType{};
-        if (!type)
-            return;  // The type itself is reported elsewhere.
-        const OptionDeclaration* option = type.declaration->option(path_[at]);
-        if (!option)
-            return report("'" + joined(path_, at) + "' (" + *name + ") has no option '" + path_[at] + "'" +
-                          suggestion(path_[at], type.declaration->option_names()));
-        if (!option->is_slot())
-            return report("the option '" + joined(path_, at + 1) + "' is not a component and has no '" + path_[at + 1] +
-                          "' inside: it accepts " + option->accepted());
-        expand_auto(*type.declaration, config);
-        YamlNode* slot = written_out(config, *option);
-        if (!slot)
-            return report("'" + joined(path_, at + 1) + "' holds no component yet: set " + joined(path_, at + 1) + ".type first");
-        if (option->kind == OptionKind::component)
-            set_in_component(*slot, option->component_kind, at + 1);
-        else
-            set_in_named(*slot, option->component_kind, at + 1);
-    }
-
-    /// The value of a slot as written, else its default. A slot without either can be given a type.
-    YamlNode* written_out(YamlNode& config, const OptionDeclaration& option)
-    {
-        if (YamlNode::Entry* written = config.find(option.name))
-            return &written->value;
-        YamlNode value = yaml_from_value(option.default_value, config);
-        if (value.is_null() && option.kind == OptionKind::component && path_.back() != "type")
+        const OptionDeclaration* option = type ? type.declaration->option(key) : nullptr;
+        if (!option || !option->is_slot())
             return nullptr;
-        if (value.is_null())
-            value.kind = YamlNode::Kind::map;
-        return &config.set(option.name, std::move(value));
-    }
-
-    void set_in_component(YamlNode& config, std::string_view kind, std::size_t at)
-    {
-        if (config.is_scalar())
-        {
-            YamlNode map = config;
-            map.kind = YamlNode::Kind::map;
-            map.text.clear();
-            map.set("type", config);
-            config = std::move(map);
-        }
-        if (config.is_map())
-            set_in_config(config, kind, at);
-    }
-
-    void set_in_named(YamlNode& named, std::string_view kind, std::size_t at)
-    {
-        if (!named.is_map())
-            return report("'" + joined(path_, at) + "' is " + named.summary() + " in the file, not a map of components");
-        if (at + 1 == path_.size())
-        {
-            named.set(path_[at], value_);
-            return;
-        }
-        if (!named.find(path_[at]))
-        {
-            if (path_.back() != "type" || at + 2 != path_.size())
-                return report("there is no '" + joined(path_, at + 1) + "'" + suggestion(path_[at], named.keys()));
-            named.set(path_[at], YamlNode(YamlNode::Kind::map, {0, 0, value_.source}));
-        }
-        set_in_component(named.find(path_[at])->value, kind, at + 1);
+        expand_auto(*type.declaration, config);
+        if (!config.find(key) && !option->default_value.is_null())
+            config.set(key, yaml_from_value(option->default_value, config));
+        return option;
     }
 
     /// An option of the old type means nothing to the new one; where a stage's inputs come from still does.
@@ -241,13 +165,19 @@ void Settings::set_options(const std::string& name, YamlNode& stage, Variables& 
     for (const bool inside : {false, true})
         for (const Setting& setting : settings)
             if ((setting.path.size() > 2) == inside)
-                Setter(setting.path, setting.value, types, problems).set_in_stage(stage);
+                Setter(setting.path, setting.value, types, problems).set(stage, "stage", false, 1);
 }
 
 void Settings::set_components(YamlNode& components, Variables& variables, TypeTable& types, ProblemList& problems) const
 {
     for (const Setting& setting : settings_in(std::string(pipeline_components), variables))
-        Setter(setting.path, setting.value, types, problems).set_in_components(components);
+    {
+        const std::string& kind = setting.path[1];
+        const auto known = types.pipeline_components().find(kind);
+        if (setting.path.size() > 2 && !components.find(kind) && known != types.pipeline_components().end())
+            components.set(kind, yaml_from_value(known->second, setting.value));
+        Setter(setting.path, setting.value, types, problems).set(components, kind, true, 1);
+    }
 }
 
 std::vector<Settings::Setting> Settings::settings_in(const std::string& name, Variables& variables) const

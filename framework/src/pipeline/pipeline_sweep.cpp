@@ -3,11 +3,11 @@
 #include "pipeline/pipeline_options.h"
 #include "pipeline/pipeline_variables.h"
 #include "pipeline/pipeline_wiring.h"
-#include <fresco/error.h>
 
 #include <algorithm>
 #include <bitset>
 #include <fmt/format.h>
+#include <ranges>
 
 namespace fresco::host
 {
@@ -39,85 +39,23 @@ std::string label_of(const AxisSet& axes, const Choices& choices, const std::vec
     return text;
 }
 
-/// Axes that the vars of a document depend on, directly or through other vars and the axes' values, and unused vars.
-class VarUse
+/// Vars, each with the names in its value; of an axis, in all of its values.
+using VarNames = std::map<std::string, std::set<std::string>>;
+
+/// The vars among `names`, and those that their values name, directly or not.
+std::set<std::string> reached_from(const std::set<std::string>& names, const VarNames& vars)
 {
-  public:
-    VarUse(const YamlNode& vars, const std::vector<MatrixAxis>& axes)
+    // Not by recursion: a file may hold a chain of vars that is longer than the machine's stack.
+    std::set<std::string> reached;
+    for (std::vector<std::string> open(names.begin(), names.end()); !open.empty();)
     {
-        for (const YamlNode::Entry& entry : vars.entries)
-            vars_[entry.key];
-        const auto add = [&](const std::string& name, const YamlNode& value)
-        {
-            Var& var = vars_.at(name);
-            for (const std::string& used : vars_named_in(value))
-                if (const auto other = vars_.find(used); other != vars_.end())
-                {
-                    var.made_of.push_back(&other->second);
-                    other->second.users.push_back(&var);
-                }
-        };
-        for (const MatrixAxis& axis : axes)
-            for (const MatrixAxis::Choice& choice : axis.choices)
-                add(axis.var, choice.value);
-        for (const YamlNode::Entry& entry : vars.entries)
-            if (std::ranges::find(axes, entry.key, &MatrixAxis::var) == axes.end())
-                add(entry.key, entry.value);
-        // Not by recursion: a file may hold a chain of vars that is longer than the machine's stack.
-        for (std::size_t axis = 0; axis < axes.size(); ++axis)
-            for (std::vector<Var*> open{&vars_.at(axes[axis].var)}; !open.empty();)
-            {
-                Var& var = *open.back();
-                open.pop_back();
-                if (var.axes[axis])
-                    continue;
-                var.axes.set(axis);
-                open.insert(open.end(), var.users.begin(), var.users.end());
-            }
+        const auto var = vars.find(open.back());
+        open.pop_back();
+        if (var != vars.end() && reached.insert(var->first).second)
+            open.insert(open.end(), var->second.begin(), var->second.end());
     }
-
-    /// The axes that text with these vars in it depends on; from now on they, and what they are made of, are in use.
-    AxisSet use(const std::set<std::string>& names)
-    {
-        AxisSet axes;
-        std::vector<Var*> open;
-        for (const std::string& name : names)
-            if (const auto var = vars_.find(name); var != vars_.end())
-            {
-                axes |= var->second.axes;
-                open.push_back(&var->second);
-            }
-        while (!open.empty())
-        {
-            Var& var = *open.back();
-            open.pop_back();
-            if (!std::exchange(var.in_use, true))
-                open.insert(open.end(), var.made_of.begin(), var.made_of.end());
-        }
-        return axes;
-    }
-
-    /// The vars that are not in use, by the axes that they depend on.
-    std::map<unsigned long, std::set<std::string>> unused() const
-    {
-        std::map<unsigned long, std::set<std::string>> result;
-        for (const auto& [name, var] : vars_)
-            if (!var.in_use)
-                result[var.axes.to_ulong()].insert(name);
-        return result;
-    }
-
-  private:
-    struct Var
-    {
-        std::vector<Var*> made_of;
-        std::vector<Var*> users;
-        AxisSet axes;
-        bool in_use = false;
-    };
-
-    std::map<std::string, Var> vars_;
-};
+    return reached;
+}
 
 /// A stage as all combinations have it that agree in the axes whose vars it names.
 struct CheckedStage
@@ -147,7 +85,6 @@ struct CombinationDraft
 {
     Choices choices;
     std::vector<std::size_t> stages;  ///< Per stage of the file, the number of its CheckedStage.
-    std::vector<const Batch*> batches;
     const Structure* structure = nullptr;
 };
 
@@ -164,56 +101,151 @@ std::string wired_text(const StageDraft& draft)
     return node.identity();
 }
 
-/// The stages of a pipeline file, substituted and checked: each once for all combinations that it is the same in. Stages that
-/// differ between combinations only in options and files have one shape, and are wired alike.
-class StageDrafts
+/// Stages that make parts for which others have rules: they run early, since only then is it known whether the rules fit.
+std::vector<std::size_t> makers_of_ruled_parts(const std::vector<StageDraft>& stages)
+{
+    std::vector<std::size_t> makers;
+    for (const StageDraft& stage : stages)
+        for (const StageDraft::PartUse& use : stage.part_uses)
+            if (const auto wire = std::ranges::find(stage.wires, use.port, &Wire::port); wire != stage.wires.end())
+                if (const auto maker = std::ranges::find(stages, wire->from_stage, &StageDraft::name); maker != stages.end())
+                    makers.push_back(static_cast<std::size_t>(maker - stages.begin()));
+    return makers;
+}
+
+/// Makes one pipeline of a matrix's combinations; without a matrix there is one, which has no values. A stage depends on the axes
+/// whose vars it names, directly or through other vars, and on those of the stages it reads; it is there once for each
+/// combination of their values, and is named and placed by these. It is checked once for each combination of the values that it
+/// names. Stages that differ between combinations only in options and files have one shape; those of one shape are wired once.
+class SweepBuilder
 {
   public:
     /// All of them must outlive it.
-    StageDrafts(const PipelineDocument& document, const std::vector<MatrixAxis>& matrix, const Settings& settings,
-                TypeTable& types)
+    SweepBuilder(const PipelineDocument& document, const std::vector<MatrixAxis>& matrix, const Settings& settings,
+                 TypeTable& types)
         : document_(document), matrix_(matrix), settings_(settings), types_(types)
     {
-        VarUse use(document.vars, matrix);
+        VarNames vars;
+        for (const YamlNode::Entry& entry : document.vars.entries)
+            vars[entry.key] = vars_named_in(entry.value);
+        for (const MatrixAxis& axis : matrix)
+        {
+            vars[axis.var].clear();
+            for (const MatrixAxis::Choice& choice : axis.choices)
+                vars[axis.var].merge(vars_named_in(choice.value));
+        }
+        const auto names = std::views::keys(vars);
+        std::set<std::string> unused(names.begin(), names.end());
         for (std::size_t i = 0; i < document.stages.entries.size(); ++i)
         {
             const YamlNode::Entry& entry = document.stages.entries[i];
-            std::set<std::string> vars = vars_named_in(entry.value);
-            vars.merge(settings.vars_in(entry.key));
-            for (const YamlNode::Entry& component : document.components.entries)
-                vars.merge(vars_named_in(component.value));
-            vars.merge(settings.vars_in(std::string(pipeline_components)));
-            axes_.push_back(use.use(vars));
-            groups_[axes_[i].to_ulong()].stages.push_back(i);
+            std::set<std::string> named = vars_named_in(entry.value);
+            named.merge(settings.vars_in(entry.key));
+            named.merge(vars_named_in(document.components));
+            named.merge(settings.vars_in(std::string(pipeline_components)));
+            const std::set<std::string> reached = reached_from(named, vars);
+            AxisSet& axes = axes_.emplace_back();
+            for (std::size_t axis = 0; axis < matrix.size(); ++axis)
+                axes[axis] = reached.contains(matrix[axis].var);
+            groups_[axes.to_ulong()].stages.push_back(i);
+            for (const std::string& name : reached)
+                unused.erase(name);
         }
-        for (auto& [axes, vars] : use.unused())
-            groups_[axes].unused_vars = std::move(vars);
+        // Any group will do.
+        (groups_.empty() ? groups_[0] : groups_.begin()->second).unused_vars = std::move(unused);
     }
 
-    /// The axes whose vars a stage names, directly or through other vars.
-    const AxisSet& axes_of(std::size_t stage) const { return axes_[stage]; }
-
-    CombinationDraft cell(const Choices& choices)
+    void add(const Choices& choices)
     {
-        CombinationDraft cell{choices, std::vector<std::size_t>(axes_.size()), {}};
+        CombinationDraft& cell = members_.emplace_back(CombinationDraft{choices, std::vector<std::size_t>(axes_.size())});
         for (auto& [axes, group] : groups_)
         {
             const auto [batch, fresh] = group.batches.try_emplace(chosen_of(AxisSet(axes), choices));
             if (fresh)
                 batch->second = make_batch(group, choices);
-            cell.batches.push_back(&batch->second);
+            note(batch->second.problems);
             for (std::size_t i = 0; i < group.stages.size(); ++i)
                 cell.stages[group.stages[i]] = batch->second.first_stage + i;
         }
-        return cell;
+        cell.structure = &structure_of(cell);
+        note(cell.structure->problems);
+        note(colliding_outputs(cell));
     }
 
-    const CheckedStage& stage(std::size_t number) const { return stages_[number]; }
-    /// With name, type, `input` and position, and with the files of one of the stages among its wires.
-    const StageDraft& shape(std::size_t number) const { return shapes_[number]; }
+    /// Leaves out the combinations that lack an input, where that is all that is wrong and others remain. Reports what they lack;
+    /// whether there were some.
+    bool leave_out_incomplete(ProblemList& missing)
+    {
+        std::set<std::size_t> incomplete;
+        for (const auto& [problem, members] : problems_)
+        {
+            if (problem.kind != ProblemKind::missing_input)
+                return false;
+            incomplete.insert(members.begin(), members.end());
+        }
+        if (incomplete.empty() || incomplete.size() == members_.size())
+            return false;
+        report(missing);
+        problems_.clear();
+        std::vector<CombinationDraft> complete;
+        for (std::size_t member = 0; member < members_.size(); ++member)
+            if (!incomplete.contains(member))
+                complete.push_back(std::move(members_[member]));
+        members_ = std::move(complete);
+        return true;
+    }
+
+    /// Every problem once; one that not all combinations have says which values they have in common.
+    void report(ProblemList& problems) const
+    {
+        for (const auto& [problem, members] : problems_)
+        {
+            std::string common;
+            for (std::size_t axis = 0; axis < matrix_.size() && members.size() < members_.size(); ++axis)
+            {
+                const std::size_t choice = members_[members.front()].choices[axis];
+                const bool same =
+                    std::ranges::all_of(members, [&](std::size_t member) { return members_[member].choices[axis] == choice; });
+                if (same)
+                    common += (common.empty() ? " (with " : ", ") + matrix_[axis].var + " '" +
+                              matrix_[axis].choices[choice].label + "'";
+            }
+            problems.add(problem.position, problem.text + (common.empty() ? "" : common + ")"), problem.kind);
+        }
+    }
+
+    /// Call once, and only where no combination has a problem.
+    void build(Pipeline& pipeline)
+    {
+        for (std::size_t i = 0; i < document_.stages.entries.size(); ++i)
+            numbers_[document_.stages.entries[i].key] = i;
+        const std::vector<AxisSet> axes = spread_axes();
+        const AxisSet all = AxisSet().set();
+        for (std::size_t i = 0; i < document_.stages.entries.size() && !matrix_.empty(); ++i)
+            for (std::size_t axis = 0; axis < matrix_.size(); ++axis)
+                if (axes[i][axis])
+                    pipeline.sweep.stage_axes[document_.stages.entries[i].key].push_back(matrix_[axis].var);
+        std::vector<std::map<Choices, std::size_t>> places(axes.size());
+        for (const CombinationDraft& member : members_)
+        {
+            Combination combination{label_of(all, member.choices, matrix_), {}, {}};
+            for (std::size_t axis = 0; axis < matrix_.size(); ++axis)
+                combination.values.push_back(matrix_[axis].choices[member.choices[axis]].label);
+            for (const std::size_t stage : member.structure->order)
+            {
+                const auto [place, fresh] =
+                    places[stage].try_emplace(chosen_of(axes[stage], member.choices), pipeline.stages.size());
+                combination.stages.push_back(place->second);
+                if (fresh)
+                    pipeline.stages.push_back(stage_of(member, stage, axes));
+            }
+            if (!matrix_.empty())
+                pipeline.sweep.combinations.push_back(std::move(combination));
+        }
+    }
 
   private:
-    /// Stages and unused vars that depend on the same axes: checked together, with one budget for what vars grow to.
+    /// Stages that depend on the same axes, and unused vars: checked together, with one budget for what vars grow to.
     struct Group
     {
         std::vector<std::size_t> stages;
@@ -232,19 +264,17 @@ class StageDrafts
         for (const std::size_t stage : group.stages)
             written.entries.push_back(document_.stages.entries[stage]);
         YamlNode settled = variables.substitute(written);
-        if (settled.is_map())
-            for (YamlNode::Entry& entry : settled.entries)
-                settings_.set_options(entry.key, entry.value, variables, types_, problems);
+        for (YamlNode::Entry& entry : settled.entries)
+            settings_.set_options(entry.key, entry.value, variables, types_, problems);
         variables.check_unused(group.unused_vars);
         const std::size_t first = stages_.size();
         YamlNode components = variables.substitute(document_.components);
-        if (components.is_map())
-            settings_.set_components(components, variables, types_, problems);
+        settings_.set_components(components, variables, types_, problems);
         const auto chosen = std::make_shared<const YamlNode>(components);
         OptionChecker checker(types_, std::move(components), problems);
         for (std::size_t i = 0; i < group.stages.size(); ++i)
         {
-            add_stage(group.stages[i], settled.is_map() ? std::move(settled.entries[i].value) : YamlNode(), checker, problems);
+            add_stage(group.stages[i], std::move(settled.entries[i].value), checker, problems);
             stages_.back().stage.chosen_components = chosen;
         }
         return {first, problems.sorted()};
@@ -307,138 +337,18 @@ class StageDrafts
         return known->second;
     }
 
-    const PipelineDocument& document_;
-    const std::vector<MatrixAxis>& matrix_;
-    const Settings& settings_;
-    TypeTable& types_;
-    std::vector<AxisSet> axes_;
-    std::map<unsigned long, Group> groups_;  ///< By the axes.
-    std::vector<CheckedStage> stages_;
-    std::vector<StageDraft> shapes_;
-    std::map<std::string, std::size_t> known_shapes_;
-};
-
-/// Stages that make parts for which others have rules: they run early, since only then is it known whether the rules fit.
-std::vector<std::size_t> makers_of_ruled_parts(const std::vector<StageDraft>& stages)
-{
-    std::vector<std::size_t> makers;
-    for (const StageDraft& stage : stages)
-        for (const StageDraft::PartUse& use : stage.part_uses)
-            if (const auto wire = std::ranges::find(stage.wires, use.port, &Wire::port); wire != stage.wires.end())
-                if (const auto maker = std::ranges::find(stages, wire->from_stage, &StageDraft::name); maker != stages.end())
-                    makers.push_back(static_cast<std::size_t>(maker - stages.begin()));
-    return makers;
-}
-
-/// Makes one pipeline of a matrix's combinations; without a matrix there is one, which has no values. A stage depends on the axes
-/// whose vars it names and on those of the stages it reads; it is there once for each combination of their values, and is named
-/// and placed by these. Stages of one shape are wired once.
-class SweepBuilder
-{
-  public:
-    /// All of them must outlive it.
-    SweepBuilder(const PipelineDocument& document, const std::vector<MatrixAxis>& matrix, StageDrafts& drafts)
-        : document_(document), matrix_(matrix), drafts_(drafts)
-    {
-    }
-
-    void add(const Choices& choices)
-    {
-        CombinationDraft cell = drafts_.cell(choices);
-        cell.structure = &structure_of(cell);
-        members_.push_back(std::move(cell));
-        for (const Batch* batch : members_.back().batches)
-            note(batch->problems);
-        note(members_.back().structure->problems);
-        note(colliding_outputs(members_.back()));
-    }
-
-    /// Leaves out the combinations that lack an input, where that is all that is wrong and others remain. Reports what they lack;
-    /// whether there were some.
-    bool leave_out_incomplete(ProblemList& missing)
-    {
-        std::set<std::size_t> incomplete;
-        for (const auto& [problem, members] : problems_)
-        {
-            if (problem.kind != ProblemKind::missing_input)
-                return false;
-            incomplete.insert(members.begin(), members.end());
-        }
-        if (incomplete.empty() || incomplete.size() == members_.size())
-            return false;
-        report(missing);
-        problems_.clear();
-        std::vector<CombinationDraft> complete;
-        for (std::size_t member = 0; member < members_.size(); ++member)
-            if (!incomplete.contains(member))
-                complete.push_back(std::move(members_[member]));
-        members_ = std::move(complete);
-        return true;
-    }
-
-    /// Every problem once; one that not all combinations have says which values they have in common.
-    void report(ProblemList& problems) const
-    {
-        for (const auto& [problem, members] : problems_)
-        {
-            std::string common;
-            for (std::size_t axis = 0; axis < matrix_.size() && members.size() < members_.size(); ++axis)
-            {
-                const std::size_t choice = members_[members.front()].choices[axis];
-                const bool same =
-                    std::ranges::all_of(members, [&](std::size_t member) { return members_[member].choices[axis] == choice; });
-                if (same)
-                    common += (common.empty() ? " (with " : ", ") + matrix_[axis].var + " '" +
-                              matrix_[axis].choices[choice].label + "'";
-            }
-            problems.add(problem.position, problem.text + (common.empty() ? "" : common + ")"), problem.kind);
-        }
-    }
-
-    /// Call once, and only where no combination has a problem. `axes`: by a stage's name, those that it depends on beyond what
-    /// the added combinations show.
-    void build(Pipeline& pipeline)
-    {
-        for (std::size_t i = 0; i < document_.stages.entries.size(); ++i)
-            numbers_[document_.stages.entries[i].key] = i;
-        const std::vector<AxisSet> axes = spread_axes();
-        const AxisSet all = AxisSet().set();
-        for (std::size_t i = 0; i < document_.stages.entries.size() && !matrix_.empty(); ++i)
-            for (std::size_t axis = 0; axis < matrix_.size(); ++axis)
-                if (axes[i][axis])
-                    pipeline.sweep.stage_axes[document_.stages.entries[i].key].push_back(matrix_[axis].var);
-        std::vector<std::map<Choices, std::size_t>> places(axes.size());
-        for (const CombinationDraft& member : members_)
-        {
-            Combination combination{label_of(all, member.choices, matrix_), {}, {}};
-            for (std::size_t axis = 0; axis < matrix_.size(); ++axis)
-                combination.values.push_back(matrix_[axis].choices[member.choices[axis]].label);
-            for (const std::size_t stage : member.structure->order)
-            {
-                const auto [place, fresh] =
-                    places[stage].try_emplace(chosen_of(axes[stage], member.choices), pipeline.stages.size());
-                combination.stages.push_back(place->second);
-                if (fresh)
-                    pipeline.stages.push_back(stage_of(member, stage, axes));
-            }
-            if (!matrix_.empty())
-                pipeline.sweep.combinations.push_back(std::move(combination));
-        }
-    }
-
-  private:
     const Structure& structure_of(const CombinationDraft& cell)
     {
         std::vector<std::size_t> shapes;
         for (const std::size_t stage : cell.stages)
-            shapes.push_back(drafts_.stage(stage).shape);
+            shapes.push_back(stages_[stage].shape);
         const auto [known, fresh] = structures_.try_emplace(shapes);
         Structure& structure = known->second;
         if (!fresh)
             return structure;
         std::vector<StageDraft> stages;
         for (const std::size_t shape : shapes)
-            stages.push_back(drafts_.shape(shape));
+            stages.push_back(shapes_[shape]);
         ProblemList problems;
         wire_stages(stages, document_.dropped, problems);
         structure.order = check_graph(stages, problems).order(makers_of_ruled_parts(stages));
@@ -456,7 +366,7 @@ class SweepBuilder
         ProblemList problems;
         OutputOwners owners;
         for (std::size_t i = 0; i < cell.stages.size(); ++i)
-            for (const OptionUses::OutputUse& use : drafts_.stage(cell.stages[i]).output_names)
+            for (const OptionUses::OutputUse& use : stages_[cell.stages[i]].output_names)
                 if (const auto collision = owners.claim(use.path, document_.stages.entries[i].key, use.is_file, use.option))
                     problems.add(use.position, *collision);
         return problems.sorted();
@@ -480,9 +390,7 @@ class SweepBuilder
     /// Adds to every stage the axes that its inputs depend on.
     std::vector<AxisSet> spread_axes() const
     {
-        std::vector<AxisSet> axes;
-        for (std::size_t i = 0; i < document_.stages.entries.size(); ++i)
-            axes.push_back(drafts_.axes_of(i));
+        std::vector<AxisSet> axes = axes_;
         for (bool again = true; again;)
         {
             again = false;
@@ -500,7 +408,7 @@ class SweepBuilder
 
     PipelineStage stage_of(const CombinationDraft& member, std::size_t number, const std::vector<AxisSet>& axes) const
     {
-        const CheckedStage& checked = drafts_.stage(member.stages[number]);
+        const CheckedStage& checked = stages_[member.stages[number]];
         PipelineStage stage = checked.stage;
         stage.name = name_of(number, member.choices, axes);
         stage.place = label_of(axes[number], member.choices, matrix_);
@@ -509,7 +417,7 @@ class SweepBuilder
             wire.from_stage = name_of(numbers_.at(wire.from_stage), member.choices, axes);
             stage.wires.push_back(std::move(wire));
         }
-        const TypeDeclaration& type = *drafts_.shape(checked.shape).type.declaration;
+        const TypeDeclaration& type = *shapes_[checked.shape].type.declaration;
         const auto place = [&](const Wire& wire) { return type.input(wire.port) - type.inputs.data(); };
         std::ranges::sort(stage.wires, [&](const Wire& a, const Wire& b) { return place(a) < place(b); });
         return stage;
@@ -525,7 +433,13 @@ class SweepBuilder
 
     const PipelineDocument& document_;
     const std::vector<MatrixAxis>& matrix_;
-    StageDrafts& drafts_;
+    const Settings& settings_;
+    TypeTable& types_;
+    std::vector<AxisSet> axes_;              ///< Per stage, those that it names.
+    std::map<unsigned long, Group> groups_;  ///< By the axes.
+    std::vector<CheckedStage> stages_;
+    std::vector<StageDraft> shapes_;  ///< With name, type, `input` and position, and with the files of one of the stages.
+    std::map<std::string, std::size_t> known_shapes_;
     std::map<std::vector<std::size_t>, Structure> structures_;  ///< By the shapes.
     std::map<std::string, std::size_t> numbers_;                ///< Numbers of stages, by name.
     std::vector<CombinationDraft> members_;
@@ -538,19 +452,12 @@ class SweepBuilder
 void load_stages(const PipelineDocument& document, const std::vector<MatrixAxis>& matrix, const Settings& settings,
                  TypeTable& types, Pipeline& pipeline, ProblemList& problems, ProblemList* missing)
 {
-    std::vector<Choices> cells;
-    try
-    {
-        cells = combinations(matrix);
-    }
-    catch (const Error& error)
-    {
-        problems.add(document.matrix.entries.front(), error.what());
-        return;
-    }
-    StageDrafts drafts(document, matrix, settings, types);
-    SweepBuilder builder(document, matrix, drafts);
-    for (const Choices& choices : cells)
+    const auto cells = combinations(matrix);
+    if (!cells)
+        return problems.add(document.matrix.entries.front(),
+                            fmt::format("the matrix has more than {} combinations", combination_limit));
+    SweepBuilder builder(document, matrix, settings, types);
+    for (const Choices& choices : *cells)
         builder.add(choices);
     const bool some_left_out = missing != nullptr && problems.empty() && builder.leave_out_incomplete(*missing);
     builder.report(problems);

@@ -23,28 +23,6 @@ const Refusal* probable_refusal(const Catalog& catalog, const std::string& type)
     return nullptr;
 }
 
-/// Suggestions for an unknown type, or why it may be unknown.
-std::string instead_of(const std::string& type, const std::vector<std::string>& names, const Catalog& catalog)
-{
-    constexpr std::size_t few = 12;
-    std::string folders;
-    for (const Refusal& refusal : catalog.refusals())
-        if (refusal.is_folder)
-            folders += "; " + refusal.library.string() + ": " + refusal.reason;
-    if (!nearest(type, names).empty() || (folders.empty() && names.size() <= few))
-        return suggestion(type, names) + folders;
-    return folders.empty() ? "; 'fresco stages' lists all types" : folders;
-}
-
-/// The option that decides an `auto` rule, as it is written or by default.
-YamlNode deciding_value(const TypeDeclaration& declaration, const YamlNode& config, const std::string& option)
-{
-    if (const YamlNode::Entry* written = config.find(option))
-        return written->value;
-    const OptionDeclaration* declared = declaration.option(option);
-    return yaml_from_value(declared ? declared->default_value : Value(), config);
-}
-
 bool is_empty(const YamlNode& node)
 {
     return node.is_null() || (node.is_scalar() && node.text.empty()) || (node.is_list() && node.items.empty()) ||
@@ -162,25 +140,16 @@ KnownType TypeTable::require(const std::string& type, std::string_view kind, con
     if (const UnbuiltPlugin* unbuilt = catalog_.find_unbuilt(type))
         return refuse("the plugin of '" + type + "' is not built" +
                       (unbuilt->reason.empty() ? "" : " (" + unbuilt->reason + ")") + ": run ./bootstrap build");
-    return refuse("unknown type '" + type + "'" + instead_of(type, names_of_kind(kind), catalog_), ProblemKind::invalid);
+    std::string folders;
+    for (const Refusal& refusal : catalog_.refusals())
+        if (refusal.is_folder)
+            folders += "; " + refusal.library.string() + ": " + refusal.reason;
+    return refuse("unknown type '" + type + "'" + suggestion(type, names_of_kind(kind)) + folders, ProblemKind::invalid);
 }
 
 std::vector<std::string> TypeTable::names_of_kind(std::string_view kind) const
 {
     return each(catalog_.types(kind), &TypeDescription::type);
-}
-
-std::vector<FileFormat> TypeTable::formats()
-{
-    std::vector<FileFormat> all;
-    for (const TypeDescription* type : catalog_.types())
-    {
-        const TypeDeclaration& known = declaration(*type);
-        all.insert(all.end(), known.formats.begin(), known.formats.end());
-        for (const OptionDeclaration& option : known.options)
-            all.insert(all.end(), option.formats.begin(), option.formats.end());
-    }
-    return all;
 }
 
 std::shared_ptr<const TypeDescription> TypeTable::adopt(TypeDescription type)
@@ -202,11 +171,7 @@ std::optional<std::string> type_named_by(const YamlNode& config, const std::stri
     const YamlNode::Entry* entry = config.is_map() ? config.find("type") : nullptr;
     if (config.is_map() && !entry)
     {
-        std::string meant;
-        for (const YamlNode::Entry& other : config.entries)
-            if (meant.empty() && !nearest(other.key, {"type"}).empty())
-                meant = " (is '" + other.key + "' meant to be it?)";
-        report(config, "missing 'type'" + meant);
+        report(config, "missing 'type'");
         return std::nullopt;
     }
     const YamlNode& named = entry ? entry->value : config;
@@ -229,7 +194,9 @@ void expand_auto(const TypeDeclaration& declaration, YamlNode& config)
         const bool by_default = !written && option.default_value == Value("auto");
         if (!option.auto_rule || !(by_default || (written && written->value.is_scalar() && written->value.text == "auto")))
             continue;
-        const YamlNode decides = deciding_value(declaration, config, option.auto_rule->option);
+        const YamlNode::Entry* decider = config.find(option.auto_rule->option);
+        const OptionDeclaration* declared = declaration.option(option.auto_rule->option);
+        const YamlNode decides = decider ? decider->value : yaml_from_value(declared ? declared->default_value : Value(), config);
         const bool empty = is_empty(decides);
         YamlNode expanded =
             yaml_from_value(empty ? option.auto_rule->if_empty : option.auto_rule->if_set, written ? written->value : config);

@@ -45,8 +45,6 @@ class TypeTable
     const std::map<std::string, Value, std::less<>>& pipeline_components();
     /// A stage type whose library an artifact comes with; nullptr for those of the SDK.
     const TypeDescription* owner_of(std::string_view artifact);
-    /// Formats that readers and options declare.
-    std::vector<FileFormat> formats();
     /// A type that the catalog does not have, with ports of a stage's own. The same for equal ones.
     std::shared_ptr<const TypeDescription> adopt(TypeDescription type);
     const TypeDeclaration& declaration(const TypeDescription& type);

@@ -25,33 +25,23 @@ struct Piece
 std::optional<std::vector<Piece>> split_references(const std::string& text)
 {
     std::vector<Piece> pieces;
-    std::string literal;
-    const auto end_literal = [&]
+    for (std::size_t at = 0; at < text.size();)
     {
-        if (!literal.empty())
-            pieces.push_back({literal, false});
-        literal.clear();
-    };
-    for (std::size_t i = 0; i < text.size();)
-    {
-        if (text.compare(i, 3, "$${") == 0)
-        {
-            literal += "${";
-            i += 3;
-        }
-        else if (text.compare(i, 2, "${") == 0)
-        {
-            const std::size_t end = text.find('}', i);
-            if (end == std::string::npos)
-                return std::nullopt;
-            end_literal();
-            pieces.push_back({text.substr(i + 2, end - i - 2), true});
-            i = end + 1;
-        }
-        else
-            literal += text[i++];
+        const std::size_t begin = std::min(text.find("${", at), text.size());
+        const bool escaped = begin > at && begin < text.size() && text[begin - 1] == '$';
+        if (escaped)
+            pieces.push_back({text.substr(at, begin - 1 - at) + "${", false});
+        else if (begin > at)
+            pieces.push_back({text.substr(at, begin - at), false});
+        at = escaped ? begin + 2 : begin;
+        if (escaped || begin == text.size())
+            continue;
+        const std::size_t end = text.find('}', begin);
+        if (end == std::string::npos)
+            return std::nullopt;
+        pieces.push_back({text.substr(begin + 2, end - begin - 2), true});
+        at = end + 1;
     }
-    end_literal();
     return pieces;
 }
 
@@ -79,16 +69,6 @@ std::size_t weight(const YamlNode& node)
     for (const YamlNode::Entry& entry : node.entries)
         sum += weight(entry.value) + entry.key.size();
     return sum;
-}
-
-std::size_t depth(const YamlNode& node)
-{
-    std::size_t deepest = 0;
-    for (const YamlNode& item : node.items)
-        deepest = std::max(deepest, depth(item));
-    for (const YamlNode::Entry& entry : node.entries)
-        deepest = std::max(deepest, depth(entry.value));
-    return deepest + 1;
 }
 }  // namespace
 
@@ -124,13 +104,8 @@ const YamlNode* Variables::value_of(const std::string& name, const YamlNode& use
     const auto found = vars_.find(name);
     if (found == vars_.end())
     {
-        std::string hint = vars_.empty() ? ": declare it under 'vars'" : "";
-        if (problems_.takes_hints())
-        {
-            const auto names = std::views::keys(vars_);
-            hint += suggestion(name, {names.begin(), names.end()});
-        }
-        problems_.add(use, "unknown var '" + name + "'" + hint);
+        const auto names = std::views::keys(vars_);
+        problems_.add(use, "unknown var '" + name + "'" + problems_.hint(name, {names.begin(), names.end()}));
         return nullptr;
     }
     Var& var = found->second;
@@ -216,12 +191,6 @@ YamlNode Variables::substitute(const YamlNode& node)
         item = substitute(item);
     for (YamlNode::Entry& entry : result.entries)
         entry.value = substitute(entry.value);
-    // Lists of vars that are lists nest deeper than any file may.
-    if (depth(result) > yaml_depth_limit)
-    {
-        problems_.add(node, fmt::format("the vars nest deeper than {} levels", yaml_depth_limit));
-        return YamlNode(YamlNode::Kind::invalid, node);
-    }
     return result;
 }
 

@@ -136,9 +136,6 @@ class Wiring
             wire(stage);
         for (const StageDraft& stage : stages_)
             check_parts(stage);
-        // Only now it is known which stages would close a cycle.
-        for (const auto& [stage, at] : unwired_)
-            report_unwired(*stage, at);
     }
 
   private:
@@ -155,15 +152,45 @@ class Wiring
     void wire(StageDraft& stage)
     {
         const YamlNode::Entry* input = stage.config.find("input");
+        if (input && input->value.is_null())
+            return report(stage, *input, ": 'input' has no value: set a stage's name, or {port: stage, …}");
         gave_up_ = stage.files_failed;
-        if (input && !stage.type)
-            follow_blindly(stage, input->value);
-        else if (input && input->value.is_null())
-            report(stage, *input, ": 'input' has no value: set a stage's name, or {port: stage, …}");
-        else if (input)
+        if (input)
+            note_sources(stage, input->value);
+        if (!stage.type)
+            return;
+        if (input)
             wire_input(stage, input->value, *input);
-        if (stage.type && !gave_up_ && !(input && input->value.is_null()))
-            unwired_.emplace_back(&stage, input ? *input : stage.position);
+        for (const PortDeclaration& port : stage.type.declaration->inputs)
+            if (!gave_up_ && !port.is_optional && std::ranges::find(stage.wires, port.name, &Wire::port) == stage.wires.end())
+                report(stage, input ? *input : stage.position,
+                       " needs the input '" + port.name + "' (" + port.artifact_text() + ")" + makers_of(port, stage));
+    }
+
+    /// Notes the stages that the words of an input name, for the graph; ports are not known yet.
+    void note_sources(StageDraft& stage, const YamlNode& node)
+    {
+        if (node.is_scalar())
+            note_source(stage, node);
+        else if (!node.find("file") || (stage.type && stage.type.declaration->input("file")))
+            for (const YamlNode::Entry& entry : node.entries)
+                if (entry.value.is_scalar())
+                    note_source(stage, entry.value);
+    }
+
+    void note_source(StageDraft& stage, const YamlNode& node)
+    {
+        const std::string name = node.text.substr(0, node.text.find('.'));
+        const auto found = index_.find(name);
+        if (found != index_.end())
+            stage.sources.emplace_back(found->second, node);
+        else if (dropped_.contains(name))
+            problems_.add({"--without " + name, 0, 0},
+                          stage.title() + " reads it: leave that out, too (--without " + stage.name + "), or set its input");
+        else
+            report(stage, node,
+                   ": unknown stage '" + name + "'" + problems_.hint(name, each(stages_, &StageDraft::name)) +
+                       (looks_like_path(node.text) ? "; a file is written {file: " + node.text + "}" : ""));
     }
 
     void wire_input(StageDraft& stage, const YamlNode& node, const Position& at)
@@ -173,7 +200,6 @@ class Wiring
         {
             if (!(node.is_map() && node.entries.empty()))
                 report(stage, at, " takes no input" + declared_by(type));
-            follow_blindly(stage, node);
         }
         else if (node.is_scalar())
             wire_stage(stage, pointers(type.inputs), node);
@@ -190,8 +216,8 @@ class Wiring
         const PortDeclaration* port = type.input(entry.key);
         if (!port)
         {
+            gave_up_ = true;
             report(stage, entry, " has no input '" + entry.key + "'" + suggestion(entry.key, names_of(type.inputs)));
-            follow_blindly(stage, entry.value);
         }
         else if (entry.value.is_scalar())
             wire_stage(stage, {port}, entry.value);
@@ -199,37 +225,16 @@ class Wiring
             refuse(stage, entry.value, "input '" + entry.key + "' must be a stage's name or {file: PATH}");
     }
 
-    /// The stage and the port (empty: any) that a bare word names; nullptr if there is no such stage.
-    std::pair<const StageDraft*, std::string> source_of(StageDraft& stage, const YamlNode& node)
-    {
-        const std::size_t dot = node.text.find('.');
-        const std::string name = node.text.substr(0, dot);
-        const auto found = index_.find(name);
-        if (dropped_.contains(name))
-        {
-            problems_.add({"--without " + name, 0, 0},
-                          stage.title() + " reads it: leave that out, too (--without " + stage.name + "), or set its input");
-            return {};
-        }
-        if (found == index_.end())
-        {
-            const auto names = problems_.takes_hints() ? each(stages_, &StageDraft::name) : std::vector<std::string>{};
-            report(stage, node,
-                   ": unknown stage '" + name + "'" + suggestion(name, names) +
-                       (looks_like_path(node.text) ? "; a file is written {file: " + node.text + "}" : ""));
-            return {};
-        }
-        stage.sources.emplace_back(found->second, node);
-        return {&stages_[found->second], dot == std::string::npos ? "" : node.text.substr(dot + 1)};
-    }
-
     /// Wires what one of the source's outputs fits, where that is clear.
     void wire_stage(StageDraft& stage, const Ports& inputs, const YamlNode& node)
     {
         const bool gave_up = std::exchange(gave_up_, true);
-        const auto [from, from_port] = source_of(stage, node);
-        if (!from || !from->type)
+        const std::size_t dot = std::min(node.text.find('.'), node.text.size());
+        const auto found = index_.find(node.text.substr(0, dot));
+        if (found == index_.end() || !stages_[found->second].type)
             return;
+        const StageDraft* const from = &stages_[found->second];
+        const std::string from_port = node.text.substr(std::min(dot + 1, node.text.size()));
         const TypeDeclaration& type = *from->type.declaration;
         const PortDeclaration* named = type.output(from_port);
         if (!named && !from_port.empty())
@@ -247,27 +252,19 @@ class Wiring
                     used.insert(output);
                     wanted.insert(input);
                 }
-        const bool all = wanted.size() == pairs.size();
-        if (!pairs.empty() && all && used.size() == pairs.size())
+        if (!pairs.empty() && wanted.size() == pairs.size() && used.size() == pairs.size())
         {
             for (const auto& [output, input] : pairs)
                 stage.wires.push_back({input->name, input->artifact, from->name, output->name, {}, {}});
             gave_up_ = gave_up;
             return;
         }
-        const std::string makes = named ? "output '" + from_port + "' of " + from->title() + " is " + named->artifact_text()
-                                        : from->title() + " makes " + listed(outputs);
-        const std::string takes = inputs.size() == 1 ? ": input '" + inputs[0]->name + "' takes " + inputs[0]->artifact_text()
-                                                     : " takes " + listed(inputs);
         if (pairs.empty())
-            return report(stage, node, takes + ", but " + makes);
-        // Several inputs that fit one output are all meant to be named; else one of several ways is.
-        const std::vector<std::string> ways = each(
-            pairs, [&, &from = from](const auto& pair)
-            { return (all ? "" : "{") + pair.second->name + ": " + from->name + "." + pair.first->name + (all ? "" : "}"); });
+            return report(stage, node, ": '" + node.text + "' is " + listed(outputs) + "; expected " + listed(inputs));
+        const auto& [output, input] = pairs.front();
         report(stage, node,
-               ": '" + node.text + "' is ambiguous: name the port" + (inputs.size() == 1 ? ": " : "s: ") +
-                   (all ? "{" + join(ways, ", ") + "}" : join(ways, " or ")));
+               ": '" + node.text + "' is ambiguous: name the ports, such as {" + input->name + ": " + from->name + "." +
+                   output->name + "}");
     }
 
     void check_parts(const StageDraft& stage)
@@ -286,151 +283,81 @@ class Wiring
         }
     }
 
-    /// Whether `stage` is `wanted` or needs it, directly or not.
-    bool needs(const StageDraft& stage, const StageDraft& wanted) const
-    {
-        std::vector<const StageDraft*> open{&stage};
-        std::set<const StageDraft*> seen{&stage};
-        while (!open.empty())
-        {
-            const StageDraft& next = *open.back();
-            open.pop_back();
-            for (const auto& [source, position] : next.sources)
-                if (seen.insert(&stages_[source]).second)
-                    open.push_back(&stages_[source]);
-        }
-        return seen.contains(&wanted);
-    }
-
     std::string makers_of(const PortDeclaration& port, const StageDraft& user) const
     {
         if (!problems_.takes_hints())
             return {};
         std::vector<std::string> makers;
         for (const StageDraft& stage : stages_)
-            if (stage.type && !needs(stage, user))
+            if (stage.type && &stage != &user)
                 for (const PortDeclaration& output : stage.type.declaration->outputs)
                     if (fits(output, port) && makers.size() < 6)
                         makers.push_back(stage.name + "." + output.name);
         return makers.empty() ? "; no stage of this pipeline makes " + port.artifact_text() : "; it is made by " + join(makers);
     }
 
-    void report_unwired(const StageDraft& stage, const Position& at)
-    {
-        for (const PortDeclaration& port : stage.type.declaration->inputs)
-            if (!port.is_optional && std::ranges::find(stage.wires, port.name, &Wire::port) == stage.wires.end())
-                report(stage, at, " needs the input '" + port.name + "' (" + port.artifact_text() + ")" + makers_of(port, stage));
-    }
-
-    /// Follows words that are stages' names although no port is known to take them, for the cycle check.
-    void follow_blindly(StageDraft& stage, const YamlNode& node)
-    {
-        gave_up_ = true;
-        if (node.is_scalar())
-            source_of(stage, node);
-        else if (node.is_map() && !node.find("file"))
-            for (const YamlNode::Entry& entry : node.entries)
-                if (entry.value.is_scalar())
-                    source_of(stage, entry.value);
-    }
-
     std::vector<StageDraft>& stages_;
     const std::set<std::string>& dropped_;
     std::map<std::string, std::size_t, std::less<>> index_;
     ProblemList& problems_;
-    std::vector<std::pair<const StageDraft*, Position>> unwired_;  ///< Stages whose inputs are to be reported, with the position.
     bool gave_up_ = false;  ///< An input of the current stage could not be resolved: missing ones are not reported.
 };
 
-/// Wires the files among a stage's inputs through readers.
-class FileInputs
+/// Wires a file of a stage's input through a reader. False after a problem.
+bool wire_file(StageDraft& stage, const Ports& inputs, const YamlNode& node, TypeTable& types, OptionChecker& options,
+               ProblemList& problems)
 {
-  public:
-    FileInputs(StageDraft& stage, TypeTable& types, OptionChecker& options, ProblemList& problems)
-        : stage_(stage), types_(types), options_(options), problems_(problems)
-    {
-    }
-
-    /// Whether it could be wired.
-    bool wire(const Ports& inputs, const YamlNode& node)
-    {
-        const YamlNode& file = node.find("file")->value;
-        const std::string user = stage_.title() + ": input" + (inputs.size() == 1 ? " '" + inputs[0]->name + "'" : "");
-        const OptionDeclaration declared{.name = "file", .kind = OptionKind::input_file};
-        const Value path = file.is_null() ? Value() : value_of(declared, file, user, problems_);
-        if (file.is_null())
-            problems_.add(file, user + ": 'file' has no value: set it to " + declared.accepted());
-        if (path.is_null())
-            return false;
-        // An empty text says: not given. The port is then missing, or an optional one left out.
-        if (path.as_string().empty())
-            return true;
-        const std::filesystem::path absolute = check_input_path(file, OptionKind::input_file, user, problems_);
-        if (const YamlNode::Entry* wanted = node.find("type"))
-        {
-            const auto type = type_named_by(node, user, &problems_);
-            if (!type || !types_.require(*type, "reader", user, wanted->value, problems_))
-                return false;
-        }
-        const auto readers = readers_for(inputs, lower_extension(absolute), node);
-        if (readers.size() > 1)
-        {
-            const std::vector<std::string> ways =
-                each(readers, [&](const auto& way)
-                     { return (inputs.size() == 1 ? "type: " : way.second->name + " by ") + way.first.description->type; });
-            problems_.add(node, user + ": the file can be read in several ways; choose one: " + join(ways, " or "));
-        }
-        if (readers.size() != 1)
-            return false;
-        const auto& [reader, port] = readers.front();
-        check_contents(file, absolute, reader.declaration->extensions, reader.declaration->formats, types_, user, problems_);
-        YamlNode config = node;
-        if (!config.find("type"))
-            config.set("type", yaml_from_value(reader.description->type, node));
-        Value completed =
-            options_.complete_component("reader", config, {"file"}, stage_.title() + ": input '" + port->name + "'", stage_.uses);
-        stage_.uses.input_files.push_back(absolute);
-        stage_.wires.push_back({port->name, port->artifact, {}, {}, absolute, std::move(completed)});
+    const YamlNode& file = node.find("file")->value;
+    const std::string user = stage.title() + ": input" + (inputs.size() == 1 ? " '" + inputs[0]->name + "'" : "");
+    if (file.is_null())
+        problems.add(file, user + ": 'file' has no value: set it to the path of an existing file");
+    const Value path =
+        file.is_null() ? Value() : value_of({.name = "file", .kind = OptionKind::input_file}, file, user, problems);
+    if (path.is_null())
+        return false;
+    // An empty text says: not given. The port is then missing, or an optional one left out.
+    if (path.as_string().empty())
         return true;
-    }
-
-  private:
-    /// Each with the port that it reads for. None is a problem.
-    std::vector<std::pair<KnownType, const PortDeclaration*>> readers_for(const Ports& inputs, const std::string& extension,
-                                                                          const YamlNode& node)
-    {
-        std::vector<std::pair<KnownType, const PortDeclaration*>> fitting;
-        std::set<std::string> extensions;
-        const YamlNode::Entry* wanted = node.find("type");
-        for (const TypeDescription* description : types_.catalog().types("reader"))
-        {
-            const KnownType reader = types_.find(description->type, "reader");
-            if (!reader || (wanted && wanted->value.text != description->type))
-                continue;
-            const std::vector<std::string>& known = reader.declaration->extensions;
-            for (const PortDeclaration* input : inputs)
-                if (reader.declaration->artifact == input->artifact)
-                {
-                    extensions.insert(known.begin(), known.end());
-                    if (std::ranges::find(known, extension) != known.end())
-                        fitting.emplace_back(reader, input);
-                }
-        }
-        if (fitting.empty())
-            problems_.add(
-                node.find("file")->value,
-                stage_.title() + ": " + (wanted ? "'" + wanted->value.text + "' makes no " : "no reader makes ") +
-                    join(each(inputs, &PortDeclaration::artifact)) + " from " +
-                    (extension.empty() ? "a file without an extension" : "'" + extension + "' files") +
-                    (extensions.empty() ? "" : " (there are: " + join({extensions.begin(), extensions.end()}, ", ") + ")"));
-        return fitting;
-    }
-
-    StageDraft& stage_;
-    TypeTable& types_;
-    OptionChecker& options_;
-    ProblemList& problems_;
-};
+    const std::filesystem::path absolute = check_input_path(file, OptionKind::input_file, user, problems);
+    const YamlNode::Entry* wanted = node.find("type");
+    const auto type = wanted ? type_named_by(node, user, &problems) : std::nullopt;
+    if (wanted && (!type || !types.require(*type, "reader", user, wanted->value, problems)))
+        return false;
+    const std::string extension = lower_extension(absolute);
+    std::vector<std::pair<KnownType, const PortDeclaration*>> readers;
+    std::set<std::string> extensions;
+    std::vector<std::string> ways;
+    for (const TypeDescription* description : types.catalog().types("reader"))
+        for (const PortDeclaration* input : inputs)
+            if (const KnownType reader = types.find(description->type, "reader");
+                reader && (!type || *type == description->type) && reader.declaration->artifact == input->artifact)
+            {
+                const std::vector<std::string>& known = reader.declaration->extensions;
+                extensions.insert(known.begin(), known.end());
+                if (std::ranges::find(known, extension) == known.end())
+                    continue;
+                readers.emplace_back(reader, input);
+                ways.push_back((inputs.size() == 1 ? "type: " : input->name + " by ") + description->type);
+            }
+    if (readers.empty())
+        problems.add(file, stage.title() + ": " + (type ? "'" + *type + "' makes no " : "no reader makes ") +
+                               join(each(inputs, &PortDeclaration::artifact)) + " from '" + absolute.filename().string() + "'" +
+                               (extensions.empty() ? "" : "; expected " + join({extensions.begin(), extensions.end()}, " or ")));
+    else if (readers.size() > 1)
+        problems.add(node, user + ": the file can be read in several ways; choose one: " + join(ways, " or "));
+    if (readers.size() != 1)
+        return false;
+    const auto& [reader, port] = readers.front();
+    check_contents(file, absolute, reader.declaration->extensions, reader.declaration->formats, user, problems);
+    YamlNode config = node;
+    if (!wanted)
+        config.set("type", yaml_from_value(reader.description->type, node));
+    Value completed =
+        options.complete_component("reader", config, {"file"}, stage.title() + ": input '" + port->name + "'", stage.uses);
+    stage.uses.input_files.push_back(absolute);
+    stage.wires.push_back({port->name, port->artifact, {}, {}, absolute, std::move(completed)});
+    return true;
+}
 
 }  // namespace
 
@@ -526,13 +453,13 @@ void wire_files(StageDraft& stage, TypeTable& types, OptionChecker& options, Pro
     if (!input || !input->value.is_map())
         return;
     const TypeDeclaration& type = *stage.type.declaration;
-    FileInputs files(stage, types, options, problems);
     if (is_file_input(input->value, type))
-        stage.files_failed = !type.inputs.empty() && !files.wire(pointers(type.inputs), input->value);
+        stage.files_failed =
+            !type.inputs.empty() && !wire_file(stage, pointers(type.inputs), input->value, types, options, problems);
     else
         for (const YamlNode::Entry& entry : input->value.entries)
             if (const PortDeclaration* port = type.input(entry.key); port && entry.value.is_map() && entry.value.find("file"))
-                stage.files_failed = !files.wire({port}, entry.value) || stage.files_failed;
+                stage.files_failed = !wire_file(stage, {port}, entry.value, types, options, problems) || stage.files_failed;
 }
 
 }  // namespace fresco::host

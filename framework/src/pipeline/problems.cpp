@@ -34,37 +34,18 @@ std::vector<Problem> ProblemList::sorted() const
     return result;
 }
 
-namespace
-{
-/// A text without what is quoted in it, and without numbers.
-std::string kind_of(const std::string& text)
-{
-    std::string kind;
-    bool quoted = false;
-    char before = ' ';
-    for (const char c : text)
-    {
-        const bool apostrophe = !quoted && before >= 'a' && before <= 'z';
-        if (c == '\'' && !apostrophe)
-            quoted = !quoted;
-        else if (!quoted && !(c >= '0' && c <= '9'))
-            kind += c;
-        before = c;
-    }
-    return kind;
-}
-}  // namespace
-
 std::vector<std::string> told(const std::vector<Problem>& problems)
 {
     constexpr std::size_t most_alike = 10;
-    std::map<std::string, std::size_t> counts;
+    const auto place = [](const Problem& problem)
+    { return std::tuple(problem.position.file, problem.position.line, problem.position.column); };
+    std::map<std::tuple<std::string, int, int>, std::size_t> counts;
     std::vector<std::string> lines;
     for (const Problem& problem : problems)
-        if (++counts[kind_of(problem.text)] <= most_alike)
+        if (++counts[place(problem)] <= most_alike)
             lines.push_back(to_string(problem));
     for (const Problem& problem : problems)
-        if (const std::size_t count = std::exchange(counts[kind_of(problem.text)], 0); count > most_alike)
+        if (const std::size_t count = std::exchange(counts[place(problem)], 0); count > most_alike)
             lines.push_back(fmt::format("… and {} more like this: {}", count - most_alike, to_string(problem)));
     return lines;
 }

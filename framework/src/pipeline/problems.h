@@ -1,6 +1,7 @@
 #pragma once
 
 #include "pipeline/pipeline.h"
+#include <fresco/wording.h>
 
 #include <string>
 #include <vector>
@@ -21,6 +22,10 @@ class ProblemList
     std::size_t size() const { return problems_.size(); }
     /// Only the first mistakes of a file get hints: a hint compares a name with all others of the file.
     bool takes_hints() const { return problems_.size() < 200; }
+    std::string hint(const std::string& name, const std::vector<std::string>& known) const
+    {
+        return takes_hints() ? suggestion(name, known) : "";
+    }
     /// In the order of the files, lines and columns; equal ones once.
     std::vector<Problem> sorted() const;
 
@@ -29,8 +34,8 @@ class ProblemList
     std::vector<std::string> files_;
 };
 
-/// A line per problem, as to_string gives it. One mistake in a long axis is a problem of each of its values: of those that differ
-/// only in numbers and quoted names, the first few and a count.
+/// A line per problem, as to_string gives it. One mistake in a long axis is a problem of each of its values: of those at one
+/// place, the first few and a count.
 std::vector<std::string> told(const std::vector<Problem>& problems);
 
 }  // namespace fresco::host

@@ -150,7 +150,7 @@ class SchemaWriter
         for (const TypeDescription* type : catalog.types())
             kinds_[type->kind].emplace_back(type, read_declaration(*type));
         // A kind that some option asks for and no plugin provides still has its place.
-        std::vector<std::string> wanted{"stage"};
+        std::vector<std::string> wanted{"stage", "reader"};
         for (const auto& [kind, types] : kinds_)
             for (const auto& [type, declaration] : types)
             {
@@ -283,21 +283,14 @@ class SchemaWriter
                           {"description", port.help + " (" + port.artifact_text() + (port.is_optional ? ", optional)" : ")")}});
         }
         ways.push_back(closed_map(std::move(named)));
-        List distinct;
-        for (Value& way : ways)
-            if (std::ranges::find(distinct, way) == distinct.end())
-                distinct.push_back(std::move(way));
-        return any_of(std::move(distinct));
+        return any_of(std::move(ways));
     }
 
     /// {file: PATH} by each reader that makes the port's artifact.
     List file_schemas(const PortDeclaration& port) const
     {
         List result;
-        const auto readers = kinds_.find("reader");
-        if (readers == kinds_.end())
-            return result;
-        for (const auto& [type, declaration] : readers->second)
+        for (const auto& [type, declaration] : kinds_.at("reader"))
         {
             if (declaration.artifact != port.artifact)
                 continue;

@@ -65,9 +65,7 @@ std::optional<ResolvedScalar> resolve_number(const std::string& text, std::strin
         return ResolvedScalar{text.front() == '-' ? -number : number, {}};
     }
     if (digits.size() > 1 && digits.front() == '0')
-        return ResolvedScalar{{},
-                              "'" + text + "' begins with 0, which some readers take for octal: write it without the 0, or '" +
-                                  text + "' in quotes for text"};
+        return ResolvedScalar{{}, "'" + text + "' begins with 0, which is octal to some readers: leave it out, or use quotes"};
     std::int64_t integer = 0;
     if (std::from_chars(text.front() == '-' ? text.data() : digits.data(), end, integer).ec != std::errc())
         return ResolvedScalar{{}, "'" + shortened(text) + "' is too large for an integer"};
@@ -77,19 +75,6 @@ std::optional<ResolvedScalar> resolve_number(const std::string& text, std::strin
 bool is_one_of(std::string_view text, std::initializer_list<std::string_view> words)
 {
     return std::ranges::find(words, text) != words.end();
-}
-
-/// Offset of the first line that is too long.
-std::optional<std::size_t> first_long_line(std::string_view text)
-{
-    for (std::size_t begin = 0; begin < text.size();)
-    {
-        const std::size_t end = std::min(text.find('\n', begin), text.size());
-        if (end - begin > yaml_line_limit)
-            return begin;
-        begin = end + 1;
-    }
-    return std::nullopt;
 }
 
 struct Stop
@@ -444,9 +429,8 @@ ResolvedScalar resolve_scalar(const YamlNode& scalar)
         return {{}, "'" + text + "' is not a finite number"};
     if (const auto number = resolve_number(text, digits))
         return *number;
-    if (digits.size() > 2 && digits[0] == '0' && (digits[1] == 'x' || digits[1] == 'o') &&
-        std::all_of(digits.begin() + 2, digits.end(),
-                    [](char c) { return is_decimal(c) || (c >= 'a' && c <= 'f') || (c >= 'A' && c <= 'F'); }))
+    if (digits.size() > 2 && (digits.starts_with("0x") || digits.starts_with("0o")) &&
+        digits.find_first_not_of("0123456789abcdefABCDEF", 2) == std::string_view::npos)
         return {{}, "'" + text + "' is a number to some readers and text to others: write it in decimal, or in quotes for text"};
     return {Value(text), {}};
 }
@@ -480,11 +464,12 @@ YamlNode parse_yaml(std::string_view text, std::shared_ptr<const YamlSource> sou
         tree.report(*bad, "invalid UTF-8 or a control character: remove it, and save the file as UTF-8");
         return {};
     }
-    if (const auto line = first_long_line(text))
-    {
-        tree.report(*line, fmt::format("a line of more than {} bytes: break it", yaml_line_limit));
-        return {};
-    }
+    for (std::size_t begin = 0, end = 0; begin < text.size(); begin = end + 1)
+        if (end = std::min(text.find('\n', begin), text.size()); end - begin > yaml_line_limit)
+        {
+            tree.report(begin, fmt::format("a line of more than {} bytes: break it", yaml_line_limit));
+            return {};
+        }
     std::istringstream stream{std::string(text)};
     try
     {

@@ -14,13 +14,17 @@ stages:
   text:   {type: test.sink, input: add, path: x.txt, log: log}
 )";
 
-fresco::Value planned(Workplace& place, const Words& more = {})
+/// Output of `fresco plan room.yaml` with more words.
+std::string plan_text(Workplace& place, Words more = {})
 {
-    Words arguments{"plan", "room.yaml", "--json"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    const Finished finished = place.run(arguments);
-    REQUIRE(finished.code == 0);
-    return fresco::parse_json(finished.out);
+    more.insert(more.begin(), {"plan", "room.yaml"});
+    return place.run(more, 0).out;
+}
+
+fresco::Value planned(Workplace& place, Words more = {})
+{
+    more.emplace_back("--json");
+    return fresco::parse_json(plan_text(place, more));
 }
 
 /// A workplace with the simple pipeline.
@@ -50,9 +54,7 @@ stages:
   source: {type: test.source, value: "${start}"}
   text:   {type: test.sink, input: source, pth: x.txt}
 )");
-    const Finished checked = place.run({"check", "room.yaml"});
-    INFO(checked.err);
-    CHECK(checked.code == 2);
+    const Finished checked = place.run({"check", "room.yaml"}, 2);
     CHECK(std::ranges::count(checked.err, '\n') <= 13);
     CHECK(contains(checked.err, "'value 9'"));
     CHECK(contains(checked.err, "… and 2990 more like this: room.yaml:"));
@@ -65,43 +67,26 @@ TEST_CASE("plan says what would run and why")
     auto plan = planned(place);
     CHECK(reason(plan, "source") == "run: not stored yet");
     CHECK(reason(plan, "add") == "run: runs after source");
-    CHECK(plan.at("stages").as_list().at(0).at("seconds").is_null());
     CHECK(plan.at("total").at("not_run_yet").as_int() == 3);
-    CHECK(place.run({"plan", "room.yaml"}).out.ends_with("3 stages have not run yet\n"));
+    CHECK(plan_text(place).ends_with("3 stages have not run yet\n"));
     CHECK(place.log().empty());
     place.make();
-    plan = planned(place);
-    CHECK(reason(plan, "source") == "rest: stored");
-    CHECK(plan.at("total").at("seconds").as_double() == 0);
-    const auto in_words = [&](const Words& more = {})
-    {
-        Words words{"plan", "room.yaml"};
-        words.insert(words.end(), more.begin(), more.end());
-        return place.run(words).out;
-    };
-    CHECK(contains(in_words(), "nothing to do"));
+    CHECK(reason(planned(place), "source") == "rest: stored");
+    CHECK(contains(plan_text(place), "nothing to do"));
     // Elsewhere its files are missing.
-    CHECK(in_words({"--out", "elsewhere"}).ends_with("copies 1 file of text to elsewhere\n"));
+    CHECK(plan_text(place, {"--out", "elsewhere"}).ends_with("copies 1 file of text to elsewhere\n"));
     CHECK_FALSE(fs::exists(place.file("elsewhere")));
     place.write("out/x.txt", "changed");
-    CHECK(contains(in_words(), "copies 1 file of text to out"));
-    CHECK(contains(in_words(), "a run would stop: "));
-    CHECK(contains(in_words(), "out/x.txt: changed since fresco wrote it; choose another folder with --out"));
-    CHECK(place.run({"run", "room.yaml"}).code == 1);
+    CHECK(contains(plan_text(place), "a run would stop: "));
+    CHECK(contains(plan_text(place), "out/x.txt: changed since fresco wrote it; choose another folder with --out"));
+    place.run({"run", "room.yaml"}, 1);
     place.make({"--replace"});
-    CHECK(contains(in_words(), "nothing to do"));
-
-    plan = planned(place, {"--set", "add.plus=5"});
-    CHECK(reason(plan, "source") == "rest: stored");
-    CHECK(contains(reason(plan, "add"), "run: option plus was 1"));
-    CHECK(contains(reason(plan, "add"), "is 5"));
-    CHECK(reason(plan, "text") == "run: runs after add");
+    CHECK(contains(reason(planned(place, {"--set", "add.plus=5"}), "add"), "run: option plus was 1"));
     plan = planned(place, {"--set", "start=9"});
     CHECK(contains(reason(plan, "source"), "option value was 4"));
     CHECK(plan.at("stages").as_list().at(0).at("seconds").as_double() > 0);
     CHECK(plan.at("total").at("memory_mb").as_double() > 1);
-    CHECK(plan.at("total").at("not_run_yet").as_int() == 0);
-    CHECK(contains(in_words({"--set", "start=9"}), " of memory at a time per stage\n"));
+    CHECK(contains(plan_text(place, {"--set", "start=9"}), " of memory at a time per stage\n"));
     fs::remove_all(place.file(".fresco/objects"));
     CHECK(contains(reason(planned(place), "source"), "removed from the store"));
 }
@@ -124,11 +109,10 @@ TEST_CASE("Exit codes; what the command line names must be there, and the neares
               {"run room.yaml --quiet", "check room.yaml", "--help", "version", "stages --json", "describe test.source",
                "doctor --json"}},
              {2,
-              {"run bad.yaml", "check bad.yaml", "run", "run room.yaml --cores 0", "run room.yaml --set nonsense",
-               "run room.yaml --out ", "run room.yaml --store ", "run room.yaml --store notastore", "describe test.sorce"}},
+              {"check bad.yaml", "run", "run room.yaml --cores 0", "run room.yaml --set nonsense", "run room.yaml --out ",
+               "run room.yaml --store notastore", "describe test.sorce"}},
              {3, {"plan missing.yaml", "run nowhere.yaml"}},
              {2, {"run room.yaml --until sorce", "plan room.yaml --until sorce"}, until},
-             {2, {"chekc room.yaml"}, "unknown command 'chekc' (did you mean 'check'?)"},
              {3, {"store ls --store nowhere", "store verify --store nowhere", "store gc --store nowhere"}, "not a store"}})
         for (const std::string& command : commands)
         {
@@ -140,7 +124,6 @@ TEST_CASE("Exit codes; what the command line names must be there, and the neares
     CHECK(place.logged("source") == 1);
     CHECK(!fs::exists(place.file("nowhere")));
     CHECK(contains(place.run({"graph", "room.yaml"}).out, "digraph"));
-    CHECK(contains(place.run({"schema", "--json"}).out, "https://json-schema.org/"));
     // No library is taken from the folder that the program is run in.
     place.write("libstdc++.so.6", "no library");
     CHECK(place.run({"version"}).err.empty());
@@ -154,25 +137,18 @@ TEST_CASE("A preview has its own options and its own folder")
     place.make();
     const std::string full = place.read("out/x.txt");
     CHECK(contains(reason(planned(place, {"--preview"}), "add"), "run: option plus was 1"));
-    CHECK(contains(place.run({"plan", "room.yaml", "--preview", "--until", "source"}).out, "nothing to do"));
     place.make({"--preview"});
     CHECK(place.read("out/x.txt") == full);
     CHECK(place.read("out/preview/x.txt") != full);
-    CHECK(contains(place.run({"plan", "room.yaml"}).out, "nothing to do"));
-    CHECK(place.run({"plan", "room.yaml", "--preview", "--out", "small"}).out.ends_with("copies 1 file of text to small\n"));
+    CHECK(plan_text(place, {"--preview", "--out", "small"}).ends_with("copies 1 file of text to small\n"));
     place.write("out/preview/x.txt", "changed");
-    CHECK(contains(place.run({"plan", "room.yaml", "--preview"}).out, "copies 1 file of text to out/preview\n"));
+    CHECK(contains(plan_text(place, {"--preview"}), "copies 1 file of text to out/preview\n"));
     fs::remove(place.file("out/preview/x.txt"));
 
-    REQUIRE(place.run({"run", "room.yaml", "--preview", "--set", "start=7", "--task", "once"}).code == 0);
-    CHECK(contains(place.run({"plan", "room.yaml", "--preview", "--set", "start=7"}).out, "nothing to do"));
-
+    place.run({"run", "room.yaml", "--preview", "--set", "start=7", "--task", "once"}, 0);
+    CHECK(contains(plan_text(place, {"--preview", "--set", "start=7"}), "nothing to do"));
     for (const char* command : {"run", "plan", "check"})
-    {
-        const Finished refused = place.run({command, "bare.yaml", "--preview"});
-        CHECK(refused.code == 2);
-        CHECK(contains(refused.err, "--preview: error: bare.yaml has no 'preview'"));
-    }
+        CHECK(contains(place.run({command, "bare.yaml", "--preview"}, 2).err, "--preview: error: bare.yaml has no 'preview'"));
 }
 
 TEST_CASE("Output that cannot be written is an error, but a reader may go away")
@@ -181,7 +157,6 @@ TEST_CASE("Output that cannot be written is an error, but a reader may go away")
     const Finished full = place.in_shell("$F schema --json > /dev/full");
     CHECK(full.code == 1);
     CHECK(contains(full.err, "standard output could not be written"));
-    CHECK(place.in_shell("$F describe test.source > /dev/full").code == 1);
     CHECK(place.in_shell("{ $F schema --json; echo $? >&2; } | true").err == "0\n");
     // Files of the store do not become the closed standard output.
     CHECK(place.in_shell("$F run room.yaml <&- >&- 2>&-").code == 0);
@@ -202,8 +177,7 @@ TEST_CASE("Where results cannot go is said before anything runs")
                                               {"link/a", "link is not a folder"},
                                               {"o\xff", "is not UTF-8 text"}})
         {
-            const Finished run = place.run({"run", "room.yaml", option, folder});
-            CHECK(run.code == 2);
+            const Finished run = place.run({"run", "room.yaml", option, folder}, 2);
             for (const std::string& words : {"error: " + option + ": ", "choose another with " + option, std::string(problem)})
                 CHECK(contains(run.err, words));
         }
@@ -217,11 +191,9 @@ TEST_CASE("Problems of a pipeline are JSON where JSON was asked for")
     Workplace place;
     place.write("bad.yaml", "version: 1\nstages:\n  source: {type: test.source, valu: 3}\n");
     const fresco::Value problems = fresco::parse_json(place.run({"plan", "bad.yaml", "--json"}).out).at("problems");
-    REQUIRE(problems.as_list().size() == 1);
-    CHECK(problems.as_list()[0].at("line").as_int() == 3);
+    CHECK(problems.as_list().at(0).at("line").as_int() == 3);
     const auto run = events(place.run({"run", "bad.yaml", "--json-log"}).out);
     REQUIRE(run.size() == 1);
-    CHECK(run[0].at("event").as_string() == "problems");
     CHECK(run[0].at("exit_code").as_int() == 2);
     CHECK(run[0].at("problems") == problems);
 }
@@ -230,83 +202,59 @@ TEST_CASE("What a run prints: files and a table, nothing when quiet, JSON lines 
 {
     Simple place;
     const auto all = events(place.make({"--json-log"}).out);
-    REQUIRE(!all.empty());
     CHECK(all.front().at("event").as_string() == "begin");
     CHECK(all.back().at("event").as_string() == "summary");
     CHECK(all.back().at("files").as_list().size() == 1);
-    const Finished text = place.make();
-    CHECK(contains(text.out, "out/x.txt  (unchanged)"));
-    CHECK(contains(text.out, "stored"));
+    CHECK(contains(place.make().out, "out/x.txt  (unchanged)"));
     const Finished quiet = place.make({"--quiet", "--store", "other"});
     CHECK((quiet.out + quiet.err).empty());
 }
 
-TEST_CASE("gc keeps what the last runs used, removes the rest and leftovers, and never works beside a run")
+TEST_CASE("gc keeps what the last runs used, removes the rest, and never works beside a run")
 {
     Simple place;
     place.make();
     place.make({"--set", "add.plus=2"});
-    REQUIRE(place.objects().size() == 5);
-    // A killed process left it.
-    fs::create_directories(place.file(".fresco/tmp/fedcba9876543210.0123456789abcdef"));
-    fs::create_directories(place.file(".fresco/objects/0123456789abcdef0123456789abcdef/half"));
     const Words tidy{"store", "gc", "--keep-days", "0"};
-    CHECK(place.run({"store", "gc", "--dry-run", "--keep-days", "0"}).code == 0);
-    CHECK(place.objects().size() == 6);
-    CHECK(place.run({"store", "gc"}).code == 0);
+    place.run({"store", "gc", "--dry-run", "--keep-days", "0"}, 0);
+    place.run({"store", "gc"}, 0);
     CHECK(place.objects().size() == 5);
-    CHECK(fs::is_empty(place.file(".fresco/tmp")));
-    CHECK(place.run(tidy).code == 0);
+    place.run(tidy, 0);
     CHECK(contains(place.run({"store", "ls"}).out, "3 results"));
-
     place.write("slow.yaml", "version: 1\nstages:\n  slow: {type: test.slow, steps: 1000, log: slow_log}\n");
     const auto run = place.start({"run", "slow.yaml"});
     Workplace::wait_until([&] { return fs::exists(place.file("slow_log")); });
-    const Finished refused = place.run(tidy);
-    CHECK(refused.code == 1);
-    CHECK(contains(refused.err, "a run is using the store"));
+    CHECK(contains(place.run(tidy, 1).err, "a run is using the store"));
     run->signal(SIGINT);
     CHECK(run->wait().code == 75);
-    // The pipeline of the kept results is gone: nobody needs them now.
-    fs::remove(place.file("room.yaml"));
-    CHECK(place.run(tidy).code == 0);
-    CHECK(place.objects().empty());
-    CHECK(fs::is_empty(place.file(".fresco/checkpoints")));
 }
 
 TEST_CASE("A file's name begins no line of a message")
 {
     Workplace place;
     const std::string name = "no\nerror: all is lost\xe2\x80\xae.yaml";
-    const Finished finished = place.run({"check", name});
-    INFO(finished.err);
-    CHECK(finished.code != 0);
+    const Finished finished = place.run({"check", name}, 3);
     CHECK(contains(finished.err, "no\\nerror: all is lost\\u202e.yaml"));
     CHECK(std::ranges::count(finished.err, '\n') == 1);
     place.write("room.yaml", "version: 1\nstages:\n"
                              "  source: {type: test.source}\n"
                              "  text:   {type: test.sink, input: source, path: \"a\xe2\x80\xae.txt\"}\n");
-    const Finished run = place.run({"run", "room.yaml"});
-    INFO(run.err);
-    CHECK(contains(run.out, "out/a\\u202e.txt"));
+    CHECK(contains(place.make().out, "out/a\\u202e.txt"));
 }
 
 TEST_CASE("describe says how a file was made, and which run a report is of")
 {
     Workplace place;
     const std::string origin = R"({"versions": {"OpenCV": "4.6.0", "fresco": "0.1"}, "stages": [
-        {"stage": "texture.synthesize", "options": {"stroke_cm": 4.0, "mask": {"file": "m.png", "xxh128": "77"}},
-         "inputs": {"mesh": "atlas.project", "style": {"file": "waves.jpg", "xxh128": "0123"}}, "figures": {"up": [0, 0, 1]}},
-        {"stage": "export.gltf", "options": {}, "inputs": {}}]})";
+        {"stage": "texture.synthesize", "options": {"mask": {"file": "m.png", "xxh128": "77"}},
+         "inputs": {"mesh": "atlas.project", "style": {"file": "waves.jpg", "xxh128": "0123"}}, "figures": {"up": [0, 0, 1]}}]})";
     place.write("room.note", origin);
     CHECK(place.run({"describe", "room.note"}).out == "room.note: made with OpenCV 4.6.0, fresco 0.1\n"
                                                       "\ntexture.synthesize\n"
-                                                      "  input   mesh       atlas.project\n"
-                                                      "  input   style      waves.jpg (xxh128 0123)\n"
-                                                      "  option  stroke_cm  4.0\n"
-                                                      "  option  mask       m.png (xxh128 77)\n"
-                                                      "  figure  up         [0,0,1]\n"
-                                                      "\nexport.gltf\n");
+                                                      "  input   mesh   atlas.project\n"
+                                                      "  input   style  waves.jpg (xxh128 0123)\n"
+                                                      "  option  mask   m.png (xxh128 77)\n"
+                                                      "  figure  up     [0,0,1]\n");
     CHECK(fresco::parse_json(place.run({"describe", "--json", "room.note"}).out) == fresco::parse_json(origin));
     // Text that moves the cursor or begins a line is escaped everywhere.
     const std::string evil = R"(\u001b]0;x\u0007\u009b1A\nok)";
@@ -316,20 +264,17 @@ TEST_CASE("describe says how a file was made, and which run a report is of")
     CHECK(place.run({"describe", "evil.note"}).out ==
           "evil.note: made with " + shown + " " + shown + "\n\n" + shown + "\n  option  " + shown + "  " + shown + "\n");
     place.write("bad.note", "{");
-    const Finished bad = place.run({"describe", "bad.note"});
-    CHECK((bad.code == 1 && contains(bad.err, "bad.note")));
+    CHECK(contains(place.run({"describe", "bad.note"}, 1).err, "bad.note"));
     place.write("odd.note", R"({"stages": [1], "versions": {}})");
-    CHECK(place.run({"describe", "odd.note"}).code == 1);
-    CHECK(place.run({"describe", "gone.note"}).code == 3);
+    place.run({"describe", "odd.note"}, 1);
+    place.run({"describe", "gone.note"}, 3);
 
     place.write("room.yaml", simple);
     place.make();
-    const Finished report = place.run({"describe", "out/run.json"});
-    CHECK(contains(report.out, "out/run.json: report of a run of " + place.file("room.yaml").string()));
-    CHECK(contains(report.out, "run room.yaml"));
-    std::string edited = fresco::read_text_file(place.file("out/run.json"));
+    CHECK(contains(place.run({"describe", "out/run.json"}).out,
+                   "out/run.json: report of a run of " + place.file("room.yaml").string()));
+    std::string edited = place.read("out/run.json");
     const std::string named = "\"file\":\"" + place.file("room.yaml").string();
-    REQUIRE(contains(edited, named));
     place.write("evil.json", edited.replace(edited.find(named), named.size(), R"("file":"\u001b[2J)"));
     CHECK(contains(place.run({"describe", "evil.json"}).out, R"(report of a run of \x1b[2J)"));
     place.write("other.json", "{}");
@@ -351,23 +296,18 @@ TEST_CASE("A program fresco-NAME is the command NAME, beside fresco and in PATH"
     program(place.root() / "path", "fresco-run", "echo not this one\n");
     fresco::write_file(place.root() / "path" / "fresco-text", std::string("no program"));
     place.environment["PATH"] = (place.root() / "path").string() + ":/usr/bin:/bin";
-    const Finished hello = place.run({"hello", "--out", "a b"});
-    CHECK(hello.code == 7);
-    CHECK(hello.out == "hello --out a b\n");
+    CHECK(place.run({"hello", "--out", "a b"}, 7).out == "hello --out a b\n");
     // It gets the signals that fresco ignores.
     CHECK(place.run({"far-off"}).code == -SIGPIPE);
     CHECK_FALSE(contains(place.run({"run", "--help"}).out, "not this one"));
     CHECK(contains(place.run({"--help"}).out, "Programs, as commands: far-off, hello\n"));
-    const Finished misspelled = place.run({"helo"});
-    CHECK(misspelled.code == 2);
-    CHECK(contains(misspelled.err, "unknown command 'helo' (did you mean 'hello'?)"));
-    CHECK(place.run({"text"}).code == 2);
+    CHECK(contains(place.run({"helo"}, 2).err, "unknown command 'helo' (did you mean 'hello'?)"));
+    place.run({"text"}, 2);
     CHECK(contains(place.run({"internal-complete", "1", "--", "fresco", "he"}).out, "hello"));
     // Only what lies beside fresco is asked.
     program(place.root() / "bin", "fresco-asked", "echo \"$*\"\n");
     CHECK(place.run({"internal-complete", "3", "--", "fresco", "asked", "a", "b"}).out == "internal-complete a b\n");
     CHECK(place.run({"internal-complete", "2", "--", "fresco", "far-off", ""}).out.empty());
-    CHECK(contains(place.run({"internal-manual"}).out, "\\-\\-help\\-all"));
 }
 
 TEST_CASE("A command line that is refused gets lines, the nearest word, and where help is; without a command it is the help")

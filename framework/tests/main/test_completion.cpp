@@ -16,8 +16,7 @@ stages:
 Words offered(Workplace& place, Words words)
 {
     words.insert(words.begin(), {"internal-complete", std::to_string(words.size()), "--", "fresco"});
-    const Finished finished = place.run(words);
-    CHECK(finished.code == 0);
+    const Finished finished = place.run(words, 0);
     CHECK(finished.err.empty());
     return lines_of(finished.out);
 }
@@ -36,13 +35,10 @@ TEST_CASE("commands, options and types are offered from the program and the regi
     place.write("hostile.yaml", "version: 1\nvars: {good: 1, \"$(touch gone)\": 1, \"a\\nb\": 1, \"a;b\": 1}\n");
     place.write("bad.yaml", "version: [1\nstages: {a");
     const Words commands = offered(place, {""});
-    for (const char* name : {"run", "plan", "check", "new", "init", "store", "describe", "completion", "doctor"})
-        CHECK(has(commands, name));
-    CHECK_FALSE(has(commands, "internal-run"));
+    CHECK((has(commands, "run") && has(commands, "store") && !has(commands, "internal-run")));
     CHECK(has(offered(place, {"run", "--"}), "--set"));
     CHECK_FALSE(has(offered(place, {"check", "--"}), "--cores"));
     CHECK(has(offered(place, {"describe", "test.a"}), "test.add"));
-    CHECK_FALSE(has(offered(place, {"describe", "test.a"}), "test.source"));
     CHECK(has(offered(place, {"run", "room.yaml", "--set", "add."}), "add.plus="));
     CHECK(has(offered(place, {"run", "room.yaml", "--set", "comp"}), "components.scaler="));
     const Words files{":files"};
@@ -52,14 +48,10 @@ TEST_CASE("commands, options and types are offered from the program and the regi
                                               {{"store", "v"}, {"verify"}},
                                               {{"run", "room.yaml", "--j"}, {"--jobs", "--json-log"}},
                                               {{"new", ""}, {"features", "layout", "loss", "stage", "texture"}},
-                                              {{"new", "loss", ""}, {}},
-                                              {{"completion", "z"}, {"zsh"}},
                                               {{"run", ""}, files},
-                                              {{"log", ""}, files},
                                               {{"init", ""}, folders},
                                               {{"run", "room.yaml", "--out", ""}, folders},
                                               {{"run", "room.yaml", "--cores", ""}, {}},
-                                              {{"nothing", "at", "all"}, {}},
                                               {{"run", "room.yaml", "--set", "st"}, {"start=", "stop="}},
                                               {{"run", "hostile.yaml", "--set", ""}, {"good="}},
                                               // A setting before, in one word or as a shell cuts it.
@@ -68,18 +60,13 @@ TEST_CASE("commands, options and types are offered from the program and the regi
                                               {{"check", "room.yaml", "--without", "o"}, {"odd"}},
                                               {{"log", "room.yaml", ""}, {"add", "odd", "source"}},
                                               // In one word with the option, whole (zsh) or cut (bash).
-                                              {{"plan", "room.yaml", "--until=so"}, {"source"}},
                                               {{"plan", "room.yaml", "--until", "=", "so"}, {"source"}},
                                               {{"plan", "room.yaml", "--until", "="}, {"add", "odd", "source"}},
                                               {{"run", "room.yaml", "--out=a"}, folders},
                                               {{"run", "room.yaml", "--out", "=", "a"}, folders},
-                                              {{"run", "room.yaml", "--out", "=", "a", "--until", "s"}, {"source"}},
-                                              {{"run", "room.yaml", "--nothing=a"}, {}},
                                               // A value may be a file.
                                               {{"run", "room.yaml", "--set", "start=a"}, files},
                                               {{"run", "room.yaml", "--set", "start", "=", "a"}, files},
-                                              {{"run", "missing.yaml", "--set", ""}, {}},
-                                              {{"run", "--set", ""}, {}},
                                               {{"run", "bad.yaml", "--set", ""}, {}}})
     {
         CAPTURE(words);
@@ -95,7 +82,6 @@ TEST_CASE("bash and fish complete by their scripts")
     for (const char* shell : {"bash", "fish"})
         place.write(std::string("script.") + shell, place.run({"completion", shell}).out);
     CHECK(place.run({"completion", "zsh"}).out.starts_with("#compdef fresco\n"));
-    CHECK(place.run({"completion", "tcsh"}).code == 2);
     const auto in_bash = [&](const std::string& words)
     {
         return place
@@ -105,7 +91,6 @@ TEST_CASE("bash and fish complete by their scripts")
     };
     CHECK(in_bash("des") == "describe\n");
     CHECK(in_bash("run room.yaml --set add.pl") == "-o nospace\nadd.plus=\n");
-    CHECK(in_bash("run roo") == "-o filenames\nroom.yaml\n");
     CHECK(in_bash("init a") == "-o filenames\na folder\n");
     CHECK(in_bash("run room.yaml --out =") == "-o filenames\na folder\n");
     if (std::system("command -v fish >/dev/null") != 0)
@@ -117,9 +102,7 @@ TEST_CASE("bash and fish complete by their scripts")
                       line + "'\"")
             .out;
     };
-    CHECK(in_fish("fresco des") == "describe\n");
     CHECK(in_fish("fresco run room.yaml --set add.pl") == "add.plus=\n");
-    CHECK(in_fish("fresco run roo") == "room.yaml\n");
     CHECK(in_fish("fresco run room.yaml --set=add.pl") == "--set=add.plus=\n");
     CHECK(in_fish("fresco run room.yaml --out=a").starts_with("--out=a folder/"));
 }
@@ -141,6 +124,5 @@ TEST_CASE("The manual has the commands and options of --help")
             CHECK(contains(manual, option));
         }
     }
-    CHECK(contains(manual, "\\fB\\-\\-cores"));
     CHECK(contains(manual, ".SH EXIT STATUS\nExit codes: 0 done"));
 }

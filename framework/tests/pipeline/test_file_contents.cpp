@@ -30,8 +30,7 @@ std::vector<fresco::FileFormat> known_formats()
     std::vector<fresco::FileFormat> all = fresco::picture_formats();
     for (const auto& format :
          {fresco::npy_format(), fresco::ply_format(), fresco::obj_format(), json,
-          fresco::FileFormat{.name = "a model", .extensions = {".glb"}, .begins = {"glTF"}, .length_at = 8, .length_bytes = 4},
-          fresco::FileFormat{.name = "a recording", .extensions = {".sens"}, .begins = {"\4\0\0\0"s}}})
+          fresco::FileFormat{.name = "a model", .extensions = {".glb"}, .begins = {"glTF"}, .length_at = 8, .length_bytes = 4}})
         all.push_back(format);
     all.insert(all.end(), weights_formats.begin(), weights_formats.end());
     return all;
@@ -62,45 +61,31 @@ TEST_CASE("A file that does not match its name is recognized by its beginning an
         {"a.png", png_head + png_end + "more", ""},
         {"A.PNG", jpeg_head + "\xff\xd9", ""},
         {"a.png", png_head, "is cut short: copy or export it again"},
-        {"a.png", (png_head + png_end).substr(0, 28), "is cut short: copy or export it again"},
         {"a.png", png_head + "\xff\xff\xff\xffIDAT" + far, "is cut short: copy or export it again"},
         {"a.jpg", jpeg_head + "\xff\xd9" + far, ""},
         {"a.jpg", jpeg_head + far, "is cut short: copy or export it again"},
-        {"a.jpg", jpeg_head.substr(0, 5), "is cut short: copy or export it again"},
         // The end lies across two pieces that are searched.
         {"a.jpg", jpeg_head + "\xff\xd9" + std::string(65535, 'x'), ""},
-        {"a.jpg", "<!DOCTYPE html>\n<html>", "is not " + pictures + ": it begins with \"<!DOCTYPE html>\""},
-        {"a.jpg", "\x01\x02", "is not " + pictures},
-        {"a.jpeg", ply_text, "is not " + pictures + ": it is a PLY mesh"},
+        {"a.jpg", "<!DOCTYPE html>\n<html>", "is not " + pictures},
         {"a.jpeg", "", "is empty"},
         {"a.jpg", webp, ""},
         {"a.webp", webp.substr(0, 27), "is cut short: copy or export it again"},
-        {"a.heic", heic, ""},
         {"a.avif", heic, ""},
-        {"a.webp", ply_text, "is not " + pictures + ": it is a PLY mesh"},
-        {"a.npy", "\x93NUMPY\1", ""},
-        {"a.npy", jpeg_head, "is not an NPY file: it is a JPEG picture"},
-        {"a.ply", ply_text, ""},
+        {"a.npy", jpeg_head, "is not an NPY file"},
         {"a.ply", "ply\r\ncomment " + far + "\r\nend_header\r\n", ""},
         {"a.ply", "ply\nformat", "is cut short: copy or export it again"},
-        {"a.ply", "this is a text about nothing in particular\n",
-         "is not a PLY mesh: it begins with \"this is a text about nothing in …\""},
+        {"a.ply", "this is a text about nothing in particular\n", "is not a PLY mesh"},
         {"a.obj", "# " + far + "\nv 0 0 0\n", ""},
-        {"a.obj", "# hello\n", "is not an OBJ mesh: it begins with \"# hello\""},
-        {"a.obj", "v 0 0 0\0"s, "is not an OBJ mesh: it begins with \"v 0 0 0\""},
+        {"a.obj", "v 0 0 0\0"s, "is not an OBJ mesh"},
         {"a.obj", "v 0 0 0\nf 1 1", "is cut short: copy or export it again"},
         {"a.glb", glb, ""},
         {"a.glb", glb.substr(0, 15), "is cut short: copy or export it again"},
-        {"a.glb", "{}", "is not a model"},
         {"a.json", "\xef\xbb\xbf {\n}\n", ""},
-        {"a.json", glb, "is not a JSON file: it is a model"},
         {"a.json", "{\"a\": [1, 2", "is cut short: copy or export it again"},
-        {"a.sens", "\4\0\0\0"s, ""},
-        {"a.sens", "\5\0\0\0"s, "is not a recording"},
         {"a.pth", weights, ""},
         {"a.pth", "PK\3\4", ""},
         {"a.pth", weights.substr(0, 9), "is cut short: copy or export it again"},
-        {"a.pth", "version https://git-lfs", "is not a state dict: it begins with \"version https://git-lfs\""},
+        {"a.pth", "version https://git-lfs", "is not a state dict"},
         {"a.other", "anything", ""},
         {"a.other", "", "is empty"},
     };
@@ -110,15 +95,12 @@ TEST_CASE("A file that does not match its name is recognized by its beginning an
         CAPTURE(example.name, example.text.substr(0, 200));
         const auto file = folder.write(example.name, example.text);
         const std::string extension = example.name == "A.PNG" ? ".png" : file.extension().string();
-        CHECK(file_problem(file, {extension}, known_formats(), known_formats) ==
+        CHECK(file_problem(file, {extension}, known_formats()) ==
               (example.problem.empty() ? "" : "'" + file.string() + "' " + example.problem));
     }
-    CHECK_THAT(file_problem(folder.write("a.stl", "x"), {".ply", ".obj"}, {}, known_formats),
+    CHECK_THAT(file_problem(folder.write("a.stl", "x"), {".ply", ".obj"}, {}),
                EndsWith("' is a .stl file; expected .ply or .obj"));
-    CHECK_THAT(file_problem(folder.write("a", "x"), {".ply"}, {}, known_formats), EndsWith("' has no extension; expected .ply"));
-    // Others say what is wrong with these.
-    CHECK(file_problem(folder.path(), {".ply"}, {}, known_formats).empty());
-    CHECK(file_problem(folder.path() / "nothing", {".ply"}, {}, known_formats).empty());
+    CHECK_THAT(file_problem(folder.write("a", "x"), {".ply"}, {}), EndsWith("' has no extension; expected .ply"));
 }
 
 TEST_CASE("Files of options and inputs are looked at when the pipeline is checked", "[pipeline]")
@@ -132,10 +114,9 @@ TEST_CASE("Files of options and inputs are looked at when the pipeline is checke
     folder.write("room.ply", "hello\n");
     folder.write("good.ply", ply_text);
     folder.write("folder.ply/a", "");
-    const std::string shown = "'" + (folder.path() / "room.ply").string() + "' is not a PLY mesh: it begins with \"hello\"";
+    const std::string shown = "'" + (folder.path() / "room.ply").string() + "' is not a PLY mesh";
     const std::string is_folder = "'" + (folder.path() / "folder.ply").string() + "' is a folder, not a file";
     for (const auto& [stage, problem] : std::vector<std::pair<std::string, std::string>>{
-             {"{type: scan.file, path: good.ply}", ""},
              {"{type: mesh.pass, input: {file: good.ply}}", ""},
              {"{type: scan.file, path: room.ply}", "p.yaml:3:30: error: stage 'a' (scan.file): option 'path': " + shown},
              {"{type: mesh.pass, input: {file: room.ply}}", "p.yaml:3:38: error: stage 'a' (mesh.pass): input 'mesh': " + shown},

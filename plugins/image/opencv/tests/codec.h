@@ -1,5 +1,6 @@
 #pragma once
 
+#include "catch.h"
 #include "picture_samples.h"
 
 #include <fresco/image_io.h>
@@ -32,6 +33,19 @@ class Codec
   private:
     fresco::testing::TemporaryFolder folder_;
 };
+
+/// Checks that the file is refused when it ends after any of its bytes.
+inline void refuses_every_beginning(Codec& codec, const Bytes& good)
+{
+    CHECK_NOTHROW(codec.rgb(good));
+    for (std::size_t size = 0; size < good.size(); ++size)
+    {
+        INFO("the first " << size << " of " << good.size());
+        const auto file = codec.write(Bytes(good.begin(), good.begin() + static_cast<std::ptrdiff_t>(size)));
+        CHECK_THROWS_AS(codec.images->read_rgb(file), fresco::Error);
+        CHECK_THROWS_AS(codec.images->check(file), fresco::Error);
+    }
+}
 
 /// Values that differ from pixel to pixel.
 inline fresco::Raster8 pattern(int width, int height, int channels)

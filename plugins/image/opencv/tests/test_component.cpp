@@ -1,12 +1,10 @@
 #include "catch.h"
 #include "codec.h"
-#include "shared_data.h"
 
 #include <fresco/files_io.h>
 #include <fresco/testing_scenes.h>
 
 #include <cstdlib>
-#include <thread>
 
 using namespace fresco;
 using namespace samples;
@@ -23,44 +21,37 @@ TEST_CASE("image.opencv: every kind of PNG becomes 8-bit RGB")
 {
     Codec codec;
     const Bytes palette = chunk("PLTE", bytes_of({200, 100, 50, 0, 10, 20, 9, 8, 7, 255, 255, 255}));
-    const auto with = [](Bytes first, const Bytes& second)
+    const auto rgb = [&](const Png& png) { return codec.rgb(file_of(png)); };
+    const auto transparent = [](std::initializer_list<int> color, Bytes before = {})
     {
-        put(first, second);
-        return first;
+        put(before, chunk("tRNS", bytes_of(color)));
+        return before;
     };
-    CHECK(codec.rgb(file_of(Png{.width = 2, .rows = bytes_of({0, 7, 9})})) == Values{7, 7, 7, 9, 9, 9});
+    CHECK(rgb({.width = 2, .rows = bytes_of({0, 7, 9})}) == Values{7, 7, 7, 9, 9, 9});
     // Grays of 1, 2 and 4 bits are spread over 0..255.
-    CHECK(codec.rgb(file_of(Png{.width = 3, .bits = 1, .rows = bytes_of({0, 0b01000000})})) ==
-          Values{0, 0, 0, 255, 255, 255, 0, 0, 0});
-    CHECK(codec.rgb(file_of(Png{.width = 2, .bits = 2, .rows = bytes_of({0, 0b01100000})})) == Values{85, 85, 85, 170, 170, 170});
-    CHECK(codec.rgb(file_of(Png{.width = 2, .bits = 4, .rows = bytes_of({0, 0x3A})})) == Values{51, 51, 51, 170, 170, 170});
-    CHECK(codec.rgb(file_of(Png{.width = 1, .bits = 16, .rows = bytes_of({0, 100, 100})})) == Values{100, 100, 100});
-    CHECK(codec.rgb(file_of(Png{.color_type = 2, .rows = bytes_of({0, 1, 2, 3})})) == Values{1, 2, 3});
-    CHECK(codec.rgb(file_of(Png{.bits = 16, .color_type = 2, .rows = bytes_of({0, 1, 1, 2, 2, 3, 3})})) == Values{1, 2, 3});
-    CHECK(codec.rgb(file_of(Png{.color_type = 4, .rows = bytes_of({0, 100, 51})})) == Values{224, 224, 224});
-    CHECK(codec.rgb(file_of(Png{.bits = 16, .color_type = 4, .rows = bytes_of({0, 100, 100, 51, 51})})) == Values{224, 224, 224});
-    CHECK(codec.rgb(file_of(Png{.color_type = 6, .rows = bytes_of({0, 100, 0, 255, 51})})) == Values{224, 204, 255});
-    CHECK(codec.rgb(file_of(Png{.color_type = 3, .rows = bytes_of({0, 0}), .before_data = palette})) == Values{200, 100, 50});
-    CHECK(codec.rgb(
-              file_of(Png{.width = 2, .bits = 2, .color_type = 3, .rows = bytes_of({0, 0b00010000}), .before_data = palette})) ==
+    CHECK(rgb({.width = 3, .bits = 1, .rows = bytes_of({0, 0b01000000})}) == Values{0, 0, 0, 255, 255, 255, 0, 0, 0});
+    CHECK(rgb({.width = 2, .bits = 2, .rows = bytes_of({0, 0b01100000})}) == Values{85, 85, 85, 170, 170, 170});
+    CHECK(rgb({.width = 2, .bits = 4, .rows = bytes_of({0, 0x3A})}) == Values{51, 51, 51, 170, 170, 170});
+    CHECK(rgb({.width = 1, .bits = 16, .rows = bytes_of({0, 100, 100})}) == Values{100, 100, 100});
+    CHECK(rgb({.color_type = 2, .rows = bytes_of({0, 1, 2, 3})}) == Values{1, 2, 3});
+    CHECK(rgb({.bits = 16, .color_type = 2, .rows = bytes_of({0, 1, 1, 2, 2, 3, 3})}) == Values{1, 2, 3});
+    CHECK(rgb({.color_type = 4, .rows = bytes_of({0, 100, 51})}) == Values{224, 224, 224});
+    CHECK(rgb({.bits = 16, .color_type = 4, .rows = bytes_of({0, 100, 100, 51, 51})}) == Values{224, 224, 224});
+    CHECK(rgb({.color_type = 6, .rows = bytes_of({0, 100, 0, 255, 51})}) == Values{224, 204, 255});
+    CHECK(rgb({.color_type = 3, .rows = bytes_of({0, 0}), .before_data = palette}) == Values{200, 100, 50});
+    CHECK(rgb({.width = 2, .bits = 2, .color_type = 3, .rows = bytes_of({0, 0b00010000}), .before_data = palette}) ==
           Values{200, 100, 50, 0, 10, 20});
     // Transparent colors: of a palette, of RGB, of gray with 2, 8 and 16 bits.
-    CHECK(codec.rgb(file_of(Png{.width = 2,
-                                .color_type = 3,
-                                .rows = bytes_of({0, 0, 1}),
-                                .before_data = with(palette, chunk("tRNS", bytes_of({0})))})) ==
+    CHECK(rgb({.width = 2, .color_type = 3, .rows = bytes_of({0, 0, 1}), .before_data = transparent({0}, palette)}) ==
           Values{255, 255, 255, 0, 10, 20});
-    CHECK(codec.rgb(file_of(Png{.width = 2,
-                                .color_type = 2,
-                                .rows = bytes_of({0, 1, 2, 3, 4, 5, 6}),
-                                .before_data = chunk("tRNS", bytes_of({0, 1, 0, 2, 0, 3}))})) == Values{255, 255, 255, 4, 5, 6});
-    CHECK(codec.rgb(file_of(
-              Png{.width = 2, .bits = 2, .rows = bytes_of({0, 0b01100000}), .before_data = chunk("tRNS", bytes_of({0, 1}))})) ==
+    CHECK(rgb({.width = 2,
+               .color_type = 2,
+               .rows = bytes_of({0, 1, 2, 3, 4, 5, 6}),
+               .before_data = transparent({0, 1, 0, 2, 0, 3})}) == Values{255, 255, 255, 4, 5, 6});
+    CHECK(rgb({.width = 2, .bits = 2, .rows = bytes_of({0, 0b01100000}), .before_data = transparent({0, 1})}) ==
           Values{255, 255, 255, 170, 170, 170});
-    CHECK(codec.rgb(file_of(Png{.width = 2, .rows = bytes_of({0, 7, 9}), .before_data = chunk("tRNS", bytes_of({0, 9}))})) ==
-          Values{7, 7, 7, 255, 255, 255});
-    CHECK(codec.rgb(file_of(
-              Png{.width = 2, .bits = 16, .rows = bytes_of({0, 1, 1, 1, 2}), .before_data = chunk("tRNS", bytes_of({1, 2}))})) ==
+    CHECK(rgb({.width = 2, .rows = bytes_of({0, 7, 9}), .before_data = transparent({0, 9})}) == Values{7, 7, 7, 255, 255, 255});
+    CHECK(rgb({.width = 2, .bits = 16, .rows = bytes_of({0, 1, 1, 1, 2}), .before_data = transparent({1, 2})}) ==
           Values{1, 1, 1, 255, 255, 255});
     const auto key = codec.write(
         file_of(Png{.width = 2, .bits = 2, .rows = bytes_of({0, 0b01100000}), .before_data = chunk("tRNS", bytes_of({0, 1}))}));
@@ -126,6 +117,7 @@ TEST_CASE("image.opencv: the check reports the kind of samples and refuses a tru
     CHECK(colors.bits == 8);
     CHECK_FALSE(colors.gray);
     CHECK_FALSE(colors.alpha);
+    CHECK(codec.images->check(codec.write(file_of(Jpeg{.blocks = {{10}}}))).gray);
     CHECK_FALSE(codec.images->check(codec.write(codec.images->encode_png(pattern(3, 2, 3)))).alpha);
     CHECK(codec.images->check(codec.write(codec.images->encode_png(pattern(3, 2, 4)))).alpha);
     CHECK(codec.images->check(codec.write(file_of(Png{.color_type = 4, .rows = bytes_of({0, 100, 51})}))).alpha);
@@ -136,16 +128,8 @@ TEST_CASE("image.opencv: the check reports the kind of samples and refuses a tru
 TEST_CASE("image.opencv: pictures cut at any byte are refused")
 {
     Codec codec;
-    const Bytes files[] = {codec.images->encode_png(pattern(5, 4, 3)), codec.images->encode_jpeg(pattern(19, 9, 3), 80)};
-    for (const Bytes& good : files)
-    {
-        CHECK_NOTHROW(codec.rgb(good));
-        for (std::size_t size = 0; size < good.size(); ++size)
-        {
-            INFO("the first " << size << " of " << good.size());
-            CHECK_THROWS_AS(codec.rgb(Bytes(good.begin(), good.begin() + static_cast<std::ptrdiff_t>(size))), Error);
-        }
-    }
+    refuses_every_beginning(codec, codec.images->encode_png(pattern(5, 4, 3)));
+    refuses_every_beginning(codec, codec.images->encode_jpeg(pattern(19, 9, 3), 80));
 }
 
 TEST_CASE("image.opencv: damage that a checksum does not show is refused")
@@ -248,33 +232,4 @@ TEST_CASE("image.opencv: what cannot be encoded is refused")
     CHECK_THROWS_WITH(codec.images->encode_jpeg(Raster8(2, 2, 3), 0), Contains("expected 1 to 100"));
     CHECK_THROWS_WITH(codec.images->encode_jpeg(Raster8(2, 2, 3), 101), Contains("expected 1 to 100"));
     CHECK_THROWS_WITH(codec.images->encode_jpeg(Raster8(65'501, 1, 3), 90), Contains("at most 65500"));
-}
-
-TEST_CASE("image.opencv: one codec serves many threads")
-{
-    Codec codec;
-    std::vector<Raster8> expected;
-    std::vector<std::filesystem::path> files;
-    for (int i = 0; i < 8; ++i)
-    {
-        expected.push_back(pattern(64 + i, 48, 3));
-        files.push_back(codec.write(codec.images->encode_png(expected.back()), std::to_string(i)));
-    }
-    std::vector<int> wrong(4, 0);
-    {
-        std::vector<std::jthread> threads;
-        for (std::size_t t = 0; t < wrong.size(); ++t)
-            threads.emplace_back(
-                [&, t]
-                {
-                    for (std::size_t i = 0; i < 40; ++i)
-                    {
-                        const std::size_t which = (i * (t + 1)) % files.size();
-                        if (codec.images->read_rgb(files[which]) != expected[which] ||
-                            codec.images->encode_png(expected[which]) != read_file(files[which]))
-                            ++wrong[t];
-                    }
-                });
-    }
-    CHECK(wrong == std::vector<int>{0, 0, 0, 0});
 }

@@ -12,6 +12,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <set>
 #include <span>
 
@@ -21,22 +23,21 @@ using Catch::Contains;
 namespace
 {
 
-/// Four vertices in a row of two faces, with a property of the vertices or of the faces.
-std::string ply(const std::string& of_vertex, const std::string& of_face, const std::string& type = "ushort")
+/// The mesh with a property of its vertices or of its faces, a digit each.
+std::string ply(const std::string& of_vertex, const std::string& of_face, const std::string& type = "ushort",
+                const Mesh& mesh = shapes::grid(1, [](float, float) { return 0.0F; }))
 {
-    const bool vertices = !of_vertex.empty();
-    std::string text = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
-                       "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty uchar alpha\n";
-    text += vertices ? "property " + type + " label\n" : "";
-    text += "element face 2\nproperty list uchar int vertex_indices\n";
-    text += vertices ? "" : "property " + type + " label\n";
-    text += "end_header\n";
-    for (int v = 0; v < 4; ++v)
-        text += std::to_string(v % 2) + " " + std::to_string(v / 2) + " 0 9 9 9 255" +
-                (vertices ? std::string(" ") + of_vertex[static_cast<std::size_t>(v)] : "") + "\n";
-    const std::string faces[] = {"3 0 1 2", "3 1 3 2"};
-    for (int f = 0; f < 2; ++f)
-        text += faces[f] + (vertices ? "" : std::string(" ") + of_face[static_cast<std::size_t>(f)]) + "\n";
+    const std::string property = "property " + type + " label\n";
+    std::string text = "ply\nformat ascii 1.0\nelement vertex " + std::to_string(mesh.positions.size()) +
+                       "\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\nproperty uchar green\n"
+                       "property uchar blue\nproperty uchar alpha\n" +
+                       (of_vertex.empty() ? "" : property) + "element face " + std::to_string(mesh.triangles.size()) +
+                       "\nproperty list uchar int vertex_indices\n" + (of_face.empty() ? "" : property) + "end_header\n";
+    for (std::size_t v = 0; v < mesh.positions.size(); ++v)
+        text += fmt::format("{} {} {} 9 9 9 255 {}\n", mesh.positions[v].x, mesh.positions[v].y, mesh.positions[v].z,
+                            of_vertex.empty() ? "" : of_vertex.substr(v, 1));
+    for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
+        text += fmt::format("3 {} {}\n", fmt::join(mesh.triangles[f], " "), of_face.empty() ? "" : of_face.substr(f, 1));
     return text;
 }
 
@@ -191,14 +192,10 @@ Mesh square(float z = 0)
 std::string labels()
 {
     const Mesh mesh = square();
-    std::string text = "ply\nformat ascii 1.0\nelement vertex " + std::to_string(mesh.positions.size()) +
-                       "\nproperty float x\nproperty float y\nproperty float z\nproperty ushort label\nelement face " +
-                       std::to_string(mesh.triangles.size()) + "\nproperty list uchar int vertex_indices\nend_header\n";
+    std::string of_vertex;
     for (const Vec3f& p : mesh.positions)
-        text += std::to_string(p.x) + " " + std::to_string(p.y) + " 0 " + (p.x < 0.49F ? "2" : "1") + "\n";
-    for (const auto& [a, b, c] : mesh.triangles)
-        text += "3 " + std::to_string(a) + " " + std::to_string(b) + " " + std::to_string(c) + "\n";
-    return text;
+        of_vertex += p.x < 0.49F ? "2" : "1";
+    return ply(of_vertex, "", "ushort", mesh);
 }
 
 std::shared_ptr<Regions> divided(const Value& options, const testing::Inputs& inputs, testing::TestRun& run)

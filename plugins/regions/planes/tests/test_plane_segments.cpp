@@ -2,7 +2,6 @@
 #include "plane_segments.h"
 #include "rooms.h"
 
-#include <numbers>
 #include <numeric>
 
 using namespace fresco;
@@ -16,34 +15,6 @@ std::vector<PlaneSegment> segments_of(const Mesh& mesh)
     return plane_segments(surface, geometry::smoothed_normals(surface, Progress{}), Progress{});
 }
 
-/// The plane of least squares through the middles of all faces: of many directions the one of least spread.
-Vec3d flattest_direction(const Mesh& mesh)
-{
-    Vec3d mean;
-    for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
-        mean += face_middle(mesh, f) * (1.0 / static_cast<double>(mesh.triangles.size()));
-    Vec3d best;
-    double least = 1e30;
-    constexpr double step = std::numbers::pi / 720;
-    for (double polar = 0; polar < 0.2; polar += step)
-        for (double around = 0; around < 2 * std::numbers::pi; around += 4 * step)
-        {
-            const Vec3d n{std::sin(polar) * std::cos(around), std::sin(polar) * std::sin(around), std::cos(polar)};
-            double sum = 0;
-            for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
-            {
-                const double d = dot(n, face_middle(mesh, f) - mean);
-                sum += d * d;
-            }
-            if (sum < least)
-            {
-                least = sum;
-                best = n;
-            }
-        }
-    return best;
-}
-
 }  // namespace
 
 TEST_CASE("plane segments: a noisy plane is one piece, fitted by least squares")
@@ -55,7 +26,7 @@ TEST_CASE("plane segments: a noisy plane is one piece, fitted by least squares")
     REQUIRE(!segments.empty());
     const auto& largest = *std::ranges::max_element(segments, {}, &PlaneSegment::area);
     CHECK(static_cast<double>(largest.faces.size()) > 0.97 * static_cast<double>(room.parts.size()));
-    CHECK(dot(largest.normal, flattest_direction(room.mesh)) > std::cos(0.01));
+    CHECK(dot(largest.normal, normalized(cross(Vec3d{3, 0, 0.2}, Vec3d{0, 2, 0.1}))) > std::cos(0.01));
     CHECK(largest.distance({1.5, 1, 1.15}) == Approx(0).margin(0.003));
 }
 

@@ -5,7 +5,6 @@
 
 #include <fresco/files.h>
 #include <fresco/frames.h>
-#include <fresco/random.h>
 #include <fresco/testing.h>
 #include <fresco/testing_scenes.h>
 #include <fresco/texture.h>
@@ -33,10 +32,7 @@ std::shared_ptr<TexturedMesh> wall()
 {
     auto textured = std::make_shared<TexturedMesh>();
     textured->mesh = testing::wall(1);
-    textured->image = Image(Raster8(8, 8, 3));
-    for (int y = 0; y < 8; ++y)
-        for (int x = 0; x < 8; ++x)
-            textured->image.pixels.at(x, y, x < 4 ? 0 : 2) = 255;
+    textured->image = Image(testing::picture(8, 8, [](int x, int, int c) { return c == (x < 4 ? 0 : 2) ? 255 : 0; }));
     return textured;
 }
 
@@ -228,13 +224,9 @@ TEST_CASE("a video that the disk did not hold to its end is refused")
             VideoFile video(folder.path() / name, 64, 48, 25);
             const struct rlimit limit = {20'000, before.rlim_max};
             REQUIRE(setrlimit(RLIMIT_FSIZE, is_full ? &limit : &before) == 0);
-            Random random{5};
             for (int i = 0; i < 300; ++i)
             {
-                Raster8 noise(64, 48, 3);
-                for (std::uint8_t& value : noise.values)
-                    value = static_cast<std::uint8_t>(random.uniform() * 255);
-                video.add(noise);
+                video.add(testing::noise_picture(64, 48, static_cast<std::uint64_t>(i)));
             }
             if (is_full)
                 CHECK_THROWS_WITH(video.close(), Catch::Contains(name) && Catch::Contains("is the disk full?"));

@@ -19,12 +19,12 @@ using namespace fresco;
 
 namespace
 {
-/// A wall z = 2 over x, y in [-1,1] facing the origin; u runs with x, v against y. Its picture: `size` texels a side.
-TexturedMesh wall(int size)
+/// A wall z = 2 over x, y in [-1,1] facing the origin; u runs with x, v against y.
+TexturedMesh wall(Raster8 picture)
 {
     TexturedMesh textured;
     textured.mesh = testing::wall(1);
-    textured.image = Image(Raster8(size, size, 3));
+    textured.image = Image(std::move(picture));
     return textured;
 }
 
@@ -32,13 +32,7 @@ TexturedMesh wall(int size)
 
 TEST_CASE("one ray per pixel shows the bilinear value at the pixel center, the right way up")
 {
-    TexturedMesh textured = wall(4);
-    for (int y = 0; y < 4; ++y)
-        for (int x = 0; x < 4; ++x)
-        {
-            textured.image.pixels.at(x, y, 0) = static_cast<std::uint8_t>(60 * x);
-            textured.image.pixels.at(x, y, 1) = static_cast<std::uint8_t>(60 * y);
-        }
+    const TexturedMesh textured = wall(testing::picture(4, 4, [](int x, int y, int c) { return 60 * (c == 0 ? x : y); }));
     const rendering::ViewRenderer renderer(textured, {.samples_per_side = 1, .filter = rendering::TextureFilter::trilinear});
     const Raster8 image = renderer.render(testing::camera(40, 40, 40), Progress{});  // the wall fills it exactly
     for (int y = 0; y < 40; ++y)
@@ -54,8 +48,7 @@ TEST_CASE("one ray per pixel shows the bilinear value at the pixel center, the r
 
 TEST_CASE("alpha is the share of a pixel that shows the surface")
 {
-    TexturedMesh textured = wall(4);
-    std::fill(textured.image.pixels.values.begin(), textured.image.pixels.values.end(), std::uint8_t{90});
+    TexturedMesh textured = wall(Raster8(4, 4, 3, 90));
     const rendering::ViewRenderer renderer(textured, {.samples_per_side = 2, .filter = rendering::TextureFilter::trilinear});
     // 41 pixels across, the wall covers 40: half a pixel is free on each side.
     Camera camera = testing::camera(41, 41, 40);
@@ -70,8 +63,7 @@ TEST_CASE("alpha is the share of a pixel that shows the surface")
 
 TEST_CASE("pictures of a film come in order, one at a time, up to the first failure")
 {
-    TexturedMesh textured = wall(4);
-    std::fill(textured.image.pixels.values.begin(), textured.image.pixels.values.end(), std::uint8_t{90});
+    TexturedMesh textured = wall(Raster8(4, 4, 3, 90));
     const rendering::ViewRenderer renderer(textured, {.samples_per_side = 1, .filter = rendering::TextureFilter::trilinear});
     std::vector<Camera> cameras;
     for (int i = 0; i < 40; ++i)
@@ -112,17 +104,12 @@ TEST_CASE("pictures of a film come in order, one at a time, up to the first fail
 
 TEST_CASE("what lies behind the backs of faces can be seen")
 {
-    TexturedMesh textured = wall(4);
-    std::fill(textured.image.pixels.values.begin(), textured.image.pixels.values.end(), std::uint8_t{90});
+    TexturedMesh textured = wall(Raster8(4, 4, 3, 90));
     // A second wall halfway, seen from its back.
-    for (std::size_t i = 0, count = textured.mesh.positions.size(); i < count; ++i)
-        textured.mesh.positions.push_back(textured.mesh.positions[i] * 0.5F);
-    for (std::size_t i = 0, count = textured.mesh.triangles.size(); i < count; ++i)
-    {
-        const Triangle face = textured.mesh.triangles[i];
-        textured.mesh.triangles.push_back({face[0] + 4, face[2] + 4, face[1] + 4});
-    }
-    textured.mesh.texcoords.resize(3 * textured.mesh.triangles.size(), {0.5F, 0.5F});
+    Mesh back = testing::wall(0.5F, 1);
+    for (Triangle& face : back.triangles)
+        std::swap(face[1], face[2]);
+    testing::append(textured.mesh, back);
     const auto alpha = [&](bool through_backs)
     {
         const rendering::ViewRenderer renderer(
@@ -135,11 +122,7 @@ TEST_CASE("what lies behind the backs of faces can be seen")
 
 TEST_CASE("mip-maps average a picture finer than the pixels, bilinear lookups alias")
 {
-    TexturedMesh textured = wall(512);
-    for (int y = 0; y < 512; ++y)
-        for (int x = 0; x < 512; ++x)
-            for (int c = 0; c < 3; ++c)
-                textured.image.pixels.at(x, y, c) = (x + y) % 2 == 0 ? 255 : 0;
+    const TexturedMesh textured = wall(testing::checkerboard(512, 512, 1));
     const auto worst = [&](rendering::TextureFilter filter)
     {
         const rendering::ViewRenderer renderer(textured, {.samples_per_side = 1, .filter = filter});
@@ -155,18 +138,9 @@ TEST_CASE("mip-maps average a picture finer than the pixels, bilinear lookups al
 
 TEST_CASE("on a slanted wall, anisotropic lookups keep what runs along with the view, trilinear ones blur it")
 {
-    TexturedMesh textured = wall(512);
-    for (int y = 0; y < 512; ++y)
-        for (int x = 0; x < 512; ++x)
-            for (int c = 0; c < 3; ++c)
-                textured.image.pixels.at(x, y, c) = y / 16 % 2 == 0 ? 255 : 0;
+    const TexturedMesh textured = wall(testing::picture(512, 512, [](int, int y, int) { return y / 16 % 2 == 0 ? 255 : 0; }));
     // From beside the wall, so that a pixel is many columns wide and few rows high.
-    Camera camera = testing::camera(60, 60, 60);
-    const double angle = 1.35;
-    camera.world_from_camera.rotation(0, 0) = camera.world_from_camera.rotation(2, 2) = std::cos(angle);
-    camera.world_from_camera.rotation(0, 2) = std::sin(angle);
-    camera.world_from_camera.rotation(2, 0) = -std::sin(angle);
-    camera.world_from_camera.translation = {-1.6, 0, 1.6};
+    const Camera camera = testing::camera(60, 60, 60, {-1.6, 0, 1.6}, 1.35);
     const auto picture = [&](int samples, rendering::TextureFilter filter)
     { return rendering::ViewRenderer(textured, {.samples_per_side = samples, .filter = filter}).render(camera, Progress{}); };
     const Raster8 wanted = picture(8, rendering::TextureFilter::bilinear);
@@ -189,15 +163,11 @@ TEST_CASE("on a slanted wall, anisotropic lookups keep what runs along with the 
 
 TEST_CASE("lamps of the published viewers, on walls that face them, stand askew and face away")
 {
-    TexturedMesh textured = wall(4);
-    std::fill(textured.image.pixels.values.begin(), textured.image.pixels.values.end(), std::uint8_t{100});
+    TexturedMesh textured = wall(Raster8(4, 4, 3, 100));
     // The wall's normal is -z, and becomes `normal`; the camera turns with it.
     const auto shown = [&](const char* shading, const Vec3d& normal)
     {
-        const Vec3d out = normalized(normal) * -1;
-        const Vec3d right = normalized(std::abs(out.y) > 0.9 ? cross(Vec3d{0, 0, 1}, out) : cross(Vec3d{0, 1, 0}, out));
-        const Vec3d down = cross(out, right);
-        const Mat3 turn{{right.x, down.x, out.x, right.y, down.y, out.y, right.z, down.z, out.z}};
+        const Mat3 turn = testing::looking_at({}, -normal, {1, 2, 3}).rotation;
         TexturedMesh turned = textured;
         for (Vec3f& position : turned.mesh.positions)
             position = vec_cast<float>(turn * vec_cast<double>(position));
@@ -216,7 +186,7 @@ TEST_CASE("lamps of the published viewers, on walls that face them, stand askew 
     CHECK(shown("matterport3d", {1, 0, 1}) == 150);
     CHECK(shown("matterport3d", {1, 0, 0}) == 132);  // 0.9 + 0.6/√2
     CHECK(shown("matterport3d", {0, 1, 0}) == 90);
-    std::fill(textured.image.pixels.values.begin(), textured.image.pixels.values.end(), std::uint8_t{200});
+    textured = wall(Raster8(4, 4, 3, 200));
     CHECK(shown("matterport3d", {1, 0, 1}) == 255);
 }
 
@@ -237,7 +207,7 @@ std::shared_ptr<Frames> three_frames()
 void render_to(const std::filesystem::path& folder, const Value& options, testing::TestRun& run, std::shared_ptr<Frames> frames)
 {
     testing::run_stage(FRESCO_PLUGIN_FILE, "render.views", options,
-                       {{"mesh", std::make_shared<TexturedMesh>(wall(8))}, {"frames", frames}}, folder, run,
+                       {{"mesh", std::make_shared<TexturedMesh>(wall(Raster8(8, 8, 3)))}, {"frames", frames}}, folder, run,
                        {{"image_io", std::make_shared<stored_png::Codec>()}});
 }
 }  // namespace
@@ -247,25 +217,18 @@ TEST_CASE("from above, the whole room is in the picture, its longer side across,
     // A floor of 4 m x 2 m, turned by 30 degrees about z, which is up: red at one end, the rest half green, half black. The
     // ceiling, seen from its back, is blue.
     TexturedMesh room;
-    const auto at = [](double x, double y, double z)
+    const auto add = [&](Vec3f corner, Vec3f x, Vec3f y, Vec2f uv)
     {
-        const double c = std::cos(0.5236);
-        const double s = std::sin(0.5236);
-        return Vec3f{static_cast<float>(7 + c * x - s * y), static_cast<float>(s * x + c * y), static_cast<float>(z)};
+        Mesh part = testing::rectangle(corner, x, y);
+        testing::set_texcoords(part, [&](Vec3f) { return uv; });
+        testing::append(room.mesh, part);
     };
-    const auto add = [&](double left, double right, double front, double back, double z, bool looks_up, Vec2f uv)
-    {
-        const auto first = static_cast<std::uint32_t>(room.mesh.positions.size());
-        for (const Vec3f corner : {at(left, front, z), at(right, front, z), at(right, back, z), at(left, back, z)})
-            room.mesh.positions.push_back(corner);
-        for (const Triangle& face : {Triangle{0, 1, 2}, Triangle{0, 2, 3}})
-            room.mesh.triangles.push_back({first + face[0], first + face[looks_up ? 1 : 2], first + face[looks_up ? 2 : 1]});
-        room.mesh.texcoords.insert(room.mesh.texcoords.end(), 6, uv);
-    };
-    add(0, 1, 0, 2, 1, true, {0.25F, 0.75F});
-    add(1, 4, 0, 1, 1, true, {0.75F, 0.75F});
-    add(1, 4, 1, 2, 1, true, {0.75F, 0.25F});
-    add(0, 4, 0, 2, 3, false, {0.25F, 0.25F});
+    add({0, 0, 1}, {1, 0, 0}, {0, 2, 0}, {0.25F, 0.75F});
+    add({1, 0, 1}, {3, 0, 0}, {0, 1, 0}, {0.75F, 0.75F});
+    add({1, 1, 1}, {3, 0, 0}, {0, 1, 0}, {0.75F, 0.25F});
+    add({0, 0, 3}, {0, 2, 0}, {4, 0, 0}, {0.25F, 0.25F});
+    for (Vec3f& p : room.mesh.positions)
+        p = {7 + 0.866F * p.x - 0.5F * p.y, 0.5F * p.x + 0.866F * p.y, p.z};
     room.image = Image(Raster8(2, 2, 3));
     room.image.pixels.at(0, 0, 0) = room.image.pixels.at(1, 0, 1) = room.image.pixels.at(0, 1, 2) = 255;
 

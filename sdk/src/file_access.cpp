@@ -27,17 +27,8 @@ struct GuardedFolder
     std::string advice;
 };
 
-struct Guard
-{
-    std::mutex mutex;
-    std::vector<GuardedFolder> folders;
-};
-
-Guard& the_guard()
-{
-    static Guard guard;
-    return guard;
-}
+std::mutex guard_mutex;
+std::vector<GuardedFolder> guarded_folders;
 
 std::string without_slash(const fs::path& folder)
 {
@@ -48,8 +39,8 @@ std::string without_slash(const fs::path& folder)
 std::optional<std::string> guard(fs::path& path)
 {
     const std::string text = path.native();
-    const std::lock_guard lock(the_guard().mutex);
-    for (const auto& [name, real, advice] : the_guard().folders)
+    const std::lock_guard lock(guard_mutex);
+    for (const auto& [name, real, advice] : guarded_folders)
         if (text.starts_with(name) && (text.size() == name.size() || text[name.size()] == '/'))
         {
             path = real + text.substr(name.size());
@@ -224,11 +215,10 @@ void forbid_links_below(const fs::path& folder, const std::string& advice)
     const std::string real = without_slash(fs::weakly_canonical(folder, error));
     if (error)
         throw Error(folder.string() + ": cannot be used: " + error.message() + "; " + advice);
-    const std::lock_guard lock(the_guard().mutex);
-    auto& folders = the_guard().folders;
+    const std::lock_guard lock(guard_mutex);
     for (const std::string& name : {without_slash(folder.lexically_normal()), real})
-        if (std::ranges::find(folders, name, &GuardedFolder::name) == folders.end())
-            folders.push_back({name, real, advice});
+        if (std::ranges::find(guarded_folders, name, &GuardedFolder::name) == guarded_folders.end())
+            guarded_folders.push_back({name, real, advice});
 }
 
 PathEntry::PathEntry(const fs::path& path) : path_(path), advice_(guard(path_)), name_(path_)

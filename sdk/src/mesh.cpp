@@ -44,15 +44,6 @@ Vec3d area_normal(const Mesh& mesh, const Triangle& triangle)
     return cross(b - a, c - a);
 }
 
-/// By its extension; throws Error unless it is .ply or .obj.
-bool is_ply_file(const std::filesystem::path& file)
-{
-    const std::string extension = lower_extension(file);
-    if (extension != ".ply" && extension != ".obj")
-        throw Error(file.string() + ": unknown extension; a mesh is read from a .ply or .obj file");
-    return extension == ".ply";
-}
-
 }  // namespace
 
 void Mesh::save(const ArtifactFolder& folder) const
@@ -153,20 +144,16 @@ std::vector<Vec3f> vertex_normals(const Mesh& mesh)
     return normals;
 }
 
-Mesh read_mesh(const std::filesystem::path& file, const MeshLimits& limits, MeshReadReport* report)
+Mesh read_mesh(const std::filesystem::path& file, const MeshLimits& limits, MeshReadReport* report, MeshMaterials* materials)
 {
-    const bool is_ply = is_ply_file(file);
+    const std::string extension = lower_extension(file);
+    if (extension != ".ply" && extension != ".obj")
+        throw Error(file.string() + ": unknown extension; a mesh is read from a .ply or .obj file");
     const auto bytes = read_file(file);
-    return is_ply ? parse_ply(bytes, file.string(), limits, report) : parse_obj(bytes, file.string(), limits, report);
+    return extension == ".ply" ? parse_ply(bytes, file.string(), limits, report, materials)
+                               : parse_obj(bytes, file.string(), limits, report, materials);
 }
 
-Mesh read_mesh(const std::filesystem::path& file, const MeshLimits& limits, MeshReadReport* report, MeshMaterials& materials)
-{
-    const bool is_ply = is_ply_file(file);
-    const auto bytes = read_file(file);
-    return is_ply ? parse_ply(bytes, file.string(), limits, report, materials)
-                  : parse_obj(bytes, file.string(), limits, report, materials);
-}
 namespace
 {
 

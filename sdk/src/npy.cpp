@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cstring>
 #include <fmt/format.h>
+#include <set>
 #include <string>
 #include <type_traits>
 
@@ -58,32 +59,28 @@ class HeaderParser
     NpyArray parse()
     {
         NpyArray array;
-        bool has_descr = false;
-        bool has_order = false;
-        bool has_shape = false;
+        std::set<std::string_view> keys;
+        const auto key = [&](std::string_view name)
+        {
+            if (!accept(name))
+                return false;
+            expect(":");
+            keys.insert(name);
+            return true;
+        };
         expect("{");
         while (!accept("}"))
         {
-            if (accept("'descr'"))
-            {
-                expect(":");
+            if (key("'descr'"))
                 array.type = parse_descr();
-                has_descr = true;
-            }
-            else if (accept("'fortran_order'"))
+            else if (key("'fortran_order'"))
             {
-                expect(":");
                 if (accept("True"))
                     fail("the array is in Fortran order; save it with numpy.ascontiguousarray");
                 expect("False");
-                has_order = true;
             }
-            else if (accept("'shape'"))
-            {
-                expect(":");
+            else if (key("'shape'"))
                 array.shape = parse_shape();
-                has_shape = true;
-            }
             else
                 fail("expected one of the keys 'descr', 'fortran_order', 'shape'");
             if (!accept(","))
@@ -95,7 +92,7 @@ class HeaderParser
         skip_blanks();
         if (position_ != text_.size())
             fail("unexpected text after the header");
-        if (!has_descr || !has_order || !has_shape)
+        if (keys.size() != 3)
             fail("the header lacks one of the keys 'descr', 'fortran_order', 'shape'");
         return array;
     }
@@ -169,12 +166,6 @@ bool product(std::span<const std::size_t> shape, std::size_t& count)
         if (__builtin_mul_overflow(count, extent, &count))
             return false;
     return true;
-}
-
-template <class T>
-void write_values(const std::filesystem::path& file, std::span<const std::size_t> shape, std::span<const T> values)
-{
-    write_file(file, to_npy(form_of<T>().type, shape, std::as_bytes(values)));
 }
 
 }  // namespace
@@ -263,17 +254,17 @@ std::vector<std::byte> to_npy(NpyType type, std::span<const std::size_t> shape, 
 
 void write_npy(const std::filesystem::path& file, std::span<const std::size_t> shape, std::span<const std::uint8_t> values)
 {
-    write_values(file, shape, values);
+    write_file(file, to_npy(NpyType::uint8, shape, std::as_bytes(values)));
 }
 
 void write_npy(const std::filesystem::path& file, std::span<const std::size_t> shape, std::span<const std::uint16_t> values)
 {
-    write_values(file, shape, values);
+    write_file(file, to_npy(NpyType::uint16, shape, std::as_bytes(values)));
 }
 
 void write_npy(const std::filesystem::path& file, std::span<const std::size_t> shape, std::span<const float> values)
 {
-    write_values(file, shape, values);
+    write_file(file, to_npy(NpyType::float32, shape, std::as_bytes(values)));
 }
 
 template <class T>

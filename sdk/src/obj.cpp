@@ -281,28 +281,18 @@ class ObjReader
     int form_ = 0;
 };
 
-Mesh read_obj(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits, MeshReadReport* report,
-              MeshMaterials* materials)
+}  // namespace
+
+Mesh parse_obj(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits, MeshReadReport* report,
+               MeshMaterials* materials)
 {
+    if (materials != nullptr)
+        *materials = {};
     MeshReadReport counted;
     Mesh mesh = ObjReader(bytes, source, limits, counted, materials).read();
     if (report != nullptr)
         *report = counted;
     return mesh;
-}
-
-}  // namespace
-
-Mesh parse_obj(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits, MeshReadReport* report)
-{
-    return read_obj(bytes, source, limits, report, nullptr);
-}
-
-Mesh parse_obj(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits, MeshReadReport* report,
-               MeshMaterials& materials)
-{
-    materials = {};
-    return read_obj(bytes, source, limits, report, &materials);
 }
 
 }  // namespace fresco

@@ -3,36 +3,32 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <ranges>
 
 namespace fresco
 {
 namespace
 {
 
+struct Kinds
+{
+    static constexpr OptionKind of(const bool*) { return OptionKind::boolean; }
+    static constexpr OptionKind of(const int*) { return OptionKind::integer; }
+    static constexpr OptionKind of(const std::int64_t*) { return OptionKind::integer; }
+    static constexpr OptionKind of(const double*) { return OptionKind::number; }
+    static constexpr OptionKind of(const std::string*) { return OptionKind::text; }
+    static constexpr OptionKind of(const std::vector<int>*) { return OptionKind::integers; }
+    static constexpr OptionKind of(const std::vector<double>*) { return OptionKind::numbers; }
+    static constexpr OptionKind of(const InputFile*) { return OptionKind::input_file; }
+    static constexpr OptionKind of(const InputFiles*) { return OptionKind::input_files; }
+    static constexpr OptionKind of(const InputFolder*) { return OptionKind::input_folder; }
+    static constexpr OptionKind of(const InputPath*) { return OptionKind::input_path; }
+    static constexpr OptionKind of(const CommandLine*) { return OptionKind::command_line; }
+    static constexpr OptionKind of(const OutputName*) { return OptionKind::output_name; }
+};
+
 template <class T>
-constexpr OptionKind kind_of = OptionKind::integer;
-template <>
-constexpr OptionKind kind_of<bool> = OptionKind::boolean;
-template <>
-constexpr OptionKind kind_of<double> = OptionKind::number;
-template <>
-constexpr OptionKind kind_of<std::string> = OptionKind::text;
-template <>
-constexpr OptionKind kind_of<std::vector<int>> = OptionKind::integers;
-template <>
-constexpr OptionKind kind_of<std::vector<double>> = OptionKind::numbers;
-template <>
-constexpr OptionKind kind_of<InputFile> = OptionKind::input_file;
-template <>
-constexpr OptionKind kind_of<InputFiles> = OptionKind::input_files;
-template <>
-constexpr OptionKind kind_of<InputFolder> = OptionKind::input_folder;
-template <>
-constexpr OptionKind kind_of<InputPath> = OptionKind::input_path;
-template <>
-constexpr OptionKind kind_of<CommandLine> = OptionKind::command_line;
-template <>
-constexpr OptionKind kind_of<OutputName> = OptionKind::output_name;
+constexpr OptionKind kind_of = Kinds::of(static_cast<const T*>(nullptr));
 
 template <class T>
 Value written(const T& v)
@@ -44,12 +40,7 @@ Value written(const T& v)
     else if constexpr (std::is_same_v<T, CommandLine>)
         return Value::List(v.words.begin(), v.words.end());
     else if constexpr (std::is_same_v<T, InputFiles>)
-    {
-        Value::List names;
-        for (const auto& [name, path] : v.paths)
-            names.emplace_back(name);
-        return names;
-    }
+        return Value::List(std::views::keys(v.paths).begin(), std::views::keys(v.paths).end());
     else if constexpr (kind_of<T> == OptionKind::integers || kind_of<T> == OptionKind::numbers)
         return Value::List(v.begin(), v.end());
     else

@@ -36,41 +36,134 @@ constexpr std::array kind_names{KindName{"bool", OptionKind::boolean},
                                 KindName{"output_ports", OptionKind::output_ports},
                                 KindName{"rules", OptionKind::rules}};
 
-Value entry_or(const Value& map, std::string_view key, Value otherwise)
+/// Bytes that JSON cannot hold as text: in hexadecimal.
+template <class Texts>
+struct Hex
 {
-    const Value* entry = map.find(key);
-    return entry != nullptr ? *entry : std::move(otherwise);
+    Texts& texts;
+};
+
+template <class T>
+constexpr bool has_members = std::is_same_v<T, OptionDeclaration> || std::is_same_v<T, AutoRule> || std::is_same_v<T, RuleForm> ||
+                             std::is_same_v<T, FileFormat> || std::is_same_v<T, Marks>;
+
+/// Calls visit(key, member) for each member, in the order of descriptions. Of an option, for what is left out unless it is said.
+template <class T, class Visit>
+void visit_members(T& it, const Visit& visit)
+{
+    if constexpr (std::is_same_v<T, const OptionDeclaration> || std::is_same_v<T, OptionDeclaration>)
+    {
+        visit("component_kind", it.component_kind);
+        visit("required", it.required);
+        visit("default", it.default_value);
+        visit("min", it.min);
+        visit("max", it.max);
+        visit("choices", it.choices);
+        visit("extensions", it.extensions);
+        visit("formats", it.formats);
+        visit("unit", it.unit);
+        visit("in_key", it.in_key);
+        visit("device", it.is_device);
+        visit("optional", it.optional);
+        visit("auto", it.auto_rule);
+        visit("chosen_by", it.chosen_by);
+        visit("for_form", it.for_form);
+        visit("rule", it.rule);
+    }
+    else if constexpr (requires { it.if_empty; })
+    {
+        visit("option", it.option);
+        visit("if_empty", it.if_empty);
+        visit("if_set", it.if_set);
+    }
+    else if constexpr (requires { it.parts_of; })
+    {
+        visit("parts_of", it.parts_of);
+        visit("word", it.word);
+        visit("input", it.input);
+        visit("artifact", it.artifact);
+        visit("version", it.version);
+        visit("number", it.number);
+    }
+    else if constexpr (requires { it.contains; })
+    {
+        visit("contains", it.contains);
+        visit("formats", it.formats);
+        visit("before", it.before);
+    }
+    else
+    {
+        visit("name", it.name);
+        visit("extensions", it.extensions);
+        visit("is_text", it.is_text);
+        visit("begins", Hex{it.begins});
+        visit("begins_at", it.begins_at);
+        visit("holds", Hex{it.holds});
+        visit("ends", Hex{it.ends});
+        visit("length_at", it.length_at);
+        visit("length_bytes", it.length_bytes);
+        visit("length_from", it.length_from);
+    }
 }
 
-std::vector<std::string> texts_at(const Value& map, std::string_view key)
+template <class T>
+Value described(const T& member)
 {
-    std::vector<std::string> texts;
-    if (const Value* list = map.find(key))
-        for (const Value& text : list->as_list())
-            texts.push_back(text.as_string());
-    return texts;
+    if constexpr (std::is_constructible_v<Value, const T&>)
+        return member;
+    else if constexpr (has_members<T>)
+    {
+        Value map = Value::Map{};
+        visit_members(member, [&](std::string_view key, const auto& each) { map.set(key, described(each)); });
+        return map;
+    }
+    else if constexpr (requires { member.has_value(); })
+        return member ? described(*member) : Value();
+    else
+    {
+        Value::List list;
+        if constexpr (requires { member.texts; })
+            for (const std::string& text : member.texts)
+                list.emplace_back(fmt::format("{:02x}", fmt::join(std::vector<unsigned char>(text.begin(), text.end()), "")));
+        else
+            for (const auto& each : member)
+                list.push_back(described(each));
+        return list;
+    }
 }
 
-std::vector<FileFormat> formats_at(const Value& map)
+template <class T>
+void read_member(const Value& value, T& member)
 {
-    std::vector<FileFormat> formats;
-    if (const Value* list = map.find("formats"))
-        for (const Value& format : list->as_list())
-            formats.push_back(FileFormat::from(format));
-    return formats;
-}
-
-Value::List described(const std::vector<FileFormat>& formats)
-{
-    Value::List list;
-    for (const FileFormat& format : formats)
-        list.push_back(format.describe());
-    return list;
-}
-
-Value::List list_of(const std::vector<std::string>& texts)
-{
-    return {texts.begin(), texts.end()};
+    if constexpr (std::is_same_v<T, Value>)
+        member = value;
+    else if constexpr (std::is_same_v<T, bool>)
+        member = value.as_bool();
+    else if constexpr (std::is_integral_v<T>)
+        member = static_cast<T>(value.as_int());
+    else if constexpr (std::is_same_v<T, double>)
+        member = value.as_double();
+    else if constexpr (std::is_same_v<T, std::string>)
+        member = value.as_string();
+    else if constexpr (has_members<T>)
+        visit_members(member,
+                      [&](std::string_view key, auto&& each)
+                      {
+                          if (const Value* entry = value.find(key))
+                              read_member(*entry, each);
+                      });
+    else if constexpr (requires { member.has_value(); })
+        read_member(value, member.emplace());
+    else if constexpr (requires { member.texts; })
+        for (const Value& text : value.as_list())
+        {
+            std::string& bytes = member.texts.emplace_back();
+            for (std::size_t i = 0; i + 1 < text.as_string().size(); i += 2)
+                bytes += static_cast<char>(std::stoi(text.as_string().substr(i, 2), nullptr, 16));
+        }
+    else
+        for (const Value& each : value.as_list())
+            read_member(each, member.emplace_back());
 }
 
 std::string range_text(const OptionDeclaration& option)
@@ -93,39 +186,12 @@ OptionDeclaration OptionDeclaration::from(const Value& description)
     if (known == kind_names.end())
         throw Error("option '" + option.name + "' is of the unknown kind '" + kind + "'");
     option.kind = known->second;
-    const auto text = [&](std::string_view key) { return entry_or(description, key, "").as_string(); };
-    const auto flag = [&](std::string_view key, bool otherwise) { return entry_or(description, key, otherwise).as_bool(); };
-    const auto number = [&](std::string_view key)
-    {
-        const Value* entry = description.find(key);
-        return entry != nullptr ? std::optional(entry->as_double()) : std::nullopt;
-    };
-    option.default_value = entry_or(description, "default", {});
-    option.required = flag("required", false);
-    option.min = number("min");
-    option.max = number("max");
-    option.choices = texts_at(description, "choices");
-    option.extensions = texts_at(description, "extensions");
-    option.formats = formats_at(description);
-    option.unit = text("unit");
-    option.in_key = flag("in_key", true);
-    option.is_device = flag("device", false);
-    option.component_kind = text("component_kind");
-    option.optional = option.kind == OptionKind::component && (option.default_value.is_null() || flag("optional", false));
-    if (const Value* rule = description.find("auto"))
-        option.auto_rule = AutoRule{rule->at("option").as_string(), rule->at("if_empty"), rule->at("if_set")};
-    option.chosen_by = text("chosen_by");
-    option.for_form = text("for_form");
-    if (const Value* rule = description.find("rule"))
-        option.rule = RuleForm{rule->at("parts_of").as_string(),
-                               rule->at("word").as_string(),
-                               rule->at("input").as_string(),
-                               rule->at("artifact").as_string(),
-                               static_cast<int>(rule->at("version").as_int()),
-                               rule->at("number").as_string()};
-    else if (option.kind == OptionKind::rules)
+    read_member(description, option);
+    option.optional = option.kind == OptionKind::component && (option.default_value.is_null() || option.optional);
+    if (option.kind == OptionKind::rules && !option.rule)
         throw Error("option '" + option.name + "' has rules, and does not say of which form");
-    option.help = text("help");
+    if (const Value* help = description.find("help"))
+        option.help = help->as_string();
     return option;
 }
 
@@ -133,36 +199,11 @@ Value OptionDeclaration::describe() const
 {
     const auto known = std::ranges::find(kind_names, kind, &KindName::second);
     Value description = Value::Map{{"name", name}, {"kind", known->first}};
-    const auto say = [&](std::string_view key, const Value& value, const Value& unsaid)
-    {
-        if (value != unsaid)
+    static const Value unsaid = described(OptionDeclaration());
+    const Value said = described(*this);
+    for (const auto& [key, value] : said.as_map())
+        if (value != unsaid.at(key))
             description.set(key, value);
-    };
-    const auto number = [](const std::optional<double>& bound) { return bound ? Value(*bound) : Value(); };
-    say("component_kind", component_kind, "");
-    say("required", required, false);
-    say("default", required ? Value() : default_value, {});
-    say("min", number(min), {});
-    say("max", number(max), {});
-    say("choices", list_of(choices), Value::List{});
-    say("extensions", list_of(extensions), Value::List{});
-    say("formats", described(formats), Value::List{});
-    say("unit", unit, "");
-    say("in_key", in_key, true);
-    say("device", is_device, false);
-    say("optional", optional, false);
-    if (auto_rule)
-        description.set(
-            "auto", Value::Map{{"option", auto_rule->option}, {"if_empty", auto_rule->if_empty}, {"if_set", auto_rule->if_set}});
-    say("chosen_by", chosen_by, "");
-    say("for_form", for_form, "");
-    if (rule)
-        description.set("rule", Value::Map{{"parts_of", rule->parts_of},
-                                           {"word", rule->word},
-                                           {"input", rule->input},
-                                           {"artifact", rule->artifact},
-                                           {"version", rule->version},
-                                           {"number", rule->number}});
     description.set("help", help);
     return description;
 }
@@ -228,87 +269,28 @@ std::string OptionDeclaration::default_text() const
     return default_value.is_string() && !default_value.as_string().empty() ? default_value.as_string() : to_json(default_value);
 }
 
-namespace
-{
-
-/// JSON is text, bytes are not.
-std::string hex_of(std::string_view bytes)
-{
-    std::string hex;
-    for (const char c : bytes)
-        hex += fmt::format("{:02x}", static_cast<unsigned char>(c));
-    return hex;
-}
-
-std::string from_hex(const std::string& hex)
-{
-    std::string bytes;
-    for (std::size_t i = 0; i + 1 < hex.size(); i += 2)
-        bytes += static_cast<char>(std::stoi(hex.substr(i, 2), nullptr, 16));
-    return bytes;
-}
-
-Value described(const std::vector<std::string>& all)
-{
-    Value::List list;
-    for (const std::string& bytes : all)
-        list.push_back(hex_of(bytes));
-    return list;
-}
-
-std::vector<std::string> read(const Value& list)
-{
-    std::vector<std::string> all;
-    for (const Value& hex : list.as_list())
-        all.push_back(from_hex(hex.as_string()));
-    return all;
-}
-
-std::size_t size_at(const Value& description, std::string_view key)
-{
-    return static_cast<std::size_t>(description.at(key).as_int());
-}
-
-}  // namespace
-
 Value FileFormat::describe() const
 {
-    return Value::Map{{"name", name},
-                      {"extensions", Value::List(extensions.begin(), extensions.end())},
-                      {"is_text", is_text},
-                      {"begins", described(begins)},
-                      {"begins_at", begins_at},
-                      {"holds", described(holds)},
-                      {"ends", described(ends)},
-                      {"length_at", length_at},
-                      {"length_bytes", length_bytes},
-                      {"length_from", length_from}};
+    return described(*this);
 }
 
 FileFormat FileFormat::from(const Value& description)
 {
     FileFormat format;
-    format.name = description.at("name").as_string();
-    format.extensions = texts_at(description, "extensions");
-    format.is_text = description.at("is_text").as_bool();
-    format.begins = read(description.at("begins"));
-    format.begins_at = size_at(description, "begins_at");
-    format.holds = read(description.at("holds"));
-    format.ends = read(description.at("ends"));
-    format.length_at = size_at(description, "length_at");
-    format.length_bytes = size_at(description, "length_bytes");
-    format.length_from = size_at(description, "length_from");
+    read_member(description, format);
     return format;
 }
 
 Marks Marks::from(const Value& description)
 {
-    return {texts_at(description, "contains"), formats_at(description), texts_at(description, "before")};
+    Marks marks;
+    read_member(description, marks);
+    return marks;
 }
 
 Value Marks::describe() const
 {
-    return Value::Map{{"contains", list_of(contains)}, {"formats", described(formats)}, {"before", list_of(before)}};
+    return described(*this);
 }
 
 std::vector<std::string> all_extensions(const std::vector<FileFormat>& formats)

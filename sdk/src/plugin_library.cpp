@@ -16,7 +16,7 @@
 #include <link.h>
 #include <list>
 #include <map>
-#include <new>
+#include <regex>
 #include <tuple>
 #include <type_traits>
 #include <unistd.h>
@@ -63,19 +63,6 @@ std::string build_id_in(const std::vector<char>& notes)
 std::string text_of(const char* text)
 {
     return text != nullptr ? text : "";
-}
-
-/// The loader's own words, without Boost's frame around them.
-std::string loader_message(std::string text)
-{
-    const std::string_view before = "dlerror system message: ";
-    if (const auto begin = text.find(before); begin != std::string::npos)
-    {
-        text.erase(0, begin + before.size());
-        if (const auto end = text.rfind("): "); end != std::string::npos)
-            text.erase(end);
-    }
-    return text;
 }
 
 template <class Function>
@@ -188,7 +175,9 @@ PluginLibrary::PluginLibrary(const fs::path& file)
     }
     catch (const std::exception& error)
     {
-        throw Error("cannot be loaded: " + loader_message(error.what()));
+        // Only the loader's own words, without Boost's frame around them.
+        static const std::regex frame(".*dlerror system message: (.*)\\): .*");
+        throw Error("cannot be loaded: " + std::regex_replace(error.what(), frame, "$1"));
     }
     stamp_ = required_symbol<fresco_plugin_info_function>(*library, FRESCO_INFO_SYMBOL)();
     const auto list_entries = required_symbol<fresco_plugin_entries_function>(*library, FRESCO_ENTRIES_SYMBOL);
@@ -246,10 +235,6 @@ std::unique_ptr<Configurable> PluginLibrary::make(std::string_view type) const
     try
     {
         return std::unique_ptr<Configurable>(static_cast<Configurable*>(entry->create()));
-    }
-    catch (const std::bad_alloc&)
-    {
-        throw Error(constructor + " cannot be run: memory ran out");
     }
     catch (const std::exception& error)
     {

@@ -481,25 +481,16 @@ Mesh detail::parse_ply_faces(std::span<const std::byte> bytes, std::string_view 
     return mesh;
 }
 
-Mesh parse_ply(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits, MeshReadReport* report)
+Mesh parse_ply(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits, MeshReadReport* report,
+               MeshMaterials* materials, PlyIntegers* integers)
 {
-    return detail::parse_ply_faces(bytes, source, limits, report, detail::DegenerateFaces::drop);
+    if (materials != nullptr)
+        *materials = {};
+    if (integers != nullptr)
+        *integers = {.property = integers->property, .of_vertex = {}, .of_face = {}};
+    return detail::parse_ply_faces(bytes, source, limits, report, detail::DegenerateFaces::drop, materials, integers);
 }
 
-Mesh parse_ply(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits, MeshReadReport* report,
-               MeshMaterials& materials)
-{
-    materials = {};
-    return detail::parse_ply_faces(bytes, source, limits, report, detail::DegenerateFaces::drop, &materials);
-}
-
-Mesh parse_ply(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits, MeshReadReport* report,
-               PlyIntegers& integers)
-{
-    integers.of_vertex.clear();
-    integers.of_face.clear();
-    return detail::parse_ply_faces(bytes, source, limits, report, detail::DegenerateFaces::drop, nullptr, &integers);
-}
 namespace
 {
 

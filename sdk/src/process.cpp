@@ -67,15 +67,6 @@ std::vector<char*> pointers(std::vector<std::string>& texts)
     return result;
 }
 
-void limit_data(double limit_mb)
-{
-    const auto bytes = static_cast<rlim_t>(limit_mb * 1024 * 1024);
-    const rlimit data{bytes, bytes};
-    const rlimit core{0, 0};
-    setrlimit(RLIMIT_DATA, &data);
-    setrlimit(RLIMIT_CORE, &core);
-}
-
 struct Descriptors
 {
     int input;
@@ -114,22 +105,16 @@ struct Descriptors
         give_up(descriptors.failure);
     close_range(static_cast<unsigned>(failure) + 1, ~0U, 0);
     if (start.data_limit_mb > 0)
-        limit_data(start.data_limit_mb);
+    {
+        const auto bytes = static_cast<rlim_t>(start.data_limit_mb * 1024 * 1024);
+        const rlimit data{bytes, bytes};
+        const rlimit core{0, 0};
+        setrlimit(RLIMIT_DATA, &data);
+        setrlimit(RLIMIT_CORE, &core);
+    }
     if (start.folder.empty() || chdir(start.folder.c_str()) == 0)
         execve(start.file.c_str(), arguments, environment);
     give_up(failure);
-}
-
-/// The child has this process's memory until it is another program: copying a large process's page tables takes longer than all
-/// else that starting a program takes.
-pid_t child_that_becomes(const ProcessStart& start, const Descriptors& descriptors, char* const* arguments,
-                         char* const* environment)
-{
-    const pid_t parent = getpid();
-    const pid_t pid = ::vfork();
-    if (pid == 0)
-        become(start, parent, descriptors, arguments, environment);
-    return pid;
 }
 
 std::pair<FileDescriptor, FileDescriptor> made_pipe()
@@ -180,8 +165,13 @@ Process start_process(const ProcessStart& start)
     const FileDescriptor channel = start.channel >= 0 ? out_of_the_way(dup(start.channel)) : FileDescriptor();
     fcntl(printed.get(), F_SETFL, fcntl(printed.get(), F_GETFL) | O_NONBLOCK);
 
-    const pid_t pid =
-        child_that_becomes(start, {input.get(), output.get(), channel.get(), failure.get()}, argv.data(), envp.data());
+    const pid_t parent = getpid();
+    const Descriptors descriptors{input.get(), output.get(), channel.get(), failure.get()};
+    // The child has this process's memory until it is another program: copying a large process's page tables takes longer than
+    // all else that starting a program takes.
+    const pid_t pid = ::vfork();
+    if (pid == 0)
+        become(start, parent, descriptors, argv.data(), envp.data());
     if (pid < 0)
         cannot_start("fork");
     failure.reset();

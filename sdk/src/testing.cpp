@@ -12,11 +12,7 @@ namespace
 
 namespace fs = std::filesystem;
 
-std::mutex& lists_mutex()
-{
-    static std::mutex mutex;
-    return mutex;
-}
+std::mutex lists_mutex;
 
 fs::path made(const fs::path& folder)
 {
@@ -53,7 +49,7 @@ void TestRun::check_canceled() const
 
 void TestRun::message(std::string_view text)
 {
-    const std::lock_guard lock(lists_mutex());
+    const std::lock_guard lock(lists_mutex);
     messages.emplace_back(text);
 }
 
@@ -64,13 +60,13 @@ void TestRun::warning(std::string_view text)
 
 void TestRun::metric(std::string_view name, double value)
 {
-    const std::lock_guard lock(lists_mutex());
+    const std::lock_guard lock(lists_mutex);
     metrics[std::string(name)].push_back(value);
 }
 
 void TestRun::report(std::string_view key, Value value)
 {
-    const std::lock_guard lock(lists_mutex());
+    const std::lock_guard lock(lists_mutex);
     reported.set(key, std::move(value));
 }
 
@@ -91,13 +87,13 @@ fs::path TestRun::checkpoint_folder()
 
 void TestRun::reads_file(const fs::path& file)
 {
-    const std::lock_guard lock(lists_mutex());
+    const std::lock_guard lock(lists_mutex);
     files_read.push_back(file);
 }
 
 void TestRun::reads_folder(const fs::path& folder, std::string_view names)
 {
-    const std::lock_guard lock(lists_mutex());
+    const std::lock_guard lock(lists_mutex);
     folders_read.push_back(folder / names);
 }
 

@@ -29,6 +29,20 @@ void write_index(const Texture& texture, const std::filesystem::path& folder)
                                                 1));
 }
 
+constexpr std::int64_t any_size = -1;
+
+/// The raster of that name, as high as it is wide. Throws Error naming its file.
+template <class T>
+Raster<T> read_square(const ArtifactFolder& folder, const std::string& name, int channels, std::int64_t size_px = any_size)
+{
+    auto raster = detail::read_npy_or_packed<T>(folder.path, name, channels);
+    const std::int64_t expected = size_px == any_size ? raster.width : size_px;
+    if (raster.width != expected || raster.height != expected)
+        throw Error(fmt::format("{}: is {}x{}; expected {} texels a side", detail::npy_or_packed(folder.path, name).string(),
+                                raster.width, raster.height, expected));
+    return raster;
+}
+
 }  // namespace
 
 void Texture::save(const ArtifactFolder& folder) const
@@ -56,17 +70,9 @@ std::shared_ptr<Texture> Texture::load(const ArtifactFolder& folder)
     const std::int64_t layers = file["layers"].integer(1, 16);
     const std::int64_t size = file["size_px"].integer(1);
     for (std::int64_t i = 0; i < layers; ++i)
-    {
-        const std::string name = fmt::format("layer_{}", i);
-        texture->layers.push_back(detail::read_npy_or_packed<float>(folder.path, name, 3));
-        const RasterF& layer = texture->layers.back();
-        if (layer.width != size >> i || layer.height != size >> i)
-            throw Error(fmt::format("{}: is {}x{}; layer {} of a texture of {} texels must be half the one before",
-                                    detail::npy_or_packed(folder.path, name).string(), layer.width, layer.height, i, size));
-    }
-    texture->seen = detail::read_npy_or_packed<std::uint8_t>(folder.path, "seen", 1);
-    if (texture->seen.width != size || texture->seen.height != size)
-        throw Error(detail::npy_or_packed(folder.path, "seen").string() + ": is not of the texture's size");
+        // Each layer is half as wide as the one before.
+        texture->layers.push_back(read_square<float>(folder, fmt::format("layer_{}", i), 3, size >> i));
+    texture->seen = read_square<std::uint8_t>(folder, "seen", 1, size);
     return texture;
 }
 
@@ -229,12 +235,8 @@ std::shared_ptr<SourceMap> SourceMap::load(const ArtifactFolder& folder)
     result->pixels_per_texel = static_cast<float>(file["pixels_per_texel"].amount());
     if (!(result->pixels_per_texel > 0))
         file->fail("pixels_per_texel", "expected a number above 0");
-    result->places = detail::read_npy_or_packed<std::uint16_t>(folder.path, "places", place_values);
-    if (result->places.width != result->places.height)
-        throw Error(detail::npy_or_packed(folder.path, "places").string() + ": expected a square map");
-    result->shifts = detail::read_npy_or_packed<std::uint8_t>(folder.path, "shifts", 3);
-    if (result->shifts.width != result->size_px() || result->shifts.height != result->size_px())
-        throw Error(detail::npy_or_packed(folder.path, "shifts").string() + ": expected as many texels as places has");
+    result->places = read_square<std::uint16_t>(folder, "places", place_values);
+    result->shifts = read_square<std::uint8_t>(folder, "shifts", 3, result->size_px());
     return result;
 }
 
@@ -276,12 +278,8 @@ std::shared_ptr<Relief> Relief::load(const ArtifactFolder& folder)
 {
     auto result = std::make_shared<Relief>();
     result->atlas = detail::JsonFile(folder.path / "relief.json")["atlas"].text();
-    result->normals = detail::read_npy_or_packed<std::uint16_t>(folder.path, "normals", 3);
-    if (result->normals.width != result->normals.height)
-        throw Error(detail::npy_or_packed(folder.path, "normals").string() + ": expected a square map");
-    result->roughness = detail::read_npy_or_packed<std::uint8_t>(folder.path, "roughness", 1);
-    if (result->roughness.width != result->size_px() || result->roughness.height != result->size_px())
-        throw Error(detail::npy_or_packed(folder.path, "roughness").string() + ": is not of the normals' size");
+    result->normals = read_square<std::uint16_t>(folder, "normals", 3);
+    result->roughness = read_square<std::uint8_t>(folder, "roughness", 1, result->size_px());
     return result;
 }
 

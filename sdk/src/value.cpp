@@ -8,6 +8,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <vector>
 
 // JSON text for Value, through nlohmann-json's SAX reader so that order is kept, duplicates are seen and depth is bounded.
@@ -230,8 +231,10 @@ class JsonReader final : public nlohmann::json_sax<nlohmann::json>
     }
     bool end_object() override
     {
-        if (const std::string* twice = repeated_key(open_.back()->as_map()))
-            return fail("the key \"" + *twice + "\" appears twice");
+        std::set<std::string_view> keys;
+        for (const auto& [key, value] : open_.back()->as_map())
+            if (!keys.insert(key).second)
+                return fail("the key \"" + key + "\" appears twice");
         return close();
     }
     bool start_array(std::size_t) override { return open(Value::List{}); }
@@ -253,18 +256,6 @@ class JsonReader final : public nlohmann::json_sax<nlohmann::json>
     std::optional<std::size_t> offset;  ///< Offset of the fault in a text that is not JSON.
 
   private:
-    /// Sorted, because a file may hold millions of keys.
-    static const std::string* repeated_key(const Value::Map& map)
-    {
-        std::vector<const std::string*> keys;
-        keys.reserve(map.size());
-        for (const auto& [key, value] : map)
-            keys.push_back(&key);
-        const auto text_of = [](const std::string* key) -> const std::string& { return *key; };
-        std::ranges::sort(keys, {}, text_of);
-        const auto twice = std::ranges::adjacent_find(keys, {}, text_of);
-        return twice == keys.end() ? nullptr : *twice;
-    }
     bool fail(std::string text)
     {
         if (problem.empty())
@@ -280,12 +271,8 @@ class JsonReader final : public nlohmann::json_sax<nlohmann::json>
         }
         Value& parent = *open_.back();
         if (parent.is_list())
-        {
-            parent.as_list().push_back(std::move(value));
-            return &parent.as_list().back();
-        }
-        parent.as_map().emplace_back(std::move(key_), std::move(value));
-        return &parent.as_map().back().second;
+            return &parent.as_list().emplace_back(std::move(value));
+        return &parent.as_map().emplace_back(std::move(key_), std::move(value)).second;
     }
     bool add(Value value) { return place(std::move(value)) != nullptr; }
     bool open(Value container)

@@ -22,49 +22,27 @@ std::string folded(std::string_view word)
     return result;
 }
 
-/// The edit distance, or `limit` if it is not below. A prefix of `i` letters and one of `j` are at least |i - j| apart: only
-/// those nearer than `limit` are compared, and no more once a whole row has reached it.
-std::size_t edit_distance_below(std::string_view a, std::string_view b, std::size_t limit)
-{
-    if (std::max(a.size(), b.size()) - std::min(a.size(), b.size()) >= limit)
-        return limit;
-    std::vector<std::size_t> before_last(b.size() + 1, limit);
-    std::vector<std::size_t> last(b.size() + 1, limit);
-    std::vector<std::size_t> row(b.size() + 1, limit);
-    for (std::size_t j = 0; j <= b.size() && j < limit; ++j)
-        row[j] = j;
-    std::size_t least_before = 0;
-    for (std::size_t i = 1; i <= a.size(); ++i)
-    {
-        before_last.swap(last);
-        last.swap(row);
-        const std::size_t first = i < limit ? 1 : i - limit + 1;
-        const std::size_t end = std::min(b.size(), i + limit - 1);
-        row[first - 1] = first == 1 ? std::min(i, limit) : limit;
-        std::size_t least = row[first - 1];
-        for (std::size_t j = first; j <= end; ++j)
-        {
-            const std::size_t substitution = last[j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1);
-            row[j] = std::min({last[j] + 1, row[j - 1] + 1, substitution, limit});
-            if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
-                row[j] = std::min(row[j], before_last[j - 2] + 1);
-            least = std::min(least, row[j]);
-        }
-        if (end < b.size())
-            row[end + 1] = limit;
-        // A swap of neighbors leads from one row to the next but one.
-        if (std::min(least, least_before) >= limit)
-            return limit;
-        least_before = least;
-    }
-    return row[b.size()];
-}
-}  // namespace
-
+/// Damerau-Levenshtein distance (optimal string alignment) of folded words: insertions, deletions, substitutions and swaps of
+/// neighbors, by byte.
 std::size_t edit_distance(std::string_view a, std::string_view b)
 {
-    return edit_distance_below(a, b, std::max(a.size(), b.size()) + 1);
+    std::array<std::array<std::size_t, longest_compared + 1>, longest_compared + 1> distance;
+    for (std::size_t i = 0; i <= a.size(); ++i)
+        for (std::size_t j = 0; j <= b.size(); ++j)
+        {
+            std::size_t& best = distance[i][j];
+            best = i + j;
+            if (i == 0 || j == 0)
+                continue;
+            const std::size_t substitution = distance[i - 1][j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1);
+            best = std::min({distance[i - 1][j] + 1, distance[i][j - 1] + 1, substitution});
+            if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+                best = std::min(best, distance[i - 2][j - 2] + 1);
+        }
+    return distance[a.size()][b.size()];
 }
+
+}  // namespace
 
 std::string nearest(std::string_view word, const std::vector<std::string>& candidates)
 {
@@ -73,7 +51,10 @@ std::string nearest(std::string_view word, const std::vector<std::string>& candi
     std::string result;
     for (const std::string& candidate : candidates)
     {
-        const std::size_t distance = edit_distance_below(wanted, folded(candidate), best);
+        const std::string found = folded(candidate);
+        if (std::max(found.size(), wanted.size()) - std::min(found.size(), wanted.size()) >= best)
+            continue;
+        const std::size_t distance = edit_distance(wanted, found);
         // A word with all of its letters replaced is another word.
         if (distance < best && distance < std::max(wanted.size(), candidate.size()))
         {

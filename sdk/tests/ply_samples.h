@@ -5,9 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <charconv>
 #include <cstddef>
 #include <cstring>
+#include <fmt/format.h>
+#include <map>
 #include <span>
 #include <string>
 #include <string_view>
@@ -33,13 +34,9 @@ class PlyText
   public:
     explicit PlyText(PlyEncoding encoding) : encoding_(encoding)
     {
-        text = "ply\nformat ";
-        text += encoding == PlyEncoding::ascii    ? "ascii"
-                : encoding == PlyEncoding::little ? "binary_little_endian"
-                                                  : "binary_big_endian";
-        text += " 1.0\n";
+        static constexpr std::string_view names[] = {"ascii", "binary_little_endian", "binary_big_endian"};
+        text = fmt::format("ply\nformat {} 1.0\n", names[static_cast<std::size_t>(encoding)]);
     }
-
     PlyText& line(std::string_view words)
     {
         text.append(words).append("\n");
@@ -49,21 +46,12 @@ class PlyText
     /// One value of a type named as in the header.
     PlyText& value(std::string_view type, double v)
     {
-        if (type == "char")
-            return put(static_cast<std::int8_t>(v));
-        if (type == "uchar")
-            return put(static_cast<std::uint8_t>(v));
-        if (type == "short")
-            return put(static_cast<std::int16_t>(v));
-        if (type == "ushort")
-            return put(static_cast<std::uint16_t>(v));
-        if (type == "int")
-            return put(static_cast<std::int32_t>(v));
-        if (type == "uint")
-            return put(static_cast<std::uint32_t>(v));
-        if (type == "float")
-            return put(static_cast<float>(v));
-        return put(v);
+        static const std::map<std::string_view, PlyText& (PlyText::*)(double)> puts{
+            {"char", &PlyText::put<std::int8_t>},   {"uchar", &PlyText::put<std::uint8_t>},
+            {"short", &PlyText::put<std::int16_t>}, {"ushort", &PlyText::put<std::uint16_t>},
+            {"int", &PlyText::put<std::int32_t>},   {"uint", &PlyText::put<std::uint32_t>},
+            {"float", &PlyText::put<float>},        {"double", &PlyText::put<double>}};
+        return (this->*puts.at(type))(v);
     }
     PlyText& values(std::string_view type, std::initializer_list<double> list)
     {
@@ -82,20 +70,14 @@ class PlyText
 
   private:
     template <class T>
-    PlyText& put(T v)
+    PlyText& put(double v)
     {
         if (encoding_ == PlyEncoding::ascii)
         {
-            char digits[64];
-            std::to_chars_result end{};
-            if constexpr (std::is_floating_point_v<T>)
-                end = std::to_chars(digits, digits + sizeof digits, v);
-            else
-                end = std::to_chars(digits, digits + sizeof digits, static_cast<std::int64_t>(v));
-            text.append(digits, end.ptr).append(" ");
+            text += fmt::format("{} ", static_cast<T>(v));
             return *this;
         }
-        auto raw = std::bit_cast<std::array<char, sizeof(T)>>(v);
+        auto raw = std::bit_cast<std::array<char, sizeof(T)>>(static_cast<T>(v));
         if ((encoding_ == PlyEncoding::little) != (std::endian::native == std::endian::little))
             std::reverse(raw.begin(), raw.end());
         text.append(raw.data(), raw.size());

@@ -26,12 +26,8 @@ TEST_CASE("Frames keep their references when the store moves")
     const ArtifactFolder own{store / "objects" / "b" / "frames", store};
     std::filesystem::create_directories(own.path);
     Frames frames;
-    Frame frame;
-    frame.sequence = "seq-01";
-    frame.name = "frame-000008";
-    frame.number = 8;
-    frame.color = {{2, 2, 2, 2, 1, 1}, {}};
-    frame.depth = {{3, 3, 2, 2, 1, 1}, {}};
+    Frame frame = testing::frame("frame-000008", testing::camera(2, 2, 2), 8);
+    frame.depth = testing::camera(3, 3, 2);
     frame.color_picture = {own.path / "c.npy", ""};
     frame.depth_picture = {store / "objects" / "a" / "d.png", ""};
     frame.mask = {own.path / "m.npy", ""};
@@ -40,6 +36,7 @@ TEST_CASE("Frames keep their references when the store moves")
     frame.name = "frame-000009";
     frame.mask = {};
     frames.frames.push_back(frame);
+
     std::set<std::string> references;
     frames.save({own.path, store, &references});
     CHECK(references == std::set<std::string>{"a"});
@@ -50,14 +47,18 @@ TEST_CASE("Frames keep their references when the store moves")
     std::filesystem::rename(store, moved);
     const auto loaded = Frames::load({moved / "objects" / "b" / "frames", moved});
     REQUIRE(loaded->frames.size() == 2);
-    CHECK(loaded->frames[0].color_picture.path == moved / "objects" / "b" / "frames" / "c.npy");
-    CHECK(loaded->frames[0].depth_picture.path == moved / "objects" / "a" / "d.png");
+    const auto& first = loaded->frames[0];
+    CHECK(first.color_picture.path == moved / "objects" / "b" / "frames" / "c.npy");
+    CHECK(first.depth_picture.path == moved / "objects" / "a" / "d.png");
+    CHECK(first.mask.path == moved / "objects" / "b" / "frames" / "m.npy");
+    CHECK((first.color == frame.color && first.depth == frame.depth && first.number == 8));
     CHECK(loaded->frames[1].color_picture.path == place.path() / "user.npy");
-    CHECK(loaded->frames[0].mask.path == moved / "objects" / "b" / "frames" / "m.npy");
     CHECK(loaded->frames[1].mask.empty());
-    CHECK(loaded->frames[0].color == frame.color);
-    CHECK(loaded->frames[0].depth == frame.depth);
-    CHECK(loaded->frames[0].number == 8);
+
+    // The file of a user, by its path; other text is refused.
+    CHECK(reference_to("/mnt/scans/a.png", own) == "file:/mnt/scans/a.png");
+    CHECK(referred_file("file:/mnt/scans/a.png", own) == "/mnt/scans/a.png");
+    CHECK_THROWS_WITH(referred_file("/mnt/scans/a.png", own), Contains("does not begin with own:, store: or file:"));
 }
 
 TEST_CASE("A mask at another size ignores what it covers in part")
@@ -77,46 +78,36 @@ TEST_CASE("A mask at another size ignores what it covers in part")
     CHECK(mask_at({}, 3, 2).empty());
 }
 
-TEST_CASE("A frame's picture must be the one that was listed, of its camera's size")
+TEST_CASE("A frame's pictures must be those that were listed, of their cameras' sizes; NPY needs no codec")
 {
     const testing::TemporaryFolder folder;
-    write_npy(folder.path() / "image.npy", Raster8(4, 3, 3, 77));
-    Frame frame;
-    frame.color = {{4, 3, 2, 2, 1, 1}, {}};
-    frame.color_picture = {folder.path() / "image.npy", file_hash(folder.path() / "image.npy")};
-    CHECK(load_color(frame, nullptr).at(3, 2, 2) == 77);
-    CHECK_THROWS_WITH(load_depth(frame, nullptr), Contains("no depth"));
-    frame.color.intrinsics.width = 5;
-    CHECK_THROWS_WITH(load_color(frame, nullptr), Contains("image.npy") && Contains("5x3"));
-    frame.color.intrinsics.width = 4;
-    write_npy(folder.path() / "image.npy", Raster8(4, 3, 3, 78));
-    CHECK_THROWS_WITH(load_color(frame, nullptr), Contains("changed"));
-    frame.color_picture.path = folder.path() / "image.png";
-    write_file(frame.color_picture.path, "x");
-    frame.color_picture.hash.clear();
-    CHECK_THROWS_WITH(load_color(frame, nullptr), Contains("codec"));
-}
-
-TEST_CASE("A depth picture may be NPY, and needs no codec then")
-{
-    const testing::TemporaryFolder folder;
-    Frame frame;
-    frame.sequence = "seq";
-    frame.name = "f";
-    CHECK_THROWS_WITH(load_color(frame, nullptr), Contains("seq/f: has no color picture"));
-    frame.depth.intrinsics = {3, 2, 1, 1, 1, 1};
+    Frame frame = testing::frame("f", testing::camera(3, 2, 2));
+    const auto refused = [&](const std::string& reason)
+    {
+        CHECK_THROWS_WITH(load_color(frame, nullptr), Contains(reason));
+        CHECK_THROWS_WITH(load_depth(frame, nullptr), Contains(reason));
+    };
+    CHECK_THROWS_WITH(load_color(frame, nullptr), Contains("seq-01/f: has no color picture"));
+    CHECK_THROWS_WITH(load_depth(frame, nullptr), Contains("seq-01/f: has no depth picture"));
+    testing::set_color_picture(frame, folder.path(), Raster8(3, 2, 3, 77));
+    frame.depth_picture.path = folder.path() / "f.depth.npy";
     frame.depth_unit_m = 0.5;
-    frame.depth_picture.path = folder.path() / "depth.npy";
     Raster16 steps(3, 2);
     steps.values = {0, 1, 2, 3, 65534, 65535};
     write_npy(frame.depth_picture.path, steps);
+    for (PictureFile* picture : {&frame.color_picture, &frame.depth_picture})
+        picture->hash = file_hash(picture->path);
+    CHECK(load_color(frame, nullptr).at(2, 1, 2) == 77);
     CHECK(load_depth_steps(frame, nullptr) == steps);
     CHECK(load_depth(frame, nullptr).values == std::vector<float>{0, 0.5F, 1, 1.5F, 32767, 0});
-    std::swap(steps.width, steps.height);
-    write_npy(frame.depth_picture.path, steps);
-    CHECK_THROWS_WITH(load_depth(frame, nullptr), Contains("depth.npy") && Contains("2x3"));
-    frame.depth_picture.path = folder.path() / "depth.png";
-    CHECK_THROWS_WITH(load_depth(frame, nullptr), Contains("codec"));
+    write_npy(frame.color_picture.path, Raster8(2, 3, 3, 78));
+    write_npy(frame.depth_picture.path, Raster16(2, 3));
+    refused("npy: changed since the scan was read");
+    frame.color_picture.hash.clear();
+    frame.depth_picture.hash.clear();
+    refused("npy: is 2x3 pixels; its intrinsics say 3x2");
+    frame.color_picture.path = frame.depth_picture.path = folder.path() / "image.png";
+    refused("image.png: no picture codec");
 }
 
 TEST_CASE("uv maps stream to disk and back")
@@ -147,30 +138,19 @@ TEST_CASE("uv maps stream to disk and back")
     CHECK(loaded->load_map(0, 0).uv.at(3, 2, 1) == 1.0F / 262143);
     UvMaps::write_map(own, 0, 16, {{20, 16, 2}, {20, 16}, {20, 16}, {20, 16}});
     CHECK_THROWS_WITH(loaded->load_map(0, 0), Contains("000000_16.uvmap") && Contains("is 20x16; the index says 21x16"));
-}
 
-TEST_CASE("Sizes in an index of uv maps that no picture has are refused")
-{
-    const testing::TemporaryFolder folder;
-    const ArtifactFolder own{folder.path(), {}};
-    UvMaps maps;
-    maps.heights_px = {16};
-    maps.views.push_back({"s", "f", {{64, 48, 50, 50, 32, 24}, {}}, {5}});
-    maps.save(own);
     const auto file = folder.path() / "uvmaps.json";
     const std::string text = read_text_file(file);
-    const auto with = [&](const std::string& old, const std::string& other)
+    const auto refused = [&](const std::string& old, const std::string& other, const std::string& reason)
     {
         std::string changed = text;
         write_file(file, changed.replace(changed.find(old), old.size(), other));
-        UvMaps::load(own);
+        CHECK_THROWS_WITH(UvMaps::load(own), Contains("uvmaps.json: " + reason));
     };
     // 2^32 more is the same number in 32 bits.
-    CHECK_THROWS_WITH(with("  16", "  4294967312"),
-                      Contains("heights_px[0]: expected an integer from 1 to 65536, got 4294967312"));
-    CHECK_THROWS_WITH(with("  16", "  -16"), Contains("heights_px[0]: "));
-    CHECK_THROWS_WITH(with("\"width\": 64", "\"width\": 4294967360"), Contains("uvmaps.json: views[0].camera.width: expected"));
-    CHECK_NOTHROW(with("  16", "  16"));
+    refused("  16", "  4294967312", "heights_px[0]: expected an integer from 1 to 65536, got 4294967312");
+    refused("  16", "  -16", "heights_px[0]: ");
+    refused("\"width\": 64", "\"width\": 4294967360", "views[0].camera.width: expected");
 }
 
 TEST_CASE("The size to paint at is the atlas's, or the one asked for, with a warning")
@@ -192,26 +172,23 @@ TEST_CASE("The size to paint at is the atlas's, or the one asked for, with a war
 TEST_CASE("A mesh that is in the store already is linked, not written again")
 {
     const testing::TemporaryFolder place;
-    const auto atlas = place.path() / "atlas";
-    const auto textured_folder = place.path() / "textured";
-    for (const auto& folder : {atlas, textured_folder})
-        std::filesystem::create_directories(folder);
+    const ArtifactFolder own{place.path() / "textured", place.path()};
     TexturedMesh textured;
     textured.mesh = testing::wall();
     textured.image = Image(Raster8(4, 4, 3, 77));
-    textured.mesh.save({atlas, place.path()});
-    textured.mesh.saved_in = atlas;
-    textured.save({textured_folder, place.path()});
-    CHECK(std::filesystem::equivalent(atlas / "mesh.ply", textured_folder / "mesh.ply"));
-    std::filesystem::remove_all(atlas);
-    const auto loaded = TexturedMesh::load({textured_folder, place.path()});
-    CHECK(loaded->mesh.positions == textured.mesh.positions);
-    CHECK(loaded->mesh.saved_in.empty());
-
+    textured.mesh.saved_in = place.path() / "atlas";
+    for (const auto& folder : {own.path, textured.mesh.saved_in})
+        std::filesystem::create_directories(folder);
+    write_file(textured.mesh.saved_in / "mesh.ply", to_ply(textured.mesh));
+    textured.save(own);
+    CHECK(std::filesystem::equivalent(textured.mesh.saved_in / "mesh.ply", own.path / "mesh.ply"));
+    std::filesystem::remove_all(textured.mesh.saved_in);
+    CHECK(TexturedMesh::load(own)->mesh.positions == textured.mesh.positions);
+    CHECK(TexturedMesh::load(own)->mesh.saved_in.empty());
     // Without a file to link, the mesh is written.
-    std::filesystem::remove(textured_folder / "mesh.ply");
-    textured.save({textured_folder, place.path()});
-    CHECK(TexturedMesh::load({textured_folder, place.path()})->mesh.texcoords == textured.mesh.texcoords);
+    std::filesystem::remove(own.path / "mesh.ply");
+    textured.save(own);
+    CHECK(TexturedMesh::load(own)->mesh.texcoords == textured.mesh.texcoords);
 }
 
 TEST_CASE("Packed rasters come back bit by bit, and are refused where they are damaged or of another type")
@@ -225,8 +202,7 @@ TEST_CASE("Packed rasters come back bit by bit, and are refused where they are d
     Random random(7);
     for (std::uint16_t& value : map.places.values)
         value = static_cast<std::uint16_t>(random.below(65536));
-    for (std::uint8_t& value : map.shifts.values)
-        value = static_cast<std::uint8_t>(random.below(256));
+    map.shifts = testing::noise_picture(37, 37, 7);
     texture.layers = {RasterF(37, 37, 3)};
     texture.seen = Raster8(37, 37, 1, 1);
     for (float& value : texture.layers[0].values)
@@ -234,8 +210,7 @@ TEST_CASE("Packed rasters come back bit by bit, and are refused where they are d
     texture.layers[0].at(3, 4) = -0.0F;
     map.save(own);
     texture.save(own);
-    CHECK(SourceMap::load(own)->places == map.places);
-    CHECK(SourceMap::load(own)->shifts == map.shifts);
+    CHECK((SourceMap::load(own)->places == map.places && SourceMap::load(own)->shifts == map.shifts));
     const auto bits = [](const RasterF& raster) { return std::as_bytes(std::span(raster.values)); };
     CHECK(std::ranges::equal(bits(Texture::load(own)->layers[0]), bits(texture.layers[0])));
 
@@ -282,7 +257,7 @@ TEST_CASE("Textures, tables and files read back; what is missing is named")
     CHECK(Texture::load(own)->layers == texture.layers);
     texture.layers[1] = RasterF(5, 5, 3);
     texture.save(own);
-    CHECK_THROWS_WITH(Texture::load(own), Contains("layer_1.packed") && Contains("half"));
+    CHECK_THROWS_WITH(Texture::load(own), Contains("layer_1.packed: is 5x5; expected 4 texels a side"));
 
     Table table;
     table.columns = {"stage", "seconds"};
@@ -297,12 +272,4 @@ TEST_CASE("Textures, tables and files read back; what is missing is named")
     CHECK_THROWS_WITH(files.save(own), Contains("a.png") && Contains("not written"));
     files.names = {"../up.png"};
     CHECK_THROWS_WITH(files.save(own), Contains("up.png"));
-}
-
-TEST_CASE("A reference leads to a user's file by its path; other text is refused")
-{
-    const ArtifactFolder folder{"/store/objects/1/frames", "/store"};
-    CHECK(reference_to("/mnt/scans/a.png", folder) == "file:/mnt/scans/a.png");
-    CHECK(referred_file("file:/mnt/scans/a.png", folder) == "/mnt/scans/a.png");
-    CHECK_THROWS_WITH(referred_file("/mnt/scans/a.png", folder), Contains("does not begin with own:, store: or file:"));
 }

@@ -3,9 +3,9 @@
 #include <fresco/error.h>
 #include <fresco/file_access.h>
 #include <fresco/files_io.h>
+#include <fresco/parallel.h>
 #include <fresco/testing.h>
 
-#include <atomic>
 #include <csignal>
 #include <cstddef>
 #include <fcntl.h>
@@ -18,7 +18,6 @@
 #include <sys/stat.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
-#include <thread>
 #include <unistd.h>
 
 using namespace fresco;
@@ -111,7 +110,7 @@ TEST_CASE("A checked file is read back, and damage to it is named")
 {
     const testing::TemporaryFolder folder;
     const auto file = folder.path() / "state";
-    for (const std::string text : {"", "0", "a longer text"})
+    for (const std::string text : {"", "a longer text"})
     {
         write_checked(file, text);
         CHECK(read_checked_text(file) == text);
@@ -120,10 +119,11 @@ TEST_CASE("A checked file is read back, and damage to it is named")
         {
             std::string flipped = whole;
             flipped[at] = static_cast<char>(flipped[at] ^ 4);
-            write_file(file, flipped);
-            CHECK_THROWS_WITH(read_checked(file), Contains("state: is damaged"));
-            write_file(file, whole.substr(0, at));
-            CHECK_THROWS_WITH(read_checked(file), Contains("state: is damaged"));
+            for (const std::string& damaged : {flipped, whole.substr(0, at)})
+            {
+                write_file(file, damaged);
+                CHECK_THROWS_WITH(read_checked(file), Contains("state: is damaged"));
+            }
         }
     }
     CHECK_THROWS_AS(read_checked(folder.path() / "none"), MissingInput);
@@ -133,23 +133,17 @@ TEST_CASE("Of several writers of one file one is last, and nothing is mixed or l
 {
     const testing::TemporaryFolder folder;
     const auto file = folder.path() / "a.txt";
+    const auto own = [](std::size_t writer) { return std::string(1000 * (writer + 1), static_cast<char>('a' + writer)); };
     // Enough of them that one is overtaken many times in a row.
-    std::atomic<int> refused{0};
-    {
-        std::vector<std::jthread> writers;
-        for (int writer = 0; writer < 16; ++writer)
-            writers.emplace_back(
-                [&file, &refused, writer]
-                {
-                    const std::string own(static_cast<std::size_t>(1000 * (writer + 1)), static_cast<char>('a' + writer));
-                    for (int i = 0; i < 200; ++i)
-                        refused += testing::error_of([&] { write_file(file, own); }).empty() ? 0 : 1;
-                });
-    }
-    CHECK(refused == 0);
+    parallel_for(16, 1, 16,
+                 [&](std::size_t writer, std::size_t)
+                 {
+                     for (int i = 0; i < 200; ++i)
+                         write_file(file, own(writer));
+                 });
     const std::string text = read_text_file(file);
     REQUIRE_FALSE(text.empty());
-    CHECK(text == std::string(static_cast<std::size_t>(1000 * (text[0] - 'a' + 1)), text[0]));
+    CHECK(text == own(static_cast<std::size_t>(text[0] - 'a')));
     CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);
 }
 
@@ -212,15 +206,12 @@ TEST_CASE("Below a guarded folder no link is followed by whatever opens, makes, 
         fs::create_directory_symlink(place.home, place.own / "link");
         const fs::path through = place.own / "link" / "thesis";
         const auto refusal = Contains("own/link: is a symbolic link in place of a folder: remove it, or choose another");
-        CHECK_THROWS_WITH(open_file(through, O_RDONLY), refusal);
         CHECK_THROWS_WITH(open_file(through, O_WRONLY | O_TRUNC), refusal);
         CHECK_THROWS_WITH(read_file(through), refusal);
         CHECK_THROWS_WITH(write_file(through, "other"), refusal);
-        CHECK_THROWS_WITH(write_checked(through, "other"), refusal);
         CHECK_THROWS_WITH(make_folder(place.own / "link" / "new"), refusal);
         CHECK_THROWS_WITH(make_folder(place.own / "link"), refusal);
         CHECK_THROWS_WITH(entries_of(place.own / "link"), refusal);
-        CHECK_THROWS_WITH(entries_of(place.own / "link" / "sub"), refusal);
         CHECK_THROWS_WITH(remove_path(through), refusal);
         CHECK_THROWS_WITH(rename_path(place.own / "sub", through), refusal);
         CHECK_THROWS_WITH(make_link("x", through), refusal);
@@ -236,20 +227,18 @@ TEST_CASE("Below a guarded folder no link is followed by whatever opens, makes, 
         fs::create_symlink(place.home / "thesis", link);
         const auto refusal = Contains("own/link: is a symbolic link in place of a file: remove it, or choose another");
         CHECK_THROWS_WITH(open_file(link, O_WRONLY | O_TRUNC), refusal);
-        CHECK_THROWS_WITH(open_file(link, O_RDWR | O_CREAT | O_APPEND), refusal);
         CHECK_THROWS_WITH(read_file(link), refusal);
         CHECK(!is_file(link));
         // A whole file takes the link's place.
         write_file(link, "other");
         CHECK(read_text_file(link) == "other");
+        // A link to nothing makes no file elsewhere.
+        fs::create_symlink(place.home / "new", place.own / "nowhere");
+        CHECK_THROWS_WITH(open_file(place.own / "nowhere", O_RDWR | O_CREAT), Contains("symbolic link"));
     }
-    SECTION("a link to nothing makes no file elsewhere")
+    SECTION("a hard link, and a way out")
     {
-        fs::create_symlink(place.home / "new", place.own / "link");
-        CHECK_THROWS_WITH(open_file(place.own / "link", O_RDWR | O_CREAT), Contains("symbolic link"));
-    }
-    SECTION("a hard link")
-    {
+        CHECK_THROWS_WITH(write_file(place.own / ".." / "home" / "thesis", "other"), Contains("leads out of its folder by '..'"));
         fs::create_hard_link(place.home / "thesis", place.own / "hard");
         CHECK_THROWS_WITH(open_file(place.own / "hard", O_WRONLY | O_TRUNC),
                           Contains("own/hard: has a second name, a hard link"));
@@ -265,10 +254,6 @@ TEST_CASE("Below a guarded folder no link is followed by whatever opens, makes, 
         }
         CHECK_THROWS_WITH(make_folder(place.own / "fifo" / "x"), Contains("fifo: is a FIFO in place of a folder: remove it"));
         CHECK_THROWS_WITH(write_file(place.own / "sub", "x"), Contains("sub"));
-    }
-    SECTION("a way out")
-    {
-        CHECK_THROWS_WITH(write_file(place.own / ".." / "home" / "thesis", "other"), Contains("leads out of its folder by '..'"));
     }
     SECTION("a tree is removed, and not what its links lead to")
     {
@@ -296,16 +281,10 @@ TEST_CASE("Links to a guarded folder are the user's, and followed")
     fs::create_directory_symlink(place.own, place.home / "store" / "logs");
     CHECK_THROWS_WITH(write_file(place.home / "store" / "logs" / "a", "text"), Contains("store/logs: is a symbolic link"));
     CHECK_THROWS_WITH(write_file(link / "store" / "logs" / "a", "text"), Contains("store/logs: is a symbolic link"));
-}
-
-TEST_CASE("Elsewhere links are followed as usual")
-{
-    const Neighbors place;
-    fs::create_directory_symlink(place.home, place.folder.path() / "link");
-    CHECK(read_text_file(place.folder.path() / "link" / "thesis") == "mine");
-    make_folder(place.folder.path() / "link" / "new");
+    // Elsewhere links are followed as usual.
+    make_folder(link / "new");
     CHECK(fs::is_directory(place.home / "new"));
-    CHECK(is_folder(place.folder.path() / "link"));
+    CHECK(read_text_file(link / "thesis") == "mine");
 }
 
 TEST_CASE("Without openat2 the folders are opened step by step, and the same is refused")

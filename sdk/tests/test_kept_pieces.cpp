@@ -23,33 +23,24 @@ TEST_CASE("a piece is kept while its note and all its files are whole")
     const fs::path note = run.checkpoint_folder() / "piece_3.json";
     const std::string whole = read_text_file(note);
 
-    std::size_t damaged = 3;
-    SECTION("a file of another size")
+    std::string flipped = whole;
+    flipped[flipped.find("0.1")] = '1';
+    const auto refused = [&](std::size_t piece)
     {
-        write_file(kept.folder() / "a/b.npy", "1234");
-    }
-    SECTION("a flipped bit in a file")
-    {
-        write_file(kept.folder() / "a/b.npy", "12346");
-    }
-    SECTION("a file that is gone")
-    {
-        fs::remove(kept.folder() / "a/b.npy");
-    }
-    SECTION("a flipped bit in the note")
-    {
-        std::string flipped = whole;
-        flipped[flipped.find("0.1")] = '1';
-        write_file(note, flipped);
-    }
-    SECTION("another piece's note")
-    {
-        damaged = 4;
-        write_file(run.checkpoint_folder() / "piece_4.json", whole);
-    }
-    CHECK_FALSE(again.find(damaged));
-    REQUIRE(run.messages.size() == 1);
-    CHECK_THAT(run.messages[0], Catch::StartsWith("warning: a finished piece is made again: "));
+        run.messages.clear();
+        CHECK_FALSE(again.find(piece));
+        REQUIRE(run.messages.size() == 1);
+        CHECK_THAT(run.messages[0], Catch::StartsWith("warning: a finished piece is made again: "));
+    };
+    write_file(run.checkpoint_folder() / "piece_4.json", whole);
+    refused(4);
+    write_file(note, flipped);
+    refused(3);
+    write_file(note, whole);
+    write_file(kept.folder() / "a/b.npy", "12346");
+    refused(3);
+    fs::remove(kept.folder() / "a/b.npy");
+    refused(3);
 }
 
 TEST_CASE("pieces are there still when the result that has them was not published")

@@ -101,19 +101,15 @@ TEST_CASE("Mesh: saved and loaded it is the same, faces that name a vertex twice
         mesh.charts.push_back(f);
     mesh.save({folder.path(), {}});
     CHECK(same_mesh(*Mesh::load({folder.path(), {}}), mesh));
-    CHECK(parse_ply(read_file(folder.path() / "mesh.ply"), "mesh.ply").triangles.size() == 12);
-}
-
-TEST_CASE("Mesh: load refuses a missing and a damaged file, and a wrong mesh leaves none", "[mesh]")
-{
-    const testing::TemporaryFolder folder;
-    CHECK_THROWS_AS(Mesh{}.save({folder.path(), {}}), Error);
-    CHECK(std::filesystem::is_empty(folder.path()));
-    CHECK_THROWS_AS(Mesh::load({folder.path(), {}}), MissingInput);
-    box().save({folder.path(), {}});
     const auto bytes = read_file(folder.path() / "mesh.ply");
+    CHECK(parse_ply(bytes, "mesh.ply").triangles.size() == 12);
+    // A wrong mesh does not replace it.
+    CHECK_THROWS_AS(Mesh{}.save({folder.path(), {}}), Error);
+    CHECK(read_file(folder.path() / "mesh.ply") == bytes);
     write_file(folder.path() / "mesh.ply", std::span(bytes).first(bytes.size() - 1));
     CHECK_THROWS_WITH(Mesh::load({folder.path(), {}}), Contains("mesh.ply"));
+    std::filesystem::remove(folder.path() / "mesh.ply");
+    CHECK_THROWS_AS(Mesh::load({folder.path(), {}}), MissingInput);
 }
 
 TEST_CASE("Mesh: read_mesh goes by the extension", "[mesh]")
@@ -161,17 +157,14 @@ TEST_CASE("a model is loaded as it was saved, and says where its pictures are", 
     const Model model = two_materials();
     save(model, folder.path());
     const auto loaded = Model::load({folder.path(), folder.path()});
-    CHECK(loaded->mesh.texcoords == model.mesh.texcoords);
-    CHECK(loaded->mesh.colors == model.mesh.colors);
+    CHECK(same_mesh(loaded->mesh, model.mesh));
     CHECK(loaded->material_of_face == model.material_of_face);
     REQUIRE(loaded->materials.size() == 2);
-    CHECK(loaded->materials[0].name == "wall");
-    CHECK(loaded->materials[0].color == model.materials[0].color);
-    CHECK(loaded->materials[0].picture == 0);
     CHECK(loaded->materials[0].wrap_u == Wrap::mirror);
-    CHECK(loaded->materials[0].wrap_v == Wrap::clamp);
     CHECK(loaded->materials[1].vertex_colors);
-    CHECK(loaded->pictures == model.pictures);
+    const std::string text = read_text_file(folder.path() / "model.json");
+    save(*loaded, folder.path());
+    CHECK(read_text_file(folder.path() / "model.json") == text);
     CHECK(std::filesystem::exists(loaded->loaded_from / loaded->pictures[0]));
 }
 

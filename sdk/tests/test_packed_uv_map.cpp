@@ -41,20 +41,21 @@ void check_errors(const UvMap& map, const UvMap& back, int uv_bits)
             deepest = std::max(deepest, static_cast<double>(map.depth.values[i]));
     const double uv_error = 0.5 / ((1 << uv_bits) - 1) + 3.1e-8;
     const double depth_error = std::max(0.0005, 4.8e-7 * deepest) + 6e-8 * deepest;
-    bool good = back.valid == map.valid;
+    CHECK(back.valid == map.valid);
+    double worst_uv = 0, worst_cosine = 0, worst_depth = 0;
     for (std::size_t i = 0; i < map.valid.values.size(); ++i)
-        if (map.valid.values[i] == 0)
-            good = good && back.uv.values[2 * i] == 0 && back.uv.values[2 * i + 1] == 0 && back.depth.values[i] == 0 &&
-                   back.cosine.values[i] == 0;
-        else
-        {
-            for (const std::size_t k : {2 * i, 2 * i + 1})
-                good = good && std::abs(back.uv.values[k] - nearest(map.uv.values[k])) <= uv_error;
-            good = good && std::abs(back.cosine.values[i] - nearest(map.cosine.values[i])) <= 0.5 / 255 + 1e-7;
-            good = good && std::abs(static_cast<double>(back.depth.values[i]) - map.depth.values[i]) <= depth_error;
-            good = good && (back.depth.values[i] > 0) == (map.depth.values[i] > 0);
-        }
-    CHECK(good);
+    {
+        const bool valid = map.valid.values[i] != 0;
+        for (const std::size_t k : {2 * i, 2 * i + 1})
+            worst_uv = std::max(worst_uv, std::abs(back.uv.values[k] - (valid ? nearest(map.uv.values[k]) : 0)));
+        const double cosine = valid ? nearest(map.cosine.values[i]) : 0;
+        const double depth = valid ? map.depth.values[i] : 0;
+        worst_cosine = std::max(worst_cosine, std::abs(back.cosine.values[i] - cosine));
+        worst_depth = std::max(worst_depth, std::abs(back.depth.values[i] - depth));
+    }
+    CHECK(worst_uv <= uv_error);
+    CHECK(worst_cosine <= 0.5 / 255 + 1e-7);
+    CHECK(worst_depth <= depth_error);
 }
 
 }  // namespace
@@ -76,40 +77,11 @@ TEST_CASE("A packed uv map comes back within half a step, and packs to the same 
     CHECK(0.5 / 262143 * 16384 + 16384 * 3.1e-8 <= 0.032);
 }
 
-TEST_CASE("What invalid pixels hold does not reach the file")
-{
-    UvMap map = charts_uv_map(80, 60);
-    const auto bytes = fresco::pack_uv_map(map, 16, "test");
-    for (std::size_t i = 0; i < map.valid.values.size(); ++i)
-        if (map.valid.values[i] == 0)
-            map.uv.values[2 * i] = map.depth.values[i] = map.cosine.values[i] = -1e30F;
-    CHECK(fresco::pack_uv_map(map, 16, "test") == bytes);
-}
-
 TEST_CASE("What lies in front of the camera stays there")
 {
-    UvMap map = noise_uv_map(9, 9, 2, 51);
-    map.depth.at(4, 5) = 1e-5F;
-    map.depth.at(5, 5) = 0;
-    map.depth.at(6, 5) = -0.0F;
-    const UvMap back = there_and_back(map, 16);
-    CHECK(back.depth.at(4, 5) == 0.001F);
-    CHECK(back.depth.at(5, 5) == 0);
-    CHECK(back.depth.at(6, 5) == 0);
-}
-
-TEST_CASE("A flat wall costs next to nothing across a straight seam too")
-{
-    const int width = 256;
-    const int height = 128;
-    UvMap wall{{width, height, 2}, {width, height, 1, 2}, {width, height, 1, 0.5F}, {width, height, 1, 1}};
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x)
-        {
-            wall.uv.at(x, y, 0) = static_cast<float>(64 * x + (x < 100 ? 0 : 30000)) / 65535;
-            wall.uv.at(x, y, 1) = static_cast<float>(64 * y) / 65535;
-        }
-    CHECK(8.0 * static_cast<double>(fresco::pack_uv_map(wall, 16, "test").size()) / (width * height) < 0.15);
+    UvMap map = noise_uv_map(3, 1, 2, 51);
+    map.depth.values = {1e-5F, 0, -0.0F};
+    CHECK(there_and_back(map, 16).depth.values == std::vector<float>{0.001F, 0, 0});
 }
 
 TEST_CASE("The bits of texcoords follow the texture, and are found again")
@@ -140,7 +112,6 @@ TEST_CASE("A map that cannot be packed is refused by pixel and value")
         map = good;
         map.cosine.at(7, 5) = value;
         CHECK_THAT(refused(map), Contains("cosine: pixel (7, 5)"));
-        map.valid.at(7, 5) = 0;
     }
     for (const float value : {-0.001F, inf})
     {
@@ -149,8 +120,6 @@ TEST_CASE("A map that cannot be packed is refused by pixel and value")
         CHECK_THAT(refused(map), Contains("depth: pixel (0, 1)") && Contains("meters"));
     }
     UvMap map = good;
-    map.depth.at(0, 1) = -0.0F;
-    CHECK(refused(map).empty());
     map.depth = fresco::RasterF(8, 7);
     CHECK_THAT(refused(map), Contains("depth: is 8x7x1") && Contains("8x6"));
     CHECK_THAT(refused(UvMap{{0, 0, 2}, {}, {}, {}}), Contains("expected 1 to "));

@@ -31,37 +31,31 @@ TEST_CASE("places come back to a sixteenth of a pixel, also from disk")
     const testing::TemporaryFolder folder;
     small_map().save({folder.path(), {}});
     const auto loaded = SourceMap::load({folder.path(), {}});
-    CHECK(loaded->atlas == "0123");
-    CHECK(loaded->pixels_per_texel == 2.5F);
+    CHECK((loaded->atlas == "0123" && loaded->pixels_per_texel == 2.5F));
     CHECK_FALSE(loaded->place(0, 0).has_value());
     const auto place = loaded->place(1, 2);
     REQUIRE(place.has_value());
-    CHECK(std::abs(place->at.x - 3999.5F) < 1 / 16.0F);
-    CHECK(std::abs(place->at.y - 0.5F) < 1 / 16.0F);
+    CHECK(length(place->at - Vec2f{3999.5F, 0.5F}) < 1 / 16.0F);
     CHECK(std::abs(std::cos(place->angle) - std::cos(-0.5F)) < 1e-3F);
     CHECK(std::abs(std::sin(place->angle) - std::sin(-0.5F)) < 1e-3F);
-    CHECK(std::abs(loaded->place(3, 3)->at.y - 2999.9F) < 1 / 16.0F);
-    CHECK(place->scale == 1);
+    CHECK((place->scale == 1 && length(place->shift) == 0));
     CHECK(loaded->place(3, 3)->scale == 2);
-    CHECK(length(place->shift) == 0);
     CHECK(length(loaded->place(3, 3)->shift - Vec3f{0.1F, -0.49F, 0.498F}) < 4e-3F);
 }
 
 TEST_CASE("a map that is not square or has no picture is refused by name")
 {
-    const testing::TemporaryFolder folder;
-    SourceMap map = small_map();
-    map.places = Raster16(4, 3, 4);
-    map.save({folder.path(), {}});
-    CHECK_THROWS_WITH(SourceMap::load({folder.path(), {}}), Catch::Contains("places") && Catch::Contains("square"));
-    map = small_map();
-    map.shifts = Raster8(3, 3, 3);
-    map.save({folder.path(), {}});
-    CHECK_THROWS_WITH(SourceMap::load({folder.path(), {}}), Catch::Contains("shifts") && Catch::Contains("as many"));
-    map = small_map();
-    map.picture_width = 0;
-    map.save({folder.path(), {}});
-    CHECK_THROWS_WITH(SourceMap::load({folder.path(), {}}), Catch::Contains("source_map.json: picture_width: "));
+    const auto refused = [](const auto& change, const std::string& reason)
+    {
+        const testing::TemporaryFolder folder;
+        SourceMap map = small_map();
+        change(map);
+        map.save({folder.path(), {}});
+        CHECK_THROWS_WITH(SourceMap::load({folder.path(), {}}), Catch::Contains(reason));
+    };
+    refused([](SourceMap& map) { map.places = Raster16(4, 3, 4); }, "places.packed: is 4x3; expected 4 texels a side");
+    refused([](SourceMap& map) { map.shifts = Raster8(3, 3, 3); }, "shifts.packed: is 3x3; expected 4 texels a side");
+    refused([](SourceMap& map) { map.picture_width = 0; }, "source_map.json: picture_width: ");
 }
 
 TEST_CASE("an atlas is known by its triangles and texcoords, and an unknown one passes")
@@ -98,8 +92,5 @@ TEST_CASE("stored normals are exact to a hundredth of a degree, and texels outsi
     CHECK(length(loaded->normal(2) - normal) < 1e-4F);
     relief.roughness = Raster8(2, 1);
     relief.save({folder.path(), {}});
-    CHECK_THROWS_WITH(Relief::load({folder.path(), {}}), Catch::Contains("roughness.packed") && Catch::Contains("normals' size"));
-    relief.normals = Raster16(2, 1, 3);
-    relief.save({folder.path(), {}});
-    CHECK_THROWS_WITH(Relief::load({folder.path(), {}}), Catch::Contains("normals.packed") && Catch::Contains("square"));
+    CHECK_THROWS_WITH(Relief::load({folder.path(), {}}), Catch::Contains("roughness.packed: is 2x1; expected 2 texels"));
 }

@@ -29,6 +29,11 @@ std::string packed(const Contents& contents)
     return read_text_file(file);
 }
 
+std::string_view text_of(std::span<const std::byte> bytes)
+{
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
 ZipReader opened(const std::string& archive)
 {
     return {std::as_bytes(std::span(archive)), "a.zip"};
@@ -46,7 +51,7 @@ TEST_CASE("Every file of a zip archive begins at a multiple of 64 bytes, whateve
     for (const auto& [name, data] : contents)
     {
         const auto found = reader.contents(name);
-        CHECK(std::ranges::equal(found, std::as_bytes(std::span(data))));
+        CHECK(text_of(found) == data);
         CHECK((found.data() - std::as_bytes(std::span(archive)).data()) % 64 == 0);
     }
     CHECK_THROWS_WITH(reader.contents("gone"), Contains("a.zip: the archive lacks the entry 'gone'"));
@@ -68,17 +73,9 @@ TEST_CASE("A zip archive that was changed or cut is refused, or still holds what
     {
         std::string changed = archive;
         changed[at] = static_cast<char>(changed[at] ^ 1);
-        bool holds = false;
-        try
-        {
-            holds = std::ranges::equal(opened(changed).contents("picture.png"), std::as_bytes(std::span(text)));
-        }
-        catch (const Error&)
-        {
-            ++noticed;
-            continue;
-        }
-        CHECK(holds);
+        std::string_view found = text;
+        noticed += testing::error_of([&] { found = text_of(opened(changed).contents("picture.png")); }).empty() ? 0 : 1;
+        CHECK(found == text);
     }
     CHECK(noticed > text.size());
 }

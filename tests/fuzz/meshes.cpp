@@ -22,7 +22,7 @@ void read(Bytes bytes, const auto& parse)
     MeshReadReport report;
     check(parse(bytes, source, MeshLimits{}, &report));
     MeshMaterials materials;
-    const Mesh mesh = parse(bytes, source, MeshLimits{}, &report, materials);
+    const Mesh mesh = parse(bytes, source, MeshLimits{}, &report, &materials);
     require(materials.of_face.empty() || materials.of_face.size() == mesh.triangles.size(), "a material per face");
 }
 
@@ -31,7 +31,7 @@ void read_ply(Bytes bytes)
     read(bytes, [](auto&&... arguments) { return parse_ply(std::forward<decltype(arguments)>(arguments)...); });
     PlyIntegers integers{.property = "chart", .of_vertex = {}, .of_face = {}};
     Mesh mesh;
-    if (refused([&] { mesh = parse_ply(bytes, source, MeshLimits{}, nullptr, integers); }))
+    if (refused([&] { mesh = parse_ply(bytes, source, MeshLimits{}, nullptr, nullptr, &integers); }))
         return;  // Most files have no such property.
     require(integers.of_face.empty() || integers.of_face.size() == mesh.triangles.size(), "an integer per face");
     require(integers.of_vertex.empty() || integers.of_vertex.size() == mesh.positions.size(), "an integer per vertex");

@@ -87,7 +87,7 @@ LabeledSurface surface_from_ply(std::span<const std::byte> bytes, const std::str
 {
     PlyIntegers integers{.property = property, .of_vertex = {}, .of_face = {}};
     LabeledSurface result;
-    result.mesh = parse_ply(bytes, source, {}, nullptr, integers);
+    result.mesh = parse_ply(bytes, source, {}, nullptr, nullptr, &integers);
     Names names;
     if (!integers.of_face.empty())
         result.label_of_face = labels_of(integers.of_face, naming, names);

@@ -270,7 +270,7 @@ FileModel read_file_model(const fs::path& file, bool with_materials)
     if (with_materials)
     {
         MeshMaterials named;
-        model.mesh = fresco::read_mesh(file, {}, &model.report, named);
+        model.mesh = fresco::read_mesh(file, {}, &model.report, &named);
         MaterialReader reader(file, named, model);
         extension == ".obj" ? reader.read_obj() : reader.read_ply();
     }

@@ -159,27 +159,21 @@ struct PlyIntegers
 /// `chart`; unknown elements and properties are skipped. Throws Error naming `source`, the line (header, ASCII) or byte offset
 /// (binary), what was expected and what to do; a file cut at any byte, text after the data, counts beyond the file's size,
 /// indices out of range, coordinates that are not finite, 0 faces are errors.
+///
+/// Receive what the file says besides, if they are not null: `materials` about pictures, `integers` the values of the property
+/// that it names. Throws Error, too, if neither vertices nor faces have that property, naming those that they have.
 Mesh parse_ply(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits = {},
-               MeshReadReport* report = nullptr);
-/// With what the file says about pictures.
-Mesh parse_ply(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits, MeshReadReport* report,
-               MeshMaterials& materials);
-
-/// With the integers of a property. Throws Error, too, if neither vertices nor faces have it, naming those that they have.
-Mesh parse_ply(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits, MeshReadReport* report,
-               PlyIntegers& integers);
+               MeshReadReport* report = nullptr, MeshMaterials* materials = nullptr, PlyIntegers* integers = nullptr);
 
 /// Strict Wavefront OBJ reader: v (with optional color), vt, vn, f with all index forms (negative too); groups, materials and
 /// smoothing are skipped. Errors as above, by line. A file that does not end in a newline is taken as cut and refused.
+/// With `materials`, which receives what the file says about them, texture coordinates may be missing on some faces.
 Mesh parse_obj(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits = {},
-               MeshReadReport* report = nullptr);
-/// With what the file says about materials. Texture coordinates may be missing on some faces.
-Mesh parse_obj(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits, MeshReadReport* report,
-               MeshMaterials& materials);
+               MeshReadReport* report = nullptr, MeshMaterials* materials = nullptr);
 
 /// By extension (.ply, .obj). Throws MissingInput if the file cannot be read.
-Mesh read_mesh(const std::filesystem::path& file, const MeshLimits& limits = {}, MeshReadReport* report = nullptr);
-Mesh read_mesh(const std::filesystem::path& file, const MeshLimits& limits, MeshReadReport* report, MeshMaterials& materials);
+Mesh read_mesh(const std::filesystem::path& file, const MeshLimits& limits = {}, MeshReadReport* report = nullptr,
+               MeshMaterials* materials = nullptr);
 
 /// Binary little-endian PLY of everything the mesh holds; parse_ply gives the same mesh back, bit by bit, but for faces that name
 /// a vertex twice (Mesh::load keeps those). Throws Error for what check_mesh refuses and for numbers beyond PLY's int.

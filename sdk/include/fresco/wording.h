@@ -11,10 +11,6 @@
 namespace fresco
 {
 
-/// Damerau-Levenshtein distance (optimal string alignment): insertions, deletions, substitutions and swaps of neighbors, by
-/// byte.
-std::size_t edit_distance(std::string_view a, std::string_view b);
-
 /// The candidate nearest to `word` if it is near enough to be meant (about a third of the letters), else an empty text. Upper and
 /// lower case, '-' and '_' count as equal; of equally near ones the first.
 std::string nearest(std::string_view word, const std::vector<std::string>& candidates);

@@ -4,10 +4,8 @@
 
 #include <ATen/Parallel.h>
 #include <ATen/ops/from_blob.h>
-#include <c10/util/accumulate.h>
-#if defined(__linux__)
 #include <c10/core/CPUAllocator.h>
-#endif
+#include <c10/util/accumulate.h>
 
 #include <algorithm>
 #include <array>
@@ -60,10 +58,8 @@ torch::Tensor lazy_zeros(at::IntArrayRef shape, at::ScalarType type)
     void* memory = ::mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
     if (memory == MAP_FAILED)
         throw std::bad_alloc();
-#if defined(MADV_NOHUGEPAGE)
     // Else one value that is written could take 2 MB. Only advice: what comes back does not matter.
     ::madvise(memory, size, MADV_NOHUGEPAGE);
-#endif
     return at::from_blob(
         memory, shape, [size](void* begin) { ::munmap(begin, size); }, at::TensorOptions(type));
 }
@@ -120,12 +116,6 @@ void write_clamped(torch::Tensor& to, float least, float most)
                  });
 }
 
-}  // namespace fresco
-
-#if defined(__linux__)
-
-namespace fresco
-{
 namespace
 {
 
@@ -268,12 +258,8 @@ class Allocator final : public c10::Allocator
 
 void reuse_tensor_memory()
 {
-    static const bool done = []
-    {
-        c10::SetCPUAllocator(new Allocator);
-        return true;
-    }();
-    static_cast<void>(done);
+    static std::once_flag once;
+    std::call_once(once, [] { c10::SetCPUAllocator(new Allocator); });
 }
 
 std::size_t reused_tensor_bytes()
@@ -282,14 +268,3 @@ std::size_t reused_tensor_bytes()
 }
 
 }  // namespace fresco
-
-#else
-
-void fresco::reuse_tensor_memory() {}
-
-std::size_t fresco::reused_tensor_bytes()
-{
-    return 0;
-}
-
-#endif

@@ -41,7 +41,7 @@ struct File
 
 }  // namespace
 
-TEST_CASE("every type is written and read back")
+TEST_CASE("every type that is written is read back")
 {
     const File file;
     SafeTensors contents;
@@ -66,6 +66,9 @@ TEST_CASE("every type is written and read back")
     const auto first = read_file(file.path);
     write_safetensors(file.path, read);
     CHECK((read_file(file.path) == first));
+    contents.tensors.emplace("half", at::zeros({1}, at::kHalf));
+    CHECK_THROWS_AS(write_safetensors(file.path, contents), std::invalid_argument);
+    CHECK((read_file(file.path) == first));
 }
 
 TEST_CASE("a file made by hand is read, half precision too, and refused by name when it is cut")
@@ -79,13 +82,4 @@ TEST_CASE("a file made by hand is read, half precision too, and refused by name 
     CHECK(read.tensors.at("a").to(at::kLong).item<std::int64_t>() == -1);
     // Every kind of damage is tested where the bytes are read: sdk/weights.
     CHECK_THROWS_WITH(file.read(text.substr(0, text.size() - 1)), Catch::Contains("t.safetensors: "));
-}
-
-TEST_CASE("types that are not written are refused")
-{
-    const File file;
-    SafeTensors contents;
-    contents.tensors.emplace("a", at::zeros({1}, at::kHalf));
-    CHECK_THROWS_AS(write_safetensors(file.path, contents), std::invalid_argument);
-    CHECK_FALSE(std::filesystem::exists(file.path));
 }

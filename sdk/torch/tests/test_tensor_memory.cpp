@@ -3,6 +3,7 @@
 #include <ATen/ops/arange.h>
 #include <ATen/ops/equal.h>
 #include <ATen/ops/full.h>
+#include <ATen/ops/tensor.h>
 #include <ATen/ops/zeros.h>
 
 #include <cmath>
@@ -80,19 +81,15 @@ TEST_CASE("values are written where they differ, to the last bit")
 TEST_CASE("values are clamped where they lie outside")
 {
     auto values = lazy_zeros({rows, 3}, at::kFloat);
-    values[0][0] = 5.0F;
-    values[1][0] = -5.0F;
-    values[2][0] = 0.5F;
-    values[3][0] = std::numeric_limits<float>::quiet_NaN();
-    const auto before = values.clone();
+    const float inf = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
+    values.slice(0, 0, 2).copy_(at::tensor({5.0F, -5.0F, 0.5F, inf, nan, 1.0F}).view({2, 3}));
     const auto pages = pages_with(values);
     write_clamped(values, -2, 1);
     CHECK(pages_with(values) == pages);
-    CHECK(at::equal(values.slice(0, 0, 3), before.clamp(-2, 1).slice(0, 0, 3)));
-    CHECK(std::isnan(values[3][0].item<float>()));
+    CHECK(at::equal(values[0], at::tensor({1.0F, -2.0F, 0.5F})));
+    CHECK((values[1][0].item<float>() == 1 && std::isnan(values[1][1].item<float>())));
 }
 
-#if defined(__linux__)
 namespace
 {
 
@@ -130,14 +127,8 @@ TEST_CASE("tensors of other sizes get the pages of those that are gone")
         for (const int i : {1, 3, 5, 7})
             CHECK(kept[static_cast<std::size_t>(i)].eq(i).all().item<bool>());
     }
-}
-
-TEST_CASE("small and empty tensors are tensors as ever")
-{
-    reuse_tensor_memory();
-    const std::size_t before = reused_tensor_bytes();
-    CHECK(at::arange(10).sum().item<std::int64_t>() == 45);
+    // Small and empty ones lie elsewhere.
+    CHECK(holds(at::ones({10}, at::kChar), 1));
     CHECK(filled(0, 1).numel() == 0);
     CHECK(reused_tensor_bytes() == before);
 }
-#endif

@@ -144,26 +144,36 @@ const Node& PickleMachine::run()
     stack_.clear();
     marks_.clear();
     memo_.clear();
-    while (step())
+    for (;;)
+    {
+        operation_ = position_;
+        const auto code = std::to_integer<std::uint8_t>(take(1)[0]);
+        if (code == '.')
+            break;
+        run_operation(code);
         if (++operations_ > most_operations)
             fail(operation_, fmt::format("more than {} operations", most_operations));
+    }
     if (stack_.size() != 1 || !marks_.empty())
         fail(operation_, "the pickle ends with more or less than one value");
     return nodes_[stack_.back()];
 }
 
-bool PickleMachine::step()
+void PickleMachine::run_operation(std::uint8_t code)
 {
-    operation_ = position_;
-    const auto code = std::to_integer<std::uint8_t>(take(1)[0]);
-    if (code == '.')
-        return false;
-    run_constant(code);
-    return true;
-}
-
-void PickleMachine::run_constant(std::uint8_t code)
-{
+    const auto push_tuple = [&](const std::vector<Handle>& items)
+    {
+        Node node{.kind = Kind::tuple};
+        extend(node, items);
+        push(std::move(node));
+    };
+    const auto append = [&](Kind kind, const std::vector<Handle>& items)
+    {
+        Node& container = top();
+        if (container.kind != kind || (kind == Kind::dictionary && items.size() % 2 != 0))
+            fail(operation_, "entries for something other than a container");
+        extend(container, items);
+    };
     switch (code)
     {
     case 0x80:  // PROTO
@@ -195,15 +205,6 @@ void PickleMachine::run_constant(std::uint8_t code)
     case 0x8c:  // SHORT_BINUNICODE
     case 'U':   // SHORT_BINSTRING, Python 2's
         return push(Node{.kind = Kind::text, .text = text(unsigned_number(1))});
-    default:
-        return run_memory(code);
-    }
-}
-
-void PickleMachine::run_memory(std::uint8_t code)
-{
-    switch (code)
-    {
     case 'q':  // BINPUT
     case 'r':  // LONG_BINPUT
         return remember(unsigned_number(code == 'q' ? 1 : 4));
@@ -216,28 +217,6 @@ void PickleMachine::run_memory(std::uint8_t code)
         if (marks_.size() >= most_marks)
             fail(operation_, fmt::format("more than {} marks", most_marks));
         return marks_.push_back(stack_.size());
-    default:
-        return run_container(code);
-    }
-}
-
-void PickleMachine::run_container(std::uint8_t code)
-{
-    const auto push_tuple = [&](const std::vector<Handle>& items)
-    {
-        Node node{.kind = Kind::tuple};
-        extend(node, items);
-        push(std::move(node));
-    };
-    const auto append = [&](Kind kind, const std::vector<Handle>& items)
-    {
-        Node& container = top();
-        if (container.kind != kind || (kind == Kind::dictionary && items.size() % 2 != 0))
-            fail(operation_, "entries for something other than a container");
-        extend(container, items);
-    };
-    switch (code)
-    {
     case ')':
         return push_tuple({});
     case 0x85:  // TUPLE1
@@ -258,15 +237,6 @@ void PickleMachine::run_container(std::uint8_t code)
         return append(Kind::dictionary, pop_many(2));
     case 'u':
         return append(Kind::dictionary, pop_to_mark());
-    default:
-        return run_call(code);
-    }
-}
-
-void PickleMachine::run_call(std::uint8_t code)
-{
-    switch (code)
-    {
     case 'c':  // GLOBAL
     {
         const auto module = line();

@@ -87,13 +87,7 @@ class PickleMachine
     [[noreturn]] void fail(std::size_t offset, const std::string& what) const;
 
   private:
-    /// False after STOP.
-    bool step();
-    /// Each runs what it knows and leaves the rest to the next.
-    void run_constant(std::uint8_t code);
-    void run_memory(std::uint8_t code);
-    void run_container(std::uint8_t code);
-    void run_call(std::uint8_t code);
+    void run_operation(std::uint8_t code);
 
     std::span<const std::byte> take(std::uint64_t count);
     std::uint64_t unsigned_number(std::size_t bytes);

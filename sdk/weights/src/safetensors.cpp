@@ -31,13 +31,12 @@ class Reader
     {
         const Value header = parse_header();
         StateDict contents;
-        for (const auto& [name, value] : header.as_map())
-        {
-            if (name == "__metadata__")
-                contents.metadata = metadata(value);
+        for (const auto& [name, entry] : JsonPlace(header, source_ + ": header").map())
+            if (name != "__metadata__")
+                contents.tensors.push_back(tensor(name, entry));
             else
-                contents.tensors.push_back(tensor(name, value));
-        }
+                for (const auto& [key, text] : entry.map())
+                    contents.metadata.emplace(key, text.text());
         // In the order in which they lie.
         std::ranges::sort(contents.tensors, {},
                           [](const TensorView& tensor) { return std::pair(tensor.bytes.data(), tensor.bytes.size()); });
@@ -67,77 +66,45 @@ class Reader
                                     static_cast<std::size_t>(length));
         if (text.empty() || text.front() != '{')
             fail(header_begin, "the header does not begin with '{'");
-        Value header = parse_json(text, source_ + ": header");
-        if (!header.is_map())
-            fail(header_begin, "the header is not a map");
-        return header;
+        return parse_json(text, source_ + ": header");
     }
 
-    std::map<std::string, std::string> metadata(const Value& value) const
+    TensorView tensor(const std::string& name, const JsonPlace& entry) const
     {
-        if (!value.is_map())
-            fail(header_begin, "__metadata__ is not a map");
-        std::map<std::string, std::string> result;
-        for (const auto& [key, text] : value.as_map())
-        {
-            if (!text.is_string())
-                fail(header_begin, "__metadata__ '" + key + "' is not text");
-            result.emplace(key, text.as_string());
-        }
-        return result;
-    }
-
-    std::size_t whole_number(const Value& value, const std::string& where) const
-    {
-        if (!value.is_int() || value.as_int() < 0)
-            fail(header_begin, where + ": expected a whole number of at least 0");
-        return static_cast<std::size_t>(value.as_int());
-    }
-
-    TensorView tensor(const std::string& name, const Value& value) const
-    {
-        const std::string where = "tensor '" + name + "'";
-        const Value* type = value.find("dtype");
-        const Value* shape = value.find("shape");
-        const Value* offsets = value.find("data_offsets");
-        if (type == nullptr || shape == nullptr || offsets == nullptr || value.as_map().size() != 3 || !type->is_string() ||
-            !shape->is_list() || !offsets->is_list() || offsets->as_list().size() != 2)
-            fail(header_begin, where + ": expected exactly dtype, shape and two data_offsets");
-        TensorView result;
-        result.name = name;
-        result.type = type_of(type->as_string(), where);
+        entry.has_only({"dtype", "shape", "data_offsets"});
+        TensorView result{name, type_of(entry["dtype"]), {}, {}};
         std::size_t size = size_of(result.type);
-        bool empty = false;
-        for (const auto& extent : shape->as_list())
+        for (const JsonPlace& extent : entry["shape"].list())
         {
-            const std::size_t count = whole_number(extent, where + ": shape");
-            empty = empty || count == 0;
+            result.shape.push_back(static_cast<std::size_t>(extent.integer(0)));
             // A product that overflows could fit the offsets by accident; strides multiply an empty tensor's other extents too.
-            if (size > std::numeric_limits<std::size_t>::max() / 4 / std::max<std::size_t>(count, 1))
-                fail(header_begin, where + ": the shape is too large");
-            size *= std::max<std::size_t>(count, 1);
-            result.shape.push_back(count);
+            const std::size_t factor = std::max<std::size_t>(result.shape.back(), 1);
+            if (size > std::numeric_limits<std::size_t>::max() / 4 / factor)
+                extent.fail("the shape is too large");
+            size *= factor;
         }
-        if (empty)
+        if (std::ranges::find(result.shape, 0U) != result.shape.end())
             size = 0;
+
         // From the first byte after the header.
-        const std::size_t begin = whole_number(offsets->as_list()[0], where + ": data_offsets");
-        const std::size_t end = whole_number(offsets->as_list()[1], where + ": data_offsets");
+        const auto offsets = entry["data_offsets"].list(2);
+        const auto begin = static_cast<std::size_t>(offsets[0].integer(0));
+        const auto end = static_cast<std::size_t>(offsets[1].integer(0));
         if (end < begin || end > bytes_.size() - data_)
-            fail(data_ + std::min(begin, bytes_.size()), where + ": data_offsets beyond the end of the file");
+            offsets[1].fail("beyond the end of the file");
         if (end - begin != size)
-            fail(data_ + begin, fmt::format("{}: the shape takes {} bytes, the data_offsets give {}", where, size, end - begin));
+            entry.fail(fmt::format("the shape takes {} bytes, the data_offsets give {}", size, end - begin));
         result.bytes = bytes_.subspan(data_ + begin, size);
         return result;
     }
 
-    ElementType type_of(const std::string& name, const std::string& where) const
+    static ElementType type_of(const JsonPlace& name)
     {
         // From the first of them to the last.
         for (auto type = ElementType::float64; type <= ElementType::boolean; type = ElementType{static_cast<int>(type) + 1})
-            if (name_of(type) == name)
+            if (name_of(type) == name.text())
                 return type;
-        fail(header_begin, where + ": unknown type '" + name + "'");
+        name.fail("unknown type '" + name.text() + "'");
     }
 
     /// The tensors must cover the bytes after the header once and without gaps: nothing is hidden between them.

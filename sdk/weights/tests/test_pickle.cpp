@@ -1,6 +1,8 @@
 #include "made_weights.h"
 #include "pickle.h"
 
+#include <fmt/format.h>
+
 using namespace fresco::weights::detail;
 using namespace std::string_literals;
 
@@ -75,12 +77,7 @@ TEST_CASE("A stack that runs empty, marks and slots that are missing")
 TEST_CASE("Nothing grows without bounds")
 {
     const auto repeated = [](const std::string& text, std::size_t count)
-    {
-        std::string result;
-        for (std::size_t i = 0; i < count; ++i)
-            result += text;
-        return result;
-    };
+    { return fmt::format("{}", fmt::join(std::vector<std::string_view>(count, text), "")); };
     CHECK(error_of("N" + repeated("\x85", 60) + ".").empty());
     CHECK_THAT(error_of("N" + repeated("\x85", 70) + "."), Catch::Contains("levels"));
     // A list in itself.

@@ -17,8 +17,7 @@ TEST_CASE("SHA-256 of one of the standard's examples and of files")
 
 TEST_CASE("Beginnings of a SHA-256")
 {
-    CHECK(is_sha256_prefix("dcbb9e9d"));
-    CHECK(is_sha256_prefix("DCBB9E9DAD"));
+    CHECK(is_sha256_prefix("DCBB9e9D"));
     CHECK_FALSE(is_sha256_prefix("dcbb9e9"));
     CHECK_FALSE(is_sha256_prefix("dcbb9e9x"));
     CHECK_FALSE(is_sha256_prefix(std::string(65, 'a')));

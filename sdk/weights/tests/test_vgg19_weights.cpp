@@ -2,6 +2,8 @@
 
 #include <fresco/weights/vgg19.h>
 
+#include <array>
+#include <fmt/format.h>
 #include <functional>
 
 using namespace fresco::weights;
@@ -71,21 +73,22 @@ TEST_CASE("Layers are found by torchvision's names and by Caffe's")
 
 TEST_CASE("All sixteen layers, as long as they are there")
 {
-    const std::vector<std::pair<std::string, std::size_t>> layers{
-        {"1_1", 64},  {"1_2", 64},  {"2_1", 128}, {"2_2", 128}, {"3_1", 256}, {"3_2", 256}, {"3_3", 256}, {"3_4", 256},
-        {"4_1", 512}, {"4_2", 512}, {"4_3", 512}, {"4_4", 512}, {"5_1", 512}, {"5_2", 512}, {"5_3", 512}, {"5_4", 512}};
     Contents contents(std::vector<std::string>{});
     std::size_t inputs = 3;
-    for (const auto& [name, outputs] : layers)
-    {
-        contents.add("conv" + name + ".weight", {outputs, inputs, 3, 3});
-        contents.add("conv" + name + ".bias", {outputs});
-        inputs = outputs;
-    }
+    std::vector<std::string> names;
+    for (const auto& [block, layers, outputs] :
+         {std::array<std::size_t, 3>{1, 2, 64}, {2, 2, 128}, {3, 4, 256}, {4, 4, 512}, {5, 4, 512}})
+        for (std::size_t layer = 1; layer <= layers; ++layer)
+        {
+            names.push_back(fmt::format("{}_{}", block, layer));
+            contents.add("conv" + names.back() + ".weight", {outputs, inputs, 3, 3});
+            contents.add("conv" + names.back() + ".bias", {outputs});
+            inputs = outputs;
+        }
     const auto weights = recognized(contents);
     REQUIRE(weights.layers.size() == 16);
     for (std::size_t i = 0; i < 16; ++i)
-        CHECK(weights.layers[i].name == layers[i].first);
+        CHECK(weights.layers[i].name == names[i]);
     CHECK(vgg19_metadata(weights).at("architecture") == "VGG-19, conv1_1 to conv5_4");
 }
 
@@ -134,9 +137,8 @@ TEST_CASE("What is not VGG-19 is refused with the tensor's name")
     };
     refused([](Contents& c) { c.add("features.2.weight", {64, 32, 3, 3}); }, "'features.2.weight' is 64 x 32 x 3 x 3");
     refused([](Contents& c) { c.add("features.5.bias", {64}); }, "features.5.bias");
-    refused([](Contents& c) { c.remove("features.2.bias"); }, "features.2.bias");
-    refused([](Contents& c) { c.remove("features.2.weight"); }, "features.2.weight");
-    refused([](Contents& c) { c.remove("features.0.weight"); }, "features.0.weight");
+    for (const std::string missing : {"features.2.bias", "features.2.weight", "features.0.weight"})
+        refused([&](Contents& c) { c.remove(missing); }, missing);
     refused([](Contents& c) { c.add("features.0.weight", {64, 3, 3, 3}, ElementType::int32); }, "features.0.weight");
     refused([](Contents& c) { c.add("features.1.running_mean", {64}); }, "batch normalization");
 }

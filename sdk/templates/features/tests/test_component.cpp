@@ -40,12 +40,6 @@ TEST_CASE("features of a ramp are its slope")
     CHECK(features[0][0][1][1].item<double>() == Approx(0.02));
 }
 
-TEST_CASE("a picture that is no multiple of the stride loses the rest, as layers() promises")
-{
-    const auto features = made(1)->encode(at::rand({3, 11, 18}), {"shapes"});
-    CHECK(features[0].sizes() == at::IntArrayRef({6, 2, 4}));
-}
-
 TEST_CASE("features of a crop are those of the whole picture, but for the margin")
 {
     const auto network = made(1);

@@ -16,17 +16,10 @@ fs::path write_recording(const fresco::Frames& frames, const fs::path& folder, c
         const fresco::Frame& frame = frames.frames[i];
         copy_picture(frame.color_picture.path, folder / "color" / numbered("", i, ".png"));
         copy_picture(frame.depth_picture.path, folder / "depth" / numbered("", i, ".png"));
-        const auto pose = matrix_of(frame.color.world_from_camera);
-        poses.emplace_back(Value::List(pose.begin(), pose.begin() + 12));
+        poses.push_back(fresco::to_value(frame.color).at("world_from_camera"));
     }
-    const fresco::Intrinsics& k = frames.frames.front().color.intrinsics;
-    const Value cameras = Value::Map{{"width", k.width},
-                                     {"height", k.height},
-                                     {"fx", k.fx},
-                                     {"fy", k.fy},
-                                     {"cx", k.cx},
-                                     {"cy", k.cy},
-                                     {"world_from_camera", std::move(poses)}};
+    Value cameras = fresco::to_value(frames.frames.front().color);
+    cameras.set("world_from_camera", std::move(poses));
     fresco::write_file(folder / "cameras.json", fresco::to_json(cameras, 1));
     return folder;
 }

@@ -1,4 +1,3 @@
-#include <fresco/error.h>
 #include <fresco/testing.h>
 #include <fresco/torch/testing.h>
 
@@ -63,11 +62,4 @@ TEST_CASE("pixels outside the part do not count, and a part without pixels has n
     const auto none = at::zeros({6, 8}, at::kBool);
     fresco::testing::PicturePart empty(picture, picture, none, none);
     CHECK(loss->evaluate(empty).empty());
-}
-
-TEST_CASE("an option out of range is refused")
-{
-    const auto object = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "my.plugin");
-    fresco::testing::TestFactory factory;
-    CHECK_THROWS_AS(object->configure(fresco::Value::Map{{"strength", -1.0}}, factory), fresco::Error);
 }

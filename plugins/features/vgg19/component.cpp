@@ -54,7 +54,9 @@ class FeaturesVgg19 final : public fresco::FeatureNetwork, public fresco::Partia
     void prepare(const fresco::PrepareContext& context) override
     {
         const auto device = context.style.fine.defined() ? context.style.fine.device() : torch::Device(at::kCPU);
-        refuse_unless_possible(device);
+        if (*precision == "tf32" && !device.is_cuda())
+            throw fresco::Error("features.vgg19: `precision: tf32` is of CUDA devices, and this run is on " + device.str() +
+                                "; set `precision: full`");
         bool raw = false;
         network_ = read(raw);
         if (context.style.fine.defined())
@@ -93,13 +95,6 @@ class FeaturesVgg19 final : public fresco::FeatureNetwork, public fresco::Partia
         return network_.encode_generally(picture, names);
     }
 
-    void refuse_unless_possible(const torch::Device& device) const
-    {
-        if (*precision == "tf32" && !device.is_cuda())
-            throw fresco::Error("features.vgg19: `precision: tf32` is of CUDA devices, and this run is on " + device.str() +
-                                "; set `precision: full`");
-    }
-
     /// Lists the rescaled layers with their means before and after.
     std::string described(const std::vector<double>& means) const
     {
@@ -123,7 +118,7 @@ class FeaturesVgg19 final : public fresco::FeatureNetwork, public fresco::Partia
         const auto file = fresco::weights::read_weights(weights->path);
         const auto found = fresco::weights::recognize_vgg19(file.contents, source);
         raw = found.raw;
-        return {vgg19::convolutions(found, source), found.input, vgg19::Pooling::max};
+        return {vgg19::convolutions(found, source), found.input};
     }
 
     vgg19::Vgg19 network_;

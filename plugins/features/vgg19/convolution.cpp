@@ -337,7 +337,8 @@ void Convolution3x3::transform(const Job& job, const Block& block, std::size_t f
             [&](const auto& pixels, const auto& next, float* out)
             { kernel_->transform(pixels.data(), next.data(), inputs_, out, block.stride); });
 
-    const auto& [own, of_next, pooled, masks, chosen] = job.gradient;
+    const auto& [own, of_next, masks, chosen] = job.gradient;
+    const bool pooled = chosen != nullptr;
     const auto* no_bytes = reinterpret_cast<const std::uint8_t*>(zeros.data());
     const MapsShape small = shape.halved();
     const auto put = [&](winograd::GradientTile& pixels, std::size_t i, int y, int x)
@@ -349,8 +350,8 @@ void Convolution3x3::transform(const Job& job, const Block& block, std::size_t f
         const bool has_next = of_next.values != nullptr && (!pooled || (sy < small.height && sx < small.width));
         pixels.next[i] =
             has_next ? of_next.values + unsigned_of(sy) * of_next.row + unsigned_of(sx * shape.channels) : zeros.data();
-        pixels.chosen[i] = !has_next ? no_bytes : chosen != nullptr ? chosen + small.offset(sy, sx) : masks + offset;
-        pixels.number[i] = static_cast<std::uint8_t>(chosen != nullptr ? y % 2 * 2 + x % 2 : 1);
+        pixels.chosen[i] = !has_next ? no_bytes : pooled ? chosen + small.offset(sy, sx) : masks + offset;
+        pixels.number[i] = static_cast<std::uint8_t>(pooled ? y % 2 * 2 + x % 2 : 1);
         if (own == nullptr)
             return;
         pixels.own[i] = own + offset;
@@ -370,10 +371,7 @@ void Convolution3x3::transform(const Job& job, const Block& block, std::size_t f
                 });
         },
         [&](const auto& pixels, const auto& next, float* out)
-        {
-            kernel_->transform_gradient(pixels, next, own != nullptr, pooled && chosen == nullptr ? 0.25F : 1.0F, inputs_, out,
-                                        block.stride);
-        });
+        { kernel_->transform_gradient(pixels, next, own != nullptr, inputs_, out, block.stride); });
 }
 
 void Convolution3x3::multiply(const Job& job, const Block& block, const Panel& panel) const
@@ -427,12 +425,8 @@ void Convolution3x3::Job::pool(Corner tile, const Panel& panel, const std::array
             continue;
         const std::array<const float*, 4> four{pixels[i], pixels[i + 1], pixels[i + side], pixels[i + side + 1]};
         const std::size_t offset = shape.offset(y, x) + panel.first;
-        if (out.pooling == Pooling::max)
-            kernel.pool(four.data(), static_cast<int>(panel.width), out.pooled + offset,
-                        out.chosen == nullptr ? nullptr : out.chosen + offset);
-        else
-            for (std::size_t c = 0; c < panel.width; ++c)
-                out.pooled[offset + c] = (four[0][c] + four[1][c] + four[2][c] + four[3][c]) / 4;
+        kernel.pool(four.data(), static_cast<int>(panel.width), out.pooled + offset,
+                    out.chosen == nullptr ? nullptr : out.chosen + offset);
     }
 }
 

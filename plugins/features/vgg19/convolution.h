@@ -44,21 +44,13 @@ struct MapsShape
     MapsShape halved() const { return {height / 2, width / 2, channels}; }
 };
 
-enum class Pooling
-{
-    max,
-    average
-};
-
 /// Destinations of the rectified responses of a convolution; null skips one.
 struct Responses
 {
     float* maps = nullptr;
-    std::uint8_t* masks = nullptr;  ///< 1 where they are positive.
-    float* pooled = nullptr;        ///< 2 x 2 of them: floor(H / 2) x floor(W / 2) x C.
-    /// With max pooling: which was the largest, row by row, the first of equal ones; 4: all are 0.
-    std::uint8_t* chosen = nullptr;
-    Pooling pooling = Pooling::max;
+    std::uint8_t* masks = nullptr;   ///< 1 where they are positive.
+    float* pooled = nullptr;         ///< The largest of 2 x 2 of them: floor(H / 2) x floor(W / 2) x C.
+    std::uint8_t* chosen = nullptr;  ///< Which was the largest, row by row, the first of equal ones; 4: all are 0.
 };
 
 /// Gradients as rows of pixels that may lie in a wider picture.
@@ -72,10 +64,10 @@ struct GradientView
 struct ResponseGradient
 {
     const float* own = nullptr;  ///< Gradient of the responses themselves; null: none.
-    GradientView of_next;        ///< Gradient of the next convolution's input: the responses, or these pooled. Null: none.
-    bool pooled = false;
+    GradientView
+        of_next;  ///< Gradient of the next convolution's input: the responses, or with `chosen` these pooled. Null: none.
     const std::uint8_t* masks = nullptr;   ///< Responses::masks; may be null with `chosen` and without `own`.
-    const std::uint8_t* chosen = nullptr;  ///< Responses::chosen; null if not pooled, or by averages.
+    const std::uint8_t* chosen = nullptr;  ///< Responses::chosen; null if not pooled.
 };
 
 /// A line of a cache, as long as the widest vector.

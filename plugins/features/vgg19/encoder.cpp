@@ -112,7 +112,7 @@ struct CpuEncoder::Tape : torch::CustomClassHolder
     {
         MapsShape shape;       ///< Shape of the responses.
         torch::Tensor mask;    ///< As vgg19::Responses has it; undefined where `chosen` says enough.
-        torch::Tensor chosen;  ///< Responses::chosen; only where they are pooled by their maximum.
+        torch::Tensor chosen;  ///< Responses::chosen; only where they are pooled.
     };
 
     std::shared_ptr<const CpuEncoder> encoder;
@@ -140,8 +140,7 @@ struct CpuEncoder::Function : torch::autograd::Function<CpuEncoder::Function>
     }
 };
 
-CpuEncoder::CpuEncoder(const std::vector<Convolution>& layers, const fresco::weights::Vgg19Input& input, Pooling pooling)
-    : input_(input), pooling_(pooling)
+CpuEncoder::CpuEncoder(const std::vector<Convolution>& layers, const fresco::weights::Vgg19Input& input) : input_(input)
 {
     for (const auto& convolution : layers)
     {
@@ -278,7 +277,7 @@ std::vector<torch::Tensor> CpuEncoder::encode(const torch::Tensor& picture, Tape
         entry.shape = shape;
         torch::Tensor out;
         torch::Tensor pooled;
-        Responses responses{.pooling = pooling_};
+        Responses responses;
         if (is_wanted || !is_pooled)
         {
             out = room_for(shape, at::kFloat);
@@ -289,7 +288,7 @@ std::vector<torch::Tensor> CpuEncoder::encode(const torch::Tensor& picture, Tape
             pooled = room_for(shape.halved(), at::kFloat);
             responses.pooled = pooled.data_ptr<float>();
         }
-        if (goes_back && is_pooled && pooling_ == Pooling::max)
+        if (goes_back && is_pooled)
         {
             entry.chosen = room_for(shape.halved(), at::kByte);
             responses.chosen = entry.chosen.data_ptr<std::uint8_t>();
@@ -340,7 +339,6 @@ torch::Tensor CpuEncoder::gradient(const Tape& tape, const std::vector<torch::Te
         { return tensor.defined() ? tensor.data_ptr<std::uint8_t>() : nullptr; };
         const ResponseGradient gradient{.own = own.defined() ? own.data_ptr<float>() : nullptr,
                                         .of_next = of_next,
-                                        .pooled = i + 1 < tape.entries.size() && layers_[i + 1]->pooled,
                                         .masks = bytes(entry.mask),
                                         .chosen = bytes(entry.chosen)};
         const auto& convolution = backward(i);

@@ -29,7 +29,7 @@ struct Convolution
 class CpuEncoder : public std::enable_shared_from_this<CpuEncoder>
 {
   public:
-    CpuEncoder(const std::vector<Convolution>& layers, const fresco::weights::Vgg19Input& input, Pooling pooling);
+    CpuEncoder(const std::vector<Convolution>& layers, const fresco::weights::Vgg19Input& input);
 
     /// Whether it can encode `picture` up to `last`: else the general way has to.
     static bool takes(const torch::Tensor& picture, const std::vector<Convolution>& layers, std::size_t last);
@@ -69,7 +69,6 @@ class CpuEncoder : public std::enable_shared_from_this<CpuEncoder>
 
     std::vector<std::unique_ptr<Layer>> layers_;
     fresco::weights::Vgg19Input input_;
-    Pooling pooling_;
 };
 
 }  // namespace vgg19

@@ -92,13 +92,13 @@ torch::Tensor laid_out(const torch::Tensor& values)
     return values.contiguous(at::MemoryFormat::ChannelsLast);
 }
 
-torch::Tensor pooled(const torch::Tensor& maps, Pooling pooling)
+torch::Tensor pooled(const torch::Tensor& maps)
 {
     const auto height = maps.size(2) / 2;
     const auto width = maps.size(3) / 2;
     if (height == 0 || width == 0)
         return maps.new_empty({1, maps.size(1), height, width});
-    return pooling == Pooling::max ? at::max_pool2d(maps, {2, 2}) : at::avg_pool2d(maps, {2, 2});
+    return at::max_pool2d(maps, {2, 2});
 }
 
 /// Filters with their rows and columns reversed and their channels exchanged.
@@ -171,9 +171,8 @@ std::vector<Convolution> convolutions(const fresco::weights::Vgg19Weights& weigh
     return result;
 }
 
-Vgg19::Vgg19(std::vector<Convolution> layers, const fresco::weights::Vgg19Input& input, Pooling pooling)
-    : convolutions_(std::move(layers)), on_cpu_(std::make_shared<CpuEncoder>(convolutions_, input, pooling)), input_(input),
-      pooling_(pooling)
+Vgg19::Vgg19(std::vector<Convolution> layers, const fresco::weights::Vgg19Input& input)
+    : convolutions_(std::move(layers)), on_cpu_(std::make_shared<CpuEncoder>(convolutions_, input)), input_(input)
 {
 }
 
@@ -273,7 +272,7 @@ std::vector<torch::Tensor> Vgg19::encode_generally(const torch::Tensor& picture,
     for (std::size_t number = 0; number < convolutions_.size() && missing > 0; ++number)
     {
         if (convolutions_[number].pooled)
-            maps = pooled(maps, pooling_);
+            maps = pooled(maps);
         maps = responses(number, maps);
         for (std::size_t i = 0; i < names.size(); ++i)
             if (names[i] == convolutions_[number].layer)
@@ -306,6 +305,20 @@ constexpr std::array<std::pair<std::string_view, double>, 6> raw_means{
 
 }  // namespace
 
+double raw_mean(std::string_view layer)
+{
+    double mean = 0;
+    for (const auto& [name, value] : raw_means)
+        if (name <= layer)
+            mean = value;
+    return mean;
+}
+
+namespace
+{
+
+/// The network whose input is BGR in 0..255 minus its mean color and whose layers answer as those of `network` do: order of
+/// channels, scale, mean and deviation are folded into the first convolution. A border of zeros stays the mean color.
 Vgg19 folded(const Vgg19& network)
 {
     const auto& from = network.input();
@@ -326,9 +339,11 @@ Vgg19 folded(const Vgg19& network)
             .copy_(old_weights.select(1, static_cast<std::int64_t>(channel)) * (from.scale / (255 * from.deviation[channel])));
     }
     layers.front().weights = new_weights.to(at::kFloat);
-    return {std::move(layers), to, network.pooling()};
+    return {std::move(layers), to};
 }
 
+/// The mean activation of each layer over all filters and places, averaged over `pictures` (RGB in [0,1], 3 x H x W). In a fixed
+/// order.
 std::vector<double> mean_activations(const Vgg19& network, const std::vector<torch::Tensor>& pictures)
 {
     const at::NoGradGuard no_gradient;
@@ -345,26 +360,7 @@ std::vector<double> mean_activations(const Vgg19& network, const std::vector<tor
     return means;
 }
 
-Vgg19 scaled(const Vgg19& network, const std::vector<double>& factors)
-{
-    auto layers = network.convolutions();
-    for (std::size_t i = 0; i < layers.size(); ++i)
-    {
-        const double before = i > 0 ? factors[i - 1] : 1;
-        layers[i].weights = (layers[i].weights.to(at::kDouble) * (factors[i] / before)).to(at::kFloat);
-        layers[i].bias = (layers[i].bias.to(at::kDouble) * factors[i]).to(at::kFloat);
-    }
-    return {std::move(layers), network.input(), network.pooling()};
-}
-
-double raw_mean(std::string_view layer)
-{
-    double mean = 0;
-    for (const auto& [name, value] : raw_means)
-        if (name <= layer)
-            mean = value;
-    return mean;
-}
+}  // namespace
 
 Rescaled rescaled(const Vgg19& network, const std::vector<torch::Tensor>& pictures)
 {
@@ -373,17 +369,23 @@ Rescaled rescaled(const Vgg19& network, const std::vector<torch::Tensor>& pictur
                             "use raw weights");
     const Vgg19 common = folded(network);
     const auto means = mean_activations(common, pictures);
-    std::vector<double> factors;
+    // Exact, since rectifier, pooling and padding commute with a factor: weights are multiplied by their layer's factor and
+    // divided by that of the layer that they read.
+    auto layers = common.convolutions();
+    double before = 1;
     for (std::size_t i = 0; i < means.size(); ++i)
     {
-        const std::string& layer = common.convolutions()[i].layer;
+        const std::string& layer = layers[i].layer;
         if (!(means[i] > 0) || !std::isfinite(means[i]))
             throw fresco::Error(
                 "features.vgg19: layer " + layer +
                 " is zero on the style and on all frames, so it cannot be rescaled; use the weights of a trained VGG-19");
-        factors.push_back(raw_mean(layer) / means[i]);
+        const double factor = raw_mean(layer) / means[i];
+        layers[i].weights = (layers[i].weights.to(at::kDouble) * (factor / before)).to(at::kFloat);
+        layers[i].bias = (layers[i].bias.to(at::kDouble) * factor).to(at::kFloat);
+        before = factor;
     }
-    return {scaled(common, factors), means};
+    return {{std::move(layers), common.input()}, means};
 }
 
 }  // namespace vgg19

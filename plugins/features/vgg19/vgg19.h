@@ -34,7 +34,7 @@ class Vgg19
 {
   public:
     Vgg19() = default;
-    Vgg19(std::vector<Convolution> layers, const fresco::weights::Vgg19Input& input, Pooling pooling);
+    Vgg19(std::vector<Convolution> layers, const fresco::weights::Vgg19Input& input);
 
     std::vector<fresco::FeatureLayer> layers() const;
     /// Named layers of `picture` (RGB in [0,1], 3 x H x W, float32 or float64), each C x floor(H / stride) x floor(W / stride).
@@ -50,7 +50,6 @@ class Vgg19
     void set_precision(Precision precision);
     const fresco::weights::Vgg19Input& input() const { return input_; }
     const std::vector<Convolution>& convolutions() const { return convolutions_; }
-    Pooling pooling() const { return pooling_; }
 
   private:
     torch::Tensor network_input(const torch::Tensor& picture) const;
@@ -72,20 +71,7 @@ class Vgg19
     Precision precision_ = Precision::full;
     std::shared_ptr<const CpuEncoder> on_cpu_;
     fresco::weights::Vgg19Input input_;
-    Pooling pooling_ = Pooling::max;
 };
-
-/// The network whose input is BGR in 0..255 minus its mean color and whose layers answer as those of `network` do: order of
-/// channels, scale, mean and deviation are folded into the first convolution. A border of zeros stays the mean color.
-Vgg19 folded(const Vgg19& network);
-
-/// The mean activation of each layer over all filters and places, averaged over `pictures` (RGB in [0,1], 3 x H x W). In a fixed
-/// order.
-std::vector<double> mean_activations(const Vgg19& network, const std::vector<torch::Tensor>& pictures);
-
-/// The network with the activations of layer i multiplied by factors[i] > 0. Exact, since rectifier, pooling and padding commute
-/// with a factor: weights are multiplied by their layer's and divided by that of the layer that they read.
-Vgg19 scaled(const Vgg19& network, const std::vector<double>& factors);
 
 /// The raw network's mean activation in a layer such as "relu3_1". Layers without a known figure take that of the closest earlier
 /// layer that has one.
@@ -97,7 +83,8 @@ struct Rescaled
     std::vector<double> means;  ///< Before, per layer.
 };
 
-/// `network` folded and scaled to the raw network's means over `pictures`. Throws fresco::Error if a layer is silent on all
+/// `network` with every layer scaled to the raw network's mean over `pictures`, and with an input of BGR in 0..255 minus the mean
+/// color, so that a border of zeros stays the mean color. Throws fresco::Error if a layer is silent on all
 /// pictures or there are no pictures.
 Rescaled rescaled(const Vgg19& network, const std::vector<torch::Tensor>& pictures);
 

@@ -30,9 +30,9 @@ struct Kernel
     /// right, which are brought near.
     void (*transform)(const float* const* pixels, const float* const* next, int channels, float* out, std::size_t stride);
 
-    /// Transforms a gradient, adding the values of `next` times `scale`; `own`: the gradient has values of its own.
-    void (*transform_gradient)(const GradientTile& tile, const GradientTile& next, bool own, float scale, int channels,
-                               float* out, std::size_t stride);
+    /// Transforms a gradient, adding the values of `next`; `own`: the gradient has values of its own.
+    void (*transform_gradient)(const GradientTile& tile, const GradientTile& next, bool own, int channels, float* out,
+                               std::size_t stride);
 
     /// Products for one position and panel: the first `inner` of each tile's `step` values by filters (inner x outputs) -> tiles
     /// x outputs. `tiles` is a multiple of `rows`; `outputs` is `panel`, or a smaller multiple of 16.

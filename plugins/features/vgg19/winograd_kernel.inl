@@ -126,7 +126,7 @@ inline Vector where(const std::uint8_t* bytes, std::uint8_t number, Vector value
     return is ? values : Vector{};
 }
 
-void transform_gradient(const GradientTile& tile, const GradientTile& next, bool own, float scale, int channels, float* out,
+void transform_gradient(const GradientTile& tile, const GradientTile& next, bool own, int channels, float* out,
                         std::size_t stride)
 {
     for (int channel = 0; channel < channels; channel += lanes)
@@ -135,7 +135,7 @@ void transform_gradient(const GradientTile& tile, const GradientTile& next, bool
         if (channel % 64 == 0)
             bring_near(next.chosen, channel);
         const auto of_next = [&](int i)
-        { return where(tile.chosen[i] + channel, tile.number[i], load(tile.next[i] + channel) * scale); };
+        { return where(tile.chosen[i] + channel, tile.number[i], load(tile.next[i] + channel)); };
         if (!own)
         {
             transform_tile(of_next, out + channel, stride);

@@ -20,20 +20,11 @@
 namespace
 {
 
-/// Deterministic numbers in [-0.5, 0.5), scaled.
-torch::Tensor numbers(std::vector<std::int64_t> shape, double scale)
-{
-    auto values = at::empty(shape, at::kFloat);
-    for (std::int64_t i = 0; i < values.numel(); ++i)
-        values.data_ptr<float>()[i] =
-            static_cast<float>(scale * (std::fmod(0.6180339887 * static_cast<double>(i % 65'537 * 31 + i), 1.0) - 0.5));
-    return values;
-}
-
 void add(fresco::SafeTensors& contents, const std::string& key, std::int64_t outputs, std::int64_t inputs)
 {
-    contents.tensors[key + ".weight"] = numbers({outputs, inputs, 3, 3}, 1 / std::sqrt(static_cast<double>(inputs)));
-    contents.tensors[key + ".bias"] = numbers({outputs}, 0.1);
+    using fresco::testing::random_tensor;
+    contents.tensors[key + ".weight"] = random_tensor({outputs, inputs, 3, 3}, 1) / std::sqrt(static_cast<double>(inputs));
+    contents.tensors[key + ".bias"] = random_tensor({outputs}, 2) * 0.1;
 }
 
 /// conv1_1 .. conv2_1 under torchvision's keys.
@@ -57,71 +48,14 @@ std::vector<vgg19::Convolution> layers_of(const fresco::SafeTensors& contents)
 
 torch::Tensor noise_picture(std::int64_t height, std::int64_t width)
 {
-    return numbers({3, height, width}, 1) + 0.5;
-}
-
-/// A 3x3 convolution with bias and rectifier, in double, one sum at a time.
-torch::Tensor plain_convolution(const torch::Tensor& maps, const torch::Tensor& weights, const torch::Tensor& bias, bool reflect)
-{
-    const auto in = maps.to(at::kDouble).contiguous();
-    const auto w = weights.to(at::kDouble).contiguous();
-    const auto height = in.size(1);
-    const auto width = in.size(2);
-    auto out = at::zeros({w.size(0), height, width}, at::kDouble);
-    const auto mirrored = [](std::int64_t i, std::int64_t n) { return i < 0 ? -i : i >= n ? 2 * n - 2 - i : i; };
-    const double* value = in.data_ptr<double>();
-    const double* factor = w.data_ptr<double>();
-    for (std::int64_t k = 0; k < w.size(0); ++k)
-        for (std::int64_t y = 0; y < height; ++y)
-            for (std::int64_t x = 0; x < width; ++x)
-            {
-                double sum = bias[k].item<double>();
-                for (std::int64_t c = 0; c < in.size(0); ++c)
-                    for (std::int64_t j = 0; j < 3; ++j)
-                        for (std::int64_t i = 0; i < 3; ++i)
-                        {
-                            const auto sy = reflect ? mirrored(y + j - 1, height) : y + j - 1;
-                            const auto sx = reflect ? mirrored(x + i - 1, width) : x + i - 1;
-                            if (sy >= 0 && sy < height && sx >= 0 && sx < width)
-                                sum += value[(c * height + sy) * width + sx] * factor[((k * in.size(0) + c) * 3 + j) * 3 + i];
-                        }
-                out[k][y][x] = std::max(sum, 0.0);
-            }
-    return out;
+    return fresco::testing::random_tensor({3, height, width}, 3) + 0.5;
 }
 
 }  // namespace
 
-TEST_CASE("VGG-19 agrees with sums by hand, with both inputs and paddings")
-{
-    const auto contents = three_layers();
-    const auto layers = layers_of(contents);
-    const auto input = noise_picture(6, 7);
-    for (const bool caffe : {false, true})
-    {
-        auto format = caffe ? fresco::weights::caffe_input() : fresco::weights::torchvision_input();
-        CHECK(format.padding == fresco::weights::Vgg19Padding::zero);
-        if (caffe)
-            format.padding = fresco::weights::Vgg19Padding::reflect;
-        auto expected = at::empty({3, 6, 7}, at::kDouble);
-        const double means[2][3] = {{0.485, 0.456, 0.406}, {103.939, 116.779, 123.68}};
-        const double deviations[3] = {0.229, 0.224, 0.225};
-        for (std::int64_t c = 0; c < 3; ++c)
-            expected[c] = caffe ? input[2 - c].to(at::kDouble) * 255 - means[1][c]
-                                : (input[c].to(at::kDouble) - means[0][c]) / deviations[c];
-        const vgg19::Vgg19 network(layers, format, vgg19::Pooling::max);
-        const auto maps = network.encode(input, {"relu1_1", "relu1_2"});
-        for (std::size_t i = 0; i < 2; ++i)
-        {
-            expected = plain_convolution(expected, layers[i].weights, layers[i].bias, caffe);
-            CHECK(at::allclose(maps[i].to(at::kDouble), expected, 1e-4, 1e-3));
-        }
-    }
-}
-
 TEST_CASE("Layers: stride, channels, reach, and the defaults for style and content")
 {
-    const vgg19::Vgg19 network(layers_of(three_layers()), {}, vgg19::Pooling::max);
+    const vgg19::Vgg19 network(layers_of(three_layers()), {});
     const auto layers = network.layers();
     REQUIRE(layers.size() == 3);
     CHECK(layers[0].name == "relu1_1");
@@ -248,21 +182,17 @@ std::pair<double, torch::Tensor> style_loss(const std::function<std::vector<torc
     return {sum.item<double>(), torch::autograd::grad({sum}, {input})[0].cpu()};
 }
 
-/// The maps of `names` by PyTorch's own functions and their gradients.
-std::vector<torch::Tensor> plainly_encoded(const vgg19::Vgg19& network, const torch::Tensor& picture)
+/// The maps of `names` by PyTorch's own functions and their gradients, and by the published means and deviations.
+std::vector<torch::Tensor> plainly_encoded(const std::vector<vgg19::Convolution>& layers, bool caffe, bool reflect,
+                                           const torch::Tensor& picture)
 {
-    const auto& format = network.input();
-    const auto of_channels = [&](const auto& values)
-    {
-        return at::tensor(at::ArrayRef<double>(values.data(), values.size()), picture.options().requires_grad(false))
-            .view({3, 1, 1});
-    };
-    auto maps = (format.bgr ? picture.flip(0) : picture) * format.scale;
-    maps = ((maps - of_channels(format.mean)) / of_channels(format.deviation)).unsqueeze(0);
+    const auto of_channels = [](std::vector<double> values) { return at::tensor(values, at::kDouble).view({3, 1, 1}); };
+    auto maps = caffe ? picture.flip(0) * 255 - of_channels({103.939, 116.779, 123.68})
+                      : (picture - of_channels({0.485, 0.456, 0.406})) / of_channels({0.229, 0.224, 0.225});
+    maps = maps.unsqueeze(0);
     std::vector<torch::Tensor> result;
-    for (const auto& layer : network.convolutions())
+    for (const auto& layer : layers)
     {
-        const bool reflect = format.padding == fresco::weights::Vgg19Padding::reflect;
         maps = layer.pooled ? at::max_pool2d(maps, {2, 2}) : maps;
         maps = reflect ? at::reflection_pad2d(maps, {1, 1, 1, 1}) : maps;
         maps = at::relu(at::conv2d(maps, layer.weights.to(at::kDouble), layer.bias.to(at::kDouble), 1, reflect ? 0 : 1));
@@ -305,7 +235,7 @@ TEST_CASE("libtorch's convolutions, with channels innermost, agree with minimal 
     for (const bool caffe : {false, true})
     {
         const auto input = caffe ? fresco::weights::caffe_input() : fresco::weights::torchvision_input();
-        vgg19::Vgg19 network(random_layers(), input, vgg19::Pooling::max);
+        vgg19::Vgg19 network(random_layers(), input);
         const auto fast = network.encode(picture, names);
         const auto general = network.encode_generally(picture, names);
         for (std::size_t i = 0; i < names.size(); ++i)
@@ -326,23 +256,26 @@ TEST_CASE("libtorch's convolutions, with channels innermost, agree with minimal 
     }
 }
 
-TEST_CASE("a convolution's way back, by the turned filters, is libtorch's own")
+TEST_CASE("the maps and a convolution's way back, by the turned filters, are libtorch's own, with both inputs and paddings")
 {
     for (const bool caffe : {false, true})
-    {
-        auto input = caffe ? fresco::weights::caffe_input() : fresco::weights::torchvision_input();
-        for (const auto padding : {fresco::weights::Vgg19Padding::zero, fresco::weights::Vgg19Padding::reflect})
+        for (const bool reflect : {false, true})
         {
-            input.padding = padding;
-            const vgg19::Vgg19 network(random_layers(), input, vgg19::Pooling::max);
+            CAPTURE(caffe, reflect);
+            auto input = caffe ? fresco::weights::caffe_input() : fresco::weights::torchvision_input();
+            CHECK(input.padding == fresco::weights::Vgg19Padding::zero);
+            if (reflect)
+                input.padding = fresco::weights::Vgg19Padding::reflect;
+            const auto layers = random_layers();
+            const vgg19::Vgg19 network(layers, input);
             const auto picture = at::rand({3, 22, 31}, at::kDouble);
             const auto style = at::rand({3, 26, 18}, at::kDouble);
             const auto own = style_loss([&](const auto& p) { return network.encode_generally(p, names); }, picture, style);
-            const auto other = style_loss([&](const auto& p) { return plainly_encoded(network, p); }, picture, style);
+            const auto other =
+                style_loss([&](const auto& p) { return plainly_encoded(layers, caffe, reflect, p); }, picture, style);
             CHECK(own.first == Approx(other.first).epsilon(1e-12));
             CHECK(own.second.allclose(other.second, 1e-9, 1e-14));
         }
-    }
 }
 
 TEST_CASE("precisions that the device lacks are refused")

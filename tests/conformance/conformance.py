@@ -31,20 +31,17 @@ def expect(condition, text):
         problems.append(text)
 
 
-def wrong_value(option):
-    """A value that the option's kind cannot take, as YAML."""
-    return {"text": "[1]", "input_file": "[1]", "input_folder": "[1]", "input_path": "[1]", "output_name": "[1]", "component": "[1]", "components": "[1]"}.get(option["kind"], "word")
+# Kinds of options that cannot be a list; the others cannot be a word.
+NO_LISTS = ("text", "input_file", "input_folder", "input_path", "output_name", "component", "components")
 
 
-def check_option(kind, name, option):
+def check_option(name, option):
     where = f"{name}.{option['name']}"
     expect(SNAKE.match(option["name"]), f"{where}: is not snake_case")
-    expect(len(option.get("help", "")) > 5, f"{where}: has no help")
-    expect(option.get("help", "").count("\n") == 0, f"{where}: help is longer than a line")
+    expect(len(option.get("help", "")) > 5 and "\n" not in option["help"], f"{where}: has no help, or more than a line")
     if "default" in option and "min" in option:
         values = option["default"] if isinstance(option["default"], list) else [option["default"]]
-        expect(all(value >= option["min"] for value in values), f"{where}: default below its range")
-        expect(all(value <= option.get("max", float("inf")) for value in values), f"{where}: default above its range")
+        expect(all(option["min"] <= value <= option.get("max", float("inf")) for value in values), f"{where}: default outside its range")
     if "choices" in option and "default" in option:
         expect(option["default"] in option["choices"], f"{where}: default is not one of its choices")
 
@@ -53,24 +50,19 @@ def check_type(entry):
     name = entry["type"]
     status, text, errors = fresco("describe", name, "--json")
     if status != 0:
-        problems.append(f"{name}: describe failed: {errors}")
-        return
+        return problems.append(f"{name}: describe failed: {errors}")
     described = json.loads(text)
     declaration = described.get("declaration", described)
     library = pathlib.Path(described["library"])
     folder = SOURCE / "plugins" / library.stem.replace("_", "/", 1)
-    readme = folder / "README.md"
     # A plugin that writes files may also read how they were made, and show its artifacts.
     expect(library.stem == name.replace(".", "_") or entry["kind"] in ("origin", "viewer"), f"{name}: is in {library.name}")
     expect(SNAKE.match(folder.name), f"{name}: is not kind.name in snake_case")
-    text = readme.read_text() if readme.exists() else ""
-    expect(text, f"{name}: has no README.md")
-    expect(f"reference/{name}.md)" in text, f"{name}: README does not link to the type's page of the reference")
+    expect(f"reference/{name}.md)" in (folder / "README.md").read_text(), f"{name}: README does not link to the type's page of the reference")
     for option in declaration["options"]:
-        check_option(entry["kind"], name, option)
+        check_option(name, option)
     for port in declaration["inputs"] + declaration["outputs"]:
-        expect(SNAKE.match(port["name"]), f"{name}: port {port['name']} is not snake_case")
-        expect(len(port["help"]) > 5, f"{name}: port {port['name']} has no help")
+        expect(SNAKE.match(port["name"]) and len(port["help"]) > 5, f"{name}: port {port['name']} is not snake_case, or has no help")
     if entry["kind"] == "stage":
         check_refusals(name, declaration)
 
@@ -80,7 +72,7 @@ def check_refusals(name, declaration):
     lines = ["version: 1", "stages:", "  tested:", f"    type: {name}", "    no_such_option: 1"]
     expected = {5: "no_such_option"}
     for option in declaration["options"]:
-        lines.append(f"    {option['name']}: {wrong_value(option)}")
+        lines.append(f"    {option['name']}: {'[1]' if option['kind'] in NO_LISTS else 'word'}")
         expected[len(lines)] = option["name"]
     file = pathlib.Path(WORK.name) / "wrong.yaml"
     file.write_text("\n".join(lines) + "\n")

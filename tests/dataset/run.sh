@@ -53,13 +53,3 @@ if python=$(python_with numpy); then
 else
     skip "the dataset read with NumPy: no python3 with numpy is at hand"
 fi
-
-# Nothing is run again, and a damaged dataset does not hurt what was read from it …
-"$server/bin/fresco" run "$server/room.yaml" --store "$server/store" --out "$server/out" --json-log >"$work/second.log"
-! grep -q '"event":"begin"' "$work/second.log" || fail "the second run ran a stage"
-printf '\1' | dd of="$server/room/views/000001/color.npy" bs=1 seek=4000 conv=notrunc status=none
-"$server/bin/fresco" run "$server/room.yaml" --store "$server/store" --out "$server/out" --json-log >"$work/third.log"
-! grep -q '"event":"begin"' "$work/third.log" || fail "a run after damage ran a stage"
-# … but is refused where it is read.
-! "$server/bin/fresco" run "$server/room.yaml" --store "$server/fresh" --out "$server/out" 2>"$work/damaged.log" || fail "a damaged dataset was read"
-grep -q 'views/000001/color.npy: its contents differ' "$work/damaged.log" || fail "the damage is not named: $(cat "$work/damaged.log")"

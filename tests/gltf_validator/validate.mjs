@@ -1,5 +1,5 @@
-// node validate.mjs FILE.glb…: prints what the Khronos glTF validator counts per file; ends with 1 on any error or warning, with 2 where
-// a file cannot be read. `npm install` in this folder first, or set GLTF_VALIDATOR to the package's folder.
+// node validate.mjs FILE.glb…: prints what the Khronos glTF validator counts per file; ends with 1 on any error or warning.
+// `npm install` in this folder first, or set GLTF_VALIDATOR to the package's folder.
 import { readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import process from 'node:process';
@@ -8,22 +8,9 @@ const require = createRequire(import.meta.url);
 const validator = require(process.env.GLTF_VALIDATOR ?? 'gltf-validator');
 
 const severities = ['error', 'warning', 'info', 'hint'];
-const files = process.argv.slice(2);
-if (files.length === 0) {
-  console.error('usage: node validate.mjs FILE.glb…');
-  process.exit(2);
-}
-
 let failed = false;
-for (const file of files) {
-  let bytes;
-  try {
-    bytes = new Uint8Array(readFileSync(file));
-  } catch (error) {
-    console.error(`${file}: ${error.message}`);
-    process.exit(2);
-  }
-  const { issues, info } = await validator.validateBytes(bytes, { uri: file, maxIssues: 100 });
+for (const file of process.argv.slice(2)) {
+  const { issues, info } = await validator.validateBytes(new Uint8Array(readFileSync(file)), { uri: file, maxIssues: 100 });
   console.log(
     `${file}: ${issues.numErrors} errors, ${issues.numWarnings} warnings, ${issues.numInfos} infos, ${issues.numHints} hints; ` +
       `${info?.totalTriangleCount ?? 0} triangles, ${info?.totalVertexCount ?? 0} vertices`,

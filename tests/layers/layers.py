@@ -6,7 +6,7 @@ import pathlib
 import re
 import sys
 
-root = pathlib.Path(sys.argv[1])
+root = pathlib.Path(sys.argv[1]).resolve()
 include = re.compile(r'^\s*#\s*include\s+["<]([^">]+)[">]', re.MULTILINE)
 problems = []
 
@@ -39,10 +39,8 @@ def check_host():
     for name in sorted(folders ^ set(below)):
         problems.append(f"framework/src/{name}: a folder without a layer in framework/CMakeLists.txt, or a layer without a folder")
     for layer in sorted(folders & set(below)):
-        sources = list(includes_of(root / "framework/src" / layer))
-        if (root / "framework/tests" / layer).exists():
-            sources += includes_of(root / "framework/tests" / layer)
-        for path, name in sources:
+        tests = root / "framework/tests" / layer
+        for path, name in [*includes_of(root / "framework/src" / layer), *(includes_of(tests) if tests.exists() else [])]:
             other = name.split("/")[0]
             if other in folders and other not in below[layer]:
                 problems.append(f"{path.relative_to(root)} includes {name}, but '{layer}' is not on '{other}'")
@@ -58,10 +56,9 @@ def check_plugins():
             problems.append(f"{path.relative_to(root)} includes {name}, which is in plugins/shared")
     for path, name in list(includes_of(root / "sdk")) + list(includes_of(root / "plugins")):
         target = (path.parent / name).resolve()
-        if not target.exists() or root.resolve() not in target.parents:
+        if not target.exists() or root not in target.parents:
             continue
-        here = path.resolve().relative_to(root.resolve()).parts
-        there = target.relative_to(root.resolve()).parts
+        here, there = (file.relative_to(root).parts for file in (path.resolve(), target))
         if here[0] != there[0] or here[0] == "plugins" and here[1] != there[1]:
             problems.append(f"{path.relative_to(root)} includes {name}, which is in {'/'.join(there[:2])}")
 

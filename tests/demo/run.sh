@@ -42,25 +42,3 @@ for name, weaker in (("painting", {"coherence": 0.75}), ("optimized", {"strokes"
             failed.append(f"{name}: {figure} {found['mean']:.3f}")
 sys.exit("demo: " + ", ".join(failed) if failed else 0)
 CHECK
-
-# A preview leaves the full run's results alone, and is a smaller room.
-sum=$(sha256sum <"$kept/out/demo.glb")
-begin=$(date +%s%N)
-(cd "$kept" && "$fresco" run "$source/tests/demo/strength.yaml" --preview --store store --cores 2)
-echo "three strengths of the preview: $((($(date +%s%N) - begin) / 1000000)) ms"
-[ "$sum" = "$(sha256sum <"$kept/out/demo.glb")" ] || fail "the preview changed demo.glb"
-for folder in "$kept"/out/preview/share=*; do painting "$folder"; done
-"$python" - "$kept/out/preview" <<'CHECK'
-import json, pathlib, sys
-
-folders = sorted(pathlib.Path(sys.argv[1]).glob("share=*"), key=lambda folder: float(folder.name[6:]))
-figures = [json.loads((folder / "painting.json").read_text())["figures"] for folder in folders]
-assert len(figures) == 3 and (folders[0] / "demo.glb").stat().st_size > 0
-failed = []
-for name in ("off_palette", "edges"):
-    found = [round(figure[name]["mean"], 3) for figure in figures]
-    print(f"{name} by strength: {found}")
-    if found != sorted(found, reverse=True):
-        failed.append(f"{name} does not fall with the strength")
-sys.exit("demo: " + ", ".join(failed) if failed else 0)
-CHECK

@@ -5,9 +5,9 @@ import { readFileSync } from "node:fs";
 import { resolve } from "node:path";
 import { pathToFileURL } from "node:url";
 
-const [folder, obj, unlit, lit] = process.argv.slice(2);
+const [folder, obj, ...packages] = process.argv.slice(2);
 const node = process;
-const files = [unlit, lit].map(file => new Uint8Array(readFileSync(file)));
+const files = packages.map(file => new Uint8Array(readFileSync(file)));
 const wasmBinary = readFileSync(`${folder}/tinyusdz.wasm`);
 // It believes to be in a browser, the only place that it was built for.
 globalThis.window = globalThis;
@@ -20,10 +20,9 @@ globalThis.process = node;
 function facesOfObj(text) {
     const lists = { v: [], vt: [], f: [] };
     for (const [name, ...words] of text.split("\n").map(line => line.trim().split(/\s+/)))
-        lists[name]?.push(words);
-    const numbers = { v: lists.v.map(row => row.map(Number)), vt: lists.vt.map(row => row.map(Number)) };
-    const corners = lists.f.map(face => face.map(corner => corner.split("/").map(part => Number(part) - 1)));
-    return { points: corners.map(face => face.flatMap(([v]) => numbers.v[v].slice(0, 3))), texcoords: corners.map(face => face.flatMap(([, vt]) => numbers.vt[vt])) };
+        lists[name]?.push(words.map(word => word.split("/").map(Number)));
+    const rows = (list, part, width) => lists.f.map(face => face.flatMap(corner => list[corner[part] - 1].flat().slice(0, width)));
+    return { points: rows(lists.v, 0, 3), texcoords: rows(lists.vt, 1, 2) };
 }
 
 const largest = (a, b) => {
@@ -32,7 +31,7 @@ const largest = (a, b) => {
 };
 
 const expected = facesOfObj(readFileSync(obj, "utf8"));
-for (const [i, is_lit] of [[0, false], [1, true]]) {
+for (const [i, is_lit] of [false, true].entries()) {
     const usd = new reader.TinyUSDZLoaderNative();
     assert(usd.loadFromBinary(files[i], "room.usdz"), usd.error());
     assert.equal(usd.numMeshes(), 1);
@@ -40,8 +39,9 @@ for (const [i, is_lit] of [[0, false], [1, true]]) {
     assert.equal(root.primName, "room");
     const mesh = usd.getMesh(0);
     assert(mesh.faceVertexCounts.every(count => count === 3));
-    const per_face = (values, width) => Array.from({ length: mesh.faceVertexCounts.length }, (_, face) =>
-        [0, 1, 2].flatMap(corner => Array.from(values.slice(width * mesh.faceVertexIndices[3 * face + corner], width * (mesh.faceVertexIndices[3 * face + corner] + 1)))));
+    const of_corner = (values, width, vertex) => Array.from(values.slice(width * vertex, width * (vertex + 1)));
+    const per_face = (values, width) => Array.from(mesh.faceVertexCounts, (_, face) =>
+        [0, 1, 2].flatMap(corner => of_corner(values, width, mesh.faceVertexIndices[3 * face + corner])));
     const points = per_face(mesh.points, 3);
     assert(largest(points, expected.points) < 1e-6);
     // The node puts the middle of its box above the origin, and its lowest point level with it.

@@ -1,21 +1,16 @@
 #!/usr/bin/env python3
-"""compare.py READER FOLDER: for every .uvmap the reader gives the values of the NPY file next to it, and it refuses damaged ones."""
-import importlib.util
+"""compare.py FOLDER: for every .uvmap the package gives the values of the NPY file next to it, and it refuses damaged ones."""
 import pathlib
 import sys
 
 import numpy as np
 import zstandard
+from fresco.uv_maps import read_uv_map
 
-spec = importlib.util.spec_from_file_location("reader", sys.argv[1])
-reader = importlib.util.module_from_spec(spec)
-spec.loader.exec_module(reader)
-assert len(pathlib.Path(sys.argv[1]).read_text().splitlines()) <= 60
-
-files = sorted(pathlib.Path(sys.argv[2]).glob("*.uvmap"))
+files = sorted(pathlib.Path(sys.argv[1]).glob("*.uvmap"))
 assert len(files) >= 30
 for file in files:
-    read = reader.read_uv_map(file)
+    read = read_uv_map(file)
     assert set(read) == {"uv", "depth", "cosine", "valid"}
     for name, values in read.items():
         expected = np.load(file.with_suffix(f".{name}.npy"))
@@ -27,7 +22,7 @@ damaged = files[0].with_suffix(".damaged")
 for offset in range(0, len(whole), 7):
     damaged.write_bytes(whole[:offset] + bytes([whole[offset] ^ 16]) + whole[offset + 1 :])
     try:
-        read = reader.read_uv_map(damaged)
+        read = read_uv_map(damaged)
     except (ValueError, zstandard.ZstdError):
         continue
     assert all((values == np.load(files[0].with_suffix(f".{name}.npy"))).all() for name, values in read.items()), offset

@@ -3,8 +3,5 @@
 source "$(dirname "$0")/../program_test.sh"
 write_uv_maps=$1 source=$2
 "$write_uv_maps" "$work"
-if python=$(python_with numpy, zstandard); then
-    "$python" "$source/tests/packed_uv_maps/compare.py" "$source/sdk/python/fresco/uv_maps.py" "$work"
-    exit
-fi
-skip "packed uv maps read with NumPy: no python3 with numpy and zstandard is at hand"
+python=$(python_with numpy, zstandard) || { skip "packed uv maps read with NumPy: no python3 with numpy and zstandard is at hand"; exit; }
+PYTHONPATH=$source/sdk/python PYTHONDONTWRITEBYTECODE=1 "$python" "$source/tests/packed_uv_maps/compare.py" "$work"

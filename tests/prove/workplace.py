@@ -39,6 +39,14 @@ def some_of(given, cases):
 PATHS = re.compile(r'(?:(?:AT_FDCWD|\d+)<((?:[^<>\\]|\\.)*)>, )?"((?:[^"\\]|\\.)*)"')
 
 
+def finish(problems, figures, counts={}):
+    """Ends a proof."""
+    for what, count in sorted(counts.items()):
+        print(f"  {count:5} {what}")
+    print("\n".join([*problems[:50], figures]))
+    sys.exit(bool(problems))
+
+
 def traced(proof, calls, words, record, **where):
     """Runs a program under strace; gives how it ended, and the lines about these calls, from a file `record`.PID for each process. Ends
     the proof, as skipped, without strace or where the system does not allow tracing."""

@@ -18,7 +18,7 @@ import sys
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from workplace import Budget, Workplace, arguments, some_of
+from workplace import Budget, Workplace, arguments, finish, some_of
 
 PIPELINE = """version: 1
 vars: {plus: 1}
@@ -155,10 +155,7 @@ def main():
             damage()
             counts[kind] += 1
             problems += site.check(f"{kind}: {what}")
-        print("\n".join(f"  {count:5} {kind}" for kind, count in sorted(counts.items())))
-        print("\n".join(problems))
-        print(f"seed {given.seed}: {sum(counts.values())} damages to {len(kinds)} kinds of files: {len(problems)} served, or a failure")
-        sys.exit(bool(problems))
+        finish(problems, f"seed {given.seed}: {sum(counts.values())} damages to {len(kinds)} kinds of files: {len(problems)} served, or a failure", counts)
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from corruption import Site, wrong_files
-from workplace import PATHS, Budget, Workplace, arguments, some_of, traced
+from workplace import PATHS, Budget, Workplace, arguments, finish, some_of, traced
 
 # Names that nobody can know before.
 RANDOM = re.compile(r"\.fresco-[0-9a-f]{32}|/tmp/.")
@@ -152,10 +152,8 @@ def main():
             problems += found
             stops += stopped
             counts[kind] += 1
-        print("\n".join(f"  {count:5} {kind}" for kind, count in sorted(counts.items())))
-        print("\n".join(problems))
-        print(f"seed {given.seed}: {sum(counts.values())} things planted at {len(paths)} paths, {stops} named by an error: {len(problems)} problems")
-        sys.exit(bool(problems))
+        planted = f"{sum(counts.values())} things planted at {len(paths)} paths, {stops} named by an error"
+        finish(problems, f"seed {given.seed}: {planted}: {len(problems)} problems", counts)
 
 
 main()

@@ -14,7 +14,7 @@ import struct
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from workplace import Budget, Workplace, arguments, some_of
+from workplace import Budget, Workplace, arguments, finish, some_of
 
 # Small stages of every kind that writes: a result, a checkpoint, an export, more files than are synced one by one.
 PIPELINE = """version: 1
@@ -171,15 +171,13 @@ def main():
         random.Random(given.seed).shuffle(cases)
         first = {case[:2]: case for case in cases}
         chosen = some_of(given, cases) if given.long else [*first.values(), *cases]
-        budget, faults = Budget(given.long, len(chosen), 30, len(first)), 0
+        budget, faults = Budget(given.long, len(chosen), 30, len(first)), []
         for _, (scenario, *call) in zip(budget, chosen):
             try:
                 scenario.attempt(*call)
             except AssertionError as fault:
-                print(f"{scenario.name}, {call}: {fault}\n", flush=True)
-                faults += 1
-    print(f"seed {given.seed}: {budget.done} of {len(cases)} failing calls: {faults} faults")
-    sys.exit(bool(faults))
+                faults.append(f"{scenario.name}, {call}: {fault}\n")
+    finish(faults, f"seed {given.seed}: {budget.done} of {len(cases)} failing calls: {len(faults)} faults")
 
 
 main()

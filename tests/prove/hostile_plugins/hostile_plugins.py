@@ -13,7 +13,7 @@ import sys
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from workplace import Workplace, arguments
+from workplace import Workplace, arguments, finish
 
 PIPELINE = """version: 1
 vars: {how: nothing, value: 1.5}
@@ -170,9 +170,7 @@ def main():
         problems += [f"processes are left: {left}"] if left else []
         for process in left:
             os.kill(int(process), 9)
-        print("\n".join(problems))
-        print(f"{len(cases)} ways to misbehave in {time.monotonic() - begin:.0f} s: {len(problems)} problems")
-        sys.exit(bool(problems))
+        finish(problems, f"{len(cases)} ways to misbehave in {time.monotonic() - begin:.0f} s: {len(problems)} problems")
 
 
 main()

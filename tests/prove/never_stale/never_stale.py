@@ -13,7 +13,7 @@ import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from room import Room
-from workplace import Budget, Workplace, arguments
+from workplace import Budget, Workplace, arguments, finish
 
 # Of a run during which something was edited: it may say so and end.
 MAY_END_WITH = (0, 1, 3, 4)
@@ -78,11 +78,8 @@ def main():
                 time.sleep(2.1)
             if len(stale) + len(needless) > 5:
                 break
-    for kind, count in sorted(kinds.items()):
-        print(f"  {count:5} {kind}")
-    print("\n".join(stale + needless))
-    print(f"seed {given.seed}: {budget.done} edits, {ran} stages ran, {clean} runs in an empty store: {len(stale)} stale, {len(needless)} needless")
-    sys.exit(bool(stale or needless))
+    edits = f"{budget.done} edits, {ran} stages ran, {clean} runs in an empty store"
+    finish(stale + needless, f"seed {given.seed}: {edits}: {len(stale)} stale, {len(needless)} needless", kinds)
 
 
 main()

@@ -13,7 +13,7 @@ import threading
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from workplace import Budget, Workplace, arguments
+from workplace import Budget, Workplace, arguments, finish
 
 USERS = 4
 PIPELINE = """version: 1
@@ -137,10 +137,7 @@ def main():
         left = [str(file) for file in (place.work / ".fresco/tmp").iterdir()]
         if left or any(ended.code != 0 for ended in ends):
             User.problems.append(f"verify and the last clean-up ended with {ends[0]} and {ends[1]}, and left {left}")
-        print("\n".join(f"  {count:5} {what}" for what, count in sorted(User.counts.items())))
-        print("\n".join(User.problems))
-        print(f"seed {given.seed}: {budget.done} rounds: {len(User.problems)} losses")
-        sys.exit(bool(User.problems))
+        finish(User.problems, f"seed {given.seed}: {budget.done} rounds: {len(User.problems)} losses", User.counts)
 
 
 main()

@@ -9,7 +9,7 @@ import signal
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from workplace import Workplace, arguments, some_of
+from workplace import Workplace, arguments, finish, some_of
 
 PIPELINE = """version: 1
 vars: {plus: 1, count: 4, target: text.txt}
@@ -270,9 +270,7 @@ def main():
                 CASES[name](Case(place, folder))
             except AssertionError as error:
                 problems.append(f"{name}: {error}")
-    print("\n".join(problems))
-    print(f"{len(names)} ways to lose a file of the user's: {len(problems)} lost or not named")
-    sys.exit(bool(problems))
+    finish(problems, f"{len(names)} ways to lose a file of the user's: {len(problems)} lost or not named")
 
 
 main()

@@ -13,7 +13,7 @@ import sys
 import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from workplace import PATHS, traced
+from workplace import PATHS, finish, traced
 
 OPENING = ("open", "openat", "openat2")
 WRITING = ("creat", "mkdir", "mkdirat", "rename", "renameat", "renameat2", "unlink", "unlinkat", "rmdir", "link", "linkat", "symlink",
@@ -91,9 +91,7 @@ def main():
     with tempfile.TemporaryDirectory(prefix="fresco-prove-") as work:
         traces = [trace(given, pathlib.Path(work).resolve(), *case) for case in cases]
     problems = [problem for _, found in traces for problem in found]
-    print("\n".join(problems[:50]))
-    print(f"{len(cases)} pipelines, {sum(written for written, _ in traces)} calls that write: {len(problems)} elsewhere, or sockets")
-    sys.exit(bool(problems))
+    finish(problems, f"{len(cases)} pipelines, {sum(written for written, _ in traces)} calls that write: {len(problems)} elsewhere, or sockets")
 
 
 main()

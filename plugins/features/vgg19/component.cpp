@@ -68,7 +68,7 @@ class FeaturesVgg19 final : public fresco::FeatureNetwork, public fresco::Partia
             context.message(described(result.means));
         }
         network_.move_to(device);
-        network_.set_precision(*precision == "tf32" ? vgg19::Precision::tf32 : vgg19::Precision::full);
+        network_.set_tf32(*precision == "tf32");
     }
 
     std::vector<fresco::FeatureLayer> layers() const override { return network_.layers(); }

@@ -186,9 +186,9 @@ void Vgg19::move_to(const torch::Device& device)
     get_ready();
 }
 
-void Vgg19::set_precision(Precision precision)
+void Vgg19::set_tf32(bool tf32)
 {
-    precision_ = precision;
+    tf32_ = tf32;
     get_ready();
 }
 
@@ -196,7 +196,7 @@ void Vgg19::get_ready()
 {
     ready_.clear();
     // The CPU has its own encoder.
-    if (precision_ == Precision::full && convolutions_.front().weights.device().is_cpu())
+    if (!tf32_ && convolutions_.front().weights.device().is_cpu())
         return;
     for (std::size_t number = 0; number < convolutions_.size(); ++number)
         ready_.push_back(filters(number, convolutions_[number].weights.options().dtype(at::kFloat)));
@@ -293,7 +293,7 @@ torch::Tensor Vgg19::responses(std::size_t number, const torch::Tensor& input) c
     const bool is_ready = !ready_.empty() && ready_[number].weights.device() == input.device() &&
                           ready_[number].weights.scalar_type() == input.scalar_type();
     const auto with = is_ready ? ready_[number] : filters(number, input.options());
-    return Rectified::apply(bordered, with.weights, with.turned, with.bias, reflect ? 0 : 1, precision_ == Precision::tf32);
+    return Rectified::apply(bordered, with.weights, with.turned, with.bias, reflect ? 0 : 1, tf32_);
 }
 
 namespace

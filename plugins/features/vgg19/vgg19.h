@@ -22,13 +22,6 @@ namespace vgg19
 /// finite.
 std::vector<Convolution> convolutions(const fresco::weights::Vgg19Weights& weights, std::string_view source);
 
-/// Number format of libtorch's convolutions.
-enum class Precision
-{
-    full,  ///< The picture's own type.
-    tf32   ///< Factors of float32 products are rounded to ten bits behind the point, sums are not. On CUDA only.
-};
-
 /// VGG-19 without its classifier (Simonyan and Zisserman, 2015). Frozen; encode is thread-safe.
 class Vgg19
 {
@@ -46,8 +39,9 @@ class Vgg19
     std::vector<torch::Tensor> encode_generally(const torch::Tensor& picture, const std::vector<std::string>& names) const;
     /// Call it before encode, which takes weights that are elsewhere over each time.
     void move_to(const torch::Device& device);
-    /// Sets the format for encode_generally; keeps a second copy of the weights.
-    void set_precision(Precision precision);
+    /// Whether encode_generally rounds the factors of float32 products to ten bits behind the point (TensorFloat-32, on CUDA
+    /// only); keeps a second copy of the weights.
+    void set_tf32(bool tf32);
     const fresco::weights::Vgg19Input& input() const { return input_; }
     const std::vector<Convolution>& convolutions() const { return convolutions_; }
 
@@ -68,7 +62,7 @@ class Vgg19
 
     std::vector<Convolution> convolutions_;
     std::vector<Filters> ready_;  ///< On the network's device and in its precision; empty: they are made each time.
-    Precision precision_ = Precision::full;
+    bool tf32_ = false;
     std::shared_ptr<const CpuEncoder> on_cpu_;
     fresco::weights::Vgg19Input input_;
 };

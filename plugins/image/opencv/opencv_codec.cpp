@@ -7,6 +7,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <initializer_list>
 #include <limits>
@@ -103,33 +104,29 @@ const std::vector<int> png_settings{cv::IMWRITE_PNG_COMPRESSION, 1, cv::IMWRITE_
 // libjpeg's own limit (JPEG_MAX_DIMENSION); libpng's is far beyond what fits into memory.
 constexpr int max_jpeg_side = 65500;
 
-/// Copies pixels between RGB(A) and OpenCV's BGR(A); gray stays as it is. The same both ways.
+/// The raster's values. OpenCV has no view that cannot be written to.
 template <class T>
-void copy_swapped(const T* from, T* to, std::size_t pixels, std::size_t channels)
+cv::Mat view_of(const fresco::Raster<T>& raster)
 {
-    if (channels == 1)
-    {
-        std::copy_n(from, pixels, to);
-        return;
-    }
-    for (std::size_t i = 0; i < pixels * channels; i += channels)
-    {
-        const T first = from[i];
-        to[i] = from[i + 2];
-        to[i + 1] = from[i + 1];
-        to[i + 2] = first;
-        if (channels == 4)
-            to[i + 3] = from[i + 3];
-    }
+    const int type = CV_MAKETYPE(cv::DataType<T>::depth, raster.channels);
+    return {raster.height, raster.width, type, const_cast<T*>(raster.values.data())};
+}
+
+/// From RGB(A) to OpenCV's BGR(A), or the other way; gray stays as it is. Both have one size and type.
+void copy_swapped(const cv::Mat& from, cv::Mat to)
+{
+    constexpr std::array channels{0, 2, 1, 1, 2, 0, 3, 3};
+    if (from.channels() == 1)
+        from.copyTo(to);
+    else
+        cv::mixChannels(&from, 1, &to, 1, channels.data(), static_cast<std::size_t>(from.channels()));
 }
 
 template <class T>
 fresco::Raster<T> raster_of(const cv::Mat& mat)
 {
     fresco::Raster<T> raster(mat.cols, mat.rows, mat.channels());
-    for (int y = 0; y < mat.rows; ++y)
-        copy_swapped(mat.ptr<T>(y), &raster.values[raster.index(0, y)], static_cast<std::size_t>(mat.cols),
-                     static_cast<std::size_t>(mat.channels()));
+    copy_swapped(mat, view_of(raster));
     return raster;
 }
 
@@ -147,8 +144,7 @@ std::vector<std::byte> encode(const fresco::Raster<T>& image, const char* extens
     if (std::ranges::find(channels, image.channels) == channels.end())
         refuse("the format does not support this number of channels");
     cv::Mat mat(image.height, image.width, CV_MAKETYPE(cv::DataType<T>::depth, image.channels));
-    copy_swapped(image.values.data(), mat.ptr<T>(), image.values.size() / static_cast<std::size_t>(image.channels),
-                 static_cast<std::size_t>(image.channels));
+    copy_swapped(view_of(image), mat);
     std::vector<unsigned char> encoded;
     bool done = false;
     try

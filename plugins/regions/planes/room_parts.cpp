@@ -7,8 +7,11 @@
 #include <fresco/texturing/texel_faces.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <numbers>
+#include <optional>
+#include <unordered_map>
 
 using fresco::geometry::none;
 using namespace fresco;
@@ -58,6 +61,72 @@ void absorb_small_islands(const geometry::Surface& surface, std::vector<RoomPart
                 of_face[f] = static_cast<RoomPart>(most - border.begin());
     }
 }
+
+/// Mean heights of roughly level surfaces in squares of cell_m; several per square if storeys lie above each other.
+class HeightGrid
+{
+  public:
+    static constexpr double cell_m = 0.1;
+
+    void add(Vec3d point, double weight)
+    {
+        std::vector<Level>& cell = cells_[key(index(point.x), index(point.y))];
+        for (Level& level : cell)
+            if (std::abs(level.height() - point.z) < storey_m)
+            {
+                level.sum += point.z * weight;
+                level.weight += weight;
+                return;
+            }
+        if (weight > 0)
+            cell.push_back({point.z * weight, weight});
+    }
+
+    /// The height in the nearest cell that has one, at most `cells` away from the point's; of equally near ones, the height that
+    /// is nearest to the point's.
+    std::optional<double> near(Vec3d point, int cells) const
+    {
+        const std::int64_t x = index(point.x);
+        const std::int64_t y = index(point.y);
+        std::optional<double> result;
+        int nearest = 2 * cells * cells + 1;
+        for (int dy = -cells; dy <= cells; ++dy)
+            for (int dx = -cells; dx <= cells; ++dx)
+            {
+                const int distance = dx * dx + dy * dy;
+                if (distance > nearest)
+                    continue;
+                const auto found = cells_.find(key(x + dx, y + dy));
+                if (found == cells_.end())
+                    continue;
+                for (const Level& level : found->second)
+                    if (distance < nearest || std::abs(level.height() - point.z) < std::abs(*result - point.z))
+                    {
+                        nearest = distance;
+                        result = level.height();
+                    }
+            }
+        return result;
+    }
+
+  private:
+    static constexpr double storey_m = 1.5;
+
+    struct Level
+    {
+        double sum = 0;
+        double weight = 0;
+        double height() const { return sum / weight; }
+    };
+
+    static std::int64_t index(double meters) { return std::llround(std::floor(meters / cell_m)); }
+    static std::uint64_t key(std::int64_t x, std::int64_t y)
+    {
+        return (static_cast<std::uint64_t>(x) << 32U) ^ (static_cast<std::uint64_t>(y) & 0xffffffffU);
+    }
+
+    std::unordered_map<std::uint64_t, std::vector<Level>> cells_;
+};
 
 using numerics::cosine_deg;
 

@@ -228,7 +228,7 @@ TEST_CASE("reflected borders are libtorch's, forward and back, and leave the cha
     }
 }
 
-TEST_CASE("libtorch's convolutions, with channels innermost, agree with minimal filtering and with another device")
+TEST_CASE("libtorch's convolutions, with channels innermost, agree with another device")
 {
     const auto picture = at::rand({3, 22, 31});
     const auto style = at::rand({3, 26, 18});
@@ -236,13 +236,8 @@ TEST_CASE("libtorch's convolutions, with channels innermost, agree with minimal 
     {
         const auto input = caffe ? fresco::weights::caffe_input() : fresco::weights::torchvision_input();
         vgg19::Vgg19 network(random_layers(), input);
-        const auto fast = network.encode(picture, names);
-        const auto general = network.encode_generally(picture, names);
-        for (std::size_t i = 0; i < names.size(); ++i)
-        {
-            CHECK((general[i] - fast[i]).norm().item<double>() < 1e-5 * general[i].norm().item<double>());
-            CHECK(general[i].flatten(1).t().is_contiguous());
-        }
+        for (const auto& maps : network.encode_generally(picture, names))
+            CHECK(maps.flatten(1).t().is_contiguous());
         const auto near = style_loss([&](const auto& p) { return network.encode_generally(p, names); }, picture, style);
         network.move_to(fresco::testing::far_device());
         const auto far_picture = picture.to(fresco::testing::far_device());

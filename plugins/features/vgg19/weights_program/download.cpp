@@ -10,7 +10,9 @@
 #include <cerrno>
 #include <cstdio>
 #include <fcntl.h>
+#include <iterator>
 #include <spawn.h>
+#include <sstream>
 #include <sys/file.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -81,35 +83,13 @@ Fetched run_curl(const std::string& url, const fs::path& part, std::uint64_t mos
 {
     // Before 8.4, curl's own limit counts only where the server says how much it sends.
     const FileSizeLimit limit(most_bytes);
-    std::vector<std::string> texts{"curl",
-                                   "--disable",
-                                   "--fail",
-                                   "--location",
-                                   "--proto",
-                                   "=http,https",
-                                   "--proto-redir",
-                                   url.starts_with("https:") ? "=https" : "=http,https",
-                                   "--max-filesize",
-                                   std::to_string(most_bytes),
-                                   "--globoff",
-                                   "--show-error",
-                                   isatty(STDERR_FILENO) == 1 ? "--progress-bar" : "--silent",
-                                   "--retry",
-                                   "3",
-                                   "--connect-timeout",
-                                   "30",
-                                   "--speed-limit",
-                                   "1000",
-                                   "--speed-time",
-                                   "60",
-                                   "--continue-at",
-                                   "-",
-                                   "--write-out",
-                                   "%{http_code}",
-                                   "--output",
-                                   part.string(),
-                                   "--url",
-                                   url};
+    std::istringstream words("curl --disable --fail --location --proto =http,https --globoff --show-error --retry 3 "
+                             "--connect-timeout 30 --speed-limit 1000 --speed-time 60 --continue-at - --write-out %{http_code}");
+    std::vector<std::string> texts{std::istream_iterator<std::string>(words), {}};
+    texts.insert(texts.end(), {"--proto-redir", url.starts_with("https:") ? "=https" : "=http,https"});
+    texts.insert(texts.end(), {"--max-filesize", std::to_string(most_bytes)});
+    texts.emplace_back(isatty(STDERR_FILENO) == 1 ? "--progress-bar" : "--silent");
+    texts.insert(texts.end(), {"--output", part.string(), "--url", url});
     std::vector<char*> arguments;
     for (auto& text : texts)
         arguments.push_back(text.data());

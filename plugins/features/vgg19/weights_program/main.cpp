@@ -25,15 +25,7 @@ namespace
 
 namespace fs = std::filesystem;
 
-/// Names that files give, which must not move the cursor.
-std::string printable(std::string text)
-{
-    std::ranges::replace_if(
-        text, [](char c) { return c < ' ' || c > '~'; }, '?');
-    return text;
-}
-
-/// Replaces control characters in errors (ASCII, and C2 80 to C2 9F in UTF-8), keeping paths readable.
+/// Replaces control characters (ASCII, and C2 80 to C2 9F in UTF-8), which files may give and which would move the cursor.
 std::string without_controls(std::string text)
 {
     for (std::size_t i = 0; i < text.size(); ++i)
@@ -113,10 +105,10 @@ int inspect(const WeightsArguments& arguments)
                vgg19.raw ? "raw: what the weights of StyleMesh's losses are for" : "other: rescaled before use");
     for (const auto& layer : vgg19.layers)
         for (const auto* tensor : {&layer.weight, &layer.bias})
-            fmt::print("  conv{}  {:<20}  {:<4}  {}\n", layer.name, printable(tensor->name), weights::name_of(tensor->type),
-                       weights::shape_text(tensor->shape));
+            fmt::print("  conv{}  {:<20}  {:<4}  {}\n", layer.name, without_controls(tensor->name),
+                       weights::name_of(tensor->type), weights::shape_text(tensor->shape));
     for (const auto& name : vgg19.ignored)
-        fmt::print("  not used: {}\n", printable(name));
+        fmt::print("  not used: {}\n", without_controls(name));
     return 0;
 }
 

@@ -3,10 +3,14 @@
 #include "stored_png.h"
 
 #include <algorithm>
+#include <bit>
+#include <bitset>
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <initializer_list>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -146,43 +150,11 @@ inline Bytes exif_segment(std::span<const std::byte> tiff)
     return segment(0xE1, data);
 }
 
-class BitWriter
-{
-  public:
-    void write(unsigned value, int count)
-    {
-        for (int i = count - 1; i >= 0; --i)
-        {
-            current_ = current_ << 1U | ((value >> i) & 1U);
-            if (++filled_ == 8)
-                flush();
-        }
-    }
-    /// Fills the last byte with ones, as the format wants.
-    Bytes finish()
-    {
-        while (filled_ != 0)
-            write(1, 1);
-        return bytes;
-    }
-
-  private:
-    void flush()
-    {
-        put(bytes, current_, 1);
-        if (current_ == 0xFF)
-            put(bytes, 0, 1);
-        current_ = 0;
-        filled_ = 0;
-    }
-    Bytes bytes;
-    unsigned current_ = 0;
-    int filled_ = 0;
-};
-
 inline Bytes scan_of(const Jpeg& jpeg)
 {
-    BitWriter bits;
+    std::string bits;
+    const auto write = [&](unsigned value, int count)
+    { bits += std::bitset<16>(value).to_string().substr(16U - unsigned(count)); };
     std::vector<int> last(jpeg.blocks.front().size(), 0);
     for (const auto& block : jpeg.blocks)
         for (std::size_t c = 0; c < block.size(); ++c)
@@ -190,14 +162,22 @@ inline Bytes scan_of(const Jpeg& jpeg)
             const int dc = block[c] - 128;
             const int difference = dc - last[c];
             last[c] = dc;
-            int category = 0;
-            while ((difference < 0 ? -difference : difference) >> category != 0)
-                ++category;
-            bits.write(static_cast<unsigned>(category), 4);  // code word of a category: its number in 4 bits
-            bits.write(static_cast<unsigned>(difference < 0 ? difference + (1 << category) - 1 : difference), category);
-            bits.write(0, 1);  // end of block
+            const int category = std::bit_width(static_cast<unsigned>(std::abs(difference)));
+            write(static_cast<unsigned>(category), 4);  // code word of a category: its number in 4 bits
+            write(static_cast<unsigned>(difference < 0 ? difference + (1 << category) - 1 : difference), category);
+            write(0, 1);  // end of block
         }
-    return bits.finish();
+    // The last byte is filled with ones, as the format wants, and a 0 follows each 255.
+    bits.append((8 - bits.size() % 8) % 8, '1');
+    Bytes bytes;
+    for (std::size_t i = 0; i < bits.size(); i += 8)
+    {
+        const auto byte = std::bitset<8>(bits, i, 8).to_ulong();
+        put(bytes, byte, 1);
+        if (byte == 0xFF)
+            put(bytes, 0, 1);
+    }
+    return bytes;
 }
 
 inline Bytes file_of(const Jpeg& jpeg)

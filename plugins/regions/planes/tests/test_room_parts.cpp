@@ -4,7 +4,6 @@
 #include "plane_segments.h"
 #include "room_parts.h"
 
-#include <array>
 #include <map>
 
 using namespace fresco;
@@ -136,46 +135,4 @@ TEST_CASE("room parts: equal for a mesh cut along seams")
     }
     const Progress run;
     CHECK(find_room_parts(cut, run).of_face == find_room_parts(room.mesh, run).of_face);
-}
-
-TEST_CASE("height grid: the nearest cell, and of equally near ones the nearest height")
-{
-    Random random(5);
-    std::vector<Vec3d> points;
-    HeightGrid grid;
-    for (int i = 0; i < 90; ++i)
-    {
-        points.push_back({random.uniform() * 3 - 1.5, random.uniform() * 3 - 1.5, random.uniform() + (i % 2 == 0 ? 2.7 : 0)});
-        grid.add(points.back(), 2);
-    }
-    const auto cell = [](double meters) { return static_cast<int>(std::floor(meters / HeightGrid::cell_m)); };
-    std::map<std::array<int, 3>, std::pair<double, int>> cells;
-    for (const Vec3d& p : points)
-    {
-        auto& [sum, count] = cells[{cell(p.x), cell(p.y), p.z > 2 ? 1 : 0}];
-        sum += p.z;
-        ++count;
-    }
-    constexpr int reach = 2;
-    for (int i = 0; i < 500; ++i)
-    {
-        const Vec3d at{random.uniform() * 4 - 2, random.uniform() * 4 - 2, random.uniform() * 4};
-        std::pair<int, double> best{100, 0};
-        double height = 0;
-        for (const auto& [key, value] : cells)
-        {
-            const int dx = key[0] - cell(at.x), dy = key[1] - cell(at.y);
-            const double mean = value.first / value.second;
-            const std::pair<int, double> rank{dx * dx + dy * dy, std::abs(mean - at.z)};
-            if (std::abs(dx) <= reach && std::abs(dy) <= reach && rank < best)
-            {
-                best = rank;
-                height = mean;
-            }
-        }
-        const auto near = grid.near(at, reach);
-        REQUIRE(near.has_value() == (best.first < 100));
-        if (near)
-            CHECK(*near == Approx(height));
-    }
 }

@@ -1,7 +1,7 @@
 // A Chromium without a window, driven through its debugging pipe: no package is needed for it.
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
-import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
+import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join, resolve } from "node:path";
 import { pathToFileURL } from "node:url";
@@ -168,12 +168,6 @@ export class Browser {
             }
             return { part: (halves[0] + halves[1]) / 2, halves, sum };
         })()`);
-    }
-
-    /// A picture of the page, if there is a folder for it.
-    async shot(folder, name, more = {}) {
-        if (folder)
-            writeFileSync(`${folder}/${name}.png`, Buffer.from((await this.send("Page.captureScreenshot", more)).data, "base64"));
     }
 
     async press(key) {

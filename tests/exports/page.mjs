@@ -1,9 +1,9 @@
-// page.mjs CHROMIUM WITH_FRAMES.html WITHOUT.html RELIEF.html [SHOTS]: the pages of export.page as visitors use them, with a mouse on a screen and with fingers on a
-// phone: the room is there at once, one walks and stays inside, turns it, moves its lamp, and nothing is fetched. With a folder for it, pictures.
+// page.mjs CHROMIUM WITH_FRAMES.html WITHOUT.html RELIEF.html: the pages of export.page as visitors use them, with a mouse on a screen and with fingers on a
+// phone: the room is there at once, one walks and stays inside, turns it, moves its lamp, and nothing is fetched.
 import assert from "node:assert/strict";
 import { Browser, urlOf, webgl } from "../browser/browser.mjs";
 
-const [program, with_frames, without, relief, shots] = process.argv.slice(2);
+const [program, with_frames, without, relief] = process.argv.slice(2);
 const position = browser => browser.evaluate("shown.position()");
 const distance = (a, b) => Math.hypot(...a.map((value, axis) => value - b[axis]));
 const fingers = (browser, type, ...points) => browser.send("Input.dispatchTouchEvent", { type, touchPoints: points.map(([x, y], id) => ({ x, y, id })) });
@@ -59,19 +59,16 @@ const beyond = (browser, at) => browser.evaluate(`Math.hypot(...${JSON.stringify
 // Without frames it begins at the widest place; what one does there is the same.
 {
     const { browser, end } = await opened(without, 1280, 800);
-    await browser.shot(shots, "bare-desktop-walk");
     await end();
 }
 // With a relief, a lamp follows the pointer, and nothing else moves.
 {
     const { browser, start, end } = await opened(relief, 1280, 800);
-    await browser.shot(shots, "relief-walk");
     const home = await position(browser);
     await browser.click("#light");
     assert.equal((await browser.seen()).sum, start.sum, "the light moves by itself");
     await browser.mouse("mousePressed", 300, 300);
     const left = await browser.seen();
-    await browser.shot(shots, "relief-lamp");
     assert.notEqual(left.sum, start.sum, "pressing does not bring the lamp");
     await browser.mouse("mouseMoved", 900, 500);
     assert.notEqual((await browser.seen()).sum, left.sum, "dragging does not move the lamp");
@@ -82,8 +79,7 @@ const beyond = (browser, at) => browser.evaluate(`Math.hypot(...${JSON.stringify
     await end();
 }
 {
-    const { browser, start, end } = await opened(with_frames, ...(shots ? [1920, 1080] : [1280, 800]));
-    await browser.shot(shots, "frames-desktop-walk");
+    const { browser, start, end } = await opened(with_frames, 1280, 800);
     const home = await position(browser);
     await browser.drag([600, 400], [400, 420]);
     assert.notEqual((await browser.seen()).sum, start.sum, "dragging does not look around");
@@ -99,7 +95,6 @@ const beyond = (browser, at) => browser.evaluate(`Math.hypot(...${JSON.stringify
     const outside = await browser.seen();
     assert(outside.part > 0.05 && outside.part < 0.95, `from outside the room fills ${outside.part} of the canvas`);
     assert.equal(await browser.evaluate(`document.getElementById("orbit").getAttribute("aria-pressed")`), "true");
-    await browser.shot(shots, "frames-desktop-orbit");
     const far = await position(browser);
     await browser.drag([600, 400], [800, 400]);
     assert(distance(await position(browser), far) > 0.3, "dragging does not turn the room");
@@ -110,7 +105,6 @@ const beyond = (browser, at) => browser.evaluate(`Math.hypot(...${JSON.stringify
 }
 
 const { browser, start, end } = await opened(with_frames, 390, 844, true);
-await browser.shot(shots, "phone-walk");
 const home = await position(browser);
 await fingers(browser, "touchStart", [200, 400]);
 await fingers(browser, "touchMove", [120, 400]);
@@ -125,7 +119,6 @@ for (const y of [280, 520]) {
 }
 assert(walked > 0.3, `two fingers walk ${walked} m`);
 await browser.click("#orbit");
-await browser.shot(shots, "phone-orbit");
 const far = await position(browser);
 await slide(browser, [[150, 400], [90, 400]], [[250, 400], [310, 400]]);
 assert(distance(await position(browser), far) > 0.3, "two fingers bring the room no nearer");

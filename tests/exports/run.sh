@@ -51,9 +51,9 @@ node "$source/tests/exports/usdz.mjs" "$work/package" "$work/out/obj/room.obj" "
 
 chromium=$(command -v chromium || command -v chromium-browser || command -v google-chrome || true)
 if [ -n "$chromium" ]; then
-    timeout 600 node "$source/tests/exports/page.mjs" "$chromium" "$work/out/room.html" "$work/out/bare.html" "$work/out/relief.html" ${FRESCO_REPORT_SHOTS:+"$FRESCO_REPORT_SHOTS"}
+    timeout 600 node "$source/tests/exports/page.mjs" "$chromium" "$work/out/room.html" "$work/out/bare.html" "$work/out/relief.html"
     (cd "$work" && npm pack --loglevel=error iwer@2.5.0 >/dev/null && mkdir headset && tar -xzf iwer-*.tgz -C headset)
-    timeout 600 node "$source/tests/exports/vr.mjs" "$chromium" "$work/out/room.html" "$work/headset/package/build/iwer.min.js" ${FRESCO_REPORT_SHOTS:+"$FRESCO_REPORT_SHOTS"}
+    timeout 600 node "$source/tests/exports/vr.mjs" "$chromium" "$work/out/room.html" "$work/headset/package/build/iwer.min.js"
 else
     skip "the pages of the room in a browser: there is no chromium"
 fi

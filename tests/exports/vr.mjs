@@ -1,10 +1,10 @@
-// vr.mjs CHROMIUM PAGE.html IWER.js [SHOTS]: the page of export.page in an emulated headset: it is entered where a camera stood, at the height of the
-// head; teleports and turns go where they should, and never off the floor. With a folder for it, pictures.
+// vr.mjs CHROMIUM PAGE.html IWER.js: the page of export.page in an emulated headset: it is entered where a camera stood, at the height of the
+// head; teleports and turns go where they should, and never off the floor.
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { Browser, urlOf, webgl } from "../browser/browser.mjs";
 
-const [program, page, iwer, shots] = process.argv.slice(2);
+const [program, page, iwer] = process.argv.slice(2);
 const browser = new Browser(program, webgl);
 await browser.open();
 await browser.send("Page.addScriptToEvaluateOnNewDocument", {
@@ -16,7 +16,7 @@ await browser.send("Page.addScriptToEvaluateOnNewDocument", {
         // A pinch or a stick, held until the frame after it was seen.
         const frames = count => new Promise(done => { const wait = left => left ? setTimeout(() => requestAnimationFrame(() => wait(left - 1)), 5) : done(); wait(count); });`,
 });
-await browser.resize(...(shots ? [1280, 720] : [320, 160]));
+await browser.resize(320, 160);
 await browser.load(urlOf(page));
 await browser.until(`document.getElementById("room").dataset.ready === "yes" && !document.getElementById("vr").hidden`);
 const start = await browser.evaluate("shown.position()");
@@ -30,7 +30,6 @@ assert(calls >= 1 && calls <= 20, `${calls} draw calls per view`);
 const camera = await browser.evaluate(`shown.ground.axes.map(axis => axis.dot(new THREE.Vector3(...${JSON.stringify(start)})))`);
 const begin = await head();
 assert(Math.hypot(begin[0] - camera[0], begin[1] - camera[1]) < 1e-6, `the visitor begins at ${begin}, the camera at ${camera}`);
-await browser.shot(shots, "vr-begin");
 
 // Both eyes see the room, from two places.
 const { halves } = await browser.seen("canvas");
@@ -51,8 +50,6 @@ for (let i = 0; i < 12; ++i) {
         hand.${press};
         await frames(4);
     })()`);
-    if (i === 5)
-        await browser.shot(shots, "vr-aiming");
     await browser.evaluate(`(async () => { device.controllers.${hand}.${release}; await frames(4); })()`);
     const now = await head();
     if (Math.hypot(now[0] - before[0], now[1] - before[1]) < 1e-9) {
@@ -65,7 +62,6 @@ for (let i = 0; i < 12; ++i) {
 }
 assert(moves >= 3 && far > 0.5, `${moves} teleports, ${far} m at most`);
 assert(refused >= 1, "every place is allowed");
-await browser.shot(shots, "vr-moved");
 
 // Turns are of 30 degrees, and the head stays where it is.
 const standing = await head();

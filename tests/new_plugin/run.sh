@@ -13,15 +13,18 @@ fast=(-DCMAKE_CXX_FLAGS_RELEASE=-O0)  # To compile.
 ! command -v ccache >/dev/null || fast+=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
 export CCACHE_DIR=$work/ccache
 [ "$torch" = plain ] || kinds+=(loss features texture)
+build_and_test() { # FOLDER
+    "$cmake" -S "$1" -B "$1/build" -G Ninja "${fast[@]}" -DCMAKE_PREFIX_PATH="$work/prefix" >log 2>&1 || { cat log; exit 1; }
+    "$cmake" --build "$1/build" >log 2>&1 || { cat log; exit 1; }
+    ctest --test-dir "$1/build" --output-on-failure >log 2>&1 || { cat log; exit 1; }
+    grep -q "100% tests passed, 0 tests failed out of 1" log || { cat log; exit 1; }
+}
 for kind in "${kinds[@]}"; do
     type=paint.made_$kind folder=paint_made_$kind
     "$fresco" new "$kind" "$type" >said
     # What it says is what is done here.
     grep -qx "  cmake -S $folder -B $folder/build -DCMAKE_PREFIX_PATH=$work/prefix" said || { cat said; exit 1; }
-    "$cmake" -S "$folder" -B "$folder/build" -G Ninja "${fast[@]}" -DCMAKE_PREFIX_PATH="$work/prefix" >log 2>&1 || { cat log; exit 1; }
-    "$cmake" --build "$folder/build" >log 2>&1 || { cat log; exit 1; }
-    ctest --test-dir "$folder/build" --output-on-failure >log 2>&1 || { cat log; exit 1; }
-    grep -q "100% tests passed, 0 tests failed out of 1" log || { cat log; exit 1; }
+    build_and_test "$folder"
     FRESCO_PLUGIN_PATH=$folder/build "$fresco" describe "$type" >log
     grep -q "$type" log
     [ "$kind" != layout ] || python3 "$(dirname "$0")/recording.py" "$folder/recording"
@@ -39,10 +42,7 @@ mkdir mine
 cp -r "$(dirname "$0")/../../plugins/texture/bake" mine/
 sed -n '/^\*\*A plugin of the tree, elsewhere/,/^Give the copy/p' "$(dirname "$0")/../../sdk/docs/plugins.md" |
     sed -n '/^```cmake/,/^```$/p' | grep -v '^```' >mine/CMakeLists.txt
-"$cmake" -S mine -B mine/build -G Ninja "${fast[@]}" -DCMAKE_PREFIX_PATH="$work/prefix" >log 2>&1 || { cat log; exit 1; }
-"$cmake" --build mine/build >log 2>&1 || { cat log; exit 1; }
-ctest --test-dir mine/build --output-on-failure >log 2>&1 || { cat log; exit 1; }
-grep -q "100% tests passed, 0 tests failed out of 1" log || { cat log; exit 1; }
+build_and_test mine
 "$fresco" init room >/dev/null
 "$fresco" check room/pipeline.yaml
 echo "new plugins of these kinds were built, tested and run: ${kinds[*]}"

@@ -234,8 +234,6 @@ def step(views, layers, targets):
     layers, losses = [torch.tensor(layer, requires_grad=True) for layer in layers], np.zeros(2)
     for view, (masks, weight, cosine), level in zip(views, levels, cover):
         shares = {name: level[name] / sums[name] for name in level}
-        pixels, fine, valid = (mask.mean() for mask in (*masks, view["valid"]))
-        print(f"{len(weight)} px: {pixels:.1%} of the pixels, {fine:.1%} fine ones, {valid:.1%} valid, share {shares['1_1']:.3f}")
         camera = encode(as_input((first if RELEASED else view)["color"]), CONTENT_LAYER)[CONTENT_LAYER]
         if RELEASED:
             camera = torch.from_numpy(linear(camera.numpy(), [size // 8 for size in weight.shape]))
@@ -281,12 +279,10 @@ def gradient_distances(layer, new, ours, regularizer):
     if RELEASED:  # What was clamped after the step says nothing of the gradient.
         expected = layer - RATE * ours / (np.abs(ours) + 1)
         inside = ((expected > LEAST) & (expected < MOST)).all(1)
-        print(f"{np.sum(~inside)} texels clamped; ", end="")
         yield "the values that are clamped", np.abs(new - np.clip(expected, LEAST, MOST))[~inside].max(initial=0), 1e-3
         theirs, ours, seen = theirs[inside], ours[inside], seen[inside]
     sizes = np.linalg.norm(ours[seen], axis=1)
     median, most = np.quantile(np.linalg.norm((theirs - ours)[seen], axis=1) / sizes, (0.5, 0.9))
-    print(f"{seen.sum()} texels seen, {np.median(sizes):.3g} in the middle, {sizes.max():.3g} at most; {np.sum(~seen)} not seen")
     yield "half of the texels seen", median, 2e-3
     yield "nine tenths of the texels seen", most, 2e-2
     yield "all texels seen", distance(theirs[seen], ours[seen]), 1e-2
@@ -313,7 +309,6 @@ def main():
         ("initial style over content", distance(report["initial_style_over_content"], style / content), 1e-4),
     ]
     for number, (layer, new, gradient, regularizer) in enumerate(zip(layers, stepped, gradients, regularizers)):
-        print(f"layer {number}: ", end="")
         for name, apart, allowed in gradient_distances(*(values.reshape(-1, 3) for values in (layer, new, gradient, regularizer))):
             results.append((f"layer {number}, gradient of {name}", apart, allowed))
     for name, apart, allowed in results:

@@ -1,12 +1,12 @@
-// look.mjs CHROMIUM REPORT.html [SHOTS]: the page as somebody sees it who opens it: the room is drawn and turns, the slider moves, nothing is
-// fetched, no complaints. With a folder for it, pictures of the page.
+// look.mjs CHROMIUM REPORT.html SWEEP.html: the page of a run as somebody sees it who opens it: the room is drawn and turns, the slider moves, nothing is
+// fetched, no complaints.
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { dirname } from "node:path";
 import { Browser, urlOf, webgl } from "../browser/browser.mjs";
 import { checkPage } from "./pages.mjs";
 
-const [program, page, shots] = process.argv.slice(2);
+const [program, page, sweep] = process.argv.slice(2);
 const browser = new Browser(program, webgl);
 await browser.open(urlOf(page));
 
@@ -26,7 +26,6 @@ assert.notEqual(farther.sum, turned.sum, "the wheel does not move");
 await browser.click("#outside");
 const outside = await browser.seen();
 assert(outside.part > 0.05 && outside.part < 0.95, `from outside the room fills ${outside.part} of the canvas`);
-await browser.shot(shots, "outside");
 await browser.click("#inside");
 assert.equal((await browser.seen()).sum, inside.sum, "the way back inside leads elsewhere");
 
@@ -76,7 +75,7 @@ assert((await browser.text("main")).includes("</script><b id=evil>"));
 assert.deepEqual(JSON.parse(await browser.text("#data")), JSON.parse(readFileSync(`${dirname(page)}/run.json`, "utf8")));
 for (const title of ["The pipeline", "The room", "Camera and render", "The atlas", "Frames kept and dropped", "Stages", "Files", "How it was made"])
     assert(await browser.evaluate(`Array.from(document.querySelectorAll("h2")).some(each => each.textContent === ${JSON.stringify(title)})`), `no "${title}"`);
-await checkPage(browser, urlOf(page), "run", shots);
+await checkPage(browser, urlOf(page));
 
 // Without scripts it says where the data are.
 await browser.send("Emulation.setScriptExecutionDisabled", { value: true });
@@ -84,3 +83,15 @@ await browser.load(urlOf(page));
 assert((await browser.evaluate("document.body.innerText")).includes("run.json"));
 await browser.close();
 console.log(`the room fills ${inside.part.toFixed(2)} of its canvas, ${views} views`);
+
+// The page of a matrix: pictures of each combination, and the figures in which they differ.
+const other = new Browser(program);
+await other.open(urlOf(sweep));
+const cells = await other.evaluate(`Array.from(document.querySelectorAll(".cards article")).map(cell => [cell.querySelector("h3").textContent, cell.querySelectorAll("img").length, cell.querySelector(".badge").textContent, cell.querySelector("a[href$='report.html']").getAttribute("href")])`);
+assert.deepEqual(cells, [256, 512].map(size => [`size=${size}`, 3, "done", `./size%3D${size}/report.html`]));
+assert(await other.evaluate(`Array.from(document.images).every(image => image.src.startsWith("data:image/jpeg"))`));
+const stages = await other.evaluate(`Array.from(document.querySelectorAll("details summary")).map(each => each.textContent)`);
+assert(stages.includes("texture") && !stages.includes("scan"), `figures of ${stages}`);
+await checkPage(other, urlOf(sweep));
+await other.close();
+console.log(`the sweep's page shows ${cells.length} combinations`);

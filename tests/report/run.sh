@@ -21,7 +21,5 @@ if [ -z "$chromium" ] || ! command -v node >/dev/null; then
     skip "the run's report in a browser: chromium or node is not at hand"
     exit 0
 fi
-timeout 600 node "$source/look.mjs" "$chromium" "$page" ${FRESCO_REPORT_SHOTS:+"$FRESCO_REPORT_SHOTS"}
-
 "$fresco" run "$source/sweep.yaml" --store "$work/store" --out "$work/sweep" --cores 2 >"$work/sweep.log" 2>&1 || { cat "$work/sweep.log"; exit 1; }
-timeout 600 node "$source/look_at_sweep.mjs" "$chromium" "$work/sweep/sweep.html" ${FRESCO_REPORT_SHOTS:+"$FRESCO_REPORT_SHOTS"}
+timeout 600 node "$source/look.mjs" "$chromium" "$page" "$work/sweep/sweep.html"

@@ -5,7 +5,7 @@ Needs a built fresco, a scan in the layout of 7-Scenes, a checkout of github.com
 python3-torchvision, python3-opencv and python3-pil. Their model/optimize.py runs as it is, on the CPU, on the folder that `dataset.write`
 makes (layout: stylemesh), with the same random VGG-19 and the same picture. Lightning is replaced by the few lines that it comes down to.
 
-fresco takes --steps steps and one more; theirs begins with fresco's texture before the last, so that both take the same step. Not the
+fresco takes ten steps and one more; theirs begins with fresco's texture before the last, so that both take the same step. Not the
 first one: at a flat texture max pooling has ties everywhere, and the gradient depends on how convolutions round.
 """
 
@@ -25,7 +25,7 @@ import numpy as np
 import torch
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
-LAYERS = 4
+LAYERS, FRAMES, STEPS, SIZE_PX = 4, 5, 10, 1024
 PIPELINE = """version: 1
 base: {base}
 vars: {{data: {scan}, picture: {picture}, weights: {folder}/vgg.pth}}
@@ -63,7 +63,7 @@ def read_safetensors(path):
 
 
 def our_step(options, folder):
-    """Of the step after options.steps steps or a little later: the layers before it, their gradients, each C x H x W, and the loss.
+    """Of the step after STEPS steps or a little later: the layers before it, their gradients, each C x H x W, and the loss.
 
     The run is interrupted there, which leaves the checkpoints of its last two steps; a gradient follows from Adam's first moments."""
     command = [options.fresco, "run", folder / "step.yaml", "--until", "texture", "--store", folder / "store", "--out", folder / "out", "--json-log"]
@@ -71,9 +71,9 @@ def our_step(options, folder):
     for line in process.stdout:
         event = json.loads(line) if line.startswith("{") else {}
         if event.get("event") == "progress" and event.get("unit") == "steps":
-            if not losses and event["done"] > options.steps:
+            if not losses and event["done"] > STEPS:
                 process.send_signal(signal.SIGINT)
-            if event["done"] > options.steps:
+            if event["done"] > STEPS:
                 losses[event["done"]] = event["metrics"]["loss"]
     if process.wait() != 75:
         sys.exit(f"fresco ended with {process.returncode} instead of being interrupted")
@@ -137,7 +137,7 @@ def their_step(layers, options, folder):
         stand_in(f"scripts.{name}", **{function: None})
     sys.path.insert(0, str(options.checkout.resolve()))
     # As scripts/train/optimize_texture_scannet_with_angle_and_depth.sh has them.
-    sys.argv = ["optimize", "--root_path", str(folder / "out/dataset"), "--texture_size", f"{options.size},{options.size}", "--min_images", "1",
+    sys.argv = ["optimize", "--root_path", str(folder / "out/dataset"), "--texture_size", f"{SIZE_PX},{SIZE_PX}", "--min_images", "1",
                 "--max_images", "1000", "--scene", "scene0000_00", "--hierarchical", "--hierarchical_layers", str(LAYERS), "--loss_weight", "content=7e1",
                 "--loss_weight", "style=1e-4", "--style_weights=1000,1000,10,10,1000", "--loss_weight", "tex_reg=5e3", "--vgg_gatys_model_path",
                 str(folder / "vgg.pth"), "--train_split", "0.99", "--val_split", "0.01", "--num_workers", "0", "--style_image_path",
@@ -158,9 +158,6 @@ def main():
     for name in ("--checkout", "--scan", "--picture"):
         parser.add_argument(name, type=pathlib.Path, required=True)
     parser.add_argument("--fresco", type=pathlib.Path, default=ROOT / "build/bin/fresco")
-    parser.add_argument("--frames", type=int, default=5)
-    parser.add_argument("--steps", type=int, default=10)
-    parser.add_argument("--size", type=int, default=1024, help="texels per side")
     parser.add_argument("--theta_d_m", type=float, default=0.12)
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
@@ -168,7 +165,7 @@ def main():
         random_weights(folder / "vgg.pth")
         (folder / "step.yaml").write_text(PIPELINE.format(
             base=ROOT / "pipelines/presets/stylemesh-released-scannet.yaml", scan=options.scan.resolve(), picture=options.picture.resolve(),
-            folder=folder, frames=options.frames, size=options.size, theta_d_m=options.theta_d_m))
+            folder=folder, frames=FRAMES, size=SIZE_PX, theta_d_m=options.theta_d_m))
         subprocess.run([options.fresco, "run", folder / "step.yaml", "--until", "dataset", "--store", folder / "store", "--out", folder / "out", "--quiet"], check=True)
         layers, our_gradients, our_loss = our_step(options, folder)
         their_gradients, their_loss = their_step(layers, options, folder)

@@ -143,14 +143,16 @@ class LossGram final : public fresco::Loss
         const auto& coarse = *targets_[layer].coarse;
         const auto& fine = targets_[layer].fine;
         const auto selected = part.selected(*style.features, name, fresco::Pixels::all);
-        const auto halves = gram::moments_of_halves(selected, part.fine_count(*style.features, name), with_mean());
+        const auto fine_count = part.fine_count(*style.features, name);
+        const auto moments = [&](std::int64_t first, std::int64_t count, fresco::Pixels pixels)
+        { return averaged(gram::moments(selected.narrow(1, first, count), with_mean()), part, name, pixels); };
         // Without fine features zeros are compared: a constant of the reported loss.
         add(sum,
-            halves.fine ? averaged(*halves.fine, part, name, fresco::Pixels::fine)
-                        : gram::Moments{at::zeros_like(coarse.mean), at::zeros_like(coarse.second)},
+            fine_count > 0 ? moments(0, fine_count, fresco::Pixels::fine)
+                           : gram::Moments{at::zeros_like(coarse.mean), at::zeros_like(coarse.second)},
             {&coarse, fine ? &*fine : nullptr});
-        if (halves.others)
-            add(sum, averaged(*halves.others, part, name, fresco::Pixels::steep), {&coarse});
+        if (fine_count < selected.size(1))
+            add(sum, moments(fine_count, selected.size(1) - fine_count, fresco::Pixels::steep), {&coarse});
     }
 
     /// Adds the distances of some moments to targets (null: none).

@@ -81,19 +81,18 @@ void write_gradient(const torch::Tensor& factor, const torch::Tensor& offset, co
         gradient.add_(offset.unsqueeze(1));
 }
 
-/// C x N features, the first `fine_count` of them fine -> the second moments of all (`apart`: of the others, of which there are
-/// some) and, if any, of the fine ones; with_mean: then the means of both.
+/// C x N features, the first `fine_count` of them fine -> the second moments of all and, if any, of the fine ones; with_mean:
+/// then the means of both.
 struct MomentsFunction : torch::autograd::Function<MomentsFunction>
 {
     static torch::autograd::variable_list forward(torch::autograd::AutogradContext* context, const torch::Tensor& features,
-                                                  std::int64_t fine_count, bool with_mean, bool apart)
+                                                  std::int64_t fine_count, bool with_mean)
     {
         context->save_for_backward({features});
         context->saved_data["fine_count"] = fine_count;
         context->saved_data["with_mean"] = with_mean;
-        context->saved_data["apart"] = apart;
         context->set_materialize_grads(false);
-        const auto count = static_cast<double>(features.size(1) - (apart ? fine_count : 0));
+        const auto count = static_cast<double>(features.size(1));
         const auto fine = features.narrow(1, 0, fine_count);
         const auto others = features.narrow(1, fine_count, features.size(1) - fine_count);
         const auto fine_number = static_cast<double>(fine_count);
@@ -103,14 +102,12 @@ struct MomentsFunction : torch::autograd::Function<MomentsFunction>
         else
         {
             const auto fine_products = products(fine);
-            const auto first = products(others);
-            results = {(apart ? first : first + fine_products).div_(count), fine_products / fine_number};
+            results = {(products(others) + fine_products).div_(count), fine_products / fine_number};
         }
         if (!with_mean)
             return results;
         const auto fine_sum = fresco::ordered_sum(fine, 1);
-        const auto first_sum = fresco::ordered_sum(others, 1);
-        results.push_back((apart ? first_sum : first_sum + fine_sum).div_(count));
+        results.push_back((fresco::ordered_sum(others, 1) + fine_sum).div_(count));
         if (fine_count > 0)
             results.push_back(fine_sum / fine_number);
         return results;
@@ -127,8 +124,7 @@ struct MomentsFunction : torch::autograd::Function<MomentsFunction>
                 return torch::Tensor();
             return gradients.at((of_mean ? (fine_count > 0 ? 2U : 1U) : 0U) + (of_fine ? 1U : 0U));
         };
-        const bool apart = context->saved_data["apart"].toBool();
-        const auto count = static_cast<double>(features.size(1) - (apart ? fine_count : 0));
+        const auto count = static_cast<double>(features.size(1));
         const auto factor = symmetric(gradient(false, false), count);
         const auto offset = per_feature(gradient(true, false), count);
         const auto result = at::empty_strided(features.sizes(), features.strides(), features.options());
@@ -138,9 +134,9 @@ struct MomentsFunction : torch::autograd::Function<MomentsFunction>
             write(fine_count, features.size(1) - fine_count, factor, offset);
         const auto fine_number = static_cast<double>(fine_count);
         if (fine_count > 0)
-            write(0, fine_count, sum_of(apart ? torch::Tensor() : factor, symmetric(gradient(false, true), fine_number)),
-                  sum_of(apart ? torch::Tensor() : offset, per_feature(gradient(true, true), fine_number)));
-        return {result, torch::Tensor(), torch::Tensor(), torch::Tensor()};
+            write(0, fine_count, sum_of(factor, symmetric(gradient(false, true), fine_number)),
+                  sum_of(offset, per_feature(gradient(true, true), fine_number)));
+        return {result, torch::Tensor(), torch::Tensor()};
     }
 };
 
@@ -245,37 +241,12 @@ torch::Tensor gram_distance(const torch::Tensor& features, std::int64_t fine_cou
     return GramDistance::apply(in_rows(features), fine_count, targets, scale);
 }
 
-namespace
+MomentsOfBoth moments_of_both(const torch::Tensor& features, std::int64_t fine_count, bool with_mean)
 {
-
-/// Moments of all features, or of those that are not fine, and of the fine ones.
-std::pair<Moments, std::optional<Moments>> pair_of_moments(const torch::Tensor& given, std::int64_t fine_count, bool with_mean,
-                                                           bool apart)
-{
-    const auto values = MomentsFunction::apply(in_rows(given), fine_count, with_mean, apart);
+    const auto values = MomentsFunction::apply(in_rows(features), fine_count, with_mean);
     const std::size_t sets = fine_count > 0 ? 2 : 1;
     const auto of = [&](std::size_t set) { return Moments{with_mean ? values[sets + set] : torch::Tensor(), values[set]}; };
     return {of(0), fine_count > 0 ? std::optional(of(1)) : std::nullopt};
-}
-
-}  // namespace
-
-MomentsOfBoth moments_of_both(const torch::Tensor& features, std::int64_t fine_count, bool with_mean)
-{
-    const auto [all, fine] = pair_of_moments(features, fine_count, with_mean, false);
-    return {all, fine};
-}
-
-MomentsOfHalves moments_of_halves(const torch::Tensor& features, std::int64_t fine_count, bool with_mean)
-{
-    if (features.size(1) == 0)
-        return {};
-    if (fine_count == 0)
-        return {std::nullopt, moments(features, with_mean)};
-    if (fine_count == features.size(1))
-        return {moments(features, with_mean), std::nullopt};
-    const auto [others, fine] = pair_of_moments(features, fine_count, with_mean, true);
-    return {fine, others};
 }
 
 torch::Tensor covariance(const Moments& moments)

@@ -35,15 +35,6 @@ struct MomentsOfBoth
 };
 MomentsOfBoth moments_of_both(const torch::Tensor& features, std::int64_t fine_count, bool with_mean = true);
 
-/// Moments of the first `fine_count` features and of the rest; a part without features has none. They equal moments() of each
-/// part, but the features' gradient is written in one pass.
-struct MomentsOfHalves
-{
-    std::optional<Moments> fine;
-    std::optional<Moments> others;
-};
-MomentsOfHalves moments_of_halves(const torch::Tensor& features, std::int64_t fine_count, bool with_mean = true);
-
 /// Gram matrices divided by their number of features, C x C and symmetric.
 struct GramTargets
 {

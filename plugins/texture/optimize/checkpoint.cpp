@@ -103,22 +103,6 @@ std::string checksum_of(const SafeTensors& contents)
 
 }  // namespace
 
-Checkpoint Checkpoint::of(std::int64_t step, std::int64_t rollbacks, const std::vector<TextureParameter>& parameters,
-                          const OptimizerRule& rule, const std::map<std::string, std::shared_ptr<Loss>>& losses,
-                          const Raster8& seen)
-{
-    Checkpoint result;
-    result.step = step;
-    result.rollbacks = rollbacks;
-    for (const auto& parameter : parameters)
-        result.parameters.emplace(parameter.name, parameter.values);
-    result.rule = rule.state();
-    for (const auto& [name, loss] : losses)
-        result.losses.emplace(name, loss->state());
-    result.seen = seen;
-    return result;
-}
-
 Checkpoint Checkpoint::copied() const
 {
     Checkpoint result = *this;
@@ -215,8 +199,7 @@ void rename_if_there(const std::filesystem::path& from, const std::filesystem::p
         throw Error(from.string() + ": cannot be renamed to " + to.filename().string() + ": " + error.message());
 }
 
-bool used(const std::filesystem::path& file, std::int64_t before, const CheckpointFolder::Use& use,
-          const CheckpointFolder::Warn& warn)
+bool used(const std::filesystem::path& file, std::int64_t before, const CheckpointFolder::Use& use, RunContext& run)
 {
     try
     {
@@ -228,33 +211,33 @@ bool used(const std::filesystem::path& file, std::int64_t before, const Checkpoi
     }
     catch (const Error& error)
     {
-        warn(std::string("the checkpoint cannot be used: ") + error.what());
+        run.warning(std::string("the checkpoint cannot be used: ") + error.what());
         return false;
     }
 }
 
 }  // namespace
 
-CheckpointFolder::Used CheckpointFolder::use_latest(const Use& use, const Warn& warn) const
+CheckpointFolder::Used CheckpointFolder::use_latest(const Use& use, RunContext& run) const
 {
     constexpr auto any = std::numeric_limits<std::int64_t>::max();
-    if (used(interrupted(), any, use, warn))
+    if (used(interrupted(), any, use, run))
         return Used::interrupted;
-    if (used(due(), any, use, warn))
+    if (used(due(), any, use, run))
         return Used::due;
-    return used(earlier(), any, use, warn) ? Used::earlier : Used::none;
+    return used(earlier(), any, use, run) ? Used::earlier : Used::none;
 }
 
-bool CheckpointFolder::use_before(std::int64_t step, const Use& use, const Warn& warn) const
+bool CheckpointFolder::use_before(std::int64_t step, const Use& use, RunContext& run) const
 {
     // It may be of the way that led there.
     std::filesystem::remove(interrupted());
-    if (used(due(), step, use, warn))
+    if (used(due(), step, use, run))
         return true;
     // Else the bad state would take the place of the good one when the next checkpoint is due.
     std::filesystem::remove(due());
     rename_if_there(earlier(), due());
-    return used(due(), step, use, warn);
+    return used(due(), step, use, run);
 }
 
 void CheckpointFolder::write_due(const Checkpoint& checkpoint) const

@@ -6,6 +6,7 @@
 #include "evaluation.h"
 
 #include <fresco/image.h>
+#include <fresco/run_context.h>
 #include <fresco/torch/loss.h>
 #include <fresco/torch/optimizer_rule.h>
 
@@ -32,11 +33,6 @@ struct Checkpoint
     Raster8 seen;
     std::vector<HeldOutLoss> held_out;  ///< Measured so far.
 
-    /// Refers to the tensors, copies nothing.
-    static Checkpoint of(std::int64_t step, std::int64_t rollbacks, const std::vector<TextureParameter>& parameters,
-                         const OptimizerRule& rule, const std::map<std::string, std::shared_ptr<Loss>>& losses,
-                         const Raster8& seen);
-
     /// With tensors of its own.
     Checkpoint copied() const;
     /// One safetensors file, written whole or not at all.
@@ -58,7 +54,6 @@ class CheckpointFolder
 
     /// Tries to use a checkpoint; throws Error where it does not fit.
     using Use = std::function<void(const Checkpoint&)>;
-    using Warn = std::function<void(const std::string&)>;
 
     enum class Used
     {
@@ -67,11 +62,11 @@ class CheckpointFolder
         due,
         earlier
     };
-    /// To go on: the interruption's, else the last one due. Each that cannot be used is named to `warn`.
-    Used use_latest(const Use& use, const Warn& warn) const;
+    /// To go on: the interruption's, else the last one due. Warns of each that cannot be used.
+    Used use_latest(const Use& use, RunContext& run) const;
     /// To go back: the last one due before `step`, whose evaluation failed; those from `step` on are thrown away. The state of a
     /// step is known to be good once the step was evaluated. The interruption's is thrown away. False where none is left.
-    bool use_before(std::int64_t step, const Use& use, const Warn& warn) const;
+    bool use_before(std::int64_t step, const Use& use, RunContext& run) const;
 
     /// The one that was due before is kept as well; the interruption's is no longer needed.
     void write_due(const Checkpoint& checkpoint) const;

@@ -20,15 +20,16 @@ namespace fresco::optimize
 namespace
 {
 
-bool is_plain(const at::Tensor& tensor)
-{
-    return tensor.device().is_cpu() && tensor.scalar_type() == at::kFloat;
-}
-
 /// Whether the channels of a pixel lie side by side.
 bool has_pixels_in_rows(const at::Tensor& values)
 {
     return values.size(0) > 1 && values.size(1) > 1 && values.t().is_contiguous();
+}
+
+/// Whether pixels are copied as rows here: as the networks on the CPU give them.
+bool has_plain_rows(const at::Tensor& values)
+{
+    return values.device().is_cpu() && values.scalar_type() == at::kFloat && has_pixels_in_rows(values);
 }
 
 /// C x P to C x N by column number; in memory as `values` is. The first `fine_count` numbers ascend, and so do the others; none
@@ -41,17 +42,9 @@ struct Columns : torch::autograd::Function<Columns>
         context->save_for_backward({index});
         context->saved_data["columns"] = values.size(1);
         context->saved_data["fine_count"] = fine_count;
-        if (!is_plain(values))
-            return has_pixels_in_rows(values) ? values.t().index_select(0, index).t() : values.index_select(1, index);
-        if (has_pixels_in_rows(values))
+        if (has_plain_rows(values))
             return pixels(values, index);
-        const auto source = values.contiguous();
-        auto result = at::empty({source.size(0), index.numel()}, source.options());
-        each_row(
-            source.size(0), index.numel(),
-            [&](std::int64_t row)
-            { gather(source.data_ptr<float>() + row * source.size(1), index, result.data_ptr<float>() + row * index.numel()); });
-        return result;
+        return has_pixels_in_rows(values) ? values.t().index_select(0, index).t() : values.index_select(1, index);
     }
 
     static torch::autograd::variable_list backward(torch::autograd::AutogradContext* context,
@@ -60,16 +53,9 @@ struct Columns : torch::autograd::Function<Columns>
         const auto index = context->get_saved_variables()[0];
         const auto columns = context->saved_data["columns"].toInt();
         const auto fine_count = context->saved_data["fine_count"].toInt();
-        if (is_plain(gradients[0]) && has_pixels_in_rows(gradients[0]))
-            return {spread_pixels(gradients[0], index, fine_count, columns), at::Tensor(), at::Tensor()};
-        if (!is_plain(gradients[0]))
-            return {spread(gradients[0], index, columns), at::Tensor(), at::Tensor()};
-        const auto gradient = gradients[0].contiguous();
-        auto result = at::zeros({gradient.size(0), columns}, gradient.options());
-        each_row(gradient.size(0), index.numel(),
-                 [&](std::int64_t row)
-                 { scatter(gradient.data_ptr<float>() + row * index.numel(), index, result.data_ptr<float>() + row * columns); });
-        return {result, at::Tensor(), at::Tensor()};
+        const auto& gradient = gradients[0];
+        return {has_plain_rows(gradient) ? spread_pixels(gradient, index, fine_count, columns) : spread(gradient, index, columns),
+                at::Tensor(), at::Tensor()};
     }
 
   private:
@@ -87,8 +73,12 @@ struct Columns : torch::autograd::Function<Columns>
         const float* from = values.data_ptr<float>();
         float* to = result.data_ptr<float>();
         const auto* numbers = index.data_ptr<std::int64_t>();
-        each_row(index.numel(), channels,
-                 [&](std::int64_t i) { std::copy_n(from + numbers[i] * channels, channels, to + i * channels); });
+        parallel_for(static_cast<std::size_t>(index.numel()), grain(channels), at::get_num_threads(),
+                     [&](std::size_t begin, std::size_t end)
+                     {
+                         for (auto i = static_cast<std::int64_t>(begin); i < static_cast<std::int64_t>(end); ++i)
+                             std::copy_n(from + numbers[i] * channels, channels, to + i * channels);
+                     });
         return result;
     }
     static at::Tensor spread_pixels(const at::Tensor& gradient, const at::Tensor& index, std::int64_t fine_count,
@@ -126,28 +116,6 @@ struct Columns : torch::autograd::Function<Columns>
     static std::size_t grain(std::int64_t columns)
     {
         return static_cast<std::size_t>(1 + (std::int64_t{1} << 18U) / (columns + 1));
-    }
-    template <class Work>
-    static void each_row(std::int64_t rows, std::int64_t columns, const Work& work)
-    {
-        parallel_for(static_cast<std::size_t>(rows), grain(columns), at::get_num_threads(),
-                     [&](std::size_t begin, std::size_t end)
-                     {
-                         for (std::size_t row = begin; row < end; ++row)
-                             work(static_cast<std::int64_t>(row));
-                     });
-    }
-    static void gather(const float* row, const at::Tensor& index, float* out)
-    {
-        const auto* columns = index.data_ptr<std::int64_t>();
-        for (std::int64_t i = 0; i < index.numel(); ++i)
-            out[i] = row[columns[i]];
-    }
-    static void scatter(const float* values, const at::Tensor& index, float* row)
-    {
-        const auto* columns = index.data_ptr<std::int64_t>();
-        for (std::int64_t i = 0; i < index.numel(); ++i)
-            row[columns[i]] = values[i];
     }
 };
 

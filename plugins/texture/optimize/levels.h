@@ -45,11 +45,11 @@ enum class GradientScaling
 /// Assigns the pixels of a view to heights, and selects those that losses see.
 struct LevelRules
 {
-    Protocol protocol;
-    bool by_depth;           ///< Depth levels; else every height shows every pixel.
-    double theta_d_m;        ///< θ_d, smaller for scans of short range.
-    double angle_limit_deg;  ///< Largest angle between normal and view for the fine style loss (StyleMesh, section 3.3).
-    GradientScaling scaling;
+    Protocol protocol = Protocol::paper;
+    bool by_depth = false;        ///< Depth levels; else every height shows every pixel.
+    double theta_d_m = 0.25;      ///< θ_d, smaller for scans of short range.
+    double angle_limit_deg = 90;  ///< Largest angle between normal and view for the fine style loss (StyleMesh, section 3.3).
+    GradientScaling scaling = GradientScaling::angle;
 };
 
 /// θ_min of StyleMesh, section 3.2: what θ_d meters at a distance of 1 m should be at least, in pixels of height.

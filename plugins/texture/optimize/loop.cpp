@@ -32,7 +32,7 @@ namespace fresco::optimize
 namespace
 {
 
-/// Progress for losses: it cancels nothing within a step, which none of them could resume halfway. A run is
+/// Progress for losses: it cancels them only before the first step, as none of them could resume a step halfway. A run is
 /// canceled between two steps.
 class WholeSteps final : public Progress
 {
@@ -40,29 +40,17 @@ class WholeSteps final : public Progress
     /// `run` must outlive it.
     explicit WholeSteps(const Progress& run) : run_(run) {}
 
+    void begin() { is_begun_ = true; }
     void check_canceled() const override
     {
-        if (!within_)
+        if (!is_begun_)
             run_.check_canceled();
     }
     int threads() const override { return run_.threads(); }
 
-    /// While there is one of these, a step is being made. Not to be nested; for the thread that makes the steps.
-    class Step
-    {
-      public:
-        explicit Step(WholeSteps& steps) : steps_(steps) { steps_.within_ = true; }
-        ~Step() { steps_.within_ = false; }
-        Step(const Step&) = delete;
-        Step& operator=(const Step&) = delete;
-
-      private:
-        WholeSteps& steps_;
-    };
-
   private:
     const Progress& run_;
-    std::atomic<bool> within_{false};
+    std::atomic<bool> is_begun_{false};
 };
 
 /// A few camera pictures of `views`, spread over them, at the smallest height: RGB in [0,1], 3 x H x W.
@@ -226,6 +214,7 @@ class Loop
         context.progress = &whole_steps_;
         context.message = [this](const std::string& text) { run_.message(text); };
         prepare(components_.losses, context);
+        whole_steps_.begin();
         for (const auto& [name, loss] : components_.losses)
             prepared_states_.emplace(name, loss->state());
     }
@@ -248,8 +237,7 @@ class Loop
     /// Resumes where the last run was interrupted, or starts.
     void take_up()
     {
-        const auto used = checkpoints_.use_latest([this](const Checkpoint& c) { restore(c); },
-                                                  [this](const std::string& text) { run_.warning(text); });
+        const auto used = checkpoints_.use_latest([this](const Checkpoint& c) { restore(c); }, run_);
         if (used == CheckpointFolder::Used::due)
             due_step_ = step_;
         if (used != CheckpointFolder::Used::none)
@@ -332,7 +320,7 @@ class Loop
         wait_for_writing();
         run_.warning(std::string(error.what()) + "; going back to the last good state, at half the rate");
         const bool back = checkpoints_.use_before(
-            step_, [this](const Checkpoint& c) { restore(c); }, [this](const std::string& text) { run_.warning(text); });
+            step_, [this](const Checkpoint& c) { restore(c); }, run_);
         if (!back)
             start_anew();
         rollbacks_ = rollbacks;
@@ -402,11 +390,14 @@ class Loop
             writing_.get();
     }
 
+    /// Refers to the tensors, copies nothing.
     Checkpoint state() const
     {
-        auto result =
-            Checkpoint::of(step_, rollbacks_, components_.texture.parameters(), components_.rule, components_.losses, seen_);
-        result.held_out = held_out_;
+        Checkpoint result{step_, rollbacks_, {}, components_.rule.state(), {}, seen_, held_out_};
+        for (const auto& parameter : components_.texture.parameters())
+            result.parameters.emplace(parameter.name, parameter.values);
+        for (const auto& [name, loss] : components_.losses)
+            result.losses.emplace(name, loss->state());
         return result;
     }
 
@@ -420,7 +411,6 @@ class Loop
         may_be_interrupted(
             [this]
             {
-                const WholeSteps::Step view_by_view(whole_steps_);
                 held_out_.push_back(held_out_loss(
                     evaluator_, step_, source_, split_.held_out, [this](std::size_t view) { return loaded(view); },
                     components_.losses, run_));
@@ -435,7 +425,6 @@ class Loop
     {
         const Evaluate evaluate = [&]
         { return evaluator_.evaluate(step_, scheduled, data, source_.name(scheduled.view), parameters().size()); };
-        const WholeSteps::Step whole(whole_steps_);
         const double loss =
             components_.rule.step(parameters(), evaluate, schedule_.rate(step_) * std::pow(0.5, rollbacks_), options_.lambda_r);
         last_summands_ = evaluator_.summands();

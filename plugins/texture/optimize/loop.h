@@ -45,23 +45,23 @@ struct LoopComponents
 
 struct LoopOptions
 {
-    int size_px;
-    std::vector<int> heights_px;  ///< Empty = all.
-    Values values;
-    Init init;
-    LevelRules levels;
-    double lambda_r;
-    std::uint64_t seed;
-    torch::Device device;
-    ScheduleOptions schedule;
+    int size_px = 0;
+    std::vector<int> heights_px = {};  ///< Empty = all.
+    Values values = Values::display;
+    Init init = Init::frames;
+    LevelRules levels = {};
+    double lambda_r = 0;
+    std::uint64_t seed = 0;
+    torch::Device device = torch::kCPU;
+    ScheduleOptions schedule = {};
     // Measuring on views that are not optimized for
-    int held_out_count;
+    int held_out_count = 0;
     std::int64_t measure_steps = 40;  ///< Often enough to stop a run of some hundred steps, at a tenth of its time.
-    double stop_gain;                 ///< 0 = all steps are made.
+    double stop_gain = 0;             ///< 0 = all steps are made.
     // How it is run
-    std::int64_t checkpoint_steps;     ///< 0 = none. A run whose loss is not finite goes back to one.
-    double checkpoint_seconds = 30;    ///< Work that a killed run may lose; 0 = all of it. Of no effect on results.
-    std::int64_t preview_every = 100;  ///< 0 = never.
+    std::int64_t checkpoint_steps = 0;  ///< 0 = none. A run whose loss is not finite goes back to one.
+    double checkpoint_seconds = 30;     ///< Work that a killed run may lose; 0 = all of it. Of no effect on results.
+    std::int64_t preview_every = 100;   ///< 0 = never.
 };
 
 /// Optimizes a texture until every view, rendered with it, is what the losses want. Goes on from the checkpoint in

@@ -171,8 +171,6 @@ RenderedPart::RenderedPart(PartPlace place, torch::Tensor image, LevelData& data
 {
 }
 
-RenderedPart::~RenderedPart() = default;
-
 const Demand& RenderedPart::demand(const FeatureNetwork& network) const
 {
     const auto found = demands_.find(&network);

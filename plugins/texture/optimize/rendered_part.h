@@ -49,7 +49,6 @@ class RenderedPart final : public Part
   public:
     /// `image`: 3 x H x W, displayed RGB, on the run's device, requiring a gradient.
     RenderedPart(PartPlace place, torch::Tensor image, LevelData& data, const Demands& demands);
-    ~RenderedPart() override;
 
     int level() const override { return place_.level; }
     int height_px() const override { return data_.height_px; }

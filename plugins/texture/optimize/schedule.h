@@ -27,21 +27,18 @@ inline std::uint64_t mixed(std::uint64_t seed, std::uint64_t a, std::uint64_t b)
 enum class Decay
 {
     cosine,  ///< Full for decay_start, then down to 0.
-    step     ///< Multiplied by step_factor every step_epochs.
+    step     ///< A tenth after every three epochs, as in StyleMesh.
 };
 
 struct ScheduleOptions
 {
-    int epochs;              ///< Number of visits to every view.
-    int repeats_count;       ///< Consecutive steps of a visit.
-    std::int64_t max_steps;  ///< 0 = no limit.
-    bool shuffled;
-    double rate;
-    Decay decay;
-    double decay_start;  ///< Cosine: the share of the steps at the full rate.
-    // Steps: the rate is multiplied by step_factor every step_epochs, as in StyleMesh.
-    int step_epochs = 3;
-    double step_factor = 0.1;
+    int epochs = 1;              ///< Number of visits to every view.
+    int repeats_count = 1;       ///< Consecutive steps of a visit.
+    std::int64_t max_steps = 0;  ///< 0 = no limit.
+    bool shuffled = true;
+    double rate = 0.02;
+    Decay decay = Decay::cosine;
+    double decay_start = 0.5;  ///< Cosine: the share of the steps at the full rate.
 };
 
 /// Actions of a step.

@@ -45,11 +45,11 @@ TEST_CASE("loss.content is the mean square difference to the camera's features")
     SECTION("only valid pixels count, and none gives no term")
     {
         auto mask = at::zeros({4, 4}, at::kBool);
-        CHECK(evaluate("{}", *std::make_unique<fresco::testing::PicturePart>(picture, camera, mask, mask)).empty());
+        fresco::testing::PicturePart nothing(picture, camera, mask, mask);
+        CHECK(evaluate("{}", nothing).empty());
         mask.narrow(1, 0, 2).fill_(true);
-        CHECK(evaluate("{}", *std::make_unique<fresco::testing::PicturePart>(picture, camera, mask, mask))
-                  .at(0)
-                  .value.item<double>() == Approx(0.0625 / 3));
+        fresco::testing::PicturePart left(picture, camera, mask, mask);
+        CHECK(evaluate("{}", left).at(0).value.item<double>() == Approx(0.0625 / 3));
     }
     SECTION("an unknown layer is named with those there are")
     {

@@ -3,8 +3,8 @@
 #include "loop.h"
 
 #include <fresco/frames.h>
-#include <fresco/npy.h>
 #include <fresco/testing.h>
+#include <fresco/testing_scenes.h>
 #include <fresco/torch/loss.h>
 #include <fresco/torch/tensor.h>
 #include <fresco/uv_maps.h>
@@ -12,6 +12,7 @@
 #include <ATen/ops/avg_pool2d.h>
 #include <ATen/ops/zeros.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <functional>
@@ -74,44 +75,27 @@ struct Wall
         index.heights_px = heights;
         for (std::size_t i = 0; i < views; ++i)
         {
-            Frame frame;
+            Frame frame = testing::frame("frame-" + std::to_string(i), testing::camera(40, 30, 30), static_cast<long>(i));
             frame.sequence = "walk";
-            frame.name = "frame-" + std::to_string(i);
-            frame.number = static_cast<long>(i);
-            frame.color.intrinsics = {40, 30, 30, 30, 20, 15};
-            frame.depth = frame.color;
-            frame.color_picture.path = folder / (frame.name + ".npy");
-            write_picture(frame.color_picture.path, i, views);
+            const auto at = window(i, views);
+            const auto color = [&](int x, int y, int c)
+            {
+                const Vec3f rgb = painting(at.u + 0.5 * (x + 0.5) / 40, at.v + 0.5 * (1 - (y + 0.5) / 30));
+                return 255 * (c == 0 ? rgb.x : c == 1 ? rgb.y : rgb.z);
+            };
+            testing::set_color_picture(frame, folder, testing::picture(40, 30, color));
             UvMaps::View view{frame.sequence, frame.name, frame.color, {}};
             for (const int height : heights)
             {
                 const auto map = wall_map(i, views, frame.color.intrinsics.width_at(height), height);
                 UvMaps::write_map({maps_folder, {}}, i, height, map);
-                std::int64_t valid = 0;
-                for (const auto v : map.valid.values)
-                    valid += v;
-                view.valid_pixels.push_back(valid);
+                view.valid_pixels.push_back(std::ranges::count(map.valid.values, 1));
             }
             index.views.push_back(view);
             frames.frames.push_back(frame);
         }
         index.save({maps_folder, {}});
         maps = UvMaps::load({maps_folder, {}});
-    }
-
-    static void write_picture(const std::filesystem::path& file, std::size_t view, std::size_t views)
-    {
-        std::vector<std::uint8_t> pixels;
-        const auto at = window(view, views);
-        for (int y = 0; y < 30; ++y)
-            for (int x = 0; x < 40; ++x)
-            {
-                const auto color = painting(at.u + 0.5 * (x + 0.5) / 40, at.v + 0.5 * (1 - (y + 0.5) / 30));
-                for (const float c : {color.x, color.y, color.z})
-                    pixels.push_back(static_cast<std::uint8_t>(std::lround(c * 255)));
-            }
-        const std::vector<std::size_t> shape{30, 40, 3};
-        write_npy(file, shape, std::span<const std::uint8_t>(pixels));
     }
 
     std::shared_ptr<const UvMaps> maps;
@@ -251,31 +235,13 @@ class AskingLoss final : public Loss
 namespace fresco::optimize
 {
 
-/// Every pixel at every height, at any angle.
-inline constexpr LevelRules all_pixels{
-    .protocol = Protocol::paper, .by_depth = false, .theta_d_m = 0.25, .angle_limit_deg = 90, .scaling = GradientScaling::angle};
-
 /// Steps over all views in their whole size, neither measured nor kept, from zeros.
 inline LoopOptions short_loop(int size_px, int repeats_count, const torch::Device& device = torch::kCPU)
 {
     return {.size_px = size_px,
-            .heights_px = {},
-            .values = Values::display,
             .init = Init::zeros,
-            .levels = all_pixels,
-            .lambda_r = 0,
-            .seed = 0,
             .device = device,
-            .schedule = {.epochs = 1,
-                         .repeats_count = repeats_count,
-                         .max_steps = 0,
-                         .shuffled = true,
-                         .rate = 0.02,
-                         .decay = Decay::cosine,
-                         .decay_start = 0.5},
-            .held_out_count = 0,
-            .stop_gain = 0,
-            .checkpoint_steps = 0,
+            .schedule = {.repeats_count = repeats_count},
             .checkpoint_seconds = 0,
             .preview_every = 0};
 }

@@ -11,13 +11,12 @@
 #include <ATen/Parallel.h>
 #include <ATen/ops/arange.h>
 #include <ATen/ops/conv2d.h>
-#include <ATen/ops/empty.h>
 #include <ATen/ops/equal.h>
+#include <ATen/ops/full.h>
 #include <ATen/ops/full_like.h>
 #include <ATen/ops/index_select.h>
 #include <ATen/ops/matmul.h>
 #include <ATen/ops/max_pool2d.h>
-#include <ATen/ops/ones.h>
 #include <ATen/ops/rand.h>
 #include <ATen/ops/relu.h>
 #include <ATen/ops/tensor.h>
@@ -26,7 +25,6 @@
 #include <torch/csrc/autograd/autograd.h>
 
 #include <atomic>
-#include <chrono>
 #include <memory>
 #include <stdexcept>
 #include <thread>
@@ -38,7 +36,7 @@ using namespace fresco::optimize;
 namespace
 {
 
-/// A texture of one texel, shown by every pixel.
+/// A texture of one texel, shown by every pixel. Keeps the maps that it is asked to show.
 class OneTexel final : public TextureRepresentation
 {
   public:
@@ -57,20 +55,19 @@ class OneTexel final : public TextureRepresentation
         int width_;
         int height_;
     };
-    void allocate(int) override { parameters_ = {{"texel", at::zeros({1, 3}), 1}}; }
-    void set_picture(const RasterF& p) override
-    {
-        parameters_[0].values.copy_(to_tensor(p).reshape({3, -1}).mean(1).reshape({1, 3}));
-    }
+    void allocate(int) override {}
+    void set_picture(const RasterF&) override {}
     std::vector<TextureParameter>& parameters() override { return parameters_; }
     std::unique_ptr<TextureView> make_view(const UvMap& map) const override
     {
+        maps.push_back(map);
         return std::make_unique<View>(parameters_[0].values, map.valid.width, map.valid.height);
     }
     Texture to_texture() const override { return {}; }
+    mutable std::vector<UvMap> maps;
 
   private:
-    std::vector<TextureParameter> parameters_;
+    std::vector<TextureParameter> parameters_{{"texel", at::full({1, 3}, 0.4), 1}};
 };
 
 struct World
@@ -79,19 +76,15 @@ struct World
     Wall wall{folder.path(), 2, {24, 36}};
     ViewSource source{*wall.maps, wall.frames, nullptr, {}};
     OneTexel texture;
-    std::shared_ptr<HalfNetwork> network = std::make_shared<HalfNetwork>();
-    testing::TestFactory factory;
-    std::map<std::string, std::shared_ptr<Loss>> losses;
-    World()
+    HalfNetwork network;
+
+    std::unique_ptr<ViewData> view(std::size_t number, const LevelRules& rules = {}) const
     {
-        texture.allocate(1);
-        factory.add("features.half", [this] { return network; });
-        factory.add("mean", [] { return std::make_shared<MeanLoss>(); });
-        for (const char* name : {"first", "second"})
-            losses[name] = std::dynamic_pointer_cast<Loss>(
-                factory.create("loss", Value::Map{{"type", "mean"}, {"weight", std::string(name) == "first" ? 2.0 : 3.0}}));
+        return load_view(source, number, texture, rules);
     }
 };
+
+using Losses = std::map<std::string, std::shared_ptr<Loss>>;
 
 }  // namespace
 
@@ -122,8 +115,7 @@ TEST_CASE("selected cells and their gradient equal index_select's, for any type,
     std::vector<int> every_third;
     for (int i = 0; i < 17 * 9; i += 3)
         every_third.push_back(i);
-    for (const auto& list :
-         std::vector<std::vector<int>>{{0}, {152}, {0, 1, 2}, {150, 151, 152}, {5, 70}, {0, 152}, every_third, {}})
+    for (const auto& list : std::vector<std::vector<int>>{{0}, {150, 151, 152}, {5, 70}, every_third, {}})
     {
         Raster8 mask(17, 9);
         Raster8 fine(17, 9);
@@ -155,40 +147,28 @@ TEST_CASE("selected cells and their gradient equal index_select's, for any type,
     at::set_num_threads(before);
 }
 
-namespace
+TEST_CASE("what is encoded is shared by the losses of a step, and the camera's by the steps of a visit")
 {
-const LevelRules unscaled = []
-{
-    LevelRules rules = all_pixels;
-    rules.scaling = GradientScaling::none;
-    return rules;
-}();
-}  // namespace
-
-TEST_CASE("losses on one network share its encodings, and the camera's outlive the step")
-{
-    World world;
-    const auto data = load_view(world.source, 0, world.texture, all_pixels);
+    const World world;
+    const auto data = world.view(0);
     REQUIRE(data->levels.size() == 2);
     CHECK(data->numbers == std::vector<int>{0, 1});
     CHECK(data->levels[0].share == Approx(0.5).margin(0.02));
-    const auto demands = demands_of(world.losses, false);
-    REQUIRE(demands.size() == 1);
-    CHECK(demands.begin()->second.image == std::vector<std::string>{"half"});
+    const Demands demands{{&world.network, {{"half"}, {"half"}, true}}};
     for (int step = 0; step < 3; ++step)
     {
         const auto image = data->levels[1].view->render().set_requires_grad(true);
         RenderedPart part({1, step, 0, step, 7}, image, data->levels[1], demands);
         CHECK(part.height_px() == 36);
         CHECK(part.camera().sizes() == image.sizes());
-        const auto features = part.features(*world.network, "half");
+        const auto features = part.features(world.network, "half");
         CHECK(features.requires_grad());
-        CHECK(at::equal(features, part.features(*world.network, "half")));
-        CHECK(part.feature_mask(*world.network, "half", Pixels::all).sizes() == features.sizes().slice(1));
-        CHECK_FALSE(part.camera_features(*world.network, "half").requires_grad());
-        CHECK(part.selected(*world.network, "half", Pixels::all).size(1) == 18 * 23);
-        CHECK(world.network->encoded == 2 + step);
-        CHECK_THROWS_AS(part.features(*world.network, "same"), std::logic_error);
+        CHECK(at::equal(features, part.features(world.network, "half")));
+        CHECK(part.feature_mask(world.network, "half", Pixels::all).sizes() == features.sizes().slice(1));
+        CHECK_FALSE(part.camera_features(world.network, "half").requires_grad());
+        CHECK(part.selected(world.network, "half", Pixels::all).size(1) == 18 * 23);
+        CHECK(world.network.encoded == 2 + step);
+        CHECK_THROWS_AS(part.features(world.network, "same"), std::logic_error);
         CHECK_THROWS_AS(part.features(HalfNetwork(), "half"), std::logic_error);
     }
 }
@@ -279,76 +259,63 @@ TEST_CASE("crops give the loss and the gradient of the whole frame, and encode l
     at::manual_seed(8);
     const int width = 61;
     const int height = 47;
-    LevelData data;
-    data.height_px = height;
-    data.camera = at::rand({3, height, width}, at::kDouble);
-    data.pixels.all = Raster8(width, height);
-    data.pixels.fine = data.pixels.all;
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x)
-        {
-            // An angle, whose arms see each other, a corner and a spot between them.
-            const bool in =
-                (x < 40 && y < 5) || (x < 5 && y < 36) || (x > 50 && y > 36) || (std::abs(x - 30) < 3 && std::abs(y - 20) < 4);
-            data.pixels.all.at(x, y) = in ? 1 : 0;
-            data.pixels.fine.at(x, y) = in && (x + y) % 3 != 0 ? 1 : 0;
-        }
+    // An angle, whose arms see each other, a corner and a spot between them.
+    const auto is_in = [](int x, int y)
+    { return (x < 40 && y < 5) || (x < 5 && y < 36) || (x > 50 && y > 36) || (std::abs(x - 30) < 3 && std::abs(y - 20) < 4); };
+    LevelPixels level_pixels;
+    level_pixels.all = testing::picture(
+        width, height, [&](int x, int y, int) { return is_in(x, y) ? 1 : 0; }, 1);
+    level_pixels.fine = testing::picture(
+        width, height, [&](int x, int y, int) { return is_in(x, y) && (x + y) % 3 != 0 ? 1 : 0; }, 1);
+    const auto camera = at::rand({3, height, width}, at::kDouble);
     const auto image = at::rand({3, height, width}, at::kDouble).set_requires_grad(true);
     ConvolvedNetwork whole_network;
     PartialNetwork partial_network;
-    const auto mask = as_tensor(data.pixels.all);
     std::vector<double> values;
     std::vector<torch::Tensor> gradients;
     std::vector<std::int64_t> pixels;
-    for (ConvolvedNetwork* const used : {&whole_network, &whole_network, static_cast<ConvolvedNetwork*>(&partial_network)})
+    for (ConvolvedNetwork* const network : {&whole_network, &whole_network, static_cast<ConvolvedNetwork*>(&partial_network)})
     {
-        const bool crops = !values.empty();
-        ConvolvedNetwork& network = *used;
-        const std::map<std::string, std::shared_ptr<Loss>> losses{{"selected", std::make_shared<SelectedLoss>(network)}};
-        auto level = LevelData{};
-        level.camera = data.camera;
-        level.pixels = data.pixels;
-        const auto demands = demands_of(losses, crops);
+        const Losses losses{{"selected", std::make_shared<SelectedLoss>(*network)}};
+        LevelData level;
+        level.camera = camera;
+        level.pixels = level_pixels;
+        const auto demands = demands_of(losses, !values.empty());
         RenderedPart part({}, image, level, demands);
         torch::Tensor sum;
-        network.pixels = 0;
+        network->pixels = 0;
         for (const auto& term : losses.at("selected")->evaluate(part))
             sum = sum.defined() ? sum + term.value : term.value;
-        pixels.push_back(network.pixels);
+        pixels.push_back(network->pixels);
         values.push_back(sum.item<double>());
         gradients.push_back(torch::autograd::grad({sum}, {image})[0]);
         for (const char* layer : {"fine", "deep"})
         {
-            const auto all = part.selected(network, layer, Pixels::all);
-            const auto fine = part.selected(network, layer, Pixels::fine);
-            const auto count = part.fine_count(network, layer);
-            CHECK(count > 0);
-            CHECK(all.narrow(1, 0, count).equal(fine));
-            CHECK(all.narrow(1, count, all.size(1) - count).equal(part.selected(network, layer, Pixels::steep)));
-            // As a set they are the whole frame's fine cells.
-            const auto whole = network.encode(image, {layer})[0].flatten(1);
-            const auto inside =
-                grid_mask(data.pixels.all, data.pixels.fine, network.layer(layer).stride, Protocol::paper, torch::kCPU);
-            const auto expected = whole.index_select(1, inside.index.narrow(0, 0, inside.fine_count));
-            CHECK((std::get<0>(fine.sort(1)) - std::get<0>(expected.sort(1))).abs().max().item<double>() < 1e-12);
+            const auto all = part.selected(*network, layer, Pixels::all);
+            const auto count = part.fine_count(*network, layer);
+            CHECK(all.narrow(1, 0, count).equal(part.selected(*network, layer, Pixels::fine)));
+            CHECK(all.narrow(1, count, all.size(1) - count).equal(part.selected(*network, layer, Pixels::steep)));
         }
     }
+    const auto most = [](const torch::Tensor& x) { return x.abs().max().item<double>(); };
+    const auto mask = as_tensor(level_pixels.all);
     CHECK(values[1] == Approx(values[0]).epsilon(1e-12));
-    CHECK((gradients[1] - gradients[0]).abs().max().item<double>() < 1e-11 * gradients[0].abs().max().item<double>());
-    CHECK(gradients[0].abs().max().item<double>() > 0);
     CHECK(values[2] == Approx(values[0]).epsilon(1e-12));
-    CHECK(((gradients[2] - gradients[0]) * mask).abs().max().item<double>() < 1e-11 * gradients[0].abs().max().item<double>());
-    CHECK(((gradients[2] - gradients[0]) * mask.logical_not()).abs().max().item<double>() > 0);
+    CHECK(most(gradients[0]) > 0);
+    CHECK(most(gradients[1] - gradients[0]) < 1e-11 * most(gradients[0]));
+    CHECK(most((gradients[2] - gradients[0]) * mask) < 1e-11 * most(gradients[0]));
+    CHECK(most((gradients[2] - gradients[0]) * mask.logical_not()) > 0);
     CHECK(4 * pixels[1] < 3 * pixels[0]);
 }
 
 TEST_CASE("the evaluation's gradient is that of the weighted sum over losses and levels")
 {
     World world;
-    world.losses = {{"camera", camera_loss()}};
-    world.texture.parameters()[0].values.fill_(0.4);
-    const auto data = load_view(world.source, 1, world.texture, unscaled);
-    Evaluator evaluator(world.losses, ValueSpace(Values::display), torch::kCPU, 1);
+    const Losses losses{{"camera", camera_loss()}};
+    LevelRules unscaled;
+    unscaled.scaling = GradientScaling::none;
+    const auto data = world.view(1, unscaled);
+    Evaluator evaluator(losses, ValueSpace(Values::display), torch::kCPU, 1);
     const auto loss = [&] { return evaluator.evaluate(0, {}, *data, "v", 1); };
     const auto evaluation = loss();
     CHECK(evaluator.summands().at("camera") == Approx(evaluation.loss));
@@ -364,29 +331,26 @@ TEST_CASE("the evaluation's gradient is that of the weighted sum over losses and
         CHECK(evaluation.gradients[0].values[0][c].item<float>() == Approx((above - below) / 0.02).epsilon(1e-3).margin(1e-5));
     }
     // With the angle's scaling every pixel's gradient, and so their sum, is 0.8 of it.
-    const auto scaled_data = load_view(world.source, 1, world.texture, all_pixels);
-    const auto scaled = evaluator.evaluate(0, {}, *scaled_data, "v", 1);
+    const auto scaled = evaluator.evaluate(0, {}, *world.view(1), "v", 1);
     CHECK(scaled.gradients[0].values[0][0].item<float>() == Approx(0.8 * evaluation.gradients[0].values[0][0].item<float>()));
     CHECK(scaled.loss == Approx(evaluation.loss));
 }
 
 TEST_CASE("a level's picture goes on beyond the level, as far as the texture is seen")
 {
-    World world;
-    world.texture.parameters()[0].values.fill_(0.4);
-    const auto data = load_view(world.source, 0, world.texture, all_pixels);
+    const World world;
+    const auto data = world.view(0);
     auto& level = data->levels[1];
-    std::fill(level.pixels.all.values.begin(), level.pixels.all.values.end(), std::uint8_t{0});
+    level.pixels.all = Raster8(level.pixels.all.width, level.pixels.all.height);
     level.pixels.all.at(20, 20) = 1;
     torch::Tensor seen;
-    const std::map<std::string, std::shared_ptr<Loss>> losses{{"witness", std::make_shared<PictureLoss>(
-                                                                              [&](Part& part)
-                                                                              {
-                                                                                  seen = part.image().detach().clone();
-                                                                                  return ordered_mean(part.image());
-                                                                              })}};
-    Evaluator evaluator(losses, ValueSpace(Values::display), torch::kCPU, 1);
-    evaluator.evaluate(0, {}, *data, "v", 1);
+    const auto look = [&](Part& part)
+    {
+        seen = part.image().detach().clone();
+        return ordered_mean(part.image());
+    };
+    const Losses losses{{"witness", std::make_shared<PictureLoss>(look)}};
+    Evaluator(losses, ValueSpace(Values::display), torch::kCPU, 1).evaluate(0, {}, *data, "v", 1);
     CHECK(seen[0][5][30].item<float>() == Approx(0.4));
     CHECK(seen[0][5][0].item<float>() == 0);  // Not on the wall.
 }
@@ -397,81 +361,48 @@ TEST_CASE("missing heights and frames are named")
     CHECK_THROWS_WITH(ViewSource(*world.wall.maps, world.wall.frames, nullptr, {24, 30}),
                       Catch::Contains("30 px") && Catch::Contains("24, 36"));
     CHECK(ViewSource(*world.wall.maps, world.wall.frames, nullptr, {36}).height_px(0) == 36);
-    auto fewer = world.wall.frames;
-    fewer.frames.pop_back();
-    CHECK_THROWS_WITH(ViewSource(*world.wall.maps, fewer, nullptr, {}), Catch::Contains("walk/frame-1"));
+    world.wall.frames.frames.pop_back();
+    CHECK_THROWS_WITH(ViewSource(*world.wall.maps, world.wall.frames, nullptr, {}), Catch::Contains("walk/frame-1"));
 }
-
-namespace
-{
-
-/// Keeps the maps that it is asked to show, and shows nothing.
-class KeptMaps final : public TextureRepresentation
-{
-  public:
-    void allocate(int) override {}
-    void set_picture(const RasterF&) override {}
-    std::vector<TextureParameter>& parameters() override { return parameters_; }
-    std::unique_ptr<TextureView> make_view(const UvMap& map) const override
-    {
-        maps.push_back(map);
-        return nullptr;
-    }
-    Texture to_texture() const override { return {}; }
-    mutable std::vector<UvMap> maps;
-
-  private:
-    std::vector<TextureParameter> parameters_;
-};
-
-}  // namespace
 
 TEST_CASE("pixels without a surface show the texture's corner where the released code is followed, and pull at it unscaled")
 {
-    const testing::TemporaryFolder folder;
-    const Wall wall(folder.path(), 2, {24, 36});
-    const ViewSource source(*wall.maps, wall.frames, nullptr, {});
-    const KeptMaps texture;
-    LevelRules rules = all_pixels;
-    rules.protocol = Protocol::released_scannet;
+    const World world;
     for (const bool by_angle : {false, true})
     {
+        LevelRules rules;
+        rules.protocol = Protocol::released_scannet;
         rules.scaling = by_angle ? GradientScaling::angle : GradientScaling::none;
-        const auto data = load_view(source, 1, texture, rules);
+        const auto data = world.view(1, rules);
         const LevelData& level = data->levels.back();
-        CHECK((texture.maps.back().uv.at(0, 3, 0) == 0 && texture.maps.back().uv.at(0, 3, 1) == 1));
+        const UvMap& shown = world.texture.maps.back();
+        CHECK((shown.uv.at(0, 3, 0) == 0 && shown.uv.at(0, 3, 1) == 1));
         CHECK(level.valid.at(0, 3) == 1);       // shown …
         CHECK(level.pixels.all.at(0, 3) == 0);  // … but not compared, where the largest map has no surface either
         CHECK(level.factor.at(0, 3) == (by_angle ? 0 : 1));
         CHECK(level.factor.at(5, 3) == Approx(by_angle ? 0.8 : 1));
     }
-    CHECK(load_view(source, 1, texture, all_pixels)->levels.back().valid.at(0, 3) == 0);
+    CHECK(world.view(1)->levels.back().valid.at(0, 3) == 0);
 }
 
 TEST_CASE("the released code takes the sensor's depth where every frame has it, and then leaves out what was not measured")
 {
-    const testing::TemporaryFolder folder;
-    Wall wall(folder.path(), 2, {24, 36});
-    // The right half is 2 m away, where the larger height is wanted; nothing is known of the left half.
-    std::vector<std::uint16_t> steps;
-    for (int i = 0; i < 40 * 30; ++i)
-        steps.push_back(i % 40 < 20 ? 0 : 2000);
-    const std::vector<std::size_t> shape{30, 40};
-    const KeptMaps texture;
+    World world;
     const auto numbers = [&](Protocol protocol)
     {
-        LevelRules rules = all_pixels;
+        LevelRules rules;
         rules.by_depth = true;
         rules.protocol = protocol;
-        return load_view(ViewSource(*wall.maps, wall.frames, nullptr, {}), 0, texture, rules)->numbers;
+        return load_view(ViewSource(*world.wall.maps, world.wall.frames, nullptr, {}), 0, world.texture, rules)->numbers;
     };
     const auto by_mesh = numbers(Protocol::paper);
     CHECK(numbers(Protocol::released_scannet) == by_mesh);
-    for (auto& frame : wall.frames.frames)
-    {
-        frame.depth_picture.path = folder.path() / "depth.npy";
-        write_npy(frame.depth_picture.path, shape, std::span<const std::uint16_t>(steps));
-    }
+    // The right half is 2 m away, where the larger height is wanted; nothing is known of the left half.
+    RasterF depth(40, 30);
+    for (std::size_t i = 0; i < depth.values.size(); ++i)
+        depth.values[i] = i % 40 < 20 ? 0 : 2;
+    for (auto& frame : world.wall.frames.frames)
+        testing::set_depth_picture(frame, world.folder.path(), depth);
     CHECK(numbers(Protocol::paper) == by_mesh);
     CHECK(numbers(Protocol::released_scannet) == std::vector<int>{1});
     CHECK(numbers(Protocol::released_matterport3d) == std::vector<int>{0, 1});
@@ -480,12 +411,13 @@ TEST_CASE("the released code takes the sensor's depth where every frame has it, 
 TEST_CASE("camera features are kept for a view's next visit while there is room, and then not encoded again")
 {
     const World world;
-    const auto& network = *world.network;
+    const auto& network = world.network;
     const Demands wanted{{&network, {{"half"}, {"half"}, false}}};
+    torch::Tensor features;
     /// Loads the view, asks for its camera and says how much was encoded.
-    const auto visit = [&](CameraMemory& memory, std::size_t number, torch::Tensor& features)
+    const auto visit = [&](CameraMemory& memory, std::size_t number)
     {
-        const auto data = load_view(world.source, number, world.texture, all_pixels);
+        const auto data = world.view(number);
         memory.give_back(*data);
         const int before = network.encoded;
         auto& level = data->levels.back();
@@ -494,21 +426,16 @@ TEST_CASE("camera features are kept for a view's next visit while there is room,
         memory.keep(*data);
         return network.encoded - before;
     };
-    torch::Tensor first;
-    torch::Tensor again;
-    CameraMemory none(0);
-    CHECK(visit(none, 0, first) == 1);
-    CHECK(visit(none, 0, again) == 1);
     CameraMemory memory(1 << 20);
-    CHECK(visit(memory, 0, first) == 1);
-    CHECK(visit(memory, 1, again) == 1);
-    CHECK(visit(memory, 0, again) == 0);
-    CHECK(again.equal(first));
+    CHECK(visit(memory, 0) == 1);
+    const auto first = features;
+    CHECK(visit(memory, 1) == 1);
+    CHECK(visit(memory, 0) == 0);
+    CHECK(features.equal(first));
+    // Room for one view.
     CameraMemory small(static_cast<std::size_t>(first.numel()) * 4);
-    CHECK(visit(small, 0, first) == 1);
-    CHECK(visit(small, 1, first) == 1);
-    CHECK(visit(small, 0, first) == 0);
-    CHECK(visit(small, 1, first) == 1);
+    for (const auto& [view, encoded] : {std::pair(0U, 1), {1U, 1}, {0U, 0}, {1U, 1}})
+        CHECK(visit(small, view) == encoded);
 }
 
 TEST_CASE("camera features of the smallest height are enlarged between the centers of cells")
@@ -527,50 +454,37 @@ TEST_CASE("camera features of the smallest height are enlarged between the cente
         CHECK(row[i].item<float>() == Approx(expected[static_cast<std::size_t>(i)]));
 }
 
-TEST_CASE("prefetched items come in order and no more than asked ahead")
+TEST_CASE("prefetched items come in order and no more than asked ahead, and an exception where its item would be taken")
 {
     for (const std::size_t threads : {1U, 3U})
     {
-        std::atomic<int> made{0};
+        std::atomic<std::size_t> made{0};
         std::atomic<std::size_t> most{0};
-        Prefetch<std::unique_ptr<int>> loader(3, 40, 1 + threads, threads,
-                                              [&](std::size_t i, std::size_t thread)
-                                              {
-                                                  // The first ones wait until every thread is at work, however late it begins.
-                                                  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);
-                                                  for (++made; made < static_cast<int>(threads) &&
-                                                               std::chrono::steady_clock::now() < end;)
-                                                      std::this_thread::yield();
-                                                  for (auto known = most.load(); known < thread;)
-                                                      most.compare_exchange_weak(known, thread);
-                                                  // The first of three takes longest.
-                                                  std::this_thread::sleep_for(std::chrono::milliseconds(i % 3 == 0 ? 3 : 0));
-                                                  return std::make_unique<int>(static_cast<int>(i));
-                                              });
-        for (int i = 3; i < 40; ++i)
+        Prefetch<std::unique_ptr<std::size_t>> loader(3, 40, 1 + threads, threads,
+                                                      [&](std::size_t i, std::size_t thread)
+                                                      {
+                                                          // The first ones wait until every thread is at work, however late it
+                                                          // begins.
+                                                          for (++made; made < threads;)
+                                                              std::this_thread::yield();
+                                                          for (auto known = most.load(); known < thread;)
+                                                              most.compare_exchange_weak(known, thread);
+                                                          // The first of three takes longest.
+                                                          std::this_thread::sleep_for(
+                                                              std::chrono::milliseconds(i % 3 == 0 ? 3 : 0));
+                                                          if (i == 39)
+                                                              throw std::runtime_error("no view 39");
+                                                          return std::make_unique<std::size_t>(i);
+                                                      });
+        for (std::size_t i = 3; i < 39; ++i)
         {
             CHECK(*loader.next() == i);
-            CHECK(made <= i - 3 + 1 + 1 + static_cast<int>(threads));
+            CHECK(made <= i - 3 + 1 + 1 + threads);
         }
+        CHECK_THROWS_WITH(loader.next(), "no view 39");
         CHECK(most + 1 == threads);
     }
 }
-
-TEST_CASE("a loader's exception arrives where its item would be taken")
-{
-    Prefetch<int> loader(0, 5, 2, 2,
-                         [](std::size_t i, std::size_t)
-                         {
-                             if (i == 2)
-                                 throw std::runtime_error("no view 2");
-                             return static_cast<int>(i);
-                         });
-    CHECK(loader.next() == 0);
-    CHECK(loader.next() == 1);
-    CHECK_THROWS_WITH(loader.next(), "no view 2");
-}
-
-using namespace fresco;
 
 namespace
 {
@@ -592,40 +506,28 @@ class FeatureLoss final : public Loss
 
 TEST_CASE("style over content is reported, and warned about where a run begins empty")
 {
-    const std::map<std::string, std::shared_ptr<Loss>> losses{{"content", std::make_shared<FeatureLoss>(true)},
-                                                              {"picture", camera_loss()},
-                                                              {"style", std::make_shared<FeatureLoss>(false)},
-                                                              {"more_style", std::make_shared<FeatureLoss>(false)}};
-    const auto ratio = [&](const std::map<std::string, double>& summands) { return style_over_content(losses, summands); };
-    CHECK(ratio({{"content", 2}, {"picture", 100}, {"style", 1}, {"more_style", 2}}) == 1.5);
-    CHECK_FALSE(ratio({{"content", 0}, {"style", 1}}));
-    CHECK_FALSE(ratio({{"content", 1}, {"picture", 1}}));
-
-    const auto warnings = [&](double style, bool begins_empty)
+    const Losses losses{{"content", std::make_shared<FeatureLoss>(true)},
+                        {"picture", camera_loss()},
+                        {"style", std::make_shared<FeatureLoss>(false)},
+                        {"more_style", std::make_shared<FeatureLoss>(false)}};
+    struct Case
+    {
+        double style;
+        bool begins_empty;
+        std::size_t warnings;
+    };
+    for (const Case& c : {Case{15, true, 0}, Case{2.9, true, 1}, Case{81, true, 1}, Case{1000, false, 0}})
     {
         testing::TestRun run;
-        report_balance(losses, {{"content", 10}, {"style", style}}, begins_empty, run);
-        CHECK(run.reported.at("initial_style_over_content").as_double() == Approx(style / 10));
-        return run.messages.size();
-    };
-    CHECK(warnings(15, true) == 0);
-    CHECK(warnings(2.9, true) == 1);
-    CHECK(warnings(81, true) == 1);
-    CHECK(warnings(1000, false) == 0);
+        report_balance(losses, {{"content", 10}, {"picture", 100}, {"style", c.style - 1}, {"more_style", 1}}, c.begins_empty,
+                       run);
+        CHECK(run.reported.at("initial_style_over_content").as_double() == Approx(c.style / 10));
+        CHECK(run.messages.size() == c.warnings);
+    }
+    testing::TestRun run;
+    report_balance(losses, {{"content", 0}, {"style", 1}}, true, run);
+    CHECK(run.reported.find("initial_style_over_content") == nullptr);
 }
-
-namespace
-{
-
-std::vector<HeldOutLoss> history(const std::vector<double>& losses)
-{
-    std::vector<HeldOutLoss> result;
-    for (const double loss : losses)
-        result.push_back({std::ssize(result) * 10, loss, {loss}});
-    return result;
-}
-
-}  // namespace
 
 TEST_CASE("held-out views lie in the middles of equal stretches, and the rest is optimized for")
 {
@@ -642,38 +544,29 @@ TEST_CASE("held-out views lie in the middles of equal stretches, and the rest is
 
 TEST_CASE("a run stops when three measurements gain less than asked for")
 {
-    CHECK_FALSE(has_stopped_falling({}, 0.01));
-    CHECK_FALSE(has_stopped_falling(history({10, 9.99, 9.98}), 0.01));
-    CHECK(has_stopped_falling(history({10, 9.99, 9.98, 9.97}), 0.01));
-    CHECK_FALSE(has_stopped_falling(history({10, 9.99, 9.98, 9.8}), 0.01));
-    CHECK(has_stopped_falling(history({10, 8, 9, 9, 9}), 0.01));
-    CHECK_FALSE(has_stopped_falling(history({10, 9.99, 9.98, 9.97}), 0));
-}
-
-namespace
-{
-
-SparseGradient sparse(const std::vector<std::int64_t>& texels)
-{
-    SparseGradient g{at::empty({static_cast<std::int64_t>(texels.size())}, at::kLong),
-                     at::empty({static_cast<std::int64_t>(texels.size()), 3}, at::kFloat)};
-    for (std::size_t i = 0; i < texels.size(); ++i)
+    const auto stops = [](const std::vector<double>& losses, double gain)
     {
-        g.texels.data_ptr<std::int64_t>()[i] = texels[i];
-        for (std::size_t c = 0; c < 3; ++c)
-            g.values.data_ptr<float>()[3 * i + c] = static_cast<float>(texels[i]) + static_cast<float>(c) / 10;
-    }
-    return g;
+        std::vector<HeldOutLoss> history;
+        for (const double loss : losses)
+            history.push_back({std::ssize(history) * 10, loss, {loss}});
+        return has_stopped_falling(history, gain);
+    };
+    CHECK_FALSE(stops({10, 9.99, 9.98}, 0.01));
+    CHECK(stops({10, 9.99, 9.98, 9.97}, 0.01));
+    CHECK_FALSE(stops({10, 9.99, 9.98, 9.8}, 0.01));
+    CHECK(stops({10, 8, 9, 9, 9}, 0.01));
+    CHECK_FALSE(stops({10, 9.99, 9.98, 9.97}, 0));
 }
-
-}  // namespace
 
 TEST_CASE("sparse gradients add by texel")
 {
+    const auto sparse = [](const std::vector<std::int64_t>& texels)
+    {
+        const auto numbers = at::tensor(texels, at::kLong);
+        return SparseGradient{numbers, numbers.to(at::kFloat).unsqueeze(1) + at::arange(3, at::kFloat) / 10};
+    };
     const auto sum = sparse_sum(sparse({1, 4, 9}), sparse({0, 4, 12}));
-    const std::vector<std::int64_t> texels(sum.texels.data_ptr<std::int64_t>(),
-                                           sum.texels.data_ptr<std::int64_t>() + sum.texels.numel());
-    CHECK(texels == std::vector<std::int64_t>{0, 1, 4, 9, 12});
+    CHECK(sum.texels.equal(at::tensor({0, 1, 4, 9, 12}, at::kLong)));
     CHECK(sum.values[2][1].item<float>() == Approx(8.2));
     CHECK(sum.values[4][0].item<float>() == 12);
     CHECK(sparse_sum(sparse({}), sparse({3})).texels.numel() == 1);

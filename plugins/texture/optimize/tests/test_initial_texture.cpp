@@ -33,18 +33,19 @@ struct Walk
     }
 };
 
+Vec3d color_at(const RasterF& picture, int x, int y)
+{
+    return vec_cast<double>(Vec3f{picture.at(x, y, 0), picture.at(x, y, 1), picture.at(x, y, 2)});
+}
+
 }  // namespace
 
 TEST_CASE("the camera pictures gathered into the texture, recolored, have the style's colors where seen")
 {
     Walk walk(9, {30});
     RasterF style(20, 20, 3);
-    for (int i = 0; i < 400; ++i)
-    {
-        style.values[static_cast<std::size_t>(3 * i)] = 0.4F + 0.01F * static_cast<float>(i % 20);
-        style.values[static_cast<std::size_t>(3 * i + 1)] = 0.6F - 0.005F * static_cast<float>(i / 20);
-        style.values[static_cast<std::size_t>(3 * i + 2)] = 0.3F + 0.01F * static_cast<float>((i * 7) % 13);
-    }
+    for (std::size_t i = 0; i < style.values.size(); ++i)
+        style.values[i] = 0.35F + 0.01F * static_cast<float>(i * i % 19);
     testing::TestRun two(2);
     const auto views = walk.source.seeing_views();
     REQUIRE(views.size() == 9);
@@ -54,10 +55,8 @@ TEST_CASE("the camera pictures gathered into the texture, recolored, have the st
     // The slow twin: the painting itself, mapped by the statistics of what the frames show.
     ColorMoments shown;
     ColorMoments wanted;
-    ColorMoments got;
-    for (std::size_t i = 0; i < 400; ++i)
-        wanted.add({static_cast<double>(style.values[3 * i]), static_cast<double>(style.values[3 * i + 1]),
-                    static_cast<double>(style.values[3 * i + 2])});
+    for (std::size_t i = 0; i < style.values.size(); i += 3)
+        wanted.add(vec_cast<double>(Vec3f{style.values[i], style.values[i + 1], style.values[i + 2]}));
     for (const auto view : views)
     {
         const auto at = window(view, 9);
@@ -77,9 +76,7 @@ TEST_CASE("the camera pictures gathered into the texture, recolored, have the st
             if (!inside)
                 continue;
             const auto expected = map(vec_cast<double>(painting((x + 0.5) / 32, 1 - (y + 0.5) / 32)));
-            CHECK(texture.picture.at(x, y, 0) == Approx(expected.x).margin(0.02));
-            CHECK(texture.picture.at(x, y, 1) == Approx(expected.y).margin(0.02));
-            CHECK(texture.picture.at(x, y, 2) == Approx(expected.z).margin(0.02));
+            CHECK(length(color_at(texture.picture, x, y) - expected) < 0.03);
             ++compared;
         }
     CHECK(compared > 300);
@@ -99,27 +96,22 @@ TEST_CASE("a texture begins with the style's mean color, or at zero, and is mark
     CHECK(color.picture.values == std::vector<float>(16 * 16 * 3, 0.5F));
     CHECK((zeros.seen == color.seen));
     CHECK((zeros.seen == frames.seen));
-    const std::array<float, 2> middle{0.25F, 0.5F};
-    const int x = static_cast<int>(middle[0] * 16);
-    CHECK(zeros.seen.at(x, 8) == 1);
+    CHECK(zeros.seen.at(4, 8) == 1);
     CHECK(zeros.seen.at(15, 0) == 0);
 }
 
 TEST_CASE("a style of one color, or with a channel that does not vary, begins with that color as noise too")
 {
     Walk walk(3, {30});
-    for (int shade = 0; shade < 256; shade += 3)
+    for (const int shade : {0, 57, 128, 255})
     {
         RasterF style(64, 50, 3);
         for (std::size_t i = 0; i < style.values.size(); ++i)
             style.values[i] = i % 3 == 1 ? static_cast<float>(i % 7) / 10 : static_cast<float>(shade) / 255;
         const auto noise = walk.begin(style, {Init::noise, 16, 5});
         REQUIRE(noise.picture.values.size() == 16 * 16 * 3);
-        bool same = true;
         for (std::size_t i = 0; i < noise.picture.values.size(); ++i)
-            same = same && (i % 3 == 1 ? std::isfinite(noise.picture.values[i])
-                                       : std::abs(noise.picture.values[i] - static_cast<float>(shade) / 255) < 1e-4F);
-        CHECK(same);
+            CHECK(std::abs(noise.picture.values[i] - static_cast<float>(shade) / 255) < (i % 3 == 1 ? 2 : 1e-4F));
     }
 }
 
@@ -158,11 +150,7 @@ TEST_CASE("a start texture of one color becomes the style's mean, whatever its s
         REQUIRE(texture.picture.width == 32);
         for (int y = 0; y < 32; ++y)
             for (int x = 0; x < 32; ++x)
-            {
-                CHECK(texture.picture.at(x, y, 0) == Approx(0.3).margin(1e-5));
-                CHECK(texture.picture.at(x, y, 1) == Approx(0.6).margin(1e-5));
-                CHECK(texture.picture.at(x, y, 2) == Approx(0.8).margin(1e-5));
-            }
+                CHECK(length(color_at(texture.picture, x, y) - Vec3d{0.3, 0.6, 0.8}) < 2e-5);
         CHECK((texture.seen == gathered.seen));
     }
 }

@@ -47,12 +47,7 @@ namespace
 {
 Raster8 pattern(int width, int height)
 {
-    Raster8 picture(width, height, 3);
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x)
-            for (int c = 0; c < 3; ++c)
-                picture.at(x, y, c) = static_cast<std::uint8_t>(x * 37 + y * 91 + c * 50 + x * y * 13);
-    return picture;
+    return testing::picture(width, height, [](int x, int y, int c) { return (x * 37 + y * 91 + c * 50 + x * y * 13) % 256; });
 }
 }  // namespace
 
@@ -125,13 +120,12 @@ TEST_CASE("the released code shrinks a style picture without antialiasing")
 TEST_CASE("gray is spread, transparent and other pictures are refused")
 {
     const auto ignore = [](const std::string&) {};
-    Raster8 rgba(64, 64, 4);
-    for (std::size_t i = 0; i < rgba.values.size(); i += 4)
-    {
-        rgba.values[i] = 255;
-        rgba.values[i + 2] = 51;
-        rgba.values[i + 3] = 250;
-    }
+    Raster8 rgba = testing::picture(
+        64, 64,
+        [](int, int, int c) {
+            return std::array{255, 0, 51, 250}[static_cast<std::size_t>(c)];
+        },
+        4);
     const auto opaque = style_sizes(rgba, Protocol::paper, ignore).fine;
     CHECK(opaque.values[0] == Approx(1));
     CHECK(opaque.values[1] == Approx(5 / 255.0));
@@ -147,13 +141,12 @@ TEST_CASE("gray is spread, transparent and other pictures are refused")
 
 TEST_CASE("the gradient of the displayed picture agrees with finite differences")
 {
-    const std::vector<std::uint8_t> valid{1, 1};
     const std::vector<float> factor{0.5F, 2.0F};
     const std::vector<float> direction{0.3F, -0.2F, 0.7F, 0.1F, -0.4F, 0.6F};
     for (const auto values : {Values::display, Values::network})
     {
         const ValueSpace space(values);
-        std::vector<float> stored{0.2F, 0.4F, 0.6F, 0.3F, 0.5F, 0.1F};
+        const std::vector<float> stored{0.2F, 0.4F, 0.6F, 0.3F, 0.5F, 0.1F};
         auto gradient = direction;
         space.back(stored, factor, gradient);
         for (std::size_t i = 0; i < 6; ++i)
@@ -163,10 +156,10 @@ TEST_CASE("the gradient of the displayed picture agrees with finite differences"
                 auto moved = stored;
                 moved[i] += step;
                 std::vector<float> shown(6);
-                space.display(moved, valid, shown);
+                space.display(moved, std::vector<std::uint8_t>{1, 1}, shown);
                 double sum = 0;
                 for (std::size_t k = 0; k < 6; ++k)
-                    sum += static_cast<double>(shown[k]) * static_cast<double>(direction[k]) * static_cast<double>(factor[k % 2]);
+                    sum += double{shown[k]} * double{direction[k]} * double{factor[k % 2]};
                 return sum;
             };
             CHECK(gradient[i] == Approx((loss(0.05F) - loss(-0.05F)) / 0.1).epsilon(1e-3).margin(1e-5));
@@ -221,61 +214,39 @@ Texture pattern()
 
 }  // namespace
 
-TEST_CASE("a texture is shown through the map, black where nothing is seen")
-{
-    const UvMap map = square(8, 16);
-    const Raster8 picture = ShownTexture(pattern()).shown(map);
-    REQUIRE(picture.width == 8);
-    REQUIRE(picture.channels == 3);
-    for (int y = 0; y < 8; ++y)
-        for (int x = 0; x < 8; ++x)
-        {
-            const bool seen = map.valid.at(x, y) != 0;
-            CHECK(picture.at(x, y, 0) == Approx(seen ? 255 * static_cast<double>(map.uv.at(x, y, 0)) : 0).margin(1));
-            CHECK(picture.at(x, y, 1) == Approx(seen ? 255 * static_cast<double>(map.uv.at(x, y, 1)) : 0).margin(1));
-        }
-}
-
-TEST_CASE("detail finer than a view's pixels is averaged, and kept where pixels are finer")
+TEST_CASE("a texture is shown through the map, black where nothing is seen; detail finer than its pixels is averaged")
 {
     const ShownTexture texture(pattern());
-    const auto blue = [&](int pixels, double side)
+    const UvMap map = square(8, 16);
+    const Raster8 picture = texture.shown(map);
+    for (int y = 0; y < 8; ++y)
+        for (int x = 0; x < 8; ++x)
+            for (int c = 0; c < 2; ++c)
+            {
+                const double expected = map.valid.at(x, y) != 0 ? 255 * double{map.uv.at(x, y, c)} : 0;
+                CHECK(picture.at(x, y, c) == Approx(expected).margin(1));
+            }
+    // The alternation of texels, in the columns from `first` to `last`.
+    const auto blue = [&](const UvMap& seen, int first, int last)
     {
-        const Raster8 picture = texture.shown(square(pixels, side));
-        std::pair<int, int> range{255, 0};
-        for (int i = 1; i < pixels * pixels; ++i)
-        {
-            const int value = picture.values[static_cast<std::size_t>(3 * i + 2)];
-            range = {std::min(range.first, value), std::max(range.second, value)};
-        }
-        return range;
+        const Raster8 shown = texture.shown(seen);
+        std::vector<int> values;
+        for (int y = 1; y < shown.height; ++y)
+            for (int x = first; x <= last; ++x)
+                values.push_back(shown.at(x, y, 2));
+        return std::ranges::minmax(values);
     };
-    const auto [dark, bright] = blue(64, 8);
-    CHECK(dark < 40);
-    CHECK(bright > 215);
-    const auto [least, most] = blue(8, 32);
-    CHECK(least > 125);
-    CHECK(most < 131);
-}
-
-TEST_CASE("the border between two charts is no reason to look coarsely")
-{
-    // The right half is another chart, far away in the texture.
-    UvMap map = square(16, 8);
+    const auto fine = blue(square(64, 8), 0, 63);
+    CHECK((fine.min < 40 && fine.max > 215));
+    const auto coarse = blue(square(8, 32), 0, 7);
+    CHECK((coarse.min > 125 && coarse.max < 131));
+    // The right half is another chart, far away in the texture: no reason to look coarsely at the border.
+    UvMap charts = square(16, 8);
     for (int y = 0; y < 16; ++y)
         for (int x = 8; x < 16; ++x)
-            map.uv.at(x, y, 0) += 0.5F;
-    const Raster8 picture = ShownTexture(pattern()).shown(map);
-    int least = 255;
-    int most = 0;
-    for (int y = 1; y < 16; ++y)
-        for (const int x : {7, 8})
-        {
-            least = std::min<int>(least, picture.at(x, y, 2));
-            most = std::max<int>(most, picture.at(x, y, 2));
-        }
-    CHECK(least < 110);
-    CHECK(most > 145);
+            charts.uv.at(x, y, 0) += 0.5F;
+    const auto border = blue(charts, 7, 8);
+    CHECK((border.min < 110 && border.max > 145));
 }
 
 TEST_CASE("layers are summed and clamped")

@@ -131,7 +131,7 @@ inline Raster8 brush_picture(int width, int height, std::uint64_t seed, double w
 /// The start of a wall's painting, in the texcoords of its charts.
 using Start = std::function<Vec3f(std::uint32_t chart, Vec2f uv)>;
 
-/// What the algorithms paint: a wall whose charts are turned in the atlas, so that no point of a patch lies at a texel's center
+/// Inputs of the algorithms: a wall whose charts are turned in the atlas, so that no point of a patch lies at a texel's center
 /// by chance.
 struct WallTask
 {

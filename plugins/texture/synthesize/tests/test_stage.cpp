@@ -277,7 +277,7 @@ TEST_CASE("up comes from the option, or else from the cameras, or else from the 
         const char* option;
         std::optional<Vec3d> cameras;  ///< Their upward direction.
         Vec3d up;
-        double angle;  ///< Of strokes in the left chart, where v runs along y.
+        double angle;  ///< Angle of strokes in the left chart, where v runs along y.
     };
     const Vec3d y{0, 1, 0}, z{0, 0, 1};
     for (const Case& c : {Case{"auto", std::nullopt, z, 0}, Case{"auto", Vec3d{-1, 0, 0}, {-1, 0, 0}, std::numbers::pi / 2},

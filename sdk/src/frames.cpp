@@ -68,14 +68,6 @@ std::string safe_name_from(const JsonPlace& place)
     return name;
 }
 
-double depth_unit_from(const JsonPlace& place)
-{
-    const double unit_m = place.number();
-    if (!(unit_m > 0 && unit_m <= 1))
-        place.fail("expected meters per step of the depth picture, above 0, at most 1");
-    return unit_m;
-}
-
 Frame frame_from(const JsonPlace& place, const ArtifactFolder& folder)
 {
     place.has_only(
@@ -88,7 +80,9 @@ Frame frame_from(const JsonPlace& place, const ArtifactFolder& folder)
     frame.depth = camera_from(place["depth_camera"]);
     frame.color_picture = picture_from(place["color_picture"], folder);
     frame.depth_picture = picture_from(place["depth_picture"], folder);
-    frame.depth_unit_m = depth_unit_from(place["depth_unit_m"]);
+    frame.depth_unit_m = place["depth_unit_m"].number();
+    if (!(frame.depth_unit_m > 0 && frame.depth_unit_m <= 1))
+        place.fail("depth_unit_m", "expected meters per step of the depth picture, above 0, at most 1");
     if (const auto mask = place.find("mask"))
         frame.mask = picture_from(*mask, folder);
     return frame;

@@ -66,8 +66,7 @@ std::vector<ExchangeForm> Mesh::exchange_forms()
 std::shared_ptr<Mesh> Mesh::load(const ArtifactFolder& folder)
 {
     const auto file = folder.path / file_name;
-    return std::make_shared<Mesh>(
-        detail::parse_ply_faces(read_file(file), file.string(), MeshLimits{}, nullptr, detail::DegenerateFaces::keep));
+    return std::make_shared<Mesh>(detail::parse_ply_faces(read_file(file), file.string(), MeshLimits{}, nullptr, true));
 }
 
 void check_mesh(const Mesh& mesh, std::string_view source)
@@ -201,11 +200,6 @@ void check_picture(const std::string& name, const fs::path& folder)
         throw Error((folder / name).string() + ": this picture of the model was not written");
 }
 
-bool is_light(float value)
-{
-    return value >= 0 && value <= 1;
-}
-
 }  // namespace
 
 void Model::save(const ArtifactFolder& folder) const
@@ -250,6 +244,7 @@ void check_model(const Model& model, std::string_view source)
     for (std::size_t face = 0; face < model.material_of_face.size(); ++face)
         if (model.material_of_face[face] >= model.materials.size())
             fail(fmt::format("face {} names material {} of {}", face, model.material_of_face[face], model.materials.size()));
+    const auto is_light = [](float value) { return value >= 0 && value <= 1; };
     for (const ModelMaterial& material : model.materials)
     {
         const std::string name = "material \"" + material.name + "\"";

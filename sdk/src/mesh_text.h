@@ -130,17 +130,12 @@ bool parse_number(std::string_view word, T& value)
     return error == std::errc{} && stop == end && !word.empty();
 }
 
-enum class DegenerateFaces
-{
-    drop,
-    keep
-};
-
 /// Cuts polygons into fans of triangles and counts what had to be changed. Its callers check indices and limits.
 class TriangleFan
 {
   public:
-    TriangleFan(MeshReadReport& report, DegenerateFaces degenerate) : report_(report), degenerate_(degenerate) {}
+    /// `keeps_degenerate`: also triangles that name a vertex twice.
+    TriangleFan(MeshReadReport& report, bool keeps_degenerate) : report_(report), keeps_degenerate_(keeps_degenerate) {}
 
     /// Calls `triangle(a, b, c)` with positions into `corners`, which holds three vertex indices or more.
     template <class F>
@@ -153,7 +148,7 @@ class TriangleFan
             const std::uint32_t a = corners[0];
             const std::uint32_t b = corners[i - 1];
             const std::uint32_t c = corners[i];
-            if (degenerate_ == DegenerateFaces::drop && (a == b || b == c || c == a))
+            if (!keeps_degenerate_ && (a == b || b == c || c == a))
                 ++report_.degenerate_dropped;
             else
                 triangle(std::size_t{0}, i - 1, i);
@@ -162,12 +157,12 @@ class TriangleFan
 
   private:
     MeshReadReport& report_;
-    DegenerateFaces degenerate_;
+    bool keeps_degenerate_;
 };
 
 /// parse_ply with a choice: the store's own files keep faces that name a vertex twice, so that face numbers stay what they were.
 /// `materials`: empty, or null if the caller wants none.
 Mesh parse_ply_faces(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits, MeshReadReport* report,
-                     DegenerateFaces degenerate, MeshMaterials* materials = nullptr, PlyIntegers* integers = nullptr);
+                     bool keeps_degenerate, MeshMaterials* materials = nullptr, PlyIntegers* integers = nullptr);
 
 }  // namespace fresco::detail

@@ -35,7 +35,7 @@ class ObjReader
     ObjReader(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits, MeshReadReport& report,
               MeshMaterials* materials)
         : lines_(as_text(bytes), source), max_vertices_(std::min<std::size_t>(limits.max_vertices, UINT32_MAX)),
-          max_faces_(limits.max_faces), fan_(report, DegenerateFaces::drop), materials_(materials)
+          max_faces_(limits.max_faces), fan_(report, false), materials_(materials)
     {
     }
 

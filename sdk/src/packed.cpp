@@ -51,6 +51,14 @@ int last_step(int bits)
         offset, what));
 }
 
+void check_begin(std::span<const std::byte> file, std::size_t header_bytes, std::string_view begin, std::string_view source)
+{
+    if (file.size() < header_bytes)
+        fail(source, file.size(), fmt::format("ends within the header of {} bytes", header_bytes));
+    if (std::memcmp(file.data(), begin.data(), begin.size()) != 0)
+        fail(source, 0, fmt::format("expected \"{}\"", begin));
+}
+
 /// The 36 bytes before the frame; little-endian numbers.
 struct Header
 {
@@ -82,10 +90,7 @@ struct Header
     static Header read(std::span<const std::byte> file, std::string_view source)
     {
         static_assert(std::endian::native == std::endian::little);
-        if (file.size() < bytes)
-            fail(source, file.size(), fmt::format("ends within the header of {} bytes", bytes));
-        if (std::memcmp(file.data(), magic.data(), magic.size()) != 0)
-            fail(source, 0, "expected \"FRESCOUV\", the beginning of a packed uv map");
+        check_begin(file, bytes, magic, source);
         std::array<std::uint32_t, 7> numbers{};
         std::memcpy(numbers.data(), file.data() + 8, sizeof numbers);
         if (numbers[0] != form)
@@ -102,8 +107,6 @@ struct Header
             fail(source, 28, "expected steps of depth per meter above 0 and at most 1000");
         if (header.pixels() < 1 || header.pixels() > most_pixels)
             fail(source, 12, fmt::format("expected 1 to {} pixels, got {}x{}", most_pixels, header.width, header.height));
-        if (header.content_bytes() / most_packed > file.size() - bytes)
-            fail(source, 12, fmt::format("{}x{} pixels cannot be in {} bytes", header.width, header.height, file.size() - bytes));
         return header;
     }
 
@@ -258,6 +261,8 @@ std::vector<std::byte> compressed(std::size_t prefix, std::size_t bytes, std::si
 std::unique_ptr<std::uint8_t[]> decompressed(std::span<const std::byte> frame, std::size_t bytes, std::size_t offset,
                                              std::string_view source)
 {
+    if (bytes / most_packed > frame.size())
+        fail(source, 12, fmt::format("so many pixels cannot be in {} bytes", frame.size()));
     const auto says = ZSTD_getFrameContentSize(frame.data(), frame.size());
     if (says != bytes)
         fail(source, offset,
@@ -451,10 +456,7 @@ std::vector<std::byte> detail::pack_raster(const Raster<T>& raster, std::string_
 template <class T>
 Raster<T> detail::unpack_raster(std::span<const std::byte> file, std::string_view source)
 {
-    if (file.size() < RasterHeader::bytes)
-        fail(source, file.size(), fmt::format("ends within the header of {} bytes", RasterHeader::bytes));
-    if (std::memcmp(file.data(), RasterHeader::magic.data(), RasterHeader::magic.size()) != 0)
-        fail(source, 0, "expected \"FRESCORA\", the beginning of a packed raster");
+    check_begin(file, RasterHeader::bytes, RasterHeader::magic, source);
     RasterHeader header;
     std::memcpy(&header, file.data() + 8, sizeof header);
     const bool are_shares = std::is_same_v<T, float> && header.type == RasterHeader::shares;
@@ -465,8 +467,6 @@ Raster<T> detail::unpack_raster(std::span<const std::byte> file, std::string_vie
         fail(source, 12,
              fmt::format("expected 1 to {} pixels and 1 to 4 channels, or 0x0, got {}x{}x{}", most_pixels, header.width,
                          header.height, header.channels));
-    if (header.content_bytes() / most_packed > file.size() - RasterHeader::bytes)
-        fail(source, 12, fmt::format("{}x{} pixels cannot be in {} bytes", header.width, header.height, file.size()));
     const auto content = decompressed(file.subspan(RasterHeader::bytes), header.content_bytes(), RasterHeader::bytes, source);
     Raster<T> raster(static_cast<int>(header.width), static_cast<int>(header.height), static_cast<int>(header.channels));
     const std::uint8_t* next = content.get();

@@ -49,7 +49,15 @@ class Helpers
     {
         const std::lock_guard lock(mutex_);
         calls_.push_back(&call);
-        grow(call.invited);
+        try
+        {
+            for (; threads_ < call.invited; ++threads_)
+                std::thread([this] { wait_for_calls(); }).detach();
+        }
+        catch (const std::exception&)
+        {
+            // No thread, or no memory for one: the caller does the work with the threads there are.
+        }
         for (std::size_t i = 0; i < call.invited; ++i)
             invited_.notify_one();
     }
@@ -63,19 +71,6 @@ class Helpers
     }
 
   private:
-    void grow(std::size_t count)
-    {
-        try
-        {
-            for (; threads_ < count; ++threads_)
-                std::thread([this] { wait_for_calls(); }).detach();
-        }
-        catch (const std::exception&)
-        {
-            // No thread, or no memory for one: the caller does the work with the threads there are.
-        }
-    }
-
     void wait_for_calls()
     {
         std::unique_lock lock(mutex_);

@@ -451,14 +451,14 @@ void check_limits(const PlyLayout& layout, const MeshLimits& limits, std::string
 }  // namespace
 
 Mesh detail::parse_ply_faces(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits,
-                             MeshReadReport* report, DegenerateFaces degenerate, MeshMaterials* materials, PlyIntegers* integers)
+                             MeshReadReport* report, bool keeps_degenerate, MeshMaterials* materials, PlyIntegers* integers)
 {
     const PlyHeader header = parse_ply_header(bytes, source);
     const PlyLayout layout = ply_layout(header, source, integers != nullptr ? &integers->property : nullptr);
     check_limits(layout, limits, source);
 
     MeshReadReport counted;
-    const TriangleFan fan(counted, degenerate);
+    const TriangleFan fan(counted, keeps_degenerate);
     const auto read = [&](auto cursor)
     { return BodyReader(std::move(cursor), header, layout, limits.max_faces, fan, materials, integers).read(); };
     constexpr bool machine_is_little = std::endian::native == std::endian::little;
@@ -488,7 +488,7 @@ Mesh parse_ply(std::span<const std::byte> bytes, std::string_view source, const 
         *materials = {};
     if (integers != nullptr)
         *integers = {.property = integers->property, .of_vertex = {}, .of_face = {}};
-    return detail::parse_ply_faces(bytes, source, limits, report, detail::DegenerateFaces::drop, materials, integers);
+    return detail::parse_ply_faces(bytes, source, limits, report, false, materials, integers);
 }
 
 namespace

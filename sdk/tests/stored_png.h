@@ -52,11 +52,8 @@ inline std::vector<std::uint8_t> zlib(const std::vector<std::uint8_t>& bytes)
     {
         const std::size_t length = std::min<std::size_t>(65535, bytes.size() - begin);
         packed.push_back(begin + length == bytes.size() ? 1 : 0);
-        for (const std::size_t v : {length, ~length})
-        {
+        for (const std::size_t v : {length, length >> 8U, ~length, ~length >> 8U})
             packed.push_back(static_cast<std::uint8_t>(v & 255U));
-            packed.push_back(static_cast<std::uint8_t>((v >> 8U) & 255U));
-        }
         for (std::size_t i = begin; i < begin + length; ++i)
         {
             packed.push_back(bytes[i]);
@@ -82,9 +79,7 @@ inline std::vector<std::uint8_t> encode(const fresco::Raster8& image)
     put_be32(header, static_cast<std::uint32_t>(image.width));
     put_be32(header, static_cast<std::uint32_t>(image.height));
     const std::array<std::uint8_t, 5> color_type{0, 0, 0, 2, 6};
-    for (const std::uint8_t v : {std::uint8_t{8}, color_type.at(static_cast<std::size_t>(image.channels)), std::uint8_t{0},
-                                 std::uint8_t{0}, std::uint8_t{0}})
-        header.push_back(v);
+    header.insert(header.end(), {8, color_type.at(static_cast<std::size_t>(image.channels)), 0, 0, 0});
     std::vector<std::uint8_t> out{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
     put_chunk(out, "IHDR", header);
     put_chunk(out, "IDAT", zlib(rows));
@@ -99,22 +94,15 @@ inline fresco::Raster8 decode(const std::vector<std::uint8_t>& png)
     { return std::uint32_t{png.at(at)} << 24U | png.at(at + 1) << 16U | png.at(at + 2) << 8U | png.at(at + 3); };
     const int channels = png.at(25) == 6 ? 4 : png.at(25) == 2 ? 3 : 1;
     fresco::Raster8 image(static_cast<int>(be32(16)), static_cast<int>(be32(20)), channels);
-    std::size_t at = 33 + 8 + 2;  // IHDR ends at 33; IDAT's length and name; zlib's header
-    std::vector<std::uint8_t> rows;
-    for (bool last = false; !last;)
-    {
-        if (png.at(at) > 1)
-            throw fresco::Error("stored_png: this picture is compressed");
-        last = png.at(at) == 1;
-        const std::size_t length = png.at(at + 1) | png.at(at + 2) << 8U;
-        for (std::size_t i = 0; i < length; ++i)
-            rows.push_back(png.at(at + 5 + i));
-        at += 5 + length;
-    }
+    // IHDR ends at 33, behind which are IDAT's length and name, and zlib's header; 5 bytes begin a block.
+    constexpr std::size_t begin = 33 + 8 + 2;
+    if (png.at(begin) > 1)
+        throw fresco::Error("stored_png: this picture is compressed");
+    const auto row_byte = [&](std::size_t i) { return png.at(begin + 5 * (i / 65535 + 1) + i); };
     const std::size_t stride = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(channels);
     for (std::size_t y = 0; y < static_cast<std::size_t>(image.height); ++y)
         for (std::size_t i = 0; i < stride; ++i)
-            image.values[y * stride + i] = rows.at(y * (stride + 1) + 1 + i);
+            image.values[y * stride + i] = row_byte(y * (stride + 1) + 1 + i);
     return image;
 }
 

@@ -16,15 +16,6 @@ using namespace fresco;
 using Catch::Contains;
 using testing::box;
 
-TEST_CASE("Mesh: the face normals of a cube point outwards", "[mesh]")
-{
-    const auto normals = face_normals(box());
-    const Vec3f expected[] = {{0, 0, -1}, {0, 0, 1}, {0, -1, 0}, {0, 1, 0}, {-1, 0, 0}, {1, 0, 0}};
-    REQUIRE(normals.size() == 12);
-    for (std::size_t i = 0; i < 12; ++i)
-        CHECK(normals[i] == expected[i / 2]);
-}
-
 TEST_CASE("Mesh: vertex normals are weighted by area", "[mesh]")
 {
     // A floor triangle of area 2 and a wall triangle of area 0.5 share an edge; vertex 4 belongs to no face.

@@ -142,15 +142,9 @@ std::vector<std::byte> packed()
 std::string outcome(const std::vector<std::byte>& file)
 {
     static const UvMap expected = fresco::unpack_uv_map(packed(), width, height, "test");
-    try
-    {
-        const UvMap map = fresco::unpack_uv_map(file, width, height, "000000_72.uvmap");
-        return same(map, expected) ? "" : "another";
-    }
-    catch (const fresco::Error& error)
-    {
-        return error.what();
-    }
+    UvMap map;
+    const auto error = fresco::testing::error_of([&] { map = fresco::unpack_uv_map(file, width, height, "000000_72.uvmap"); });
+    return !error.empty() || same(map, expected) ? error : "another";
 }
 
 /// A well-meant checksum over a header that is not.

@@ -1,4 +1,4 @@
-#include "catch.h"
+#include "cut_bytes.h"
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
@@ -61,12 +61,7 @@ TEST_CASE("A zip archive that was changed or cut is refused, or still holds what
 {
     const std::string text(100, 'p');
     const std::string archive = packed({{"room.usda", "text"}, {"picture.png", text}});
-    for (std::size_t length = 0; length < archive.size(); ++length)
-    {
-        // A copy of its own, so that a sanitizer sees a read beyond the end.
-        const std::string cut = archive.substr(0, length);
-        CHECK_THROWS_WITH(opened(cut), Contains("a.zip: byte "));
-    }
+    check_cuts_are_refused(std::as_bytes(std::span(archive)), "a.zip: byte ", [](const auto& cut) { ZipReader(cut, "a.zip"); });
     CHECK_THROWS_AS(opened(archive + "x"), Error);
     std::size_t noticed = 0;
     for (std::size_t at = 0; at < archive.size(); ++at)

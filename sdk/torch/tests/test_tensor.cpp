@@ -157,13 +157,6 @@ class Forgetful final : public Loss
 };
 }  // namespace
 
-TEST_CASE("an unknown feature layer is refused with the layers there are")
-{
-    const testing::ColorNetwork network;
-    CHECK(network.layer("b").stride == 2);
-    CHECK_THROWS_WITH(network.layer("third"), Catch::Contains("third") && Catch::Contains("a, b"));
-}
-
 TEST_CASE("a loss that remembers nothing refuses a state")
 {
     Forgetful loss;

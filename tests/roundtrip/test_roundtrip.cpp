@@ -100,17 +100,16 @@ plain::Model true_room()
     return model;
 }
 
-/// Picture of the painted room.
-Raster8 picture_of(const Camera& camera)
+using Picture = std::vector<plain::Pixel>;
+
+/// What a camera truly sees of the painted room.
+Picture painted(const Camera& camera)
 {
-    const auto pixels = plain::render(true_room(), {1, 1, {0, 0, 0}}, plain_view(camera), {});
-    return testing::picture(camera.intrinsics.width, camera.intrinsics.height,
-                            [&](int x, int y, int c)
-                            {
-                                const auto& [px, py, pz] =
-                                    pixels[static_cast<std::size_t>(y * camera.intrinsics.width + x)].position;
-                                return 255 * paint_at(px, py, pz)[static_cast<std::size_t>(c)];
-                            });
+    Picture pixels = plain::render(true_room(), {1, 1, {0, 0, 0}}, plain_view(camera), {});
+    for (plain::Pixel& pixel : pixels)
+        for (std::size_t c = 0; c < 3; ++c)
+            pixel.rgb[c] = 255 * paint_at(pixel.position[0], pixel.position[1], pixel.position[2])[c];
+    return pixels;
 }
 
 /// The stages from pictures of the room to its GLB.
@@ -122,7 +121,11 @@ class Chain
         for (Frame& frame : frames_->frames)
         {
             frame.color_picture.path = folder_.path() / (frame.name + ".png");
-            write_file(frame.color_picture.path, stored_png::Codec().encode_png(picture_of(frame.color)));
+            const Picture seen = painted(frame.color);
+            const int width = frame.color.intrinsics.width;
+            const auto color = [&](int x, int y, int c) { return seen[static_cast<std::size_t>(y * width + x)].rgb[c]; };
+            write_file(frame.color_picture.path,
+                       stored_png::Codec().encode_png(testing::picture(width, frame.color.intrinsics.height, color)));
         }
         run(UVMAPS_RASTER_FILE, "uvmaps.raster", Value::Map{{"heights_px", Value::List{120}}},
             {{"mesh", room_}, {"frames", frames_}}, folder_.path());
@@ -134,14 +137,22 @@ class Chain
         run(EXPORT_GLTF_FILE, "export.gltf", Value::Map{{"up", "keep"}}, {{"textured_mesh", baked_}}, folder_.path());
     }
     std::filesystem::path glb() const { return folder_.path() / "files" / "room.glb"; }
-    /// The pictures of render.views.
-    std::vector<Raster8> rendered_views() const
+    /// The pictures of render.views, where a pixel is covered.
+    std::vector<Picture> rendered_views() const
     {
         run(RENDER_VIEWS_FILE, "render.views", Value::Map{}, {{"mesh", baked_}, {"frames", frames_}}, folder_.path());
-        std::vector<Raster8> pictures;
+        std::vector<Picture> pictures;
         const auto files = Files::load({folder_.path() / "views", folder_.path()});
         for (const std::string& name : files->names)
-            pictures.push_back(stored_png::Codec().read_rgb(folder_.path() / "views" / name));
+        {
+            const Raster8 view = stored_png::Codec().read_rgb(folder_.path() / "views" / name);
+            Picture& pixels = pictures.emplace_back(view.values.size() / 4);
+            for (std::size_t i = 0; i < view.values.size(); ++i)
+                if (i % 4 < 3)
+                    pixels[i / 4].rgb[i % 4] = view.values[i];
+                else
+                    pixels[i / 4].found = view.values[i] == 255;
+        }
         return pictures;
     }
     const Frames& frames() const { return *frames_; }
@@ -166,54 +177,18 @@ struct Loaded
     }
 };
 
-/// Mean difference (of 255) between what the GLB shows from every pose and the paint at the points that the color camera truly
-/// sees; a pixel that shows nothing counts 255.
-double difference_to_paint(const Loaded& loaded, const Frames& frames, const plain::Wrong& wrong,
-                           bool through_depth_camera = false)
-{
-    const plain::Model room = true_room();
-    const plain::Picture nothing{1, 1, {0, 0, 0}};
-    double sum = 0;
-    std::size_t count = 0;
-    for (const Frame& frame : frames.frames)
-    {
-        const plain::View view = plain_view(frame.color);
-        plain::View shown_view = view;
-        if (through_depth_camera)
-        {
-            Camera depth = frame.depth;
-            depth.intrinsics = depth.intrinsics.scaled_to(view.width, view.height);
-            shown_view = plain_view(depth);
-        }
-        const auto truth = plain::render(room, nothing, view, {});
-        const auto shown = plain::render(loaded.model, loaded.picture, shown_view, wrong);
-        for (std::size_t i = 0; i < truth.size(); ++i)
-        {
-            const auto& p = truth[i].position;
-            const auto paint = paint_at(p[0], p[1], p[2]);
-            for (std::size_t c = 0; c < 3; ++c)
-                sum += truth[i].found && shown[i].found ? std::abs(shown[i].rgb[c] - 255 * paint[c]) : 255;
-            count += 3;
-        }
-    }
-    return sum / static_cast<double>(count);
-}
-
-double difference_to_views(const Loaded& loaded, const Frames& frames, const std::vector<Raster8>& views,
-                           const plain::Wrong& wrong)
+/// Mean difference (of 255) between what the GLB shows and what is expected of each view; a pixel that shows nothing counts 255.
+double difference(const Loaded& loaded, const std::vector<plain::View>& views, const std::vector<Picture>& expected,
+                  const plain::Wrong& wrong)
 {
     double sum = 0;
     std::size_t count = 0;
     for (std::size_t f = 0; f < views.size(); ++f)
     {
-        const auto shown = plain::render(loaded.model, loaded.picture, plain_view(frames.frames[f].color), wrong);
+        const Picture shown = plain::render(loaded.model, loaded.picture, views[f], wrong);
         for (std::size_t i = 0; i < shown.size(); ++i)
-        {
-            const bool both = shown[i].found && views[f].values[4 * i + 3] == 255;
-            for (std::size_t c = 0; c < 3; ++c)
-                sum += both ? std::abs(shown[i].rgb[c] - views[f].values[4 * i + c]) : 255;
-            count += 3;
-        }
+            for (std::size_t c = 0; c < 3; ++c, ++count)
+                sum += shown[i].found && expected[f][i].found ? std::abs(shown[i].rgb[c] - expected[f][i].rgb[c]) : 255;
     }
     return sum / static_cast<double>(count);
 }
@@ -228,16 +203,24 @@ TEST_CASE("what is painted through the uv maps is what a viewer of the GLB sees"
 {
     const Chain chain;
     const Loaded loaded(chain.glb());
-    const std::vector<Raster8> views = chain.rendered_views();
+    std::vector<plain::View> color_views, depth_views;
+    std::vector<Picture> paint;
+    for (const Frame& frame : chain.frames().frames)
+    {
+        color_views.push_back(plain_view(frame.color));
+        Camera depth = frame.depth;
+        depth.intrinsics = depth.intrinsics.scaled_to(color_views.back().width, color_views.back().height);
+        depth_views.push_back(plain_view(depth));
+        paint.push_back(painted(frame.color));
+    }
+    const std::vector<Picture> rendered = chain.rendered_views();
     REQUIRE(loaded.model.triangles.size() == box_room().triangles.size());
-    REQUIRE(views.size() == chain.frames().frames.size());
-    CHECK(difference_to_paint(loaded, chain.frames(), right_viewer) <= limit);
-    CHECK(difference_to_views(loaded, chain.frames(), views, right_viewer) <= limit);
+    REQUIRE(rendered.size() == paint.size());
+    CHECK(difference(loaded, color_views, paint, right_viewer) <= limit);
+    CHECK(difference(loaded, color_views, rendered, right_viewer) <= limit);
     // A viewer of any other convention is detected.
     for (const plain::Wrong& wrong : {flipped_v, half_texel, mirrored_axis})
-    {
-        CHECK(difference_to_paint(loaded, chain.frames(), wrong) > limit);
-        CHECK(difference_to_views(loaded, chain.frames(), views, wrong) > limit);
-    }
-    CHECK(difference_to_paint(loaded, chain.frames(), right_viewer, true) > limit);
+        for (const auto& expected : {paint, rendered})
+            CHECK(difference(loaded, color_views, expected, wrong) > limit);
+    CHECK(difference(loaded, depth_views, paint, right_viewer) > limit);
 }

@@ -3,19 +3,12 @@
 #include <fresco/error.h>
 
 #include <opencv2/imgproc.hpp>
-#include <opencv2/videoio.hpp>
 
 #include <fmt/format.h>
 #include <utility>
 #include <vector>
 
-struct VideoFile::Writer
-{
-    cv::VideoWriter video;
-};
-
-VideoFile::VideoFile(std::filesystem::path file, int width, int height, double fps)
-    : file_(std::move(file)), writer_(std::make_unique<Writer>())
+VideoFile::VideoFile(std::filesystem::path file, int width, int height, double fps) : file_(std::move(file))
 {
     const std::vector<std::string> codecs =
         file_.extension() == ".webm" ? std::vector<std::string>{"VP90", "VP80"} : std::vector<std::string>{"avc1", "mp4v"};
@@ -24,7 +17,7 @@ VideoFile::VideoFile(std::filesystem::path file, int width, int height, double f
         const int fourcc = cv::VideoWriter::fourcc(codec[0], codec[1], codec[2], codec[3]);
         try
         {
-            if (writer_->video.open(file_.string(), cv::CAP_FFMPEG, fourcc, fps, cv::Size(width, height)))
+            if (writer_.open(file_.string(), cv::CAP_FFMPEG, fourcc, fps, cv::Size(width, height)))
             {
                 codec_ = codec;
                 return;
@@ -38,20 +31,18 @@ VideoFile::VideoFile(std::filesystem::path file, int width, int height, double f
     throw fresco::Error(file_.filename().string() + ": OpenCV's FFmpeg has no encoder for this format; set format: png");
 }
 
-VideoFile::~VideoFile() = default;
-
 void VideoFile::add(const fresco::Raster8& picture)
 {
     const cv::Mat rgb(picture.height, picture.width, CV_8UC3, const_cast<std::uint8_t*>(picture.values.data()));
     cv::Mat bgr;
     cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
-    writer_->video.write(bgr);
+    writer_.write(bgr);
     ++added_;
 }
 
 void VideoFile::close()
 {
-    writer_->video.release();
+    writer_.release();
     cv::VideoCapture written(file_.string(), cv::CAP_FFMPEG);
     std::size_t found = 0;
     while (written.isOpened() && found <= added_ && written.grab())

@@ -4,8 +4,9 @@
 
 #include <cstddef>
 #include <filesystem>
-#include <memory>
 #include <string>
+
+#include <opencv2/videoio.hpp>
 
 /// \file Writes the stage's pictures as a video.
 
@@ -15,9 +16,6 @@ class VideoFile
   public:
     /// The extension of `file`, .mp4 or .webm, decides the format. Throws Error if no codec for it is available.
     VideoFile(std::filesystem::path file, int width, int height, double fps);
-    ~VideoFile();
-    VideoFile(const VideoFile&) = delete;
-    VideoFile& operator=(const VideoFile&) = delete;
 
     /// RGB of the video's size.
     void add(const fresco::Raster8& picture);
@@ -27,9 +25,8 @@ class VideoFile
     const std::string& codec() const { return codec_; }
 
   private:
-    struct Writer;
     std::filesystem::path file_;
-    std::unique_ptr<Writer> writer_;
+    cv::VideoWriter writer_;
     std::string codec_;
     std::size_t added_ = 0;
 };

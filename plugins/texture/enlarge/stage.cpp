@@ -50,13 +50,11 @@ class TextureEnlarge final : public Stage
                                     *size_px, map_px));
         const double pixels = enlarge::pixels_per_texel(*source, width, *size_px);
         if (*size_px > most_px)
-            throw Error(fmt::format("at size_px {} a texel would be {:.2g} pixels of the style picture, which holds no more "
-                                    "detail: set size_px to {}, wire a copy of the picture at least {:.0f} pixels wide "
-                                    "(it has {}), or use a smaller stroke_cm",
-                                    *size_px, pixels,
-                                    most_px >= map_px ? fmt::format("{} at most (0: as large as the picture allows)", most_px)
-                                                      : "0 for the size that was painted",
-                                    std::ceil(width * fewest_pixels_per_texel / pixels), width));
+            throw Error(
+                fmt::format("at size_px {} a texel would be {:.2g} pixels of the style picture, which holds no more "
+                            "detail: set size_px to 0, wire a copy of the picture at least {:.0f} pixels wide (it has {}), "
+                            "or use a smaller stroke_cm",
+                            *size_px, pixels, std::ceil(width * fewest_pixels_per_texel / pixels), width));
         return *size_px;
     }
 

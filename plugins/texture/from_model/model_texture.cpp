@@ -3,11 +3,11 @@
 #include <fresco/geometry/surface_search.h>
 #include <fresco/images/filters.h>
 #include <fresco/parallel.h>
+#include <fresco/texturing/face_frame.h>
 #include <fresco/texturing/texel_faces.h>
 #include <fresco/texturing/texture_pictures.h>
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <cmath>
 #include <cstdint>
@@ -17,10 +17,10 @@ namespace from_model
 {
 
 using fresco::Mesh;
-using fresco::Vec2d;
 using fresco::Vec3d;
 using fresco::geometry::SurfacePoint;
 using fresco::geometry::SurfaceSearch;
+using fresco::texturing::FaceFrame;
 using fresco::texturing::TexelFaces;
 
 namespace
@@ -28,40 +28,6 @@ namespace
 
 constexpr std::size_t rows_per_piece = 4;
 constexpr int most_places = 6;
-
-/// How a face of the atlas lies in space.
-struct FacePlane
-{
-    Vec3d normal;
-    Vec3d along_x;  ///< Meters per texel to the right and down; zero for a face without area in the atlas.
-    Vec3d along_y;
-    double texel_m = 0;  ///< The side of a texel.
-};
-
-FacePlane plane_of(const Mesh& atlas, std::uint32_t face, int size)
-{
-    std::array<Vec3d, 3> p;
-    std::array<Vec2d, 3> t;
-    for (std::size_t i = 0; i < 3; ++i)
-    {
-        const fresco::Vec2f uv = atlas.texcoords[3 * std::size_t{face} + i];
-        p[i] = fresco::vec_cast<double>(atlas.positions[atlas.triangles[face][i]]);
-        t[i] = {double{uv.x} * size, (1 - double{uv.y}) * size};
-    }
-    const Vec3d side1 = p[1] - p[0];
-    const Vec3d side2 = p[2] - p[0];
-    const Vec2d t1 = t[1] - t[0];
-    const Vec2d t2 = t[2] - t[0];
-    FacePlane plane;
-    plane.normal = cross(side1, side2);
-    const double area = cross(t1, t2);
-    if (area == 0)
-        return plane;
-    plane.along_x = (side1 * t2.y - side2 * t1.y) * (1 / area);
-    plane.along_y = (side2 * t1.x - side1 * t2.x) * (1 / area);
-    plane.texel_m = std::sqrt(length(plane.normal) / std::abs(area));
-    return plane;
-}
 
 /// Colors the texels of one piece; pieces share nothing but what they read.
 class TexelPainter
@@ -79,10 +45,12 @@ class TexelPainter
         if (faces_.face[texel] != face_)
         {
             face_ = faces_.face[texel];
-            plane_ = plane_of(atlas_, face_, faces_.size);
+            frame_ = FaceFrame(atlas_, face_, faces_.size);
+            normal_ = frame_.normal();
+            texel_m_ = frame_.area == 0 ? 0 : std::sqrt(length(normal_) / std::abs(frame_.area));
         }
         const auto middle = fresco::vec_cast<double>(texel_position(atlas_, faces_, texel));
-        const SurfacePoint nearest = search_.nearest_facing(middle, plane_.normal, reach_m_, hint_);
+        const SurfacePoint nearest = search_.nearest_facing(middle, normal_, reach_m_, hint_);
         if (!nearest.found())
             return false;
         hint_ = nearest.face;
@@ -97,7 +65,7 @@ class TexelPainter
   private:
     Vec3d mean_light(Vec3d middle, const SurfacePoint& nearest) const
     {
-        const double pixels = colors_.pixels_per_meter(nearest.face) * plane_.texel_m;
+        const double pixels = colors_.pixels_per_meter(nearest.face) * texel_m_;
         const int side = static_cast<int>(std::clamp(std::ceil(pixels - 0.25), 1.0, double{most_places}));
         if (side == 1)
             return colors_.at(nearest.face, nearest.weights);
@@ -106,9 +74,8 @@ class TexelPainter
         for (int y = 0; y < side; ++y)
             for (int x = 0; x < side; ++x)
             {
-                const Vec3d place =
-                    middle + plane_.along_x * ((x + 0.5) / side - 0.5) + plane_.along_y * ((y + 0.5) / side - 0.5);
-                const SurfacePoint point = search_.nearest_facing(place, plane_.normal, reach_m_, nearest.face);
+                const Vec3d place = middle + frame_.right * ((x + 0.5) / side - 0.5) + frame_.down * ((y + 0.5) / side - 0.5);
+                const SurfacePoint point = search_.nearest_facing(place, normal_, reach_m_, nearest.face);
                 if (!point.found())
                     continue;
                 sum += colors_.at(point.face, point.weights);
@@ -123,7 +90,9 @@ class TexelPainter
     const TexelFaces& faces_;
     double reach_m_;
     std::uint32_t face_ = TexelFaces::none;
-    FacePlane plane_;
+    FaceFrame frame_;
+    Vec3d normal_;
+    double texel_m_ = 0;  ///< The side of a texel of the face.
     std::uint32_t hint_ = SurfacePoint::none;
 };
 

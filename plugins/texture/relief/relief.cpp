@@ -2,6 +2,7 @@
 
 #include <fresco/images/lab.h>
 #include <fresco/texturing/exports.h>
+#include <fresco/texturing/face_frame.h>
 #include <fresco/texturing/surface_average.h>
 
 #include <algorithm>
@@ -166,31 +167,14 @@ void keep_shown(Relief& relief, const RasterF& shown)
 namespace
 {
 
-/// A face in space and in its texture.
-struct FaceFrame
+/// A face's frame and its duals: a vector along the face is dot(vector, across) texels to the right and dot(vector, along) down.
+/// They are zero for a face without area, in space or in the texture.
+struct DualFrame : FaceFrame
 {
-    std::array<Vec2d, 3> corners;  ///< Texels, x to the right and y down.
-    std::array<Vec3d, 3> points;
-    Vec3d right, down;  ///< Per texel.
-    /// Their duals: a vector along the face is dot(vector, across) texels to the right and dot(vector, along) down. Zero for a
-    /// face without area, in space or in the texture.
     Vec3d across, along;
 
-    FaceFrame(const Mesh& mesh, std::uint32_t face, int size)
+    DualFrame(const Mesh& mesh, std::uint32_t face, int size) : FaceFrame(mesh, face, size)
     {
-        for (std::size_t i = 0; i < 3; ++i)
-        {
-            const Vec2f uv = mesh.texcoords[3 * std::size_t{face} + i];
-            corners[i] = {double{uv.x} * size, (1 - double{uv.y}) * size};
-            points[i] = vec_cast<double>(mesh.positions[mesh.triangles[face][i]]);
-        }
-        const Vec2d a = corners[1] - corners[0], b = corners[2] - corners[0];
-        const Vec3d p = points[1] - points[0], q = points[2] - points[0];
-        const double area = cross(a, b);
-        if (area == 0)
-            return;
-        right = (p * b.y - q * a.y) * (1 / area);
-        down = (q * a.x - p * b.x) * (1 / area);
         const double rr = dot(right, right), rd = dot(right, down), dd = dot(down, down);
         const double determinant = rr * dd - rd * rd;
         if (!(determinant > 1e-12 * rr * dd))
@@ -292,7 +276,7 @@ class Surface
     }
 
     /// Direction into a face, square to its side from `a` to `b`.
-    static Vec3d inward(const FaceFrame& face, Vec3d a, Vec3d direction)
+    static Vec3d inward(const DualFrame& face, Vec3d a, Vec3d direction)
     {
         const Vec3d to_middle = (face.points[0] + face.points[1] + face.points[2]) * (1.0 / 3) - a;
         return normalized(to_middle - direction * dot(to_middle, direction));
@@ -301,8 +285,8 @@ class Surface
     void add_border(std::uint32_t own_face, const std::array<Vec2f, 2>& own_side, std::uint32_t other_face,
                     const std::array<Vec2f, 2>& other_side)
     {
-        const FaceFrame own(mesh_, own_face, faces_.size);
-        const FaceFrame other(mesh_, other_face, faces_.size);
+        const DualFrame own(mesh_, own_face, faces_.size);
+        const DualFrame other(mesh_, other_face, faces_.size);
         if (own.is_flat() || other.is_flat())
             return;
         const auto texels = [&](Vec2f uv) { return Vec2d{double{uv.x} * faces_.size, (1 - double{uv.y}) * faces_.size}; };
@@ -397,7 +381,7 @@ Relief relief_of(RasterF height, const Mesh& mesh, const Charts& charts, const T
                        const std::size_t x = texel % size, y = texel / size;
                        const double to_right = slope(height, surface, texel, 1, x > 0, x + 1 < size);
                        const double downward = slope(height, surface, texel, size, y > 0, y + 1 < size);
-                       const FaceFrame frame(mesh, face, faces.size);
+                       const DualFrame frame(mesh, face, faces.size);
                        const Vec3d gradient = frame.across * to_right + frame.along * downward;
                        // Along the smooth surface, which the face only approximates.
                        const Vec3d tilted = normal - (gradient - normal * dot(gradient, normal));

@@ -191,11 +191,8 @@ TEST_CASE("image.opencv: PNG gives the same pixels back, the same pixels the sam
         const auto image = pattern(31, 17, channels);
         const auto bytes = codec.images->encode_png(image);
         CHECK(bytes == codec.images->encode_png(image));
-        const auto back = codec.images->read_rgb(codec.write(bytes));
-        for (int y = 0; y < 17; ++y)
-            for (int x = 0; x < 31; ++x)
-                for (int c = 0; c < 3; ++c)
-                    REQUIRE(back.at(x, y, c) == image.at(x, y, channels == 1 ? 0 : c));
+        CHECK(codec.images->read_rgb(codec.write(bytes)) ==
+              testing::picture(31, 17, [&](int x, int y, int c) { return image.at(x, y, channels == 1 ? 0 : c); }));
     }
     Raster8 transparent(1, 1, 4);
     transparent.values = {100, 0, 255, 51};

@@ -28,14 +28,12 @@ TEST_CASE("What needs a library that is missing is refused by its name, and what
     const std::vector<std::byte> bytes(20);
     for (const auto& read : {+[](std::span<const std::byte> file) { check_heif(file, "a.heic", Walk::whole); },
                              +[](std::span<const std::byte> file) { decode_heif(file, "a.heic"); }})
-        CHECK_THROWS_WITH(read(bytes), Contains("a.heic: ") && Contains("without libheif") && Contains("install libheif-dev") &&
-                                           Contains("convert the picture to PNG or JPEG"));
+        CHECK_THROWS_WITH(read(bytes), Contains("a.heic: ") && Contains("install libheif-dev"));
     const fresco::Raster8 picture(2, 1, 3, 9);
     for (const bool is_wide : {false, true})
     {
         CHECK_THROWS_WITH(in_srgb(picture, profile_called("Display P3", is_wide), "a.jpg"),
-                          Contains("a.jpg: ") && Contains("Little CMS 2") && Contains("install liblcms2-dev") &&
-                              Contains("convert the picture to sRGB"));
+                          Contains("a.jpg: ") && Contains("install liblcms2-dev"));
         CHECK(std::get<fresco::Raster8>(in_srgb(picture, profile_called("sRGB IEC61966-2.1", is_wide), "a.jpg")) == picture);
     }
     CHECK(std::get<fresco::Raster8>(in_srgb(picture, {}, "a.jpg")) == picture);

@@ -11,6 +11,7 @@
 #include <limits>
 #include <numbers>
 #include <numeric>
+#include <span>
 #include <utility>
 
 using namespace fresco;
@@ -201,6 +202,10 @@ std::vector<Circle> circles_on_surface(const std::vector<Ellipse>& ellipses, con
     return circles;
 }
 
+namespace
+{
+
+/// The statistics of all circles together of the pictures `drawn` (indices; may repeat).
 CircleStatistics circle_statistics(const std::vector<std::vector<Circle>>& pictures, std::span<const std::size_t> drawn)
 {
     std::vector<double> depth_2d;
@@ -221,6 +226,8 @@ CircleStatistics circle_statistics(const std::vector<std::vector<Circle>>& pictu
         }
     return {evaluation::pearson(depth_2d, radius_px), evaluation::pearson(depth_3d, radius_m), evaluation::mean(stretch)};
 }
+
+}  // namespace
 
 CircleFigures circle_figures(const std::vector<std::vector<Circle>>& pictures, const evaluation::Bootstrap& bootstrap)
 {

@@ -8,7 +8,6 @@
 #include <cstddef>
 #include <functional>
 #include <optional>
-#include <span>
 #include <vector>
 
 /// \file Finds red circles in pictures, puts them on the surface and tells whether their size depends on the distance from the
@@ -75,9 +74,6 @@ struct CircleStatistics
     double corr_3d = 0;  ///< Correlation of depth and radius in meters.
     double stretch = 0;  ///< Mean stretch on the surface.
 };
-
-/// The statistics of all circles together of the pictures `drawn` (indices; may repeat).
-CircleStatistics circle_statistics(const std::vector<std::vector<Circle>>& pictures, std::span<const std::size_t> drawn);
 
 struct CircleFigures
 {

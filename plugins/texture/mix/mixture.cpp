@@ -15,8 +15,6 @@ constexpr std::array pictures{std::pair{"photo", &Mixture::photo}, std::pair{"co
                               std::pair{"painted", &Mixture::painted}};
 }  // namespace
 
-Mixture::~Mixture() = default;
-
 void Mixture::save(const ArtifactFolder& folder) const
 {
     write_file(folder.path / "mixture.json", to_json(Value::Map{{"atlas", atlas}, {"color", color}, {"strokes", strokes}}, 1));

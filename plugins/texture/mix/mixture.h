@@ -23,13 +23,6 @@ struct Mixture : fresco::Artifact
     fresco::Raster8 colors;  ///< The photo in the painting's colors: all of its color, none of its strokes.
     fresco::Raster8 painted;
 
-    ~Mixture() override;
-    Mixture() = default;
-    Mixture(const Mixture&) = default;
-    Mixture(Mixture&&) = default;
-    Mixture& operator=(const Mixture&) = default;
-    Mixture& operator=(Mixture&&) = default;
-
     void save(const fresco::ArtifactFolder& folder) const override;
     static std::shared_ptr<Mixture> load(const fresco::ArtifactFolder& folder);
 };

@@ -192,6 +192,11 @@ TEST_CASE("an end off the surface is done without, a center is not")
     const auto flat = circles_on_surface({{{50, 50}, {0, 10}, {10, 0}}}, c, strip);
     REQUIRE(flat.size() == 1);
     CHECK_FALSE(flat[0].world);
+    // It counts in the picture, not in meters.
+    const CircleFigures figures = circle_figures({circles, flat}, {.resamples = 2000, .seed = 1});
+    CHECK(figures.circles == 2);
+    CHECK(figures.circles_3d == 1);
+    CHECK(figures.value.stretch == Approx(1));
 }
 
 TEST_CASE("shapes other than convex red discs of the right size are counted and left out")
@@ -217,24 +222,6 @@ TEST_CASE("shapes other than convex red discs of the right size are counted and 
     CHECK(counts.out_of_range == 1);
     CHECK(near(paper, {50, 50}) != nullptr);
     CHECK(near(paper, {60, 140}) != nullptr);
-}
-
-TEST_CASE("statistics of hand-made circles")
-{
-    const auto circle = [](double depth, double radius_px, double radius_m, double stretch) {
-        return Circle{{{0, 0}, {radius_px, 0}, {0, radius_px}}, depth, Circle::World{radius_m, stretch}};
-    };
-    std::vector<std::vector<Circle>> pictures{{circle(1, 10, 1, 1), circle(2, 20, 2, 2), circle(3, 30, 3, 3)},
-                                              {circle(1, 40, 1, 3), circle(2, 30, 1.5, 3), circle(3, 20, 2, 3)},
-                                              {circle(9, 50, 9, 9)}};
-    pictures[0].back().world.reset();
-    const CircleStatistics paper = circle_statistics(pictures, std::vector<std::size_t>{0, 1});
-    CHECK(paper.corr_2d ==
-          Approx(evaluation::pearson(std::vector<double>{1, 2, 3, 1, 2, 3}, std::vector<double>{10, 20, 30, 40, 30, 20})));
-    CHECK(paper.stretch == Approx((1 + 2 + 3 * 3) / 5.0));
-    const CircleFigures figures = circle_figures(pictures, {.resamples = 2000, .seed = 1});
-    CHECK(figures.circles == 7);
-    CHECK(figures.circles_3d == 6);
 }
 
 namespace

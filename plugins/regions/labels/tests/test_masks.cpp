@@ -4,13 +4,11 @@
 
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
-#include <fresco/random.h>
 #include <fresco/regions/regions.h>
 #include <fresco/testing.h>
 #include <fresco/testing_scenes.h>
 
 #include <functional>
-#include <map>
 
 using namespace fresco;
 using Catch::Contains;
@@ -40,12 +38,9 @@ std::vector<Frame> frames()
 TEST_CASE("mask folder: a folder for each region, a picture for each frame")
 {
     const testing::TemporaryFolder folder;
-    put(folder.path() / "tv/frame-000001.png");
-    put(folder.path() / "tv/seq-02_frame-000000.jpg");
-    put(folder.path() / "tv/.hidden.png");
-    put(folder.path() / "tv/notes.txt");
-    put(folder.path() / "plant/seq-01_frame-000000.png");
-    put(folder.path() / "readme.png");
+    for (const char* file : {"tv/frame-000001.png", "tv/seq-02_frame-000000.jpg", "tv/.hidden.png", "tv/notes.txt",
+                             "plant/seq-01_frame-000000.png", "readme.png"})
+        put(folder.path() / file);
     fs::create_directories(folder.path() / "empty");
     const auto found = find_masks(folder.path(), frames());
     REQUIRE(found.size() == 2);
@@ -68,55 +63,6 @@ TEST_CASE("mask folder: pictures that are not of one frame are refused")
     CHECK_THAT(problem_of({"tv/frame-000000.png"}), Contains("several sequences have a frame 'frame-000000'"));
     CHECK_THAT(problem_of({"tv/frame-000001.png", "tv/seq-01_frame-000001.png"}), Contains("are masks of the same frame"));
     CHECK_THAT(problem_of({"frame-000001.png"}), Contains("no masks; expected pictures in a folder for each region"));
-}
-
-TEST_CASE("votes: the winner is what counting pixel by pixel says")
-{
-    Random random(2);
-    constexpr std::size_t faces = 40, regions = 3;
-    constexpr int side = 20;
-    Votes votes(regions, faces);
-    std::map<std::pair<std::size_t, std::uint32_t>, std::pair<double, double>> counts;
-    for (int picture = 0; picture < 5; ++picture)
-    {
-        FaceMap seen(side, side);
-        for (std::uint32_t& face : seen.values)
-        {
-            face = static_cast<std::uint32_t>(random.uniform() * 50);
-            face = face >= faces ? no_face : face;
-        }
-        const auto region = static_cast<std::size_t>(random.uniform() * regions);
-        Raster8 mask(side, side, 1);
-        for (std::uint8_t& value : mask.values)
-            value = random.uniform() < 0.5 ? 255 : 0;
-        votes.add(region, mask, seen);
-        for (std::size_t i = 0; i < seen.values.size(); ++i)
-            if (seen.values[i] != no_face)
-            {
-                counts[{region, seen.values[i]}].first += mask.values[i] != 0 ? 1 : 0;
-                counts[{region, seen.values[i]}].second += 1;
-            }
-    }
-    const auto winners = votes.winners();
-    for (std::uint32_t face = 0; face < faces; ++face)
-    {
-        std::uint32_t expected = regions;
-        double best = 0;
-        bool is_seen = false;
-        for (std::uint32_t region = 0; region < regions; ++region)
-            if (const auto count = counts.find({region, face}); count != counts.end())
-            {
-                is_seen = true;
-                const double share = count->second.first / count->second.second;
-                if (share >= 0.5 && share > best)
-                {
-                    best = share;
-                    expected = region;
-                }
-            }
-        CHECK(winners[face] == expected);
-        CHECK(votes.is_seen(face) == is_seen);
-    }
 }
 
 namespace
@@ -164,23 +110,25 @@ std::shared_ptr<Regions> masked(const fs::path& folder, testing::TestRun& run, c
 TEST_CASE("regions.labels: faces take the region that most of their pixels are in; hidden ones take none", "[regions.labels]")
 {
     const testing::TemporaryFolder folder;
-    // The left column of squares, and a bit of the next: less than half.
+    // The first two columns of squares are 10 pixels wide. Each mask has a bit of other columns: less than the other's, or than
+    // half.
     draw(folder.path() / "window/frame-000000.png", width, height, [](int x, int) { return x < 12; });
+    draw(folder.path() / "door/frame-000000.png", width, height, [](int x, int) { return x >= 8 && x < 22; });
     testing::TestRun run;
     const auto regions = masked(folder.path(), run);
-    CHECK(regions->names == std::vector<std::string>{"window", "other"});
+    CHECK(regions->names == std::vector<std::string>{"door", "window", "other"});
     for (std::size_t f = 0; f < regions->label_of_face.size(); ++f)
-        CHECK(regions->names[regions->label_of_face[f]] == (f < 6 ? "window" : "other"));
+        CHECK(regions->names[regions->label_of_face[f]] == (f < 6 ? "window" : f < 12 ? "door" : "other"));
     CHECK(run.reported.at("seen_share").as_double() == Approx(0.5));
-    CHECK(run.files_read.size() == 1);
+    CHECK(run.files_read.size() == 2);
 
-    Regions base = regions_from(wall(), {"floor", "walls"}, std::vector<std::uint32_t>(48, 1));
-    base.label_of_face[47] = 1;
-    base.names = {"walls", "floor"};
+    std::vector<std::uint32_t> labels(48, 1);
+    labels[47] = 0;
+    const Regions base = regions_from(wall(), {"floor", "walls"}, labels);
     const auto over = masked(folder.path(), run, &base);
     CHECK(over->names[over->label_of_face[0]] == "window");
-    CHECK(over->names[over->label_of_face[6]] == base.names[base.label_of_face[6]]);
-    CHECK(over->names[over->label_of_face[47]] == base.names[base.label_of_face[47]]);
+    CHECK(over->names[over->label_of_face[12]] == "walls");
+    CHECK(over->names[over->label_of_face[47]] == "floor");
 }
 
 TEST_CASE("regions.labels: masks of another size, or that mark nothing, are refused by name", "[regions.labels]")

@@ -2,8 +2,6 @@
 #include "plane_segments.h"
 #include "rooms.h"
 
-#include <numeric>
-
 using namespace fresco;
 
 namespace
@@ -28,32 +26,6 @@ TEST_CASE("plane segments: a noisy plane is one piece, fitted by least squares")
     CHECK(static_cast<double>(largest.faces.size()) > 0.97 * static_cast<double>(room.parts.size()));
     CHECK(dot(largest.normal, normalized(cross(Vec3d{3, 0, 0.2}, Vec3d{0, 2, 0.1}))) > std::cos(0.01));
     CHECK(largest.distance({1.5, 1, 1.15}) == Approx(0).margin(0.003));
-}
-
-TEST_CASE("plane segments: every face is in one piece at most, and near its plane")
-{
-    KnownRoom room;
-    room.noise_m = 0.003;
-    room.shell({3, 3, 2.5F});
-    room.block({1, 1, 0}, {0.5F, 0.5F, 0.5F});
-    const geometry::Surface surface(room.mesh);
-    const auto segments = segments_of(room.mesh);
-    CHECK(segments.size() >= 10);
-    std::vector<int> uses(room.parts.size());
-    for (const PlaneSegment& segment : segments)
-    {
-        CHECK(length(segment.normal) == Approx(1));
-        CHECK(segment.area >= least_segment_m2);
-        for (const std::uint32_t f : segment.faces)
-        {
-            ++uses[f];
-            CHECK(std::abs(segment.distance(face_middle(room.mesh, f))) < 2 * most_off_m);
-        }
-        CHECK(std::accumulate(segment.faces.begin(), segment.faces.end(), 0.0,
-                              [&](double sum, std::uint32_t f) { return sum + surface.areas[f]; }) == Approx(segment.area));
-    }
-    CHECK(*std::ranges::max_element(uses) == 1);
-    CHECK(static_cast<double>(std::ranges::count(uses, 1)) > 0.95 * static_cast<double>(uses.size()));
 }
 
 TEST_CASE("plane segments: a step of 10 cm parts two planes, faces without area are in none")

@@ -87,19 +87,16 @@ inline UvMap map_of(const Camera& camera, int height)
 /// The camera's picture, the mean of 3 x 3 points a pixel.
 inline Raster8 picture_of(const Camera& camera, const Paint& paint, Vec3f gain = {1, 1, 1})
 {
-    Raster8 picture(camera.intrinsics.width, camera.intrinsics.height, 3);
-    for (int y = 0; y < picture.height; ++y)
-        for (int x = 0; x < picture.width; ++x)
-        {
-            Vec3f sum;
-            for (int i = 0; i < 9; ++i)
-                if (const Point point = point_at(camera, x + (i % 3 + 0.5) / 3, y + (i / 3 + 0.5) / 3); point.seen)
-                    sum += paint(point.u, point.v) * (1.0F / 9);
-            picture.at(x, y, 0) = static_cast<std::uint8_t>(std::clamp(255 * sum.x * gain.x + 0.5F, 0.0F, 255.0F));
-            picture.at(x, y, 1) = static_cast<std::uint8_t>(std::clamp(255 * sum.y * gain.y + 0.5F, 0.0F, 255.0F));
-            picture.at(x, y, 2) = static_cast<std::uint8_t>(std::clamp(255 * sum.z * gain.z + 0.5F, 0.0F, 255.0F));
-        }
-    return picture;
+    return testing::picture(camera.intrinsics.width, camera.intrinsics.height,
+                            [&](int x, int y, int c)
+                            {
+                                Vec3f sum;
+                                for (int i = 0; i < 9; ++i)
+                                    if (const Point point = point_at(camera, x + (i % 3 + 0.5) / 3, y + (i / 3 + 0.5) / 3);
+                                        point.seen)
+                                        sum += paint(point.u, point.v) * (1.0F / 9);
+                                return 255 * (&sum.x)[c] * (&gain.x)[c];
+                            });
 }
 
 inline View view_of(const Camera& camera, int map_height, const Paint& paint, Vec3f gain = {1, 1, 1})

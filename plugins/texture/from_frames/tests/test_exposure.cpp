@@ -146,15 +146,11 @@ TEST_CASE("cells that are nearly black or saturated say nothing, and all views c
     CHECK(colors[0].at[1] == 0.75F);
 
     SampleBlocks many(1);
-    SampleBlocks half(1);
     for (std::uint32_t cell = 0; cell < 512 * 64; ++cell)
-    {
         many[0].push_back({cell, 1, {0.5F, 0.5F, 0.5F}, {}});
-        if (cell < 512 * 32)
-            half[0].push_back(many[0].back());
-    }
     const auto of_many = cell_colors(many, 512);
-    const auto of_half = cell_colors(half, 512);
+    many[0].resize(512 * 32);
+    const auto of_half = cell_colors(many, 512);
     CHECK(of_many.size() == Approx(4096).margin(64));
     CHECK(of_half.size() == Approx(4096).margin(64));
     CHECK(std::ranges::is_sorted(of_many, {}, &CellColor::cell));

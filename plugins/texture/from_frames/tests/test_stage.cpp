@@ -48,48 +48,28 @@ struct Recording
     /// The wall's depth; in the left half of the first frame something 1 m away.
     static void write_depth(const fs::path& folder, Frame& frame)
     {
-        const Intrinsics& k = frame.depth.intrinsics;
-        Raster16 depth(k.width, k.height);
-        for (int y = 0; y < k.height; ++y)
-            for (int x = 0; x < k.width; ++x)
-            {
-                const double meters = point_at(frame.depth, x + 0.5, y + 0.5).depth;
+        RasterF depth(frame.depth.intrinsics.width, frame.depth.intrinsics.height);
+        for (int y = 0; y < depth.height; ++y)
+            for (int x = 0; x < depth.width; ++x)
                 depth.at(x, y) =
-                    static_cast<std::uint16_t>(std::lround(1000 * (frame.name == "frame-0" && x < 80 ? 1.0 : meters)));
-            }
-        frame.depth_picture.path = folder / (frame.name + ".depth.png");
-        write_file(frame.depth_picture.path, testing::RawImages().encode_png(depth));
+                    frame.name == "frame-0" && x < 80 ? 1 : static_cast<float>(point_at(frame.depth, x + 0.5, y + 0.5).depth);
+        testing::set_depth_picture(frame, folder, depth);
     }
 
     std::shared_ptr<UvMaps> maps;
     std::shared_ptr<Frames> frames = std::make_shared<Frames>();
 };
 
-std::shared_ptr<const Texture> made(const Recording& recording, Value::Map options, testing::TestRun& run,
-                                    const std::shared_ptr<testing::RawImages>& images = std::make_shared<testing::RawImages>())
+std::shared_ptr<const Texture> made(const Recording& recording, Value::Map options, testing::TestRun& run)
 {
     testing::TemporaryFolder folder;
     testing::run_stage(FRESCO_PLUGIN_FILE, "texture.from_frames", options,
-                       {{"uvmaps", recording.maps}, {"frames", recording.frames}}, folder.path(), run, {{"image_io", images}});
+                       {{"uvmaps", recording.maps}, {"frames", recording.frames}}, folder.path(), run,
+                       {{"image_io", std::make_shared<testing::RawImages>()}});
     return Texture::load({folder.path() / "texture", folder.path()});
 }
 
 }  // namespace
-
-TEST_CASE("the texture has the atlas's size, and what contradicts it is said or refused")
-{
-    testing::TemporaryFolder folder;
-    const Recording recording(folder.path());
-    testing::TestRun run;
-    CHECK_THROWS_WITH(made(recording, {}, run), Contains("the texture size is unknown") && Contains("'uvmaps'"));
-    recording.maps->texture_px = 48;
-    CHECK(made(recording, {}, run)->size_px() == 48);
-    CHECK(run.messages.empty());
-    CHECK(made(recording, {{"size_px", 24}}, run)->size_px() == 24);
-    REQUIRE(run.messages.size() == 1);
-    CHECK_THAT(run.messages[0], Contains("size_px is 24") && Contains("an atlas for 48") && Contains("0.5 times"));
-    CHECK_THROWS_WITH(made(recording, {{"size_px", 4097}}, run), Contains("up to 4096 texels a side, not 4097"));
-}
 
 TEST_CASE("the stage makes a texture that texture.bake takes, and reports")
 {
@@ -110,6 +90,9 @@ TEST_CASE("the stage makes a texture that texture.bake takes, and reports")
     CHECK(run.reported.at("rejected_share").as_double() < 1e-3);
     CHECK(run.reported.at("occluded_pixel_share").as_double() == 0);
     CHECK(run.reported.at("least_gain").as_double() == Approx(1).epsilon(0.01));
+    CHECK_THROWS_WITH(made(recording, {}, run), Contains("the texture size is unknown") && Contains("'uvmaps'"));
+    recording.maps->texture_px = 48;
+    CHECK(made(recording, {}, run)->size_px() == 48);
     made(recording, {{"size_px", 16}, {"height_px", 30}}, run);
     CHECK(run.reported.at("height_px").as_int() == 30);
     CHECK_THROWS_WITH(made(recording, {{"size_px", 16}, {"height_px", 45}}, run), Contains("45 px; found 30, 60"));
@@ -120,10 +103,8 @@ TEST_CASE("measured depth is used")
     testing::TemporaryFolder folder;
     const Recording recording(folder.path(), true);
     testing::TestRun run;
-    const auto images = std::make_shared<testing::RawImages>();
-    made(recording, {{"size_px", 32}}, run, images);
+    made(recording, {{"size_px", 32}}, run);
     CHECK(run.reported.at("occluded_pixel_share").as_double() == Approx(0.1).margin(0.03));
-    CHECK(images->depths == static_cast<int>(recording.frames->frames.size()));  // Each once.
 }
 
 TEST_CASE("pictures of a folder take the place of the cameras'")
@@ -136,11 +117,8 @@ TEST_CASE("pictures of a folder take the place of the cameras'")
     {
         for (const Frame& frame : recording.frames->frames)
         {
-            Raster8 picture(width, height, 3, 40);
-            for (std::size_t i = 0; i < picture.values.size(); i += 3)
-                picture.values[i] = 200;
-            const std::vector<std::size_t> shape{static_cast<std::size_t>(height), static_cast<std::size_t>(width), 3};
-            write_npy(styled / ("seq-01_" + frame.name + ".npy"), shape, picture.values);
+            const auto file = styled / ("seq-01_" + frame.name + ".npy");
+            write_npy(file, testing::picture(width, height, [](int, int, int c) { return c == 0 ? 200 : 40; }));
         }
     };
     const Value::Map options{{"size_px", 32}, {"pictures", styled.string()}};

@@ -11,15 +11,12 @@ namespace
 {
 
 constexpr FlattenOptions usual{.charts = {.angle_limit_deg = 70, .merge_limit_deg = 80}, .texel_m = 0.001};
-double depth(std::array<Vec2d, 3> a, std::array<Vec2d, 3> b)
-{
-    return overlap_depth(a, b);
-}
 }  // namespace
 
 TEST_CASE("overlap depth of triangles that can be measured by hand")
 {
     const std::array<Vec2d, 3> t{Vec2d{0, 0}, {1, 0}, {0, 1}};
+    const auto depth = [](std::array<Vec2d, 3> a, std::array<Vec2d, 3> b) { return overlap_depth(a, b); };
     CHECK(depth(t, {Vec2d{1, 0}, {1, 1}, {0, 1}}) == Approx(0).margin(1e-12));  // a common edge
     CHECK(depth(t, {Vec2d{2, 0}, {3, 0}, {2, 1}}) == 0);                        // apart
     CHECK(depth(t, {Vec2d{0.9, -1}, {2, -1}, {0.9, 1}}) == Approx(0.1));        // a corner cut off

@@ -200,6 +200,11 @@ inline void check_layout(const LayoutUnderTest& layout)
         check_same_recording(*result.frames, recording.frames, recording.images, layout.depth_step_m);
         CHECK(run.reported.at("frames").as_int() == 3);
         CHECK(run.reported.at("has_depth").as_bool());
+        if (!layout.third.empty())
+            CHECK(frames.at(2).sequence + " " + frames[2].name + " " + std::to_string(frames[2].number) == layout.third);
+        CHECK((result.mesh ? result.mesh->triangles.size() : 0) == layout.mesh_faces);
+        if (layout.files_read > 0)
+            CHECK(run.files_read.size() == layout.files_read);
 
         const auto text = read_text_file(recording.out() / "frames/frames.json");
         recording.read();

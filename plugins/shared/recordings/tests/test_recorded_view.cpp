@@ -71,124 +71,96 @@ TEST_CASE("views with a lens get pictures of their own, the same for any thread 
     CHECK(fresco::read_file(out / "frame-000001.depth.png") == bytes);
 }
 
-TEST_CASE("what a mask ignores is neither color nor depth, with a lens and without", "[recordings]")
+TEST_CASE("what a mask or transparency ignores is neither color nor depth, with a lens and without", "[recordings]")
 {
-    for (const double k1 : {0.0, 0.1})
-    {
-        Recording recording;
-        fresco::Raster8 mask(32, 24, 3, 255);
-        // The left half is ignored, white or not a little.
-        for (int y = 0; y < 24; ++y)
-            for (int x = 0; x < 32; ++x)
-                for (int c = 0; c < 3; ++c)
-                    mask.at(x, y, c) = x < 16 ? 0 : x == 20 ? 1 : 255;
-        const auto file = recording.folder.path() / "mask.png";
-        fresco::write_file(file, recording.images.encode_png(mask));
-        const auto plain = recording.read();
-        for (auto& view : recording.views)
+    for (const bool by_alpha : {false, true})
+        for (const double k1 : {0.0, 0.1})
         {
+            CAPTURE(by_alpha, k1);
+            Recording recording;
+            const auto plain = recording.read();
+            auto& view = recording.views[1];
             view.lens = {.k1 = k1};
-            view.mask = file;
-        }
-        const auto read = recording.read();
-        const auto& frame = read.frames[1];
-        CHECK(frame.mask.path == recording.folder.path() / "out/run/frame-000001.mask.npy");
-        const auto kept = fresco::load_mask(frame);
-        const auto depth = fresco::load_depth(frame, &recording.images);
-        const auto at_depth = fresco::mask_at(kept, 16, 12);
-        int ignored = 0;
-        for (int y = 0; y < 12; ++y)
-            for (int x = 0; x < 16; ++x)
+            const auto file = by_alpha ? view.color : recording.folder.path() / "mask.png";
+            const fresco::Raster8 rgb = recording.images.read_rgb(view.color);
+            // The left half of the mask is black, some of the rest not quite; or the picture's left half has this alpha.
+            const auto write = [&](int at_left)
             {
-                ignored += at_depth.at(x, y) == 0;
-                // A lens moves the border off the pixels of depth.
-                if (k1 == 0)
-                    CHECK((depth.at(x, y) == 0) == (x < 8));
-                else if (x < 6)
-                    CHECK(depth.at(x, y) == 0);
-                else if (x > 8)
-                    CHECK(depth.at(x, y) > 0);
-            }
-        CHECK((k1 == 0 ? ignored == 12 * 8 : ignored >= 12 * 7));
-        // The color picture is as it was.
-        if (k1 == 0)
-            CHECK(frame.color_picture.path == recording.views[1].color);
-        fresco::write_file(file, recording.images.encode_png(fresco::Raster8(32, 24, 3, 255)));
-        CHECK(recording.read().frames[1].mask.empty());
-        fresco::write_file(file, recording.images.encode_png(fresco::Raster8(16, 12, 3, 255)));
-        CHECK_THAT(recording.error(), Contains("mask.png: the mask is 16x12; the picture of list.txt:") && Contains("is 32x24"));
-    }
+                fresco::Raster8 picture(32, 24, 4, 255);
+                fresco::Raster8 mask(32, 24, 3, 255);
+                for (int y = 0; y < 24; ++y)
+                    for (int x = 0; x < 32; ++x)
+                    {
+                        for (int c = 0; c < 3; ++c)
+                        {
+                            picture.at(x, y, c) = rgb.at(x, y, c);
+                            mask.at(x, y, c) = static_cast<std::uint8_t>(x < 16 ? at_left : x == 20 ? 1 : 255);
+                        }
+                        picture.at(x, y, 3) = static_cast<std::uint8_t>(x < 16 ? at_left : 255);
+                    }
+                fresco::write_file(file, recording.images.encode_png(by_alpha ? picture : mask));
+            };
+            if (!by_alpha)
+                view.mask = file;
+            write(by_alpha ? 249 : 0);
+            TestRun run;
+            std::size_t transparent = 0;
+            const auto read =
+                recorded_frames(recording.views, recording.images, recording.folder.path() / "out", run, {}, &transparent);
+            CHECK(transparent == (by_alpha ? 1 : 0));
+            CHECK(read.frames[0].mask.empty());
+            const auto& frame = read.frames[1];
+            CHECK(frame.mask.path == recording.folder.path() / "out/run/frame-000001.mask.npy");
+            const auto kept = fresco::load_mask(frame);
+            const auto depth = fresco::load_depth(frame, &recording.images);
+            for (int y = 0; y < 12; ++y)
+                for (int x = 0; x < 16; ++x)
+                    // A lens moves the border off the pixels of depth.
+                    if (k1 == 0 || x < 6 || x > 8)
+                    {
+                        CHECK((kept.at(2 * x, 2 * y) == 0) == (x < 8));
+                        CHECK((depth.at(x, y) == 0) == (x < 8));
+                    }
+            CHECK(fresco::load_color(frame, &recording.images).channels == 3);
+            if (k1 == 0)
+                CHECK(frame.color_picture.path == view.color);
+            // A mask that ignores nothing, or alpha that hides nothing, changes nothing.
+            write(by_alpha ? 250 : 255);
+            const auto whole = recording.read().frames[1];
+            CHECK(whole.mask.empty());
+            if (k1 == 0)
+                CHECK(whole.depth_picture.path == plain.frames[1].depth_picture.path);
+        }
 }
 
-TEST_CASE("transparent pixels are ignored as those of a mask are, and load_color refuses a frame that does not", "[recordings]")
+TEST_CASE("masks and transparent pictures that cannot be used are refused, also by load_color", "[recordings]")
 {
-    for (const double k1 : {0.0, 0.1})
-    {
-        Recording recording;
-        const auto plain = recording.read();
-        const fresco::Raster8 rgb = recording.images.read_rgb(recording.views[1].color);
-        fresco::Raster8 rgba(32, 24, 4, 255);
-        const auto write = [&](std::uint8_t alpha_at_left)
-        {
-            for (int y = 0; y < 24; ++y)
-                for (int x = 0; x < 32; ++x)
-                {
-                    for (int c = 0; c < 3; ++c)
-                        rgba.at(x, y, c) = rgb.at(x, y, c);
-                    rgba.at(x, y, 3) = x < 16 ? alpha_at_left : 255;
-                }
-            fresco::write_file(recording.views[1].color, recording.images.encode_png(rgba));
-        };
-        recording.views[1].lens = {.k1 = k1};
-        write(249);
-        TestRun run;
-        std::size_t transparent = 0;
-        auto frame =
-            recorded_frames(recording.views, recording.images, recording.folder.path() / "out", run, {}, &transparent).frames[1];
-        CHECK(transparent == 1);
-        CHECK(recording.read().frames[0].mask.empty());
-        const auto kept = fresco::load_mask(frame);
-        const auto depth = fresco::load_depth(frame, &recording.images);
-        for (int y = 0; y < 12; ++y)
-            for (const int x : {0, 5, 9, 15})
-            {
-                CHECK((kept.at(2 * x, 2 * y) == 0) == (x < 8));
-                CHECK((depth.at(x, y) == 0) == (x < 8));
-            }
-        CHECK(fresco::load_color(frame, &recording.images).channels == 3);
-        if (k1 == 0)
-        {
-            frame.mask = {};
-            CHECK_THROWS_WITH(fresco::load_color(frame, &recording.images), Contains(recording.views[1].color.string()) &&
-                                                                                Contains("transparent pixels") &&
-                                                                                Contains("scan.recording"));
-            // A mask of its own does not show what is transparent.
-            const auto file = recording.folder.path() / "mask.npy";
-            fresco::write_npy(file, fresco::Raster8(32, 24, 1, 255));
-            recording.views[1].mask = file;
-            CHECK(fresco::load_mask(recording.read().frames[1]) == kept);
-            frame.mask = {file, ""};
-            CHECK_THROWS_WITH(fresco::load_color(frame, &recording.images), Contains("transparent pixels"));
-            recording.views[1].mask.clear();
-        }
-        // Alpha that hides nothing changes nothing.
-        write(250);
-        frame = recording.read().frames[1];
-        CHECK(frame.mask.empty());
-        if (k1 == 0)
-            CHECK(frame.depth_picture.path == plain.frames[1].depth_picture.path);
-    }
     Recording recording;
-    // A color picture whose alpha is 0, or little everywhere, does not become an empty recording.
-    const auto opaque = fresco::read_file(recording.views[1].color);
-    fresco::write_file(recording.views[1].color, recording.images.encode_png(fresco::Raster8(32, 24, 4, 249)));
-    CHECK(recording.error() ==
-          recording.views[1].color.string() + ": is transparent everywhere; save it without an alpha channel");
-    fresco::write_file(recording.views[1].color, opaque);
-    const auto file = recording.folder.path() / "mask.png";
-    fresco::write_file(file, recording.images.encode_png(fresco::Raster8(32, 24, 4, 0)));
-    recording.views[1].mask = file;
+    auto& view = recording.views[1];
+    const auto mask = recording.folder.path() / "mask.npy", picture = recording.folder.path() / "mask.png";
+    const auto opaque = fresco::read_file(view.color);
+    fresco::Raster8 rgba(32, 24, 4, 255);
+    rgba.at(3, 2, 3) = 0;
+    fresco::write_file(view.color, recording.images.encode_png(rgba));
+    fresco::Frame frame = recording.read().frames[1];
+    // Neither no mask nor one of its own shows what is transparent.
+    fresco::write_npy(mask, fresco::Raster8(32, 24, 1, 255));
+    for (const auto& given : {fresco::PictureFile{}, fresco::PictureFile{mask, ""}})
+    {
+        frame.mask = given;
+        CHECK_THROWS_WITH(fresco::load_color(frame, &recording.images),
+                          Contains(view.color.string()) && Contains("transparent pixels") && Contains("scan.recording"));
+    }
+    view.mask = mask;
+    CHECK(fresco::load_mask(recording.read().frames[1]).at(3, 2) == 0);
+    fresco::write_file(view.color, recording.images.encode_png(fresco::Raster8(32, 24, 4, 249)));
+    CHECK(recording.error() == view.color.string() + ": is transparent everywhere; save it without an alpha channel");
+    fresco::write_file(view.color, opaque);
+    view.mask = picture;
+    fresco::write_file(picture, recording.images.encode_png(fresco::Raster8(32, 24, 4, 0)));
     CHECK_THAT(recording.error(), Contains("mask.png: the mask has transparent pixels"));
+    fresco::write_file(picture, recording.images.encode_png(fresco::Raster8(16, 12, 3, 255)));
+    CHECK_THAT(recording.error(), Contains("mask.png: the mask is 16x12; the picture of list.txt:") && Contains("is 32x24"));
 }
 
 TEST_CASE("a panorama gives six frames, with depth and masks, the same for any thread count", "[recordings]")

@@ -37,6 +37,9 @@ struct LayoutUnderTest
     std::function<Value(const Frames& frames, const fs::path& path)> options{};
     double depth_step_m = 0.001;
     bool has_depth_camera = false;  ///< The layout has a depth camera of its own.
+    std::string third{};            ///< Sequence, name and number of the third view.
+    std::size_t mesh_faces = 0;     ///< Zero: the layout writes no mesh.
+    std::size_t files_read = 0;     ///< Zero: not counted.
 };
 
 /// The outputs of scan.recording.

@@ -5,9 +5,6 @@
 #include <fresco/npy.h>
 #include <fresco/uv_maps.h>
 
-#include <cstdio>
-#include <exception>
-
 namespace
 {
 
@@ -30,18 +27,7 @@ void write_all(const std::filesystem::path& folder)
 
 }  // namespace
 
-int main(int argc, char** argv)
+int main(int /*argc*/, char** argv)
 {
-    try
-    {
-        if (argc != 2)
-            throw std::runtime_error("usage: write_uv_maps FOLDER");
-        write_all(argv[1]);
-    }
-    catch (const std::exception& error)
-    {
-        std::fprintf(stderr, "error: %s\n", error.what());
-        return 1;
-    }
-    return 0;
+    write_all(argv[1]);
 }

@@ -50,7 +50,7 @@ struct Responses
     float* maps = nullptr;
     std::uint8_t* masks = nullptr;   ///< 1 where they are positive.
     float* pooled = nullptr;         ///< The largest of 2 x 2 of them: floor(H / 2) x floor(W / 2) x C.
-    std::uint8_t* chosen = nullptr;  ///< Which was the largest, row by row, the first of equal ones; 4: all are 0.
+    std::uint8_t* chosen = nullptr;  ///< The number of the largest, row by row, the first of equal ones; 4: all are 0.
 };
 
 /// Gradients as rows of pixels that may lie in a wider picture.

@@ -9,7 +9,6 @@
 #include <array>
 #include <cmath>
 #include <string>
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -121,51 +120,6 @@ TEST_CASE("Every kernel's convolution is the sum over the window, rectified, for
                 CHECK(largest_difference(out, expected) < accuracy(9 * inputs));
                 CHECK(std::ranges::equal(mask, out, [](int positive, float value) { return positive == (value > 0 ? 1 : 0); }));
             }
-}
-
-TEST_CASE("Tiles that nobody needs are zero, and all others are what they are without the map of needs")
-{
-    // The second has more tiles than are worked on together.
-    for (const auto& [height, width, channels] : {std::tuple{33, 40, 16}, {147, 147, 256}})
-        for (const int beyond : {0, 1})
-        {
-            const MapsShape shape{height, width, channels};
-            const MapsShape result{height + 2 * beyond, width + 2 * beyond, channels};
-            const auto in = random_numbers(shape.size(), 1);
-            const auto bias = random_numbers(static_cast<std::size_t>(channels), 3);
-            const Convolution3x3 convolution(random_numbers(static_cast<std::size_t>(9 * channels * channels), 2), channels,
-                                             channels);
-            std::vector<std::uint8_t> needed(result.pixels(), 0);
-            const auto at = [&](int y, int x) { return static_cast<std::size_t>(y * result.width + x); };
-            needed[at(0, 7)] = needed[at(13, 6)] = 1;
-            needed[at(height / 2, width / 2)] = needed[at(result.height - 1, result.width - 1)] = 1;
-            std::vector<std::uint8_t> mask(result.size(), 7);
-            const auto convolved = [&](const std::uint8_t* map)
-            {
-                std::vector<float> out(result.size(), -1.0F);
-                if (beyond == 0)
-                    convolution.rectified(in.data(), shape, Border::reflect, bias.data(),
-                                          {.maps = out.data(), .masks = mask.data()}, on_threads(2), map);
-                else
-                    convolution.back(everywhere(in, shape), shape, beyond, out.data(), on_threads(2), map);
-                return out;
-            };
-            const auto all = convolved(nullptr);
-            const auto some = convolved(needed.data());
-            std::size_t left_out = 0;
-            for (std::size_t pixel = 0; pixel < result.pixels(); ++pixel)
-            {
-                const auto first = static_cast<std::ptrdiff_t>(pixel) * channels;
-                const auto values = std::vector(some.begin() + first, some.begin() + first + channels);
-                const bool is_zero = values == std::vector<float>(values.size());
-                left_out += is_zero ? 1 : 0;
-                CHECK((values == std::vector(all.begin() + first, all.begin() + first + channels) ||
-                       (is_zero && needed[pixel] == 0)));
-                if (beyond == 0 && is_zero)
-                    CHECK(std::all_of(mask.begin() + first, mask.begin() + first + channels, [](auto v) { return v == 0; }));
-            }
-            CHECK(left_out > result.pixels() / 2);
-        }
 }
 
 TEST_CASE("Every kernel's way back is the sum over the filters turned round")

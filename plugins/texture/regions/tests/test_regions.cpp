@@ -1,7 +1,6 @@
 #include "catch.h"
 #include "compose.h"
 
-#include <fresco/random.h>
 #include <fresco/regions/regions.h>
 #include <fresco/testing.h>
 #include <fresco/testing_scenes.h>
@@ -13,52 +12,6 @@
 
 using namespace fresco;
 using Catch::Contains;
-
-namespace
-{
-
-KnownPicture random_picture(int side, std::uint64_t seed)
-{
-    Random random(seed);
-    KnownPicture picture{RasterF(side, side, 3), testing::picture(
-                                                     side, side, [&](int, int, int) { return random.below(2); }, 1)};
-    for (float& value : picture.rgb.values)
-        value = static_cast<float>(random.uniform() * 1.2 - 0.1);
-    return picture;
-}
-
-}  // namespace
-
-TEST_CASE("compose: every texel is what its region's rule says, kept ones bit for bit")
-{
-    constexpr int side = 24;
-    const KnownPicture photo = random_picture(side, 1);
-    const KnownPicture night = random_picture(side, 2);
-    const KnownPicture waves = random_picture(side, 3);
-    const std::vector<RegionRule> rules{{}, {&night, 0.7F}, {&waves, 1}, {&night, 0}};
-    Random random(4);
-    std::vector<std::uint32_t> regions(photo.is_known.values.size());
-    for (std::uint32_t& region : regions)
-        region = random.below(5) == 0 ? no_region : static_cast<std::uint32_t>(random.below(4));
-    const KnownPicture result = composed(photo, regions, rules);
-    for (std::size_t texel = 0; texel < regions.size(); ++texel)
-    {
-        const auto known = [&](const KnownPicture& picture) { return picture.is_known.values[texel]; };
-        const std::uint32_t region = regions[texel];
-        CHECK(known(result) == (region == no_region ? 0
-                                : region == 1       ? known(photo) * known(night)
-                                : region == 2       ? known(waves)
-                                                    : known(photo)));
-        for (std::size_t i = 3 * texel; i < 3 * texel + 3; ++i)
-        {
-            const float p = photo.rgb.values[i];
-            if (region == 1)
-                CHECK(result.rgb.values[i] == std::min(1.0F, std::max(0.0F, p + 0.7F * (night.rgb.values[i] - p))));
-            else
-                CHECK(result.rgb.values[i] == (region == 2 ? waves.rgb.values[i] : p));
-        }
-    }
-}
 
 TEST_CASE("compose: a texel belongs to its face's region, one beside a chart to that of a neighbor, none beyond")
 {

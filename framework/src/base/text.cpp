@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <boost/algorithm/string/replace.hpp>
+#include <boost/algorithm/string/split.hpp>
 #include <boost/locale/utf.hpp>
 #include <cctype>
 #include <charconv>
@@ -160,12 +161,8 @@ std::optional<std::size_t> first_bad_byte(std::string_view text)
 
 std::vector<std::string> split(std::string_view text, char separator)
 {
-    std::vector<std::string> pieces{""};
-    for (const char c : text)
-        if (c == separator)
-            pieces.emplace_back();
-        else
-            pieces.back() += c;
+    std::vector<std::string> pieces;
+    boost::split(pieces, text, [&](char c) { return c == separator; });
     return pieces;
 }
 

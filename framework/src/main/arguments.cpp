@@ -56,6 +56,12 @@ std::string writing_problem(const std::string& option, const std::filesystem::pa
 
 }  // namespace
 
+const CLI::App* command_named(const CLI::App& app, const std::string& name)
+{
+    const auto found = app.get_subcommands([&](const CLI::App* each) { return each->get_name() == name; });
+    return found.empty() ? nullptr : found.front();
+}
+
 void PipelineArguments::add_to(CLI::App& command)
 {
     command.add_option("pipeline", file, "Pipeline file (YAML); '-' reads standard input")

@@ -36,14 +36,6 @@ struct Place
     Words given;                           ///< Positional words.
 };
 
-const CLI::Option* option_named(const CLI::App& command, const std::string& word)
-{
-    for (const CLI::Option* option : command.get_options())
-        if (option->check_name(word))
-            return option;
-    return nullptr;
-}
-
 /// bash cuts `--set a.b=4` and `--out=a` at the sign of equality.
 Words whole_words(const Words& words)
 {
@@ -65,13 +57,11 @@ Place place_of(const CLI::App& app, const Words& words)
             place.waiting = nullptr;
         else if (words[i].starts_with("-"))
         {
-            const CLI::Option* option = option_named(*place.command, words[i]);
+            const CLI::Option* option = place.command->get_option_no_throw(words[i]);
             place.waiting = option != nullptr && option->get_items_expected_max() > 0 ? option : nullptr;
         }
-        else if (const auto subcommands = place.command->get_subcommands(
-                     [&](const CLI::App* each) { return each->get_name() == words[i] && place.given.empty(); });
-                 !subcommands.empty())
-            place.command = subcommands.front();
+        else if (const CLI::App* below = place.given.empty() ? command_named(*place.command, words[i]) : nullptr)
+            place.command = below;
         else
             place.given.push_back(words[i]);
     return place;
@@ -139,8 +129,7 @@ Words positional(const Place& place)
 Words offered(const CLI::App& app, Words asked, std::size_t current)
 {
     asked.resize(current + 1);
-    if (current > 1 && !asked[1].starts_with("-") &&
-        app.get_subcommands([&](const CLI::App* each) { return each->get_name() == asked[1]; }).empty())
+    if (current > 1 && !asked[1].starts_with("-") && command_named(app, asked[1]) == nullptr)
         return program_completions({asked.begin() + 1, asked.end()});
     const Words words = whole_words(asked);
     const Place place = place_of(app, words);
@@ -149,7 +138,7 @@ Words offered(const CLI::App& app, Words asked, std::size_t current)
     const std::size_t sign = word.find('=');
     const bool with_option = place.waiting == nullptr && word.starts_with("--") && sign != std::string::npos;
     const bool of_setting = place.waiting != nullptr && place.waiting->check_lname("set") && sign != std::string::npos;
-    const CLI::Option* option = with_option ? option_named(*place.command, word.substr(0, sign)) : place.waiting;
+    const CLI::Option* option = with_option ? place.command->get_option_no_throw(word.substr(0, sign)) : place.waiting;
     if (with_option || of_setting)
         word = word.substr(sign + 1);
     Words result;

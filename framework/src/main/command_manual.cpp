@@ -33,8 +33,8 @@ int run(const ReferenceArguments& given)
         return 0;
     }
     const auto differences = reference_differences(pages, given.folder);
-    for (const std::string& line : differences)
-        print_message("error: " + line);
+    for (const auto& [file, difference] : differences)
+        print_message("error: " + (std::filesystem::path(given.folder) / file).string() + ": " + difference);
     if (!differences.empty())
         print_message("regenerate the pages: fresco reference " + given.folder);
     return differences.empty() ? 0 : exit_differs;

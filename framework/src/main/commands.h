@@ -34,6 +34,8 @@ void add_completion_commands(CLI::App& app);
 void add_internal_commands(CLI::App& app, int& exit_code);
 void add_manual_command(CLI::App& app);
 
+/// The command of the name directly below `app`; nullptr: there is none.
+const CLI::App* command_named(const CLI::App& app, const std::string& name);
 /// The commands that are programs of their own, sorted.
 std::vector<std::string> program_commands();
 /// Replaces this process by the program `fresco-NAME` of the command NAME = `words[1]`; returns if there is no such program.

@@ -71,25 +71,6 @@ class FoldedHelp final : public CLI::Formatter
                              : fresco::host::terminal_width(STDOUT_FILENO);
 };
 
-/// Whether the first word is neither a command nor a program; if so, prints that. Becomes the program where it is one.
-bool names_unknown_command(const CLI::App& app, int argc, char** argv)
-{
-    if (argc < 2 || argv[1][0] == '-')
-        return false;
-    std::vector<std::string> names;
-    for (const CLI::App* command : app.get_subcommands([](const CLI::App* each) { return !each->get_name().empty(); }))
-    {
-        if (command->get_name() == argv[1])
-            return false;
-        if (!command->get_group().empty())
-            names.push_back(command->get_name());
-    }
-    fresco::host::run_program_command(argv);
-    std::ranges::copy(fresco::host::program_commands(), std::back_inserter(names));
-    print_message("error: unknown command '" + std::string(argv[1]) + "'" + fresco::suggestion(argv[1], names));
-    return true;
-}
-
 /// Prints what CLI11 refuses, with the nearest word for one that it does not know; or the help, where it was asked for or a
 /// command was left out. The exit code.
 int end_parsing(const CLI::App& app, const CLI::ParseError& error)
@@ -113,15 +94,17 @@ int end_parsing(const CLI::App& app, const CLI::ParseError& error)
             options.push_back("--" + known);
     for (const CLI::App* each : command->get_subcommands([](const CLI::App* known) { return !known->get_group().empty(); }))
         commands.push_back(each->get_name());
+    if (command == &app)
+        std::ranges::copy(fresco::host::program_commands(), std::back_inserter(commands));
     std::string text = error.what();
-    if (const auto option = std::ranges::find_if(unknown, [](const auto& word) { return word.starts_with('-'); });
-        option != unknown.end())
+    if (wants_command && !unknown.front().starts_with('-'))
+        text = "unknown command '" + unknown.front() + "'" + fresco::suggestion(unknown.front(), commands);
+    else if (const auto option = std::ranges::find_if(unknown, [](const auto& word) { return word.starts_with('-'); });
+             option != unknown.end())
     {
         const std::string meant = fresco::nearest(option->substr(0, option->find('=')), options);
         text = "unknown option '" + *option + "'" + (meant.empty() ? "" : " (did you mean '" + meant + "'?)");
     }
-    else if (wants_command)
-        text = "unknown command '" + unknown.front() + "'" + fresco::suggestion(unknown.front(), commands);
     print_message("error: " + text + "\n    " + name + " --help lists what it accepts");
     return exit_usage;
 }
@@ -169,8 +152,11 @@ int run_command_line(int argc, char** argv)
     fresco::host::add_internal_commands(app, exit_code);
     fresco::host::add_manual_command(app);
     app.add_subcommand("version", "Print the version")->callback([] { std::puts(fresco::host::program_version().c_str()); });
-    if (names_unknown_command(app, argc, argv))
-        return exit_usage;
+    if (argc > 1 && argv[1][0] != '-' && fresco::host::command_named(app, argv[1]) == nullptr)
+    {
+        fresco::host::run_program_command(argv);
+        argc = 2;  // Words behind an unknown command, such as --help, are not looked at.
+    }
     try
     {
         app.parse(argc, argv);

@@ -35,23 +35,20 @@ StageGraph graph_of(const std::vector<PipelineStage>& stages)
 /// The stages whose results nobody reads and that write no files, in a pipeline that has others that do.
 ProblemList unread_stages(const Pipeline& pipeline)
 {
-    std::set<std::string> unread;
-    bool writes_files = false;
-    for (const PipelineStage& stage : pipeline.stages)
+    const auto is_sink = [](const PipelineStage& stage)
     {
         const Value::List& outputs = stage.type->declaration.at("outputs").as_list();
         const auto is_files = [](const Value& output) { return output.at("artifact").as_string() == Files::artifact_name; };
-        const bool is_sink = outputs.empty() || std::ranges::any_of(outputs, is_files);
-        writes_files = writes_files || is_sink;
-        if (!is_sink)
-            unread.insert(stage.own_name);
-    }
+        return outputs.empty() || std::ranges::any_of(outputs, is_files);
+    };
+    std::set<std::string> read;
     for (const PipelineStage& stage : pipeline.stages)
         for (const Wire& wire : stage.wires)
-            unread.erase(wire.from_stage.substr(0, wire.from_stage.find('@')));
+            read.insert(wire.from_stage.substr(0, wire.from_stage.find('@')));
+    const bool writes_files = std::ranges::any_of(pipeline.stages, is_sink);
     ProblemList warnings;
     for (const PipelineStage& stage : pipeline.stages)
-        if (writes_files && unread.contains(stage.own_name))
+        if (writes_files && !is_sink(stage) && !read.contains(stage.own_name))
             warnings.add(stage.position,
                          "no stage reads the result of '" + stage.own_name +
                              "': name it as the input of one, or leave it out (--without " + stage.own_name + ")",

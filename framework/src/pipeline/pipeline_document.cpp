@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <fmt/format.h>
 #include <optional>
+#include <ranges>
 
 namespace fresco::host
 {
@@ -22,18 +23,6 @@ struct Layer
     YamlNode base;  ///< Null: none.
     bool has_stages = false;
 };
-
-void check_version(const YamlNode& root, bool complete, ProblemList& problems)
-{
-    const YamlNode::Entry* version = root.find("version");
-    if (!version)
-    {
-        if (complete)
-            problems.add(root, "missing 'version: 1'");
-    }
-    else if (!version->value.is_word("1") && version->value.is_valid())
-        problems.add(version->value, "version must be 1, got " + version->value.summary());
-}
 
 /// Returns the map under `key`, or an empty one. Reports keys that cannot name a `named`.
 YamlNode section(const YamlNode& root, std::string_view key, const std::string& named, ProblemList& problems)
@@ -95,7 +84,11 @@ Layer read_layer(const fs::path& file, const std::vector<PipelineText>& texts, c
     for (const YamlNode::Entry& entry : root.entries)
         if (std::ranges::find(keys, entry.key) == keys.end())
             problems.add(entry, "unknown key '" + entry.key + "'" + suggestion(entry.key, keys));
-    check_version(root, content.complete, problems);
+    const YamlNode::Entry* version = root.find("version");
+    if (!version && content.complete)
+        problems.add(root, "missing 'version: 1'");
+    else if (version && version->value.is_valid() && !version->value.is_word("1"))
+        problems.add(version->value, "version must be 1, got " + version->value.summary());
     content.vars = section(root, "vars", "var", problems);
     content.matrix = section(root, "matrix", "var", problems);
     content.components = section(root, pipeline_components, "kind of component", problems);
@@ -178,25 +171,6 @@ void merge(YamlNode& below, YamlNode above, Level level, ProblemList& problems)
         merge_entry(below, std::move(entry), level, problems);
 }
 
-void merge_vars(YamlNode& below, YamlNode above)
-{
-    for (YamlNode::Entry& entry : above.entries)
-        if (YamlNode::Entry* old = below.find(entry.key))
-            *old = std::move(entry);
-        else
-            below.entries.push_back(std::move(entry));
-}
-
-/// A var that the upper file sets is not an axis any more, unless the file says so.
-void merge_matrix(YamlNode& below, YamlNode above, const YamlNode& vars_above, ProblemList& problems)
-{
-    for (const YamlNode::Entry& var : vars_above.entries)
-        if (!above.find(var.key))
-            below.erase(var.key);
-    for (YamlNode::Entry& entry : above.entries)
-        merge_entry(below, std::move(entry), Level::axes, problems);
-}
-
 /// Brings a base's preview to a file above it. What the base's preview changes in a stage means nothing to another type.
 void merge_preview(PipelineDocument& below, PipelineDocument& above, ProblemList& problems)
 {
@@ -212,20 +186,24 @@ void merge_preview(PipelineDocument& below, PipelineDocument& above, ProblemList
 /// Puts a file above its base.
 void merge_documents(PipelineDocument& below, PipelineDocument above, ProblemList& problems)
 {
-    merge_matrix(below.matrix, std::move(above.matrix), above.vars, problems);
-    merge_vars(below.vars, std::move(above.vars));
+    for (YamlNode::Entry& var : above.vars.entries)
+    {
+        // A var that the upper file sets is not an axis any more, unless the file says so.
+        if (!above.matrix.find(var.key))
+            below.matrix.erase(var.key);
+        if (YamlNode::Entry* old = below.vars.find(var.key))
+            *old = std::move(var);
+        else
+            below.vars.entries.push_back(std::move(var));
+    }
+    for (YamlNode::Entry& axis : above.matrix.entries)
+        merge_entry(below.matrix, std::move(axis), Level::axes, problems);
     merge_preview(below, above, problems);
     if (above.components.is_map())
         merge(below.components, std::move(above.components), Level::config, problems);
     if (above.stages.is_map())
         merge(below.stages, std::move(above.stages), Level::stages, problems);
     below.texts.insert(below.texts.begin(), above.texts.begin(), above.texts.end());
-}
-
-/// The base's name as the user would write it from where the upper file's name counts from.
-std::string shown_beside(const std::string& shown, const std::string& base)
-{
-    return (fs::path(shown).parent_path() / base).lexically_normal().string();
 }
 
 /// The base that `name` names: the file `beside` the upper one, else an installed pipeline. Nothing, and a problem, where there
@@ -256,7 +234,8 @@ void check_preview(const YamlNode& preview, const YamlNode& stages, const std::s
         else if (entry.value.find("type"))
             problems.add(*entry.value.find("type"), "a preview cannot change the type of a stage");
         else if (entry.source == own && !stages.entries.empty() && !stages.find(entry.key))
-            problems.add(entry, "unknown stage '" + entry.key + "'" + problems.hint(entry.key, stages.keys()));
+            problems.add(entry, "unknown stage '" + entry.key + "'" +
+                                    problems.hint(entry.key, std::views::transform(stages.entries, &YamlNode::Entry::key)));
 }
 
 void check_stages(const YamlNode& stages, const YamlNode& vars, ProblemList& problems)
@@ -308,7 +287,9 @@ PipelineDocument read_pipeline_document(const fs::path& file, const std::string&
             complete = false;
             break;
         }
-        name = fs::path(base.text).is_absolute() ? base.text : next == beside ? shown_beside(name, base.text) : next.string();
+        name = fs::path(base.text).is_absolute() ? base.text
+               : next == beside                  ? (fs::path(name).parent_path() / base.text).lexically_normal().string()
+                                                 : next.string();
     }
     if (complete && std::ranges::none_of(layers, &Layer::has_stages))
         problems.add(layers.front().content.stages, "missing stages: a pipeline needs 'stages: {name: {type: …}}'");

@@ -45,49 +45,34 @@ bool can_be_read(const fs::path& path)
     return ::access(path.c_str(), fs::is_directory(path, failure) ? R_OK | X_OK : R_OK) == 0;
 }
 
-/// How an option reads scalars.
-enum class Reading
+bool is_path(OptionKind kind)
 {
-    resolved,    ///< By the rules of YAML.
-    text,        ///< As resolved, but on the command line quotes are the shell's: a number there is text.
-    as_written,  ///< Every scalar is text.
-};
+    return kind == OptionKind::input_file || kind == OptionKind::input_folder || kind == OptionKind::input_path;
+}
 
-Reading reading_of(OptionKind kind)
+/// Words of programs and paths in lists are text whatever they look like.
+bool is_as_written(OptionKind kind)
 {
-    switch (kind)
-    {
-    case OptionKind::text:
-    case OptionKind::input_file:
-    case OptionKind::input_folder:
-    case OptionKind::input_path:
-    case OptionKind::output_name:
-        return Reading::text;
-    case OptionKind::command_line:
-    case OptionKind::input_files:
-        return Reading::as_written;
-    default:
-        return Reading::resolved;
-    }
+    return kind == OptionKind::command_line || kind == OptionKind::input_files;
 }
 
 /// The tree that a node stands for; null for scalars that cannot be read.
-Value plain_value(const YamlNode& node, Reading reading)
+Value plain_value(const YamlNode& node, OptionKind kind)
 {
     if (node.is_list())
-    {
-        return each<Value>(node.items, [&](const YamlNode& item) { return plain_value(item, reading); });
-    }
+        return each<Value>(node.items, [&](const YamlNode& item) { return plain_value(item, kind); });
     if (node.is_map())
     {
         Value::Map map;
         for (const YamlNode::Entry& entry : node.entries)
-            map.emplace_back(entry.key, plain_value(entry.value, reading));
+            map.emplace_back(entry.key, plain_value(entry.value, kind));
         return map;
     }
     if (!node.is_scalar())
         return {};
-    const bool is_text = reading == Reading::as_written || (reading == Reading::text && node.from_command_line());
+    // On the command line quotes are the shell's: a number there is text.
+    const bool takes_text = is_path(kind) || kind == OptionKind::text || kind == OptionKind::output_name;
+    const bool is_text = is_as_written(kind) || (takes_text && node.from_command_line());
     return is_text ? Value(node.text) : resolve_scalar(node).value;
 }
 
@@ -118,7 +103,7 @@ std::string problem_text(const OptionDeclaration& option, const ValueProblem& pr
     const ResolvedScalar resolved = part.is_scalar() ? resolve_scalar(part) : ResolvedScalar{};
     if (!resolved.refusal.empty())
         return resolved.refusal + expected;
-    const bool braces = part.is_map() && reading_of(option.kind) == Reading::as_written;
+    const bool braces = part.is_map() && is_as_written(option.kind);
     return "expected " + problem.expected + ", got " + part.summary() +
            (braces ? " (a word with braces is written in quotes)" : "");
 }
@@ -150,16 +135,10 @@ Value OptionChecker::complete(const KnownType& type, YamlNode config, const std:
                               const std::string& user, OptionUses& uses)
 {
     std::vector<std::string> known = type.declaration->option_names();
+    known.insert(known.end(), taken.begin(), taken.end());
     for (const YamlNode::Entry& entry : config.entries)
-    {
-        const bool is_taken = std::ranges::find(taken, entry.key) != taken.end();
-        if (is_taken || type.declaration->option(entry.key))
-            continue;
-        std::vector<std::string> spellings = known;
-        spellings.insert(spellings.end(), taken.begin(), taken.end());
-        problems_.add(entry, user + " has no option '" + entry.key + "'" +
-                                 (known.empty() ? ": it has none" : suggestion(entry.key, spellings)));
-    }
+        if (std::ranges::find(known, entry.key) == known.end())
+            problems_.add(entry, user + " has no option '" + entry.key + "'" + suggestion(entry.key, known));
     expand_auto(*type.declaration, config);
     Value result = Value::Map{};
     for (const OptionDeclaration& option : type.declaration->options)
@@ -177,7 +156,7 @@ Value OptionChecker::complete(const KnownType& type, YamlNode config, const std:
                                       (option.help.empty() ? "" : " (" + option.help + ")"));
             continue;
         }
-        if (!written && (option.default_value.is_null() || !is_needed(option, *type.declaration, result)))
+        if (!written && option.default_value.is_null())
             continue;
         YamlNode node = written ? written->value : yaml_from_value(option.default_value, config);
         if (!option.chosen_by.empty())
@@ -315,13 +294,11 @@ Value OptionChecker::complete_component(std::string_view kind, const YamlNode& c
 
 Value value_of(const OptionDeclaration& option, const YamlNode& node, const std::string& user, ProblemList& problems)
 {
-    CheckedValue checked = check_value(option, plain_value(node, reading_of(option.kind)));
+    CheckedValue checked = check_value(option, plain_value(node, option.kind));
     for (const ValueProblem& problem : checked.problems)
         if (const YamlNode& part = part_of(node, problem.place); part.is_valid())
             problems.add(part, user + ": option '" + option.name + "': " + problem_text(option, problem, part));
-    const bool is_path =
-        option.kind == OptionKind::input_file || option.kind == OptionKind::input_folder || option.kind == OptionKind::input_path;
-    if (is_path && checked.value.is_string() && !checked.value.as_string().empty())
+    if (is_path(option.kind) && checked.value.is_string() && !checked.value.as_string().empty())
         return (node.path_base() / checked.value.as_string()).lexically_normal().string();
     return std::move(checked.value);
 }

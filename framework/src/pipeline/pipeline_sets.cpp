@@ -123,7 +123,7 @@ Settings::Settings(const std::vector<std::pair<std::string, std::string>>& sets,
             continue;
         }
         Path path = split(name, '.');
-        if (std::ranges::find(path, "") != path.end())
+        if (std::ranges::find(path, "") != path.end() || path.size() > yaml_depth_limit)
         {
             problems.add({shown, 0, 0}, "expected NAME=VALUE or STAGE.OPTION=VALUE");
             continue;

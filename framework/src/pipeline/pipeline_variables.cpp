@@ -104,8 +104,7 @@ const YamlNode* Variables::value_of(const std::string& name, const YamlNode& use
     const auto found = vars_.find(name);
     if (found == vars_.end())
     {
-        const auto names = std::views::keys(vars_);
-        problems_.add(use, "unknown var '" + name + "'" + problems_.hint(name, {names.begin(), names.end()}));
+        problems_.add(use, "unknown var '" + name + "'" + problems_.hint(name, std::views::keys(vars_)));
         return nullptr;
     }
     Var& var = found->second;

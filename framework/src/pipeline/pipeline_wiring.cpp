@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <ranges>
 #include <set>
 
 namespace fresco::host
@@ -97,13 +98,11 @@ bool append_named_inputs(StageDraft& stage, TypeDescription& type, const OptionD
     {
         if (part != other_parts)
             stage.part_uses.push_back({part, option.name, option.rule->parts_of, at(part)});
-        if (const std::string& name = rule.at(option.rule->input).as_string(); stage.type.declaration->input(name))
-            problems.add(at(part), stage.title() + ": option '" + option.name + "': '" + name +
-                                       "' is another input of the stage; expected " + option.rule->word + ", or a " +
-                                       option.rule->input + " of another name");
-        else if (wired && wired->value.is_map() && std::ranges::find(words, name) == words.end())
+        const std::string& name = rule.at(option.rule->input).as_string();
+        const bool is_wired = !wired || !wired->value.is_map() || std::ranges::find(words, name) != words.end();
+        if (stage.type.declaration->input(name) || !is_wired)
             problems.add(at(part), stage.title() + ": option '" + option.name + "': 'input' has no " + option.rule->input + " '" +
-                                       name + "'" + suggestion(name, words));
+                                       name + "' for it" + suggestion(name, words));
     }
     Value ports = Value::Map{};
     for (const std::string& name : option.inputs_named(rules))
@@ -189,7 +188,7 @@ class Wiring
                           stage.title() + " reads it: leave that out, too (--without " + stage.name + "), or set its input");
         else
             report(stage, node,
-                   ": unknown stage '" + name + "'" + problems_.hint(name, each(stages_, &StageDraft::name)) +
+                   ": unknown stage '" + name + "'" + problems_.hint(name, std::views::transform(stages_, &StageDraft::name)) +
                        (looks_like_path(node.text) ? "; a file is written {file: " + node.text + "}" : ""));
     }
 

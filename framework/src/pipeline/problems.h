@@ -22,9 +22,10 @@ class ProblemList
     std::size_t size() const { return problems_.size(); }
     /// Only the first mistakes of a file get hints: a hint compares a name with all others of the file.
     bool takes_hints() const { return problems_.size() < 200; }
-    std::string hint(const std::string& name, const std::vector<std::string>& known) const
+    template <class Names>
+    std::string hint(const std::string& name, const Names& known) const
     {
-        return takes_hints() ? suggestion(name, known) : "";
+        return takes_hints() ? suggestion(name, {known.begin(), known.end()}) : "";
     }
     /// In the order of the files, lines and columns; equal ones once.
     std::vector<Problem> sorted() const;

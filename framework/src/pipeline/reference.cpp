@@ -18,7 +18,6 @@ namespace
 
 /// The first line of every page: how a page is told from other files.
 constexpr std::string_view written_by = "<!-- Written by 'fresco reference' -->\n";
-constexpr const char* contents = "README.md";
 
 /// Text in a cell of a table.
 std::string cell(const std::string& text)
@@ -161,32 +160,11 @@ bool is_page(const fs::path& file)
     return file.extension() == ".md" && fs::is_regular_file(file) && read_text_file(file).starts_with(written_by);
 }
 
-/// The files in which the folder differs from the pages, each with its page; nullptr: of a page of no type.
-std::vector<std::pair<fs::path, const ReferencePage*>> differing(const std::vector<ReferencePage>& pages, const fs::path& folder)
-{
-    std::set<std::string> others;
-    std::error_code ignored;
-    for (const auto& entry : fs::directory_iterator(folder, ignored))
-        if (is_page(entry.path()))
-            others.insert(entry.path().filename().string());
-    std::vector<std::pair<fs::path, const ReferencePage*>> result;
-    for (const ReferencePage& page : pages)
-    {
-        others.erase(page.file);
-        const fs::path file = folder / page.file;
-        if (!is_page(file) || read_text_file(file) != page.text)
-            result.emplace_back(file, &page);
-    }
-    for (const std::string& file : others)
-        result.emplace_back(folder / file, nullptr);
-    return result;
-}
-
 }  // namespace
 
-std::vector<ReferencePage> reference_pages(const Catalog& catalog)
+ReferencePages reference_pages(const Catalog& catalog)
 {
-    std::vector<ReferencePage> pages;
+    ReferencePages pages;
     const TypeTable types(catalog);
     std::map<std::string, Users> artifacts;
     for (const TypeDescription* type : catalog.types())
@@ -198,39 +176,41 @@ std::vector<ReferencePage> reference_pages(const Catalog& catalog)
             artifacts[port.artifact].makers.insert(type->type);
         if (!declaration.artifact.empty())
             artifacts[declaration.artifact].makers.insert(type->type);
-        pages.push_back({type->type + ".md", page_text(*type, declaration, types)});
+        pages[type->type + ".md"] = page_text(*type, declaration, types);
     }
-    pages.push_back({contents, contents_text(catalog, artifacts)});
+    pages["README.md"] = contents_text(catalog, artifacts);
     return pages;
 }
 
-std::vector<std::string> write_reference(const std::vector<ReferencePage>& pages, const fs::path& folder)
+std::vector<std::string> write_reference(const ReferencePages& pages, const fs::path& folder)
 {
     std::vector<std::string> changed;
     fs::create_directories(folder);
-    for (const auto& [file, page] : differing(pages, folder))
+    for (const auto& [name, difference] : reference_differences(pages, folder))
     {
-        if (page && fs::exists(file) && !is_page(file))
+        const fs::path file = folder / name;
+        if (fs::exists(file) && !is_page(file))
             throw Error(file.string() + ": exists and is not a page of the reference; move it away");
-        if (page)
-            write_file(file, page->text);
+        if (const auto page = pages.find(name); page != pages.end())
+            write_file(file, page->second);
         else
             fs::remove(file);
-        changed.push_back(file.filename().string());
+        changed.push_back(name);
     }
     return changed;
 }
 
-std::vector<std::string> reference_differences(const std::vector<ReferencePage>& pages, const fs::path& folder)
+ReferencePages reference_differences(const ReferencePages& pages, const fs::path& folder)
 {
-    return each(differing(pages, folder),
-                [](const auto& difference)
-                {
-                    const auto& [file, page] = difference;
-                    return file.string() + (!page               ? ": no plugin has this type"
-                                            : !fs::exists(file) ? ": is missing"
-                                                                : ": is not what the plugin declares");
-                });
+    ReferencePages differences;
+    std::error_code ignored;
+    for (const auto& entry : fs::directory_iterator(folder, ignored))
+        if (const std::string name = entry.path().filename(); !pages.contains(name) && is_page(entry.path()))
+            differences[name] = "no plugin has this type";
+    for (const auto& [name, text] : pages)
+        if (const fs::path file = folder / name; !is_page(file) || read_text_file(file) != text)
+            differences[name] = fs::exists(file) ? "is not what the plugin declares" : "is missing";
+    return differences;
 }
 
 }  // namespace fresco::host

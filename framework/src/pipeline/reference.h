@@ -3,6 +3,7 @@
 #include "plugins/catalog.h"
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -11,24 +12,21 @@
 namespace fresco::host
 {
 
-/// A page of Markdown.
-struct ReferencePage
-{
-    std::string file;  ///< TYPE.md, or README.md: the table of contents.
-    std::string text;
-};
+/// Pages of Markdown by their files: TYPE.md, and README.md, the table of contents.
+using ReferencePages = std::map<std::string, std::string>;
 
 /// One page for each type that can be used, and the table of contents: types by kind, and which artifact who makes and takes.
 /// The text depends only on the declarations, not on where libraries are. Throws Error if a declaration is malformed.
-std::vector<ReferencePage> reference_pages(const Catalog& catalog);
+ReferencePages reference_pages(const Catalog& catalog);
 
 /// Writes the pages into `folder`, which is made where it is missing, and removes pages that an earlier call wrote for types that
 /// are gone; other files are left alone. Pages that are the same already are not touched. Returns the names of those that were
 /// written or removed.
 /// Throws Error naming the file that cannot be written.
-std::vector<std::string> write_reference(const std::vector<ReferencePage>& pages, const std::filesystem::path& folder);
+std::vector<std::string> write_reference(const ReferencePages& pages, const std::filesystem::path& folder);
 
-/// One line for each page in `folder` that is missing, is not as write_reference would write it, or is of no type.
-std::vector<std::string> reference_differences(const std::vector<ReferencePage>& pages, const std::filesystem::path& folder);
+/// The files in `folder` that are missing, are not as write_reference would write them, or are of no type; each with which of
+/// that.
+ReferencePages reference_differences(const ReferencePages& pages, const std::filesystem::path& folder);
 
 }  // namespace fresco::host

@@ -253,7 +253,8 @@ class SchemaWriter
     {
         Value properties = Map{{"type", Map{{"const", type.type}}}};
         List required{"type"};
-        const bool own_ports = std::ranges::any_of(declaration.options, &OptionDeclaration::is_ports);
+        const bool own_ports = std::ranges::any_of(declaration.options, [](const OptionDeclaration& option)
+                                                   { return option.is_ports() || option.kind == OptionKind::rules; });
         if (own_ports)
             properties.set("input", Map{{"type", List{"string", "object"}}});
         else if (type.kind == "stage" && !declaration.inputs.empty())

@@ -402,12 +402,7 @@ YamlNode yaml_from_value(const Value& value, const YamlNode& place)
     {
         node.kind = YamlNode::Kind::scalar;
         node.plain = !value.is_string();
-        if (value.is_string())
-            node.text = value.as_string();
-        else if (value.is_bool())
-            node.text = value.as_bool() ? "true" : "false";
-        else
-            node.text = value.is_int() ? std::to_string(value.as_int()) : number_text(value.as_double());
+        node.text = value.is_string() ? value.as_string() : to_json(value);
     }
     return node;
 }

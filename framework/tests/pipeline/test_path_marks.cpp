@@ -101,8 +101,6 @@ TEST_CASE("where no component fits, or several, each is listed with what it look
     CHECK(problem("path: two, form: form.shots") == at + "form.shots does not fit '" + root +
                                                         "/two'; form.lists and form.model do\n  form.shots looks for "
                                                         "shots.json");
-    CHECK_THAT(problem("path: bad.pack, form: form.lists"),
-               Contains("form.lists does not fit '" + root + "/bad.pack'; form.pack does"));
     // Only what is wrong is reported.
     CHECK(problem("path: nowhere") == at + "no such folder or file '" + root + "/nowhere'");
     CHECK_THAT(problem("path: two, form: form.other"), Contains("unknown type 'form.other'"));
@@ -119,12 +117,4 @@ TEST_CASE("each combination of a matrix has the component of its own path", "[pi
     REQUIRE(result.problems.empty());
     CHECK_THAT(options_of(result, "scan@a"), Contains("form.shots"));
     CHECK(types_by_marks(*result.pipeline.find("scan@b")) == std::map<std::string, std::string>{{"form", "form.told"}});
-}
-
-TEST_CASE("marks are described as they are declared", "[pipeline]")
-{
-    const Marks marks{.contains = {"a|b"}, .formats = {fresco::json_format()}, .before = {"*"}};
-    CHECK(Marks::from(marks.describe()).describe() == marks.describe());
-    CHECK(marks_text(marks) == "a or b, or .json files");
-    CHECK(marks_text({}).empty());
 }

@@ -136,15 +136,6 @@ TEST_CASE("A component that the pipeline chooses is checked once, used or not", 
     CHECK(check({}, unused, catalog).exit_code() == 2);
 }
 
-TEST_CASE("A var is checked whether it is used or not", "[pipeline]")
-{
-    const auto found = lines(check({}, "version: 1\nvars:\n  a: x\n  b: \"${nope}\"\n  c: \"${d}\"\n  d: \"${c}\"\n"
-                                       "stages:\n  s: {type: mesh.two}\n"));
-    REQUIRE(found.size() == 2);
-    CHECK_THAT(found[0], Contains("p.yaml:4:6: error: unknown var 'nope'"));
-    CHECK_THAT(found[1], Contains("cycle of vars: c → d → c"));
-}
-
 TEST_CASE("Two stages do not write one file", "[pipeline]")
 {
     const auto writing = [](const std::string& preview, const std::string& one, const std::string& other)
@@ -197,7 +188,7 @@ TEST_CASE("What is missing, and which plugin fails, leads to its own exit code",
     }
 }
 
-TEST_CASE("A file that is not a pipeline is one clear problem", "[pipeline]")
+TEST_CASE("A file that is not a pipeline is one clear problem, as is a bad var, used or not", "[pipeline]")
 {
     for (const auto& [text, problem] : std::vector<std::pair<std::string, std::string>>{
              {"", "p.yaml:1:1: error: the file is empty"},
@@ -207,6 +198,9 @@ TEST_CASE("A file that is not a pipeline is one clear problem", "[pipeline]")
              {"version: 1\nstages: []\n", "p.yaml:2:9: error: 'stages' must be a map"},
              {"stages: {a: {type: mesh.two}}\n", "p.yaml:1:1: error: missing 'version: 1'"},
              {"version: 1\nstages: {a: {type: mesh.two}}\n---\n", "p.yaml:3:1: error: a second document"},
+             {"version: 1\nvars: {b: '${nope}'}\nstages: {s: {type: mesh.two}}\n", "p.yaml:2:11: error: unknown var 'nope'"},
+             {"version: 1\nvars: {c: '${d}', d: '${c}'}\nstages: {s: {type: mesh.two}}\n",
+              "p.yaml:2:22: error: cycle of vars: c → d → c"},
              {std::string(yaml_size_limit + 1, '#'), "p.yaml: error: "}})
         CHECK_THAT(joined_lines(check({}, text)), StartsWith(problem) && !Contains(" | "));
     const TemporaryFolder folder;

@@ -47,7 +47,8 @@ template <class T>
 constexpr bool has_members = std::is_same_v<T, OptionDeclaration> || std::is_same_v<T, AutoRule> || std::is_same_v<T, RuleForm> ||
                              std::is_same_v<T, FileFormat> || std::is_same_v<T, Marks>;
 
-/// Calls visit(key, member) for each member, in the order of descriptions. Of an option, for what is left out unless it is said.
+/// Calls visit(key, member) for each member, in the order of descriptions; for an option, only for those that its description
+/// leaves out at their defaults.
 template <class T, class Visit>
 void visit_members(T& it, const Visit& visit)
 {

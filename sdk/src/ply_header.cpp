@@ -319,27 +319,29 @@ class LayoutReader
     {
         for (const auto& property : layout_.face->properties)
         {
+            const auto need = [&](bool fits, const char* what)
+            {
+                if (!fits)
+                    fail("the face property " + in_quotes(property.name) + " must be " + what);
+            };
             if (is_index_list(*layout_.face, property))
             {
                 if (layout_.indices != nullptr)
                     fail("element 'face' has both vertex_indices and vertex_index");
-                if (!is_integer(property.type))
-                    fail("the face property " + in_quotes(property.name) + " must be a list of an integer type");
+                need(is_integer(property.type), "a list of an integer type");
                 layout_.indices = &property;
             }
             else if (property.name == "texcoord")
             {
-                if (!property.is_list || is_integer(property.type))
-                    fail("the face property 'texcoord' must be a list of float or double");
+                need(property.is_list && !is_integer(property.type), "a list of float or double");
                 layout_.texcoord = &property;
             }
             else if (property.name == "chart")
             {
-                if (property.is_list || !is_integer(property.type))
-                    fail("the face property 'chart' must be of an integer type");
+                need(is_number(&property), "of an integer type");
                 layout_.chart = &property;
             }
-            else if (property.name == "texnumber" && !property.is_list && is_integer(property.type))
+            else if (property.name == "texnumber" && is_number(&property))
                 layout_.picture = &property;
         }
         if (layout_.indices == nullptr)

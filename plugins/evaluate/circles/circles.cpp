@@ -160,13 +160,6 @@ std::optional<Vec3d> surface_point(const Camera& camera, const DepthAt& depth_at
     return camera.world_from_camera.translation + camera.ray(pixel.x, pixel.y) * *depth;
 }
 
-std::optional<Circle::World> world_of(double a, double b)
-{
-    if (a <= 0 || b <= 0)
-        return std::nullopt;
-    return Circle::World{(a + b) / 2, std::max(a / b, b / a)};
-}
-
 std::optional<Circle> circle_of(const Ellipse& ellipse, const Camera& camera, const DepthAt& depth_at)
 {
     const auto depth = depth_at(ellipse.center);
@@ -186,8 +179,8 @@ std::optional<Circle> circle_of(const Ellipse& ellipse, const Camera& camera, co
     Circle circle{ellipse, *depth, std::nullopt};
     const auto a = half_length(ellipse.half_axis_1);
     const auto b = half_length(ellipse.half_axis_2);
-    if (a && b)
-        circle.world = world_of(*a, *b);
+    if (a && b && *a > 0 && *b > 0)
+        circle.world = Circle::World{(*a + *b) / 2, std::max(*a / *b, *b / *a)};
     return circle;
 }
 

@@ -69,23 +69,6 @@ double index_of(double coordinate)
     return std::abs(index - nearest) < snap_px ? nearest : index;
 }
 
-/// Indices within [0, size - 1]; what has no share is not looked at.
-Lookup lookup_at(double x, double y)
-{
-    Lookup lookup{numerics::between(x), numerics::between(y)};
-    for (auto* axis : {&lookup.x, &lookup.y})
-        if (axis->share == 0)
-            axis->second = axis->first;
-    return lookup;
-}
-
-template <class Accept>
-bool all_pixels(const Lookup& lookup, const Accept& accept)
-{
-    const auto& [x, y] = lookup;
-    return accept(x.first, y.first) && accept(x.second, y.first) && accept(x.first, y.second) && accept(x.second, y.second);
-}
-
 std::optional<Lookup> match_of(const ViewSurface& target, Vec3d seen)
 {
     const int width = target.depth.width;
@@ -94,12 +77,16 @@ std::optional<Lookup> match_of(const ViewSurface& target, Vec3d seen)
     const double y = index_of(seen.y);
     if (!(x >= 0 && x <= width - 1 && y >= 0 && y <= height - 1))
         return std::nullopt;
-    const Lookup lookup = lookup_at(x, y);
+    // Pixels without a share are not looked at.
+    Lookup lookup{numerics::between(x), numerics::between(y)};
+    for (auto* axis : {&lookup.x, &lookup.y})
+        if (axis->share == 0)
+            axis->second = axis->first;
     const double tolerance = 0.02 * seen.z + 0.01;
-    const auto agrees = [&](int px, int py)
-    { return target.inner.at(px, py) != 0 && std::abs(seen.z - double{target.depth.at(px, py)}) <= tolerance; };
-    if (!all_pixels(lookup, agrees))
-        return std::nullopt;
+    for (const int py : {lookup.y.first, lookup.y.second})
+        for (const int px : {lookup.x.first, lookup.x.second})
+            if (target.inner.at(px, py) == 0 || !(std::abs(seen.z - double{target.depth.at(px, py)}) <= tolerance))
+                return std::nullopt;
     return lookup;
 }
 
@@ -200,15 +187,6 @@ double level_of(double texels)
     return texels > 1 ? std::log2(texels) : 0;
 }
 
-/// Intersection of the camera's ray to the point with the triangle's plane.
-raycast::Hit hit_at(const Mesh& mesh, std::uint32_t triangle, Vec3d point, const Camera& camera)
-{
-    raycast::Hit hit{triangle, true, 0, {1.0 / 3, 1.0 / 3, 1.0 / 3}};  // A triangle without area: any of its points.
-    const Vec3d origin = camera.world_from_camera.translation;
-    raycast::meet_plane(raycast::corners(mesh, triangle), origin, point - origin, hit.distance, hit.weights);
-    return hit;
-}
-
 /// Picture of a low-passed surface by a view's camera, RGB; drawn only where `wanted`, black elsewhere.
 Raster8 drawn(const ViewSurface& view, const Camera& other, const Raster8& wanted, const SurfacePaint& paint,
               const Progress& progress)
@@ -270,7 +248,10 @@ SurfacePaint texture_paint(const TexturedMesh& textured, const rendering::Lights
             lighting = rendering::Lighting(textured.mesh, lights)](std::uint32_t triangle, Vec3d point, const Camera& a,
                                                                    const Camera& b)
     {
-        const raycast::Hit hit = hit_at(mesh, triangle, point, a);
+        // Where the camera's ray to the point meets the triangle's plane; any point of a triangle without area.
+        raycast::Hit hit{triangle, true, 0, {1.0 / 3, 1.0 / 3, 1.0 / 3}};
+        const Vec3d origin = a.world_from_camera.translation;
+        raycast::meet_plane(raycast::corners(mesh, triangle), origin, point - origin, hit.distance, hit.weights);
         const Vec2d uv = raycast::texcoord(mesh, hit);
         const auto texels = [&](const Camera& camera)
         {

@@ -105,20 +105,6 @@ struct RowFigures
     double largest_m = 0;
 };
 
-void add_figures(const std::vector<RowFigures>& rows, ModelTexture& texture)
-{
-    double sum = 0;
-    for (const RowFigures& row : rows)
-    {
-        texture.chart_texels += row.chart_texels;
-        texture.far_texels += row.far_texels;
-        texture.largest_distance_m = std::max(texture.largest_distance_m, row.largest_m);
-        sum += row.distances_m;
-    }
-    if (texture.chart_texels > texture.far_texels)
-        texture.mean_distance_m = sum / static_cast<double>(texture.chart_texels - texture.far_texels);
-}
-
 }  // namespace
 
 ModelTexture transfer_colors(const fresco::Model& model, const ModelColors& colors, const Mesh& atlas, const TransferRules& rules,
@@ -155,7 +141,16 @@ ModelTexture transfer_colors(const fresco::Model& model, const ModelColors& colo
                              }
                              progress.progress(static_cast<double>(done += end - begin), static_cast<double>(size), "rows");
                          });
-    add_figures(figures, texture);
+    double sum = 0;
+    for (const RowFigures& row : figures)
+    {
+        texture.chart_texels += row.chart_texels;
+        texture.far_texels += row.far_texels;
+        texture.largest_distance_m = std::max(texture.largest_distance_m, row.largest_m);
+        sum += row.distances_m;
+    }
+    if (texture.chart_texels > texture.far_texels)
+        texture.mean_distance_m = sum / static_cast<double>(texture.chart_texels - texture.far_texels);
     fresco::push_pull(texture.picture, texture.seen);
     return texture;
 }

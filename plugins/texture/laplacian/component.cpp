@@ -1,18 +1,54 @@
-#include "laplacian_layers.h"
-
 #include <fresco/error.h>
 #include <fresco/layered_texture/layered_texture.h>
 #include <fresco/option.h>
+#include <fresco/parallel.h>
 #include <fresco/plugin.h>
 #include <fresco/stage.h>
+#include <fresco/texture.h>
 
 #include <ATen/Parallel.h>
 
+#include <array>
 #include <fmt/format.h>
 #include <string>
+#include <vector>
 
 namespace
 {
+
+/// Subtracts from `target` the lookup of `coarse` at the centers of target's texels.
+void subtract_lookup(fresco::RasterF& target, const fresco::RasterF& coarse)
+{
+    const auto size = static_cast<float>(target.width);
+    fresco::parallel_for(static_cast<std::size_t>(target.height), 16, at::get_num_threads(),
+                         [&](std::size_t begin, std::size_t end)
+                         {
+                             std::array<float, 4> value{};
+                             for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y)
+                                 for (int x = 0; x < target.width; ++x)
+                                 {
+                                     fresco::sample_bilinear(coarse, (static_cast<float>(x) + 0.5F) / size,
+                                                             1 - (static_cast<float>(y) + 0.5F) / size, value.data());
+                                     for (int c = 0; c < target.channels; ++c)
+                                         target.at(x, y, c) -= value[static_cast<std::size_t>(c)];
+                                 }
+                         });
+}
+
+/// Splits an S x S x C picture into `count` layers of size S / 2^i, finest first: each coarse layer holds what the ones below it
+/// lack of the area-averaged picture, and the finest the residual, so that the sum of bilinear lookups at the finest texel
+/// centers is the picture to rounding (Burt and Adelson, "The Laplacian pyramid as a compact image code", 1983). S must be
+/// divisible by 2^(count-1). The result does not depend on the threads.
+std::vector<fresco::RasterF> laplacian_layers(const fresco::RasterF& picture, int count)
+{
+    std::vector<fresco::RasterF> layers{picture};
+    for (int i = 1; i < count; ++i)
+        layers.push_back(fresco::resized(layers.back(), layers.back().width / 2, layers.back().height / 2));
+    for (std::size_t i = layers.size() - 1; i-- > 0;)
+        for (std::size_t coarser = layers.size() - 1; coarser > i; --coarser)
+            subtract_lookup(layers[i], layers[coarser]);
+    return layers;
+}
 
 class TextureLaplacian final : public fresco::LayeredTexture
 {
@@ -50,7 +86,7 @@ class TextureLaplacian final : public fresco::LayeredTexture
         check_picture(picture);
         if (*lookup == "corners")
             throw fresco::Error("option \"lookup\": corners needs a texture that starts with zeros; set init: zeros");
-        set_layers(fresco::laplacian::laplacian_layers(picture, *layers_count, at::get_num_threads()));
+        set_layers(laplacian_layers(picture, *layers_count));
     }
 };
 

@@ -32,17 +32,12 @@ class TextureRelief final : public Stage
     Option<double> stroke_cm{this, "stroke_cm", 3.5, range(0.1, 1000),
                              "Width of brush strokes on the surface, as at texture.synthesize: what is wider is no relief"};
 
-    void check() const
+    void run(RunContext& run) override
     {
         texturing::check_textured_mesh(*textured_mesh, "the mesh on port 'textured_mesh'");
         if (source.has_value() != style.has_value())
             throw Error(source.has_value() ? "port 'source' needs port 'style': wire the picture that the room was painted from"
                                            : "port 'style' is used only with port 'source': wire texture.synthesize's 'source'");
-    }
-
-    void run(RunContext& run) override
-    {
-        check();
         const Mesh& mesh = textured_mesh->mesh;
         Raster8 copied;
         if (source.has_value())

@@ -1,4 +1,3 @@
-#include "laplacian_layers.h"
 #include "texture_samples.h"
 
 #include <fresco/error.h>

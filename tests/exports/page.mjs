@@ -1,5 +1,5 @@
-// page.mjs CHROMIUM WITH_FRAMES.html WITHOUT.html RELIEF.html: the pages of export.page as visitors use them, with a mouse on a screen and with fingers on a
-// phone: the room is there at once, one walks and stays inside, turns it, moves its lamp, and nothing is fetched.
+// page.mjs CHROMIUM WITH_FRAMES.html WITHOUT.html RELIEF.html: the pages of export.page as visitors use them, with a mouse on a screen and
+// with fingers on a phone: the room is there at once, one walks and stays inside, turns it, moves its lamp, and nothing is fetched.
 import assert from "node:assert/strict";
 import { Browser, urlOf, webgl } from "../browser/browser.mjs";
 

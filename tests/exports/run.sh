@@ -32,7 +32,6 @@ stages:
   page_bare: {type: export.page, input: bake, path: bare.html, up: z}
 YAML
 "$fresco" run "$work/room.yaml" --store "$work/store" --out "$work/out"
-ls -l "$work/out" "$work/out/obj"
 
 cp "$source"/tests/gltf_validator/* "$work/"
 (cd "$work" && npm install --no-audit --no-fund --loglevel=error && node validate.mjs out/*.glb)

@@ -2,7 +2,8 @@
 # one_step.sh FRESCO PIPELINES: the first step of the presets of the paper and of the released code, computed once more with PyTorch.
 source "$(dirname "$0")/../program_test.sh"
 fresco=$1 pipelines=$2
-python=$(python_with numpy, zstandard, cv2, torch) || { skip "a step of the optimization computed once more: no python3 with numpy, zstandard, OpenCV and PyTorch"; exit 0; }
+python=$(python_with numpy, zstandard, cv2, torch) ||
+    { skip "a step of the optimization computed once more: no python3 with numpy, zstandard, OpenCV and PyTorch"; exit 0; }
 export PYTHONPATH=$pipelines/../sdk/python PYTHONDONTWRITEBYTECODE=1
 
 "$python" "$(dirname "$0")/random_vgg19.py" "$work/vgg19.safetensors" raw

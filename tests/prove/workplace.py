@@ -79,7 +79,7 @@ class Ended:
 
     def __init__(self, code, out, err, seconds):
         self.code, self.out, self.err, self.seconds = code, out, err, seconds
-        self.stages, self.files = {}, []
+        self.stages = {}
         for line in out.splitlines():
             try:
                 event = json.loads(line)
@@ -87,7 +87,6 @@ class Ended:
                 continue
             if isinstance(event, dict) and event.get("event") == "summary":
                 self.stages = {stage["stage"]: stage for stage in event["stages"]}
-                self.files = [pathlib.Path(file["path"]) for file in event["files"]]
 
     def in_state(self, state):
         return {name for name, stage in self.stages.items() if stage["state"] == state}
@@ -103,7 +102,7 @@ class Ended:
 class Workplace:
     """bin/fresco, lib/ with its library, plugins/ with copies of the named ones, work/ as the working folder."""
 
-    def __init__(self, fresco, plugins, own=(), parent=None):
+    def __init__(self, fresco, plugins, parent=None):
         self.root = pathlib.Path(tempfile.mkdtemp(prefix="fresco-prove-", dir=parent)).resolve()
         self.work, self.plugins = self.root / "work", self.root / "plugins"
         for folder in ("bin", "lib", "plugins", "work", "home", "tmp"):
@@ -114,8 +113,6 @@ class Workplace:
         for name in plugins:
             for file in (pathlib.Path(name), pathlib.Path(name).with_suffix(".json")):
                 shutil.copy2(file, self.plugins / file.name)
-        for name in own:
-            shutil.copy2(name, self.root / "lib" / pathlib.Path(name).name)
         self.environment = {"PATH": os.environ["PATH"], "HOME": str(self.root / "home"), "XDG_DATA_HOME": str(self.root / "home/data"),
                             "TMPDIR": str(self.root / "tmp"), "LC_ALL": "C.UTF-8",
                             "FRESCO_PLUGIN_PATH": str(self.plugins)}

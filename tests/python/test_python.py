@@ -92,7 +92,8 @@ class Runs(unittest.TestCase):
         self.assertEqual(raised.exception.exit_code, exit_code)
 
     def test_what_is_wrong_with_a_pipeline(self):
-        self.refused(2, "^error: stage 'scan': unknown type 'scan.recordings' .did you mean", fresco.check, {"stages": {"scan": {"type": "scan.recordings"}}})
+        wrong = {"stages": {"scan": {"type": "scan.recordings"}}}
+        self.refused(2, "^error: stage 'scan': unknown type 'scan.recordings' .did you mean", fresco.check, wrong)
         self.refused(3, "nothing.yaml", fresco.run, "nothing.yaml")
         fails = {"type": "command", "run": ["sh", "-c", "exit 7", "{t}"], "outputs": {"t": "table"}}
         self.refused(1, "(?s)fail.*exit code 7", fresco.run, {"stages": {"fail": fails}}, out="failed")

@@ -1,5 +1,5 @@
-// look.mjs CHROMIUM REPORT.html SWEEP.html: the page of a run as somebody sees it who opens it: the room is drawn and turns, the slider moves, nothing is
-// fetched, no complaints.
+// look.mjs CHROMIUM REPORT.html SWEEP.html: the page of a run as somebody sees it who opens it: the room is drawn and turns, the slider
+// moves, nothing is fetched, no complaints.
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { dirname } from "node:path";

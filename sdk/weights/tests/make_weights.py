@@ -128,7 +128,8 @@ def number(i):
 def state(rebuild=REBUILD_V2, kind="FloatStorage"):
     weight = Storage(KINDS[kind], "94001", [number(i) for i in range(64 * 3 * 3 * 3)])
     bias = Storage(KINDS[kind], "94002", [number(i + 7) for i in range(100)])
-    return collections.OrderedDict([("features.0.weight", tensor(weight, 0, (64, 3, 3, 3), rebuild)), ("features.0.bias", tensor(bias, 5, (64,), rebuild))])
+    tensors = {"features.0.weight": tensor(weight, 0, (64, 3, 3, 3), rebuild), "features.0.bias": tensor(bias, 5, (64,), rebuild)}
+    return collections.OrderedDict(tensors)
 
 
 def main(folder):

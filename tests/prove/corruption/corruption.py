@@ -155,7 +155,8 @@ def main():
             damage()
             counts[kind] += 1
             problems += site.check(f"{kind}: {what}")
-        finish(problems, f"seed {given.seed}: {sum(counts.values())} damages to {len(kinds)} kinds of files: {len(problems)} served, or a failure", counts)
+        damages = f"{sum(counts.values())} damages to {len(kinds)} kinds of files"
+        finish(problems, f"seed {given.seed}: {damages}: {len(problems)} served, or a failure", counts)
 
 
 if __name__ == "__main__":

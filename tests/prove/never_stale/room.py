@@ -179,7 +179,8 @@ stages:
         """Exports that do not hold what they should."""
         made = self.model()
         expected = {file: f"{made[stage][1]:.6f}\n" for file, stage in (("total.txt", "one"), ("pile.txt", "other"), ("near.txt", "third"))}
-        return [f"{name} holds {text!r} instead of {right!r}" for name, right in expected.items() if (text := (self.work / out / name).read_text()) != right]
+        return [f"{name} holds {text!r} instead of {right!r}" for name, right in expected.items()
+                if (text := (self.work / out / name).read_text()) != right]
 
     def where(self, store=".fresco", out="out"):
         """How the program is called, by `surroundings`: words and the rest of Workplace.start."""

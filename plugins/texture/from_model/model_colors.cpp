@@ -1,5 +1,6 @@
 #include "model_colors.h"
 
+#include <fresco/geometry/topology.h>
 #include <fresco/numerics/bilinear.h>
 #include <fresco/numerics/numerics.h>
 #include <fresco/texturing/texture_pictures.h>
@@ -31,14 +32,6 @@ const double crease_cosine = std::cos(40 * std::acos(-1.0) / 180);
 Vec3d position(const Mesh& mesh, std::uint32_t vertex)
 {
     return fresco::vec_cast<double>(mesh.positions[vertex]);
-}
-
-/// Twice the area times the normal.
-Vec3d area_normal(const Mesh& mesh, std::uint32_t face)
-{
-    const auto& t = mesh.triangles[face];
-    const Vec3d a = position(mesh, t[0]);
-    return cross(position(mesh, t[1]) - a, position(mesh, t[2]) - a);
 }
 
 /// V: how far the neighbors lie below the tangent plane, as the mean sine of the angle; positive where the surface is convex.
@@ -86,7 +79,7 @@ std::vector<float> shape_lights(const Mesh& mesh)
     const auto faces = static_cast<std::uint32_t>(mesh.triangles.size());
     std::vector<Vec3d> normals;
     for (std::uint32_t face = 0; face < faces; ++face)
-        normals.push_back(area_normal(mesh, face));
+        normals.push_back(fresco::geometry::area_vector(mesh, face));
     const fresco::numerics::Buckets around(mesh.positions.size(),
                                            [&](const auto& add)
                                            {
@@ -255,7 +248,7 @@ double ModelColors::pixels_per_meter(std::uint32_t face) const
 
 double twice_area(const fresco::Mesh& mesh, std::uint32_t face)
 {
-    return length(area_normal(mesh, face));
+    return length(fresco::geometry::area_vector(mesh, face));
 }
 
 double twice_uv_area(const fresco::Mesh& mesh, std::uint32_t face)

@@ -2,6 +2,7 @@
 
 #include <fresco/parallel.h>
 #include <fresco/texturing/surface_average.h>
+#include <fresco/texturing/texture_pictures.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,12 +12,6 @@ using namespace fresco::texturing;
 
 namespace
 {
-
-void to_steps(const float* values, std::size_t count, std::uint8_t* steps)
-{
-    for (std::size_t i = 0; i < count; ++i)
-        steps[i] = static_cast<std::uint8_t>(static_cast<int>(std::clamp(values[i], 0.0F, 1.0F) * 255.0F + 0.5F));
-}
 
 /// Sums of the distances of a row.
 struct Distances
@@ -46,9 +41,8 @@ Distances mix_row(const RasterF& photo, const RasterF& painted, const TexelFaces
     else
         for (std::size_t i = 0; i < count; ++i)
             mixed[i] = std::clamp(from[i] + color * (tones[i] - from[i]) + strokes * (to[i] - tones[i]), 0.0F, 1.0F);
-    to_steps(from, count, &result.photo.values[first]);
-    to_steps(tones, count, &result.colors.values[first]);
-    to_steps(to, count, &result.painted.values[first]);
+    for (std::size_t i = 0; i < count; ++i)
+        result.colors.values[first + i] = static_cast<std::uint8_t>(std::clamp(tones[i], 0.0F, 1.0F) * 255.0F + 0.5F);
     Distances sum;
     for (std::size_t i = 0; i < count; i += 3)
     {
@@ -78,8 +72,8 @@ Mix mix(const RasterF& photo, const RasterF& painted, const Mesh& mesh, const Te
                                 });
     const SurfaceAverage average = difference.averaged(split_m, "split_cm", progress);
     const auto size = static_cast<std::size_t>(faces.size);
-    const auto steps = [&] { return Raster8(faces.size, faces.size, 3); };
-    Mix result{RasterF(faces.size, faces.size, 3), steps(), steps(), steps()};
+    Mix result{RasterF(faces.size, faces.size, 3), to_bytes(photo, progress), Raster8(faces.size, faces.size, 3),
+               to_bytes(painted, progress)};
     std::vector<Distances> sums(size);
     constexpr std::size_t rows_per_block = 16;
     parallel_for(size, rows_per_block, progress,

@@ -3,7 +3,9 @@
 
 #include <fresco/files_io.h>
 
-#include <cmath>
+#include <algorithm>
+#include <cstdlib>
+#include <numeric>
 #include <string>
 
 using namespace fresco;
@@ -47,10 +49,8 @@ Bytes profile_in(const Bytes& file)
 int most_apart(const std::vector<std::uint8_t>& a, const std::vector<std::uint8_t>& b)
 {
     REQUIRE(a.size() == b.size());
-    int most = 0;
-    for (std::size_t i = 0; i < a.size(); ++i)
-        most = std::max(most, std::abs(a[i] - b[i]));
-    return most;
+    const auto larger = [](int x, int y) { return std::max(x, y); };
+    return std::transform_reduce(a.begin(), a.end(), b.begin(), 0, larger, [](int x, int y) { return std::abs(x - y); });
 }
 
 }  // namespace

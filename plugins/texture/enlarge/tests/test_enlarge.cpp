@@ -186,19 +186,20 @@ TEST_CASE("copies that continue each other give the picture itself, turned, in m
     // Waves long enough for any interpolation.
     const auto wave = [](double x, double y, int c) { return 128 + 100 * std::sin(0.11 * x + c) * std::cos(0.09 * y - c); };
     const Raster8 picture = fresco::testing::picture(200, 160, [&](int x, int y, int c) { return wave(x + 0.5, y + 0.5, c); });
-    for (const auto& [mirrored, scale] : {std::pair{false, 1.0F}, {true, 1.0F}, {false, 4.0F}})
+    for (const auto& of_case : {std::pair{false, 1.0F}, {true, 1.0F}, {false, 4.0F}})
     {
+        const bool mirrored = of_case.first;
+        const float scale = of_case.second;
         CAPTURE(mirrored, scale);
         Mesh mesh = fresco::testing::two_chart_wall();
         if (mirrored)
             for (Vec2f& uv : mesh.texcoords)
                 uv.x = 1 - uv.x;
-        const bool is_mirrored = mirrored;
         constexpr double angle = 0.75;
         constexpr double step = 1.5;
         const auto place = [&](double x, double y)
         {
-            const double down = is_mirrored ? -1 : 1;
+            const double down = mirrored ? -1 : 1;
             return Vec2d{100 + step * (std::cos(angle) * (x - 32) - down * std::sin(angle) * (y - 50)),
                          80 + step * (std::sin(angle) * (x - 32) + down * std::cos(angle) * (y - 50))};
         };

@@ -110,18 +110,17 @@ inline FramesTexture texture_of(const std::vector<View>& views, const TextureRul
         views.size(), [&](std::size_t i, bool) { return views[i]; }, rules, progress);
 }
 
-/// The largest difference of a channel from the painting, over the seen texels at least `margin` texels inside the wall.
-inline double largest_error(const FramesTexture& texture, const Paint& paint, int margin = 2)
+/// The largest difference of a channel from the painting, over the texels at least two inside the wall.
+inline double largest_error(const FramesTexture& texture, const Paint& paint)
 {
     double largest = 0;
     const int size = texture.picture.width;
-    for (int y = margin; y < size - margin; ++y)
-        for (int x = margin; x < size - margin; ++x)
+    for (int y = 2; y < size - 2; ++y)
+        for (int x = 2; x < size - 2; ++x)
         {
             const Vec3f truth = paint((x + 0.5) / size, 1 - (y + 0.5) / size);
-            const Vec3f found{texture.picture.at(x, y, 0), texture.picture.at(x, y, 1), texture.picture.at(x, y, 2)};
-            for (const float difference : {found.x - truth.x, found.y - truth.y, found.z - truth.z})
-                largest = std::max(largest, static_cast<double>(std::abs(difference)));
+            for (int c = 0; c < 3; ++c)
+                largest = std::max(largest, std::abs(double{texture.picture.at(x, y, c)} - double{(&truth.x)[c]}));
         }
     return largest;
 }

@@ -28,7 +28,7 @@ torch::Tensor nearest_patches(const SearchInput& input, const fresco::Progress& 
 
 /// Mean over patches of (|patch - style patch|² / scale + 1e-4)^(exponent / 2): a norm that lets a patch keep a few pixels of its
 /// own. Kwatra et al., Texture optimization for example-based synthesis, 2005, section 3.2.
-/// `picture` 3 x H x W of the grid's size, float32 or float64, differentiable; `nearest` int32, per patch of the grid a row of
+/// `picture` 3 x H x W of the grid's size, float32, differentiable; `nearest` int32, per patch of the grid a row of
 /// `style` (N x 147, float32) or -1 for a patch that takes no part; `scale` > 0. The empty tensor where no patch takes part.
 /// Any number of `threads` gives the same result.
 torch::Tensor robust_distance(const torch::Tensor& picture, const PatchGrid& grid, const torch::Tensor& nearest,

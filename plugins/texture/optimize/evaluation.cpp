@@ -8,8 +8,6 @@
 
 #include <ATen/core/grad_mode.h>
 #include <ATen/ops/empty.h>
-#include <ATen/ops/empty_like.h>
-#include <ATen/ops/full.h>
 #include <ATen/ops/full_like.h>
 #include <ATen/ops/stack.h>
 #include <torch/csrc/autograd/autograd.h>
@@ -17,8 +15,6 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <limits>
-#include <span>
 #include <utility>
 
 namespace fresco::optimize
@@ -125,11 +121,7 @@ torch::Tensor Evaluator::displayed(LevelData& level, torch::Tensor& stored) cons
 {
     stored = level.view->render();
     // All that is seen, also beyond the level: features near its border look there.
-    if (!stored.device().is_cpu())
-        return displayed_values(space_, stored, level.valid_there);
-    const auto result = at::empty_like(stored);
-    space_.display(values_of(stored), level.valid.values, values_of(result));
-    return sent_to(result, device_);
+    return sent_to(displayed_values(space_, stored, level.valid), device_);
 }
 
 std::vector<SparseGradient> Evaluator::level_gradients(const PartPlace& place, ViewData& data, std::size_t level_number,
@@ -157,20 +149,10 @@ std::vector<SparseGradient> Evaluator::level_gradients(const PartPlace& place, V
 std::vector<SparseGradient> Evaluator::texture_gradients(const LevelData& level, const torch::Tensor& stored,
                                                          torch::Tensor gradient, const std::string& where)
 {
-    if (!stored.device().is_cpu())
-    {
-        gradient = gradient.to(at::kFloat);
-        // 0 times a finite number is 0, and nothing else gives 0.
-        noted_.push_back({(gradient * 0).sum(), 1, where, "", ""});
-        return level.view->gradient(values_back(space_, stored, level.factor_there, gradient));
-    }
-    gradient = gradient.to(at::kCPU, at::kFloat).clone(at::MemoryFormat::Contiguous);
-    const auto values = values_of(gradient);
-    if (!std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); }))
-        noted_.push_back(
-            {at::full({}, std::numeric_limits<double>::quiet_NaN(), torch::TensorOptions(device_)), 1, where, "", ""});
-    space_.back(values_of(stored), level.factor.values, values);
-    return level.view->gradient(gradient);
+    gradient = gradient.to(at::kFloat);
+    // 0 times a finite number is 0, and nothing else gives 0.
+    noted_.push_back({(gradient * 0).sum(), 1, where, "", ""});
+    return level.view->gradient(values_back(space_, stored, level.factor, gradient.to(stored.device())));
 }
 
 Evaluator::Terms Evaluator::terms_of(Part& part, const std::function<double(const LossTerm&)>& share, const std::string& where)

@@ -42,7 +42,7 @@ torch::Tensor values_back(const ValueSpace& space, const torch::Tensor& stored, 
         const auto value = shown(space, stored);
         result.masked_fill_((value - value.clamp(0, 1)) * gradient < 0, 0);
     }
-    return space.is_network() ? result.flip(0) : result;
+    return (space.is_network() ? result.flip(0) : result).contiguous();
 }
 
 SparseGradient sparse_sum(const SparseGradient& a, const SparseGradient& b)

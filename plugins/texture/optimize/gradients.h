@@ -9,22 +9,16 @@
 
 #include <torch/types.h>
 
-#include <span>
 #include <vector>
 
 namespace fresco::optimize
 {
 
-/// Values of a contiguous float32 tensor on the CPU, which must outlive the span.
-inline std::span<float> values_of(const torch::Tensor& tensor)
-{
-    return {tensor.data_ptr<float>(), static_cast<std::size_t>(tensor.numel())};
-}
-
-/// ValueSpace by libtorch, on any device and as a few operators. \see ValueSpace::display: 3 x H x W of `stored` (3 x H
-/// x W) and `valid` (H x W, bool).
+/// What is displayed of `stored` (3 x H x W): 0 where `valid` (H x W, bool) is false. On any device, as a few operators.
 torch::Tensor displayed_values(const ValueSpace& space, const torch::Tensor& stored, const torch::Tensor& valid);
-/// \see ValueSpace::back: d loss / d stored of `gradient` (d loss / d displayed) and `factor` (H x W).
+/// The derivative of the above: `gradient` (3 x H x W, d loss / d displayed) times `factor` (H x W) to d loss / d stored. Inside
+/// the displayable range all of it passes; outside only where a step against the gradient leads back, so that no texel is stuck
+/// beyond the range. Contiguous.
 torch::Tensor values_back(const ValueSpace& space, const torch::Tensor& stored, const torch::Tensor& factor,
                           const torch::Tensor& gradient);
 

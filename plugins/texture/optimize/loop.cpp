@@ -15,7 +15,7 @@
 
 #include <ATen/Parallel.h>
 #include <ATen/ops/empty.h>
-#include <ATen/ops/empty_like.h>
+#include <ATen/ops/ones.h>
 
 #include <algorithm>
 #include <atomic>
@@ -84,13 +84,6 @@ void prepare(const std::map<std::string, std::shared_ptr<Loss>>& losses, const P
 
 constexpr int largest_side = 1024;
 
-Raster8 displayed(const torch::Tensor& stored, const Raster8& valid, const ValueSpace& space)
-{
-    const auto result = at::empty_like(stored);
-    space.display(values_of(stored), valid.values, values_of(result));
-    return to_raster8(result);
-}
-
 /// `rows` of the texture from row `first` on, at size x size points.
 UvMap strip(int size, int first, int rows)
 {
@@ -120,11 +113,13 @@ torch::Tensor looked_up(const TextureRepresentation& texture, int size)
 /// Writes what the run looks like now into `folder`: `view.png`, the rendered level `view` with its `valid` pixels, and
 /// `texture.png`, the whole texture (of size_px) at most 1024 px a side.
 void write_preview(const std::filesystem::path& folder, const ImageIo& images, const ValueSpace& space, const TextureView& view,
-                   const Raster8& valid, const TextureRepresentation& texture, int size_px)
+                   const torch::Tensor& valid, const TextureRepresentation& texture, int size_px)
 {
-    write_file(folder / "view.png", images.encode_png(displayed(view.render().to(at::kCPU), valid, space)));
+    const auto write = [&](const char* name, const torch::Tensor& stored, const torch::Tensor& shown)
+    { write_file(folder / name, images.encode_png(to_raster8(displayed_values(space, stored, shown)))); };
+    write("view.png", view.render().to(at::kCPU), valid.to(at::kCPU));
     const int size = std::min(largest_side, size_px);
-    write_file(folder / "texture.png", images.encode_png(displayed(looked_up(texture, size), Raster8(size, size, 1, 1), space)));
+    write("texture.png", looked_up(texture, size), at::ones({size, size}, at::kBool));
 }
 
 /// The released code trains with the first 99% of the views, seeing or not.
@@ -439,8 +434,8 @@ class Loop
         run_.progress(static_cast<double>(step_ + 1), static_cast<double>(schedule_.steps()), "steps");
         if (options_.preview_every > 0 && components_.images != nullptr && step_ % options_.preview_every == 0 &&
             !data.levels.empty())
-            write_preview(run_.preview_folder(), *components_.images, space_, *data.levels.back().view,
-                          data.levels.back().pixels.all, components_.texture, options_.size_px);
+            write_preview(run_.preview_folder(), *components_.images, space_, *data.levels.back().view, data.levels.back().all,
+                          components_.texture, options_.size_px);
     }
 
     void report(double seconds, std::int64_t done)

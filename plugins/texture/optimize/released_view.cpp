@@ -97,38 +97,16 @@ struct Between
     float share = 0;
 };
 
-/// Resamples depth to width x height as OpenCV's linear filter does.
-class ResizedDepth
+/// Depth at (x, y) of width x height pixels, by OpenCV's linear filter.
+double resized_depth(const Raster<double>& depth, int x, int y, int width, int height)
 {
-  public:
-    ResizedDepth(const Raster<double>& depth, int width, int height) : depth_(depth)
-    {
-        for (int x = 0; x < width; ++x)
-            columns_.emplace_back(x, depth.width, width);
-        for (int y = 0; y < height; ++y)
-            rows_.emplace_back(y, depth.height, height);
-    }
-    double at(int x, int y) const
-    {
-        const Between& row = rows_[static_cast<std::size_t>(y)];
-        return mix(across(x, row.low), across(x, row.high), row.share);
-    }
-
-  private:
-    static double mix(double a, double b, float share)
-    {
-        return a * static_cast<double>(1 - share) + b * static_cast<double>(share);
-    }
-    double across(int x, int y) const
-    {
-        const Between& column = columns_[static_cast<std::size_t>(x)];
-        return mix(depth_.at(column.low, y), depth_.at(column.high, y), column.share);
-    }
-
-    const Raster<double>& depth_;
-    std::vector<Between> columns_;
-    std::vector<Between> rows_;
-};
+    const Between column(x, depth.width, width);
+    const Between row(y, depth.height, height);
+    const auto mix = [](double a, double b, float share)
+    { return a * static_cast<double>(1 - share) + b * static_cast<double>(share); };
+    const auto across = [&](int at) { return mix(depth.at(column.low, at), depth.at(column.high, at), column.share); };
+    return mix(across(row.low), across(row.high), row.share);
+}
 
 /// The pixel of `from` under the middle of pixel `i` of `to`, as Pillow's nearest neighbor takes it.
 int center_pixel(int i, int to, int from)
@@ -154,8 +132,8 @@ ReleasedView released_view(std::span<const UvMap> maps, const Raster8& camera, c
 
     const Raster<double> recorded = scannet && !sensor.values.empty() ? exported_for_stylemesh(sensor) : sensor;
     const bool measured = !recorded.values.empty();
-    const ResizedDepth small(recorded, measured ? width : 0, measured ? height : 0);
-    const ResizedDepth large(recorded, measured ? surface.width : 0, measured ? surface.height : 0);
+    const auto small = [&](int x, int y) { return resized_depth(recorded, x, y, width, height); };
+    const auto large = [&](int x, int y) { return resized_depth(recorded, x, y, surface.width, surface.height); };
     // For a pixel without a measurement that takes part all the same: in the lowest level.
     constexpr double no_distance = 1e-6;
     for (int y = 0; y < height; ++y)
@@ -163,9 +141,9 @@ ReleasedView released_view(std::span<const UvMap> maps, const Raster8& camera, c
         {
             const int column = center_pixel(x, width, surface.width);
             const int row = center_pixel(y, height, surface.height);
-            if (surface.at(column, row) == 0 || (scannet && measured && !(large.at(column, row) > 0)))
+            if (surface.at(column, row) == 0 || (scannet && measured && !(large(column, row) > 0)))
                 continue;
-            view.depth.at(x, y) = std::max(no_distance, measured ? small.at(x, y) : static_cast<double>(smallest.depth.at(x, y)));
+            view.depth.at(x, y) = std::max(no_distance, measured ? small(x, y) : static_cast<double>(smallest.depth.at(x, y)));
         }
     return view;
 }

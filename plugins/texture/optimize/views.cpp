@@ -139,12 +139,12 @@ std::unique_ptr<ViewData> load_view(const ViewSource& source, std::size_t view, 
         const UvMap shown = released ? filled_with_corner(map) : map;
         result.view = texture.make_view(shown);
         result.protocol = rules.protocol;
-        result.factor = gradient_factor(map, pixels[level], rules.scaling);
+        result.factor = to_tensor(gradient_factor(map, pixels[level], rules.scaling)).squeeze(0);
         result.share = shares[level];
         result.camera = to_tensor(resized(camera, map.valid.width, map.valid.height));
         result.all = bool_tensor(pixels[level].all);
         result.fine = bool_tensor(pixels[level].fine);
-        result.valid = shown.valid;
+        result.valid = bool_tensor(shown.valid);
         result.pixels = pixels[level];
         result.smallest = smallest;
         data->levels.push_back(std::move(result));
@@ -216,8 +216,8 @@ void move_to(ViewData& data, const torch::Device& device, bool texture_too)
             level.smallest->picture = sent_to(level.smallest->picture, device);
         if (!texture_too)
             continue;
-        level.valid_there = sent_to(bool_tensor(level.valid), device);
-        level.factor_there = sent_to(to_tensor(level.factor).squeeze(0), device);
+        level.valid = sent_to(level.valid, device);
+        level.factor = sent_to(level.factor, device);
     }
 }
 

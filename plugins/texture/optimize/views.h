@@ -94,9 +94,9 @@ struct LevelData
     int height_px = 0;
     std::unique_ptr<TextureView> view;
     Protocol protocol = Protocol::paper;
-    Raster8 valid;  ///< H x W: 1 = the texture is seen here, whether or not the pixel belongs to the level.
+    torch::Tensor valid;   ///< H x W, bool: the texture is seen here, whether or not the pixel belongs to the level.
+    torch::Tensor factor;  ///< H x W: what the image gradient is multiplied by.
     LevelPixels pixels;
-    RasterF factor;                            ///< H x W: what the image gradient is multiplied by.
     double share = 0;                          ///< ŵ_l
     torch::Tensor camera;                      ///< 3 x H x W, RGB in [0,1].
     torch::Tensor all;                         ///< H x W, bool.
@@ -107,10 +107,6 @@ struct LevelData
     FeatureMaps camera_features;    ///< Features of crops: C x N, with the core's cells.
     std::map<int, GridMask> grids;  ///< By stride.
     std::map<const FeatureNetwork*, CroppedLevel> cropped;
-
-    /// Copies of `valid` (bool) and `factor` on the texture's device, if that is not the CPU.
-    torch::Tensor valid_there;
-    torch::Tensor factor_there;
 };
 
 struct ViewData

@@ -134,14 +134,8 @@ namespace
 
 torch::Tensor waves(std::int64_t height, std::int64_t width, double period)
 {
-    auto picture = at::empty({3, height, width}, at::kFloat);
-    float* out = picture.data_ptr<float>();
-    for (std::int64_t c = 0; c < 3; ++c)
-        for (std::int64_t y = 0; y < height; ++y)
-            for (std::int64_t x = 0; x < width; ++x)
-                *out++ =
-                    static_cast<float>(0.5 + 0.4 * std::sin((static_cast<double>(x + 2 * y)) / period + static_cast<double>(c)));
-    return picture;
+    const auto along = (at::arange(width) + 2 * at::arange(height).unsqueeze(1)) / period;
+    return (0.5 + 0.4 * at::sin(along + at::arange(3).reshape({3, 1, 1}))).to(at::kFloat);
 }
 
 struct Fixture

@@ -377,12 +377,12 @@ TEST_CASE("pixels without a surface show the texture's corner where the released
         const LevelData& level = data->levels.back();
         const UvMap& shown = world.texture.maps.back();
         CHECK((shown.uv.at(0, 3, 0) == 0 && shown.uv.at(0, 3, 1) == 1));
-        CHECK(level.valid.at(0, 3) == 1);       // shown …
+        CHECK(level.valid[3][0].item<bool>());  // shown …
         CHECK(level.pixels.all.at(0, 3) == 0);  // … but not compared, where the largest map has no surface either
-        CHECK(level.factor.at(0, 3) == (by_angle ? 0 : 1));
-        CHECK(level.factor.at(5, 3) == Approx(by_angle ? 0.8 : 1));
+        CHECK(level.factor[3][0].item<float>() == (by_angle ? 0 : 1));
+        CHECK(level.factor[3][5].item<float>() == Approx(by_angle ? 0.8 : 1));
     }
-    CHECK(world.view(1)->levels.back().valid.at(0, 3) == 0);
+    CHECK_FALSE(world.view(1)->levels.back().valid[3][0].item<bool>());
 }
 
 TEST_CASE("the released code takes the sensor's depth where every frame has it, and then leaves out what was not measured")
@@ -556,6 +556,31 @@ TEST_CASE("a run stops when three measurements gain less than asked for")
     CHECK_FALSE(stops({10, 9.99, 9.98, 9.8}, 0.01));
     CHECK(stops({10, 8, 9, 9, 9}, 0.01));
     CHECK_FALSE(stops({10, 9.99, 9.98, 9.97}, 0));
+}
+
+TEST_CASE("the gradient of the displayed picture agrees with finite differences, beyond its range only on the way back")
+{
+    const auto factor = at::tensor({0.5F, 2.0F}).reshape({1, 2});
+    const auto direction = at::tensor({0.3F, -0.2F, 0.7F, 0.1F, -0.4F, 0.6F}).reshape({3, 1, 2});
+    const auto stored = at::tensor({0.2F, 0.4F, 0.6F, 0.3F, 0.5F, 0.1F}).reshape({3, 1, 2});
+    const auto valid = at::full({1, 2}, true, at::kBool);
+    for (const auto values : {Values::display, Values::network})
+    {
+        const ValueSpace space(values);
+        const auto gradient = values_back(space, stored, factor, direction).flatten();
+        for (std::int64_t i = 0; i < 6; ++i)
+        {
+            const auto step = (at::arange(6) == i).reshape({3, 1, 2}).to(at::kFloat) * 0.05;
+            const auto loss = [&](const torch::Tensor& moved)
+            { return (displayed_values(space, moved, valid) * direction * factor).sum().item<double>(); };
+            CHECK(gradient[i].item<float>() ==
+                  Approx((loss(stored + step) - loss(stored - step)) / 0.1).epsilon(1e-3).margin(1e-5));
+        }
+    }
+    const auto beyond = at::tensor({1.2F, 1.2F, -0.1F}).reshape({3, 1, 1});
+    const auto gradient = at::tensor({0.5F, -0.5F, -0.25F}).reshape({3, 1, 1});
+    const auto back = values_back(ValueSpace(Values::display), beyond, at::full({1, 1}, 1.0F), gradient);
+    CHECK(back.flatten().equal(at::tensor({0.5F, 0.0F, -0.25F})));
 }
 
 TEST_CASE("sparse gradients add by texel")

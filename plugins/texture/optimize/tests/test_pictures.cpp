@@ -139,44 +139,6 @@ TEST_CASE("gray is spread, transparent and other pictures are refused")
     CHECK_THROWS_AS(style_sizes(Raster8(), Protocol::paper, ignore), Error);
 }
 
-TEST_CASE("the gradient of the displayed picture agrees with finite differences")
-{
-    const std::vector<float> factor{0.5F, 2.0F};
-    const std::vector<float> direction{0.3F, -0.2F, 0.7F, 0.1F, -0.4F, 0.6F};
-    for (const auto values : {Values::display, Values::network})
-    {
-        const ValueSpace space(values);
-        const std::vector<float> stored{0.2F, 0.4F, 0.6F, 0.3F, 0.5F, 0.1F};
-        auto gradient = direction;
-        space.back(stored, factor, gradient);
-        for (std::size_t i = 0; i < 6; ++i)
-        {
-            const auto loss = [&](float step)
-            {
-                auto moved = stored;
-                moved[i] += step;
-                std::vector<float> shown(6);
-                space.display(moved, std::vector<std::uint8_t>{1, 1}, shown);
-                double sum = 0;
-                for (std::size_t k = 0; k < 6; ++k)
-                    sum += double{shown[k]} * double{direction[k]} * double{factor[k % 2]};
-                return sum;
-            };
-            CHECK(gradient[i] == Approx((loss(0.05F) - loss(-0.05F)) / 0.1).epsilon(1e-3).margin(1e-5));
-        }
-    }
-}
-
-TEST_CASE("outside the displayable range only the way back passes")
-{
-    const ValueSpace space(Values::display);
-    const std::vector<float> stored{1.2F, 1.2F, -0.1F};
-    const std::vector<float> one{1.0F};
-    std::vector<float> gradient{0.5F, -0.5F, -0.25F};
-    space.back(stored, one, gradient);
-    CHECK(gradient == std::vector<float>{0.5F, 0, -0.25F});
-}
-
 namespace
 {
 

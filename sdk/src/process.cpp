@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 #include <fstream>
 #include <poll.h>
+#include <sstream>
 #include <string.h>
 #include <string>
 #include <sys/prctl.h>
@@ -138,15 +139,11 @@ std::string find_program(const std::string& name)
         return runs(name) ? name : "";
     const char* variable = std::getenv("PATH");
     const std::string path = variable != nullptr ? variable : "/usr/local/bin:/usr/bin:/bin";
-    for (std::size_t begin = 0; begin <= path.size();)
-    {
-        const std::size_t end = std::min(path.find(':', begin), path.size());
-        const std::string folder = path.substr(begin, end - begin);
+    std::istringstream folders(path);
+    for (std::string folder; std::getline(folders, folder, ':');)
         // The program starts in another folder.
         if (const fs::path file = fs::path(folder) / name; !folder.empty() && runs(file))
             return fs::absolute(file);
-        begin = end + 1;
-    }
     return {};
 }
 

@@ -7,9 +7,7 @@
 #include <algorithm>
 #include <cstring>
 #include <fmt/format.h>
-#include <functional>
 #include <limits>
-#include <numeric>
 #include <stdexcept>
 #include <utility>
 
@@ -195,10 +193,7 @@ std::vector<std::byte> to_safetensors(std::span<const TensorView> tensors, const
 {
     std::vector<std::byte> head;
     std::vector<std::byte> bytes;
-    const auto all = pieces(tensors, metadata, head);
-    bytes.reserve(
-        std::transform_reduce(all.begin(), all.end(), std::size_t{0}, std::plus<>(), [](auto piece) { return piece.size(); }));
-    for (const auto piece : all)
+    for (const auto piece : pieces(tensors, metadata, head))
         bytes.insert(bytes.end(), piece.begin(), piece.end());
     return bytes;
 }

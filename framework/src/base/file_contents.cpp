@@ -26,15 +26,13 @@ class OpenFile
     explicit OpenFile(const fs::path& file)
     {
         std::error_code failure;
-        if (!fs::is_regular_file(file, failure))
-            return;
-        stream_.open(file, std::ios::binary);
-        size_ = fs::file_size(file, failure);
+        if (fs::is_regular_file(file, failure))
+            stream_.open(file, std::ios::binary);
+        size_ = stream_.is_open() ? fs::file_size(file, failure) : 0;
         beginning_ = part(0, beginning_bytes);
-        readable_ = !failure && stream_.is_open() && beginning_.size() == std::min(size_, beginning_bytes);
     }
 
-    bool is_readable() const { return readable_; }
+    bool is_readable() const { return stream_.is_open() && beginning_.size() == std::min(size_, beginning_bytes); }
     std::size_t size() const { return size_; }
     std::string_view beginning() const { return beginning_; }
     /// Less than `count` bytes at the end of the file.
@@ -53,7 +51,6 @@ class OpenFile
     mutable std::ifstream stream_;
     std::string beginning_;
     std::size_t size_ = 0;
-    bool readable_ = false;
 };
 
 /// Text of the file without white space at its end.

@@ -32,18 +32,11 @@ struct Hierarchy
 };
 
 /// "\040" stands for a blank.
-std::string unescaped(const std::string& text)
+std::string unescaped(std::string text)
 {
-    std::string result;
-    for (std::size_t i = 0; i < text.size(); ++i)
-        if (text[i] == '\\' && i + 3 < text.size())
-        {
-            result += static_cast<char>((text[i + 1] - '0') * 64 + (text[i + 2] - '0') * 8 + (text[i + 3] - '0'));
-            i += 3;
-        }
-        else
-            result += text[i];
-    return result;
+    for (std::size_t at = 0; (at = text.find('\\', at)) != std::string::npos; ++at)
+        text.replace(at, 4, 1, static_cast<char>(std::strtol(text.substr(at + 1, 3).c_str(), nullptr, 8)));
+    return text;
 }
 
 bool lists(const std::string& names, const std::string& name)

@@ -109,6 +109,12 @@ int end_parsing(const CLI::App& app, const CLI::ParseError& error)
     return exit_usage;
 }
 
+int failed(const std::string& text, int exit_code)
+{
+    print_message(text);
+    return exit_code;
+}
+
 /// A file that the program opens must not become standard input, output or error of somebody who closed his.
 void open_closed_streams()
 {
@@ -184,34 +190,30 @@ int main(int argc, char** argv)
     }
     catch (const fresco::host::UsageError& error)
     {
-        print_message(error.what());
-        return exit_usage;
+        return failed(error.what(), exit_usage);
     }
     catch (const fresco::MissingInput& error)
     {
-        print_message("error: " + std::string(error.what()));
-        return exit_missing_input;
-    }
-    catch (const fresco::Error& error)
-    {
-        print_message("error: " + std::string(error.what()));
-        return exit_failed;
+        return failed("error: " + std::string(error.what()), exit_missing_input);
     }
     catch (const std::bad_alloc&)
     {
         std::fputs(no_memory, stderr);
         return exit_failed;
     }
+    catch (const fresco::Error& error)
+    {
+        return failed("error: " + std::string(error.what()), exit_failed);
+    }
     catch (const std::system_error& error)
     {
         // The machine refused, which is not a bug: a limit, a removed folder, a path without permission.
-        print_message("error: " + std::string(error.what()));
-        return exit_failed;
+        return failed("error: " + std::string(error.what()), exit_failed);
     }
     catch (const std::exception& error)
     {
-        print_message("error: unexpected: " + std::string(error.what()) +
-                      "\n    This is a bug in fresco; please report it with the command and the pipeline file.");
+        return failed("error: unexpected: " + std::string(error.what()) +
+                          "\n    This is a bug in fresco; please report it with the command and the pipeline file.",
+                      exit_bug);
     }
-    return exit_bug;
 }

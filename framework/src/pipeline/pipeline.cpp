@@ -9,6 +9,7 @@
 #include <fresco/wording.h>
 
 #include <algorithm>
+#include <boost/algorithm/string/replace.hpp>
 #include <fmt/format.h>
 #include <ostream>
 #include <set>
@@ -122,24 +123,12 @@ PipelineResult load_pipeline(const PipelineRequest& request, const Catalog& cata
     return result;
 }
 
-std::string dot_quoted(std::string_view text)
+std::string dot_quoted(std::string text)
 {
-    std::string result = "\"";
-    for (const char c : text)
-    {
-        if (c == '\n')
-            result += "\\n";
-        else if (static_cast<unsigned char>(c) < 0x20)
-            result += ' ';
-        else
-        {
-            // Graphviz reads backslash sequences in labels: a backslash itself is doubled.
-            if (c == '"' || c == '\\')
-                result += '\\';
-            result += c;
-        }
-    }
-    return result + '"';
+    // Graphviz reads backslash sequences in labels: a backslash itself is doubled.
+    for (const auto& [character, written] : {std::pair("\\", "\\\\"), {"\"", "\\\""}, {"\n", "\\n"}})
+        boost::replace_all(text, character, written);
+    return '"' + text + '"';
 }
 
 void write_dot(const Pipeline& pipeline, std::ostream& out)

@@ -155,7 +155,7 @@ PipelineResult load_pipeline(const PipelineRequest& request, const Catalog& cata
 void write_dot(const Pipeline& pipeline, std::ostream& out);
 
 /// A quoted identifier of the DOT language.
-std::string dot_quoted(std::string_view text);
+std::string dot_quoted(std::string text);
 
 /// Stages by the paths that they write below `--out`: no two may write the same, nor one into a folder that another writes as a
 /// file.

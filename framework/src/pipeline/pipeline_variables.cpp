@@ -2,7 +2,7 @@
 #include <fresco/wording.h>
 
 #include <algorithm>
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <optional>
 #include <ranges>
 
@@ -110,10 +110,7 @@ const YamlNode* Variables::value_of(const std::string& name, const YamlNode& use
     Var& var = found->second;
     if (var.state == State::in_progress)
     {
-        std::string chain;
-        for (auto step = std::ranges::find(in_progress_, name); step != in_progress_.end(); ++step)
-            chain += *step + " → ";
-        problems_.add(use, "cycle of vars: " + chain + name);
+        problems_.add(use, fmt::format("cycle of vars: {} → {}", fmt::join(in_progress_, " → "), name));
         return nullptr;
     }
     if (var.state == State::untouched)

@@ -1,7 +1,6 @@
 #include "pipeline/schema.h"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <string>
 
@@ -67,21 +66,16 @@ Value map_by_name(const char* help, Value values = {})
     return schema;
 }
 
-Value number_schema(const OptionDeclaration& option, const char* type)
+/// A number in the option's range.
+Value number_schema(const OptionDeclaration& option)
 {
-    // Beyond these a whole double is not an exact integer.
-    constexpr double largest = 9e15;
-    const auto limit = [](double number)
-    {
-        const bool whole = std::abs(number) < largest && number == std::floor(number);
-        return whole ? Value(static_cast<std::int64_t>(number)) : Value(number);
-    };
-    Value schema = of_type(type);
+    const bool whole = option.kind == OptionKind::integer || option.kind == OptionKind::integers;
+    Value schema = of_type(whole ? "integer" : "number");
     if (option.min)
-        schema.set("minimum", limit(*option.min));
+        schema.set("minimum", *option.min);
     if (option.max)
-        schema.set("maximum", limit(*option.max));
-    return schema;
+        schema.set("maximum", *option.max);
+    return or_var(std::move(schema));
 }
 
 /// Schema of an option's accepted values, without its help and default.
@@ -92,13 +86,11 @@ Value accepted_schema(const OptionDeclaration& option)
     case OptionKind::boolean:
         return or_var(of_type("boolean"));
     case OptionKind::integer:
-        return or_var(number_schema(option, "integer"));
     case OptionKind::number:
-        return or_var(number_schema(option, "number"));
+        return number_schema(option);
     case OptionKind::integers:
-        return or_var(array_of(or_var(number_schema(option, "integer"))));
     case OptionKind::numbers:
-        return or_var(array_of(or_var(number_schema(option, "number"))));
+        return or_var(array_of(number_schema(option)));
     case OptionKind::text:
         return option.choices.empty() ? of_type("string")
                                       : or_var(Map{{"enum", List(option.choices.begin(), option.choices.end())}});

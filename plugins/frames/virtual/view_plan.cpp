@@ -2,15 +2,18 @@
 
 #include "free_space.h"
 
+#include <fresco/geometry/upright.h>
 #include <fresco/mesh.h>
 #include <fresco/numerics/greedy_cover.h>
 #include <fresco/numerics/numerics.h>
 #include <fresco/parallel.h>
 #include <fresco/texturing/texel_faces.h>
 #include <fresco/uv_mapping/shading.h>
+#include <fresco/uv_mapping/uv_mapper.h>
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 #include <iterator>
 #include <numbers>
 #include <numeric>
@@ -347,8 +350,8 @@ class Planner
         const double distance = length(toward);
         const double cosine = dot(vec_cast<double>(point.normal), toward) / distance;
         const double nearness = std::min(distance / rules_.distance_m, rules_.distance_m / distance);
-        const double worth = (1 + rules_.angle_weight * cosine + rules_.distance_weight * nearness) /
-                             (1 + rules_.angle_weight + rules_.distance_weight);
+        // Seeing it at all, straight on, and from the recorded frames' distance count alike.
+        const double worth = (1 + cosine + nearness) / 3;
         return static_cast<std::uint32_t>(std::lround(1 + worth * (SeenCell::best_worth - 1)));
     }
 
@@ -397,6 +400,97 @@ ViewPlan plan_views(Coverage& coverage, std::span<const Vec3d> places, std::vect
                     const std::vector<std::uint32_t>& witness_of, const PlanRules& rules, Progress& progress)
 {
     return Planner(coverage, places, witness_of, rules, progress)(std::move(wanted));
+}
+
+namespace
+{
+
+constexpr const char* virtual_sequence = "virtual";
+
+std::string percent(double share)
+{
+    const auto hundredths = std::lround(std::floor(share * 10'000));
+    return fmt::format("{}.{:02} %", hundredths / 100, hundredths % 100);
+}
+
+Vec3d up_of(const Mesh& mesh, const Frames& frames, RunContext& run)
+{
+    std::vector<RigidTransform> poses;
+    for (const Frame& frame : frames.frames)
+        poses.push_back(frame.color.world_from_camera);
+    const geometry::Upward up = geometry::find_up(mesh, cameras_up(poses));
+    if (up.from == geometry::UpEvidence::nothing)
+        run.warning("neither the cameras nor the mesh clearly shows which way is up, so the file's axis is used: virtual "
+                    "pictures may be tilted");
+    return up.direction;
+}
+
+}  // namespace
+
+Frames with_virtual_frames(const Mesh& mesh, const Frames& recorded, const VirtualFrames& settings, RunContext& run)
+{
+    check_uv_mapping_inputs(mesh, recorded);
+    std::vector<Vec3d> eyes;
+    for (const Frame& frame : recorded.frames)
+    {
+        if (frame.sequence == virtual_sequence)
+            throw Error(fmt::format("port 'frames' already has a virtual frame ({}/{}): wire the recorded frames", frame.sequence,
+                                    frame.name));
+        eyes.push_back(frame.color.world_from_camera.translation);
+    }
+    const VoxelGrid grid(mesh, eyes, {.voxel_m = settings.voxel_m, .clearance_m = settings.clearance_m});
+    const raycast::Scene scene(mesh);
+    const auto places = free_space(scene, grid, eyes, settings.clearance_m, run);
+    if (places.empty())
+        throw Error(fmt::format(
+            "no free space: a virtual camera stands at the center of a voxel of {:g} m, {:g} m from all surfaces, with a free "
+            "way to one of the {} recorded cameras, and there is no such place: check with scan.inspect that mesh and poses "
+            "share one world frame",
+            settings.voxel_m, settings.clearance_m, eyes.size()));
+    const auto points = surface_points(mesh, settings.cells_px, run);
+    Coverage coverage(scene, points, settings.cells_px,
+                      mesh.texture_px > 0 ? settings.gap_px * settings.cells_px / mesh.texture_px : 0);
+    const double distance_m = add_frames(coverage, recorded, run);
+    if (distance_m == 0)
+        throw Error(fmt::format("none of the {} frames sees the front of the mesh: check with scan.inspect that mesh and poses "
+                                "share one world frame and that faces are counter-clockwise from outside",
+                                eyes.size()));
+    auto wanted = coverage.unpainted();
+    const std::size_t painted = points.size() - wanted.size();
+    const auto witness_of = witnesses(scene, points, places, wanted, run);
+    std::erase_if(wanted, [&](std::uint32_t point) { return witness_of[point] == nobody; });
+    const PlanRules rules{.intrinsics = recorded.frames.front().color.intrinsics,
+                          .upright = upright_of(recorded, up_of(mesh, recorded, run)),
+                          .distance_m = distance_m,
+                          .most_unpainted =
+                              static_cast<std::size_t>((1 - settings.target_coverage) * static_cast<double>(wanted.size())),
+                          .most_views = settings.max_frames == 0 ? std::numeric_limits<std::size_t>::max()
+                                                                 : static_cast<std::size_t>(settings.max_frames)};
+    const auto plan = plan_views(coverage, places, wanted, witness_of, rules, run);
+
+    Frames all = recorded;
+    for (const Camera& camera : plan.cameras)
+    {
+        const std::size_t number = all.frames.size() - recorded.frames.size();
+        Frame& frame = all.frames.emplace_back();
+        frame.sequence = virtual_sequence;
+        frame.name = fmt::format("view-{:06}", number);
+        frame.number = static_cast<long>(number);
+        frame.color = frame.depth = camera;
+    }
+    const auto reached = static_cast<double>(painted + wanted.size());
+    const double recorded_share = static_cast<double>(painted) / reached;
+    const double all_share = (reached - static_cast<double>(plan.unpainted.size())) / reached;
+    run.report("recorded_frames", recorded.frames.size());
+    run.report("virtual_frames", plan.cameras.size());
+    run.report("free_voxels", places.size());
+    run.report("cells", points.size());
+    run.report("reachable_share", reached / static_cast<double>(points.size()));
+    run.report("coverage_recorded", recorded_share);
+    run.report("coverage", all_share);
+    run.message(fmt::format("{} recorded frames paint {} of the surface that free space reaches; with {} virtual ones {}",
+                            recorded.frames.size(), percent(recorded_share), plan.cameras.size(), percent(all_share)));
+    return all;
 }
 
 }  // namespace fresco::virtual_views

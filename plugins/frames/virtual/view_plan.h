@@ -5,6 +5,7 @@
 #include <fresco/image.h>
 #include <fresco/parallel.h>
 #include <fresco/raycast/scene.h>
+#include <fresco/run_context.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -92,9 +93,7 @@ struct PlanRules
 {
     Intrinsics intrinsics;
     Upright upright;
-    double distance_m;       ///< The best distance.
-    double angle_weight;     ///< Value of seeing a point straight on, added to 1 for seeing it at all.
-    double distance_weight;  ///< Value of seeing it from the best distance.
+    double distance_m;  ///< The best distance.
     std::size_t most_unpainted;
     std::size_t most_views;
 };
@@ -113,5 +112,19 @@ struct ViewPlan
 /// Canceled.
 ViewPlan plan_views(Coverage& coverage, std::span<const Vec3d> places, std::vector<std::uint32_t> wanted,
                     const std::vector<std::uint32_t>& witness_of, const PlanRules& rules, Progress& progress);
+
+struct VirtualFrames
+{
+    double target_coverage = 0.9;  ///< Share to paint of the surface that free space reaches and recorded frames do not paint.
+    int max_frames = 0;            ///< 0: as many as the target needs.
+    double voxel_m = 0.2;          ///< Cameras may stand in the centers of such voxels: a few in every free square meter.
+    double clearance_m = 0.5;      ///< Nearer to a surface, a texture's texels show as speckle.
+    int cells_px = 1024;           ///< Cells along a side of the grid over the texture: centimeters in a room.
+    int gap_px = 4;                ///< Texels that the coarse layers of a texture spread paint beyond what views see.
+};
+
+/// The recorded frames, then virtual ones of the sequence "virtual", which have no pictures; reports figures. Throws Error,
+/// Canceled.
+Frames with_virtual_frames(const Mesh& mesh, const Frames& recorded, const VirtualFrames& settings, RunContext& run);
 
 }  // namespace fresco::virtual_views

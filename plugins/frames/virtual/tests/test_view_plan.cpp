@@ -43,21 +43,6 @@ struct World
 
 }  // namespace
 
-TEST_CASE("points lie on the faces that hold their cells", "[frames.virtual]")
-{
-    const World world;
-    // 6.4 cells a meter. The room has 59 m² of surface, the cupboard 7.32, the wall behind the wall 7.5.
-    CHECK(static_cast<double>(world.points.size()) == Approx(40.96 * (59 + 7.32 + 7.5)).epsilon(0.05));
-    for (const SurfacePoint& point : world.points)
-    {
-        const auto c = raycast::corners(world.mesh, point.face);
-        const Vec3d normal = normalized(cross(c[1] - c[0], c[2] - c[0]));
-        CHECK(std::abs(dot(middle_of(point) - c[0], normal)) < 1e-5);
-        CHECK(dot(vec_cast<double>(point.normal), normal) > 0.999);
-        CHECK(point.chart == point.face / 2);
-    }
-}
-
 TEST_CASE("what an eye sees is what every triangle tried in turn leaves visible", "[frames.virtual]")
 {
     const World world;
@@ -168,8 +153,6 @@ TEST_CASE("planned cameras paint all that is wanted, or as much as asked for", "
         const PlanRules rules{.intrinsics = world.frames.frames[0].color.intrinsics,
                               .upright = {{0, 0, 1}, 0},
                               .distance_m = distance_m,
-                              .angle_weight = 1,
-                              .distance_weight = 1,
                               .most_unpainted = static_cast<std::size_t>(share_left * static_cast<double>(wanted.size())),
                               .most_views = most_views};
         const auto plan = plan_views(coverage, world.places, wanted, witness_of, rules, run);
@@ -211,8 +194,6 @@ TEST_CASE("a telephoto lens is aimed at what lies between the directions", "[fra
     const PlanRules rules{.intrinsics = {64, 48, 3000, 3000, 32, 24},
                           .upright = {{0, 0, 1}, 0},
                           .distance_m = 1,
-                          .angle_weight = 1,
-                          .distance_weight = 1,
                           .most_unpainted = 0,
                           .most_views = 1000};
     const std::span<const Vec3d> one_place(world.places.data(), 1);

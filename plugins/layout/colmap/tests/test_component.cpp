@@ -21,7 +21,9 @@ LayoutUnderTest layout_of(bool binary)
             .options =
                 [](const Frames&, const fs::path& path) {
                     return Value::Map{{"depth", (path / "depth").string()}};
-                }};
+                },
+            .third = "scan view_002 2",
+            .files_read = 2 + 2 * 3};
 }
 
 const auto text_layout = layout_of(false), binary_layout = layout_of(true);
@@ -29,20 +31,9 @@ const fs::path cameras_file = "sparse/0/cameras.txt", images_file = "sparse/0/im
 
 }  // namespace
 
-TEST_CASE("a reconstruction holds what every recording does, text and binary", "[layout.colmap]")
+std::vector<LayoutUnderTest> forms()
 {
-    for (const auto* layout : {&text_layout, &binary_layout})
-    {
-        check_layout(*layout);
-        const WrittenRecording project(*layout);
-        TestRun run;
-        const auto frames = project.read(run).frames->frames;
-        CHECK(frames[2].name == "view_002");
-        CHECK(frames[2].number == 2);
-        CHECK(frames[2].sequence == "scan");
-        CHECK(run.reported.at("cameras").as_int() == 1);
-        CHECK(run.files_read.size() == 2 + 2 * 3);
-    }
+    return {text_layout, binary_layout};
 }
 
 TEST_CASE("a camera of the world's own axes at (1, 2, 3) is where its file says", "[layout.colmap]")
@@ -135,9 +126,8 @@ TEST_CASE("the reconstruction is found where tools put it", "[layout.colmap]")
     CHECK_THAT(project.error(), Contains("no COLMAP reconstruction") && Contains("sparse/0"));
     for (const char* place : {".", "sparse", "colmap/sparse/0", "colmap", "colmap_sparse/0", "colmap_sparse"})
     {
-        fs::create_directories(project.path / place);
-        for (const char* name : {"cameras.bin", "images.bin"})
-            fs::copy_file(project.path / "model" / name, project.path / place / name);
+        fs::create_directories((project.path / place).parent_path());
+        fs::copy(project.path / "model", project.path / place);
         CHECK(project.error() == "no error");
         for (const char* name : {"cameras.bin", "images.bin"})
             fs::remove(project.path / place / name);
@@ -151,6 +141,9 @@ TEST_CASE("a reconstruction without its pictures says where to put them, or what
     CHECK_THAT(project.error(Value::Map{}),
                Contains("there is no folder images (or rgb, resized_images)") && Contains("set option \"pictures\""));
     CHECK(project.read(Value::Map{{"pictures", (project.path / "photos").string()}}).frames->frames.size() == 3);
+    // ScanNet++'s iPhone recordings have this folder.
+    fs::rename(project.path / "photos", project.path / "rgb");
+    check_same_recording(*project.read().frames, project.frames, project.images);
 }
 
 TEST_CASE("masks have COLMAP's names, or those of the pictures", "[layout.colmap]")
@@ -196,18 +189,4 @@ TEST_CASE("hostile counts are refused before anything is allocated", "[layout.co
                  {set(images, 8 + 4 + 7 * 8 + 4 + sizeof "view 000.png", wrapping), {"points do not fit into"}},
                  {[&](const auto& it) { it.write(images, it.text(images) + "x"); }, {"1 bytes after the expected end"}},
                  {set(cameras, 12, "\x07"), {"cameras.bin: byte 8: camera model FOV is not supported"}}});
-}
-
-TEST_CASE("what the iPhone of ScanNet++ recorded is read from its three folders", "[layout.colmap]")
-{
-    auto iphone = text_layout;
-    iphone.write = [](const Frames& frames, const fs::path& folder, const ImageIo&)
-    {
-        write_colmap(frames, folder, false);
-        fs::rename(folder / "sparse/0", folder / "colmap");
-        fs::rename(folder / "images", folder / "rgb");
-        return folder;
-    };
-    const WrittenRecording recording(iphone);
-    check_same_recording(*recording.read().frames, recording.frames, recording.images);
 }

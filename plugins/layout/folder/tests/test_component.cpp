@@ -39,40 +39,18 @@ LayoutUnderTest layout_of(bool one_list)
             .color = "images/v9.png",
             .depth = "depth/v9.png",
             .pose_source = one_list ? "poses.txt:3" : "poses/v9.txt",
-            .damaged = {one_list ? "poses.txt" : "poses/v9.txt", "K.txt", "mesh.ply"}};
+            .damaged = {one_list ? "poses.txt" : "poses/v9.txt", "K.txt", "mesh.ply"},
+            .third = "scan v10 10",
+            .mesh_faces = 1};
 }
 
 const auto list_layout = layout_of(true), file_layout = layout_of(false);
 
 }  // namespace
 
-TEST_CASE("a folder holds what every recording does, with a list of poses or a file for each", "[layout.folder]")
+std::vector<LayoutUnderTest> forms()
 {
-    for (const auto* layout : {&list_layout, &file_layout})
-    {
-        check_layout(*layout);
-        const WrittenRecording recording(*layout);
-        TestRun run;
-        const auto found = recording.read(run);
-        CHECK(found.frames->frames[2].name == "v10");
-        CHECK(found.frames->frames[2].number == 10);
-        CHECK(found.frames->frames[2].sequence == "scan");
-        REQUIRE(found.mesh != nullptr);
-        CHECK(found.mesh->triangles.size() == 1);
-    }
-}
-
-TEST_CASE("poses are turned as their conventions say", "[layout.folder]")
-{
-    // The camera stands at (1, 2, 3) and looks along the world's -z with y up: OpenGL's axes are the world's.
-    const std::vector<double> at{1, 0, 0, 1, 0, 1, 0, 2, 0, 0, 1, 3, 0, 0, 0, 1};
-    const std::vector<double> back{1, 0, 0, -1, 0, 1, 0, -2, 0, 0, 1, -3, 0, 0, 0, 1};
-    const auto gl = folder::pose_of(at, {.opengl = true}, "x");
-    CHECK(gl.direction({0, 0, 1}) == Vec3d{0, 0, -1});
-    CHECK(gl.direction({0, 1, 0}) == Vec3d{0, -1, 0});
-    CHECK(gl.translation == Vec3d{1, 2, 3});
-    CHECK(folder::pose_of(back, {.opengl = true, .camera_from_world = true}, "x").direction({0, 0, 1}) == Vec3d{0, 0, -1});
-    CHECK(folder::pose_of(back, {.camera_from_world = true}, "x").translation == Vec3d{1, 2, 3});
+    return {list_layout, file_layout};
 }
 
 TEST_CASE("one recording in any convention is the same", "[layout.folder]")

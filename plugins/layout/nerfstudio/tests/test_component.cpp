@@ -19,7 +19,9 @@ LayoutUnderTest layout_of(const Value& head)
             .color = "images/frame_00002.png",
             .depth = "depth/frame_00002.png",
             .pose_source = "transforms.json: frame 1",
-            .damaged = {"transforms.json"}};
+            .damaged = {"transforms.json"},
+            .third = "images frame_00003 3",
+            .files_read = 1 + 2 * 3};
 }
 
 const auto layout = layout_of(Value::Map{});
@@ -28,17 +30,9 @@ const char* const list = "transforms.json";
 
 }  // namespace
 
-TEST_CASE("a transforms.json holds what every recording does", "[layout.nerfstudio]")
+std::vector<LayoutUnderTest> forms()
 {
-    check_layout(layout);
-    const WrittenRecording scan(layout);
-    TestRun run;
-    const auto frames = scan.read(run).frames->frames;
-    CHECK(frames[0].sequence == "images");
-    CHECK(frames[0].name == "frame_00001");
-    CHECK(frames[2].number == 3);
-    CHECK(run.reported.at("undistorted").as_int() == 0);
-    CHECK(run.files_read.size() == 1 + 2 * 3);
+    return {layout};
 }
 
 TEST_CASE("camera axes are OpenGL's", "[layout.nerfstudio]")
@@ -81,6 +75,8 @@ TEST_CASE("the recorder's own world is had back", "[layout.nerfstudio]")
     CHECK(pose.direction({0, 0, 1}) == Vec3d{0, 0, 1});
     CHECK(pose.direction({1, 0, 0}) == Vec3d{0, 1, 0});
     CHECK(scan.read(run).frames->frames[0].color.world_from_camera.translation == Vec3d{12, 10, -14});
+    CHECK_THAT(WrittenRecording(layout).error(Value::Map{{"world", "original"}}),
+               Contains("applied_transform: is missing, so the recorder's own world is unknown"));
 }
 
 TEST_CASE("a frame's own values go before the file's", "[layout.nerfstudio]")
@@ -269,14 +265,4 @@ TEST_CASE("a file that cannot be used is refused by name", "[layout.nerfstudio]"
                          {set(0, {{"w", 32.5}}), {"frame 0: w: expected a whole number of pixels"}},
                          {set(0, {{"depth_file_path", "depth/0.npy"}}), {"frame 0: depth_file_path: is 0.npy"}},
                          {set(0, {{"depth_unit_scale_factor", 0}}), {"depth_unit_scale_factor: must be meters per step"}}});
-}
-
-TEST_CASE("the recorder's own world is asked for in vain where the file does not tell it", "[layout.nerfstudio]")
-{
-    const auto made = layout_of(Value::Map{{"camera_model", "OPENCV"}});
-    const WrittenRecording scan(made);
-    const auto text = read_text_file(scan.path / "transforms.json");
-    CHECK_THROWS_WITH(nerfstudio::parse_transforms(text, scan.path / "transforms.json", {.original_world = true}),
-                      Contains("applied_transform: is missing, so the recorder's own world is unknown"));
-    CHECK_NOTHROW(nerfstudio::parse_transforms(text, scan.path / "transforms.json", {}));
 }

@@ -14,7 +14,10 @@ const LayoutUnderTest layout{.type = "layout.polycam",
                              .color = "keyframes/corrected_images/999.jpg",
                              .depth = "keyframes/depth/999.png",
                              .pose_source = "corrected_cameras/999.json",
-                             .damaged = {"keyframes/corrected_cameras/998.json"}};
+                             .damaged = {"keyframes/corrected_cameras/998.json"},
+                             // By number, not by letters.
+                             .third = "keyframes 1000 1000",
+                             .files_read = 3 * 3};
 
 const char* const camera_file = "keyframes/corrected_cameras/999.json";
 
@@ -23,17 +26,9 @@ const char* const alignment = R"({"alignmentTransform": [1, 0, 0, 0,  0, 0, 1, 0
 
 }  // namespace
 
-TEST_CASE("a capture holds what every recording does, by time", "[layout.polycam]")
+std::vector<LayoutUnderTest> forms()
 {
-    check_layout(layout);
-    const WrittenRecording capture(layout);
-    TestRun run;
-    // 998, 999, 1000: by number, not by letters.
-    const auto frames = capture.read(run).frames->frames;
-    CHECK(frames[2].name == "1000");
-    CHECK(frames[2].number == 1000);
-    CHECK(run.reported.at("corrected").as_bool());
-    CHECK(run.files_read.size() == 3 * 3);
+    return {layout};
 }
 
 TEST_CASE("without corrected cameras ARKit's are taken, with a warning", "[layout.polycam]")

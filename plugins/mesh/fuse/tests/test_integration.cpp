@@ -58,32 +58,6 @@ TEST_CASE("invalid depth, or depth too far or at the border, is ignored")
     CHECK(believed(fuse::depth_view(depth, camera(), 1.9)) == 0);
 }
 
-TEST_CASE("pixels beside a depth edge or a wide hole are not believed, those beside a narrow one less")
-{
-    RasterF depth(width, height, 1, 2);
-    for (int y = 0; y < height; ++y)
-    {
-        for (int x = 30; x < width; ++x)
-            depth.at(x, y) = 2.3F;
-        for (const int x : {9, 10, 11, 40})
-            depth.at(x, y) = 0;
-    }
-    const fuse::DepthView view = fuse::depth_view(depth, camera(), 5);
-    for (int y = 1; y + 1 < height; ++y)
-        for (int x = 1; x + 1 < width; ++x)
-        {
-            CAPTURE(x, y);
-            CHECK((view.depth.at(x, y) > 0) == ((x < 9 || x > 11) && x != 29 && x != 30));
-        }
-    // Six neighbors bridge a hole of a column, five and what lies across bear out a pixel beside it.
-    const auto weight = [&](int x) { return double{view.planes.at(x, 24).weight}; };
-    CHECK(weight(40) / weight(44) == Approx(0.25 * 36 / 64).epsilon(0.05));
-    CHECK(weight(41) / weight(44) == Approx(0.25 * 25 / 64).epsilon(0.05));
-    // An edge changes no plane beside it.
-    for (const int x : {27, 28, 31, 32})
-        CHECK(view.planes.at(x, 20).normal.z < -0.9999F);
-}
-
 namespace
 {
 

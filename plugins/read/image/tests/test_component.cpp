@@ -53,16 +53,6 @@ struct Reader
 
 }  // namespace
 
-TEST_CASE("read.image: says what it makes of which files")
-{
-    const Reader reader;
-    CHECK(reader.reader->artifact() == "image");
-    CHECK(reader.reader->extensions() ==
-          std::vector<std::string>{".png", ".jpg", ".jpeg", ".webp", ".heic", ".heif", ".avif", ".npy"});
-    const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "read.image");
-    CHECK_THAT(to_json(made->describe()), Contains("image.opencv"));
-}
-
 TEST_CASE("read.image: all but NPY go to the codec")
 {
     Reader reader;

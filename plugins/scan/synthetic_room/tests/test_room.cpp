@@ -142,7 +142,7 @@ TEST_CASE("the two cameras differ and the path keeps clear of the furniture", "[
         }
 }
 
-TEST_CASE("the sensor loses the near, the far and shadows of edges, and is exact without noise", "[room]")
+TEST_CASE("the sensor loses the near and the far, and is exact without noise", "[room]")
 {
     fresco::Raster<float> exact(200, 4, 1, 2.0f);
     exact.at(0, 0) = 0.1f;
@@ -157,13 +157,4 @@ TEST_CASE("the sensor loses the near, the far and shadows of edges, and is exact
         squares += (v - 2000.0) * (v - 2000.0);
     // sigma = 0.003 (0.3 + 0.17 * 4) m = 2.94 mm.
     CHECK(std::sqrt(squares / 20000) == Approx(2.94).epsilon(0.05));
-    fresco::Raster<float> step(2, 1000, 1, 2.0f);
-    for (int y = 0; y < 1000; ++y)
-        step.at(0, y) = 1.0f;
-    const auto shadowed = room::sense_depth(step, 0, 3);
-    int lost = 0;
-    for (int y = 0; y < 1000; ++y)
-        lost += shadowed.at(1, y) == 0 ? 1 : 0;
-    CHECK(lost > 600);
-    CHECK(lost < 800);
 }

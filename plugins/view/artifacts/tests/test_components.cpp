@@ -162,15 +162,3 @@ TEST_CASE("the last textured mesh shows its atlas and its room, one without texc
     show(room, earlier);
     CHECK(earlier.value == Value(Value::Map{}));
 }
-
-TEST_CASE("a picture shows itself, and an empty one nothing")
-{
-    PageEntry nothing;
-    show(Image(), nothing);
-    CHECK(nothing.value == Value(Value::Map{}));
-    PageEntry entry;
-    Image picture;
-    picture.pixels = Raster8(4, 2, 3);
-    show(picture, entry);
-    CHECK(names_of(entry) == Names{""});
-}

@@ -19,14 +19,6 @@ namespace
 
 constexpr const char* named_by_user = "FRESCO_PLUGIN_PATH";
 
-fs::path home_based(const char* variable, const char* below_home)
-{
-    if (const char* folder = std::getenv(variable); folder != nullptr && *folder == '/')
-        return folder;
-    const char* home = std::getenv("HOME");
-    return home != nullptr && *home == '/' ? fs::path(home) / below_home : fs::path();
-}
-
 /// Plugins are NAME.so; libNAME.so beside them is a library that they link, such as an artifact type of their own.
 bool is_named_as_plugin(const fs::path& file)
 {
@@ -92,8 +84,11 @@ std::vector<PluginFolder> plugin_folders()
         for (const std::string& folder : split(path, ':'))
             if (!folder.empty())
                 folders.push_back({fs::absolute(folder), named_by_user});
-    if (const fs::path data = home_based("XDG_DATA_HOME", ".local/share"); !data.empty())
-        folders.push_back({data / "fresco" / "plugins", "user"});
+    const auto is_absolute = [](const char* folder) { return folder != nullptr && *folder == '/'; };
+    if (const char* data = std::getenv("XDG_DATA_HOME"); is_absolute(data))
+        folders.push_back({fs::path(data) / "fresco/plugins", "user"});
+    else if (const char* home = std::getenv("HOME"); is_absolute(home))
+        folders.push_back({fs::path(home) / ".local/share/fresco/plugins", "user"});
     if (const fs::path program = own_program(); !program.empty())
         folders.push_back({program.parent_path().parent_path() / "lib" / "fresco", "installation"});
     return folders;

@@ -77,16 +77,12 @@ std::string plugin_folder_name(const std::string& type)
 
 std::vector<TextFile> new_plugin(const std::string& kind, const std::string& type)
 {
-    if (!is_type_name(type) || type.find('.') == std::string::npos)
-        throw Error("invalid type name '" + type + "': use lowercase letters, digits and '_', and a dot, such as my." + kind);
-    if (std::isdigit(static_cast<unsigned char>(type.front())) != 0 || type.front() == '_' ||
-        type.find("__") != std::string::npos || type.find("_.") != std::string::npos || type.find("._") != std::string::npos)
-        throw Error("'" + type +
-                    "': its folder, files and namespace are named after it, so it begins with a letter and has no two '_' or '.' "
-                    "beside each other");
-    const auto kinds = plugin_kinds();
-    if (std::find(kinds.begin(), kinds.end(), kind) == kinds.end())
-        throw Error("unknown kind of plugin '" + kind + "'");
+    // The folder, files and namespace are named after it.
+    const auto are_separators = [](char a, char b) { return (a == '.' || a == '_') && (b == '.' || b == '_'); };
+    if (!is_type_name(type) || type.find('.') == std::string::npos || type.front() < 'a' ||
+        std::ranges::adjacent_find(type, are_separators) != type.end())
+        throw Error("invalid type name '" + type +
+                    "': use lowercase letters and digits, with a dot and '_' between, such as my." + kind);
     auto files = template_files(kind);
     files.push_back({".gitignore", "build/\n.fresco/\nout/\n"});
     const Names names{{{"my.plugin", type}, {"my_plugin", plugin_folder_name(type)}, {"MyPlugin", class_name(type)}}};

@@ -26,11 +26,11 @@ struct Page
     std::filesystem::path json;
     std::filesystem::path html;  ///< In the same folder.
     OutputOwner owner;
-    bool replace = false;   ///< --replace: overwrite the two files, whoever wrote them.
-    Value data;             ///< Contents of `json`, which the page draws.
-    Value previews;         ///< Requests for previews: see preview_requests.
-    std::string signature;  ///< Signature of the results that the page shows.
-    std::string hurry;      ///< Why no pictures are made; empty: they are.
+    bool replace = false;     ///< --replace: overwrite the two files, whoever wrote them.
+    Value data{};             ///< Contents of `json`, which the page draws.
+    Value previews{};         ///< Requests for previews: see preview_requests.
+    std::string signature{};  ///< Signature of the results that the page shows.
+    std::string hurry{};      ///< Why no pictures are made; empty: they are.
 };
 
 /// The summary page of a matrix: sweep.json and sweep.html.

@@ -164,14 +164,6 @@ T& component(WorkerFactory& factory, const Value& config)
     return dynamic_cast<T&>(*factory.create(T::component_kind, config));
 }
 
-WorkerFactory factory_for(const Value& libraries)
-{
-    std::map<std::string, std::filesystem::path> files;
-    for (const auto& [type, library] : libraries.as_map())
-        files[type] = library.at("library").as_string();
-    return {std::move(files), libraries};
-}
-
 std::shared_ptr<const Artifact> artifact_of(const Value& request, const Viewer& viewer, WorkerFactory& factory,
                                             const Store& store)
 {
@@ -191,7 +183,10 @@ std::string title_of(const Value& request)
 /// Makes the previews. Artifacts that cannot be shown get a note.
 PageMedia make_previews(const Value& requests, const Store& store)
 {
-    WorkerFactory factory = factory_for(requests.at("libraries"));
+    std::map<std::string, fs::path> libraries;
+    for (const auto& [type, library] : requests.at("libraries").as_map())
+        libraries[type] = library.at("library").as_string();
+    WorkerFactory factory(std::move(libraries), requests.at("libraries"));
     std::map<std::string, std::vector<std::string>> shown;  // By a stage: names of its pictures.
     std::uintmax_t video_bytes = PageEntry().video_bytes;
     PageMedia media;

@@ -46,14 +46,10 @@ std::vector<Subject> subjects_of(const RunRequest& run)
 Page page_of(const RunRequest& run, const Subject& subject)
 {
     const std::string combination = subject.combination != nullptr ? subject.combination->name : "";
-    return {subject.out / "run.json",
-            subject.out / "report.html",
-            {run.pipeline->file, combination, "", ""},
-            run.replace,
-            {},
-            {},
-            "",
-            ""};
+    return {.json = subject.out / "run.json",
+            .html = subject.out / "report.html",
+            .owner = {run.pipeline->file, combination, "", ""},
+            .replace = run.replace};
 }
 
 /// Stages whose result is read by a stage that has a result.
@@ -166,37 +162,27 @@ Value previews_of(const ReportRequest& request, const Subject& subject, const St
     return preview_requests(each(subject.stages, shown), *request.catalog, store, {request.run->out, subject.out});
 }
 
-void write(const ReportRequest& request, const Subject& subject, PageGuard& guard, ReportOutcome& outcome)
-{
-    Page page = page_of(*request.run, subject);
-    page.signature = signature_of(request, subject);
-    check_replaceable(page, guard, request.summary->files);
-    outcome.there = true;
-    if (!any_is(request, subject, StageState::done) && is_current(page))
-        return;
-    const Store store(request.run->store);
-    page.data = run_data(request, subject, store);
-    page.previews = previews_of(request, subject, store);
-    if (request.interrupted)
-        page.hurry = "The run was interrupted: pictures come with the report of the next, which goes on from here";
-    write_data(page);
-    outcome.note = write_html(page, *request.catalog, store);
-    outcome.written = true;
-}
-
 ReportOutcome write_report(const ReportRequest& request, const Subject& subject, PageGuard& guard)
 {
-    ReportOutcome outcome{page_of(*request.run, subject).html, false, false, ""};
+    Page page = page_of(*request.run, subject);
     try
     {
-        write(request, subject, guard, outcome);
+        page.signature = signature_of(request, subject);
+        check_replaceable(page, guard, request.summary->files);
+        if (!any_is(request, subject, StageState::done) && is_current(page))
+            return {page.html, true, false, ""};
+        const Store store(request.run->store);
+        page.data = run_data(request, subject, store);
+        page.previews = previews_of(request, subject, store);
+        if (request.interrupted)
+            page.hurry = "The run was interrupted: pictures come with the report of the next, which goes on from here";
+        write_data(page);
+        return {page.html, true, true, write_html(page, *request.catalog, store)};
     }
     catch (const std::exception& error)
     {
-        outcome.there = outcome.written = false;
-        outcome.note = "no report of this run: " + std::string(error.what());
+        return {page.html, false, false, "no report of this run: " + std::string(error.what())};
     }
-    return outcome;
 }
 
 }  // namespace
@@ -288,7 +274,10 @@ std::vector<std::string> report_obstacles(const RunRequest& run, bool reports)
 
 Page sweep_page(const RunRequest& run)
 {
-    return {run.out / "sweep.json", run.out / "sweep.html", {run.pipeline->file, "", "", ""}, run.replace, {}, {}, "", ""};
+    return {.json = run.out / "sweep.json",
+            .html = run.out / "sweep.html",
+            .owner = {run.pipeline->file, "", "", ""},
+            .replace = run.replace};
 }
 
 std::vector<ReportOutcome> write_reports(const ReportRequest& request)

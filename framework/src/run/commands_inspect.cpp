@@ -107,14 +107,17 @@ void write_refused(const Catalog& catalog, std::ostream& out)
          [](const UnbuiltPlugin& plugin) { return plugin.type + (plugin.reason.empty() ? "" : ": " + plugin.reason); });
 }
 
-void write_ports(const char* title, const std::vector<PortDeclaration>& ports, std::size_t width, std::ostream& out)
+/// A table of all that a type declares in one list: a name, what it is, and help.
+template <class Declaration, class Text>
+void write_declared(const char* title, const std::vector<Declaration>& list, const Text& text, std::size_t width,
+                    std::ostream& out)
 {
-    if (ports.empty())
+    if (list.empty())
         return;
     out << '\n' << title << ":\n";
     TextTable table = table_of({Kind::figure, Kind::figure, Kind::text});
-    for (const PortDeclaration& port : ports)
-        table.add({port.name, port.artifact_text() + (port.is_optional ? ", optional" : ""), port.help});
+    for (const Declaration& declared : list)
+        table.add({declared.name, text(declared), declared.help});
     out << table.text(width);
 }
 
@@ -146,17 +149,6 @@ void write_options(const TypeDeclaration& declaration, const TypeTable& types, s
     }
 }
 
-void write_components(const TypeDeclaration& declaration, std::size_t width, std::ostream& out)
-{
-    if (declaration.components.empty())
-        return;
-    out << "\ncomponents that the pipeline chooses (kind, default, what it is):\n";
-    TextTable table = table_of({Kind::figure, Kind::figure, Kind::text});
-    for (const OptionDeclaration& component : declaration.components)
-        table.add({component.name, component.default_value.at("type").as_string(), component.help});
-    out << table.text(width);
-}
-
 void write_text(const TypeDescription& type, const TypeDeclaration& declaration, const TypeTable& types, std::size_t width,
                 std::ostream& out)
 {
@@ -171,10 +163,14 @@ void write_text(const TypeDescription& type, const TypeDeclaration& declaration,
     }
     if (const std::string marks = marks_text(declaration.marks); !marks.empty())
         out << "known by " << marks << '\n';
-    write_ports("inputs", declaration.inputs, width, out);
-    write_ports("outputs", declaration.outputs, width, out);
+    const auto port_text = [](const PortDeclaration& port)
+    { return port.artifact_text() + (port.is_optional ? ", optional" : ""); };
+    write_declared("inputs", declaration.inputs, port_text, width, out);
+    write_declared("outputs", declaration.outputs, port_text, width, out);
     write_options(declaration, types, width, out);
-    write_components(declaration, width, out);
+    write_declared(
+        "components that the pipeline chooses (kind, default, what it is)", declaration.components,
+        [](const OptionDeclaration& component) { return component.default_value.at("type").as_string(); }, width, out);
 }
 
 /// A line per problem; of many that are alike the first few, and how many more there are.

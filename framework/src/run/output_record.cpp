@@ -93,28 +93,15 @@ bool OutputRecord::is_unfinished(const std::string& name) const
     return found != entries_.end() && found->second.at("hash").as_string().empty();
 }
 
-void OutputRecord::begin(const std::vector<NewFile>& files, const OutputOwner& owner, FileHashes& hashes)
+void OutputRecord::note(const std::vector<NewFile>& files, const OutputOwner& owner, FileHashes* hashes)
 {
     read();
     for (const NewFile& file : files)
     {
         const fs::path path = folder_ / file.name;
-        const bool replaces_own = is_file(path) && obstacle(file.name, owner, hashes).empty();
+        const bool replaces_own = hashes != nullptr && is_file(path) && obstacle(file.name, owner, *hashes).empty();
         Value entry = identity(owner);
-        entry.set("before", replaces_own ? hashes.hash(path) : "");
-        entry.set("hash", file.hash);
-        entries_.insert_or_assign(file.name, std::move(entry));
-    }
-    write();
-}
-
-void OutputRecord::wrote(const std::vector<NewFile>& files, const OutputOwner& owner)
-{
-    read();
-    for (const NewFile& file : files)
-    {
-        Value entry = identity(owner);
-        entry.set("before", "");
+        entry.set("before", replaces_own ? hashes->hash(path) : "");
         entry.set("hash", file.hash);
         entries_.insert_or_assign(file.name, std::move(entry));
     }

@@ -46,14 +46,16 @@ class OutputRecord
     bool is_unfinished(const std::string& name) const;
     /// Notes files that are about to be written. Call before they appear, and `wrote` when all have: a run that is killed between
     /// the two has recorded its own files, and those that they replaced. Throws Error if the record cannot be written.
-    void begin(const std::vector<NewFile>& files, const OutputOwner& owner, FileHashes& hashes);
-    void wrote(const std::vector<NewFile>& files, const OutputOwner& owner);
+    void begin(const std::vector<NewFile>& files, const OutputOwner& owner, FileHashes& hashes) { note(files, owner, &hashes); }
+    void wrote(const std::vector<NewFile>& files, const OutputOwner& owner) { note(files, owner, nullptr); }
     /// The names that the owner has recorded here.
     std::vector<std::string> names_of(const OutputOwner& owner) const;
     void forget(const std::vector<std::string>& names);
 
   private:
     void read();
+    /// With `hashes`, also what the files replace.
+    void note(const std::vector<NewFile>& files, const OutputOwner& owner, FileHashes* hashes);
     void write() const;
     Value identity(const OutputOwner& owner) const;
 

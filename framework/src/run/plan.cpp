@@ -43,8 +43,6 @@ std::string reason_to_rest(const StageNode& node)
 {
     switch (node.state)
     {
-    case StageState::stored:
-        return "stored";
     case StageState::not_needed:
         return "not needed: everything made from it is stored";
     case StageState::failed:

@@ -188,12 +188,8 @@ std::string explain_difference(const Value& before, const Value& now, const Pipe
         reasons.push_back(explain_library(type, before.at("libraries").find(type), now.at("libraries").find(type)));
     if (reasons.empty())
         return "";
-    std::string text = reasons.front();
-    if (reasons.size() > 1)
-        text += "; " + reasons[1];
-    if (reasons.size() > 2)
-        text += "; and " + std::to_string(reasons.size() - 2) + " more changes";
-    return text;
+    const std::string more = reasons.size() > 2 ? "; and " + std::to_string(reasons.size() - 2) + " more changes" : "";
+    return reasons[0] + (reasons.size() > 1 ? "; " + reasons[1] : "") + more;
 }
 
 }  // namespace fresco::host

@@ -25,6 +25,16 @@ std::string_view to_string(StageState state)
     return names.at(static_cast<std::size_t>(state));
 }
 
+std::vector<bool> with_needed(const Pipeline& pipeline, std::vector<bool> stages)
+{
+    // Stages are in a topological order: whoever needs a stage comes after it.
+    for (std::size_t i = stages.size(); i-- > 0;)
+        if (stages[i])
+            for (const std::size_t producer : pipeline.graph->needs(i))
+                stages[producer] = true;
+    return stages;
+}
+
 namespace
 {
 
@@ -60,7 +70,7 @@ RunState::RunState(const Pipeline& pipeline, const Store& store, FileHashes& has
                    const RunPart* part)
     : store_(store), hashes_(hashes), part_(part)
 {
-    std::vector<std::size_t> open;  // First the ends.
+    std::vector<bool> wanted;  // First the ends.
     for (const auto& stage : pipeline.stages)
     {
         const std::size_t place = nodes_.size();
@@ -70,25 +80,13 @@ RunState::RunState(const Pipeline& pipeline, const Store& store, FileHashes& has
         node.consumers = pipeline.graph->needed_by(place);
         node.may_run = part == nullptr || part->stages.contains(stage.name);
         node.exports_files = node.may_run && !files_outputs(stage).empty();
-        if (part != nullptr ? node.may_run : until.empty() || stage.own_name == until)
-            open.push_back(place);
+        wanted.push_back(part != nullptr ? node.may_run : until.empty() || stage.own_name == until);
     }
-    if (part != nullptr && open.size() != part->stages.size())
-        throw Error("the pipeline doesn't have all stages of the part that is to be run");
-    if (part == nullptr && open.empty() && !until.empty())
+    if (part == nullptr && !until.empty() && std::ranges::find(wanted, true) == wanted.end())
         throw Error("--until " + until + ": the pipeline has no stage of this name");
-    while (!open.empty())
-    {
-        StageNode& node = nodes_[open.back()];
-        open.pop_back();
-        if (!std::exchange(node.selected, true))
-            open.insert(open.end(), node.producers.begin(), node.producers.end());
-    }
-}
-
-bool RunState::inputs_are_present(const StageNode& node) const
-{
-    return std::ranges::all_of(node.producers, [&](std::size_t producer) { return nodes_[producer].present; });
+    wanted = with_needed(pipeline, std::move(wanted));
+    for (std::size_t place = 0; place < nodes_.size(); ++place)
+        nodes_[place].selected = wanted[place];
 }
 
 /// Goes on where the last look found one missing: a stage may read thousands, which come one by one.
@@ -211,17 +209,11 @@ void RunState::show(std::size_t place)
     const bool there = node.state == StageState::done || node.state == StageState::stored;
     if (there && (!before.present || view.result != before.result))
         arrived_.push_back(place);
-    if (node.state == StageState::waiting && node.resolved && inputs_are_present(node))
+    const auto is_present = [&](std::size_t producer) { return nodes_[producer].present; };
+    if (node.state == StageState::waiting && node.resolved && std::ranges::all_of(node.producers, is_present))
         ready_.insert(place);
     else
         ready_.erase(place);
-}
-
-void RunState::look_at(std::size_t place)
-{
-    set_state(nodes_[place]);
-    to_ask_for_.insert(place);
-    show(place);
 }
 
 /// Results that no pending stage reads may be missing.
@@ -249,7 +241,12 @@ void RunState::settle()
     while (!to_look_at_.empty() || !to_ask_for_.empty())
     {
         while (!to_look_at_.empty())
-            look_at(to_look_at_.extract(to_look_at_.begin()).value());
+        {
+            const std::size_t place = to_look_at_.extract(to_look_at_.begin()).value();
+            set_state(nodes_[place]);
+            to_ask_for_.insert(place);
+            show(place);
+        }
         while (!to_ask_for_.empty())
             ask_for(to_ask_for_.extract(std::prev(to_ask_for_.end())).value());
     }

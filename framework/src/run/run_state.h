@@ -35,6 +35,9 @@ enum class StageState
 };
 std::string_view to_string(StageState state);
 
+/// The stages, by place, and all that they need.
+std::vector<bool> with_needed(const Pipeline& pipeline, std::vector<bool> stages);
+
 /// One stage of a run.
 struct StageNode
 {
@@ -104,12 +107,10 @@ class RunState
     };
 
     void settle();
-    void look_at(std::size_t place);
     void ask_for(std::size_t place);
     std::string wrong_rules(const StageNode& node) const;
     void set_state(StageNode& node);
     void show(std::size_t place);
-    bool inputs_are_present(const StageNode& node) const;
     bool results_are_known(StageNode& node) const;
     void resolve(StageNode& node);
 

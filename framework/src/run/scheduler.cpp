@@ -368,12 +368,19 @@ class Scheduler
         state_.update(node);
     }
 
+    /// How the stage and its result stand at the end of a run; one that still waits is blocked.
     static StageOutcome outcome(const StageNode& node)
     {
-        StageOutcome outcome = outcome_of(node);
-        if (node.state == StageState::failed)
-            outcome.error = stage_error_text(*node.stage, node.error);
-        return outcome;
+        return {node.stage->name,
+                node.stage->type->type,
+                node.state == StageState::waiting ? StageState::blocked : node.state,
+                node.key,
+                node.present && node.result ? node.result->object : "",
+                node.took.seconds,
+                node.took.memory_mb,
+                node.took.disk_mb,
+                node.threads,
+                node.state == StageState::failed ? stage_error_text(*node.stage, node.error) : node.error};
     }
 
     void show_end(const StageNode& node)
@@ -545,20 +552,6 @@ class Scheduler
 };
 
 }  // namespace
-
-StageOutcome outcome_of(const StageNode& node)
-{
-    return {node.stage->name,
-            node.stage->type->type,
-            node.state == StageState::waiting ? StageState::blocked : node.state,
-            node.key,
-            node.present && node.result ? node.result->object : "",
-            node.took.seconds,
-            node.took.memory_mb,
-            node.took.disk_mb,
-            node.threads,
-            node.error};
-}
 
 const StageOutcome* RunSummary::outcome_of(const std::string& stage) const
 {

@@ -33,9 +33,6 @@ struct RunRequest
     std::optional<RunPart> part;                ///< Stages to run in place of all or `until`; others only give their results.
 };
 
-/// How the stage and its result stand at the end of a run; one that still waits is blocked.
-StageOutcome outcome_of(const StageNode& node);
-
 struct RunSummary
 {
     std::vector<StageOutcome> stages;

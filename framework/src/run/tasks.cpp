@@ -18,27 +18,14 @@ namespace fresco::host
 namespace
 {
 
-std::vector<bool> selected_stages(const Pipeline& pipeline, const std::string& until)
-{
-    std::vector<bool> selected(pipeline.stages.size(), until.empty());
-    // Stages are in a topological order: whoever needs a stage comes after it.
-    for (std::size_t i = selected.size(); i-- > 0;)
-    {
-        selected[i] = selected[i] || pipeline.stages[i].own_name == until;
-        if (selected[i])
-            for (const std::size_t producer : pipeline.graph->needs(i))
-                selected[producer] = true;
-    }
-    return selected;
-}
-
 class TaskMaker
 {
   public:
     TaskMaker(const Pipeline& pipeline, const std::string& until)
-        : pipeline_(pipeline), selected_(selected_stages(pipeline, until)), switches_(pipeline.stages.size()),
-          task_of_(pipeline.stages.size())
+        : pipeline_(pipeline), switches_(pipeline.stages.size()), task_of_(pipeline.stages.size())
     {
+        const auto is_end = [&](const PipelineStage& stage) { return until.empty() || stage.own_name == until; };
+        selected_ = with_needed(pipeline, each<bool>(pipeline.stages, is_end));
     }
 
     std::vector<Task> make()
@@ -106,6 +93,25 @@ class TaskMaker
     std::map<std::size_t, std::set<std::string>> needs_;
 };
 
+/// `--set` arguments for what `device: auto` stands for on this machine: the machines that run the tasks may have others.
+std::vector<std::pair<std::string, std::string>> settled_devices(const Pipeline& pipeline)
+{
+    // Only where all stages of one name have the same, so that a device that depends on an axis is not touched.
+    std::map<std::string, std::set<std::pair<std::string, std::string>>> devices;
+    for (const PipelineStage& stage : pipeline.stages)
+    {
+        const std::string option = device_option(*stage.type);
+        const Value* device = option.empty() ? nullptr : stage.options->find(option);
+        const bool is_named = device && device->is_string();
+        devices[stage.own_name].emplace(is_named ? stage.own_name + "." + option : "", is_named ? device->as_string() : "");
+    }
+    std::vector<std::pair<std::string, std::string>> sets;
+    for (const auto& [stage, found] : devices)
+        if (found.size() == 1 && !found.begin()->first.empty())
+            sets.push_back(*found.begin());
+    return sets;
+}
+
 }  // namespace
 
 std::vector<Task> tasks_of(const Pipeline& pipeline, const std::string& until)
@@ -129,24 +135,6 @@ RunPart task_part(const Pipeline& pipeline, const std::string& until, const std:
     part.missing_text = [name, makers = std::move(makers)](const PipelineStage& stage)
     { return fmt::format("task {} needs the result of {}: run task {} first", name, stage.name, makers.at(stage.name)); };
     return part;
-}
-
-std::vector<std::pair<std::string, std::string>> settled_devices(const Pipeline& pipeline)
-{
-    // Only where all stages of one name have the same, so that a device that depends on an axis is not touched.
-    std::map<std::string, std::set<std::pair<std::string, std::string>>> devices;
-    for (const PipelineStage& stage : pipeline.stages)
-    {
-        const std::string option = device_option(*stage.type);
-        const Value* device = option.empty() ? nullptr : stage.options->find(option);
-        const bool is_named = device && device->is_string();
-        devices[stage.own_name].emplace(is_named ? stage.own_name + "." + option : "", is_named ? device->as_string() : "");
-    }
-    std::vector<std::pair<std::string, std::string>> sets;
-    for (const auto& [stage, found] : devices)
-        if (found.size() == 1 && !found.begin()->first.empty())
-            sets.push_back(*found.begin());
-    return sets;
 }
 
 Value plan_tasks(const Pipeline& pipeline, const std::string& until, const Store& store, int threads)

@@ -32,9 +32,6 @@ std::vector<Task> tasks_of(const Pipeline& pipeline, const std::string& until);
 /// if there is no such task.
 RunPart task_part(const Pipeline& pipeline, const std::string& until, const std::string& name);
 
-/// `--set` arguments for what `device: auto` stands for on this machine: the machines that run the tasks may have others.
-std::vector<std::pair<std::string, std::string>> settled_devices(const Pipeline& pipeline);
-
 /// Output of `fresco plan --tasks`: {"args": ["--set", …], "tasks": [{name, stages, needs, gpu, done, threads, minutes,
 /// mem_mb}]}. `minutes` is null until all stages of the task were measured, `mem_mb` also unless all declare their memory. Throws
 /// Error if the store cannot be used.

@@ -19,11 +19,6 @@ constexpr std::size_t most_bytes = std::size_t{1} << 20U;
 constexpr std::size_t head_bytes = most_bytes / 4;
 constexpr std::size_t tail_bytes = most_bytes / 2;
 
-std::size_t lines_in(std::string_view text)
-{
-    return static_cast<std::size_t>(std::ranges::count(text, '\n'));
-}
-
 /// The first line start from `at` on, or the end.
 std::size_t line_begin(std::string_view text, std::size_t at)
 {
@@ -82,11 +77,9 @@ void StageLog::cut(std::string text)
     if (head_ == 0)
         head_ = std::min(line_begin(text, head_bytes), head_bytes + head_bytes / 4);
     const std::size_t tail = line_begin(text, text.size() - std::min(tail_bytes, text.size()));
-    const std::string_view left_out = std::string_view(text).substr(head_ + note_, tail - head_ - note_);
-    cut_lines_ += lines_in(left_out);
-    cut_bytes_ += left_out.size();
-    const std::string note = "--- " + std::to_string(cut_lines_) + " lines left out here (" + std::to_string(cut_bytes_) +
-                             " bytes): a log keeps its beginning and its end ---\n";
+    cut_lines_ += std::ranges::count(std::string_view(text).substr(head_ + note_, tail - head_ - note_), '\n');
+    const std::string note =
+        "--- " + std::to_string(cut_lines_) + " lines left out here: a log keeps its beginning and its end ---\n";
     note_ = note.size();
     text.replace(head_, tail - head_, note);
     if (uninterrupted([&] { return ftruncate(fd_.get(), 0); }) == 0)

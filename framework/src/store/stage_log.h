@@ -37,8 +37,7 @@ class StageLog
     std::size_t size_ = 0;
     std::size_t head_ = 0;  ///< Bytes before the place where some were cut.
     std::size_t note_ = 0;  ///< Bytes of the line that says so.
-    std::size_t cut_lines_ = 0;
-    std::size_t cut_bytes_ = 0;
+    std::ptrdiff_t cut_lines_ = 0;
 };
 
 /// Says that the pipeline file's stage was last run, or found stored, with this key.

@@ -1,4 +1,5 @@
 #include "store/statistics.h"
+#include "base/common.h"
 #include <fresco/error.h>
 
 #include <algorithm>
@@ -10,17 +11,6 @@ namespace
 
 constexpr std::ptrdiff_t kept_with_options = 8;
 constexpr std::size_t kept_of_type = 64;
-
-bool is_run(const Value& run)
-{
-    const auto is = [&](const char* name, bool (Value::*kind)() const)
-    {
-        const Value* entry = run.find(name);
-        return entry != nullptr && (entry->*kind)();
-    };
-    return is("type", &Value::is_string) && is("options", &Value::is_string) && is("seconds", &Value::is_number) &&
-           is("memory_mb", &Value::is_number);
-}
 
 Value entry_of(const StageKind& stage, const Usage& took)
 {
@@ -39,9 +29,13 @@ double median(std::vector<double> values)
 Statistics::Statistics(const Store& store) : journal_(store.root() / "stats.jsonl")
 {
     for (const Value& run : journal_.read())
-        if (is_run(run))  // Else of another journal, or written by another version of fresco.
-            keep({run.at("type").as_string(), run.at("options").as_string()},
-                 {run.at("seconds").as_double(), run.at("memory_mb").as_double(), 0});
+        // A line that lacks an entry was written by another version of fresco.
+        attempt(
+            [&]
+            {
+                keep({run.at("type").as_string(), run.at("options").as_string()},
+                     {run.at("seconds").as_double(), run.at("memory_mb").as_double(), 0});
+            });
 }
 
 void Statistics::keep(const StageKind& stage, const Usage& took)

@@ -11,7 +11,6 @@
 #include <cstdlib>
 #include <cstring>
 #include <fmt/format.h>
-#include <functional>
 #include <random>
 #include <sys/stat.h>
 
@@ -89,19 +88,16 @@ void write_results(const Store& store, const std::string& key, const std::vector
     write_record(store.key_file(key), Value::Map{{"key", key}, {"results", each<Value>(results, result_entry)}});
 }
 
-/// Writes what `changed` makes of the record of a key. False where another process is at work on the key, or the disk is full.
-bool change_results(const Store& store, const std::string& key, const std::function<std::vector<StoredResult>()>& changed)
+/// Writes the stamps of the result's dependencies into the record of its key, unless another process is at work on the key.
+void renew_stamps(const Store& store, const std::string& key, const StoredResult& result)
 {
-    bool locked = false;
-    const bool done = attempt(
-        [&]
-        {
-            FileLock lock(store.lock_file(key));
-            locked = lock.try_exclusive();
-            if (locked)
-                write_results(store, key, changed());
-        });
-    return locked && done;
+    FileLock lock(store.lock_file(key));
+    if (!lock.try_exclusive())
+        return;
+    std::vector<StoredResult> results = read_results(store, key);
+    if (const auto same = std::ranges::find(results, result.object, &StoredResult::object); same != results.end())
+        same->dependencies = result.dependencies;
+    write_results(store, key, results);
 }
 
 /// Why a result does not serve a stage with these input files now; empty: it does. `renewed`: a stamp of its dependencies was.
@@ -385,15 +381,7 @@ std::optional<StoredResult> Store::lookup(const std::string& key, std::string* w
         }
         // If the new stamps cannot be written, the next lookup reads the files once more.
         if (renewed)
-            change_results(*this, key,
-                           [&]
-                           {
-                               std::vector<StoredResult> now = read_results(*this, key);
-                               for (auto& other : now)
-                                   if (other.object == result.object)
-                                       other.dependencies = result.dependencies;
-                               return now;
-                           });
+            attempt([&] { renew_stamps(*this, key, result); });
         return std::move(result);
     }
     return std::nullopt;

@@ -114,6 +114,73 @@ Value::List earlier_stages(const Store& store, const std::string& object)
     return stages;
 }
 
+/// An entry for each stage upstream of the request, in a topological order, and for the request itself, last: {result, type,
+/// options, inputs, versions, figures}; the last has neither result nor figures yet. Of more than 100 stages the last 100. The
+/// same for equal results, whatever the paths of the user's files.
+Value origin_of(const WorkerRequest& request, const Store& store, Value versions)
+{
+    std::vector<WorkerInput> inputs = request.inputs;
+    std::ranges::sort(inputs, {}, &WorkerInput::port);
+    Value::List stages;
+    std::set<std::string> known;
+    Value::Map from;
+    for (const WorkerInput& input : inputs)
+    {
+        if (input.object.empty())
+        {
+            from.emplace_back(input.port, named_file(request.key_document.at("inputs").at(input.port), input.file.string()));
+            continue;
+        }
+        from.emplace_back(input.port, Value::Map{{"result", input.object}, {"output", input.output}});
+        for (Value& stage : earlier_stages(store, input.object))
+            if (known.insert(stage.at("result").as_string()).second)
+                stages.push_back(std::move(stage));
+    }
+    stages.push_back(Value::Map{{"type", request.type},
+                                {"options", told_option(request.key_document.at("options"), &request.options)},
+                                {"inputs", std::move(from)},
+                                {"versions", std::move(versions)}});
+    if (stages.size() > most_stages)
+        stages.erase(stages.begin(), stages.end() - most_stages);
+    return stages;
+}
+
+/// As RunContext::origin tells it: results by the types of their stages, the versions of all in one map.
+Value told_origin(const Value& origin)
+{
+    std::map<std::string, std::set<std::string>> versions;
+    std::map<std::string, int> counts;
+    std::map<std::string, std::string> names;  // By the result.
+    Value::List stages;
+    for (const Value& entry : origin.as_list())
+    {
+        for (const auto& [library, version] : entry.at("versions").as_map())
+            versions[library].insert(version.as_string());
+        const std::string& type = entry.at("type").as_string();
+        const int count = ++counts[type];
+        const std::string name = count == 1 ? type : type + " " + std::to_string(count);
+        if (const Value* result = entry.find("result"))
+            names[result->as_string()] = name;
+        Value::Map inputs;
+        for (const auto& [port, input] : entry.at("inputs").as_map())
+        {
+            const Value* result = input.find("result");
+            if (result == nullptr)
+                inputs.emplace_back(port, input);
+            else if (const auto from = names.find(result->as_string()); from != names.end())
+                inputs.emplace_back(port, from->second);
+        }
+        Value stage = Value::Map{{"stage", name}, {"options", entry.at("options")}, {"inputs", std::move(inputs)}};
+        if (const Value* figures = entry.find("figures"))
+            stage.set("figures", *figures);
+        stages.push_back(std::move(stage));
+    }
+    Value::Map all;
+    for (const auto& [library, several] : versions)
+        all.emplace_back(library, fmt::format("{}", fmt::join(several, ", ")));
+    return Value::Map{{"versions", std::move(all)}, {"stages", std::move(stages)}};
+}
+
 /// Finds the files in a folder that have another name elsewhere.
 std::set<std::pair<dev_t, ino_t>> linked_files(const fs::path& folder)
 {
@@ -400,74 +467,11 @@ std::string without_folders(std::string_view text)
     return std::string(text);
 }
 
-Value origin_of(const WorkerRequest& request, const Store& store, Value versions)
-{
-    std::vector<WorkerInput> inputs = request.inputs;
-    std::ranges::sort(inputs, {}, &WorkerInput::port);
-    Value::List stages;
-    std::set<std::string> known;
-    Value::Map from;
-    for (const WorkerInput& input : inputs)
-    {
-        if (input.object.empty())
-        {
-            from.emplace_back(input.port, named_file(request.key_document.at("inputs").at(input.port), input.file.string()));
-            continue;
-        }
-        from.emplace_back(input.port, Value::Map{{"result", input.object}, {"output", input.output}});
-        for (Value& stage : earlier_stages(store, input.object))
-            if (known.insert(stage.at("result").as_string()).second)
-                stages.push_back(std::move(stage));
-    }
-    stages.push_back(Value::Map{{"type", request.type},
-                                {"options", told_option(request.key_document.at("options"), &request.options)},
-                                {"inputs", std::move(from)},
-                                {"versions", std::move(versions)}});
-    if (stages.size() > most_stages)
-        stages.erase(stages.begin(), stages.end() - most_stages);
-    return stages;
-}
-
 Value with_figures(Value origin, const Value& report)
 {
     if (Value figures = lasting_entries(report.as_map()); !figures.is_null())
         origin.as_list().back().set("figures", std::move(figures));
     return origin;
-}
-
-Value told_origin(const Value& origin)
-{
-    std::map<std::string, std::set<std::string>> versions;
-    std::map<std::string, int> counts;
-    std::map<std::string, std::string> names;  // By the result.
-    Value::List stages;
-    for (const Value& entry : origin.as_list())
-    {
-        for (const auto& [library, version] : entry.at("versions").as_map())
-            versions[library].insert(version.as_string());
-        const std::string& type = entry.at("type").as_string();
-        const int count = ++counts[type];
-        const std::string name = count == 1 ? type : type + " " + std::to_string(count);
-        if (const Value* result = entry.find("result"))
-            names[result->as_string()] = name;
-        Value::Map inputs;
-        for (const auto& [port, input] : entry.at("inputs").as_map())
-        {
-            const Value* result = input.find("result");
-            if (result == nullptr)
-                inputs.emplace_back(port, input);
-            else if (const auto from = names.find(result->as_string()); from != names.end())
-                inputs.emplace_back(port, from->second);
-        }
-        Value stage = Value::Map{{"stage", name}, {"options", entry.at("options")}, {"inputs", std::move(inputs)}};
-        if (const Value* figures = entry.find("figures"))
-            stage.set("figures", *figures);
-        stages.push_back(std::move(stage));
-    }
-    Value::Map all;
-    for (const auto& [library, several] : versions)
-        all.emplace_back(library, fmt::format("{}", fmt::join(several, ", ")));
-    return Value::Map{{"versions", std::move(all)}, {"stages", std::move(stages)}};
 }
 
 void run_stage(WorkerRequest request, std::string temporary, WorkerChannel& channel)

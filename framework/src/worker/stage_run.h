@@ -14,17 +14,9 @@
 namespace fresco::host
 {
 
-/// An entry for each stage upstream of the request, in a topological order, and for the request itself, last: {result, type,
-/// options, inputs, versions, figures}; the last has neither result nor figures yet. Of more than 100 stages the last 100. The
-/// same for equal results, whatever the paths of the user's files.
-Value origin_of(const WorkerRequest& request, const Store& store, Value versions);
-
-/// With the figures of the last entry, from a stage's report: numbers, texts, and short lists and maps of them. Times are left
+/// Adds the figures of the last entry, from a stage's report: numbers, texts, and short lists and maps of them. Times are left
 /// out, which differ from run to run: names that end in `_s` or contain `seconds`.
 Value with_figures(Value origin, const Value& report);
-
-/// As RunContext::origin tells it: results by the types of their stages, the versions of all in one map.
-Value told_origin(const Value& origin);
 
 /// The text with the folders of an absolute path dropped: "--in=/home/ann/scan" becomes "--in=scan".
 std::string without_folders(std::string_view text);

@@ -13,7 +13,6 @@
 #include <csignal>
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <sstream>
 #include <stdexcept>
 #include <sys/socket.h>
 #include <system_error>
@@ -44,8 +43,6 @@ void ask_to_stop(int number, siginfo_t* info, void*)
     stop = true;
 }
 
-constexpr std::size_t checksum_digits = 32;
-
 /// In the manifest, which is read as a whole.
 constexpr std::size_t most_messages = 1000;
 
@@ -68,14 +65,6 @@ std::int64_t modified(const fs::path& path)
 {
     const auto status = path_status(path);
     return status ? std::int64_t{status->st_mtim.tv_sec} * 1'000'000'000 + status->st_mtim.tv_nsec : 0;
-}
-
-/// A full disk does not end the stage.
-void add_line(const fs::path& file, const std::string& line)
-{
-    const FileDescriptor fd = open_file(file, O_WRONLY | O_CREAT | O_APPEND);
-    if (fd.valid())
-        write_all(fd.get(), line);
 }
 
 }  // namespace
@@ -120,27 +109,6 @@ Value MetricCurves::to_value(std::string_view unit) const
     return Value::Map{{"unit", unit}, {"done", each<Value>(points_, &Point::done)}, {"metrics", std::move(metrics)}};
 }
 
-std::string MetricCurves::line(double done, const Value& metrics)
-{
-    const std::string text = to_json(Value::Map{{"done", done}, {"metrics", metrics}});
-    return content_hash(text) + text + "\n";
-}
-
-void MetricCurves::load(const std::filesystem::path& file)
-{
-    std::istringstream lines;
-    if (is_file(file))
-        lines.str(read_text_file(file));
-    for (std::string text; std::getline(lines, text);)
-    {
-        const std::string point = text.substr(std::min(text.size(), checksum_digits));
-        if (!text.starts_with(content_hash(point)))
-            continue;  // Damaged, or the line that a killed run was writing.
-        const Value value = parse_json(point);
-        add(value.at("done").as_double(), value.at("metrics"));
-    }
-}
-
 void WorkerChannel::send(std::string_view event, Value::Map entries)
 {
     entries.insert(entries.begin(), Value::Entry{"event", event});
@@ -157,11 +125,6 @@ void take_stop_signals()
     action.sa_flags = SA_RESTART | SA_SIGINFO;
     for (const int number : {SIGTERM, SIGINT, SIGHUP})
         sigaction(number, &action, nullptr);
-}
-
-bool stop_requested()
-{
-    return stop;
 }
 
 WorkerContext::WorkerContext(WorkerChannel& channel, const Store& store, const WorkerRequest& request, std::string temporary)
@@ -201,13 +164,14 @@ void WorkerContext::keep_curves(double done, std::string_view unit)
         return;
     curve_unit_ = unit;
     metrics_changed_ = false;
+    // A full disk does not end the stage.
     if (curves_.add(done, metrics_) && checkpointing_)
-        add_line(store_.checkpoint_file(key_, ".curves"), MetricCurves::line(done, metrics_));
+        attempt([&] { Journal(store_.checkpoint_file(key_, ".curves")).add(Value::Map{{"done", done}, {"metrics", metrics_}}); });
 }
 
 void WorkerContext::check_canceled() const
 {
-    if (stop_requested())
+    if (stop)
         throw Canceled();
 }
 
@@ -222,16 +186,6 @@ void WorkerContext::say(std::string_view event, std::string_view text)
             kept.push_back(Value::Map{{"message", "(more was said, and is not kept)"}});
     }
     channel_.send(event, {{"text", text}});
-}
-
-void WorkerContext::message(std::string_view text)
-{
-    say("message", text);
-}
-
-void WorkerContext::warning(std::string_view text)
-{
-    say("warning", text);
 }
 
 void WorkerContext::metric(std::string_view name, double value)
@@ -322,7 +276,8 @@ fs::path WorkerContext::checkpoint_folder()
         make_folder(folder);
         checkpointing_ = true;
         checkpoint_time_ = modified(folder);
-        curves_.load(store_.checkpoint_file(key_, ".curves"));
+        for (const Value& point : Journal(store_.checkpoint_file(key_, ".curves")).read())
+            attempt([&] { curves_.add(point.at("done").as_double(), point.at("metrics")); });
     }
     return folder;
 }
@@ -342,11 +297,6 @@ void WorkerContext::depend_on(const fs::path& path, bool folder)
     const auto [entry, is_new] = dependencies_.emplace(std::pair(absolute, folder), std::move(taken));
     if (is_new && checkpointing_)
         record_dependencies();
-}
-
-void WorkerContext::reads_file(const fs::path& file)
-{
-    depend_on(file, false);
 }
 
 void WorkerContext::reads_folder(const fs::path& folder, std::string_view names)

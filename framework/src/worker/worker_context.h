@@ -32,7 +32,6 @@ class WorkerChannel
 
 /// From now on SIGTERM, SIGINT and SIGHUP ask this process to stop instead of ending it.
 void take_stop_signals();
-bool stop_requested();
 
 /// How the running figures of a stage went, from what it says with metric and progress; thinned evenly where there are many
 /// points.
@@ -53,11 +52,6 @@ class MetricCurves
     Value to_value(std::string_view unit) const;
     const std::vector<Point>& points() const { return points_; }
 
-    /// A line, with its checksum, of a file that takes the curves over a killed run.
-    static std::string line(double done, const Value& metrics);
-    /// Loads the whole lines of such a file; none if it is missing.
-    void load(const std::filesystem::path& file);
-
   private:
     void thin();
 
@@ -76,15 +70,15 @@ class WorkerContext final : public RunContext
     void progress(double done, double total, std::string_view unit) override;
     void check_canceled() const override;
     int threads() const override { return request_.threads; }
-    void message(std::string_view text) override;
-    void warning(std::string_view text) override;
+    void message(std::string_view text) override { say("message", text); }
+    void warning(std::string_view text) override { say("warning", text); }
     void metric(std::string_view name, double value) override;
     void report(std::string_view key, Value value) override;
     Value origin() const override { return origin_; }
     std::filesystem::path preview_folder() override;
     std::filesystem::path scratch_folder() override;
     std::filesystem::path checkpoint_folder() override;
-    void reads_file(const std::filesystem::path& file) override;
+    void reads_file(const std::filesystem::path& file) override { depend_on(file, false); }
     using RunContext::reads_folder;
     void reads_folder(const std::filesystem::path& folder, std::string_view names) override;
 

@@ -40,8 +40,6 @@ auto named(const std::filesystem::path& library, const Work& work)
 
 }  // namespace
 
-WorkerFactory::~WorkerFactory() = default;
-
 std::unique_ptr<Configurable> WorkerFactory::make(const std::string& type, std::string_view kind)
 {
     const auto library = libraries_.find(type);

@@ -31,7 +31,6 @@ class WorkerFactory final : public ComponentFactory
         : libraries_(std::move(libraries)), identities_(std::move(identities))
     {
     }
-    ~WorkerFactory() override;
 
     std::shared_ptr<Component> create(std::string_view kind, const Value& config) override;
     /// An object that is not configured yet. Throws PluginFailure naming the file.

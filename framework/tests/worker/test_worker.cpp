@@ -21,9 +21,9 @@ fs::path object_with(const Workplace& place, const std::string& output)
     return "nothing with " + output;
 }
 
-Value manifest_with(const Workplace& place, const std::string& output)
+Value manifest_in(const fs::path& object)
 {
-    return fresco::parse_json(fresco::read_text_file(object_with(place, output) / "manifest.json"));
+    return fresco::parse_json(fresco::read_text_file(object / "manifest.json"));
 }
 
 /// Origin that a stage at the end of a diamond is told.
@@ -75,8 +75,7 @@ TEST_CASE("Every failure has an error message and the right exit code, and publi
 
 TEST_CASE("An output that is left out leaves an optional input empty, and stops a stage that needs it")
 {
-    Workplace place;
-    place.write_stages(R"(
+    RoomPlace place(R"(
   maybe: {type: test.maybe, log: log}
   add:   {type: test.add, input: {left: maybe.always, right: maybe.table}}
   text:  {type: test.sink, input: add, path: sum.txt}
@@ -91,21 +90,16 @@ TEST_CASE("An output that is left out leaves an optional input empty, and stops 
     place.make(without);
     CHECK(place.log().empty());
 
-    place.write("needs.yaml", "version: 1\nstages:\n  maybe: {type: test.maybe, made: false}\n"
-                              "  text: {type: test.sink, input: maybe.table}\n");
-    const Finished needs = place.run({"run", "needs.yaml"});
-    CHECK(needs.code == 3);
-    CHECK(contains(needs.err, "needs.yaml:4:3: error: stage text (test.sink)"));
-    CHECK(contains(needs.err, "input 'table' is empty: maybe.table is optional, and that stage made none"));
+    place.write_stages("\n  maybe: {type: test.maybe, made: false}\n  text: {type: test.sink, input: maybe.table}\n");
+    CHECK(contains(place.run({"run", "room.yaml"}, 3).err,
+                   "room.yaml:4:3: error: stage text (test.sink): input 'table' is empty: maybe.table is optional"));
 }
 
 TEST_CASE("The manifest says how a result came about; a figure that is not a number is null there and in progress")
 {
-    Workplace place;
-    place.write_stages("\n  source: {type: test.source, value: 3}\n");
+    RoomPlace place("\n  source: {type: test.source, value: 3}\n");
     place.make({"--cores", "1"});
-    const Value manifest = manifest_with(place, "table");
-    CHECK(manifest.at("type").as_string() == "test.source");
+    const Value manifest = manifest_in(object_with(place, "table"));
     CHECK(manifest.at("options").at("value").as_double() == 3);
     CHECK(manifest.at("report").at("threads").as_int() == 1);
     CHECK(manifest.at("versions").at("Testlib").as_string() == "1.2.3");
@@ -114,10 +108,9 @@ TEST_CASE("The manifest says how a result came about; a figure that is not a num
     CHECK(manifest.find("processor") != nullptr);
     CHECK(fs::is_empty(place.file(".fresco/tmp")));
 
-    Workplace other;
-    other.write("room.yaml", "version: 1\nstages:\n  mean: {type: test.unmeasured}\n");
-    const Finished finished = other.make({"--json-log"});
-    CHECK(manifest_with(other, "table").at("report") ==
+    place.write_stages("\n  mean: {type: test.unmeasured}\n");
+    const Finished finished = place.make({"--json-log", "--store", "other"});
+    CHECK(manifest_in(place.objects("other").front()).at("report") ==
           Value(Value::Map{{"mean", Value()}, {"ranges", Value::Map{{"list", Value::List{1.5, Value()}}, {"count", 3}}}}));
     const std::vector<Value> progress = events(finished.out, "progress");
     REQUIRE(progress.size() == 1);
@@ -135,13 +128,12 @@ TEST_CASE("Equal components are one object, a file goes through its reader")
 )");
     place.make();
     CHECK(place.read("out/x.txt") == "28.000000\n");
-    CHECK(manifest_with(place, "scaled").at("report").at("shared").as_bool());
+    CHECK(manifest_in(object_with(place, "scaled")).at("report").at("shared").as_bool());
 }
 
 TEST_CASE("A damaged result is named and made again in the same run; store verify finds it too")
 {
-    Workplace place;
-    place.write_stages(three_stages);
+    RoomPlace place(three_stages);
     place.make();
     const fs::path source = object_with(place, "table");
     const auto damage = [&] { std::ofstream(source / "table/table.json") << R"({"columns":["value"],"rows":[[9]]})"; };
@@ -154,17 +146,14 @@ TEST_CASE("A damaged result is named and made again in the same run; store verif
     CHECK(place.log().size() == 4);
     CHECK(place.run({"store", "verify"}).code == 0);
     damage();
-    const Finished verified = place.run({"store", "verify"});
-    CHECK(verified.code == 1);
-    CHECK(contains(verified.out, source.filename()));
+    CHECK(contains(place.run({"store", "verify"}, 1).out, source.filename()));
     CHECK(place.run({"store", "verify", "--remove"}).code == 0);
     CHECK(place.run({"store", "verify"}).code == 0);
 }
 
 TEST_CASE("A file that a result shares with its input is made again where it is damaged while the stage runs")
 {
-    Workplace place;
-    place.write_stages(R"(
+    RoomPlace place(R"(
   first:  {type: test.pass_mesh, log: log}
   second: {type: test.pass_mesh, input: first, damage: damaged, log: log}
 )");
@@ -175,15 +164,15 @@ TEST_CASE("A file that a result shares with its input is made again where it is 
 
 TEST_CASE("A damaged result that another run is already making again is left to that run")
 {
-    Workplace place;
-    place.write_stages(three_stages);
+    RoomPlace place(three_stages);
     place.make();
-    const fs::path table = object_with(place, "table") / "table/table.json";
+    const fs::path source = object_with(place, "table");
+    const fs::path table = source / "table/table.json";
     const std::string whole = fresco::read_text_file(table);
     std::ofstream(table) << "scribble";
     place.clear_log();
     // The other run: at work on the key until the result is whole again.
-    FileLock other(place.file(".fresco/locks/" + manifest_with(place, "table").at("key").as_string()));
+    FileLock other(place.file(".fresco/locks/" + manifest_in(source).at("key").as_string()));
     REQUIRE(other.try_exclusive());
     const bool verifies = GENERATE(false, true);
     const auto run =
@@ -201,8 +190,7 @@ TEST_CASE("A damaged result that another run is already making again is left to 
 
 TEST_CASE("A killed host takes its stages with it")
 {
-    Workplace place;
-    place.write_stages("\n  slow: {type: test.slow, steps: 100000, step_ms: 20, log: log}\n");
+    RoomPlace place("\n  slow: {type: test.slow, steps: 100000, step_ms: 20, log: log}\n");
     const auto run = place.start({"run", "room.yaml"});
     Workplace::wait_until([&] { return !place.log().empty(); });
     const fs::path stage = "/proc/" + std::to_string(run->a_child());
@@ -217,7 +205,6 @@ TEST_CASE("Of an absolute path the name of what it leads to is kept, wherever it
     for (const auto& [text, expected] : std::map<std::string, std::string>{{"/home/ann/scan", "scan"},
                                                                            {"/home/ann lee/my scan", "my scan"},
                                                                            {"/home/ann/scan/", "scan/"},
-                                                                           {"~/scan", "scan"},
                                                                            {"~ann/scan", "scan"},
                                                                            {"--in=/home/ann lee/x.png", "--in=x.png"},
                                                                            {"a /b/c --out /d/e", "a e"},
@@ -225,20 +212,18 @@ TEST_CASE("Of an absolute path the name of what it leads to is kept, wherever it
                                                                            {"input:data/scan", "input:data/scan"},
                                                                            {"https://host/page", "https://host/page"},
                                                                            {"1/2", "1/2"},
-                                                                           {"/", ""},
-                                                                           {"", ""}})
+                                                                           {"/", ""}})
     {
         INFO(text);
         CHECK(without_folders(text) == expected);
     }
 }
 
-TEST_CASE("A stage learns how its result comes about, from options to figures, without paths")
+TEST_CASE("A stage learns how its result comes about, whatever the store still holds and wherever it lies, without paths")
 {
     Workplace place;
     const std::string text = told(place);
-    CHECK_FALSE(contains(text, place.root().string()));
-    CHECK_FALSE(contains(text, "log"));
+    CHECK(text.find(place.root().string()) == std::string::npos);
     const Value origin = fresco::parse_json(text);
     CHECK(origin.at("versions").at("Testlib") == Value("1.2.3"));
     CHECK(origin.at("versions").find("fresco") != nullptr);
@@ -256,20 +241,14 @@ TEST_CASE("A stage learns how its result comes about, from options to figures, w
     CHECK(stages[4].at("inputs") == Value(Value::Map{{"left", "test.add"}, {"right", "test.source 2"}}));
     CHECK(stages[0].at("figures") == Value(Value::Map{{"threads", 1}}));
     CHECK(stages[5].find("figures") == nullptr);
-}
 
-TEST_CASE("What a stage learns of its origin does not depend on what the store still holds, nor on where it lies")
-{
-    Workplace place;
-    const std::string text = told(place);
     // Only the result that the stage reads stays.
     for (const auto& object : place.objects())
-        if (fresco::parse_json(fresco::read_text_file(object / "manifest.json")).at("stage") != Value("sum"))
+        if (manifest_in(object).at("stage") != Value("sum"))
             fs::remove_all(object);
     place.clear_log();
     CHECK(told(place) == text);
     CHECK(place.log() == Words{"told"});
-
     Workplace elsewhere;
     CHECK(told(elsewhere) == text);
 }
@@ -290,7 +269,7 @@ TEST_CASE("Times and long lists are no part of an origin")
               {"charts", 427}, {"mesh", "mesh.ply"}, {"up", Value::List{0, 0, 1}}, {"judged", Value::Map{{"least", 150}}}}));
 }
 
-TEST_CASE("curves are kept within bounds, go back with their stage and survive a killed run")
+TEST_CASE("curves are kept within bounds and go back with their stage")
 {
     const auto loss = [](double value) { return Value(Value::Map{{"loss", value}}); };
     MetricCurves curves;
@@ -298,27 +277,17 @@ TEST_CASE("curves are kept within bounds, go back with their stage and survive a
     CHECK(curves.to_value("steps").is_null());
     for (int step = 1; step <= 10'000; ++step)
         curves.add(step, loss(step));
-    CHECK(curves.points().size() <= MetricCurves::most_points);
-    CHECK(curves.points().size() > MetricCurves::most_points / 3);
-    CHECK(curves.points().front().done == 1);
-    CHECK(curves.points().back().done > 9900);
-    const double step = curves.points()[1].done - curves.points()[0].done;
-    for (std::size_t i = 1; i < curves.points().size(); ++i)
-        CHECK(curves.points()[i].done - curves.points()[i - 1].done == step);
+    const auto& points = curves.points();
+    CHECK(points.size() <= MetricCurves::most_points);
+    CHECK(points.size() > MetricCurves::most_points / 3);
+    CHECK(points.back().done > 9900);
+    for (std::size_t i = 0; i < points.size(); ++i)
+        CHECK(points[i].done == 1 + static_cast<double>(i) * (points[1].done - 1));
     MetricCurves back;
     for (const int done : {1, 2, 3, 4, 2})
         back.add(done, loss(done * 10));
-    CHECK(back.to_value("steps").at("done") == Value::List{1.0, 2.0});
-
-    const fresco::testing::TemporaryFolder folder;
-    const auto file = folder.path() / "curves";
-    std::string damaged = MetricCurves::line(2, loss(30));
-    damaged.replace(damaged.find("30"), 2, "31");
-    std::ofstream(file) << MetricCurves::line(1, loss(4)) << damaged << MetricCurves::line(2, loss(3))
-                        << MetricCurves::line(3, Value::Map{{"loss", Value()}, {"other", 7}}) << R"({"done":4,"me)";
-    MetricCurves taken;
-    taken.load(file);
-    taken.load(folder.path() / "nothing");
-    CHECK(taken.to_value("steps") ==
-          fresco::parse_json(R"({"unit":"steps","done":[1.0,2.0,3.0],"metrics":{"loss":[4.0,3.0,null],"other":[null,null,7]}})"));
+    back.add(3, Value::Map{{"loss", Value()}, {"other", 7}});
+    CHECK(
+        back.to_value("steps") ==
+        fresco::parse_json(R"({"unit":"steps","done":[1.0,2.0,3.0],"metrics":{"loss":[10.0,20.0,null],"other":[null,null,7]}})"));
 }

@@ -114,6 +114,15 @@ class Workplace
     int count_ = 0;
 };
 
+/// A workplace with room.yaml: these stages, or a whole text with its version.
+struct RoomPlace : Workplace
+{
+    explicit RoomPlace(const std::string& text, const Words& plugins = {"good"}) : Workplace(plugins)
+    {
+        write("room.yaml", text.starts_with("version") ? text : "version: 1\nstages:" + text);
+    }
+};
+
 /// The events of `--json-log`; with `name`, those of this name.
 inline std::vector<fresco::Value> events(const std::string& out, const std::string& name = "")
 {

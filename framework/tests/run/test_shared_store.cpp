@@ -11,25 +11,25 @@ const char* const slow = "version: 1\nstages:\n  slow: {type: test.slow, steps: 
 
 }  // namespace
 
-#ifndef __SANITIZE_ADDRESS__
-TEST_CASE("A result that another machine made while this one waited is found, although it was not there before")
+TEST_CASE("Two runs at once make a result once, also on two machines; the one that waits says which process makes it")
 {
-    Workplace place;
-    place.write("room.yaml", slow);
+    RoomPlace place(slow);
     const auto first = place.start({"run", "room.yaml", "--out", "first"});
     Workplace::wait_until([&] { return !place.log().empty(); });
-    place.environment["LD_PRELOAD"] = test_plugin("lacking/lacking.so");
+    const std::string maker = std::to_string(first->a_child());
+#ifndef __SANITIZE_ADDRESS__
+    // A network file system remembers that the result was not there before.
+    place.environment["LD_PRELOAD"] = GENERATE(fs::path(), test_plugin("lacking/lacking.so"));
     place.environment["LACKING_NAMES"] = "1";
-    place.make();
+#endif
+    CHECK(contains(place.make().err, "slow: waiting for another run that makes the same result: process " + maker + " on "));
     CHECK(first->wait().code == 0);
     CHECK(place.log() == Words{"slow from 0"});
 }
-#endif
 
 TEST_CASE("A checkpoint of another type of processor is not gone on with, and that is said")
 {
-    Workplace place;
-    place.write("room.yaml", slow);
+    RoomPlace place(slow);
     {
         const auto run = place.start({"run", "room.yaml", "--json-log", "--set", "slow.step_ms=400"});
         // Then it has a checkpoint.

@@ -19,8 +19,7 @@ std::size_t log_count(const Workplace& place)
 
 TEST_CASE("What a stage prints is kept, to a megabyte, with a line that says what was left out", "[log]")
 {
-    Workplace place({"good", "misbehaving"});
-    place.write_stages(printing_room);
+    RoomPlace place(printing_room, {"good", "misbehaving"});
     place.make();
     const Finished shown = place.run({"log", "room.yaml", "talker"}, 0);
     CHECK(shown.out.size() > (std::size_t{1} << 19U));
@@ -41,8 +40,7 @@ TEST_CASE("What a stage prints is kept, to a megabyte, with a line that says wha
 
 TEST_CASE("A log belongs to a result: who finds the result finds the log, and it is removed with it", "[log]")
 {
-    Workplace place({"good", "misbehaving"});
-    place.write_stages(printing_room);
+    RoomPlace place(printing_room, {"good", "misbehaving"});
     const Words quiet{"--set", "talker.how=nothing"};
     place.make(quiet);
     place.make();
@@ -52,8 +50,8 @@ TEST_CASE("A log belongs to a result: who finds the result finds the log, and it
     fs::copy_file(place.file("room.yaml"), place.file("same.yaml"));
     REQUIRE(place.run({"run", "same.yaml"}).code == 0);
     CHECK(contains(place.run({"log", "same.yaml", "talker"}).out, "line 299999"));
-    const auto run = place.read_json("out/run.json");
-    CHECK(contains(fresco::read_text_file(run.at("stages").as_list().at(0).at("log").as_string()), "line 299999"));
+    const fresco::Value stage = place.read_json("out/run.json").at("stages").as_list().at(0);
+    CHECK(contains(fresco::read_text_file(stage.at("log").as_string()), "line 299999"));
     fs::remove(place.file("same.yaml"));
     REQUIRE(place.run({"store", "gc", "--keep-days", "0"}).code == 0);
     CHECK(log_count(place) == 2);
@@ -62,12 +60,9 @@ TEST_CASE("A log belongs to a result: who finds the result finds the log, and it
 
 TEST_CASE("The log of a stage that failed is kept, and the error names the command that shows it", "[log]")
 {
-    Workplace place({"good", "misbehaving"});
-    place.write_stages(printing_room);
-    const auto failed = [&](const std::string& how, const std::string& store)
-    {
-        const Finished finished = place.run({"run", "room.yaml", "--set", "talker.how=" + how, "--store", store}, 1);
-        return finished.err;
+    RoomPlace place(printing_room, {"good", "misbehaving"});
+    const auto failed = [&](const std::string& how, const std::string& store) {
+        return place.run({"run", "room.yaml", "--set", "talker.how=" + how, "--store", store}, 1).err;
     };
     const auto log = [&] { return place.run({"log", "room.yaml", "talker"}); };
     CHECK(contains(failed("print_and_throw", ".fresco"), "enough\n    all that it printed: fresco log room.yaml talker\n"));
@@ -83,19 +78,14 @@ TEST_CASE("The log of a stage that failed is kept, and the error names the comma
 
 TEST_CASE("fresco log says what there is where it finds none", "[log]")
 {
-    Workplace place;
-    place.write_stages("\n  source: {type: test.source}\n");
+    RoomPlace place("\n  source: {type: test.source}\n");
     place.write("other.yaml", "version: 1\nstages: {}\n");
-    const auto problem = [&](const std::string& pipeline, const std::string& stage)
-    {
-        const Finished finished = place.run({"log", pipeline, stage}, 3);
-        return finished.err;
-    };
-    CHECK(contains(problem("room.yaml", "source"), "not a store; set its folder with --store"));
+    const auto problem = [&](const std::string& pipeline) { return place.run({"log", pipeline, "sorce"}, 3).err; };
+    CHECK(contains(problem("room.yaml"), "not a store; set its folder with --store"));
     place.make();
-    CHECK(contains(problem("room.yaml", "sorce"), "error: room.yaml: no stage 'sorce' has run (did you mean 'source'?)"));
-    CHECK(contains(problem("other.yaml", "source"), "other.yaml: none of its stages has run with the store "));
-    CHECK(contains(problem("nothing.yaml", "source"), "nothing.yaml: no such file"));
+    CHECK(contains(problem("room.yaml"), "error: room.yaml: no stage 'sorce' has run (did you mean 'source'?)"));
+    CHECK(contains(problem("other.yaml"), "other.yaml: none of its stages has run with the store "));
+    CHECK(contains(problem("nothing.yaml"), "nothing.yaml: no such file"));
 }
 
 TEST_CASE("The log of a stage that resumes goes on", "[log]")

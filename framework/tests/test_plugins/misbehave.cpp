@@ -28,15 +28,6 @@ namespace
 
 namespace fs = std::filesystem;
 
-/// Ends the process badly where it ends by exit.
-struct Aborting
-{
-    Aborting() = default;
-    Aborting(const Aborting&) = delete;
-    Aborting& operator=(const Aborting&) = delete;
-    ~Aborting() { std::abort(); }
-};
-
 /// A comma in numbers, and points between thousands.
 struct Comma : std::numpunct<char>
 {
@@ -51,12 +42,6 @@ __attribute__((noinline)) int endless(volatile char* above)
     volatile char room[4096];
     room[0] = above == nullptr ? '0' : *above;
     return endless(room) + room[0];
-}
-
-void keep_busy()
-{
-    for (volatile bool on = true; on;)
-        continue;
 }
 
 /// Uses memory until none is left.
@@ -147,13 +132,6 @@ void leave_process()
         pause();
 }
 
-void crash_and_leave()
-{
-    leave_process();
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
-    (void)std::raise(SIGSEGV);
-}
-
 [[noreturn]] void stay_deaf()
 {
     for (int number = 1; number < 32; ++number)
@@ -166,12 +144,6 @@ void limit(int resource, rlim_t most)
 {
     const rlimit both{most, most};
     setrlimit(static_cast<decltype(RLIMIT_NOFILE)>(resource), &both);
-}
-
-[[noreturn]] void end_by_exit()
-{
-    static const Aborting at_exit;
-    std::exit(0);
 }
 
 void print_lines(int count)
@@ -198,7 +170,12 @@ const std::map<std::string, std::function<void(const Surroundings&)>>& ways()
         {"segfault", [](In) { *reinterpret_cast<volatile int*>(std::uintptr_t{8}) = 1; }},
         {"overflow", [](In) { (void)endless(nullptr); }},
         {"exit_canceled", [](In) { std::_Exit(75); }},
-        {"end_by_exit", [](In) { end_by_exit(); }},
+        {"end_by_exit",
+         [](In)
+         {
+             std::atexit([] { std::abort(); });
+             std::exit(0);
+         }},
         {"throw_int", [](In) { throw 7; }},
         // As OpenBLAS, libgomp and the standard library do where no thread can be started.
         {"interrupt_itself", [](In) { (void)std::raise(SIGINT); }},
@@ -209,7 +186,12 @@ const std::map<std::string, std::function<void(const Surroundings&)>>& ways()
              std::_Exit(1);
          }},
         {"throw_no_thread", [](In) { throw std::system_error(EAGAIN, std::generic_category()); }},
-        {"loop", [](In) { keep_busy(); }},
+        {"loop",
+         [](In)
+         {
+             for (volatile bool on = true; on;)
+                 continue;
+         }},
         {"deaf", [](In) { stay_deaf(); }},
         {"allocate",
          [](In)
@@ -219,7 +201,13 @@ const std::map<std::string, std::function<void(const Surroundings&)>>& ways()
          }},
         // In two processes of its own, of which the host knows nothing and neither of which is too large by itself.
         {"allocate_elsewhere", [](In) { fork() == 0 || fork() == 0 ? take_all_memory() : (void)pause(); }},
-        {"crash_and_leave", [](In) { crash_and_leave(); }},
+        {"crash_and_leave",
+         [](In)
+         {
+             leave_process();
+             std::this_thread::sleep_for(std::chrono::milliseconds(50));
+             (void)std::raise(SIGSEGV);
+         }},
         {"leave_session", [](In) { leave_process(); }},
         {"fork", [](In) { (void)!fork(); }},
         {"kill_others", [](In) { kill_others(); }},

@@ -49,6 +49,13 @@ double value_of(const Table& table)
     return table.rows.at(0).at(0).as_double();
 }
 
+Files listing(std::vector<std::string> names)
+{
+    Files files;
+    files.names = std::move(names);
+    return files;
+}
+
 /// One line per run, so that tests can count.
 class LoggedStage : public fresco::Stage
 {
@@ -242,19 +249,16 @@ class Sink final : public LoggedStage
     void run(RunContext&) override
     {
         log("sink " + path->path);
-        Files made;
-        const std::string text = *before + std::to_string(value_of(*table)) + "\n";
-        const auto write = [&](const std::string& name)
+        std::vector<std::string> names{path->path};
+        for (int i = 0; i < *copies; ++i)
+            names.push_back("copies/" + std::to_string(i) + ".txt");
+        for (const std::string& name : names)
         {
             const auto file = files.folder().path / name;
             std::filesystem::create_directories(file.parent_path());
-            fresco::write_file(file, text);
-            made.names.push_back(name);
-        };
-        write(path->path);
-        for (int i = 0; i < *copies; ++i)
-            write("copies/" + std::to_string(i) + ".txt");
-        files = std::move(made);
+            fresco::write_file(file, *before + std::to_string(value_of(*table)) + "\n");
+        }
+        files = listing(std::move(names));
     }
 };
 FRESCO_STAGE("test.sink", Sink, "A number as a text file")
@@ -270,9 +274,7 @@ class Told final : public LoggedStage
     {
         log("told");
         fresco::write_file(files.folder().path / path->path, fresco::to_json(run.origin()));
-        Files made;
-        made.names = {path->path};
-        files = std::move(made);
+        files = listing({path->path});
     }
 };
 FRESCO_STAGE("test.told", Told, "Writes the origin of a number")
@@ -287,20 +289,20 @@ class Pieces final : public LoggedStage
     void run(RunContext& run) override
     {
         const fresco::KeptPieces kept(run);
-        Files made;
+        std::vector<std::string> names;
         for (int i = 0; i < *count; ++i)
         {
             const auto piece = static_cast<std::size_t>(i);
-            made.names.push_back("piece_" + std::to_string(i) + ".txt");
+            names.push_back("piece_" + std::to_string(i) + ".txt");
             if (kept.find(piece))
                 continue;
             log("piece " + std::to_string(i));
-            fresco::write_file(kept.folder() / made.names.back(), "piece " + std::to_string(i) + "\n");
-            kept.note(piece, {made.names.back()}, {});
+            fresco::write_file(kept.folder() / names.back(), "piece " + std::to_string(i) + "\n");
+            kept.note(piece, {names.back()}, {});
             std::this_thread::sleep_for(std::chrono::milliseconds(*wait_ms));
         }
-        kept.link(made.names, files.folder().path);
-        files = std::move(made);
+        kept.link(names, files.folder().path);
+        files = listing(std::move(names));
     }
 };
 FRESCO_STAGE("test.pieces", Pieces, "Text files, one at a time")

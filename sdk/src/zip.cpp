@@ -53,15 +53,52 @@ ZipReader::ZipReader(std::span<const std::byte> bytes, std::string_view source) 
     check_overlaps(static_cast<std::size_t>(begin));
 }
 
-std::span<const std::byte> ZipReader::contents(const std::string& name) const
+const ZipReader::Entry& ZipReader::entry(const std::string& name) const
 {
     const auto found = entries_.find(name);
     if (found == entries_.end())
         throw Error(source_ + ": the archive lacks the entry '" + name + "'");
-    const auto data = bytes_.subspan(found->second.data, found->second.size);
-    if (checksum_of(data) != found->second.checksum)
-        fail(found->second.data, "the entry '" + name + "' is damaged: its checksum is wrong");
+    return found->second;
+}
+
+std::span<const std::byte> ZipReader::contents(const std::string& name) const
+{
+    const Entry& found = entry(name);
+    if (found.is_deflated)
+        fail(found.header, "the entry '" + name + "' is compressed; expected it stored");
+    const auto data = bytes_.subspan(found.data, found.size);
+    if (checksum_of(data) != found.checksum)
+        fail(found.data, "the entry '" + name + "' is damaged: its checksum is wrong");
     return data;
+}
+
+std::vector<std::byte> ZipReader::unpacked(const std::string& name, std::size_t most_bytes) const
+{
+    const Entry& found = entry(name);
+    if (found.unpacked_size > most_bytes)
+        fail(found.header,
+             fmt::format("the entry '{}' has {} bytes; expected at most {}", name, found.unpacked_size, most_bytes));
+    constexpr std::size_t most_ratio = 1100;  // Deflate gives at most 1032 times its bytes.
+    if (found.is_deflated && found.unpacked_size / most_ratio > found.size)
+        fail(found.header, "the entry '" + name + "' is damaged: it claims more than its data can hold");
+    if (!found.is_deflated)
+    {
+        const auto stored = contents(name);
+        return {stored.begin(), stored.end()};
+    }
+    std::vector<std::byte> result(found.unpacked_size);
+    const auto packed = bytes_.subspan(found.data, found.size);
+    z_stream stream{};
+    stream.next_in = reinterpret_cast<Bytef*>(const_cast<std::byte*>(packed.data()));
+    stream.avail_in = static_cast<uInt>(packed.size());
+    stream.next_out = reinterpret_cast<Bytef*>(result.data());
+    stream.avail_out = static_cast<uInt>(result.size());
+    const bool is_open = inflateInit2(&stream, -MAX_WBITS) == Z_OK;
+    const bool is_whole = is_open && inflate(&stream, Z_FINISH) == Z_STREAM_END && stream.avail_out == 0;
+    inflateEnd(&stream);
+    if (!is_whole || checksum_of(result) != found.checksum)
+        fail(found.data, "the entry '" + name + "' is damaged");
+    return result;
 }
 
 std::vector<std::string> ZipReader::names() const
@@ -74,7 +111,7 @@ std::vector<std::string> ZipReader::names() const
 
 void ZipReader::fail(std::size_t offset, const std::string& what) const
 {
-    throw Error(fmt::format("{}: byte {}: {}; not a whole zip archive of stored files", source_, offset, what));
+    throw Error(fmt::format("{}: byte {}: {}; not a whole zip archive", source_, offset, what));
 }
 
 std::uint64_t ZipReader::number(std::size_t offset, std::size_t bytes) const
@@ -111,12 +148,16 @@ std::size_t ZipReader::read_entry(std::size_t offset, std::size_t end)
     if (length > end - offset)
         fail(offset, "an entry of the central directory is cut off");
     const std::string name(reinterpret_cast<const char*>(bytes_.data()) + offset + directory_entry_size, name_length);
-    if ((flags & encrypted) != 0 || method != 0)
-        fail(offset, "an entry that is compressed or encrypted; expected stored ones");
-    if (saturated(size) || saturated(header) || packed != size)
+    if ((flags & encrypted) != 0 || (method != 0 && method != Z_DEFLATED))
+        fail(offset, "an entry that is encrypted, or compressed in another way than by deflate");
+    if (saturated(size) || saturated(header) || (method == 0 && packed != size))
         fail(offset, "an entry of more than 4 GiB or with two sizes");
-    Entry entry{static_cast<std::size_t>(header), 0, static_cast<std::size_t>(size),
-                static_cast<std::uint32_t>(number(offset + 16, 4))};
+    Entry entry{static_cast<std::size_t>(header),
+                0,
+                static_cast<std::size_t>(packed),
+                static_cast<std::size_t>(size),
+                static_cast<std::uint32_t>(number(offset + 16, 4)),
+                method != 0};
     check_header(name, entry);
     if (!entries_.emplace(name, entry).second)
         fail(offset, "two entries of the same name");
@@ -134,9 +175,9 @@ void ZipReader::check_header(const std::string& name, Entry& entry) const
     if (length > bytes_.size() - at || entry.size > bytes_.size() - at - length)
         fail(at, "an entry beyond the end of the file");
     const bool has_sizes = (flags & sizes_follow) == 0;
-    if (number(at + 8, 2) != 0 || name_length != name.size() ||
+    if (number(at + 8, 2) != (entry.is_deflated ? Z_DEFLATED : 0U) || name_length != name.size() ||
         std::memcmp(bytes_.data() + at + header_size, name.data(), name.size()) != 0 ||
-        (has_sizes && (number(at + 14, 4) != entry.checksum || number(at + 22, 4) != entry.size)))
+        (has_sizes && (number(at + 14, 4) != entry.checksum || number(at + 22, 4) != entry.unpacked_size)))
         fail(at, "the header of an entry does not agree with the central directory");
     entry.data = at + static_cast<std::size_t>(length);
 }

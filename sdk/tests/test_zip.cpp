@@ -6,6 +6,7 @@
 #include <fresco/zip.h>
 
 #include <algorithm>
+#include <zlib.h>
 
 using namespace fresco;
 using Catch::Contains;
@@ -32,6 +33,35 @@ std::string packed(const Contents& contents)
 std::string_view text_of(std::span<const std::byte> bytes)
 {
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+/// An archive of one file that is packed by deflate.
+std::string deflated(const std::string& name, const std::string& data)
+{
+    std::string packed(compressBound(data.size()), '\0');
+    z_stream stream{};
+    deflateInit2(&stream, 9, Z_DEFLATED, -MAX_WBITS, 8, Z_DEFAULT_STRATEGY);
+    stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(data.data()));
+    stream.avail_in = static_cast<uInt>(data.size());
+    stream.next_out = reinterpret_cast<Bytef*>(packed.data());
+    stream.avail_out = static_cast<uInt>(packed.size());
+    REQUIRE(deflate(&stream, Z_FINISH) == Z_STREAM_END);
+    packed.resize(stream.total_out);
+    deflateEnd(&stream);
+    const auto number = [](std::uint64_t value, int bytes)
+    {
+        std::string text;
+        for (int i = 0; i < bytes; ++i)
+            text += static_cast<char>(value >> (8 * i));
+        return text;
+    };
+    const auto checksum = crc32(0, reinterpret_cast<const Bytef*>(data.data()), static_cast<uInt>(data.size()));
+    const std::string common = number(20, 2) + number(0, 2) + number(Z_DEFLATED, 2) + number(0, 4) + number(checksum, 4) +
+                               number(packed.size(), 4) + number(data.size(), 4) + number(name.size(), 2) + number(0, 2);
+    const std::string file = "PK\3\4" + common + name + packed;
+    const std::string directory = "PK\1\2" + number(20, 2) + common + number(0, 14) + name;
+    return file + directory + "PK\5\6" + number(0, 4) + number(1, 2) + number(1, 2) + number(directory.size(), 4) +
+           number(file.size(), 4) + number(0, 2);
 }
 
 ZipReader opened(const std::string& archive)
@@ -73,6 +103,26 @@ TEST_CASE("A zip archive that was changed or cut is refused, or still holds what
         CHECK(found == text);
     }
     CHECK(noticed > text.size());
+}
+
+TEST_CASE("Files that are packed by deflate are read in full or refused")
+{
+    std::string text;
+    for (int i = 0; i < 300; ++i)
+        text += "row " + std::to_string(i * i) + "\n";
+    const std::string archive = deflated("rgbd/0.conf", text);
+    const ZipReader reader = opened(archive);
+    CHECK(text_of(reader.unpacked("rgbd/0.conf", text.size())) == text);
+    CHECK_THROWS_WITH(reader.unpacked("rgbd/0.conf", text.size() - 1), Contains("bytes; expected at most"));
+    CHECK_THROWS_WITH(reader.contents("rgbd/0.conf"), Contains("is compressed; expected it stored"));
+    for (std::size_t at = 0; at < archive.size(); ++at)
+    {
+        std::string changed = archive;
+        changed[at] = static_cast<char>(changed[at] ^ 4);
+        std::string found = text;
+        testing::error_of([&] { found = text_of(opened(changed).unpacked("rgbd/0.conf", std::size_t{1} << 30U)); });
+        CHECK(found == text);
+    }
 }
 
 TEST_CASE("ZipWriter: a full disk is an error that names the file")

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-/// \file Zip archives whose files are stored as they are, not compressed: PyTorch's state dicts are read, USDZ packages written.
+/// \file Zip archives: those of recordings and PyTorch's state dicts are read, USDZ packages written.
 
 namespace fresco
 {
@@ -20,11 +20,15 @@ namespace fresco
 class ZipReader
 {
   public:
-    /// Views `bytes`. Throws Error naming source and offset: an archive that is damaged, compressed, encrypted or over 4 GiB.
+    /// Views `bytes`. Throws Error naming source and offset: an archive that is damaged, encrypted, over 4 GiB, or packed in
+    /// another way than by deflate.
     ZipReader(std::span<const std::byte> bytes, std::string_view source);
 
-    /// The contents, compared with their checksum. Throws Error if there is no such file or it is damaged.
+    /// The contents of a file that is stored as it is, compared with their checksum. Throws Error if there is no such file, or it
+    /// is compressed or damaged.
     std::span<const std::byte> contents(const std::string& name) const;
+    /// The contents of any file, of at most `most_bytes`. Throws Error as contents() does, and for larger ones.
+    std::vector<std::byte> unpacked(const std::string& name, std::size_t most_bytes) const;
     bool contains(const std::string& name) const { return entries_.contains(name); }
     std::vector<std::string> names() const;  ///< Sorted.
 
@@ -33,10 +37,13 @@ class ZipReader
     {
         std::size_t header = 0;
         std::size_t data = 0;
-        std::size_t size = 0;
+        std::size_t size = 0;           ///< In the archive …
+        std::size_t unpacked_size = 0;  ///< … and of the contents.
         std::uint32_t checksum = 0;
+        bool is_deflated = false;
     };
 
+    const Entry& entry(const std::string& name) const;
     [[noreturn]] void fail(std::size_t offset, const std::string& what) const;
     std::uint64_t number(std::size_t offset, std::size_t bytes) const;
     std::size_t find_end() const;

@@ -229,12 +229,6 @@ std::size_t loading_threads(const torch::Device& device)
     return device.is_cpu() ? 1 : 4;
 }
 
-/// Views in memory in addition to the current one: on the CPU one waits while the next is made.
-std::size_t views_ahead(const torch::Device& device)
-{
-    return 1 + loading_threads(device);
-}
-
 std::vector<c10::Stream> side_streams(const torch::Device& device)
 {
     std::vector<c10::Stream> streams;
@@ -248,7 +242,7 @@ std::vector<c10::Stream> side_streams(const torch::Device& device)
 
 ViewFeed::ViewFeed(const torch::Device& device, std::size_t first, std::size_t last, const Make& make)
     : device_(device), streams_(side_streams(device)),
-      loader_(first, last, views_ahead(device), loading_threads(device),
+      loader_(first, last, 1 + loading_threads(device), loading_threads(device),
               [this, make](std::size_t index, std::size_t thread) { return load(index, thread, make); })
 {
 }

@@ -4,7 +4,10 @@
 #include <fresco/file_access.h>
 #include <fresco/files_io.h>
 
+#include <algorithm>
+#include <array>
 #include <cstring>
+#include <span>
 
 namespace fresco::synthesize
 {
@@ -13,33 +16,22 @@ namespace
 
 static_assert(sizeof(Match) == 32);
 
-/// Header of the file, little-endian like the rest.
-struct Header
-{
-    std::int64_t level = 0;
-    std::int64_t rounds = 0;
-    std::uint64_t matches = 0;
-    std::uint64_t crowding = 0;
-};
+/// Level, rounds, and the counts of matches and of crowding, which follow; little-endian as they are.
+using Header = std::array<std::int64_t, 4>;
 
 }  // namespace
 
 void write_checkpoint(const std::filesystem::path& file, const Checkpoint& checkpoint)
 {
-    const Header header{checkpoint.level, checkpoint.rounds, checkpoint.matches.size(), checkpoint.crowding.size()};
-    const std::size_t matches_bytes = checkpoint.matches.size() * sizeof(Match);
-    const std::size_t crowding_bytes = checkpoint.crowding.size() * sizeof(float);
-    std::vector<std::byte> bytes(sizeof header + matches_bytes + crowding_bytes);
-    std::byte* at = bytes.data();
-    const auto put = [&at](const void* from, std::size_t count)
+    std::vector<std::byte> bytes;
+    const auto put = [&bytes](const auto& values)
     {
-        if (count > 0)
-            std::memcpy(at, from, count);
-        at += count;
+        const auto raw = std::as_bytes(std::span(values));
+        bytes.insert(bytes.end(), raw.begin(), raw.end());
     };
-    put(&header, sizeof header);
-    put(checkpoint.matches.data(), matches_bytes);
-    put(checkpoint.crowding.data(), crowding_bytes);
+    put(Header{checkpoint.level, checkpoint.rounds, std::ssize(checkpoint.matches), std::ssize(checkpoint.crowding)});
+    put(checkpoint.matches);
+    put(checkpoint.crowding);
     write_checked(file, bytes);
 }
 
@@ -49,27 +41,20 @@ std::optional<Checkpoint> read_checkpoint(const std::filesystem::path& file)
         return std::nullopt;
     const std::vector<std::byte> bytes = read_checked(file);
     const Error damaged(file.string() + ": damaged");
-    Header header;
+    Header header{};
     if (bytes.size() < sizeof header)
         throw damaged;
-    const std::byte* at = bytes.data();
-    std::memcpy(&header, at, sizeof header);
-    at += sizeof header;
-    const auto rest = static_cast<std::size_t>(bytes.data() + bytes.size() - at);
-    if (header.matches > rest || header.crowding > rest ||
-        header.matches * sizeof(Match) + header.crowding * sizeof(float) != rest)
+    std::memcpy(header.data(), bytes.data(), sizeof header);
+    const auto rest = std::span(bytes).subspan(sizeof header);
+    const auto matches = static_cast<std::size_t>(header[2]);
+    const auto crowding = static_cast<std::size_t>(header[3]);
+    if (matches > rest.size() || crowding > rest.size() || matches * sizeof(Match) + crowding * sizeof(float) != rest.size())
         throw damaged;
-    Checkpoint result{static_cast<int>(header.level), static_cast<int>(header.rounds), {}, {}};
-    const auto take = [&at](auto& values, std::size_t count)
-    {
-        values.resize(count);
-        const std::size_t size = count * sizeof values[0];
-        if (size > 0)
-            std::memcpy(values.data(), at, size);
-        at += size;
-    };
-    take(result.matches, header.matches);
-    take(result.crowding, header.crowding);
+    Checkpoint result{static_cast<int>(header[0]), static_cast<int>(header[1]), std::vector<Match>(matches),
+                      std::vector<float>(crowding)};
+    const auto middle = rest.begin() + static_cast<std::ptrdiff_t>(matches * sizeof(Match));
+    std::copy(rest.begin(), middle, std::as_writable_bytes(std::span(result.matches)).begin());
+    std::copy(middle, rest.end(), std::as_writable_bytes(std::span(result.crowding)).begin());
     return result;
 }
 

@@ -3,6 +3,7 @@
 #include <fresco/dataset/dataset_files.h>
 #include <fresco/error.h>
 #include <fresco/images/filters.h>
+#include <fresco/images/sharpness.h>
 #include <fresco/npy.h>
 #include <fresco/texturing/exports.h>
 #include <fresco/value.h>
@@ -18,27 +19,21 @@ using namespace fresco;
 
 namespace
 {
-/// Without regard to the locale, and so that it reads back exactly.
-std::string text_of(double number)
-{
-    return to_json(number);
-}
-
 std::string pose_text(const RigidTransform& world_from_camera)
 {
     const Mat3& r = world_from_camera.rotation;
     const Vec3d t = world_from_camera.translation;
     const double translation[] = {t.x, t.y, t.z};
-    std::string text;
+    std::string text;  // Its numbers read back exactly.
     for (int row = 0; row < 3; ++row)
-        text += text_of(r(row, 0)) + " " + text_of(r(row, 1)) + " " + text_of(r(row, 2)) + " " + text_of(translation[row]) + "\n";
+        text += to_json(r(row, 0)) + " " + to_json(r(row, 1)) + " " + to_json(r(row, 2)) + " " + to_json(translation[row]) + "\n";
     return text + "0.0 0.0 0.0 1.0\n";
 }
 
 std::string camera_lines(const Intrinsics& k, const std::string& name)
 {
     return fmt::format("{0}Height = {1}\n{0}Width = {2}\nfx_{0} = {3}\nfy_{0} = {4}\nmx_{0} = {5}\nmy_{0} = {6}\n", name,
-                       k.height, k.width, text_of(k.fx), text_of(k.fy), text_of(k.cx), text_of(k.cy));
+                       k.height, k.width, to_json(k.fx), to_json(k.fy), to_json(k.cx), to_json(k.cy));
 }
 
 void check_scene_name(const std::string& scene)
@@ -107,7 +102,7 @@ WrittenFiles StylemeshLayout::write_view(const std::filesystem::path& folder, st
     WrittenFiles written;
     const Frame& shown = frame(view);
     const Raster8 picture = load_color(shown, &images);
-    written.sharpness = view_sharpness(picture);
+    written.sharpness = usual_sharpness(picture);
     written.write(folder, file("color", view, ".png"), images.encode_png(exported_for_stylemesh(picture)));
     written.write(folder, file("pose", view, ".txt"), bytes_of(pose_text(shown.color.world_from_camera)));
     if (has_sensor_depth_)

@@ -146,9 +146,6 @@ std::string transforms_text(const dataset::Manifest& manifest)
 namespace
 {
 
-constexpr int sharpness_width = 320;
-constexpr int sharpness_height = 240;
-
 std::string name_of(const UvMaps::View& view)
 {
     return view.sequence + "/" + view.frame;
@@ -183,11 +180,6 @@ UvMap checked_map(const UvMaps& maps, std::size_t view, std::size_t level)
     return map;
 }
 
-double view_sharpness(const Raster8& picture)
-{
-    return sharpness(picture, sharpness_width, sharpness_height);
-}
-
 WrittenFiles write_view(const std::filesystem::path& folder, const UvMaps& maps, std::size_t view, const Frame& frame,
                         const ImageIo* images, const ViewOptions& options)
 {
@@ -218,7 +210,7 @@ WrittenFiles write_view(const std::filesystem::path& folder, const UvMaps& maps,
     }
     if (!frame.depth_picture.empty())
         write(dataset::sensor_depth_name(view), load_depth_steps(frame, images));
-    written.sharpness = view_sharpness(picture);
+    written.sharpness = usual_sharpness(picture);
     return written;
 }
 

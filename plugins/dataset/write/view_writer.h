@@ -61,9 +61,6 @@ std::vector<std::size_t> checked_frames(const fresco::UvMaps& maps, const fresco
 /// A map that passed fresco::dataset's checks. Throws Error naming the view, the height and the pixel.
 fresco::UvMap checked_map(const fresco::UvMaps& maps, std::size_t view, std::size_t level);
 
-/// fresco::sharpness at 320 x 240, for the manifest.
-double view_sharpness(const fresco::Raster8& picture);
-
 struct ViewOptions
 {
     fresco::dataset::UvType uv;

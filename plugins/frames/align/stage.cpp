@@ -35,11 +35,6 @@ RasterF cast_depth(const raycast::Scene& scene, const Camera& camera)
     return depth;
 }
 
-std::string rounded(double value, const char* unit)
-{
-    return std::to_string(std::lround(value)) + unit;
-}
-
 class FramesAlign final : public Stage
 {
     Input<Mesh> mesh{this, "mesh", "The room, in the world frame of the poses"};
@@ -90,22 +85,11 @@ class FramesAlign final : public Stage
         for (std::size_t i = 0; i < all.size(); ++i)
             result.frames[i].color.world_from_camera =
                 all[i].color.world_from_camera * found.corrected_from_recorded[i].inverse();
-        agreement = agreement_of(found);
         tell(found, points.size(), views, run);
         aligned = std::move(result);
     }
 
-    static Table agreement_of(const align::Alignment& found)
-    {
-        Table table;
-        table.columns = {"error_before", "error_after", "median_moved_px", "most_moved_px"};
-        table.rows = {
-            {found.error_before, found.error_after, numerics::median(found.moved_px), std::ranges::max(found.moved_px)}};
-        return table;
-    }
-
-    static void tell(const align::Alignment& found, std::size_t points, const std::vector<align::AlignedView>& views,
-                     RunContext& run)
+    void tell(const align::Alignment& found, std::size_t points, const std::vector<align::AlignedView>& views, RunContext& run)
     {
         const double usual = numerics::median(found.moved_px);
         const double most = std::ranges::max(found.moved_px);
@@ -119,13 +103,18 @@ class FramesAlign final : public Stage
         run.report("points", points);
         run.report("sightings", sightings);
         run.report("blind_frames", blind);
+        Table table;
+        table.columns = {"error_before", "error_after", "median_moved_px", "most_moved_px"};
+        table.rows = {{found.error_before, found.error_after, usual, most}};
         run.report("median_moved_px", usual);
         run.report("most_moved_px", most);
         run.report("error_before", found.error_before);
         run.report("error_after", found.error_after);
+        agreement = std::move(table);
         if (found.error_before > 0)
-            run.message("pictures moved by " + rounded(usual, " px (median), ") + rounded(most, " px at most") +
-                        "; they differ by " + rounded(100 * (1 - found.error_after / found.error_before), " % less"));
+            run.message(fmt::format("pictures moved by {} px (median), {} px at most; they differ by {} % less",
+                                    std::lround(usual), std::lround(most),
+                                    std::lround(100 * (1 - found.error_after / found.error_before))));
         if (blind > 0)
             run.warning(fmt::format("{} of {} frames see no point of the mesh and stay as they are{}", blind, views.size(),
                                     blind == views.size() ? ": are the mesh and the poses in the same world frame?" : ""));

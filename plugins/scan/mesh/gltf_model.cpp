@@ -43,6 +43,15 @@ struct GltfLook
     std::array<double, 6> picture_from_uv{1, 0, 0, 0, 1, 0};  ///< Rows of a 2 x 3 matrix (KHR_texture_transform).
 };
 
+/// An element of one of the file's lists. Throws Error that begins with `what`.
+template <class List>
+const auto& element(const List& list, int index, const std::string& what)
+{
+    if (index < 0 || static_cast<std::size_t>(index) >= list.size())
+        throw Error(fmt::format("{} {} of {}", what, index, list.size()));
+    return list[static_cast<std::size_t>(index)];
+}
+
 /// The numbers of an extension's entry; `otherwise` without one.
 template <std::size_t N>
 std::array<double, N> numbers_or(const tinygltf::Value& extension, const std::string& key, std::array<double, N> otherwise,
@@ -118,10 +127,7 @@ const tinygltf::Value* find(const tinygltf::ExtensionMap& extensions, const char
 
 void take_texture(const GltfFile& gltf, const TextureUse& use, const std::string& place, GltfLook& look)
 {
-    const auto& model = gltf.model;
-    if (use.texture < 0 || static_cast<std::size_t>(use.texture) >= model.textures.size())
-        throw Error(fmt::format("{}texture {} of {}", place, use.texture, model.textures.size()));
-    const auto& texture = model.textures[static_cast<std::size_t>(use.texture)];
+    const auto& texture = element(gltf.model.textures, use.texture, place + "texture");
     const std::string texture_place = entry("textures", static_cast<std::size_t>(use.texture));
     int source = texture.source;
     for (const char* const extension : {"EXT_texture_webp", "EXT_texture_avif"})
@@ -134,9 +140,7 @@ void take_texture(const GltfFile& gltf, const TextureUse& use, const std::string
     look.texcoord_set = use.texcoord_set;
     if (texture.sampler >= 0)
     {
-        if (static_cast<std::size_t>(texture.sampler) >= model.samplers.size())
-            throw Error(fmt::format("{}sampler {} of {}", texture_place, texture.sampler, model.samplers.size()));
-        const auto& sampler = model.samplers[static_cast<std::size_t>(texture.sampler)];
+        const auto& sampler = element(gltf.model.samplers, texture.sampler, texture_place + "sampler");
         look.material.wrap_u = wrap_of(sampler.wrapS, texture_place);
         look.material.wrap_v = wrap_of(sampler.wrapT, texture_place);
     }
@@ -168,11 +172,8 @@ GltfLook look_of(const GltfFile& gltf, int material, bool with_pictures)
     GltfLook look;
     if (material == -1)
         return look;
-    if (material < 0 || static_cast<std::size_t>(material) >= gltf.model.materials.size())
-        throw Error(fmt::format("material {} of {}", material, gltf.model.materials.size()));
-    const auto number = static_cast<std::size_t>(material);
-    const auto& source = gltf.model.materials[number];
-    const std::string place = entry("materials", number);
+    const auto& source = element(gltf.model.materials, material, "material");
+    const std::string place = entry("materials", static_cast<std::size_t>(material));
     look.material.name = source.name;
     if (const auto* const older = find(source.extensions, "KHR_materials_pbrSpecularGlossiness"))
     {
@@ -343,7 +344,6 @@ class SceneReader
     /// Nodes of the scene, each once, in the order of the file's tree.
     std::vector<std::pair<std::size_t, Affine>> placed_nodes() const
     {
-        const auto& nodes = gltf_.model.nodes;
         std::set<std::size_t> seen;
         std::vector<std::pair<int, Affine>> open;
         const auto push = [&](const std::vector<int>& children, const Affine& parent)
@@ -357,20 +357,19 @@ class SceneReader
         {
             const auto [number, parent] = open.back();
             open.pop_back();
-            if (number < 0 || static_cast<std::size_t>(number) >= nodes.size())
-                throw Error(fmt::format("node {} of {}", number, nodes.size()));
+            const tinygltf::Node& source = element(gltf_.model.nodes, number, "node");
             const auto node = static_cast<std::size_t>(number);
             if (!seen.insert(node).second)
                 throw Error(entry("nodes", node) + "the node appears twice in the tree");
             try
             {
-                placed.emplace_back(node, parent * place_of(nodes[node]));
+                placed.emplace_back(node, parent * place_of(source));
             }
             catch (const Error& error)
             {
                 throw Error(entry("nodes", node) + error.what());
             }
-            push(nodes[node].children, placed.back().second);
+            push(source.children, placed.back().second);
         }
         return placed;
     }
@@ -380,12 +379,7 @@ class SceneReader
     {
         const auto& scenes = gltf_.model.scenes;
         if (!scenes.empty())
-        {
-            const auto scene = static_cast<std::size_t>(std::max(gltf_.model.defaultScene, 0));
-            if (scene >= scenes.size())
-                throw Error(fmt::format("scene {} of {}", scene, scenes.size()));
-            return scenes[scene].nodes;
-        }
+            return element(scenes, std::max(gltf_.model.defaultScene, 0), "scene").nodes;
         std::set<int> children;
         for (const auto& node : gltf_.model.nodes)
             children.insert(node.children.begin(), node.children.end());
@@ -399,10 +393,9 @@ class SceneReader
     void add_mesh(std::size_t node, const Affine& place)
     {
         const auto mesh = static_cast<std::size_t>(gltf_.model.nodes[node].mesh);
-        if (mesh >= gltf_.model.meshes.size())
-            throw Error(fmt::format("{}mesh {} of {}", entry("nodes", node), mesh, gltf_.model.meshes.size()));
+        const auto& primitives =
+            element(gltf_.model.meshes, gltf_.model.nodes[node].mesh, entry("nodes", node) + "mesh").primitives;
         is_posed_ = is_posed_ || gltf_.model.nodes[node].skin >= 0;
-        const auto& primitives = gltf_.model.meshes[mesh].primitives;
         for (std::size_t i = 0; i < primitives.size(); ++i)
             try
             {
@@ -442,7 +435,8 @@ class SceneReader
         const bool colored = attribute("COLOR_0") != -1;
         add_colors(colored ? accessor_rows(gltf_.model, attribute("COLOR_0"), 3, 4) : AccessorRows{}, positions.count);
 
-        const GltfLook& look = looks_.try_emplace(primitive.material, looked(primitive.material)).first->second;
+        const GltfLook& look =
+            looks_.try_emplace(primitive.material, look_of(gltf_, primitive.material, with_materials_)).first->second;
         const int texcoords = attribute(fmt::format("TEXCOORD_{}", look.texcoord_set));
         const std::uint32_t material = material_number(primitive.material, look, texcoords != -1, colored);
         const AccessorRows uv = texcoords != -1 ? accessor_rows(gltf_.model, texcoords, 2, 2) : AccessorRows{};
@@ -466,8 +460,6 @@ class SceneReader
                 model_.mesh.texcoords.push_back(texcoords == -1 ? fresco::Vec2f{} : texcoord(uv, vertex, look));
         }
     }
-
-    GltfLook looked(int material) const { return look_of(gltf_, material, with_materials_); }
 
     void add_positions(const AccessorRows& rows, const Affine& place)
     {

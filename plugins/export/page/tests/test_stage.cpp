@@ -1,5 +1,5 @@
 #include "catch.h"
-#include "stored_png.h"
+#include "exported_files.h"
 
 #include <fresco/files.h>
 #include <fresco/files_io.h>
@@ -17,13 +17,6 @@ using Catch::Contains;
 
 namespace
 {
-/// Encodes JPEG as PNG; a test looks at sizes and colors.
-class Codec final : public stored_png::Codec
-{
-  public:
-    std::vector<std::byte> encode_jpeg(const Raster8& image, int) const override { return encode_png(image); }
-};
-
 TexturedMesh square(int side)
 {
     TexturedMesh textured;
@@ -41,13 +34,9 @@ struct Exported
 
 Exported exported(const Value& options, testing::Inputs more = {}, int side = 8)
 {
-    const testing::TemporaryFolder folder;
-    testing::TestRun run;
     more["textured_mesh"] = std::make_shared<TexturedMesh>(square(side));
-    testing::run_stage(FRESCO_PLUGIN_FILE, "export.page", options, more, folder.path(), run,
-                       {{"image_io", std::make_shared<Codec>()}});
-    const auto files = Files::load({folder.path() / "files", folder.path()});
-    Exported result{read_text_file(folder.path() / "files" / files->names.at(0)), {}, run.reported};
+    const auto files = exported_files::exported_by("export.page", options, more);
+    Exported result{files.file, {}, files.report};
     const std::string begin = "<script type=\"application/json\" id=\"data\">";
     const std::size_t at = result.page.find(begin) + begin.size();
     result.data = parse_json(result.page.substr(at, result.page.find("</script>", at) - at));
@@ -93,15 +82,10 @@ TEST_CASE("the picture has at most 2048 texels a side unless told otherwise")
 TEST_CASE("a relief is in the page, in the world's axes")
 {
     CHECK(exported(Value::Map{{"up", "z"}}).data.at("relief").is_null());
-    const auto relief = std::make_shared<Relief>();
-    relief->atlas = atlas_id(square(8).mesh);
-    relief->normals = Raster16(8, 8, 3);
-    relief->roughness = Raster8(8, 8, 1, 99);
-    for (std::size_t texel = 0; texel < 64; ++texel)
-        relief->set_normal(texel, {0, -1, 0});
+    const auto relief = exported_files::even_relief(square(8).mesh, {0, -1, 0});
     const Value data = exported(Value::Map{{"up", "z"}}, {{"relief", relief}}).data;
     const Raster8 along = testing::picture(8, 8, [](int, int, int c) { return c == 1 ? 0 : 128; });
-    CHECK(data.at("relief").at("normals") == Value(page::data_uri("image/jpeg", Codec().encode_png(along))));
+    CHECK(data.at("relief").at("normals") == Value(page::data_uri("image/jpeg", exported_files::Codec().encode_png(along))));
     CHECK(data.at("relief").at("atlas") == data.at("room").at("atlas"));
     relief->atlas = "0123";
     CHECK_THROWS_WITH(exported(Value::Map{{"up", "z"}}, {{"relief", relief}}), Contains("the relief on port 'relief'"));

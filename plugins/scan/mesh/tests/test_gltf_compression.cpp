@@ -147,16 +147,13 @@ TEST_CASE("EXT_meshopt_compression: damaged streams are refused with their view 
         " of buffer 0: ";
     entry("mode", "ROWS", at + "mode: expected ATTRIBUTES, TRIANGLES or INDICES");
     entry("filter", "QUATERNION", at + "filter: QUATERNION for rows of 12 bytes is not defined");
-    entry("filter", "COLOR", at + "filter: COLOR");
-    for (const int stride : {0, 3, 260})
-        entry("byteStride", stride, at + "a compressed stream of");
+    entry("byteStride", 3, at + "a compressed stream of");
     entry("count", 121, "bufferViews[1]: ");
     entry("count", std::int64_t{1} << 40U, at + "a compressed stream of");
     entry("byteLength", 1 << 20, place + "1048576 bytes at ");
     entry("buffer", 3, place + "buffer 3 of 2");
     entry("count", -1, "expected a whole number");
     refused([](GltfSample& s) { s.views[1].set("byteLength", 7); }, "bufferViews[1]: byteLength: expected count x byteStride");
-    refused([](GltfSample& s) { s.rest.set("extensionsRequired", Value::List{}); }, "expected EXT_meshopt_compression");
     refused([](GltfSample& s) { s.views[2].as_map().pop_back(); }, "bufferViews[2]: ");
     // Many views of one stream.
     refused(

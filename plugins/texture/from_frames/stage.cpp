@@ -10,7 +10,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <fmt/format.h>
 #include <span>
 #include <string>
@@ -57,11 +56,9 @@ Raster8 read(const std::filesystem::path& file, const ImageIo* images)
             throw Error(file.string() + ": no picture codec (option \"images\"); only NPY can be read without one");
         return read_picture(*images, file);
     }
-    const NpyArray array = read_npy(file);
-    if (array.type != NpyType::uint8 || array.shape.size() != 3 || array.shape[2] != 3)
+    Raster8 picture = to_raster<std::uint8_t>(read_npy(file), file.string());
+    if (picture.channels != 3)
         throw Error(file.string() + ": expected a picture, uint8 of height x width x 3");
-    Raster8 picture(static_cast<int>(array.shape[1]), static_cast<int>(array.shape[0]), 3);
-    std::memcpy(picture.values.data(), array.bytes.data(), picture.values.size());
     return picture;
 }
 
@@ -166,7 +163,7 @@ class TextureFromFrames final : public Stage
             if (!own)
                 leave_out_transparent(view, files[wanted[i]].string());
             if (with_depth && !frame.depth_picture.empty())
-                view.measured = sensor_depth(view.map, view.camera, frame.depth, load_depth(frame, codec), 0);
+                view.measured = sensor_depth(view.map, view.camera, frame.depth, load_depth(frame, codec));
             return view;
         };
         auto made = from_frames::frames_texture(views.size(), read, used_rules, run);

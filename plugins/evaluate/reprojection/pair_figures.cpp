@@ -248,7 +248,7 @@ SurfacePaint texture_paint(const TexturedMesh& textured, const rendering::Lights
             lighting = rendering::Lighting(textured.mesh, lights)](std::uint32_t triangle, Vec3d point, const Camera& a,
                                                                    const Camera& b)
     {
-        // Where the camera's ray to the point meets the triangle's plane; any point of a triangle without area.
+        // The camera's ray to the point meets the triangle's plane here. A triangle without area gives any of its points.
         raycast::Hit hit{triangle, true, 0, {1.0 / 3, 1.0 / 3, 1.0 / 3}};
         const Vec3d origin = a.world_from_camera.translation;
         raycast::meet_plane(raycast::corners(mesh, triangle), origin, point - origin, hit.distance, hit.weights);

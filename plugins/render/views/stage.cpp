@@ -105,7 +105,7 @@ class RenderViews final : public Stage
     Option<int> every_count{this, "every_count", 1, range(1, 1'000'000), "Render every n-th frame"};
     Option<int> samples{this, "samples", 2, range(1, 8),
                         "Samples per pixel along each side, against aliasing at edges and far away"};
-    rendering::FilterOption filter{this};
+    Choice<rendering::TextureFilter> filter = rendering::filter_option(this);
     Option<std::string> shading = rendering::shading_option(this);
     Option<bool> above{this, "above", false,
                        "Show the room as a doll's house, from above and through its ceiling, not the frames' views"};

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <stdexcept>
 
 namespace fresco::geometry
 {
@@ -119,10 +118,11 @@ void measure_scale(const Mesh& mesh, const Areas& areas, AtlasFigures& figures)
     figures.density_variation = std::sqrt(std::max(squares - density * density, 0.0)) / density;
 }
 
-/// Calls visit(low, high, uses, joined) for every edge between two faces; `joined` if no seam runs along it.
-template <class Visit>
-void for_each_inner_edge(const Mesh& mesh, Visit visit)
+/// An edge between two faces is a seam unless both have the same texcoords at its ends.
+void measure_seams(const Mesh& mesh, AtlasFigures& figures)
 {
+    numerics::DisjointSets charts(mesh.triangles.size());
+    double inner = 0;
     for_each_edge(mesh.triangles, mesh.positions.size(),
                   [&](std::uint32_t low, std::uint32_t high, std::span<const EdgeUse> uses)
                   {
@@ -136,42 +136,22 @@ void for_each_inner_edge(const Mesh& mesh, Visit visit)
                       };
                       const auto a = ends(uses[0]);
                       const auto b = ends(uses[1]);
-                      visit(low, high, uses, same(a[0], b[0]) && same(a[1], b[1]));
+                      const auto edge = static_cast<double>(length(mesh.positions[high] - mesh.positions[low]));
+                      inner += edge;
+                      if (same(a[0], b[0]) && same(a[1], b[1]))
+                          charts.join(uses[0].face, uses[1].face);
+                      else
+                          figures.seam_length_m += edge;
                   });
-}
-
-void measure_seams(const Mesh& mesh, AtlasFigures& figures)
-{
-    numerics::DisjointSets charts(mesh.triangles.size());
-    double inner = 0;
-    for_each_inner_edge(mesh,
-                        [&](std::uint32_t low, std::uint32_t high, std::span<const EdgeUse> uses, bool joined)
-                        {
-                            const auto edge = static_cast<double>(length(mesh.positions[high] - mesh.positions[low]));
-                            inner += edge;
-                            if (joined)
-                                charts.join(uses[0].face, uses[1].face);
-                            else
-                                figures.seam_length_m += edge;
-                        });
     figures.charts = charts.count();
     figures.seam_length_share = inner > 0 ? figures.seam_length_m / inner : 0;
-}
-
-void check_texcoords(const Mesh& mesh)
-{
-    if (mesh.texcoords.size() != 3 * mesh.triangles.size())
-        throw std::invalid_argument("an atlas is a mesh with texcoords");
 }
 
 }  // namespace
 
 AtlasFigures atlas_figures(const Mesh& mesh, int size_px)
 {
-    check_texcoords(mesh);
     const Areas areas(mesh);
-    if (!(areas.surface_sum > 0) || !(areas.atlas_sum > 0))
-        throw std::invalid_argument("atlas_figures takes a mesh with area, on the surface and in the atlas");
     AtlasFigures figures;
     figures.used_share = areas.atlas_sum;
     figures.texels_per_cm = size_px * std::sqrt(areas.atlas_sum / areas.surface_sum) / 100;
@@ -195,19 +175,6 @@ void report_atlas(RunContext& run, const AtlasFigures& figures)
     run.report("seam_length_m", figures.seam_length_m);
     run.report("seam_length_share", figures.seam_length_share);
     run.report("outside_corners", figures.outside_corners);
-}
-
-std::vector<std::uint32_t> texcoord_charts(const Mesh& mesh)
-{
-    check_texcoords(mesh);
-    numerics::DisjointSets sets(mesh.triangles.size());
-    for_each_inner_edge(mesh,
-                        [&](std::uint32_t, std::uint32_t, std::span<const EdgeUse> uses, bool joined)
-                        {
-                            if (joined)
-                                sets.join(uses[0].face, uses[1].face);
-                        });
-    return sets.numbers();
 }
 
 }  // namespace fresco::geometry

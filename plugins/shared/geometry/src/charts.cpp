@@ -149,6 +149,11 @@ void grow_charts(const Surface& surface, const std::vector<Vec3d>& normals, doub
     }
 }
 
+namespace
+{
+
+/// Moves the borders between charts to where the normals are equally far from both axes, and frees the faces of small charts that
+/// a larger one can take. What no chart takes is `none` afterward.
 void settle_borders(const Surface& surface, const std::vector<Vec3d>& normals, double angle_limit_deg, Partition& partition,
                     const Progress& progress)
 {
@@ -187,6 +192,8 @@ void settle_borders(const Surface& surface, const std::vector<Vec3d>& normals, d
     settled.chart_of_face = std::move(owner);
     partition = std::move(settled);
 }
+
+}  // namespace
 
 std::vector<std::uint32_t> charts_beside(const Surface& surface, const std::vector<std::uint32_t>& chart_of_face,
                                          const std::vector<std::uint32_t>& faces)

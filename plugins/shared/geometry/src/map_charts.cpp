@@ -345,11 +345,9 @@ MapCounts map_charts(const Surface& surface, FlatCharts& flat, const DiskMap& ma
     for (std::size_t c = 0; c < results.size(); ++c)
     {
         const auto& counts = results[c].counts;
-        total.mapped_charts += counts.mapped_charts;
-        total.single_triangles += counts.single_triangles;
-        total.halved_charts += counts.halved_charts;
-        total.cut_edges += counts.cut_edges;
-        total.cut_off_faces += counts.cut_off_faces;
+        for (const auto count : {&MapCounts::mapped_charts, &MapCounts::single_triangles, &MapCounts::halved_charts,
+                                 &MapCounts::cut_edges, &MapCounts::cut_off_faces})
+            total.*count += counts.*count;
         total.mapped_area_share += area > 0 ? counts.mapped_area_share / area : 0;
         for (const auto& piece : results[c].pieces)
         {

@@ -14,6 +14,11 @@
 namespace fresco::geometry
 {
 
+namespace
+{
+
+/// The largest angle, in degrees, between a projected face that has an area and its chart's direction of projection; 0 without
+/// such faces.
 double largest_angle_deg(const Surface& surface, const FlatCharts& flat)
 {
     double least_cosine = 1;
@@ -22,9 +27,6 @@ double largest_angle_deg(const Surface& surface, const FlatCharts& flat)
             least_cosine = std::min(least_cosine, dot(surface.normals[f], flat.axes[flat.chart_of_face[f]]));
     return std::acos(std::max(least_cosine, -1.0)) * 180 / std::numbers::pi;
 }
-
-namespace
-{
 
 /// The size of a texel (meters) when 70 % of the texture are used.
 double expected_texel_m(const Surface& surface, int size_px)
@@ -53,9 +55,8 @@ void AtlasStage::run(RunContext& run)
     const FlattenOptions options{.charts = charts, .texel_m = expected_texel_m(surface, *size_px_)};
     const auto flat = project_charts(surface, cut_into_charts(surface, charts, run), options, run,
                                      [&](FlatCharts& projected) { lay_flat(surface, projected, options, run); });
-    const auto packing = pack_charts(flat, {.size_px = *size_px_}, run);
     Mesh result = *mesh_;
-    result.texcoords = packing.texcoords;
+    result.texcoords = pack_charts(flat, {.size_px = *size_px_}, run);
     result.charts = flat.chart_of_face;
     numerics::number_by_first(result.charts, flat.axes.size());
     result.texture_px = *size_px_;

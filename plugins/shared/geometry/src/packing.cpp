@@ -321,18 +321,15 @@ class Packer
             area_ += 0.5 * std::abs(cross(corners_[3 * f + 1] - corners_[3 * f], corners_[3 * f + 2] - corners_[3 * f]));
     }
 
-    Packing pack()
+    std::vector<Vec2f> pack()
     {
         find_scale();
-        Packing result;
-        result.texels_per_m = scale_;
-        result.used_share = area_ * scale_ * scale_ / (double(options_.size_px) * double(options_.size_px));
-        result.texcoords.resize(corners_.size());
+        std::vector<Vec2f> texcoords(corners_.size());
         for (const auto c : order_)
             for (const auto f : lists_[c])
                 for (std::size_t k = 0; k < 3; ++k)
-                    result.texcoords[3 * std::size_t{f} + k] = place(c, corners_[3 * std::size_t{f} + k]);
-        return result;
+                    texcoords[3 * std::size_t{f} + k] = place(c, corners_[3 * std::size_t{f} + k]);
+        return texcoords;
     }
 
   private:
@@ -498,7 +495,7 @@ class Packer
 
 }  // namespace
 
-Packing pack_charts(const FlatCharts& flat, const PackOptions& options, Progress& progress)
+std::vector<Vec2f> pack_charts(const FlatCharts& flat, const PackOptions& options, Progress& progress)
 {
     return Packer(flat, options, progress).pack();
 }

@@ -90,29 +90,15 @@ TEST_CASE("what is closed or has handles is cut open")
 namespace
 {
 
-/// One chart, seen from above.
 FlatCharts one_chart(const Mesh& mesh)
 {
-    FlatCharts flat;
-    flat.chart_of_face.assign(mesh.triangles.size(), 0);
-    flat.projected.assign(mesh.triangles.size(), 1);
-    flat.axes = {Vec3d{0, 0, 1}};
-    for (const auto& t : mesh.triangles)
-        for (const auto v : t)
-            flat.corners.push_back({mesh.positions[v].x, mesh.positions[v].y});
-    return flat;
+    return seen_from_above(mesh, [](auto) { return 0u; });
 }
 
 MapCounts mapped(const Surface& surface, FlatCharts& flat, const DiskMap& map, int threads = 1)
 {
     fresco::testing::TestRun progress(threads);
     return map_charts(surface, flat, map, 1e-6, progress);
-}
-
-double share_of(const Surface& surface, const FlatCharts& flat, std::size_t f)
-{
-    const auto* c = &flat.corners[3 * f];
-    return 0.5 * cross(c[1] - c[0], c[2] - c[0]) / surface.areas[f];
 }
 
 /// The exact map of a piece of the cylinder of radius 1 around the y axis, three times too large.

@@ -1,4 +1,5 @@
 #include "catch.h"
+#include "shapes.h"
 
 #include <fresco/camera.h>
 #include <fresco/geometry/upright.h>
@@ -299,17 +300,10 @@ TEST_CASE("a sphere and a blob show no way up, and a named axis that a house con
 {
     for (const bool is_blob : {false, true})
     {
-        Mesh mesh;
-        const auto point = [&](int i, int k)
-        {
-            const double a = std::numbers::pi * i / 32, b = std::numbers::pi * k / 32;
-            const double radius = is_blob ? 1 + 0.2 * std::sin(3 * b) * std::sin(a) + 0.15 * std::cos(2 * a) : 1;
-            return vec_cast<float>(Vec3d{std::sin(a) * std::cos(b), std::sin(a) * std::sin(b), std::cos(a)} * radius);
-        };
-        for (int i = 0; i < 32; ++i)
-            for (int k = 0; k < 64; ++k)
-                for (const auto& [b, c] : {std::pair{std::pair{1, 0}, std::pair{1, 1}}, {std::pair{1, 1}, std::pair{0, 1}}})
-                    add_triangle(mesh, point(i, k), point(i + b.first, k + b.second), point(i + c.first, k + c.second));
+        Mesh mesh = shapes::sphere(32, 64);
+        for (Vec3f& p : mesh.positions)
+            if (const double a = std::acos(p.z), b = std::atan2(p.y, p.x); is_blob)
+                p = p * static_cast<float>(1 + 0.2 * std::sin(3 * b) * std::sin(a) + 0.15 * std::cos(2 * a));
         CHECK(find_up(mesh, std::nullopt).from == UpEvidence::nothing);
         const Asking stage;
         testing::TestRun asked;

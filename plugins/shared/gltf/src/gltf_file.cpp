@@ -178,8 +178,7 @@ std::vector<GltfImage> images_of(const Value& document)
     for (const Value& value : list_of(document, "images"))
     {
         const Value* const view = value.find("bufferView");
-        images.push_back({view == nullptr ? -1 : static_cast<int>(view->as_int()), text_or_none(value, "uri"),
-                          text_or_none(value, "mimeType")});
+        images.push_back({view == nullptr ? -1 : static_cast<int>(view->as_int()), text_or_none(value, "uri")});
     }
     return images;
 }

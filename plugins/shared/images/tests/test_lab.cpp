@@ -103,10 +103,6 @@ TEST_CASE("eigenvalues of a symmetric matrix rebuild it")
         const Mat3 diagonal{{eigen.values.x, 0, 0, 0, eigen.values.y, 0, 0, 0, eigen.values.z}};
         CHECK(largest_difference(eigen.vectors * diagonal * transposed(eigen.vectors), a) < 1e-14);
     }
-    const auto known = symmetric_eigen(Mat3{{2, 1, 0, 1, 2, 0, 0, 0, 5}});
-    CHECK(known.values.x == Approx(1));
-    CHECK(known.values.y == Approx(3));
-    CHECK(known.values.z == Approx(5));
 }
 
 TEST_CASE("moments of four colors by hand")

@@ -41,6 +41,15 @@ std::array<double, 3> color_at(const Mesh& mesh, const raycast::Hit& hit)
     return color;
 }
 
+/// The hit of the ray through a pixel of a camera.
+raycast::Hit seen_at(const raycast::Scene& scene, const Camera& camera, const ColorSample& pixel)
+{
+    const std::array direction{camera.ray(static_cast<double>(pixel.x), static_cast<double>(pixel.y))};
+    std::array<raycast::Hit, 1> hit;
+    scene.cast(camera.world_from_camera.translation, direction, hit);
+    return hit[0];
+}
+
 /// Whether the pictures have red and blue exchanged against the colors of the mesh's vertices: where cameras see the mesh, green
 /// goes along with its green, but red minus blue goes against its red minus blue, in most frames. White balance and exposure may
 /// differ. False if the mesh has no colors. `cameras`: of the views' color pictures, at the size of View::color.
@@ -58,12 +67,10 @@ bool channels_exchanged(const raycast::Scene& scene, const std::vector<View>& vi
         Pairs of_frame;
         for (const ColorSample& sample : views[i].colors)
         {
-            const std::array direction{cameras[i].ray(static_cast<double>(sample.x), static_cast<double>(sample.y))};
-            std::array<raycast::Hit, 1> hit;
-            scene.cast(cameras[i].world_from_camera.translation, direction, hit);
-            if (!hit[0].found())
+            const raycast::Hit hit = seen_at(scene, cameras[i], sample);
+            if (!hit.found())
                 continue;
-            const auto color = color_at(mesh, hit[0]);
+            const auto color = color_at(mesh, hit);
             green.add(sample.color[1], color[1]);
             red_minus_blue.add(sample.color[0] - sample.color[2], color[0] - color[2]);
             of_frame.add(sample.color[0] - sample.color[2], color[0] - color[2]);
@@ -341,13 +348,10 @@ class Judge
             const Camera camera{view.color, color_pose(view, assumption, false)};
             for (std::size_t i = 0; i < view.colors.size(); i += look_stride)
             {
-                const std::array direction{
-                    camera.ray(static_cast<double>(view.colors[i].x), static_cast<double>(view.colors[i].y))};
-                std::array<raycast::Hit, 1> hit;
-                scene_->cast(camera.world_from_camera.translation, direction, hit);
+                const raycast::Hit hit = seen_at(*scene_, camera, view.colors[i]);
                 ++look.pixels;
-                look.seen += hit[0].found();
-                look.fronts += hit[0].found() && hit[0].front != mirrored;
+                look.seen += hit.found();
+                look.fronts += hit.found() && hit.front != mirrored;
             }
         }
         return look;

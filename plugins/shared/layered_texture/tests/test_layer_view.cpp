@@ -17,10 +17,9 @@ TEST_CASE("a lookup is sample_bilinear to the last bit")
         const auto layer = random_picture(size, size, 3, 2);
         const auto pixels = valid_pixels(map);
         const LayerView view(pixels, size);
-        REQUIRE(view.pixel_count() == pixels.pixels.size());
-        std::vector<float> out(3 * view.pixel_count());
-        view.add_lookup(layer.values.data(), 0, view.pixel_count(), out.data());
-        for (std::size_t i = 0; i < view.pixel_count(); ++i)
+        std::vector<float> out(3 * pixels.pixels.size());
+        view.add_lookup(layer.values.data(), 0, pixels.pixels.size(), out.data());
+        for (std::size_t i = 0; i < pixels.pixels.size(); ++i)
         {
             std::array<float, 3> expected{};
             sample_bilinear(layer, pixels.uv[2 * i], pixels.uv[2 * i + 1], expected.data());
@@ -55,12 +54,12 @@ TEST_CASE("gather is the transpose of the lookup, and its texels are unique and 
         const auto map = random_map(31, 19, 3);
         const auto pixels = valid_pixels(map);
         const LayerView view(pixels, size, grid);
-        std::vector<float> gradient(3 * view.pixel_count());
+        std::vector<float> gradient(3 * pixels.pixels.size());
         Random random(4);
         for (auto& g : gradient)
             g = static_cast<float>(random.uniform() - 0.5);
         std::map<std::int64_t, std::array<double, 3>> expected;
-        for (std::size_t i = 0; i < view.pixel_count(); ++i)
+        for (std::size_t i = 0; i < pixels.pixels.size(); ++i)
             for (const auto& [texel, weight] : slow_weights(pixels.uv[2 * i], pixels.uv[2 * i + 1], size, grid))
                 for (std::size_t c = 0; c < 3; ++c)
                     expected[texel][c] += weight * static_cast<double>(gradient[3 * i + c]);

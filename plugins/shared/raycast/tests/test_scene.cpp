@@ -79,19 +79,6 @@ TEST_CASE("a hit is judged by side and depth")
     CHECK(look({0.5, 0.5, 0}, {0, 0, 1}) == Sight::nothing);
 }
 
-TEST_CASE("texcoords are interpolated by the weights")
-{
-    Mesh mesh;
-    mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
-    mesh.triangles = {{0, 1, 2}};
-    mesh.texcoords = {{0, 0}, {1, 0}, {0, 0.5F}};
-    Hit hit;
-    hit.triangle = 0;
-    hit.weights = {0.25, 0.25, 0.5};
-    CHECK(texcoord(mesh, hit).x == Approx(0.25));
-    CHECK(texcoord(mesh, hit).y == Approx(0.25));
-}
-
 TEST_CASE("texels between neighboring pixels follow distance, tilt and the picture's size")
 {
     // A square of side 2 at z = 2 whose texcoords span the picture: 1 m is half of it.

@@ -1,5 +1,6 @@
 #include <fresco/rendering/raster_finder.h>
 
+#include <fresco/numerics/numerics.h>
 #include <fresco/parallel.h>
 
 #include <algorithm>
@@ -79,25 +80,12 @@ std::uint32_t spread(std::uint32_t n)
     return (n | n << 2) & 0x09249249;
 }
 
-struct Bounds
-{
-    Vec3f low;
-    Vec3f high;
-
-    explicit Bounds(Vec3f point) : low(point), high(point) {}
-    void add(Vec3f p)
-    {
-        low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-        high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-    }
-};
-
 /// The faces along a space-filling curve (Morton, 1966) through their first corners.
 std::vector<std::uint32_t> faces_by_place(const Mesh& mesh)
 {
     if (mesh.triangles.empty())
         return {};
-    Bounds bounds(mesh.positions[mesh.triangles.front()[0]]);
+    numerics::Bounds<float> bounds;
     for (const Triangle& t : mesh.triangles)
         bounds.add(mesh.positions[t[0]]);
     const Vec3f size = bounds.high - bounds.low;
@@ -119,7 +107,7 @@ std::vector<std::uint32_t> faces_by_place(const Mesh& mesh)
 /// (check_camera).
 FaceClusters::Ball ball_around(const Mesh& mesh, std::span<const std::uint32_t> vertices)
 {
-    Bounds bounds(mesh.positions[vertices.front()]);
+    numerics::Bounds<float> bounds;
     for (const std::uint32_t v : vertices)
         bounds.add(mesh.positions[v]);
     const Vec3f center = (bounds.low + bounds.high) * 0.5F;

@@ -19,15 +19,16 @@
 namespace fresco::rendering
 {
 
-FilterOption::FilterOption(Configurable* owner)
-    : filter_(owner, "filter", TextureFilter::trilinear,
-              {{"trilinear", TextureFilter::trilinear},
-               {"anisotropic", TextureFilter::anisotropic},
-               {"bilinear", TextureFilter::bilinear}},
-              "Texture lookup: trilinear uses mip-maps where a sample skips texels, anisotropic several places in larger ones on "
-              "slanted surface, bilinear "
-              "always the full picture")
+Choice<TextureFilter> filter_option(Configurable* owner)
 {
+    return {owner,
+            "filter",
+            TextureFilter::trilinear,
+            {{"trilinear", TextureFilter::trilinear},
+             {"anisotropic", TextureFilter::anisotropic},
+             {"bilinear", TextureFilter::bilinear}},
+            "Texture lookup: trilinear uses mip-maps where a sample skips texels, anisotropic several places in larger ones on "
+            "slanted surface, bilinear always the full picture"};
 }
 
 Option<std::string> shading_option(Configurable* owner, std::string help)

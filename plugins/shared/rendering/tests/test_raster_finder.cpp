@@ -28,16 +28,6 @@ struct Point
     int y;
 };
 
-std::vector<const TileKernel*> kernels_here()
-{
-    std::vector<const TileKernel*> kernels{base_kernel()};
-    if (avx2_kernel() != nullptr && fresco::runs_avx2())
-        kernels.push_back(avx2_kernel());
-    if (avx512_kernel() != nullptr && fresco::runs_avx512())
-        kernels.push_back(avx512_kernel());
-    return kernels;
-}
-
 std::size_t index(int x, int y, int stride = Tile::width)
 {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(stride) + static_cast<std::size_t>(x);
@@ -127,7 +117,7 @@ TEST_CASE("every kernel draws what is drawn in whole numbers of 64 bits")
         std::array<std::uint64_t, std::size_t{tile_stride} * Tile::height> keys{};
         for (const Piece& piece : pieces)
             draw_wide(piece, fine, x, y, keys.data());
-        for (const TileKernel* kernel : kernels_here())
+        for (const TileKernel* kernel : kernels_here(base_kernel(), avx2_kernel(), avx512_kernel()))
         {
             INFO(kernel->name << ", " << size);
             const auto faces = drawn(pieces, x, y, *kernel, fine);

@@ -184,30 +184,11 @@ struct CornerHash
         return static_cast<std::size_t>(hash);
     }
 };
-
-/// The normal of each vertex that stands for all at its position; straight up where the faces around cancel or have no area.
-std::vector<Vec3f> position_normals(const Mesh& mesh, const std::vector<std::uint32_t>& welded_vertex)
-{
-    std::vector<Vec3d> sums(mesh.positions.size());
-    for (const Triangle& t : mesh.triangles)
-    {
-        const Vec3d a = vec_cast<double>(mesh.positions[t[0]]);
-        const Vec3d twice_area = cross(vec_cast<double>(mesh.positions[t[1]]) - a, vec_cast<double>(mesh.positions[t[2]]) - a);
-        for (const std::uint32_t v : t)
-            sums[welded_vertex[v]] += twice_area;
-    }
-    std::vector<Vec3f> normals;
-    normals.reserve(sums.size());
-    for (const Vec3d sum : sums)
-        normals.push_back(length(sum) > 0 ? vec_cast<float>(normalized(sum)) : Vec3f{0, 0, 1});
-    return normals;
-}
 }  // namespace
 
 WeldedMesh weld(const Mesh& mesh, bool with_colors)
 {
-    const std::vector<std::uint32_t> welded_vertex = welded_vertices(mesh);
-    const std::vector<Vec3f> normals = position_normals(mesh, welded_vertex);
+    const std::vector<Vec3f> normals = smooth_normals(mesh);
     std::unordered_map<CornerKey, std::uint32_t, CornerHash> numbers;
     numbers.reserve(mesh.positions.size());
     const bool keeps_colors = with_colors && !mesh.colors.empty();
@@ -229,7 +210,8 @@ WeldedMesh weld(const Mesh& mesh, bool with_colors)
                 welded.texcoords.push_back(uv);
             if (keeps_colors)
                 welded.colors.push_back(color);
-            welded.normals.push_back(normals[welded_vertex[vertex]]);
+            // Straight up where the faces around cancel or have no area.
+            welded.normals.push_back(normals[vertex] == Vec3f{} ? Vec3f{0, 0, 1} : normals[vertex]);
         }
         welded.indices.push_back(entry->second);
     }

@@ -1,4 +1,5 @@
 #include <fresco/error.h>
+#include <fresco/numerics/numerics.h>
 #include <fresco/texturing/surface_average.h>
 
 #include <algorithm>
@@ -149,22 +150,6 @@ Vec3f SurfaceAverage::Lookup::at(Vec3f point, Vec3f normal, Vec3f otherwise)
 namespace
 {
 
-/// V normals that vertices at the same position share, so that they are smooth across seams.
-std::vector<Vec3f> smooth_normals(const Mesh& mesh)
-{
-    const auto welded = welded_vertices(mesh);
-    Mesh joined;
-    joined.positions = mesh.positions;
-    joined.triangles = mesh.triangles;
-    for (Triangle& triangle : joined.triangles)
-        for (std::uint32_t& corner : triangle)
-            corner = welded[corner];
-    std::vector<Vec3f> normals = vertex_normals(joined);
-    for (std::size_t v = 0; v < normals.size(); ++v)
-        normals[v] = normals[welded[v]];
-    return normals;
-}
-
 /// The weights of a face's corners at texel centers along a row, as texel_weights gives them: they change by equal steps.
 class FaceRow
 {
@@ -227,8 +212,10 @@ TexelMeans::TexelMeans(const Mesh& mesh, const TexelFaces& faces, std::function<
 
 SurfaceAverage TexelMeans::averaged(double wavelength_m, std::string_view option, const Progress& progress) const
 {
-    const auto [low, high] = bounds();
-    SurfaceAverage average(low, high, wavelength_m, option);
+    numerics::Bounds<float> box;
+    for (const Vec3f p : mesh_.positions)
+        box.add(p);
+    SurfaceAverage average(box.low, box.high, wavelength_m, option);
     // Many samples in each cell are enough; all of a large texture's would only take longer.
     constexpr double samples_per_spacing = 8;
     const auto stride = static_cast<std::size_t>(
@@ -312,18 +299,6 @@ TexelMeans::Place TexelMeans::place(std::size_t texel) const
         normal += vec_cast<double>(normals_[corners[i]]) * weights[i];
     }
     return {vec_cast<float>(point), vec_cast<float>(normalized(normal))};
-}
-
-std::pair<Vec3f, Vec3f> TexelMeans::bounds() const
-{
-    Vec3f low = mesh_.positions.front();
-    Vec3f high = low;
-    for (const Vec3f& p : mesh_.positions)
-    {
-        low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-        high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-    }
-    return {low, high};
 }
 
 }  // namespace fresco::texturing

@@ -1,6 +1,7 @@
 #include <fresco/error.h>
 #include <fresco/numerics/numerics.h>
 #include <fresco/parallel.h>
+#include <fresco/texturing/face_frame.h>
 #include <fresco/texturing/texel_faces.h>
 
 #include <algorithm>
@@ -77,6 +78,21 @@ std::vector<std::uint32_t> welded_vertices(const Mesh& mesh)
         welded[order[i]] = first;
     }
     return welded;
+}
+
+std::vector<Vec3f> smooth_normals(const Mesh& mesh)
+{
+    const auto welded = welded_vertices(mesh);
+    Mesh joined;
+    joined.positions = mesh.positions;
+    joined.triangles = mesh.triangles;
+    for (Triangle& triangle : joined.triangles)
+        for (std::uint32_t& corner : triangle)
+            corner = welded[corner];
+    std::vector<Vec3f> normals = vertex_normals(joined);
+    for (std::size_t v = 0; v < normals.size(); ++v)
+        normals[v] = normals[welded[v]];
+    return normals;
 }
 
 Charts find_charts(const Mesh& mesh)
@@ -208,58 +224,57 @@ Box bounding_box(const Corners& c, int size)
     return {texel(x0), texel(x1), texel(y0), texel(y1)};
 }
 
-/// Only in the rows `first_row` to `last_row`.
-void draw_face(const Mesh& mesh, std::uint32_t face, int first_row, int last_row, TexelFaces& result)
+/// Calls visit(texel, center, held) for the texels in the box that can touch the triangle; `held`: it holds the center for sure.
+template <class Visit>
+void for_each_near(const TriangleTest& test, const Box& box, int size, const Visit& visit)
 {
-    const Corners corners = texel_corners(mesh, face, result.size);
-    const Box box = bounding_box(corners, result.size);
-    if (box.y1 < first_row || box.y0 > last_row)
-        return;
-    const TriangleTest test(corners);
-    for (int y = std::max(box.y0, first_row); y <= std::min(box.y1, last_row); ++y)
+    for (int y = box.y0; y <= box.y1; ++y)
     {
         const TriangleTest::Span span = test.span(y + 0.5);
         const int first = static_cast<int>(std::ceil(std::clamp<double>(span.first, box.x0, box.x1 + 1)));
         const int last = static_cast<int>(std::floor(std::clamp<double>(span.last, box.x0 - 1, box.x1)));
         for (int x = first; x <= last; ++x)
-        {
-            const std::size_t texel =
-                static_cast<std::size_t>(y) * static_cast<std::size_t>(result.size) + static_cast<std::size_t>(x);
-            const Vec2d center{x + 0.5, y + 0.5};
-            if (result.inside[texel])
-                continue;
-            if ((x >= span.first_held && x <= span.last_held) || test.holds(center))
-            {
-                result.face[texel] = face;
-                result.inside[texel] = 1;
-            }
-            else if (!result.covered(texel) && test.touches(center))
-                result.face[texel] = face;
-        }
+            visit(static_cast<std::size_t>(y) * static_cast<std::size_t>(size) + static_cast<std::size_t>(x),
+                  Vec2d{x + 0.5, y + 0.5}, x >= span.first_held && x <= span.last_held);
     }
 }
 
-/// A face in texels and in space; maps a texel to the surface.
-struct FacePlace
+/// Only in the rows `first_row` to `last_row`, some of which are the face's.
+void draw_face(const Mesh& mesh, std::uint32_t face, int first_row, int last_row, TexelFaces& result)
 {
-    Corners corners;  ///< In texels.
-    std::array<Vec3d, 3> points;
+    const Corners corners = texel_corners(mesh, face, result.size);
+    Box box = bounding_box(corners, result.size);
+    box.y0 = std::max(box.y0, first_row);
+    box.y1 = std::min(box.y1, last_row);
+    const TriangleTest test(corners);
+    for_each_near(test, box, result.size,
+                  [&](std::size_t texel, Vec2d center, bool held)
+                  {
+                      if (result.inside[texel])
+                          return;
+                      if (held || test.holds(center))
+                      {
+                          result.face[texel] = face;
+                          result.inside[texel] = 1;
+                      }
+                      else if (!result.covered(texel) && test.touches(center))
+                          result.face[texel] = face;
+                  });
+}
 
-    FacePlace(const Mesh& mesh, std::uint32_t face, int size) : corners(texel_corners(mesh, face, size))
-    {
-        for (std::size_t i = 0; i < 3; ++i)
-            points[i] = vec_cast<double>(mesh.positions[mesh.triangles[face][i]]);
-    }
-    double twice_texels() const { return cross(corners[1] - corners[0], corners[2] - corners[0]); }
-    double m2() const { return length(cross(points[1] - points[0], points[2] - points[0])) / 2; }
-    Vec3d at(Vec2d center) const
-    {
-        const Vec2d to = center - corners[0];
-        const double b = cross(to, corners[2] - corners[0]) / twice_texels();
-        const double c = cross(corners[1] - corners[0], to) / twice_texels();
-        return points[0] + (points[1] - points[0]) * b + (points[2] - points[0]) * c;
-    }
-};
+/// The point on the face's plane at a place in the texture.
+Vec3d point_at(const FaceFrame& face, Vec2d place)
+{
+    const Vec2d to = place - face.corners[0];
+    const double b = cross(to, face.corners[2] - face.corners[0]) / face.area;
+    const double c = cross(face.corners[1] - face.corners[0], to) / face.area;
+    return face.points[0] + (face.points[1] - face.points[0]) * b + (face.points[2] - face.points[0]) * c;
+}
+
+double m2_of(const FaceFrame& face)
+{
+    return length(face.normal()) / 2;
+}
 
 /// The shares of a surface that are not where painting expects them.
 struct LayoutFaults
@@ -277,9 +292,9 @@ LayoutFaults layout_faults(const Mesh& mesh, const Progress& progress)
     double squares = 0;  // Sum of the faces' areas in the unit square.
     for (std::uint32_t face = 0; face < count; ++face)
     {
-        const FacePlace place(mesh, face, 1);
-        m2 += place.m2();
-        squares += std::abs(place.twice_texels()) / 2;
+        const FaceFrame frame(mesh, face, 1);
+        m2 += m2_of(frame);
+        squares += std::abs(frame.area) / 2;
     }
     // A smaller raster suffices where thousands of faces overlap.
     const int size = static_cast<int>(std::clamp(4096 / std::sqrt(squares + 1e-9), 16.0, 2048.0));
@@ -292,41 +307,32 @@ LayoutFaults layout_faults(const Mesh& mesh, const Progress& progress)
     {
         if (face % 1024 == 0)
             progress.check_canceled();
-        const FacePlace place(mesh, face, size);
-        const double area = std::abs(place.twice_texels()) / 2;
-        if (area * m2 <= no_texels * place.m2() * squares * static_cast<double>(texels))
+        const FaceFrame frame(mesh, face, size);
+        const double area = std::abs(frame.area) / 2;
+        if (area * m2 <= no_texels * m2_of(frame) * squares * static_cast<double>(texels))
         {
-            faults.without_texels += place.m2() / m2;
+            faults.without_texels += m2_of(frame) / m2;
             continue;
         }
-        const TriangleTest test(place.corners);
-        const Box box = bounding_box(place.corners, size);
-        for (int y = box.y0; y <= box.y1; ++y)
-        {
-            const TriangleTest::Span span = test.span(y + 0.5);
-            const int begin = static_cast<int>(std::ceil(std::clamp<double>(span.first, box.x0, box.x1 + 1)));
-            const int last = static_cast<int>(std::floor(std::clamp<double>(span.last, box.x0 - 1, box.x1)));
-            for (int x = begin; x <= last; ++x)
-            {
-                const Vec2d center{x + 0.5, y + 0.5};
-                if (!test.surely_holds(center))
-                    continue;
-                const std::size_t texel =
-                    static_cast<std::size_t>(y) * static_cast<std::size_t>(size) + static_cast<std::size_t>(x);
-                if (first[texel] == TexelFaces::none)
-                {
-                    first[texel] = face;
-                    continue;
-                }
-                const FacePlace other(mesh, first[texel], size);
-                if (place.twice_texels() * other.twice_texels() < 0 ||
-                    length(place.at(center) - other.at(center)) <= same_place_m)
-                    continue;
-                faults.overlapping += place.m2() / area / m2;
-                if (std::exchange(is_shared[texel], std::uint8_t{1}) == 0)
-                    faults.overlapping += 2 * other.m2() / std::abs(other.twice_texels()) / m2;
-            }
-        }
+        const TriangleTest test(frame.corners);
+        for_each_near(test, bounding_box(frame.corners, size), size,
+                      [&](std::size_t texel, Vec2d center, bool)
+                      {
+                          if (!test.surely_holds(center))
+                              return;
+                          if (first[texel] == TexelFaces::none)
+                          {
+                              first[texel] = face;
+                              return;
+                          }
+                          const FaceFrame other(mesh, first[texel], size);
+                          if (frame.area * other.area < 0 ||
+                              length(point_at(frame, center) - point_at(other, center)) <= same_place_m)
+                              return;
+                          faults.overlapping += m2_of(frame) / area / m2;
+                          if (std::exchange(is_shared[texel], std::uint8_t{1}) == 0)
+                              faults.overlapping += 2 * m2_of(other) / std::abs(other.area) / m2;
+                      });
     }
     return faults;
 }

@@ -421,8 +421,6 @@ std::vector<Raster8> smaller_pictures(const Mesh& mesh, const Charts& charts, co
 Raster8 smaller_picture(const TexturedMesh& textured, int max_px, const Progress& progress)
 {
     const Raster8& picture = textured.image.pixels;
-    if (max_px == 0 || picture.width <= max_px)
-        return picture;
     const Charts charts = find_charts(textured.mesh);
     const TexelFaces faces = find_texel_faces(textured.mesh, charts, picture.width, progress);
     return std::move(smaller_pictures(textured.mesh, charts, faces, {&picture, 1}, max_px, progress).front());

@@ -61,13 +61,8 @@ void clear_pixel(UvMap& map, std::size_t i)
 
 PixelCounts& PixelCounts::operator+=(const PixelCounts& other)
 {
-    valid += other.valid;
-    back_face += other.back_face;
-    too_near += other.too_near;
-    crack += other.crack;
-    nothing += other.nothing;
-    masked += other.masked;
-    return *this;
+    return *this = {valid + other.valid, back_face + other.back_face, too_near + other.too_near,
+                    crack + other.crack, nothing + other.nothing,     masked + other.masked};
 }
 
 const shading::Kernel& shading::fastest_kernel()

@@ -26,7 +26,7 @@ std::vector<std::size_t> frames_of_views(const UvMaps& maps, const Frames& frame
     return result;
 }
 
-RasterF sensor_depth(const UvMap& map, const Camera& color, const Camera& depth_camera, const RasterF& measured, float unmeasured)
+RasterF sensor_depth(const UvMap& map, const Camera& color, const Camera& depth_camera, const RasterF& measured)
 {
     const int width = map.valid.width;
     const int height = map.valid.height;
@@ -42,9 +42,8 @@ RasterF sensor_depth(const UvMap& map, const Camera& color, const Camera& depth_
             const auto seen = depth_camera.project(point);
             const auto column = std::floor(seen.x);
             const auto row = std::floor(seen.y);
-            const bool inside = seen.z > 0 && column >= 0 && row >= 0 && column < measured.width && row < measured.height;
-            const float depth = inside ? measured.at(static_cast<int>(column), static_cast<int>(row)) : 0;
-            result.at(x, y) = depth > 0 ? depth : unmeasured;
+            if (seen.z > 0 && column >= 0 && row >= 0 && column < measured.width && row < measured.height)
+                result.at(x, y) = measured.at(static_cast<int>(column), static_cast<int>(row));
         }
     return result;
 }

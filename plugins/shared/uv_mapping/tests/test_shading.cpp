@@ -24,24 +24,12 @@ struct Shaded
     PixelCounts counts;
 };
 
-std::vector<const shading::Kernel*> kernels_here()
-{
-    std::vector<const shading::Kernel*> kernels{shading::base_kernel()};
-    if (shading::avx2_kernel() != nullptr && runs_avx2())
-        kernels.push_back(shading::avx2_kernel());
-    if (shading::avx512_kernel() != nullptr && runs_avx512())
-        kernels.push_back(shading::avx512_kernel());
-    return kernels;
-}
-
-/// Every pixel sees `face`, whatever its ray passes by.
-Shaded shaded(const Mesh& mesh, const Camera& camera, std::uint32_t face,
+Shaded shaded(const Mesh& mesh, const Camera& camera, const FaceMap& faces,
               const shading::Kernel& kernel = shading::fastest_kernel())
 {
-    const int w = camera.intrinsics.width;
-    const int h = camera.intrinsics.height;
+    const int w = faces.width, h = faces.height;
     Shaded result{{RasterF(w, h, 2, 9), RasterF(w, h, 1, 9), RasterF(w, h, 1, 9), Raster8(w, h, 1, 9)}, RasterF(w, h, 1, 9), {}};
-    result.counts = FaceShader(mesh, kernel).shade(camera, FaceMap(w, h, 1, face), 0, h, result.map, result.met);
+    result.counts = FaceShader(mesh, kernel).shade(camera, faces, 0, h, result.map, result.met);
     return result;
 }
 }  // namespace
@@ -51,7 +39,7 @@ TEST_CASE("a ray beside its face gets a point of the face")
     Mesh mesh;
     cases::add_face(mesh, {-0.1F, -0.1F, 2}, {0, 0.1F, 2}, {0.1F, -0.1F, 2});
     mesh.texcoords = {{0.25F, 0.25F}, {0.5F, 0.75F}, {0.75F, 0.25F}};
-    const auto result = shaded(mesh, cases::straight(10, 10, 5), 0);
+    const auto result = shaded(mesh, cases::straight(10, 10, 5), FaceMap(10, 10, 1, 0));
     CHECK(result.counts.valid == 100);
     for (std::size_t i = 0; i < 100; ++i)
     {
@@ -63,52 +51,36 @@ TEST_CASE("a ray beside its face gets a point of the face")
     }
 }
 
-TEST_CASE("every kernel gives a row of any width the values of plain geometry")
+// The tests of rendering::RasterFinder compare the fastest one with plain geometry.
+TEST_CASE("every kernel gives a row of any width the values of the fastest one")
 {
     // Two faces of a slanted wall before a void; the row's pixels see one, the other, or nothing.
     Mesh mesh;
     mesh.positions = {{-9, -9, 3}, {9, -9, 4}, {9, 9, 5}, {-9, 9, 4}};
     mesh.triangles = {{0, 2, 1}, {0, 3, 2}};
     mesh.texcoords = {{0, 1}, {1, 0}, {1, 1}, {0, 1}, {0, 0}, {1, 0}};
-    const auto normals = vertex_normals(mesh);
-    for (const shading::Kernel* kernel : kernels_here())
+    for (const shading::Kernel* kernel :
+         cases::kernels_here(shading::base_kernel(), shading::avx2_kernel(), shading::avx512_kernel()))
         for (int width = 1; width <= 35; ++width)
         {
             INFO(kernel->name << ", " << width);
-            const Camera camera = cases::straight(width, 3, 2.0 * width);
             FaceMap faces(width, 3);
             for (std::size_t i = 0; i < faces.values.size(); ++i)
                 faces.values[i] = i % 5 == 3 ? no_face : static_cast<std::uint32_t>(i / 3 % 2);
-            UvMap map{RasterF(width, 3, 2, 9), RasterF(width, 3, 1, 9), RasterF(width, 3, 1, 9), Raster8(width, 3, 1, 9)};
-            RasterF met(width, 3, 1, 9);
-            const auto counts = FaceShader(mesh, *kernel).shade(camera, faces, 0, 3, map, met);
-            CHECK(counts.valid == std::int64_t{3} * width - counts.nothing);
-            CHECK(counts.nothing == std::count(faces.values.begin(), faces.values.end(), no_face));
-            for (int y = 0; y < 3; ++y)
-                for (int x = 0; x < width; ++x)
-                {
-                    const std::uint32_t face = faces.at(x, y);
-                    CHECK(map.valid.at(x, y) == (face == no_face ? 0 : 1));
-                    if (face == no_face)
-                    {
-                        CHECK((map.depth.at(x, y) == 0 && map.uv.at(x, y, 1) == 0 && map.cosine.at(x, y) == 0));
-                        CHECK(std::isinf(met.at(x, y)));
-                        continue;
-                    }
-                    // The wall is z = 4 + x/18 + y/18 as both faces have it; pixels may lie beside their face.
-                    const Vec3d ray = camera.ray(x + 0.5, y + 0.5);
-                    const double depth = 4 / (1 - (ray.x + ray.y) / 18);
-                    const Vec3d p = ray * depth;
-                    const bool lower = p.y >= p.x;
-                    if (face != (lower ? 1U : 0U))
-                        continue;
-                    CHECK(map.depth.at(x, y) == Approx(depth).epsilon(1e-6));
-                    CHECK(met.at(x, y) == map.depth.at(x, y));
-                    CHECK(map.uv.at(x, y, 0) == Approx((p.x + 9) / 18).margin(1e-6));
-                    CHECK(map.uv.at(x, y, 1) == Approx(1 - (p.y + 9) / 18).margin(1e-6));
-                    const Vec3d normal = normalized(Vec3d{1.0 / 18, 1.0 / 18, -1});
-                    CHECK(map.cosine.at(x, y) == Approx(-dot(normal, normalized(ray))).epsilon(1e-6));
-                }
+            const Camera camera = cases::straight(width, 3, 2.0 * width);
+            const auto found = shaded(mesh, camera, faces, *kernel), expected = shaded(mesh, camera, faces);
+            CHECK(found.counts == expected.counts);
+            CHECK(found.map.valid == expected.map.valid);
+            CHECK(found.counts.nothing == std::count(faces.values.begin(), faces.values.end(), no_face));
+            for (std::size_t i = 0; i < faces.values.size(); ++i)
+            {
+                CHECK(found.map.depth.values[i] == Approx(expected.map.depth.values[i]).epsilon(1e-6));
+                CHECK((faces.values[i] == no_face ? std::isinf(found.met.values[i])
+                                                  : found.met.values[i] == found.map.depth.values[i]));
+                CHECK(found.map.uv.values[2 * i] == Approx(expected.map.uv.values[2 * i]).margin(1e-6));
+                CHECK(found.map.uv.values[2 * i + 1] == Approx(expected.map.uv.values[2 * i + 1]).margin(1e-6));
+                CHECK(found.map.cosine.values[i] == Approx(expected.map.cosine.values[i]).margin(1e-6));
+            }
         }
 }
 
@@ -148,9 +120,9 @@ TEST_CASE("what is deeper than numbers reach is not seen")
     Mesh mesh;
     cases::add_rectangle(mesh, -3e38F, -3e38F, 3e38F, 3e38F, 3e38F);
     Camera camera = cases::straight(9, 9, 50);
-    CHECK(shaded(mesh, camera, 0).counts.valid == 81);
+    CHECK(shaded(mesh, camera, FaceMap(9, 9, 1, 0)).counts.valid == 81);
     camera.world_from_camera.translation.z = -3e38;
-    const auto result = shaded(mesh, camera, 0);
+    const auto result = shaded(mesh, camera, FaceMap(9, 9, 1, 0));
     CHECK(result.counts.nothing == 81);
     CHECK(result.map.depth.values == std::vector<float>(81, 0));
     CHECK(result.map.uv.values == std::vector<float>(162, 0));

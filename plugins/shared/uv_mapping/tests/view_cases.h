@@ -2,10 +2,12 @@
 
 #include <fresco/camera.h>
 #include <fresco/mesh.h>
+#include <fresco/parallel.h>
 #include <fresco/testing_scenes.h>
 
 #include <cmath>
 #include <random>
+#include <vector>
 
 /// \file Meshes and cameras whose uv maps can be computed by hand.
 
@@ -15,6 +17,18 @@ namespace cases
 using namespace fresco;
 
 using testing::wall;
+
+/// The kernels that this processor runs. A null pointer is one that the compiler could not make.
+template <class Kernel>
+std::vector<const Kernel*> kernels_here(const Kernel* base, const Kernel* avx2, const Kernel* avx512)
+{
+    std::vector<const Kernel*> kernels{base};
+    if (avx2 != nullptr && runs_avx2())
+        kernels.push_back(avx2);
+    if (avx512 != nullptr && runs_avx512())
+        kernels.push_back(avx512);
+    return kernels;
+}
 
 /// Adds the face to the mesh, with new vertices and one texcoord.
 inline void add_face(Mesh& mesh, Vec3f a, Vec3f b, Vec3f c, Vec2f uv = {0.5F, 0.5F})

@@ -29,15 +29,11 @@ struct AtlasFigures
 
 /// Measures a mesh with texcoords, for a texture of size_px². The stretches are the L² and L∞ norms of Sander et al., "Texture
 /// mapping progressive meshes", SIGGRAPH 2001, section 3, times the root of the atlas's area over the surface's: both 1 when
-/// every face keeps its shape and all are of one scale. Throws std::invalid_argument for a mesh without texcoords or without
-/// area.
+/// every face keeps its shape and all are of one scale.
+/// \pre Mesh and texcoords have an area.
 AtlasFigures atlas_figures(const Mesh& mesh, int size_px);
 
 /// Enters them into a stage's report, each under its name.
 void report_atlas(RunContext& run, const AtlasFigures& figures);
-
-/// F: the chart of every face, numbered without gaps by first face. Two faces are joined across an edge if their texcoords at
-/// both ends differ by less than a millionth. Throws std::invalid_argument for a mesh without texcoords.
-std::vector<std::uint32_t> texcoord_charts(const Mesh& mesh);
 
 }  // namespace fresco::geometry

@@ -57,11 +57,6 @@ std::vector<Vec3d> smoothed_normals(const Surface& surface, const Progress& prog
 void grow_charts(const Surface& surface, const std::vector<Vec3d>& normals, double angle_limit_deg, Partition& partition,
                  const Progress& progress);
 
-/// Moves the borders between charts to where the normals are equally far from both axes, and frees the faces of small charts that
-/// a larger one can take. What no chart takes is `none` afterward.
-void settle_borders(const Surface& surface, const std::vector<Vec3d>& normals, double angle_limit_deg, Partition& partition,
-                    const Progress& progress);
-
 /// Joins charts with a larger neighbor whose axis suits all their faces: any chart within angle_limit_deg by `normals`, crumbs
 /// of a few faces within merge_limit_deg by the true normals. Charts are renumbered without gaps.
 void merge_charts(const Surface& surface, const std::vector<Vec3d>& normals, const ChartOptions& options, Partition& partition,

@@ -12,10 +12,6 @@
 namespace fresco::geometry
 {
 
-/// The largest angle, in degrees, between a projected face that has an area and its chart's direction of projection; 0 without
-/// such faces.
-double largest_angle_deg(const Surface& surface, const FlatCharts& flat);
-
 /// A stage with the ports and options of `atlas.project`: cuts the mesh into charts, lays each flat by projection, packs them and
 /// reports figures. A parametrizer derives from it and needs no more than `lay_flat` and its costs.
 class AtlasStage : public Stage

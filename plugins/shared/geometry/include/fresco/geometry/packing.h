@@ -76,19 +76,12 @@ struct PackOptions
     int gutter_px = 4;  ///< Texels between charts at that size: lookups stay apart in the first two mip-maps, too.
 };
 
-struct Packing
-{
-    std::vector<Vec2f> texcoords;  ///< 3F, in [0,1]
-    double texels_per_m = 0;       ///< Scale of all charts.
-    double used_share = 0;         ///< Share of the square: the area of all faces in it.
-};
-
 /// The turn (radians) that makes the axis-parallel box of the points smallest; 0 for fewer than three points or none apart.
 double smallest_box_turn(std::vector<Vec2d> points);
 
-/// Puts every chart into the unit square at one scale, as large as it can find: turned to its smallest box, then, largest first,
-/// to the lowest and leftmost free place in one of four directions on a grid of about 1024 x 1024 cells. Throws Error if size_px
-/// is too small for that many charts, and Canceled.
-Packing pack_charts(const FlatCharts& flat, const PackOptions& options, Progress& progress);
+/// The texcoords (3F, in [0,1]) that put every chart into the unit square at one scale, as large as it can find: turned to its
+/// smallest box, then, largest first, to the lowest and leftmost free place in one of four directions on a grid of about 1024 x
+/// 1024 cells. Throws Error if size_px is too small for that many charts, and Canceled.
+std::vector<Vec2f> pack_charts(const FlatCharts& flat, const PackOptions& options, Progress& progress);
 
 }  // namespace fresco::geometry

@@ -21,8 +21,7 @@ FileFormat gltf_format();
 struct GltfImage
 {
     int buffer_view = -1;
-    std::string uri;        ///< As in the file, also a "data:" URI.
-    std::string mime_type;  ///< Empty: not given.
+    std::string uri;  ///< As in the file, also a "data:" URI.
 };
 
 /// Contents of a glTF or GLB file. Every buffer view lies inside of its buffer; indices are not negative.

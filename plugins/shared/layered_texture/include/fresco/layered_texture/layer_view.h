@@ -38,7 +38,6 @@ class LayerView
   public:
     LayerView(const ValidPixels& pixels, int size, TexelGrid grid = TexelGrid::centers);
 
-    std::size_t pixel_count() const { return base_.size(); }
     /// Adds to `out` (3 per valid pixel) the lookups in `texels` (3 S², row-major) for valid pixels [begin, end).
     void add_lookup(const float* texels, std::size_t begin, std::size_t end, float* out) const;
 

@@ -23,16 +23,8 @@
 namespace fresco::rendering
 {
 
-/// The option `filter`: declared in a stage as `FilterOption filter{this};`.
-class FilterOption
-{
-  public:
-    explicit FilterOption(Configurable* owner);
-    TextureFilter operator*() const { return *filter_; }
-
-  private:
-    Choice<TextureFilter> filter_;
-};
+/// The option `filter`.
+Choice<TextureFilter> filter_option(Configurable* owner);
 
 /// A distant lamp and light from everywhere: a color is multiplied by ambient + diffuse · max(0, normal · toward).
 struct Lights

@@ -98,7 +98,6 @@ class TexelMeans
 
     void mean_of(std::size_t first, std::size_t end, SurfaceAverage::Lookup& mean, float* result) const;
     Place place(std::size_t texel) const;
-    std::pair<Vec3f, Vec3f> bounds() const;
 
     const Mesh& mesh_;
     const TexelFaces& faces_;

@@ -21,6 +21,10 @@ namespace fresco::texturing
 /// V: the lowest index of the vertices at the same position.
 std::vector<std::uint32_t> welded_vertices(const Mesh& mesh);
 
+/// V normals that vertices at the same position share, so that they are smooth across seams; 0 where faces cancel or have no
+/// area.
+std::vector<Vec3f> smooth_normals(const Mesh& mesh);
+
 /// An edge of the surface along which the atlas is cut: the same two points in the texcoords of the faces on both sides.
 struct Seam
 {

@@ -17,11 +17,9 @@ namespace fresco
 std::vector<std::size_t> frames_of_views(const UvMaps& maps, const Frames& frames);
 
 /// Measured depth of the surface point that each pixel of the color camera sees: H x W like `map`, meters along
-/// the depth camera's axis, nearest neighbor. Where it measured nothing, or does not look, the result is `unmeasured`; 0 where
-/// the map is invalid.
+/// the depth camera's axis, nearest neighbor. 0 where it measured nothing or does not look, and where the map is invalid.
 /// \param color     the color camera at full size
 /// \param measured  the frame's depth picture in meters, 0 = none
-RasterF sensor_depth(const UvMap& map, const Camera& color, const Camera& depth_camera, const RasterF& measured,
-                     float unmeasured);
+RasterF sensor_depth(const UvMap& map, const Camera& color, const Camera& depth_camera, const RasterF& measured);
 
 }  // namespace fresco

@@ -8,7 +8,6 @@
 #include <fresco/images/lab.h>
 #include <fresco/texture.h>
 
-#include <array>
 #include <cmath>
 
 using namespace fakes;
@@ -103,7 +102,7 @@ TEST_CASE("a texture begins with the style's mean color, or at zero, and is mark
 TEST_CASE("a style of one color, or with a channel that does not vary, begins with that color as noise too")
 {
     Walk walk(3, {30});
-    for (const int shade : {0, 57, 128, 255})
+    for (int shade = 0; shade < 256; shade += 3)
     {
         RasterF style(64, 50, 3);
         for (std::size_t i = 0; i < style.values.size(); ++i)
@@ -119,18 +118,10 @@ namespace
 {
 
 /// One layer of which the left half was seen, with `rgb` on it; the right half is white.
-Texture half_seen(int size_px, const std::array<float, 3>& rgb)
+Texture half_seen(int size_px, Vec3f rgb)
 {
-    Texture start;
-    start.layers.emplace_back(size_px, size_px, 3, 1.0F);
-    start.seen = Raster8(size_px, size_px);
-    for (int y = 0; y < size_px; ++y)
-        for (int x = 0; x < size_px / 2; ++x)
-        {
-            start.seen.at(x, y) = 1;
-            for (int c = 0; c < 3; ++c)
-                start.layers[0].at(x, y, c) = rgb[static_cast<std::size_t>(c)];
-        }
+    Texture start = testing::blank_texture(size_px, 1);
+    testing::see(start, {0, 0}, {0.5F, 1}, rgb);
     return start;
 }
 

@@ -6,17 +6,14 @@ using namespace fresco::command;
 TEST_CASE("a program's lines to the host are distinguished from all others", "[command]")
 {
     using Kind = SaidToHost::Kind;
-    const auto share = said_to_host("fresco: progress 0.25\r");
-    REQUIRE(share);
-    CHECK(share->kind == Kind::progress);
-    CHECK(share->done == 25);
-    CHECK(share->total == 100);
-    CHECK(share->text == "%");
-    const auto count = said_to_host("fresco: progress 12/100  frames drawn");
-    REQUIRE(count);
-    CHECK(count->done == 12);
-    CHECK(count->total == 100);
-    CHECK(count->text == "frames drawn");
+    const auto progress = [](const char* line)
+    {
+        const auto said = said_to_host(line).value();
+        CHECK(said.kind == Kind::progress);
+        return std::tuple(said.done, said.total, said.text);
+    };
+    CHECK(progress("fresco: progress 0.25\r") == std::tuple(25, 100, "%"));
+    CHECK(progress("fresco: progress 12/100  frames drawn") == std::tuple(12, 100, "frames drawn"));
     CHECK(said_to_host("fresco: progress 1/2 \x1b[2Jmaps")->text == "maps");
     const auto metric = said_to_host("fresco: metric loss 1e-3");
     REQUIRE(metric);

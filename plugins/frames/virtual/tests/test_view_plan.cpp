@@ -43,23 +43,6 @@ struct World
 
 }  // namespace
 
-TEST_CASE("what an eye sees is what every triangle tried in turn leaves visible", "[frames.virtual]")
-{
-    const World world;
-    const auto all = first_numbers(world.points.size());
-    for (const Vec3d eye : {Vec3d{1, 1.5, 1.4}, {3.6, 1.5, 0.4}, {2.95, 1.5, 2.2}, {4.5, 1, 1}})
-    {
-        std::vector<std::uint32_t> slow;
-        for (const std::uint32_t i : all)
-            if (slow_sees(world.mesh, eye, middle_of(world.points[i]), world.points[i].face))
-                slow.push_back(i);
-        const auto fast = visible_points(world.scene, world.points, eye, all);
-        CHECK(fast == slow);
-        CHECK(slow.size() > 100);
-        CHECK(slow.size() < all.size());
-    }
-}
-
 TEST_CASE("a camera paints what lies in its picture and is not masked, and the gap around it", "[frames.virtual]")
 {
     const testing::TemporaryFolder folder;

@@ -178,29 +178,6 @@ TEST_CASE("a depth picture is decoded once, unless too little memory is left to 
     CHECK(to_ply(*same) == to_ply(*mesh));
 }
 
-TEST_CASE("specks before a wall go, pieces of a size stay")
-{
-    // A speck of 7 x 7 pixels and a sheet of 30 x 30, far before the wall.
-    const testing::TemporaryFolder folder;
-    const auto frames = one_frame(folder.path(),
-                                  [](int x, int y, Vec3d)
-                                  {
-                                      const bool speck = std::abs(x - 40) <= 3 && std::abs(y - 40) <= 3;
-                                      const bool sheet = std::abs(x - 110) <= 15 && std::abs(y - 60) <= 15;
-                                      return speck || sheet ? 0.7 : 1.3;
-                                  });
-    testing::TestRun run;
-    const Value options = Value::Map{{"voxel_m", 0.01}};
-    const auto mesh = fuse_frames(frames, options, run);
-    CHECK(run.reported.at("components_removed").as_int() == 1);
-    CHECK(geometry::count_surface(*mesh).components == 2);
-    Value all = options;
-    all.set("min_component_m2", 0);
-    CHECK(geometry::count_surface(*fuse_frames(frames, all, run)).components == 3);
-    all.set("min_component_m2", 0.2);
-    CHECK(geometry::count_surface(*fuse_frames(frames, all, run)).components == 1);
-}
-
 TEST_CASE("a mesh that is given is passed on as it is")
 {
     const testing::TemporaryFolder folder;

@@ -103,12 +103,6 @@ class Workplace
         return Background({"/bin/bash", "-c", script}, environment, work(), root() / "shell.out", root() / "shell.err").wait();
     }
 
-    template <class Condition>
-    static void wait_until(Condition condition)
-    {
-        ::wait_until(condition);
-    }
-
   private:
     fresco::testing::TemporaryFolder folder_;
     int count_ = 0;

@@ -223,7 +223,7 @@ TEST_CASE("gc keeps what the last runs used, removes the rest, and never works b
     CHECK(contains(place.run({"store", "ls"}).out, "3 results"));
     place.write("slow.yaml", "version: 1\nstages:\n  slow: {type: test.slow, steps: 1000, log: slow_log}\n");
     const auto run = place.start({"run", "slow.yaml"});
-    Workplace::wait_until([&] { return fs::exists(place.file("slow_log")); });
+    wait_until([&] { return fs::exists(place.file("slow_log")); });
     CHECK(contains(place.run(tidy, 1).err, "a run is using the store"));
     run->signal(SIGINT);
     CHECK(run->wait().code == 75);

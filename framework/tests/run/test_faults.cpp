@@ -75,7 +75,7 @@ TEST_CASE("A run that waits for a clean-up says so and can be stopped")
     fresco::host::FileLock lock(place.file(".fresco/locks/store"));
     REQUIRE(lock.try_exclusive());
     const auto run = place.start({"run", "room.yaml"});
-    Workplace::wait_until([&] { return run->says("store gc"); });
+    wait_until([&] { return run->says("store gc"); });
     const bool gives_up = GENERATE(false, true);
     if (gives_up)
         run->signal(SIGINT);

@@ -182,7 +182,7 @@ TEST_CASE("Interrupted in order, a run goes on from its checkpoint")
         const std::size_t before = place.log().size();
         // So slow that it is not done before a busy machine hears of the signal.
         const auto run = place.start({"run", "room.yaml", "--json-log", "--set", "slow.step_ms=500"});
-        Workplace::wait_until([&] { return place.log().size() > before && run->says("\"progress\""); });
+        wait_until([&] { return place.log().size() > before && run->says("\"progress\""); });
         run->signal(number);
         if (number == SIGTERM)  // Sent again it is no demand to hurry.
         {
@@ -221,7 +221,7 @@ TEST_CASE("Copying over a thousand files to --out is interrupted too, and the ne
                     "  text: {type: test.sink, input: source, copies: 1500}\n");
     const auto copied = [&] { return std::distance(fs::directory_iterator(place.file("out/copies")), {}); };
     const auto run = place.start({"run", "room.yaml"});
-    Workplace::wait_until([&] { return fs::exists(place.file("out/copies/9.txt")); });
+    wait_until([&] { return fs::exists(place.file("out/copies/9.txt")); });
     run->signal(SIGINT);
     CHECK(run->wait().code == 75);
     CHECK(copied() < 1500);
@@ -234,9 +234,9 @@ TEST_CASE("A stage that does not listen is ended all the same")
 {
     RoomPlace place("\n  bad: {type: test.fail, how: stubborn, log: log}\n");
     const auto run = place.start({"run", "room.yaml"});
-    Workplace::wait_until([&] { return !place.log().empty(); });
+    wait_until([&] { return !place.log().empty(); });
     run->signal(SIGINT);
-    Workplace::wait_until([&] { return run->says("again"); });
+    wait_until([&] { return run->says("again"); });
     run->signal(SIGINT);
     CHECK(run->wait().code == 75);
 }
@@ -248,7 +248,7 @@ TEST_CASE("One stage's process that is told to stop ends the run in order: the o
   two: {type: test.slow, steps: 1001, step_ms: 20, log: log}
 )");
     const auto run = place.start({"run", "room.yaml", "--cores", "2", "--json-log"});
-    Workplace::wait_until([&] { return place.log().size() == 2; });
+    wait_until([&] { return place.log().size() == 2; });
     REQUIRE(kill(run->a_child(), SIGTERM) == 0);
     const Finished stopped = run->wait();
     CHECK(stopped.code == 75);

@@ -15,7 +15,7 @@ TEST_CASE("Two runs at once make a result once, also on two machines; the one th
 {
     RoomPlace place(slow);
     const auto first = place.start({"run", "room.yaml", "--out", "first"});
-    Workplace::wait_until([&] { return !place.log().empty(); });
+    wait_until([&] { return !place.log().empty(); });
     const std::string maker = std::to_string(first->a_child());
 #ifndef __SANITIZE_ADDRESS__
     // A network file system remembers that the result was not there before.
@@ -33,7 +33,7 @@ TEST_CASE("A checkpoint of another type of processor is not gone on with, and th
     {
         const auto run = place.start({"run", "room.yaml", "--json-log", "--set", "slow.step_ms=400"});
         // Then it has a checkpoint.
-        Workplace::wait_until([&] { return std::ranges::count(run->out(), '\n') > 4; });
+        wait_until([&] { return std::ranges::count(run->out(), '\n') > 4; });
         run->signal(SIGKILL);
         run->wait();
     }

@@ -162,7 +162,7 @@ TEST_CASE("an interrupted sweep goes on where it was")
                                         "  text: {type: test.sink, input: slow, path: n.txt}\n"));
     // So slow that it is not done before a busy machine hears of the signal.
     const auto run = place.start({"run", "room.yaml", "--json-log", "--set", "slow.step_ms=500"});
-    Workplace::wait_until(
+    wait_until(
         [&]
         {
             const std::string out = run->out();

@@ -192,12 +192,12 @@ TEST_CASE("A killed host takes its stages with it")
 {
     RoomPlace place("\n  slow: {type: test.slow, steps: 100000, step_ms: 20, log: log}\n");
     const auto run = place.start({"run", "room.yaml"});
-    Workplace::wait_until([&] { return !place.log().empty(); });
+    wait_until([&] { return !place.log().empty(); });
     const fs::path stage = "/proc/" + std::to_string(run->a_child());
     run->signal(SIGKILL);
     CHECK(run->wait().code == -SIGKILL);
     // An ended process that is not reaped yet has no command line.
-    Workplace::wait_until([&] { return !fs::exists(stage) || fresco::read_text_file(stage / "cmdline").empty(); });
+    wait_until([&] { return !fs::exists(stage) || fresco::read_text_file(stage / "cmdline").empty(); });
 }
 
 TEST_CASE("Of an absolute path the name of what it leads to is kept, wherever it stands")

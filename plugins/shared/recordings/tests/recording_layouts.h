@@ -22,6 +22,19 @@
 namespace fresco::testing
 {
 
+/// Writes pictures of the cameras' sizes that differ by `number`.
+inline void write_pictures(const Frame& frame, const ImageIo& images, int number)
+{
+    const auto &c = frame.color.intrinsics, &d = frame.depth.intrinsics;
+    const auto color = [&](int x, int y, int channel) { return (7 * x + 3 * y + 40 * channel + number) % 256; };
+    write_file(frame.color_picture.path, images.encode_png(picture(c.width, c.height, color)));
+    Raster16 depth(d.width, d.height);
+    for (int y = 0; y < depth.height; ++y)
+        for (int x = 1; x < depth.width; ++x)
+            depth.at(x, y) = static_cast<std::uint16_t>(1000 + 10 * x + 100 * y + number);
+    write_file(frame.depth_picture.path, images.encode_png(depth));
+}
+
 /// A recording of one camera whose pictures differ from frame to frame: color 32x24, depth 16x12, millimeters; the camera walks
 /// a quarter of a circle and looks inward and down.
 inline Frames tiny_recording(const std::filesystem::path& folder, const ImageIo& images, int count = 3)
@@ -43,15 +56,9 @@ inline Frames tiny_recording(const std::filesystem::path& folder, const ImageIo&
         frame.color.intrinsics = {32, 24, 30.5, 31.25, 15.75, 12.5};
         frame.depth = frame.color;
         frame.depth.intrinsics = frame.color.intrinsics.scaled_to(16, 12);
-        const Raster8 color = picture(32, 24, [i](int x, int y, int c) { return (7 * x + 3 * y + 40 * c + i) % 256; });
-        Raster16 depth(16, 12);
-        for (int y = 0; y < 12; ++y)
-            for (int x = 1; x < 16; ++x)
-                depth.at(x, y) = static_cast<std::uint16_t>(1000 + 10 * x + 100 * y + i);
         frame.color_picture.path = folder / (frame.name + ".color.png");
         frame.depth_picture.path = folder / (frame.name + ".depth.png");
-        write_file(frame.color_picture.path, images.encode_png(color));
-        write_file(frame.depth_picture.path, images.encode_png(depth));
+        write_pictures(frame, images, i);
         recording.frames.push_back(std::move(frame));
     }
     return recording;
@@ -65,15 +72,7 @@ inline void make_panoramas(Frames& recording, const ImageIo& images)
         auto& frame = recording.frames[i];
         frame.color.intrinsics = {.width = 64, .height = 32};
         frame.depth.intrinsics = {.width = 32, .height = 16};
-        const int number = static_cast<int>(i);
-        write_file(
-            frame.color_picture.path,
-            images.encode_png(picture(64, 32, [&](int x, int y, int c) { return (5 * x + 3 * y + 40 * c + number) % 256; })));
-        Raster16 depth(32, 16);
-        for (int y = 0; y < 16; ++y)
-            for (int x = 1; x < 32; ++x)
-                depth.at(x, y) = static_cast<std::uint16_t>(1000 + 10 * x + 100 * y + number);
-        write_file(frame.depth_picture.path, images.encode_png(depth));
+        write_pictures(frame, images, static_cast<int>(i));
     }
 }
 

@@ -168,7 +168,11 @@ class FrameMaker
             return {frame_of(view, original)};
         try
         {
-            return {frame_of(view, [](const fs::path& file) { return PictureFile{file, ""}; })};
+            // What was not written stays where it is.
+            return {frame_of(view,
+                             [this](const fs::path& file) {
+                                 return file.string().starts_with(folder_.string()) ? PictureFile{file, ""} : original(file);
+                             })};
         }
         catch (const Error& error)
         {

@@ -1,0 +1,144 @@
+#include "odometry.h"
+
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+#include <fresco/image_io.h>
+#include <fresco/recordings/confidence.h>
+#include <fresco/recordings/layout.h>
+
+#include <opencv2/imgproc.hpp>
+#include <opencv2/videoio.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <mutex>
+#include <utility>
+
+namespace
+{
+
+namespace fs = std::filesystem;
+using namespace fresco::recordings;
+
+constexpr int jpeg_quality = 95;
+/// Half the time between two pictures at the highest rate, 60 a second.
+constexpr double time_tolerance_s = 1 / 120.0;
+
+cv::VideoCapture opened(const fs::path& file)
+{
+    cv::VideoCapture video(file.string(), cv::CAP_FFMPEG);
+    if (!video.isOpened())
+        throw fresco::Error(file.string() + ": OpenCV's FFmpeg cannot read this video: it is damaged, or in a format that this "
+                                            "FFmpeg lacks");
+    // The poses are for the sensor's pictures, as they are stored.
+    video.set(cv::CAP_PROP_ORIENTATION_AUTO, 0);
+    return video;
+}
+
+class StrayScannerLayout final : public Layout
+{
+  public:
+    fresco::Marks marks() const override { return {.contains = {"odometry.csv", "camera_matrix.csv", "rgb.mp4"}}; }
+
+  private:
+    fresco::Option<int> min_confidence{this, "min_confidence", 2, fresco::range(0, 2),
+                                       "Depth of less confidence than this counts as none"};
+
+    Recording list(fresco::RunContext& run) override
+    {
+        const auto odometry = path() / "odometry.csv", matrix = path() / "camera_matrix.csv";
+        rows_ = stray_scanner::parse_odometry(recorded_text(odometry, run), odometry.string());
+        const auto camera = stray_scanner::parse_camera_matrix(recorded_text(matrix, run), matrix.string());
+        run.reads_file(video());
+        const auto capture = opened(video());
+        camera_ = intrinsics_for(
+            camera, PixelCenter::half,
+            {static_cast<int>(capture.get(cv::CAP_PROP_FRAME_WIDTH)), static_cast<int>(capture.get(cv::CAP_PROP_FRAME_HEIGHT))},
+            video());
+        Recording recording{.files = "a row of odometry.csv, depth/N.png and confidence/N.png"};
+        for (std::size_t i = 0; i < rows_.size(); ++i)
+        {
+            RecordedView view;
+            view.sequence = "scan";
+            view.name = rows_[i].frame;
+            view.number = static_cast<long>(i);
+            view.depth = path() / "depth" / (view.name + ".png");
+            view.source = rows_[i].source;
+            looks_for(confidence_of(view), run);
+            if (fs::exists(confidence_of(view)))
+                run.reads_file(confidence_of(view));
+            recording.views.push_back(std::move(view));
+        }
+        return recording;
+    }
+
+    bool locate(RecordedView& view, fresco::RunContext& /*run*/) override
+    {
+        const auto& row = rows_[static_cast<std::size_t>(view.number)];
+        if (!row.world_from_camera)
+            return false;
+        view.world_from_camera = *row.world_from_camera;
+        view.camera = row.camera.value_or(camera_);
+        view.camera.width = camera_.width;
+        view.camera.height = camera_.height;
+        used_.push_back(view.number);
+        return true;
+    }
+
+    bool unpack(RecordedView& view, const fs::path& folder) const override
+    {
+        std::call_once(is_written_, [&] { write_pictures(folder); });
+        view.color = color_of(view.name, folder);
+        auto depth = codec().read_depth(view.depth);
+        if (const auto file = confidence_of(view); fs::exists(file))
+            remove_unsure(depth, codec().read_rgb(file), *min_confidence, file.string());
+        view.depth = folder / (view.name + ".depth.png");
+        fresco::write_file(view.depth, codec().encode_png(depth));
+        return true;
+    }
+
+    /// Writes the used pictures of the video, which is decoded once from its beginning: the pictures of a phone's video refer to
+    /// each other. A picture is known by its time: the phone leaves some out where it is busy.
+    void write_pictures(const fs::path& folder) const
+    {
+        auto capture = opened(video());
+        cv::Mat bgr, rgb;
+        auto next = used_.begin();
+        for (std::size_t at = 0; next != used_.end() && capture.grab(); ++at)
+        {
+            const double time = capture.get(cv::CAP_PROP_POS_MSEC) / 1000;
+            const auto& row = rows_[static_cast<std::size_t>(*next)];
+            const double wanted = row.time_s - rows_.front().time_s;
+            if (time > wanted + time_tolerance_s)
+                throw fresco::Error(
+                    fmt::format("{}: no picture {:.3f} s after the first, as {} has it; the nearest is at {:.3f} s",
+                                video().string(), wanted, row.source, time));
+            if (time < wanted - time_tolerance_s)
+                continue;
+            capture.retrieve(bgr);
+            cv::cvtColor(bgr, rgb, cv::COLOR_BGR2RGB);
+            fresco::Raster8 picture(rgb.cols, rgb.rows, 3);
+            std::copy(rgb.datastart, rgb.dataend, picture.values.begin());
+            fresco::write_file(color_of(row.frame, folder), codec().encode_jpeg(picture, jpeg_quality));
+            ++next;
+        }
+        if (next != used_.end())
+            throw fresco::Error(fmt::format("{}: the video ends before {}: it is cut short; copy it again", video().string(),
+                                            rows_[static_cast<std::size_t>(*next)].source));
+    }
+
+    fs::path video() const { return path() / "rgb.mp4"; }
+    fs::path confidence_of(const RecordedView& view) const { return path() / "confidence" / (view.name + ".png"); }
+    static fs::path color_of(const std::string& name, const fs::path& folder) { return folder / (name + ".color.jpg"); }
+
+    std::vector<stray_scanner::Row> rows_;
+    fresco::Intrinsics camera_;
+    std::vector<long> used_;
+    mutable std::once_flag is_written_;
+};
+
+}  // namespace
+
+FRESCO_COMPONENT("layout.stray_scanner", StrayScannerLayout, fresco::recordings::Layout,
+                 "Recordings of Stray Scanner (iPhone, iPad)")

@@ -5,6 +5,7 @@
 
 #include <fresco/image_io.h>
 #include <fresco/testing.h>
+#include <fresco/testing_scenes.h>
 
 #include <fstream>
 
@@ -50,10 +51,7 @@ inline void refuses_every_beginning(Codec& codec, const Bytes& good)
 /// Values that differ from pixel to pixel.
 inline fresco::Raster8 pattern(int width, int height, int channels)
 {
-    fresco::Raster8 image(width, height, channels);
-    for (std::size_t i = 0; i < image.values.size(); ++i)
-        image.values[i] = static_cast<std::uint8_t>(i * 37 + i / 7);
-    return image;
+    return fresco::testing::noise_picture(width, height, 7, channels);
 }
 
 }  // namespace samples

@@ -69,9 +69,7 @@ TEST_CASE("image.opencv: HEIC and AVIF have the pixels of the PNG, with its prof
     CHECK(codec.images->check(codec.write(deep)).bits == 10);
     CHECK(most_apart(codec.rgb(deep), codec.rgb(same_png(profile_in(deep)))) <= 4);
     const auto header = codec.images->header(codec.write(heic));
-    CHECK(header.width == 64);
-    CHECK(header.height == 64);
-    CHECK(header.orientation == 1);
+    CHECK((header.width == 64 && header.height == 64 && header.orientation == 1));
     CHECK_FALSE(codec.images->check(codec.write(heic)).alpha);
     CHECK_THROWS_WITH(codec.images->read_depth(codec.write(deep)), Contains("expected a depth picture"));
 }
@@ -88,27 +86,11 @@ TEST_CASE("image.opencv: AVIF that names its colors by numbers")
     CHECK_THROWS_WITH(codec.rgb(avif), Contains("high dynamic range"));
 }
 
-TEST_CASE("image.opencv: HEIC and AVIF that are cut, damaged or of another kind are refused")
+TEST_CASE("image.opencv: HEIC and AVIF that are cut, too large or of another kind are refused")
 {
     Codec codec;
     for (const char* name : {"good_p3.heic", "good_srgb.avif"})
-    {
-        const Bytes good = sample(name);
-        refuses_every_beginning(codec, good);
-        // Whatever becomes of them: an error, or a picture of the size in the header.
-        for (std::size_t at = 0; at < good.size(); at += 7)
-        {
-            Bytes damaged = good;
-            damaged[at] ^= std::byte{0x81};
-            try
-            {
-                codec.rgb(damaged);
-            }
-            catch (const Error&)
-            {
-            }
-        }
-    }
+        refuses_every_beginning(codec, sample(name));
     Bytes large = sample("good_p3.heic");
     const std::size_t size = find(large, {'i', 's', 'p', 'e'}) + 8;
     for (const std::size_t side : {size, size + 4})

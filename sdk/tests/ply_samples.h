@@ -8,84 +8,73 @@
 #include <cstddef>
 #include <cstring>
 #include <fmt/format.h>
+#include <iterator>
 #include <map>
 #include <span>
+#include <sstream>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
-/// \file Writes small PLY files value by value in any encoding and with any types: the slow obvious counterpart of the reader.
+/// \file Small meshes, and PLY files of them in any encoding and with any types.
 
-enum class PlyEncoding
-{
-    ascii,
-    little,
-    big
-};
-
-inline const std::array<PlyEncoding, 3> all_encodings{PlyEncoding::ascii, PlyEncoding::little, PlyEncoding::big};
+inline const std::array<std::string, 3> all_encodings{"ascii", "binary_little_endian", "binary_big_endian"};
 
 inline std::span<const std::byte> bytes_of(std::string_view text)
 {
     return std::as_bytes(std::span(text.data(), text.size()));
 }
 
-class PlyText
+template <class T>
+std::string binary(double v, bool big)
 {
-  public:
-    explicit PlyText(PlyEncoding encoding) : encoding_(encoding)
-    {
-        static constexpr std::string_view names[] = {"ascii", "binary_little_endian", "binary_big_endian"};
-        text = fmt::format("ply\nformat {} 1.0\n", names[static_cast<std::size_t>(encoding)]);
-    }
-    PlyText& line(std::string_view words)
-    {
-        text.append(words).append("\n");
-        return *this;
-    }
+    auto raw = std::bit_cast<std::array<char, sizeof(T)>>(static_cast<T>(v));
+    if (big != (std::endian::native == std::endian::big))
+        std::reverse(raw.begin(), raw.end());
+    return {raw.begin(), raw.end()};
+}
 
-    /// One value of a type named as in the header.
-    PlyText& value(std::string_view type, double v)
-    {
-        static const std::map<std::string_view, PlyText& (PlyText::*)(double)> puts{
-            {"char", &PlyText::put<std::int8_t>},   {"uchar", &PlyText::put<std::uint8_t>},
-            {"short", &PlyText::put<std::int16_t>}, {"ushort", &PlyText::put<std::uint16_t>},
-            {"int", &PlyText::put<std::int32_t>},   {"uint", &PlyText::put<std::uint32_t>},
-            {"float", &PlyText::put<float>},        {"double", &PlyText::put<double>}};
-        return (this->*puts.at(type))(v);
-    }
-    PlyText& values(std::string_view type, std::initializer_list<double> list)
-    {
-        for (const double v : list)
-            value(type, v);
-        return *this;
-    }
-    PlyText& end_row()
-    {
-        if (encoding_ == PlyEncoding::ascii)
-            text.back() = '\n';
-        return *this;
-    }
-
+/// An ASCII file in another encoding, value by value: the slow obvious counterpart of the reader.
+inline std::string in_encoding(const std::string& encoding, const std::string& ascii)
+{
+    static const std::map<std::string, std::string (*)(double, bool)> by_type{
+        {"char", binary<std::int8_t>},     {"uchar", binary<std::uint8_t>}, {"short", binary<std::int16_t>},
+        {"ushort", binary<std::uint16_t>}, {"int", binary<std::int32_t>},   {"uint", binary<std::uint32_t>},
+        {"float", binary<float>},          {"double", binary<double>}};
+    if (encoding == "ascii")
+        return ascii;
+    std::istringstream from(ascii);
     std::string text;
-
-  private:
-    template <class T>
-    PlyText& put(double v)
+    std::vector<std::pair<int, std::vector<std::vector<std::string>>>> elements;
+    for (std::string line; line != "end_header";)
     {
-        if (encoding_ == PlyEncoding::ascii)
-        {
-            text += fmt::format("{} ", static_cast<T>(v));
-            return *this;
-        }
-        auto raw = std::bit_cast<std::array<char, sizeof(T)>>(static_cast<T>(v));
-        if ((encoding_ == PlyEncoding::little) != (std::endian::native == std::endian::little))
-            std::reverse(raw.begin(), raw.end());
-        text.append(raw.data(), raw.size());
-        return *this;
+        std::getline(from, line);
+        text += line == "format ascii 1.0" ? "format " + encoding + " 1.0\n" : line + "\n";
+        std::istringstream words(line);
+        const std::vector<std::string> declared{std::istream_iterator<std::string>(words), {}};
+        if (declared[0] == "element")
+            elements.push_back({std::stoi(declared[2]), {}});
+        if (declared[0] == "property")
+            elements.back().second.push_back(declared);
     }
-
-    PlyEncoding encoding_;
-};
+    const auto copy_value = [&](const std::string& type)
+    {
+        std::string word;
+        from >> word;
+        text += by_type.at(type)(std::stod(word), encoding == "binary_big_endian");
+        return std::stod(word);
+    };
+    for (const auto& [count, properties] : elements)
+        for (int i = 0; i < count; ++i)
+            for (const auto& property : properties)
+            {
+                const bool is_list = property[1] == "list";
+                for (double left = is_list ? copy_value(property[2]) : 1; left > 0; --left)
+                    copy_value(property[is_list ? 3 : 1]);
+            }
+    return text;
+}
 
 /// Two triangles of a unit square with a fold, with colors; every number is exact in float and in its text.
 inline fresco::Mesh folded_square()
@@ -104,27 +93,20 @@ struct PlyTypes
     std::string count = "uchar";
 };
 
-inline std::string ply_of(const fresco::Mesh& mesh, PlyEncoding encoding, const PlyTypes& types = {})
+inline std::string ply_of(const fresco::Mesh& mesh, const std::string& encoding, const PlyTypes& types = {})
 {
-    PlyText ply(encoding);
-    ply.line("comment made for a test").line("element vertex " + std::to_string(mesh.positions.size()));
-    for (const char* axis : {"x", "y", "z"})
-        ply.line("property " + types.coordinate + " " + axis);
-    if (!mesh.colors.empty())
-        ply.line("property uchar red").line("property uchar green").line("property uchar blue");
-    ply.line("element face " + std::to_string(mesh.triangles.size()));
-    ply.line("property list " + types.count + " " + types.index + " vertex_indices").line("end_header");
+    std::string text = "ply\nformat ascii 1.0\ncomment made for a test\n";
+    text += fmt::format("element vertex {0}\nproperty {1} x\nproperty {1} y\nproperty {1} z\n", mesh.positions.size(),
+                        types.coordinate);
+    text += "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+    text += fmt::format("element face {}\nproperty list {} {} vertex_indices\nend_header\n", mesh.triangles.size(), types.count,
+                        types.index);
     for (std::size_t i = 0; i < mesh.positions.size(); ++i)
-    {
-        const auto& p = mesh.positions[i];
-        ply.values(types.coordinate, {static_cast<double>(p.x), static_cast<double>(p.y), static_cast<double>(p.z)});
-        if (!mesh.colors.empty())
-            ply.values("uchar", {double(mesh.colors[i][0]), double(mesh.colors[i][1]), double(mesh.colors[i][2])});
-        ply.end_row();
-    }
-    for (const auto& t : mesh.triangles)
-        ply.value(types.count, 3).values(types.index, {double(t[0]), double(t[1]), double(t[2])}).end_row();
-    return ply.text;
+        text += fmt::format("{} {} {} {}\n", mesh.positions[i].x, mesh.positions[i].y, mesh.positions[i].z,
+                            fmt::join(mesh.colors[i], " "));
+    for (const auto& triangle : mesh.triangles)
+        text += fmt::format("3 {}\n", fmt::join(triangle, " "));
+    return in_encoding(encoding, text);
 }
 
 inline bool same_mesh(const fresco::Mesh& a, const fresco::Mesh& b)

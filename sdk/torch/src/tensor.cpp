@@ -285,36 +285,23 @@ namespace
 
 using weights::ElementType;
 
-struct TypePair
-{
-    at::ScalarType type;
-    ElementType element;
-    bool written;
-};
-constexpr std::array<TypePair, 10> type_pairs{{{at::kDouble, ElementType::float64, true},
-                                               {at::kLong, ElementType::int64, true},
-                                               {at::kFloat, ElementType::float32, true},
-                                               {at::kInt, ElementType::int32, true},
-                                               {at::kHalf, ElementType::float16, false},
-                                               {at::kBFloat16, ElementType::bfloat16, false},
-                                               {at::kShort, ElementType::int16, false},
-                                               {at::kByte, ElementType::uint8, true},
-                                               {at::kChar, ElementType::int8, false},
-                                               {at::kBool, ElementType::boolean, true}}};
+/// In the order of ElementType.
+constexpr std::array types{at::kDouble,   at::kLong,  at::kFloat, at::kInt,  at::kHalf,
+                           at::kBFloat16, at::kShort, at::kByte,  at::kChar, at::kBool};
 
 torch::Tensor to_tensor(const weights::TensorView& view)
 {
-    const auto& pair = type_pairs.at(static_cast<std::size_t>(view.type));
+    const at::ScalarType type = types.at(static_cast<std::size_t>(view.type));
     constexpr std::size_t large = std::size_t{1} << 20U;
     const std::vector<std::int64_t> shape(view.shape.begin(), view.shape.end());
     if (view.bytes.size() >= large)
     {
         // Much of a large texture's checkpoint is zero.
-        auto result = lazy_zeros(shape, pair.type);
+        auto result = lazy_zeros(shape, type);
         write_bytes(view.bytes, result);
         return result;
     }
-    auto result = at::empty(shape, pair.type);
+    auto result = at::empty(shape, type);
     if (!view.bytes.empty())
         std::memcpy(result.data_ptr(), view.bytes.data(), view.bytes.size());
     return result;
@@ -322,10 +309,10 @@ torch::Tensor to_tensor(const weights::TensorView& view)
 
 ElementType written_type(const std::string& name, const torch::Tensor& tensor)
 {
-    for (const auto& pair : type_pairs)
-        if (pair.type == tensor.scalar_type() && pair.written)
-            return pair.element;
-    throw std::invalid_argument("write_safetensors: tensor '" + name + "' has a type that is not written");
+    const auto type = std::ranges::find(types, tensor.scalar_type());
+    if (type == types.end())
+        throw std::invalid_argument("write_safetensors: tensor '" + name + "' has a type that is not written");
+    return static_cast<ElementType>(type - types.begin());
 }
 
 }  // namespace

@@ -2,7 +2,6 @@
 
 #include <fresco/weights/vgg19.h>
 
-#include <array>
 #include <fmt/format.h>
 #include <functional>
 
@@ -11,7 +10,7 @@ using namespace fresco::weights;
 namespace
 {
 
-/// conv1_1 .. conv2_1; all elements are 0.
+/// Convolutions from conv1_1 on; all elements are 0.
 struct Contents
 {
     std::vector<std::byte> zeros = std::vector<std::byte>(std::size_t{512} * 512 * 9 * 4);
@@ -19,7 +18,7 @@ struct Contents
 
     explicit Contents(const std::vector<std::string>& keys = {"features.0", "features.2", "features.5"})
     {
-        const std::size_t outputs[] = {64, 64, 128};
+        const std::size_t outputs[] = {64, 64, 128, 128, 256, 256, 256, 256, 512, 512, 512, 512, 512, 512, 512, 512};
         std::size_t inputs = 3;
         for (std::size_t i = 0; i < keys.size(); ++i)
         {
@@ -73,18 +72,14 @@ TEST_CASE("Layers are found by torchvision's names and by Caffe's")
 
 TEST_CASE("All sixteen layers, as long as they are there")
 {
-    Contents contents(std::vector<std::string>{});
-    std::size_t inputs = 3;
-    std::vector<std::string> names;
-    for (const auto& [block, layers, outputs] :
-         {std::array<std::size_t, 3>{1, 2, 64}, {2, 2, 128}, {3, 4, 256}, {4, 4, 512}, {5, 4, 512}})
-        for (std::size_t layer = 1; layer <= layers; ++layer)
+    std::vector<std::string> names, keys;
+    for (const auto& [block, layers] : {std::pair{1, 2}, {2, 2}, {3, 4}, {4, 4}, {5, 4}})
+        for (int layer = 1; layer <= layers; ++layer)
         {
             names.push_back(fmt::format("{}_{}", block, layer));
-            contents.add("conv" + names.back() + ".weight", {outputs, inputs, 3, 3});
-            contents.add("conv" + names.back() + ".bias", {outputs});
-            inputs = outputs;
+            keys.push_back("conv" + names.back());
         }
+    const Contents contents(keys);
     const auto weights = recognized(contents);
     REQUIRE(weights.layers.size() == 16);
     for (std::size_t i = 0; i < 16; ++i)

@@ -46,7 +46,7 @@ struct SafeTensors
     std::map<std::string, std::string> metadata;
 };
 SafeTensors read_safetensors(const std::filesystem::path& file);
-/// Writes whole or not at all; types float32, float64, int32, int64, uint8, bool. The same tensors give the same bytes.
+/// Writes whole or not at all; every type that weights::ElementType names. The same tensors give the same bytes.
 void write_safetensors(const std::filesystem::path& file, const SafeTensors& contents);
 
 }  // namespace fresco

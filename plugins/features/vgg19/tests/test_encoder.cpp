@@ -7,7 +7,9 @@
 
 #include "catch.h"
 
+#include <algorithm>
 #include <cmath>
+#include <far_device.h>
 #include <utility>
 
 using fresco::testing::random_tensor;
@@ -29,6 +31,31 @@ torch::Tensor gradient_of(const std::vector<torch::Tensor>& maps, const torch::T
     return torch::autograd::grad({sum}, {picture})[0];
 }
 
+/// The maps of `names` by PyTorch's own functions, and by the published means and deviations.
+std::vector<torch::Tensor> plainly_encoded(const fresco::weights::Vgg19Input& input, const torch::Tensor& picture,
+                                           const std::vector<std::string>& names)
+{
+    const auto of_channels = [](std::vector<double> values) { return at::tensor(values, at::kDouble).view({3, 1, 1}); };
+    auto maps = input.bgr ? picture.flip(0) * 255 - of_channels({103.939, 116.779, 123.68})
+                          : (picture - of_channels({0.485, 0.456, 0.406})) / of_channels({0.229, 0.224, 0.225});
+    maps = maps.unsqueeze(0);
+    const bool reflect = input.padding == fresco::weights::Vgg19Padding::reflect;
+    std::vector<torch::Tensor> result;
+    for (const auto& layer : random_layers())
+    {
+        maps = layer.pooled ? at::max_pool2d(maps, {2, 2}) : maps;
+        // A side of one pixel has nothing to reflect: the pixel is repeated.
+        const auto padded = [&](bool is_one, at::IntArrayRef sides)
+        { return is_one ? at::replication_pad2d(maps, sides) : at::reflection_pad2d(maps, sides); };
+        maps = reflect ? padded(maps.size(2) == 1, {0, 0, 1, 1}) : maps;
+        maps = reflect ? padded(maps.size(3) == 1, {1, 1, 0, 0}) : maps;
+        maps = at::relu(at::conv2d(maps, layer.weights.to(at::kDouble), layer.bias.to(at::kDouble), 1, reflect ? 0 : 1));
+        if (std::ranges::find(names, layer.layer) != names.end())
+            result.push_back(maps.squeeze(0));
+    }
+    return result;
+}
+
 double relative_difference(const torch::Tensor& a, const torch::Tensor& b)
 {
     const auto wide = b.to(at::kDouble);
@@ -41,26 +68,53 @@ TEST_CASE("The fast way and its gradient agree with libtorch's convolutions in d
 {
     const std::vector<std::string> names{"relu1_1", "relu2_2", "relu3_1"};
     // Odd sizes: the last row and column are not pooled. Small ones: maps become a pixel wide.
+    const auto padding = GENERATE(fresco::weights::Vgg19Padding::zero, fresco::weights::Vgg19Padding::reflect);
     for (const auto& [height, width] : {std::pair{37, 51}, {5, 40}, {40, 5}, {8, 40}, {4, 4}})
-        for (const auto& format : {fresco::weights::caffe_input(), fresco::weights::torchvision_input()})
+        for (auto format : {fresco::weights::caffe_input(), fresco::weights::torchvision_input()})
         {
-            CAPTURE(height, width, format.bgr);
+            CHECK(format.padding == fresco::weights::Vgg19Padding::zero);
+            format.padding = padding;
+            CAPTURE(height, width, format.bgr, padding);
             const vgg19::Vgg19 network(random_layers(), format);
             const auto fast_picture = picture(height, width).set_requires_grad(true);
             const auto slow_picture = fast_picture.detach().to(at::kDouble).set_requires_grad(true);
             auto fast = network.encode(fast_picture, names);
             auto slow = network.encode_generally(slow_picture, names);
+            auto plain = plainly_encoded(format, slow_picture, names);
             for (std::size_t i = 0; i < names.size(); ++i)
             {
                 REQUIRE(fast[i].sizes() == slow[i].sizes());
                 CHECK(relative_difference(fast[i], slow[i]) < 1e-5);
+                CHECK(relative_difference(slow[i], plain[i]) < 1e-12);
+                CHECK(slow[i].flatten(1).t().is_contiguous());
             }
             // Layers that nobody asks a gradient of give none.
-            for (auto* maps : {&fast, &slow})
+            for (auto* maps : {&fast, &slow, &plain})
                 maps->erase(maps->begin() + (format.bgr ? 0 : 1));
+            const auto slow_gradient = gradient_of(slow, slow_picture);
+            CHECK(relative_difference(slow_gradient, gradient_of(plain, slow_picture)) < 1e-9);
             // A few of half a million responses are so close to 0, or to their neighbors', that rounding changes their order.
-            CHECK(relative_difference(gradient_of(fast, fast_picture), gradient_of(slow, slow_picture)) < 1e-2);
+            CHECK(relative_difference(gradient_of(fast, fast_picture), slow_gradient) < 1e-2);
         }
+}
+
+TEST_CASE("Maps and gradients on another device are those here, and are not waited for")
+{
+    const std::vector<std::string> names{"relu1_1", "relu2_2", "relu3_1"};
+    for (const auto& format : {fresco::weights::caffe_input(), fresco::weights::torchvision_input()})
+    {
+        vgg19::Vgg19 network(random_layers(), format);
+        const auto near_picture = picture(22, 31).set_requires_grad(true);
+        const auto near = network.encode_generally(near_picture, names);
+        network.move_to(fresco::testing::far_device());
+        const auto far_picture = near_picture.detach().to(fresco::testing::far_device()).set_requires_grad(true);
+        fresco::testing::forget_far_traffic();
+        const auto far = network.encode(far_picture, names);
+        CHECK(fresco::testing::far_traffic().wait_count() == 0);
+        for (std::size_t i = 0; i < names.size(); ++i)
+            CHECK(relative_difference(far[i].cpu(), near[i]) < 1e-5);
+        CHECK(relative_difference(gradient_of(far, far_picture).cpu(), gradient_of(near, near_picture)) < 1e-2);
+    }
 }
 
 TEST_CASE("Features of a crop are the whole picture's up to margin_px from its border, and not closer")

@@ -1,5 +1,6 @@
 #include "catch.h"
 #include "finder_cases.h"
+#include "kernels_here.h"
 
 #include <fresco/parallel.h>
 #include <fresco/rendering/raster_finder.h>
@@ -117,7 +118,7 @@ TEST_CASE("every kernel draws what is drawn in whole numbers of 64 bits")
         std::array<std::uint64_t, std::size_t{tile_stride} * Tile::height> keys{};
         for (const Piece& piece : pieces)
             draw_wide(piece, fine, x, y, keys.data());
-        for (const TileKernel* kernel : kernels_here(base_kernel(), avx2_kernel(), avx512_kernel()))
+        for (const TileKernel* kernel : testing::kernels_here(base_kernel(), avx2_kernel(), avx512_kernel()))
         {
             INFO(kernel->name << ", " << size);
             const auto faces = drawn(pieces, x, y, *kernel, fine);

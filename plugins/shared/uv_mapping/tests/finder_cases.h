@@ -9,6 +9,7 @@
 #include <fresco/uv_mapping/uv_mapper.h>
 
 #include <cmath>
+#include <numbers>
 #include <numeric>
 
 /// \file What every way of finding the faces that pixels see must pass. A test includes this once and defines:
@@ -58,26 +59,18 @@ void check_against_plain(const Mesh& mesh, const Camera& camera, int height_px, 
 
 TEST_CASE("back faces, near faces and the void are invalid and counted")
 {
-    Camera behind = straight(8, 6, 10);
-    behind.world_from_camera.translation = {0, 0, 3};
-    behind.world_from_camera.rotation.m = {-1, 0, 0, 0, 1, 0, 0, 0, -1};  // looks back along -z
-    const auto [map, counts] = one_map(wall(), behind, 6);
-    CHECK(counts.back_face == 48);
-    CHECK(counts.valid == 0);
-    CHECK(map.valid.values == std::vector<std::uint8_t>(48, 0));
-    CHECK(map.depth.values == std::vector<float>(48, 0));
-
-    Camera near = straight(8, 6, 10);
-    near.world_from_camera.translation = {0, 0, 1.951};
-    CHECK(one_map(wall(), near, 6).counts.too_near == 48);
-    near.world_from_camera.translation = {0, 0, 1.9999};
-    CHECK(one_map(wall(), near, 6).counts.too_near == 48);
-    near.world_from_camera.translation = {0, 0, 1.949};
-    CHECK(one_map(wall(), near, 6).counts.valid == 48);
-
-    Camera away = straight(8, 6, 10);
-    away.world_from_camera.translation = {0, 0, 3};
-    CHECK(one_map(wall(), away, 6).counts.nothing == 48);
+    const auto counts = [](double z, double turn = 0)
+    {
+        const auto [map, counts] = one_map(wall(), testing::camera(8, 6, 10, {0, 0, z}, turn), 6);
+        if (counts.valid == 0)
+            CHECK((map.valid.values == std::vector<std::uint8_t>(48, 0) && map.depth.values == std::vector<float>(48, 0)));
+        return counts;
+    };
+    CHECK(counts(3, std::numbers::pi).back_face == 48);
+    CHECK(counts(1.951).too_near == 48);
+    CHECK(counts(1.9999).too_near == 48);
+    CHECK(counts(1.949).valid == 48);
+    CHECK(counts(3).nothing == 48);
 }
 
 TEST_CASE("maps equal those of a test of every face, also where faces cross the camera's plane")
@@ -85,49 +78,34 @@ TEST_CASE("maps equal those of a test of every face, also where faces cross the 
     const Mesh mesh = cave(24);
     for (const double angle : {0.0, 0.8, 2.0, 4.4})
     {
-        Camera camera = turned(straight(80, 60, 45), angle);
-        camera.world_from_camera.translation = {0.3, -0.2, 0.4};
+        const Camera camera = testing::camera(80, 60, 45, {0.3, -0.2, 0.4}, angle);
         check_against_plain(mesh, camera, 60, 1);
         check_against_plain(mesh, camera, 47, 1);
     }
-    check_against_plain(debris(400, 1), straight(80, 60, 45), 60, 8);
-    check_against_plain(debris(400, 2), straight(80, 60, 200), 60, 8);
+    check_against_plain(debris(400, 1), testing::camera(80, 60, 45), 60, 8);
+    check_against_plain(debris(400, 2), testing::camera(80, 60, 200), 60, 8);
 }
 
 TEST_CASE("a pose that is a rotation to four digits only shifts nothing")
 {
-    Camera camera = turned(straight(400, 300, 250), 0.7);
+    Camera camera = testing::camera(400, 300, 250, {0.1, 0.2, -0.3}, 0.7);
     Mat3& r = camera.world_from_camera.rotation;
     r(0, 0) += 1e-4;
     r(1, 2) -= 1e-4;
     r(2, 1) += 2e-4;
-    camera.world_from_camera.translation = {0.1, 0.2, -0.3};
     check_against_plain(cave(12), camera, 60, 1);
 }
 
 TEST_CASE("no pixel slips between faces whose edges and corners lie on pixel centers")
 {
-    // A grid of squares, each cut in two by one of its diagonals, whose corners lie on every second pixel center.
-    Mesh mesh;
-    constexpr int cells = 20;
-    for (int y = 0; y <= cells; ++y)
-        for (int x = 0; x <= cells; ++x)
-            mesh.positions.push_back({static_cast<float>(x) / 8, static_cast<float>(y) / 8, 1});
-    const auto at = [](int x, int y) { return static_cast<std::uint32_t>(y * (cells + 1) + x); };
-    for (int y = 0; y < cells; ++y)
-        for (int x = 0; x < cells; ++x)
-        {
-            const bool falling = (x + y) % 2 == 0;
-            const auto last = falling ? at(x + 1, y + 1) : at(x, y + 1);
-            const auto first = falling ? at(x, y) : at(x + 1, y);
-            mesh.triangles.push_back({at(x, y), last, at(x + 1, y)});
-            mesh.triangles.push_back({first, at(x, y + 1), at(x + 1, y + 1)});
-        }
-    mesh.texcoords.assign(3 * mesh.triangles.size(), {0.5F, 0.5F});
-    Camera camera;
-    camera.intrinsics = {36, 36, 16, 16, -1.5, -1.5};
-    const auto faces = faces_of(mesh, camera);
-    CHECK(std::count(faces.begin(), faces.end(), no_face) == 0);
+    // Squares, each cut in two by one of its diagonals, whose corners lie on every second pixel center.
+    for (Mesh mesh : {testing::rectangle({0, 0, 1}, {0, 2, 0}, {2, 0, 0}, 16, 16),
+                      testing::rectangle({2, 0, 1}, {-2, 0, 0}, {0, 2, 0}, 16, 16)})
+    {
+        mesh.texcoords.assign(3 * mesh.triangles.size(), {0.5F, 0.5F});
+        const auto faces = faces_of(mesh, Camera{{30, 30, 16, 16, -1.5, -1.5}, {}});
+        CHECK(std::count(faces.begin(), faces.end(), no_face) == 0);
+    }
 }
 
 TEST_CASE("several faces at one edge, and faces that are there twice, are seen once")
@@ -136,17 +114,17 @@ TEST_CASE("several faces at one edge, and faces that are there twice, are seen o
     // Three leaves of a book whose back stands upright in the middle of the picture.
     for (const Vec3f outer : {Vec3f{-0.5F, 0, 1.5F}, {0.1F, 0, 1.8F}, {0.6F, 0, 1.4F}})
         add_face(mesh, {0, -1, 1}, {0, 1, 1}, outer);
-    check_against_plain(mesh, straight(60, 60, 41.3), 60, 1);
+    check_against_plain(mesh, testing::camera(60, 60, 41.3), 60, 1);
 
     // Faces without area, and one whose plane goes through the camera, hide nothing.
     add_face(mesh, {-1, 0, 1}, {0, 0.1F, 1}, {1, 0.2F, 1});
     add_face(mesh, {0.1F, 0.1F, 1}, {0.1F, 0.1F, 1}, {0.1F, 0.1F, 1});
     add_face(mesh, {0, -1, 0.5F}, {0, 1, 0.5F}, {0, 0, 1.5F});
-    check_against_plain(mesh, straight(60, 60, 41.3), 60, 1);
+    check_against_plain(mesh, testing::camera(60, 60, 41.3), 60, 1);
 
     Mesh twice = wall();
     testing::append(twice, wall());
-    CHECK(one_map(twice, straight(60, 60, 40), 60).counts.valid == 3600);
+    CHECK(one_map(twice, testing::camera(60, 60, 40), 60).counts.valid == 3600);
 }
 
 TEST_CASE("whatever the mesh, every value is finite and every pixel is counted once")
@@ -161,7 +139,7 @@ TEST_CASE("whatever the mesh, every value is finite and every pixel is counted o
         }
         for (const double focal : {5.0, 60.0, 3000.0})
         {
-            const auto [map, counts] = one_map(mesh, turned(straight(60, 50, focal), seed), 50);
+            const auto [map, counts] = one_map(mesh, testing::camera(60, 50, focal, {}, seed), 50);
             CHECK(sum(counts) == 3000);
             CHECK(counts.valid == std::accumulate(map.valid.values.begin(), map.valid.values.end(), std::int64_t{0}));
             bool sound = true;
@@ -189,7 +167,7 @@ TEST_CASE("what is seen through a crack one pixel wide is invalid and counted, w
         add_rectangle(mesh, -0.5F, 0, 0, hole, 1);
         return mesh;
     };
-    const Camera camera = straight(40, 40, 40);
+    const Camera camera = testing::camera(40, 40, 40);
     Mesh hole = boards(1 / 40.0F);
     add_rectangle(hole, 1 / 40.0F, 0, 0.5F, 1 / 40.0F, 1);
     const auto closed = one_map(hole, camera, 40);
@@ -207,12 +185,11 @@ TEST_CASE("what is seen through a crack one pixel wide is invalid and counted, w
 TEST_CASE("maps are equal for any number of threads and in any company")
 {
     const Mesh mesh = cave(100);  // More faces than a block has.
-    Camera camera = turned(straight(200, 150, 90), 0.7);
-    camera.world_from_camera.translation = {0.1, 0.2, 0.3};
+    const Camera camera = testing::camera(200, 150, 90, {0.1, 0.2, 0.3}, 0.7);
     const std::vector<int> heights{40, 150, 333};
     UvMapper one(mesh, make_finder(mesh));
     UvMapper many(mesh, make_finder(mesh));
-    many.make(straight(64, 64, 20), std::vector<int>{333, 40}, testing::TestRun(3));  // leaves its memory to the next
+    many.make(testing::camera(64, 64, 20), std::vector<int>{333, 40}, testing::TestRun(3));  // leaves its memory to the next
     const auto& a = one.make(camera, heights, testing::TestRun(1));
     const auto& b = many.make(camera, heights, testing::TestRun(5));
     for (std::size_t i = 0; i < heights.size(); ++i)

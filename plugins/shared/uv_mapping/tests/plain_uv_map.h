@@ -3,13 +3,15 @@
 #include <fresco/camera.h>
 #include <fresco/mesh.h>
 #include <fresco/testing_scenes.h>
+#include <fresco/uv_mapping/shading.h>
 #include <fresco/uv_maps.h>
 
 #include <algorithm>
 #include <cstddef>
 #include <vector>
 
-/// \file A uv map by testing every face for every pixel: what each way of making uv maps must give, written without any of them.
+/// \file A uv map by testing every face for every pixel: what each way of making uv maps must give, written without any of them
+/// but for the rule of cracks.
 
 namespace plain
 {
@@ -17,24 +19,6 @@ namespace plain
 using fresco::Vec3d;
 
 using fresco::testing::RayHit;
-
-/// 5 cm and more behind each of eight neighbors.
-inline bool through_crack(const std::vector<RayHit>& met, int width, int height, int x, int y)
-{
-    for (int dy = -1; dy <= 1; ++dy)
-        for (int dx = -1; dx <= 1; ++dx)
-        {
-            if (dx == 0 && dy == 0)
-                continue;
-            if (x + dx < 0 || x + dx >= width || y + dy < 0 || y + dy >= height)
-                return false;
-            const auto at = [&](int i, int j)
-            { return met[static_cast<std::size_t>(j) * static_cast<std::size_t>(width) + static_cast<std::size_t>(i)].distance; };
-            if (!(at(x, y) > at(x + dx, y + dy) + 0.05))
-                return false;
-        }
-    return true;
-}
 
 inline void fill_pixel(const fresco::Mesh& mesh, const std::vector<fresco::Vec3f>& normals, const RayHit& hit, Vec3d ray,
                        fresco::UvMap& map, int x, int y)
@@ -64,15 +48,18 @@ inline fresco::UvMap uv_map(const fresco::Mesh& mesh, const fresco::Camera& came
                       fresco::Raster8(width, height_px)};
     const auto normals = fresco::vertex_normals(mesh);
     std::vector<RayHit> met;
-    for (int y = 0; y < height_px; ++y)
-        for (int x = 0; x < width; ++x)
-            met.push_back(fresco::testing::cast(mesh, scaled.world_from_camera.translation, scaled.ray(x + 0.5, y + 0.5)));
-    std::size_t next = 0;
+    fresco::RasterF depth(width, height_px);
     for (int y = 0; y < height_px; ++y)
         for (int x = 0; x < width; ++x)
         {
-            const RayHit& here = met[next++];
-            if (here.found() && here.front && here.distance >= 0.05 && !through_crack(met, width, height_px, x, y))
+            met.push_back(fresco::testing::cast(mesh, scaled.world_from_camera.translation, scaled.ray(x + 0.5, y + 0.5)));
+            depth.at(x, y) = static_cast<float>(met.back().distance);
+        }
+    for (int y = 0; y < height_px; ++y)
+        for (int x = 0; x < width; ++x)
+        {
+            const RayHit& here = met[static_cast<std::size_t>(y * width + x)];
+            if (here.found() && here.front && here.distance >= 0.05 && !fresco::seen_through_crack(depth, x, y))
                 fill_pixel(mesh, normals, here, scaled.ray(x + 0.5, y + 0.5), map, x, y);
         }
     return map;

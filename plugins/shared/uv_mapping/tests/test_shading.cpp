@@ -1,4 +1,5 @@
 #include "catch.h"
+#include "kernels_here.h"
 #include "shading_kernel.h"
 #include "view_cases.h"
 
@@ -39,7 +40,7 @@ TEST_CASE("a ray beside its face gets a point of the face")
     Mesh mesh;
     cases::add_face(mesh, {-0.1F, -0.1F, 2}, {0, 0.1F, 2}, {0.1F, -0.1F, 2});
     mesh.texcoords = {{0.25F, 0.25F}, {0.5F, 0.75F}, {0.75F, 0.25F}};
-    const auto result = shaded(mesh, cases::straight(10, 10, 5), FaceMap(10, 10, 1, 0));
+    const auto result = shaded(mesh, testing::camera(10, 10, 5), FaceMap(10, 10, 1, 0));
     CHECK(result.counts.valid == 100);
     for (std::size_t i = 0; i < 100; ++i)
     {
@@ -60,14 +61,14 @@ TEST_CASE("every kernel gives a row of any width the values of the fastest one")
     mesh.triangles = {{0, 2, 1}, {0, 3, 2}};
     mesh.texcoords = {{0, 1}, {1, 0}, {1, 1}, {0, 1}, {0, 0}, {1, 0}};
     for (const shading::Kernel* kernel :
-         cases::kernels_here(shading::base_kernel(), shading::avx2_kernel(), shading::avx512_kernel()))
+         testing::kernels_here(shading::base_kernel(), shading::avx2_kernel(), shading::avx512_kernel()))
         for (int width = 1; width <= 35; ++width)
         {
             INFO(kernel->name << ", " << width);
             FaceMap faces(width, 3);
             for (std::size_t i = 0; i < faces.values.size(); ++i)
                 faces.values[i] = i % 5 == 3 ? no_face : static_cast<std::uint32_t>(i / 3 % 2);
-            const Camera camera = cases::straight(width, 3, 2.0 * width);
+            const Camera camera = testing::camera(width, 3, 2.0 * width);
             const auto found = shaded(mesh, camera, faces, *kernel), expected = shaded(mesh, camera, faces);
             CHECK(found.counts == expected.counts);
             CHECK(found.map.valid == expected.map.valid);
@@ -113,19 +114,6 @@ TEST_CASE("the cracks that are closed are those that a look at every pixel finds
         if (width == 59)
             CHECK(cracks > 0);
     }
-}
-
-TEST_CASE("what is deeper than numbers reach is not seen")
-{
-    Mesh mesh;
-    cases::add_rectangle(mesh, -3e38F, -3e38F, 3e38F, 3e38F, 3e38F);
-    Camera camera = cases::straight(9, 9, 50);
-    CHECK(shaded(mesh, camera, FaceMap(9, 9, 1, 0)).counts.valid == 81);
-    camera.world_from_camera.translation.z = -3e38;
-    const auto result = shaded(mesh, camera, FaceMap(9, 9, 1, 0));
-    CHECK(result.counts.nothing == 81);
-    CHECK(result.map.depth.values == std::vector<float>(81, 0));
-    CHECK(result.map.uv.values == std::vector<float>(162, 0));
 }
 
 TEST_CASE("a pixel more than 5 cm behind all eight neighbors is seen through a crack")

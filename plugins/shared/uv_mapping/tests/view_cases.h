@@ -2,7 +2,6 @@
 
 #include <fresco/camera.h>
 #include <fresco/mesh.h>
-#include <fresco/parallel.h>
 #include <fresco/testing_scenes.h>
 
 #include <cmath>
@@ -17,18 +16,6 @@ namespace cases
 using namespace fresco;
 
 using testing::wall;
-
-/// The kernels that this processor runs. A null pointer is one that the compiler could not make.
-template <class Kernel>
-std::vector<const Kernel*> kernels_here(const Kernel* base, const Kernel* avx2, const Kernel* avx512)
-{
-    std::vector<const Kernel*> kernels{base};
-    if (avx2 != nullptr && runs_avx2())
-        kernels.push_back(avx2);
-    if (avx512 != nullptr && runs_avx512())
-        kernels.push_back(avx512);
-    return kernels;
-}
 
 /// Adds the face to the mesh, with new vertices and one texcoord.
 inline void add_face(Mesh& mesh, Vec3f a, Vec3f b, Vec3f c, Vec2f uv = {0.5F, 0.5F})
@@ -96,21 +83,6 @@ inline Mesh debris(int faces, unsigned seed)
         add_face(mesh, a, b, i % 7 == 0 ? along : i % 11 == 0 ? b : c, {coordinate(1), coordinate(1)});
     }
     return mesh;
-}
-
-inline Camera straight(int width, int height, double focal)
-{
-    return testing::camera(width, height, focal);
-}
-
-/// Turned about the y axis.
-inline Camera turned(Camera camera, double angle)
-{
-    Mat3& r = camera.world_from_camera.rotation;
-    r(0, 0) = r(2, 2) = std::cos(angle);
-    r(0, 2) = std::sin(angle);
-    r(2, 0) = -std::sin(angle);
-    return camera;
 }
 
 }  // namespace cases

@@ -360,11 +360,10 @@ double mean_square(const Log& a, const Log& b)
     return sum;
 }
 
-/// The blend of every cell, and the view that counts most in it.
+/// The blend of every cell.
 struct BlendedCells
 {
     std::vector<Log> log_rgb;
-    std::vector<std::uint32_t> dominant;
     float median_distance = 0;
 };
 
@@ -372,13 +371,12 @@ BlendedCells blended_cells(const std::vector<std::vector<CellColor>>& views, std
                            const Blender& blend)
 {
     const ByCell by_cell(views, cells);
-    BlendedCells result{std::vector<Log>(cells), std::vector<std::uint32_t>(cells, 0), 0};
+    BlendedCells result{std::vector<Log>(cells), 0};
     std::vector<TexelSample> samples;
     std::vector<double> distances;
     for (std::size_t cell = 0; cell < cells; ++cell)
     {
         samples.clear();
-        float most = 0;
         for (std::size_t i = by_cell.begins[cell]; i < by_cell.begins[cell + 1]; ++i)
         {
             const auto& [view, color] = by_cell.observations[i];
@@ -386,9 +384,6 @@ BlendedCells blended_cells(const std::vector<std::vector<CellColor>>& views, std
             for (std::size_t c = 0; c < 3; ++c)
                 rgb[c] *= std::exp(color->log_rgb[c]);
             samples.push_back({0, color->weight, rgb, {}});
-            if (color->weight > most)
-                result.dominant[cell] = view;
-            most = std::max(most, color->weight);
         }
         if (samples.empty())
             continue;
@@ -402,46 +397,6 @@ BlendedCells blended_cells(const std::vector<std::vector<CellColor>>& views, std
     if (!distances.empty())
         result.median_distance = static_cast<float>(numerics::median(std::move(distances)));
     return result;
-}
-
-/// See BlendQuality. Along the border of two views within a square, steps are averaged with their sign: what is left is a seam,
-/// rather than detail that the views show in different places.
-double seam_step(const std::vector<std::vector<CellColor>>& views, int side, const BlendedCells& blended)
-{
-    struct Border
-    {
-        Log sum{};
-        double count = 0;
-    };
-    std::map<std::array<std::uint32_t, 3>, Border> borders;  // By the square and both views.
-    for (const auto& view : views)
-        for (const CellColor& a : view)
-            for (const std::uint32_t step : {std::uint32_t{1}, static_cast<std::uint32_t>(side)})
-            {
-                const std::uint32_t other = a.cell + step;
-                if (other >= blended.dominant.size() || blended.dominant[a.cell] == blended.dominant[other])
-                    continue;
-                const auto b = std::ranges::lower_bound(view, other, {}, &CellColor::cell);
-                if (b == view.end() || b->cell != other)
-                    continue;
-                const Log &from = blended.log_rgb[a.cell], &to = blended.log_rgb[other];
-                const auto [low, high] = std::minmax(blended.dominant[a.cell], blended.dominant[other]);
-                const double sign = blended.dominant[a.cell] == low ? 1 : -1;
-                Border& border = borders[{square_of(a.cell, side), low, high}];
-                ++border.count;
-                for (std::size_t c = 0; c < 3; ++c)
-                    border.sum[c] += sign * 255 * std::exp((from[c] + to[c]) / 2) *
-                                     (to[c] - from[c] - static_cast<double>(b->log_rgb[c] - a.log_rgb[c]));
-            }
-    double sum = 0;
-    double count = 0;
-    for (const auto& [place, border] : borders)
-    {
-        for (const double of_channel : border.sum)
-            sum += std::abs(of_channel) / 3;
-        count += border.count;
-    }
-    return count > 0 ? sum / count : 0;
 }
 
 }  // namespace
@@ -488,7 +443,6 @@ BlendQuality blend_quality(const std::vector<std::vector<CellColor>>& views, int
         all_weights += weight;
     }
     result.total_error = all_weights > 0 ? std::sqrt(all_squares / all_weights) : 0;
-    result.seam_step = seam_step(views, side, blended);
     return result;
 }
 

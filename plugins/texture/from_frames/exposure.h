@@ -56,9 +56,7 @@ struct BlendQuality
     /// Local log-color error per view: root mean square difference of the blend's and the picture's logarithms within squares of
     /// 8 x 8 cells, less each square's mean. Differences in exposure cost nothing, steps that the picture does not have do.
     std::vector<double> error;
-    double total_error = 0;  ///< Over all views.
-    /// Mean step across the borders where another view counts most, beyond the step in the views themselves; of 255.
-    double seam_step = 0;
+    double total_error = 0;     ///< Over all views.
     float median_distance = 0;  ///< Median distance of the views' colors from the blend.
 };
 

@@ -287,7 +287,6 @@ void solve_exposure(Survey& found, const TextureRules& rules, BlendRules& blend,
     { return blend_quality(found.colors, found.side, gains, blend_cell); };
     BlendQuality used = quality(result.gains);
     result.error_without_gains = used.total_error;
-    result.seam_step_without_gains = used.seam_step;
     const auto cells = static_cast<std::size_t>(found.side) * static_cast<std::size_t>(found.side);
     std::vector<Gains> gains = exposure_gains(found.colors, cells, progress);
     const BlendQuality with_gains = quality(gains);
@@ -301,7 +300,6 @@ void solve_exposure(Survey& found, const TextureRules& rules, BlendRules& blend,
             result.gains[v] = std::move(gains[v]);
     used = quality(result.gains);
     result.error = used.total_error;
-    result.seam_step = used.seam_step;
     blend.least_distance = std::max(blend.least_distance, outlier_factor * used.median_distance);
 }
 

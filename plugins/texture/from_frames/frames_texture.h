@@ -135,14 +135,12 @@ struct TextureRules
 
 struct FramesTexture
 {
-    RasterF picture;                 ///< S x S x 3, RGB in [0,1]; unseen texels continue the seen ones smoothly.
-    Raster8 seen;                    ///< S x S: 1 = at least one view shows it.
-    std::vector<Gains> gains;        ///< Per view.
-    std::vector<double> sharpness;   ///< Per view: the factor of its weights.
-    double error = 0;                ///< Local log-color error, see BlendQuality …
-    double error_without_gains = 0;  ///< … and what it would be.
-    double seam_step = 0;            ///< Step at seams, likewise.
-    double seam_step_without_gains = 0;
+    RasterF picture;                   ///< S x S x 3, RGB in [0,1]; unseen texels continue the seen ones smoothly.
+    Raster8 seen;                      ///< S x S: 1 = at least one view shows it.
+    std::vector<Gains> gains;          ///< Per view.
+    std::vector<double> sharpness;     ///< Per view: the factor of its weights.
+    double error = 0;                  ///< Local log-color error, see BlendQuality …
+    double error_without_gains = 0;    ///< … and what it would be.
     std::size_t blended_samples = 0;   ///< Over all texels.
     std::size_t rejected_samples = 0;  ///< Samples among these rejected as outliers.
     std::size_t pixels = 0;            ///< Valid pixels of the uv maps.

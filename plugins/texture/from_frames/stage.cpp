@@ -203,8 +203,6 @@ class TextureFromFrames final : public Stage
         run.report("most_gain", most_gain);
         run.report("local_error", made.error);
         run.report("local_error_without_gains", made.error_without_gains);
-        run.report("seam_step_255", made.seam_step);
-        run.report("seam_step_255_without_gains", made.seam_step_without_gains);
         const auto [blurred, sharp] = std::minmax_element(made.sharpness.begin(), made.sharpness.end());
         run.report("least_sharpness_factor", *blurred);
         run.report("most_sharpness_factor", *sharp);

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 
 namespace fresco::synthesize
@@ -287,37 +286,6 @@ void Level::set_matches(std::vector<Match> matches, const Progress& progress)
                                         ? start_[t]
                                         : vote(patches_.covers(t), matches_, fits_, window_, offset_on, color).shifted_mean();
                    });
-}
-
-double Level::direction_error_deg(const Progress& progress) const
-{
-    const int side = patches_.side();
-    std::vector<float> errors(patches_.count());
-    parallel_for(
-        errors.size(), 4096, progress,
-        [&](std::size_t begin, std::size_t end)
-        {
-            progress.check_canceled();
-            std::vector<Vec3f> samples(static_cast<std::size_t>(side) * static_cast<std::size_t>(side));
-            const auto light = [&](int x, int y)
-            { return samples[static_cast<std::size_t>(y) * static_cast<std::size_t>(side) + static_cast<std::size_t>(x)].x; };
-            for (std::size_t i = begin; i < end; ++i)
-            {
-                patches_.sample(grid_, colors_, i, samples.data());
-                Vec2f twice;
-                for (int y = 1; y + 1 < side; ++y)
-                    for (int x = 1; x + 1 < side; ++x)
-                    {
-                        const float across = light(x + 1, y) - light(x - 1, y);
-                        const float along = light(x, y + 1) - light(x, y - 1);
-                        twice = twice + Vec2f{along * along - across * across, -2 * across * along};
-                    }
-                errors[i] = std::abs(std::atan2(twice.y, twice.x)) / 2;
-            }
-        });
-    const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
-    std::nth_element(errors.begin(), middle, errors.end());
-    return double{*middle} * 180 / std::numbers::pi;
 }
 
 void Level::paint_round(const Progress& progress)

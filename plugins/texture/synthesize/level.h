@@ -154,10 +154,6 @@ class Level
     /// variance and that of the painting's rest: what would not stand out from the strokes is not missed.
     std::vector<float> missing(const Progress& progress) const;
 
-    /// The median angle (degrees) between the lines and the strokes as painted, by the structure tensor of L* over each patch.
-    /// \pre There are lines.
-    double direction_error_deg(const Progress& progress) const;
-
     /// A vote, with the level of the patch with the largest weight.
     struct LevelVote : Vote
     {

@@ -244,8 +244,6 @@ class Synthesis
             paint_rounds(*level, number, 0, options_.rounds_count);
         }
         report(*level);
-        if (!task_.lines.empty())
-            run_.report("direction_error_deg", level->direction_error_deg(run_));
         return with_detail(std::move(level));
     }
 

@@ -2,8 +2,6 @@
 
 #include <fresco/error.h>
 
-#include <ATen/ops/zeros.h>
-
 #include <array>
 
 using namespace texture_samples;
@@ -76,30 +74,6 @@ TEST_CASE("a render is the sum of the layers' lookups, zero where invalid, and t
                 }
             for (int c = 0; c < 3; ++c)
                 CHECK(values[c][y][x] == sum[static_cast<std::size_t>(c)]);
-        }
-}
-
-TEST_CASE("a render is linear in the layers, and the gradient is its transpose")
-{
-    const auto texture = made(Value::Map{{"layers_count", 2}, {"regularizer", Value::List{1, 0}}});
-    texture->allocate(8);
-    const auto view = texture->make_view(random_map(9, 7, 6));
-    auto direction = at::zeros({3, 7, 9}, at::kFloat);
-    Random random(7);
-    for (std::int64_t i = 0; i < direction.numel(); ++i)
-        direction.data_ptr<float>()[i] = static_cast<float>(random.uniform() - 0.5);
-    const auto gradients = view->gradient(direction);
-    REQUIRE(gradients.size() == 2);
-    for (const std::size_t layer : {0, 1})
-        for (const int texel : {0, 5, 10, 15})
-        {
-            // The texel by itself.
-            for (auto& parameter : texture->parameters())
-                parameter.values.zero_();
-            texture->parameters()[layer].values[texel].fill_(1);
-            const double shown = (view->render() * direction).sum().item<double>();
-            const auto here = (gradients[layer].texels == texel).to(at::kFloat).unsqueeze(1);
-            CHECK((gradients[layer].values * here).sum().item<double>() == Approx(shown).margin(2e-6));
         }
 }
 

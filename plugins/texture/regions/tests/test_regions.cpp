@@ -1,46 +1,14 @@
 #include "catch.h"
-#include "compose.h"
 
 #include <fresco/regions/regions.h>
 #include <fresco/testing.h>
 #include <fresco/testing_scenes.h>
-#include <fresco/texturing/texel_faces.h>
 
 #include <algorithm>
-#include <set>
 #include <span>
 
 using namespace fresco;
 using Catch::Contains;
-
-TEST_CASE("compose: a texel belongs to its face's region, one beside a chart to that of a neighbor, none beyond")
-{
-    const Mesh mesh = testing::two_chart_wall();
-    const texturing::Charts charts = texturing::find_charts(mesh);
-    constexpr int side = 40;
-    const texturing::TexelFaces faces = texturing::find_texel_faces(mesh, charts, side, Progress{});
-    const std::vector<std::uint16_t> labels{0, 0, 1, 2};
-    const auto regions = regions_of_texels(faces, labels);
-    std::size_t beside = 0;
-    for (int y = 0; y < side; ++y)
-        for (int x = 0; x < side; ++x)
-        {
-            const auto texel = static_cast<std::size_t>(y * side + x);
-            if (faces.covered(texel))
-            {
-                CHECK(regions[texel] == labels[faces.face[texel]]);
-                continue;
-            }
-            std::set<std::uint32_t> around;
-            for (int j = std::max(y - 1, 0); j <= std::min(y + 1, side - 1); ++j)
-                for (int i = std::max(x - 1, 0); i <= std::min(x + 1, side - 1); ++i)
-                    if (const auto other = static_cast<std::size_t>(j * side + i); faces.covered(other))
-                        around.insert(labels[faces.face[other]]);
-            CHECK((around.empty() ? regions[texel] == no_region : around.contains(regions[texel])));
-            beside += around.empty() ? 0 : 1;
-        }
-    CHECK(beside > 50);
-}
 
 namespace
 {

@@ -28,35 +28,24 @@ namespace samples
 using namespace fresco;
 using namespace fresco::synthesize;
 
-/// A flat rectangle of columns x rows quads with vertices of its own, and where it lies in the atlas.
-struct Rectangle
-{
-    Vec3f corner, across, along;
-    Vec2f uv_corner, uv_across, uv_along;
-    int columns = 1;
-    int rows = 1;
-};
+using testing::append;
 
-/// Makes a rectangle whose chart is turned about `middle`, with `uv_per_m` texcoords along a meter.
-inline Rectangle rectangle(Vec3f corner, Vec3f across, Vec3f along, Vec2f middle, float uv_per_m, double turn = 0, int quads = 1)
+/// A flat rectangle of quads x quads whose chart is turned about `middle`, with `uv_per_m` texcoords along a meter.
+inline Mesh rectangle(Vec3f corner, Vec3f across, Vec3f along, Vec2f middle, float uv_per_m, double turn = 0, int quads = 1)
 {
     const auto c = static_cast<float>(std::cos(turn)) * uv_per_m;
     const auto s = static_cast<float>(std::sin(turn)) * uv_per_m;
-    const Vec2f u = Vec2f{c, s} * length(across);
-    const Vec2f v = Vec2f{-s, c} * length(along);
-    return {corner, across, along, middle - (u + v) * 0.5F, u, v, quads, quads};
-}
-
-inline void add(Mesh& mesh, const Rectangle& r)
-{
-    const auto columns = static_cast<std::uint32_t>(r.columns), rows = static_cast<std::uint32_t>(r.rows);
-    Mesh chart = testing::rectangle(r.corner, r.across, r.along, columns, rows);
-    const auto share = [](std::uint32_t i, std::uint32_t count) { return static_cast<float>(i) / static_cast<float>(count); };
+    const auto count = static_cast<std::uint32_t>(quads);
+    Mesh chart = testing::rectangle(corner, across, along, count, count);
+    const Vec2f step = Vec2f{length(across), length(along)} * (1 / static_cast<float>(quads));
     for (const Triangle& t : chart.triangles)
         for (const std::uint32_t v : t)
-            chart.texcoords.push_back(r.uv_corner + r.uv_across * share(v % (columns + 1), columns) +
-                                      r.uv_along * share(v / (columns + 1), rows));
-    testing::append(mesh, chart);
+        {
+            const float x = step.x * (static_cast<float>(v % (count + 1)) - static_cast<float>(quads) / 2);
+            const float y = step.y * (static_cast<float>(v / (count + 1)) - static_cast<float>(quads) / 2);
+            chart.texcoords.push_back(middle + Vec2f{c * x - s * y, s * x + c * y});
+        }
+    return chart;
 }
 
 /// A wall of 2 m x 1 m in the plane z = 0, facing +z, in two charts that join at x = 1 and are turned in the atlas: the left one
@@ -64,8 +53,8 @@ inline void add(Mesh& mesh, const Rectangle& r)
 inline Mesh turned_wall(double turn, int quads)
 {
     Mesh mesh;
-    add(mesh, rectangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.25F, 0.25F}, 0.3F, turn, quads));
-    add(mesh, rectangle({1, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.75F, 0.25F}, 0.3F, turn + std::numbers::pi, quads));
+    append(mesh, rectangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.25F, 0.25F}, 0.3F, turn, quads));
+    append(mesh, rectangle({1, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.75F, 0.25F}, 0.3F, turn + std::numbers::pi, quads));
     return mesh;
 }
 
@@ -74,8 +63,8 @@ inline Mesh bent_floor(double bend, int quads)
 {
     Mesh mesh;
     const Vec3f up{0, static_cast<float>(std::cos(bend)), static_cast<float>(std::sin(bend))};
-    add(mesh, rectangle({0, -1, 0}, {1, 0, 0}, {0, 1, 0}, {0.25F, 0.25F}, 0.3F, 0, quads));
-    add(mesh, rectangle({0, 0, 0}, {1, 0, 0}, up, {0.75F, 0.25F}, 0.3F, 0, quads));
+    append(mesh, rectangle({0, -1, 0}, {1, 0, 0}, {0, 1, 0}, {0.25F, 0.25F}, 0.3F, 0, quads));
+    append(mesh, rectangle({0, 0, 0}, {1, 0, 0}, up, {0.75F, 0.25F}, 0.3F, 0, quads));
     return mesh;
 }
 

@@ -4,7 +4,6 @@
 #include "stored_png.h"
 
 #include "checkpoint.h"
-#include "nearby_uses.h"
 
 #include <fresco/error.h>
 #include <fresco/images/stroke_width.h>
@@ -131,60 +130,6 @@ TEST_CASE("a whole synthesis is that of a plain twin")
     }
 }
 
-TEST_CASE("no round takes a patch from a transparent part of the picture, by whichever step")
-{
-    WallTask wall(smooth_start);
-    Task task = wall.task;
-    task.opaque = testing::picture(
-        task.picture.width, task.picture.height, [](int x, int, int) { return x % 20 == 0 ? 0 : 255; }, 1);
-    const LevelOptions options{.side = 5, .stride = 3, .unrest = 10, .search = {.variety = 5, .lift = 8}};
-    Level all(wall.task, 0.035, 0.9, options, wall.run);
-    Level part(task, 0.035, 0.9, options, wall.run);
-    std::size_t wrong = 0;
-    std::size_t elsewhere = 0;
-    for (Level* level : {&all, &part})
-    {
-        level->begin(nullptr, wall.run);
-        for (int round = 0; round < 3; ++round)
-        {
-            level->paint_round(wall.run);
-            for (const Match& match : level->matches())
-                (level == &all ? elsewhere : wrong) += !part.picture().has_patch(match.at);
-        }
-    }
-    CHECK(wrong == 0);
-    CHECK(elsewhere > 0);
-    const std::vector<float> crowding(part.picture().key_count(), 1);
-    CHECK_THROWS_WITH(part.resume(all.matches(), crowding, wall.run), Catch::Contains("values that no painting has"));
-}
-
-TEST_CASE("uses nearby are those that every patch counts among all others")
-{
-    WallTask wall(smooth_start);
-    const LevelOptions options{.side = 5, .unrest = 10, .search = {.stroke_px = 3}};
-    Level level(wall.task, 0.035, 0.9, options, wall.run);
-    level.begin(nullptr, wall.run);
-    level.paint_round(wall.run);
-    const plain::PlainLevel twin(wall.task, level, options);
-    const NearbyUses uses(level.patches(), level.grid(), level.picture(), 3, wall.run);
-    const NearbyUses::Placed placed = uses.placed(level.matches());
-    NearbyUses::Map map(uses, placed);
-    REQUIRE(uses.order().size() == level.patches().count());
-    float most = 0;
-    float worst = 0;
-    for (const std::uint32_t patch : uses.order())
-        for (const std::size_t of : {std::size_t{patch}, level.patches().count() / 2, std::size_t{0}})
-        {
-            map.move_to(patch);
-            const NearbyUses::Copies found = map.copies(patch, level.matches()[of].at);
-            const NearbyUses::Copies expected = twin.copies(patch, level.matches()[of].at, level.matches());
-            worst = std::max({worst, std::abs(found.around - expected.around), std::abs(found.beside - expected.beside)});
-            most = std::max(most, expected.around - expected.beside);
-        }
-    CHECK(worst < 1e-4F);
-    CHECK(most > 0);
-}
-
 TEST_CASE("a synthesis is its levels, with strokes eight texels wide in the finest")
 {
     WallTask wall(smooth_start);
@@ -236,12 +181,9 @@ TEST_CASE("a synthesis is its levels, with strokes eight texels wide in the fine
 
         const std::pair<const char*, double> told[] = {{"stroke_px", 8 / scale},
                                                        {"picture_width_cm", 56 * 28 * scale / 8},
-                                                       {"picture_height_cm", 48 * 28 * scale / 8},
                                                        {"texel_mm", 1000 / 0.3 / c.size},
                                                        {"searched_texel_mm", 35 * (1 << c.finest)},
-                                                       {"searched_texels", level->grid().texels().size()},
-                                                       {"patches", level->patches().count()},
-                                                       {"keys", level->picture().key_count()}};
+                                                       {"searched_texels", level->grid().texels().size()}};
         for (const auto& [key, value] : told)
             CHECK(run.reported.at(key).as_double() == Approx(value));
         CHECK(run.metrics.at("distance").size() == static_cast<std::size_t>(2 * (c.levels - c.finest)));

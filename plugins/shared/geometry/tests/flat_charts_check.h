@@ -51,15 +51,3 @@ inline fresco::geometry::Disk whole_disk(const fresco::Mesh& mesh)
     std::iota(faces.begin(), faces.end(), 0u);
     return cut_to_disk(fresco::geometry::Surface(mesh), faces);
 }
-
-/// The edges of a disk in the plane are `scale` times as long as on the surface, within this share.
-inline void check_lengths(const fresco::geometry::Disk& disk, const std::vector<fresco::Vec2d>& places, double scale,
-                          double within)
-{
-    for (const auto& t : disk.triangles)
-        for (std::size_t k = 0; k < 3; ++k)
-        {
-            const auto a = t[k], b = t[(k + 1) % 3];
-            CHECK(length(places[b] - places[a]) == Approx(scale * length(disk.points[b] - disk.points[a])).epsilon(within));
-        }
-}

@@ -35,50 +35,18 @@ Mesh laid_cube()
 
 }  // namespace
 
-TEST_CASE("a plane laid flat is perfect")
-{
-    const auto figures = atlas_figures(laid_plane(0.5F, 0.5F), 256);
-    CHECK(figures.used_share == Approx(0.25));
-    CHECK(figures.texels_per_cm == Approx(1.28));
-    CHECK(figures.stretch_linf == Approx(1));
-    CHECK(figures.seam_length_share == 0);
-    CHECK(figures.lost_faces + figures.outside_corners == 0);
-}
-
 TEST_CASE("a plane pulled to twice its length is stretched by hand's measure")
 {
     // Singular values from the atlas to the surface: 1/0.8 and 1/0.4; at equal areas 1/sqrt(2) and sqrt(2).
-    const auto figures = atlas_figures(laid_plane(0.8F, 0.4F), 256);
+    auto mesh = laid_plane(0.8F, 0.4F);
+    const auto figures = atlas_figures(mesh, 256);
     CHECK(figures.stretch_l2 == Approx(std::sqrt((0.5 + 2) / 2)));
     CHECK(figures.stretch_linf == Approx(std::sqrt(2.0)));
     CHECK(figures.density_variation == Approx(0).margin(1e-6));
     CHECK(figures.used_share == Approx(0.32));
-}
-
-TEST_CASE("a turned or mirrored plane is as good, one outside the square is not")
-{
-    auto mesh = laid_plane(0.5F, 0.5F);
-    for (auto& uv : mesh.texcoords)
-        uv = {0.8F * uv.x - 0.6F * uv.y + 0.4F, 0.6F * uv.x + 0.8F * uv.y};
-    CHECK(atlas_figures(mesh, 256).stretch_l2 == Approx(1));
-    for (auto& uv : mesh.texcoords)
-        uv.x = 1 - uv.x;
-    CHECK(atlas_figures(mesh, 256).stretch_l2 == Approx(1));
-    CHECK(atlas_figures(mesh, 256).outside_corners == 0);
+    CHECK(figures.outside_corners == 0);
     mesh.texcoords[5].x = 1.01F;
     CHECK(atlas_figures(mesh, 256).outside_corners == 1);
-}
-
-TEST_CASE("a cube of six charts: seams are its twelve edges")
-{
-    const auto cube = laid_cube();
-    const auto figures = atlas_figures(cube, 512);
-    CHECK(figures.charts == 6);
-    CHECK(figures.used_share == Approx(6.0 / 64));
-    CHECK(figures.texels_per_cm == Approx(6.4));
-    CHECK(figures.stretch_l2 == Approx(1));
-    CHECK(figures.seam_length_share == Approx(12 / (12 + 6 * std::sqrt(2.0))));
-    CHECK(figures.seam_length_m == Approx(1.2));
 }
 
 TEST_CASE("a side at half the scale varies the density and one without texels is lost")

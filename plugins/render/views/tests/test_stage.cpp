@@ -52,16 +52,14 @@ TEST_CASE("alpha is the share of a pixel that shows the surface")
     TexturedMesh textured = wall(Raster8(4, 4, 3, 90));
     const rendering::ViewRenderer renderer(textured, {.samples_per_side = 2, .filter = rendering::TextureFilter::trilinear});
     // 41 pixels across, the wall covers 40: half a pixel is free on each side.
-    Camera camera = testing::camera(41, 41, 40);
-    const Raster8 image = renderer.render(camera, Progress{});
+    const Raster8 image = renderer.render(testing::camera(41, 41, 40), Progress{});
     CHECK(image.at(20, 20, 3) == 255);
     CHECK(image.at(0, 20, 3) == 128);
     CHECK(image.at(0, 0, 3) == 64);
     CHECK(image.at(0, 20, 0) == 90);  // straight alpha
-    const Camera behind = testing::camera(41, 41, 40, {0, 0, 4}, std::numbers::pi);
-    CHECK(renderer.render(behind, Progress{}).values == std::vector<std::uint8_t>(41 * 41 * 4, 0));
-    camera.world_from_camera.translation = {0, 0, 5};
-    CHECK(renderer.render(camera, Progress{}).values == std::vector<std::uint8_t>(41 * 41 * 4, 0));
+    for (const Camera& behind :
+         {testing::camera(41, 41, 40, {0, 0, 4}, std::numbers::pi), testing::camera(41, 41, 40, {0, 0, 5})})
+        CHECK(renderer.render(behind, Progress{}) == Raster8(41, 41, 4));
 }
 
 TEST_CASE("pictures of a film come in order, one at a time, up to the first failure")
@@ -117,16 +115,12 @@ TEST_CASE("on a slanted wall, anisotropic lookups keep what runs along with the 
     {
         const Raster8 found = picture(1, filter);
         double sum = 0;
-        int count = 0;
         for (std::size_t i = 0; i < found.values.size(); i += 4)
             if (found.values[i + 3] == 255 && wanted.values[i + 3] == 255)
-            {
                 sum += std::abs(found.values[i] - wanted.values[i]);
-                ++count;
-            }
-        REQUIRE(count > 500);
-        return sum / count;
+        return sum;
     };
+    CHECK(apart(rendering::TextureFilter::trilinear) > 1000);
     CHECK(apart(rendering::TextureFilter::anisotropic) < 0.5 * apart(rendering::TextureFilter::trilinear));
 }
 
@@ -173,10 +167,11 @@ std::shared_ptr<Frames> three_frames()
     return frames;
 }
 
-void render_to(const std::filesystem::path& folder, const Value& options, testing::TestRun& run, std::shared_ptr<Frames> frames)
+void render_to(const std::filesystem::path& folder, const Value& options, testing::TestRun& run, std::shared_ptr<Frames> frames,
+               const TexturedMesh& mesh = wall(Raster8(8, 8, 3)))
 {
     testing::run_stage(FRESCO_PLUGIN_FILE, "render.views", options,
-                       {{"mesh", std::make_shared<TexturedMesh>(wall(Raster8(8, 8, 3)))}, {"frames", frames}}, folder, run,
+                       {{"mesh", std::make_shared<TexturedMesh>(mesh)}, {"frames", frames}}, folder, run,
                        {{"image_io", std::make_shared<stored_png::Codec>()}});
 }
 }  // namespace
@@ -208,10 +203,8 @@ TEST_CASE("from above, the whole room is in the picture, its longer side across,
         frames->frames[0].depth.world_from_camera.rotation = {{1, 0, 0, 0, 0, 1, 0, -1, 0}};
     testing::TemporaryFolder folder;
     testing::TestRun run;
-    testing::run_stage(FRESCO_PLUGIN_FILE, "render.views",
-                       Value::Map{{"height_px", 100}, {"above", true}, {"filter", "bilinear"}, {"samples", 1}},
-                       {{"mesh", std::make_shared<TexturedMesh>(room)}, {"frames", frames}}, folder.path(), run,
-                       {{"image_io", std::make_shared<stored_png::Codec>()}});
+    render_to(folder.path(), Value::Map{{"height_px", 100}, {"above", true}, {"filter", "bilinear"}, {"samples", 1}}, run, frames,
+              room);
     const auto files = Files::load({folder.path() / "views", folder.path()});
     REQUIRE(files->names == std::vector<std::string>{"views/above_room.png"});
     const Raster8 picture = stored_png::Codec().read_rgb(folder.path() / "views" / files->names[0]);

@@ -1,4 +1,5 @@
 #include "base/chunk_hash.h"
+#include "base/common.h"
 #include <fresco/error.h>
 #include <fresco/file_access.h>
 #include <fresco/files_io.h>
@@ -78,12 +79,7 @@ StoredFile stored_file_from(const Value& value)
     const auto& list = value.as_list();
     if (list.size() != 3)
         throw Error("a stored file has 3 entries, this one " + std::to_string(list.size()));
-    StoredFile file;
-    file.path = list[0].as_string();
-    file.size = static_cast<std::uint64_t>(list[1].as_int());
-    for (const auto& chunk : list[2].as_list())
-        file.chunks.push_back(chunk.as_string());
-    return file;
+    return {list[0].as_string(), static_cast<std::uint64_t>(list[1].as_int()), each(list[2].as_list(), &Value::as_string)};
 }
 
 }  // namespace fresco::host

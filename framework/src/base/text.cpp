@@ -2,8 +2,7 @@
 #include "base/common.h"
 
 #include <algorithm>
-#include <boost/algorithm/string/replace.hpp>
-#include <boost/algorithm/string/split.hpp>
+#include <boost/algorithm/string.hpp>
 #include <boost/locale/utf.hpp>
 #include <cctype>
 #include <charconv>
@@ -11,7 +10,8 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <span>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
@@ -81,12 +81,6 @@ std::string padded(const std::string& cell, std::size_t width, bool right)
     return right ? space + cell : cell + space;
 }
 
-std::string without_end_blanks(std::string line)
-{
-    line.erase(line.find_last_not_of(' ') + 1);
-    return line;
-}
-
 /// One line, without its end.
 std::string folded_line(std::string_view line, std::size_t width, std::size_t indent)
 {
@@ -115,16 +109,11 @@ std::string folded_line(std::string_view line, std::size_t width, std::size_t in
     return result;
 }
 
-std::size_t widest_word(std::string_view text)
+std::size_t widest_word(const std::string& text)
 {
-    std::size_t widest = 0;
-    for (std::size_t at = 0; at < text.size();)
-    {
-        const std::size_t end = std::min(text.find_first_of(" \n", at), text.size());
-        widest = std::max(widest, columns(text.substr(at, end - at)));
-        at = end + 1;
-    }
-    return widest;
+    std::vector<std::string> words;
+    boost::split(words, text, boost::is_any_of(" \n"));
+    return std::ranges::max(each(words, &columns));
 }
 
 }  // namespace
@@ -132,14 +121,6 @@ std::size_t widest_word(std::string_view text)
 bool begins_character(char byte)
 {
     return (static_cast<unsigned char>(byte) & 0xC0U) != 0x80U;
-}
-
-std::string_view utf8_prefix(std::string_view text, std::size_t most)
-{
-    std::size_t end = std::min(most, text.size());
-    while (end > 0 && end < text.size() && !begins_character(text[end]))
-        --end;
-    return text.substr(0, end);
 }
 
 bool is_utf8(std::string_view text)
@@ -153,8 +134,8 @@ bool is_utf8(std::string_view text)
 std::optional<std::size_t> first_bad_byte(std::string_view text)
 {
     for (std::string_view rest = text; !rest.empty(); rest.remove_prefix(Character(rest).bytes.size()))
-        if (const Character next(rest);
-            !next.is_valid || next.code == 0x7F || (next.code < 0x20 && next.bytes.find_first_of("\t\n\r") != 0))
+        if (const Character next(rest); !next.is_valid || (next.code >= 0x7F && next.code < 0xA0) ||
+                                        (next.code < 0x20 && next.bytes.find_first_of("\t\n\r") != 0))
             return text.size() - rest.size();
     return std::nullopt;
 }
@@ -285,7 +266,7 @@ Line& Line::pad_to(std::size_t column)
 
 std::string Line::take()
 {
-    return without_end_blanks(std::move(text_));
+    return boost::trim_right_copy_if(text_, boost::is_any_of(" "));
 }
 
 std::size_t terminal_width(int descriptor)
@@ -303,16 +284,8 @@ std::size_t terminal_width(int descriptor)
 
 std::string folded(std::string_view text, std::size_t width, std::size_t indent)
 {
-    std::string result;
-    while (!text.empty())
-    {
-        const std::size_t end = std::min(text.find('\n'), text.size());
-        const std::string_view line = text.substr(0, end);
-        result += columns(line) > width ? folded_line(line, width, indent) : std::string(line);
-        result += end < text.size() ? "\n" : "";
-        text.remove_prefix(std::min(end + 1, text.size()));
-    }
-    return result;
+    const auto fold = [&](const std::string& line) { return columns(line) > width ? folded_line(line, width, indent) : line; };
+    return fmt::format("{}", fmt::join(each(split(text, '\n'), fold), "\n"));
 }
 
 void print_message(std::string_view text)
@@ -340,13 +313,8 @@ std::string shortened(std::string_view name, std::size_t width)
     std::size_t room = width - 1;
     for (bool at_begin = true; columns(characters[at_begin ? left : right - 1]) <= room; at_begin = !at_begin)
         room -= columns(characters[at_begin ? left++ : --right]);
-    std::string result;
-    for (std::size_t i = 0; i < left; ++i)
-        result += characters[i];
-    result += "…";
-    for (std::size_t i = right; i < characters.size(); ++i)
-        result += characters[i];
-    return result;
+    return fmt::format("{}…{}", fmt::join(std::span(characters).first(left), ""),
+                       fmt::join(std::span(characters).subspan(right), ""));
 }
 
 void TextTable::add(std::vector<std::string> row)
@@ -373,12 +341,10 @@ std::string TextTable::text(std::size_t width) const
             sum += is_text(i) && !with_texts ? 0 : widths[i] + (i > 0 ? gap : 0);
         return sum;
     };
-    const std::size_t texts = static_cast<std::size_t>(std::ranges::count(columns_, Kind::text, &Column::kind));
-    if (width == without_end || room(true) <= width)
-        return in_columns(widths, texts > 0 ? room(true) - widths.back() : 0, without_end);
+    const std::size_t fixed = room(true) - widths.back();
     // One text at most can be folded beside the others.
-    if (const std::size_t fixed = room(true) - widths.back(); texts > 0 && fixed + least_text <= width)
-        return in_columns(widths, fixed, width);
+    if (const bool has_text = is_text(widths.size() - 1); room(true) <= width || (has_text && fixed + least_text <= width))
+        return in_columns(widths, has_text ? fixed : 0, room(true) <= width ? without_end : width);
     while (room(false) > width)
     {
         std::size_t widest = widths.size();
@@ -420,7 +386,7 @@ std::string TextTable::in_columns(const std::vector<std::size_t>& widths, std::s
                 line += padded(column.kind == Kind::name ? shortened(row[i], widths[i]) : row[i], widths[i],
                                column.kind == Kind::number);
         }
-        result += without_end_blanks(std::move(line)) + "\n" + below;
+        result += boost::trim_right_copy_if(line, boost::is_any_of(" ")) + "\n" + below;
     };
     if (!std::ranges::all_of(columns_, &std::string::empty, &Column::title))
         add(each(columns_, &Column::title), true);

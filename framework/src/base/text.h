@@ -15,10 +15,9 @@ namespace fresco::host
 
 /// Whether a byte of a text in UTF-8 is the first of its character.
 bool begins_character(char byte);
-/// As much of the beginning as `most` bytes hold, no character cut.
-std::string_view utf8_prefix(std::string_view text, std::size_t most);
 bool is_utf8(std::string_view text);
-/// Offset of the first control character, but for tabulators and line ends, or byte that is not UTF-8.
+/// Offset of the first byte that is not UTF-8, or control character (U+0000 to U+001F, U+007F to U+009F), which cut paths and
+/// move cursors; tabulators and line ends are for the caller to allow.
 std::optional<std::size_t> first_bad_byte(std::string_view text);
 
 /// The pieces between separators, empty ones too.

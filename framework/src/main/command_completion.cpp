@@ -202,12 +202,9 @@ _fresco()
     case ${offered[0]} in
     :files) compopt -o filenames; mapfile -t COMPREPLY < <(compgen -f -- "$word") ;;
     :folders) compopt -o filenames; mapfile -t COMPREPLY < <(compgen -d -- "$word") ;;
-    *)
-        COMPREPLY=("${offered[@]}")
-        [[ ${#offered[@]} -gt 0 && ${offered[0]} == *= ]] && compopt -o nospace
-        ;;
+    *=) compopt -o nospace; COMPREPLY=("${offered[@]}") ;;
+    *) COMPREPLY=("${offered[@]}") ;;
     esac
-    return 0
 }
 
 complete -F _fresco fresco

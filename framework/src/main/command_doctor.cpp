@@ -6,7 +6,6 @@
 #include "plugins/plugin_library.h"
 #include "plugins/plugin_search.h"
 #include "run/commands_inspect.h"
-#include <fresco/wording.h>
 
 #include <boost/version.hpp>
 #include <fmt/format.h>
@@ -96,15 +95,8 @@ void print_text(const Catalog& catalog)
     fmt::print("\nplugins\n");
     for (const auto& [library, count] : types_per_library(catalog))
         print(fmt::format("  {}  ({} {})", library, count, count == 1 ? "type" : "types"));
-    for (const auto& type : catalog.shadowed())
-        print(fmt::format("  shadowed: {} of {}, by {}", type.type, type.library.string(), type.by.string()));
-    for (const auto& type : catalog.ambiguous())
-        print(fmt::format("  not used, because several plugins have it: {}: {}", type,
-                          join(each(catalog.libraries_of(type), [](const auto& library) { return library.string(); }), " and ")));
-    for (const auto& refusal : catalog.refusals())
-        print(fmt::format("  refused: {}: {}", refusal.library.string(), refusal.reason));
-    for (const auto& plugin : catalog.unbuilt())
-        print(fmt::format("  not built: {}{}", plugin.type, plugin.reason.empty() ? "" : ": " + plugin.reason));
+    for (const std::string& line : unusable_lines(catalog))
+        print("  " + line);
 }
 
 }  // namespace

@@ -111,7 +111,7 @@ int begin_plugin(const NewArguments& arguments)
     const Catalog catalog = load_catalog();
     if (const auto libraries = catalog.libraries_of(arguments.type); !libraries.empty())
         throw UsageError(fmt::format("error: '{}' already exists, in {}; two plugins of one name cannot be used together",
-                                     arguments.type, libraries.front().string()));
+                                     arguments.type, libraries.front()));
     add_pictures(files);
     const fs::path folder = fs::path(arguments.in) / plugin_folder_name(arguments.type);
     write_folder(folder, files);

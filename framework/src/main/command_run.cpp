@@ -186,6 +186,22 @@ int missing_results(const RunSummary& summary)
     return static_cast<int>(ProblemKind::missing_input);
 }
 
+/// Summarizes a matrix that has run: writes sweep.json and its page beside the results; prints a line per combination if `print`.
+/// `thumbnails`: the stage whose pictures the page shows, see write_sweep_summary.
+void tell_combinations(const ReportRequest& run, const std::string& thumbnails, bool print)
+{
+    const auto outcomes = combination_outcomes(*run.run->pipeline, *run.summary, Store(run.run->store));
+    const SweepSummaryFiles files = write_sweep_summary(run, outcomes, thumbnails);
+    if (!files.note.empty())
+        print_message(files.note);
+    if (!print)
+        return;
+    fmt::print("\n{}", sweep_table(run.run->pipeline->sweep, outcomes, terminal_width(STDOUT_FILENO)));
+    for (const auto& file : {files.json, files.page})
+        if (!file.empty())
+            print_line(path_text(file));
+}
+
 int run(const RunArguments& arguments)
 {
     const bool is_task = !arguments.task.empty();
@@ -246,20 +262,6 @@ int run(const RunArguments& arguments)
 }
 
 }  // namespace
-
-void tell_combinations(const ReportRequest& run, const std::string& thumbnails, bool print)
-{
-    const auto outcomes = combination_outcomes(*run.run->pipeline, *run.summary, Store(run.run->store));
-    const SweepSummaryFiles files = write_sweep_summary(run, outcomes, thumbnails);
-    if (!files.note.empty())
-        print_message(files.note);
-    if (!print)
-        return;
-    fmt::print("\n{}", sweep_table(run.run->pipeline->sweep, outcomes, terminal_width(STDOUT_FILENO)));
-    for (const auto& file : {files.json, files.page})
-        if (!file.empty())
-            print_line(path_text(file));
-}
 
 void add_run_command(CLI::App& app, const std::vector<std::string>& words, int& exit_code)
 {

@@ -2,7 +2,6 @@
 
 #include "pipeline/pipeline.h"
 #include "plugins/catalog.h"
-#include "report/report.h"
 #include "store/store.h"
 
 #include <CLI/CLI.hpp>
@@ -107,9 +106,5 @@ struct LoadedPipeline
 void warn_of_plugin_folders();
 /// Loads a pipeline and prints every problem to standard error.
 std::unique_ptr<LoadedPipeline> load_and_report(const PipelineRequest& request);
-
-/// Summarizes a matrix that has run: writes sweep.json and its page beside the results; prints a line per combination if `print`.
-/// `thumbnails`: the stage whose pictures the page shows, see write_sweep_summary.
-void tell_combinations(const ReportRequest& run, const std::string& thumbnails, bool print);
 
 }  // namespace fresco::host

@@ -7,12 +7,12 @@
 #include <fresco/process.h>
 #include <fresco/wording.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
+#include <set>
 #include <unistd.h>
 
 /// \file Commands that are programs of their own, as git and cargo have them: `fresco NAME` runs fresco-NAME, which lies beside
@@ -50,15 +50,14 @@ fs::path program_of(const std::string& command)
     return {};
 }
 
-std::vector<std::string> commands_in(const fs::path& folder)
+std::set<std::string> commands_in(const fs::path& folder)
 {
-    std::vector<std::string> names;
+    std::set<std::string> names;
     std::error_code error;
     for (fs::directory_iterator entry(folder, error); !error && entry != fs::directory_iterator(); entry.increment(error))
         if (const std::string name = entry->path().filename(); name.starts_with(prefix) && is_program(entry->path()))
             if (std::string command = name.substr(prefix.size()); is_name(command))
-                names.push_back(std::move(command));
-    std::ranges::sort(names);
+                names.insert(std::move(command));
     return names;
 }
 
@@ -81,13 +80,10 @@ std::vector<std::string> answer_of(const std::string& command, const std::vector
 
 std::vector<std::string> program_commands()
 {
-    std::vector<std::string> names;
+    std::set<std::string> names;
     for (const fs::path& folder : searched_folders())
-        for (std::string& name : commands_in(folder))
-            if (std::ranges::find(names, name) == names.end())
-                names.push_back(std::move(name));
-    std::ranges::sort(names);
-    return names;
+        names.merge(commands_in(folder));
+    return {names.begin(), names.end()};
 }
 
 void run_program_command(char** words)

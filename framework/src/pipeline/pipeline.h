@@ -25,6 +25,8 @@ struct Position
     std::string file;
     int line = 0;
     int column = 0;
+
+    friend auto operator<=>(const Position&, const Position&) = default;
 };
 
 /// The exit code a problem leads to.
@@ -78,8 +80,10 @@ struct PipelineStage
     {
         std::string name;  ///< Below `place` in `--out`.
         bool is_file;      ///< Otherwise it may be a folder.
+        std::string option;
+        Position position;
     };
-    std::vector<Output> outputs;                     ///< Files and folders that its options name.
+    std::vector<Output> outputs;                     ///< Files and folders that its options, and those of its components, name.
     std::vector<const TypeDescription*> components;  ///< Every component type it uses, readers too, sorted, unique.
     /// The file's `components`, substituted.
     std::shared_ptr<const YamlNode> chosen_components;

@@ -8,9 +8,10 @@
 #include <boost/algorithm/string/trim.hpp>
 #include <cctype>
 #include <filesystem>
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <map>
 #include <set>
+#include <span>
 
 namespace fresco::host
 {
@@ -33,7 +34,10 @@ std::string label_of(const std::string& text)
             label += c;
         else if (!label.empty() && label.back() != '-')
             label += '-';
-    label.resize(utf8_prefix(label, longest_label).size());
+    std::size_t end = std::min(longest_label, label.size());
+    while (end < label.size() && !begins_character(label[end]))
+        --end;
+    label.resize(end);
     return boost::trim_copy_if(label, boost::is_any_of("-."));
 }
 
@@ -53,10 +57,7 @@ std::string end_of_path(const std::string& text, std::size_t parts)
     if (parts == 0)
         return path.stem().string();
     const std::vector<std::string> names(path.begin(), path.end());
-    std::string result;
-    for (std::size_t i = names.size() - std::min(parts, names.size()); i < names.size(); ++i)
-        result += (result.empty() ? "" : "-") + names[i];
-    return result;
+    return fmt::format("{}", fmt::join(std::span(names).last(std::min(parts, names.size())), "-"));
 }
 
 bool is_text(const YamlNode& value)

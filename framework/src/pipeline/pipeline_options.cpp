@@ -79,7 +79,7 @@ Value plain_value(const YamlNode& node, OptionKind kind)
 /// Only the words of a program may hold several lines.
 void check_lines(const YamlNode& node, const std::string& owner, ProblemList& problems)
 {
-    if (node.is_scalar() && node.text.find_first_of("\n\t") != std::string::npos)
+    if (node.is_scalar() && node.text.find_first_of("\n\r\t") != std::string::npos)
         problems.add(node, owner + ": " + node.summary() + " has an end of line or a tab: write it in one line");
     for (const YamlNode& item : node.items)
         check_lines(item, owner, problems);
@@ -244,7 +244,7 @@ Value OptionChecker::check_plain(const OptionDeclaration& option, const YamlNode
     else if (option.kind == OptionKind::input_folder || option.kind == OptionKind::input_path)
         check_input_path(node, option.kind, owner, problems_);
     else if (option.kind == OptionKind::output_name)
-        uses.output_names.push_back({option.name, value.as_string(), !option.extensions.empty(), node});
+        uses.outputs.push_back({value.as_string(), !option.extensions.empty(), option.name, node});
     return value;
 }
 

@@ -18,15 +18,7 @@ struct OptionUses
 {
     std::vector<std::filesystem::path> input_files;
     std::set<const TypeDescription*> components;
-    /// output_name options of the stage and its components that have a value.
-    struct OutputUse
-    {
-        std::string option;
-        std::string path;
-        bool is_file;  ///< Not the folder of several.
-        Position position;
-    };
-    std::vector<OutputUse> output_names;
+    std::vector<PipelineStage::Output> outputs;
 };
 
 /// Checks the options of stages and components against their declarations and completes them: defaults filled in, component

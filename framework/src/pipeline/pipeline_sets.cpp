@@ -117,7 +117,7 @@ Settings::Settings(const std::vector<std::pair<std::string, std::string>>& sets,
         const std::string shown = "--set " + name + "=" + shown_value(value);
         problems.announce_file(shown);
         const auto source = std::make_shared<const YamlSource>(YamlSource{shown, working_directory, true});
-        if (has_control_characters(name + value))
+        if (first_bad_byte(name + value))
         {
             problems.add({shown, 0, 0}, "control characters are not allowed");
             continue;

@@ -62,7 +62,6 @@ struct CheckedStage
 {
     std::size_t shape = 0;
     PipelineStage stage;  ///< Without name and place; its wires are those from files.
-    std::vector<OptionUses::OutputUse> output_names;
 };
 
 /// How stages of these shapes are wired.
@@ -313,9 +312,7 @@ class SweepBuilder
         beginning.components.assign(draft.uses.components.begin(), draft.uses.components.end());
         std::ranges::sort(beginning.components, {}, &TypeDescription::type);
         beginning.wires = draft.wires;
-        for (const OptionUses::OutputUse& use : draft.uses.output_names)
-            beginning.outputs.push_back({use.path, use.is_file});
-        checked.output_names = std::move(draft.uses.output_names);
+        beginning.outputs = std::move(draft.uses.outputs);
         checked.shape = shape_of(stage, std::move(draft));
     }
 
@@ -366,9 +363,10 @@ class SweepBuilder
         ProblemList problems;
         OutputOwners owners;
         for (std::size_t i = 0; i < cell.stages.size(); ++i)
-            for (const OptionUses::OutputUse& use : stages_[cell.stages[i]].output_names)
-                if (const auto collision = owners.claim(use.path, document_.stages.entries[i].key, use.is_file, use.option))
-                    problems.add(use.position, *collision);
+            for (const PipelineStage::Output& output : stages_[cell.stages[i]].stage.outputs)
+                if (const auto collision =
+                        owners.claim(output.name, document_.stages.entries[i].key, output.is_file, output.option))
+                    problems.add(output.position, *collision);
         return problems.sorted();
     }
 

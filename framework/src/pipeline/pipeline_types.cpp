@@ -23,12 +23,6 @@ const Refusal* probable_refusal(const Catalog& catalog, const std::string& type)
     return nullptr;
 }
 
-bool is_empty(const YamlNode& node)
-{
-    return node.is_null() || (node.is_scalar() && node.text.empty()) || (node.is_list() && node.items.empty()) ||
-           (node.is_map() && node.entries.empty());
-}
-
 void put_in(YamlNode& node, const std::string& reference, const YamlNode& value)
 {
     if (node.is_scalar() && node.text == reference)
@@ -132,8 +126,8 @@ KnownType TypeTable::require(const std::string& type, std::string_view kind, con
         }
     }
     if (const auto libraries = catalog_.libraries_of(type); !libraries.empty())
-        return refuse("several plugins have the type '" + type + "', so none is used: " +
-                      join(each(libraries, [](const auto& library) { return library.string(); })) + "; remove all but one");
+        return refuse("several plugins have the type '" + type + "', so none is used: " + join(libraries) +
+                      "; remove all but one");
     if (const Refusal* refusal = probable_refusal(catalog_, type))
         return refuse("'" + type + "' is probably in " + refusal->library.string() +
                       ", which cannot be used: " + refusal->reason);
@@ -197,7 +191,7 @@ void expand_auto(const TypeDeclaration& declaration, YamlNode& config)
         const YamlNode::Entry* decider = config.find(option.auto_rule->option);
         const OptionDeclaration* declared = declaration.option(option.auto_rule->option);
         const YamlNode decides = decider ? decider->value : yaml_from_value(declared ? declared->default_value : Value(), config);
-        const bool empty = is_empty(decides);
+        const bool empty = decides.is_valid() && decides.text.empty() && decides.items.empty() && decides.entries.empty();
         YamlNode expanded =
             yaml_from_value(empty ? option.auto_rule->if_empty : option.auto_rule->if_set, written ? written->value : config);
         if (!empty)

@@ -81,7 +81,7 @@ Variables::Variables(const YamlNode& vars, ProblemList& problems) : problems_(pr
 void Variables::check_unused(const std::set<std::string>& names)
 {
     for (const std::string& name : names)
-        if (const Var& var = vars_.at(name); var.state == State::untouched && !var.written->is_null())
+        if (const Var& var = vars_.at(name); !var.value && !var.written->is_null())
             value_of(name, *var.written);
 }
 
@@ -108,12 +108,12 @@ const YamlNode* Variables::value_of(const std::string& name, const YamlNode& use
         return nullptr;
     }
     Var& var = found->second;
-    if (var.state == State::in_progress)
+    if (std::ranges::find(in_progress_, name) != in_progress_.end())
     {
         problems_.add(use, fmt::format("cycle of vars: {} → {}", fmt::join(in_progress_, " → "), name));
         return nullptr;
     }
-    if (var.state == State::untouched)
+    if (!var.value)
     {
         // Every name takes a level of the machine's stack.
         if (in_progress_.size() >= yaml_depth_limit)
@@ -121,15 +121,13 @@ const YamlNode* Variables::value_of(const std::string& name, const YamlNode& use
             problems_.add(use, fmt::format("more than {} nested vars", yaml_depth_limit));
             return nullptr;
         }
-        var.state = State::in_progress;
         in_progress_.push_back(name);
         var.value = substitute(*var.written);
         in_progress_.pop_back();
-        var.state = State::done;
     }
-    if (var.value.is_null())
+    if (var.value->is_null())
         problems_.add(use, "the var '" + name + "' has no value: set it with --set " + name + "=…", ProblemKind::missing_input);
-    return var.value.is_null() || !var.value.is_valid() ? nullptr : &var.value;
+    return var.value->is_null() || !var.value->is_valid() ? nullptr : &*var.value;
 }
 
 YamlNode Variables::substitute_scalar(const YamlNode& node)

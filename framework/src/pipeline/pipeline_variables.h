@@ -4,6 +4,7 @@
 #include "pipeline/yaml_document.h"
 
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -30,17 +31,10 @@ class Variables
     void check_unused(const std::set<std::string>& names);
 
   private:
-    enum class State
-    {
-        untouched,
-        in_progress,
-        done
-    };
     struct Var
     {
         const YamlNode* written = nullptr;
-        YamlNode value;
-        State state = State::untouched;
+        std::optional<YamlNode> value;  ///< Empty before it is first used.
     };
 
     const YamlNode* value_of(const std::string& name, const YamlNode& use);

@@ -16,10 +16,8 @@ namespace
 
 std::string listed(const std::vector<const PortDeclaration*>& ports)
 {
-    std::vector<std::string> texts;
-    for (const PortDeclaration* port : ports)
-        texts.push_back(port->name + " (" + port->artifact_text() + ")");
-    return texts.empty() ? "nothing" : join(texts);
+    const auto text = [](const PortDeclaration* port) { return port->name + " (" + port->artifact_text() + ")"; };
+    return ports.empty() ? "nothing" : join(each(ports, text));
 }
 
 bool fits(const PortDeclaration& output, const PortDeclaration& input)
@@ -37,11 +35,6 @@ std::string declared_by(const TypeDeclaration& type)
 {
     const auto option = std::ranges::find(type.options, OptionKind::input_ports, &OptionDeclaration::kind);
     return option == type.options.end() ? "" : ": declare its ports by '" + option->name + "'";
-}
-
-bool looks_like_path(const std::string& text)
-{
-    return text.find('/') != std::string::npos || std::filesystem::path(text).has_extension();
 }
 
 bool declares_ports(const OptionDeclaration& option)
@@ -187,9 +180,10 @@ class Wiring
             problems_.add({"--without " + name, 0, 0},
                           stage.title() + " reads it: leave that out, too (--without " + stage.name + "), or set its input");
         else
-            report(stage, node,
-                   ": unknown stage '" + name + "'" + problems_.hint(name, std::views::transform(stages_, &StageDraft::name)) +
-                       (looks_like_path(node.text) ? "; a file is written {file: " + node.text + "}" : ""));
+            report(
+                stage, node,
+                ": unknown stage '" + name + "'" + problems_.hint(name, std::views::transform(stages_, &StageDraft::name)) +
+                    (node.text.find_first_of("./") != std::string::npos ? "; a file is written {file: " + node.text + "}" : ""));
     }
 
     void wire_input(StageDraft& stage, const YamlNode& node, const Position& at)

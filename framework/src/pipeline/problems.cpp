@@ -28,8 +28,7 @@ std::vector<Problem> ProblemList::sorted() const
     };
     std::vector<Problem> result = problems_;
     std::ranges::stable_sort(result, [&](const Problem& a, const Problem& b) { return place(a) < place(b); });
-    const auto same = [&](const Problem& a, const Problem& b)
-    { return a.text == b.text && a.position.file == b.position.file && place(a) == place(b); };
+    const auto same = [](const Problem& a, const Problem& b) { return a.text == b.text && a.position == b.position; };
     result.erase(std::unique(result.begin(), result.end(), same), result.end());
     return result;
 }
@@ -37,15 +36,13 @@ std::vector<Problem> ProblemList::sorted() const
 std::vector<std::string> told(const std::vector<Problem>& problems)
 {
     constexpr std::size_t most_alike = 10;
-    const auto place = [](const Problem& problem)
-    { return std::tuple(problem.position.file, problem.position.line, problem.position.column); };
-    std::map<std::tuple<std::string, int, int>, std::size_t> counts;
+    std::map<Position, std::size_t> counts;
     std::vector<std::string> lines;
     for (const Problem& problem : problems)
-        if (++counts[place(problem)] <= most_alike)
+        if (++counts[problem.position] <= most_alike)
             lines.push_back(to_string(problem));
     for (const Problem& problem : problems)
-        if (const std::size_t count = std::exchange(counts[place(problem)], 0); count > most_alike)
+        if (const std::size_t count = std::exchange(counts[problem.position], 0); count > most_alike)
             lines.push_back(fmt::format("… and {} more like this: {}", count - most_alike, to_string(problem)));
     return lines;
 }

@@ -18,6 +18,9 @@ namespace fresco::host
 namespace
 {
 
+/// Columns of a text in a message.
+constexpr std::size_t shown_columns = 60;
+
 /// Whether a quoted scalar that begins `quoted` ends in it: yaml-cpp takes the end of the file for the closing quote.
 bool quote_is_closed(std::string_view quoted)
 {
@@ -35,12 +38,6 @@ bool quote_is_closed(std::string_view quoted)
         }
     }
     return false;
-}
-
-std::string shortened(const std::string& text)
-{
-    constexpr std::size_t shown = 60;
-    return text.size() <= shown ? text : std::string(utf8_prefix(text, shown)) + "…";
 }
 
 bool is_decimal(char c)
@@ -61,14 +58,14 @@ std::optional<ResolvedScalar> resolve_number(const std::string& text, std::strin
     if (!std::ranges::all_of(digits, is_decimal))
     {
         if (error != std::errc())
-            return ResolvedScalar{{}, "'" + shortened(text) + "' is out of the range of numbers"};
+            return ResolvedScalar{{}, "'" + shortened(text, shown_columns) + "' is out of the range of numbers"};
         return ResolvedScalar{text.front() == '-' ? -number : number, {}};
     }
     if (digits.size() > 1 && digits.front() == '0')
         return ResolvedScalar{{}, "'" + text + "' begins with 0, which is octal to some readers: leave it out, or use quotes"};
     std::int64_t integer = 0;
     if (std::from_chars(text.front() == '-' ? text.data() : digits.data(), end, integer).ec != std::errc())
-        return ResolvedScalar{{}, "'" + shortened(text) + "' is too large for an integer"};
+        return ResolvedScalar{{}, "'" + shortened(text, shown_columns) + "' is too large for an integer"};
     return ResolvedScalar{integer, {}};
 }
 
@@ -183,9 +180,9 @@ class TreeBuilder final : public YAML::EventHandler
             report(mark, "this quote is never closed");
             throw Stop{};
         }
-        if (has_control_characters(text))
+        if (first_bad_byte(text))
         {
-            report(mark, "'" + shortened(text) + "' has a control character: leave it out");
+            report(mark, "'" + shortened(text, shown_columns) + "' has a control character: leave it out");
             node.kind = YamlNode::Kind::invalid;
         }
         node.text = text;
@@ -295,8 +292,9 @@ class TreeBuilder final : public YAML::EventHandler
             if (key.is_valid())
                 odd_keys_.emplace_back(key, "a key must be a word, not " + key.summary());
         }
-        else if (key.text.find_first_of("\n\t") != std::string::npos)
-            problems_.add(key, "the key '" + shortened(key.text) + "' has an end of line or a tab: write it in one line");
+        else if (key.text.find_first_of("\n\r\t") != std::string::npos)
+            problems_.add(key, "the key '" + shortened(key.text, shown_columns) +
+                                   "' has an end of line or a tab: write it in one line");
         else if (const auto [first, fresh] = map.keys.emplace(key.text, key.line); !fresh)
             problems_.add(key, fmt::format("the key '{}' appears twice; the first is on line {}", key.text, first->second));
         else
@@ -379,7 +377,8 @@ std::string YamlNode::summary() const
     const ResolvedScalar resolved = resolve_scalar(*this);
     if (resolved.refusal.empty() && resolved.value.is_null())
         return "nothing";
-    return resolved.refusal.empty() && !resolved.value.is_string() ? shortened(text) : "the text '" + shortened(text) + "'";
+    return resolved.refusal.empty() && !resolved.value.is_string() ? shortened(text, shown_columns)
+                                                                   : "the text '" + shortened(text, shown_columns) + "'";
 }
 
 YamlNode yaml_from_value(const Value& value, const YamlNode& place)
@@ -428,19 +427,6 @@ ResolvedScalar resolve_scalar(const YamlNode& scalar)
         digits.find_first_not_of("0123456789abcdefABCDEF", 2) == std::string_view::npos)
         return {{}, "'" + text + "' is a number to some readers and text to others: write it in decimal, or in quotes for text"};
     return {Value(text), {}};
-}
-
-bool has_control_characters(std::string_view text)
-{
-    unsigned char before = 0;
-    for (const char c : text)
-    {
-        const auto byte = static_cast<unsigned char>(c);
-        if ((byte < 0x20 && c != '\n' && c != '\t') || byte == 0x7F || (before == 0xC2 && byte >= 0x80 && byte < 0xA0))
-            return true;
-        before = byte;
-    }
-    return false;
 }
 
 YamlNode parse_yaml(std::string_view text, std::shared_ptr<const YamlSource> source, ProblemList& problems, bool& complete)

@@ -94,10 +94,6 @@ inline constexpr std::size_t yaml_line_limit = std::size_t{1} << 16U;
 inline constexpr std::size_t yaml_depth_limit = 32;
 inline constexpr std::size_t yaml_node_limit = 100'000;
 
-/// Whether a text has control characters (U+0000 to U+001F, U+007F to U+009F), which cut paths and move cursors; ends of lines
-/// and tabs are for the caller to allow.
-bool has_control_characters(std::string_view text);
-
 /// Reads one document. Anchors, aliases, tags, merge keys, duplicate keys, a second document, trailing text, open quotes, bad
 /// UTF-8 and documents above the limits are problems; the rest is still returned. An empty document is a null node.
 /// Sets `complete` to false when reading stopped early, so that what is missing need not be reported.

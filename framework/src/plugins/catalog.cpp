@@ -20,17 +20,9 @@ void Catalog::add(TypeDescription description)
 {
     std::vector<TypeDescription>& same = types_[description.type];
     if (!same.empty() && same.front().place < description.place)
-    {
-        shadowed_.emplace(description.type, description.library);
-        return;
-    }
-    if (!same.empty() && same.front().place > description.place)
-    {
-        for (const TypeDescription& later : same)
-            shadowed_.emplace(later.type, later.library);
-        same.clear();
-    }
-    same.push_back(std::move(description));
+        shadowed_.push_back({description.type, description.library, same.front().library});
+    else
+        same.push_back(std::move(description));
 }
 
 const UnbuiltPlugin* Catalog::find_unbuilt(std::string_view type) const
@@ -63,18 +55,10 @@ std::vector<std::string> Catalog::ambiguous() const
     return names;
 }
 
-std::vector<ShadowedType> Catalog::shadowed() const
-{
-    std::vector<ShadowedType> all;
-    for (const auto& [type, library] : shadowed_)
-        all.push_back({type, library, types_.find(type)->second.front().library});
-    return all;
-}
-
-std::vector<std::filesystem::path> Catalog::libraries_of(std::string_view type) const
+std::vector<std::string> Catalog::libraries_of(std::string_view type) const
 {
     const auto found = types_.find(type);
-    return found == types_.end() ? std::vector<std::filesystem::path>() : each(found->second, &TypeDescription::library);
+    return found == types_.end() ? std::vector<std::string>() : each<std::string>(found->second, &TypeDescription::library);
 }
 
 namespace
@@ -86,25 +70,24 @@ std::string text_at(const Value& map, std::string_view key)
     return entry ? entry->as_string() : std::string();
 }
 
-std::vector<std::string> texts_at(const Value& map, std::string_view key)
+/// The entries of a list, each read; none where it is missing.
+template <class Read>
+auto list_at(const Value& map, std::string_view key, const Read& read)
 {
     const Value* list = map.find(key);
-    return list ? each(list->as_list(), &Value::as_string) : std::vector<std::string>();
+    return each(list ? list->as_list() : Value::List(), read);
 }
 
-std::vector<PortDeclaration> read_ports(const Value& declaration, std::string_view key)
+PortDeclaration read_port(const Value& description)
 {
-    std::vector<PortDeclaration> ports;
-    if (const Value* list = declaration.find(key))
-        for (const Value& description : list->as_list())
-        {
-            const Value* version = description.find("version");
-            const Value* optional = description.find("optional");
-            ports.push_back({description.at("name").as_string(), description.at("artifact").as_string(),
-                             version ? static_cast<int>(version->as_int()) : 1, optional && optional->as_bool(),
-                             text_at(description, "help"), texts_at(description, "parts")});
-        }
-    return ports;
+    const Value* version = description.find("version");
+    const Value* optional = description.find("optional");
+    return {description.at("name").as_string(),
+            description.at("artifact").as_string(),
+            version ? static_cast<int>(version->as_int()) : 1,
+            optional && optional->as_bool(),
+            text_at(description, "help"),
+            list_at(description, "parts", &Value::as_string)};
 }
 
 template <class T>
@@ -146,16 +129,13 @@ TypeDeclaration read_declaration(const TypeDescription& type)
     try
     {
         TypeDeclaration result;
-        if (const Value* options = type.declaration.find("options"))
-            result.options = each(options->as_list(), OptionDeclaration::from);
-        if (const Value* components = type.declaration.find("components"))
-            result.components = each(components->as_list(), OptionDeclaration::from);
-        result.inputs = read_ports(type.declaration, "inputs");
-        result.outputs = read_ports(type.declaration, "outputs");
+        result.options = list_at(type.declaration, "options", OptionDeclaration::from);
+        result.components = list_at(type.declaration, "components", OptionDeclaration::from);
+        result.inputs = list_at(type.declaration, "inputs", read_port);
+        result.outputs = list_at(type.declaration, "outputs", read_port);
         result.artifact = text_at(type.declaration, "artifact");
-        result.extensions = texts_at(type.declaration, "extensions");
-        if (const Value* formats = type.declaration.find("formats"))
-            result.formats = each(formats->as_list(), FileFormat::from);
+        result.extensions = list_at(type.declaration, "extensions", &Value::as_string);
+        result.formats = list_at(type.declaration, "formats", FileFormat::from);
         if (const Value* marks = type.declaration.find("marks"))
             result.marks = Marks::from(*marks);
         return result;

@@ -73,6 +73,7 @@ struct UnbuiltPlugin
 class Catalog
 {
   public:
+    /// Types of an earlier place must be added first.
     void add(TypeDescription description);
     void add(Refusal refusal) { refusals_.push_back(std::move(refusal)); }
     void add(UnbuiltPlugin plugin) { unbuilt_.push_back(std::move(plugin)); }
@@ -83,19 +84,18 @@ class Catalog
     std::vector<const TypeDescription*> types(std::string_view kind = {}) const;
     /// Names of types that more than one library of a place has, sorted.
     std::vector<std::string> ambiguous() const;
-    /// Sorted by type.
-    std::vector<ShadowedType> shadowed() const;
+    const std::vector<ShadowedType>& shadowed() const { return shadowed_; }
     const std::vector<Refusal>& refusals() const { return refusals_; }
     const std::vector<UnbuiltPlugin>& unbuilt() const { return unbuilt_; }
     /// nullptr where `type` isn't one of them.
     const UnbuiltPlugin* find_unbuilt(std::string_view type) const;
     /// The libraries that hold `type`: two or more where it is ambiguous.
-    std::vector<std::filesystem::path> libraries_of(std::string_view type) const;
+    std::vector<std::string> libraries_of(std::string_view type) const;
 
   private:
     std::map<std::string, std::vector<TypeDescription>, std::less<>>
-        types_;                                                   ///< The libraries of the first place that has the type.
-    std::multimap<std::string, std::filesystem::path> shadowed_;  ///< Libraries in later places.
+        types_;  ///< The libraries of the first place that has the type.
+    std::vector<ShadowedType> shadowed_;
     std::vector<Refusal> refusals_;
     std::vector<UnbuiltPlugin> unbuilt_;
 };

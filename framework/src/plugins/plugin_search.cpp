@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cstdlib>
 #include <fstream>
-#include <map>
 #include <set>
 #include <utility>
 
@@ -25,33 +24,32 @@ bool is_named_as_plugin(const fs::path& file)
     return file.extension() == ".so" && !file.filename().string().starts_with("lib");
 }
 
-/// The files of all folders that look like plugins, each once, and the place of its folder: all folders of FRESCO_PLUGIN_PATH are
-/// one.
-std::map<fs::path, std::size_t> candidates(Catalog& catalog)
+/// The files of all folders that look like plugins, each once, behind the place of its folder: all folders of FRESCO_PLUGIN_PATH
+/// are one.
+std::set<std::pair<std::size_t, fs::path>> candidates(Catalog& catalog)
 {
-    std::map<fs::path, std::size_t> files;
+    std::set<std::pair<std::size_t, fs::path>> files;
+    std::set<fs::path> known;
     std::set<std::string> origins;
     for (const auto& folder : plugin_folders())
     {
         origins.insert(folder.origin);
         const std::size_t place = origins.size();
-        std::error_code error;
-        fs::directory_iterator entries(folder.path, error);
-        if (error)
-        {
-            if (folder.origin == named_by_user)
-                catalog.add(Refusal{folder.path, "FRESCO_PLUGIN_PATH names this folder: " + error.message(), true});
-            continue;
-        }
         bool is_empty = true;
-        for (const auto& entry : entries)
-            if (is_named_as_plugin(entry.path()))
+        std::error_code error, unresolved;
+        for (fs::directory_iterator entry(folder.path, error); !error && entry != fs::directory_iterator();
+             entry.increment(error))
+            if (is_named_as_plugin(entry->path()))
             {
-                files.emplace(fs::weakly_canonical(entry.path(), error), place);
                 is_empty = false;
+                if (const auto [file, fresh] = known.insert(fs::weakly_canonical(entry->path(), unresolved)); fresh)
+                    files.emplace(place, *file);
             }
-        if (is_empty && folder.origin == named_by_user)
-            catalog.add(Refusal{folder.path, "FRESCO_PLUGIN_PATH names this folder, which holds no plugin (NAME.so)", true});
+        if (folder.origin == named_by_user && (error || is_empty))
+            catalog.add(Refusal{folder.path,
+                                "FRESCO_PLUGIN_PATH names this folder" +
+                                    (error ? ": " + error.message() : ", which holds no plugin (NAME.so)"),
+                                true});
     }
     return files;
 }
@@ -114,7 +112,7 @@ std::vector<std::string> plugin_folder_warnings()
 Catalog load_catalog()
 {
     Catalog catalog;
-    for (const auto& [file, place] : candidates(catalog))
+    for (const auto& [place, file] : candidates(catalog))
     {
         try
         {

@@ -3,7 +3,7 @@
 #include <fresco/error.h>
 
 #include <algorithm>
-#include <array>
+#include <boost/algorithm/string.hpp>
 #include <cctype>
 #include <set>
 #include <string_view>
@@ -15,37 +15,14 @@ namespace fresco::host
 namespace
 {
 
-using Names = std::array<std::pair<std::string_view, std::string>, 3>;
-
-/// In one pass: a name that is put in is not looked at again.
-void replace_all(std::string& text, const Names& names)
-{
-    for (std::size_t at = 0; at < text.size();)
-    {
-        const auto name = std::find_if(names.begin(), names.end(),
-                                       [&](const auto& each) { return text.compare(at, each.first.size(), each.first) == 0; });
-        if (name == names.end())
-        {
-            ++at;
-            continue;
-        }
-        text.replace(at, name->first.size(), name->second);
-        at += name->second.size();
-    }
-}
-
 /// "my.dark_dots" -> "MyDarkDots"
-std::string class_name(std::string_view type)
+std::string class_name(const std::string& type)
 {
-    std::string name;
-    bool begins = true;
-    for (const char c : type)
-    {
-        if (c != '.' && c != '_')
-            name += begins ? static_cast<char>(std::toupper(static_cast<unsigned char>(c))) : c;
-        begins = c == '.' || c == '_';
-    }
-    return name;
+    std::vector<std::string> words;
+    boost::split(words, type, boost::is_any_of("._"));
+    for (std::string& word : words)
+        word.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(word.front())));
+    return boost::join(words, "");
 }
 
 }  // namespace
@@ -70,9 +47,7 @@ std::vector<std::string> plugin_kinds()
 
 std::string plugin_folder_name(const std::string& type)
 {
-    std::string name = type;
-    std::replace(name.begin(), name.end(), '.', '_');
-    return name;
+    return boost::replace_all_copy(type, ".", "_");
 }
 
 std::vector<TextFile> new_plugin(const std::string& kind, const std::string& type)
@@ -85,10 +60,14 @@ std::vector<TextFile> new_plugin(const std::string& kind, const std::string& typ
                     "': use lowercase letters and digits, with a dot and '_' between, such as my." + kind);
     auto files = template_files(kind);
     files.push_back({".gitignore", "build/\n.fresco/\nout/\n"});
-    const Names names{{{"my.plugin", type}, {"my_plugin", plugin_folder_name(type)}, {"MyPlugin", class_name(type)}}};
-    for (auto& file : files)
-        for (std::string* text : {&file.path, &file.text})
-            replace_all(*text, names);
+    // In this order no name that was put in holds one that is still to be replaced.
+    for (const auto& [name, own] :
+         {std::pair("MyPlugin", class_name(type)), {"my_plugin", plugin_folder_name(type)}, {"my.plugin", type}})
+        for (auto& file : files)
+        {
+            boost::replace_all(file.path, name, own);
+            boost::replace_all(file.text, name, own);
+        }
     return files;
 }
 

@@ -87,26 +87,6 @@ Value stages_as_value(const Catalog& catalog, bool all)
     return result;
 }
 
-void write_refused(const Catalog& catalog, std::ostream& out)
-{
-    const auto list = [&](const std::string& title, const auto& items, const auto& text)
-    {
-        if (!items.empty())
-            out << '\n' << title << '\n';
-        for (const auto& item : items)
-            out << "  " << harmless(text(item), LineEnds::none) << '\n';
-    };
-    for (const std::string& type : catalog.ambiguous())
-        list("not used, because several plugins have it: " + type, catalog.libraries_of(type),
-             [](const fs::path& library) { return library.string(); });
-    list("shadowed by another of the type:", catalog.shadowed(),
-         [](const ShadowedType& type) { return type.type + " of " + type.library.string() + ", by " + type.by.string(); });
-    list("cannot be loaded:", catalog.refusals(),
-         [](const Refusal& refusal) { return refusal.library.string() + ": " + refusal.reason; });
-    list("not built; ./bootstrap build builds them:", catalog.unbuilt(),
-         [](const UnbuiltPlugin& plugin) { return plugin.type + (plugin.reason.empty() ? "" : ": " + plugin.reason); });
-}
-
 /// A table of all that a type declares in one list: a name, what it is, and help.
 template <class Declaration, class Text>
 void write_declared(const char* title, const std::vector<Declaration>& list, const Text& text, std::size_t width,
@@ -256,12 +236,26 @@ void write_run_origin(const std::filesystem::path& file, bool json, std::ostream
     out << table.text(without_end);
 }
 
+std::vector<std::string> unusable_lines(const Catalog& catalog)
+{
+    std::vector<std::string> lines;
+    for (const ShadowedType& type : catalog.shadowed())
+        lines.push_back("shadowed: " + type.type + " of " + type.library.string() + ", by " + type.by.string());
+    for (const std::string& type : catalog.ambiguous())
+        lines.push_back("not used, because several plugins have it: " + type + ": " + join(catalog.libraries_of(type), " and "));
+    for (const Refusal& refusal : catalog.refusals())
+        lines.push_back("refused: " + refusal.library.string() + ": " + refusal.reason);
+    for (const UnbuiltPlugin& plugin : catalog.unbuilt())
+        lines.push_back("not built: " + plugin.type + (plugin.reason.empty() ? "" : ": " + plugin.reason));
+    return lines;
+}
+
 Value::Map unusable_types(const Catalog& catalog, const char* refused_name)
 {
     const auto ambiguous = [&](const std::string& type)
     {
-        const List libraries = each<Value>(catalog.libraries_of(type), [](const auto& library) { return library.string(); });
-        return Map{{"type", type}, {"libraries", libraries}};
+        const std::vector<std::string> libraries = catalog.libraries_of(type);
+        return Map{{"type", type}, {"libraries", List(libraries.begin(), libraries.end())}};
     };
     const auto shadowed = [](const ShadowedType& type) {
         return Map{{"type", type.type}, {"library", type.library.string()}, {"by", type.by.string()}};
@@ -335,8 +329,11 @@ int write_stages(const Catalog& catalog, bool all, bool json, std::size_t width,
     out << table.text(width);
     if (types.empty())
         out << "no stages: no plugin was found that can be used\n";
+    std::string unused;
+    for (const std::string& line : unusable_lines(catalog))
+        unused += "  " + harmless(line, LineEnds::none) + "\n";
     if (all)
-        write_refused(catalog, out);
+        out << (unused.empty() ? "" : "\nnot used:\n" + unused);
     else if (const std::size_t unusable = catalog.refusals().size() + catalog.ambiguous().size(); unusable > 0)
         out << "\n"
             << unusable << (unusable == 1 ? " plugin or type" : " plugins or types")

@@ -46,7 +46,9 @@ int write_description(const Catalog& catalog, const std::string& type, bool json
 /// The pipeline in the DOT language; its problems, if it has any, go to `errors`.
 int write_graph(const PipelineResult& result, std::ostream& out, std::ostream& errors);
 
-/// Unusable types with the reason, as lists of maps: ambiguous, shadowed, `refused_name`, unbuilt.
+/// Unusable types with the reason, a line for each.
+std::vector<std::string> unusable_lines(const Catalog& catalog);
+/// As lists of maps: ambiguous, shadowed, `refused_name`, unbuilt.
 Value::Map unusable_types(const Catalog& catalog, const char* refused_name);
 
 }  // namespace fresco::host

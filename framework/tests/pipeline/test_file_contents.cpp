@@ -20,19 +20,23 @@ const std::string jpeg_head = std::string("\xff\xd8\xff\xe1\0\4ab\xff\xda", 10) 
 const std::string glb = std::string("glTF\2\0\0\0\x10\0\0\0", 12) + "json";
 const std::string weights = std::string("\2\0\0\0\0\0\0\0{}", 10);
 
-const fresco::FileFormat json = fresco::json_format();
-const std::vector<fresco::FileFormat> weights_formats{
-    {.name = "a state dict", .extensions = {".pth"}, .begins = {"{"}, .begins_at = 8, .length_bytes = 8, .length_from = 8},
-    {.name = "a state dict", .extensions = {".pth"}, .begins = {"PK\3\4", "\x80"}}};
-
 std::vector<fresco::FileFormat> known_formats()
 {
     std::vector<fresco::FileFormat> all = fresco::picture_formats();
-    for (const auto& format :
-         {fresco::npy_format(), fresco::ply_format(), fresco::obj_format(), json,
-          fresco::FileFormat{.name = "a model", .extensions = {".glb"}, .begins = {"glTF"}, .length_at = 8, .length_bytes = 4}})
+    for (const fresco::FileFormat& format : std::vector<fresco::FileFormat>{
+             fresco::npy_format(),
+             fresco::ply_format(),
+             fresco::obj_format(),
+             fresco::json_format(),
+             {.name = "a model", .extensions = {".glb"}, .begins = {"glTF"}, .length_at = 8, .length_bytes = 4},
+             {.name = "a state dict",
+             .extensions = {".pth"},
+             .begins = {"{"},
+             .begins_at = 8,
+             .length_bytes = 8,
+             .length_from = 8},
+             {.name = "a state dict", .extensions = {".pth"}, .begins = {"PK\3\4", "\x80"}}})
         all.push_back(format);
-    all.insert(all.end(), weights_formats.begin(), weights_formats.end());
     return all;
 }
 
@@ -44,58 +48,50 @@ const std::string heic = std::string("\0\0\0\x10"
                                      12) +
                          std::string(16, 'x');
 
-struct Example
-{
-    std::string name;
-    std::string text;
-    std::string problem;  ///< Behind the file's name; empty: none.
-};
-
 }  // namespace
 
 TEST_CASE("A file that does not match its name is recognized by its beginning and end", "[pipeline]")
 {
     const std::string far(100'000, 'x');
-    const std::vector<Example> examples{
-        {"a.png", png_head + png_end, ""},
-        {"a.png", png_head + png_end + "more", ""},
-        {"A.PNG", jpeg_head + "\xff\xd9", ""},
-        {"a.png", png_head, "is cut short: copy or export it again"},
-        {"a.png", png_head + "\xff\xff\xff\xffIDAT" + far, "is cut short: copy or export it again"},
-        {"a.jpg", jpeg_head + "\xff\xd9" + far, ""},
-        {"a.jpg", jpeg_head + far, "is cut short: copy or export it again"},
-        // The end lies across two pieces that are searched.
-        {"a.jpg", jpeg_head + "\xff\xd9" + std::string(65535, 'x'), ""},
-        {"a.jpg", "<!DOCTYPE html>\n<html>", "is not " + pictures},
-        {"a.jpeg", "", "is empty"},
-        {"a.jpg", webp, ""},
-        {"a.webp", webp.substr(0, 27), "is cut short: copy or export it again"},
-        {"a.avif", heic, ""},
-        {"a.npy", jpeg_head, "is not an NPY file"},
-        {"a.ply", "ply\r\ncomment " + far + "\r\nend_header\r\n", ""},
-        {"a.ply", "ply\nformat", "is cut short: copy or export it again"},
-        {"a.ply", "this is a text about nothing in particular\n", "is not a PLY mesh"},
-        {"a.obj", "# " + far + "\nv 0 0 0\n", ""},
-        {"a.obj", "v 0 0 0\0"s, "is not an OBJ mesh"},
-        {"a.obj", "v 0 0 0\nf 1 1", "is cut short: copy or export it again"},
-        {"a.glb", glb, ""},
-        {"a.glb", glb.substr(0, 15), "is cut short: copy or export it again"},
-        {"a.json", "\xef\xbb\xbf {\n}\n", ""},
-        {"a.json", "{\"a\": [1, 2", "is cut short: copy or export it again"},
-        {"a.pth", weights, ""},
-        {"a.pth", "PK\3\4", ""},
-        {"a.pth", weights.substr(0, 9), "is cut short: copy or export it again"},
-        {"a.pth", "version https://git-lfs", "is not a state dict"},
-        {"a.other", "", "is empty"},
-    };
     const TemporaryFolder folder;
-    for (const Example& example : examples)
+    // The problem stands behind the file's name.
+    for (const auto& [name, text, problem] : std::vector<std::array<std::string, 3>>{
+             {"a.png", png_head + png_end, ""},
+             {"a.png", png_head + png_end + "more", ""},
+             {"A.PNG", jpeg_head + "\xff\xd9", ""},
+             {"a.png", png_head, "is cut short: copy or export it again"},
+             {"a.png", png_head + "\xff\xff\xff\xffIDAT" + far, "is cut short: copy or export it again"},
+             {"a.jpg", jpeg_head + "\xff\xd9" + far, ""},
+             {"a.jpg", jpeg_head + far, "is cut short: copy or export it again"},
+             // The end lies across two pieces that are searched.
+             {"a.jpg", jpeg_head + "\xff\xd9" + std::string(65535, 'x'), ""},
+             {"a.jpg", "<!DOCTYPE html>\n<html>", "is not " + pictures},
+             {"a.jpeg", "", "is empty"},
+             {"a.jpg", webp, ""},
+             {"a.webp", webp.substr(0, 27), "is cut short: copy or export it again"},
+             {"a.avif", heic, ""},
+             {"a.npy", jpeg_head, "is not an NPY file"},
+             {"a.ply", "ply\r\ncomment " + far + "\r\nend_header\r\n", ""},
+             {"a.ply", "ply\nformat", "is cut short: copy or export it again"},
+             {"a.ply", "this is a text about nothing in particular\n", "is not a PLY mesh"},
+             {"a.obj", "# " + far + "\nv 0 0 0\n", ""},
+             {"a.obj", "v 0 0 0\0"s, "is not an OBJ mesh"},
+             {"a.obj", "v 0 0 0\nf 1 1", "is cut short: copy or export it again"},
+             {"a.glb", glb, ""},
+             {"a.glb", glb.substr(0, 15), "is cut short: copy or export it again"},
+             {"a.json", "\xef\xbb\xbf {\n}\n", ""},
+             {"a.json", "{\"a\": [1, 2", "is cut short: copy or export it again"},
+             {"a.pth", weights, ""},
+             {"a.pth", "PK\3\4", ""},
+             {"a.pth", weights.substr(0, 9), "is cut short: copy or export it again"},
+             {"a.pth", "version https://git-lfs", "is not a state dict"},
+             {"a.other", "", "is empty"},
+         })
     {
-        CAPTURE(example.name, example.text.substr(0, 200));
-        const auto file = folder.write(example.name, example.text);
-        const std::string extension = example.name == "A.PNG" ? ".png" : file.extension().string();
-        CHECK(file_problem(file, {extension}, known_formats()) ==
-              (example.problem.empty() ? "" : "'" + file.string() + "' " + example.problem));
+        CAPTURE(name, text.substr(0, 200));
+        const auto file = folder.write(name, text);
+        const std::string extension = name == "A.PNG" ? ".png" : file.extension().string();
+        CHECK(file_problem(file, {extension}, known_formats()) == (problem.empty() ? "" : "'" + file.string() + "' " + problem));
     }
     CHECK_THAT(file_problem(folder.write("a.stl", "x"), {".ply", ".obj"}, {}),
                EndsWith("' is a .stl file; expected .ply or .obj"));

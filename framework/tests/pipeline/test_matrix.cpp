@@ -1,8 +1,6 @@
 #include "catch.h"
 #include "hand_made_catalog.h"
 
-#include <set>
-
 using namespace fresco::host;
 using namespace fresco::host::testing;
 
@@ -45,6 +43,7 @@ TEST_CASE("a matrix has every combination, and a stage once for all values of th
     CHECK(stages[1].own_name == "second");
     CHECK(stages[1].place == "x,b=1");
     CHECK(stages[1].wires.at(0).from_stage == "first@x");
+    CHECK(stages[1].options == stages[6].options);  // Checked once for all combinations that the stage is the same in.
     CHECK(stages[8].options->at("size").as_double() == 3);
     CHECK(result.pipeline.sweep.combinations[4].stages == std::vector<std::size_t>{5, 7, 2});
 }
@@ -153,18 +152,16 @@ TEST_CASE("combinations that lack an input are left out to keep going, where oth
     const Room folder;
     const auto load = [&](const std::string& scans, const std::string& more, bool keep_going)
     {
-        folder.write("p.yaml", "version: 1\nvars: {data: , title: }\nmatrix: {data: [" + scans + R"(], title: [a, b]}
+        folder.write("p.yaml", "version: 1\nvars: {data: }\nmatrix: {data: [" + scans + R"(]}
 stages:
   scan: {type: scan.folder, path: "${data}"}
-  look: {type: mesh.pass, input: scan, title: "${title}"}
 )" + more);
         return load_pipeline({.file = "p.yaml", .sets = {}, .working_directory = folder.path(), .keep_going = keep_going},
                              usual_catalog());
     };
     const PipelineResult going = load("scan, attic", "", true);
     CHECK(lines(going).empty());
-    CHECK(combination_names(going) == Words{"scan,a", "scan,b"});
-    CHECK(names_of(going) == Words{"scan@scan", "look@scan,a", "look@scan,b"});
+    CHECK(names_of(going) == Words{"scan@scan"});
     CHECK(going.pipeline.sweep.narrowed);
     REQUIRE(going.left_out.size() == 1);
     CHECK_THAT(to_string(going.left_out[0]), Catch::StartsWith("p.yaml:5:35: error: ") && Catch::EndsWith("(with data 'attic')"));
@@ -201,23 +198,6 @@ TEST_CASE("vars that are made of each other, tens of thousands in a row, are all
     const auto result = check(folder, vars + "stages:\n  s: {type: mesh.pass, title: \"" + title + "\"}\n");
     CHECK(lines(result).empty());
     CHECK(names_of(result) == Words{"s@v0=1", "s@v0=2"});
-}
-
-TEST_CASE("a stage is checked once, and its options shared, for all combinations that it is the same in")
-{
-    std::string values;
-    for (int i = 0; i < 30; ++i)
-        values += (i > 0 ? ", p" : "p") + std::to_string(i);
-    const auto result = check({}, pipeline_with("{a: [x, y], b: [1, 2, 3], c: [" + values + "]}", "{a: , b: , c: }") +
-                                      "  fourth: {type: mesh.pass, input: second, title: \"${c}\"}\n");
-    CHECK(lines(result).empty());
-    CHECK(result.pipeline.sweep.combinations.size() == 180);
-    std::map<std::string, std::set<const fresco::Value*>> options;
-    for (const PipelineStage& stage : result.pipeline.stages)
-        options[stage.own_name].insert(stage.options.get());
-    CHECK(options.at("second").size() == 3);
-    CHECK(options.at("third").size() == 1);
-    CHECK(options.at("fourth").size() == 30);
 }
 
 TEST_CASE("files that are handed over are read in place of those on the disk")

@@ -70,6 +70,8 @@ TEST_CASE("auto is the component whose marks the path has", "[pipeline]")
         CHECK_THAT(options_of(check_scan(folder, "path: " + std::string(path)), "scan"), Contains(expected));
         CHECK_THAT(options_of(check_scan(folder, "form: auto, path: " + std::string(path)), "scan"), Contains(expected));
     }
+    const PipelineResult told = check_scan(folder, "path: told");
+    CHECK(types_by_marks(*told.pipeline.find("scan")) == std::map<std::string, std::string>{{"form", "form.told"}});
     // A layout that the pipeline names is used, with its own options, even if the folder has the marks of another.
     CHECK_THAT(options_of(check_scan(folder, "path: both, form: {type: form.model, gap_s: 2}"), "scan"),
                Contains(R"({"type":"form.model","gap_s":2.0})"));
@@ -104,17 +106,4 @@ TEST_CASE("where no component fits, or several, each is listed with what it look
     // Only what is wrong is reported.
     CHECK(problem("path: nowhere") == at + "no such folder or file '" + root + "/nowhere'");
     CHECK_THAT(problem("path: two, form: form.other"), Contains("unknown type 'form.other'"));
-}
-
-TEST_CASE("each combination of a matrix has the component of its own path", "[pipeline]")
-{
-    const TemporaryFolder folder;
-    folder.write("a/shots.json", "");
-    folder.write("b/frames.json", "");
-    const auto result = check(
-        folder, "version: 1\nvars: {data: }\nmatrix: {data: [a, b]}\nstages:\n  scan: {type: scan.any, path: \"${data}\"}\n",
-        forms());
-    REQUIRE(result.problems.empty());
-    CHECK_THAT(options_of(result, "scan@a"), Contains("form.shots"));
-    CHECK(types_by_marks(*result.pipeline.find("scan@b")) == std::map<std::string, std::string>{{"form", "form.told"}});
 }

@@ -91,7 +91,6 @@ TEST_CASE("A value or an input that does not fit is named with what is accepted"
     for (const auto& [stages, problem] : std::vector<std::pair<std::string, std::string>>{
              {"a: {type: mesh.pass, size: '5'}",
               "3:30: error: stage 'a' (mesh.pass): option 'size': expected a number, got the text '5'"},
-             {"a: {type: mesh.pass, size: [1]}", "expected a number, got a list"},
              {"a: {type: export.gltf, path: ../x.glb}", "'../x.glb' is not accepted; expected a relative path below --out"},
              {"a: {type: uvmaps.raster, heights_px: [16, 4096, 4097]}",
               "3:51: error: stage 'a' (uvmaps.raster): option 'heights_px': 4097 is too large"},
@@ -163,13 +162,7 @@ TEST_CASE("What is missing, and which plugin fails, leads to its own exit code",
     catalog.add(Refusal{"/plugins/mesh_broken.so", "SDK ABI 2, this program has 1"});
     catalog.add(described("mesh.odd", "stage", R"({"options": [{"name": "x", "kind": "color"}]})"));
     catalog.add(UnbuiltPlugin{"texture.heavy", "libtorch was not found"});
-    struct Row
-    {
-        std::string stages;
-        int exit_code;
-        std::string words;
-    };
-    for (const Row& row : std::vector<Row>{
+    for (const auto& [stages, exit_code, words] : std::vector<std::tuple<std::string, int, std::string>>{
              {"a: {type: scan.folder, path: nowhere}", 3, "no such folder '" + (folder.path() / "nowhere").string() + "'"},
              {"a: {type: scan.folder, path: \"${data}\"}", 3,
               "p.yaml:3:39: error: the var 'data' has no value: set it with --set"},
@@ -181,10 +174,10 @@ TEST_CASE("What is missing, and which plugin fails, leads to its own exit code",
              {"a: {type: texture.heavy}", 4, "not built (libtorch was not found): run ./bootstrap build"},
              {"a: {type: mesh.broken}, b: {type: nothing}", 2, ""}})
     {
-        CAPTURE(row.stages);
-        const PipelineResult result = check(folder, "version: 1\nvars: {data: }\nstages: {" + row.stages + "}\n", catalog);
-        CHECK_THAT(joined_lines(result), Contains(row.words));
-        CHECK(result.exit_code() == row.exit_code);
+        CAPTURE(stages);
+        const PipelineResult result = check(folder, "version: 1\nvars: {data: }\nstages: {" + stages + "}\n", catalog);
+        CHECK_THAT(joined_lines(result), Contains(words));
+        CHECK(result.exit_code() == exit_code);
     }
 }
 
@@ -231,6 +224,16 @@ TEST_CASE("Only the first mistakes of a file get hints: hints for all take minut
     const std::string told = joined_lines(check({}, text + list));
     CHECK_THAT(told, Contains("unknown var 'vor_00000' (did you mean 'var_00000'?)") && Contains("unknown var 'vor_00999'") &&
                          !Contains("unknown var 'vor_00999' (did"));
+}
+
+TEST_CASE("Many problems of one place are told by the first of them; other problems are not lost among them", "[pipeline]")
+{
+    std::vector<Problem> problems(3000, {{"p.yaml", 3, 18}, "a bad value"});
+    problems.push_back({{"p.yaml", 5, 43}, "another"});
+    const Words told_lines = told(problems);
+    REQUIRE(told_lines.size() == 12);
+    CHECK(told_lines[10] == "p.yaml:5:43: error: another");
+    CHECK(told_lines[11] == "… and 2990 more like this: p.yaml:3:18: error: a bad value");
 }
 
 TEST_CASE("Vars that grow without bound are refused", "[pipeline]")

@@ -70,36 +70,33 @@ TEST_CASE("A document keeps its order, its quotes and its places; columns count 
 
 TEST_CASE("What a pipeline file must not hold is named with its place", "[yaml]")
 {
-    struct Row
+    for (const auto& [text, place, word] : std::vector<std::array<std::string, 3>>{
+             {"a: &a [*a]\n", "1:4", "anchors (&a)"},
+             {"a: &a [*a]\n", "1:4", "f.yaml:1:8: error: aliases"},
+             {"x: &n\ny: 1\n", "1:4", "anchors (&n)"},
+             {"a: {b: 1}\n<<: {c: 2}\n", "2:1", "merge keys"},
+             {"a: 1\nb: 2\na: 3\n", "3:1", "the key 'a' appears twice; the first is on line 1"},
+             {"a: 1\n---\nb: 2\n", "2:1", "a second document"},
+             {"a: 1\n...\nb\n", "3:1", "after the end"},
+             {"{a: 1} b\n", "1:8", "after the end"},
+             {"a: ! 1\n", "1:4", "tags (!)"},
+             {"a: !mine {b: 1}\n", "1:4", "tags (!mine)"},
+             {"[a, b]: 1\n", "1:1", "a key must be a word, not a list"},
+             {"a:\n\tb: 1\n", "2:1", "a tab"},
+             {"a: b: c\n", "1:5", "a second ':'"},
+             {"a: [1, 2\n", "", "a '[' is not closed"},
+             {"a: {b: ${x}/c}\n", "", "needs quotes"},
+             {"a: \"never \\\"\n", "1:4", "quote"},
+             {"a: \xff\n", "1:4", "UTF-8"},
+             {std::string("a: \0b\n", 6), "1:4", "UTF-8"},
+             {"a: [\"p.yaml\\0.ply\"]\n", "1:5", "control character"},
+             {"a: \"\\u009b2J\"\n", "1:4", "control character"},
+             {"a: \xc2\x9b\n", "1:4", "control character"},
+             {"\"a\\x7f\": 1\n", "1:1", "control character"},
+             {"\"a\\tb\": 1\n", "1:1", "an end of line or a tab"}})
     {
-        std::string text, place, word;
-    };
-    for (const Row& row : std::vector<Row>{{"a: &a [*a]\n", "1:4", "anchors (&a)"},
-                                           {"a: &a [*a]\n", "1:4", "f.yaml:1:8: error: aliases"},
-                                           {"x: &n\ny: 1\n", "1:4", "anchors (&n)"},
-                                           {"a: {b: 1}\n<<: {c: 2}\n", "2:1", "merge keys"},
-                                           {"a: 1\nb: 2\na: 3\n", "3:1", "the key 'a' appears twice; the first is on line 1"},
-                                           {"a: 1\n---\nb: 2\n", "2:1", "a second document"},
-                                           {"a: 1\n...\nb\n", "3:1", "after the end"},
-                                           {"{a: 1} b\n", "1:8", "after the end"},
-                                           {"a: ! 1\n", "1:4", "tags (!)"},
-                                           {"a: !mine {b: 1}\n", "1:4", "tags (!mine)"},
-                                           {"[a, b]: 1\n", "1:1", "a key must be a word, not a list"},
-                                           {"a:\n\tb: 1\n", "2:1", "a tab"},
-                                           {"a: b: c\n", "1:5", "a second ':'"},
-                                           {"a: [1, 2\n", "", "a '[' is not closed"},
-                                           {"a: {b: ${x}/c}\n", "", "needs quotes"},
-                                           {"a: \"never \\\"\n", "1:4", "quote"},
-                                           {"a: \xff\n", "1:4", "UTF-8"},
-                                           {std::string("a: \0b\n", 6), "1:4", "UTF-8"},
-                                           {"a: [\"p.yaml\\0.ply\"]\n", "1:5", "control character"},
-                                           {"a: \"\\u009b2J\"\n", "1:4", "control character"},
-                                           {"a: \xc2\x9b\n", "1:4", "control character"},
-                                           {"\"a\\x7f\": 1\n", "1:1", "control character"},
-                                           {"\"a\\tb\": 1\n", "1:1", "an end of line or a tab"}})
-    {
-        CAPTURE(row.text);
-        CHECK_THAT(yaml_problem(row.text), StartsWith("f.yaml:" + row.place) && Contains("error: ") && Contains(row.word));
+        CAPTURE(text);
+        CHECK_THAT(yaml_problem(text), StartsWith("f.yaml:" + place) && Contains("error: ") && Contains(word));
     }
 }
 

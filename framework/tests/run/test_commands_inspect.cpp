@@ -48,9 +48,10 @@ TEST_CASE("stages lists what there is, and with --all what cannot be used", "[in
                                            "  loss.gram  loss   What loss.gram does\n"
                                            "\n2 plugins or types cannot be used: see 'fresco stages --all'\n");
     CHECK_THAT(listed(catalog, true, false),
-               Contains("[/plugins/mesh.pass.so]") && Contains("several plugins have it: loss.twice\n  /plugins/loss.twice.so") &&
-                   Contains("cannot be loaded:\n  /plugins/mesh_old.so: SDK ABI 0") &&
-                   Contains("not built; ./bootstrap build builds them:\n  mesh.rays: Embree was not found\n  mesh.later\n"));
+               Contains("[/plugins/mesh.pass.so]") &&
+                   Contains("\n  not used, because several plugins have it: loss.twice: /plugins/loss.twice.so and") &&
+                   Contains("\n  refused: /plugins/mesh_old.so: SDK ABI 0") &&
+                   Contains("\n  not built: mesh.rays: Embree was not found\n  not built: mesh.later\n"));
     const fresco::Value value = fresco::parse_json(listed(catalog, true, true));
     CHECK(value.at("types").as_list().at(1).at("type").as_string() == "mesh.pass");
     CHECK(value.at("ambiguous").as_list().at(0).at("libraries").as_list().size() == 2);

@@ -1,5 +1,3 @@
-#include "face_blocks.h"
-
 #include <fresco/mesh.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
@@ -11,7 +9,35 @@
 namespace
 {
 
-namespace blocks = fresco::face_blocks;
+using fresco::Vec2f;
+
+/// How far the corners lie inside the centers of their texels, in texels: no rounding of a uv down to half of this makes a lookup
+/// touch the block beside.
+constexpr double inset_px = 1.0 / 16;
+
+/// Square blocks of texels in a square texture, row by row from the lower left.
+std::size_t blocks_per_row(int size_px, int block_px)
+{
+    return static_cast<std::size_t>(size_px / block_px);
+}
+
+/// Three uv per face, counter-clockwise: the first corner at the lower left texel's center of the face's own block, the second at
+/// the lower right one's, the third at the upper left one's, each inset_px inside. A bilinear lookup inside the triangle reads
+/// only texels of the block.
+std::vector<Vec2f> texcoords(std::size_t faces, int size_px, int block_px)
+{
+    const double near = 0.5 + inset_px;
+    const double far = block_px - 0.5 - inset_px;
+    std::vector<Vec2f> result;
+    for (std::size_t face = 0; face < faces; ++face)
+    {
+        const double left = static_cast<double>(face % blocks_per_row(size_px, block_px)) * block_px;
+        const double lower = static_cast<double>(face / blocks_per_row(size_px, block_px)) * block_px;
+        for (const auto& [x, y] : {std::pair{near, near}, {far, near}, {near, far}})
+            result.push_back({static_cast<float>((left + x) / size_px), static_cast<float>((lower + y) / size_px)});
+    }
+    return result;
+}
 
 class AtlasFaceBlocks final : public fresco::Stage
 {
@@ -24,20 +50,24 @@ class AtlasFaceBlocks final : public fresco::Stage
     void run(fresco::RunContext& run) override
     {
         fresco::check_mesh(*mesh, "atlas.face_blocks: input mesh");
-        const blocks::Layout layout{.size_px = *size_px, .block_px = *block_px};
         const auto faces = mesh->triangles.size();
-        if (faces > layout.blocks_count())
+        const auto room = [&](int size) { return blocks_per_row(size, *block_px) * blocks_per_row(size, *block_px); };
+        if (faces > room(*size_px))
+        {
+            int enough = 1;
+            while (room(enough) < faces)
+                enough *= 2;
             throw fresco::Error(fmt::format("{} faces, but a texture of {} texels has room for {} blocks of {}: set size_px to "
                                             "{}, decimate the mesh further, or set a smaller block_px",
-                                            faces, *size_px, layout.blocks_count(), *block_px,
-                                            blocks::smallest_size_px(faces, *block_px)));
+                                            faces, *size_px, room(*size_px), *block_px, enough));
+        }
         fresco::Mesh result = *mesh;
-        result.texcoords = blocks::texcoords(faces, layout);
+        result.texcoords = texcoords(faces, *size_px, *block_px);
         result.charts.resize(faces);
         std::iota(result.charts.begin(), result.charts.end(), 0U);
         result.texture_px = *size_px;
         run.report("faces", static_cast<std::int64_t>(faces));
-        run.report("used_share", static_cast<double>(faces) / static_cast<double>(layout.blocks_count()));
+        run.report("used_share", static_cast<double>(faces) / static_cast<double>(room(*size_px)));
         atlas = std::move(result);
     }
 };

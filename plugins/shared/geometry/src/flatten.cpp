@@ -14,18 +14,6 @@ namespace fresco::geometry
 namespace
 {
 
-struct Box
-{
-    Vec2d low{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
-    Vec2d high{-std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
-
-    void add(Vec2d p)
-    {
-        low = {std::min(low.x, p.x), std::min(low.y, p.y)};
-        high = {std::max(high.x, p.x), std::max(high.y, p.y)};
-    }
-};
-
 std::span<const Vec2d, 3> triangle(const Corners& corners, std::uint32_t face)
 {
     return std::span<const Vec2d, 3>(corners.data() + 3 * static_cast<std::size_t>(face), 3);
@@ -59,7 +47,7 @@ double depth_along_edges(std::span<const Vec2d, 3> of, std::span<const Vec2d, 3>
 /// Faces by the cells of a square grid that their boxes touch.
 struct Grid
 {
-    Box bounds;
+    FlatBox bounds;
     double cell = 1;
     std::size_t width = 1;
     std::size_t height = 1;
@@ -74,7 +62,7 @@ struct Grid
     }
 };
 
-Grid make_grid(const std::vector<Box>& boxes)
+Grid make_grid(const std::vector<FlatBox>& boxes)
 {
     Grid grid;
     double sizes = 0;
@@ -82,9 +70,9 @@ Grid make_grid(const std::vector<Box>& boxes)
     {
         grid.bounds.add(box.low);
         grid.bounds.add(box.high);
-        sizes += std::max(box.high.x - box.low.x, box.high.y - box.low.y);
+        sizes += std::max(box.size().x, box.size().y);
     }
-    const auto extent = grid.bounds.high - grid.bounds.low;
+    const auto extent = grid.bounds.size();
     // Cells of a mean face's size, but no more cells than twice the faces.
     grid.cell = std::max({sizes / static_cast<double>(boxes.size()),
                           std::sqrt(extent.x * extent.y / (2.0 * static_cast<double>(boxes.size()))),
@@ -108,10 +96,9 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> find_overlaps(const Corners
 {
     if (faces.size() < 2)
         return {};
-    std::vector<Box> boxes(faces.size());
-    for (std::size_t i = 0; i < faces.size(); ++i)
-        for (const auto p : triangle(corners, faces[i]))
-            boxes[i].add(p);
+    std::vector<FlatBox> boxes;
+    for (const auto face : faces)
+        boxes.emplace_back(triangle(corners, face));
     const auto grid = make_grid(boxes);
 
     const numerics::Buckets cells(grid.width * grid.height,

@@ -6,6 +6,7 @@
 
 #include <atomic>
 #include <cmath>
+#include <numeric>
 
 namespace fresco::geometry
 {
@@ -177,13 +178,10 @@ class ChartMapper
     ChartResult run(const FaceList& chart, Vec3d axis, const Progress& progress) const
     {
         ChartResult result;
-        if (chart.size() == 1)
-            ++result.counts.single_triangles;
+        result.counts.single_triangles = chart.size() == 1 ? 1 : 0;
         std::vector<std::pair<FaceList, int>> open;
         if (chart.size() > 1)
             open.emplace_back(chart, 0);
-        else
-            result.pieces.push_back({chart, false});
         while (!open.empty())
         {
             progress.check_canceled();
@@ -336,9 +334,7 @@ MapCounts map_charts(const Surface& surface, FlatCharts& flat, const DiskMap& ma
                    });
 
     MapCounts total;
-    double area = 0;
-    for (const auto a : surface.areas)
-        area += a;
+    const double area = std::accumulate(surface.areas.begin(), surface.areas.end(), 0.0);
     std::fill(flat.chart_of_face.begin(), flat.chart_of_face.end(), none);
     const auto axes = std::move(flat.axes);
     flat.axes.clear();

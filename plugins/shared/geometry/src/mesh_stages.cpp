@@ -28,13 +28,6 @@ double largest_angle_deg(const Surface& surface, const FlatCharts& flat)
     return std::acos(std::max(least_cosine, -1.0)) * 180 / std::numbers::pi;
 }
 
-/// The size of a texel (meters) when 70 % of the texture are used.
-double expected_texel_m(const Surface& surface, int size_px)
-{
-    const double area = std::accumulate(surface.areas.begin(), surface.areas.end(), 0.0);
-    return std::sqrt(area / 0.7) / size_px;
-}
-
 }  // namespace
 
 void AtlasStage::run(RunContext& run)
@@ -42,17 +35,20 @@ void AtlasStage::run(RunContext& run)
     check_mesh(*mesh_, "the input mesh");
     if (*merge_limit_deg_ < *angle_limit_deg_)
         throw Error("option \"merge_limit_deg\": expected at least angle_limit_deg");
-    const auto faults = count_faults(*mesh_);
-    if (faults.degenerate_faces == mesh_->triangles.size())
-        throw Error("no face of the mesh has any area: check how it was made");
-    run.report("components", faults.components);
-    run.report("degenerate_faces", faults.degenerate_faces);
-    run.report("duplicate_faces", faults.duplicate_faces);
-    run.report("complex_edges", faults.complex_edges);
-
     const Surface surface(*mesh_);
+    const auto degenerate = std::ranges::count(surface.areas, 0.0);
+    if (static_cast<std::size_t>(degenerate) == mesh_->triangles.size())
+        throw Error("no face of the mesh has any area: check how it was made");
+    const auto counts = count_surface(*mesh_);
+    run.report("components", counts.components);
+    run.report("degenerate_faces", degenerate);
+    run.report("duplicate_faces", std::ranges::count(duplicate_faces(*mesh_), true));
+    run.report("complex_edges", counts.complex_edges);
+
     const ChartOptions charts{.angle_limit_deg = *angle_limit_deg_, .merge_limit_deg = *merge_limit_deg_};
-    const FlattenOptions options{.charts = charts, .texel_m = expected_texel_m(surface, *size_px_)};
+    // The size of a texel when 70 % of the texture are used.
+    const double area = std::accumulate(surface.areas.begin(), surface.areas.end(), 0.0);
+    const FlattenOptions options{.charts = charts, .texel_m = std::sqrt(area / 0.7) / *size_px_};
     const auto flat = project_charts(surface, cut_into_charts(surface, charts, run), options, run,
                                      [&](FlatCharts& projected) { lay_flat(surface, projected, options, run); });
     Mesh result = *mesh_;
@@ -80,17 +76,6 @@ void report_counts(RunContext& run, const std::string& when, const SurfaceCounts
     run.report("area_m2_" + when, counts.area_m2);
 }
 
-void report_repair(RunContext& run, const RepairReport& repair)
-{
-    run.report("duplicate_faces_removed", repair.duplicate_faces);
-    run.report("degenerate_faces_removed", repair.degenerate_faces);
-    run.report("vertices_welded", repair.vertices_welded);
-    run.report("complex_edges_repaired", repair.complex_edges);
-    run.report("vertices_added", repair.vertices_added);
-    run.report("faces_detached", repair.faces_detached);
-    run.report("unused_vertices_removed", repair.vertices_unused);
-}
-
 }  // namespace
 
 void SimplifyingStage::run(RunContext& run)
@@ -102,7 +87,13 @@ void SimplifyingStage::run(RunContext& run)
 
     RepairReport repair;
     auto result = repaired(*mesh_, repair, run);
-    report_repair(run, repair);
+    run.report("duplicate_faces_removed", repair.duplicate_faces);
+    run.report("degenerate_faces_removed", repair.degenerate_faces);
+    run.report("vertices_welded", repair.vertices_welded);
+    run.report("complex_edges_repaired", repair.complex_edges);
+    run.report("vertices_added", repair.vertices_added);
+    run.report("faces_detached", repair.faces_detached);
+    run.report("unused_vertices_removed", repair.vertices_unused);
     if (result.triangles.empty())
         throw Error("no face of the mesh has any area: check how it was made");
     const auto clean = count_surface(result);

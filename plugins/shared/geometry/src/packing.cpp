@@ -268,17 +268,10 @@ double smallest_box_turn(std::vector<Vec2d> points)
     for (std::size_t i = 0; i < hull.size(); ++i)
     {
         const auto along = normalized(hull[(i + 1) % hull.size()] - hull[i]);
-        double low_x = 1e300, high_x = -1e300, low_y = 1e300, high_y = -1e300;
+        FlatBox box;
         for (const auto p : hull)
-        {
-            const double x = dot(along, p);
-            const double y = cross(along, p);
-            low_x = std::min(low_x, x);
-            high_x = std::max(high_x, x);
-            low_y = std::min(low_y, y);
-            high_y = std::max(high_y, y);
-        }
-        const double area = (high_x - low_x) * (high_y - low_y);
+            box.add({dot(along, p), cross(along, p)});
+        const double area = box.size().x * box.size().y;
         if (area < best_area)
         {
             best_area = area;
@@ -342,19 +335,14 @@ class Packer
         const double angle = smallest_box_turn(points);
         const double c = std::cos(angle);
         const double s = std::sin(angle);
-        Vec2d low{1e300, 1e300};
-        Vec2d high{-1e300, -1e300};
         for (auto& p : points)
-        {
             p = {c * p.x - s * p.y, s * p.x + c * p.y};
-            low = {std::min(low.x, p.x), std::min(low.y, p.y)};
-            high = {std::max(high.x, p.x), std::max(high.y, p.y)};
-        }
+        const FlatBox box(points);
         std::size_t i = 0;
         for (const auto f : lists_[chart])
             for (std::size_t k = 0; k < 3; ++k)
-                corners_[3 * std::size_t{f} + k] = points[i++] - low;
-        extent_[chart] = lists_[chart].empty() ? Vec2d{} : high - low;
+                corners_[3 * std::size_t{f} + k] = points[i++] - box.low;
+        extent_[chart] = lists_[chart].empty() ? Vec2d{} : box.size();
     }
 
     /// In cells; the texel at `inset_px` is the chart's corner.

@@ -1,8 +1,6 @@
 #include <fresco/geometry/repair.h>
-
-#include <fresco/numerics/numerics.h>
-
 #include <fresco/geometry/topology.h>
+#include <fresco/numerics/numerics.h>
 
 #include <algorithm>
 #include <cmath>
@@ -41,36 +39,6 @@ std::size_t remove_faces(Mesh& mesh, const Drop& drop)
             mesh.triangles[next++] = mesh.triangles[f];
     mesh.triangles.resize(next);
     return before - next;
-}
-
-/// F: the same corners in the same direction as an earlier face.
-std::vector<bool> duplicates(const Mesh& mesh)
-{
-    const auto turned = [&](std::uint32_t f)
-    {
-        auto t = mesh.triangles[f];
-        std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
-        return t;
-    };
-    // Faces by their smallest vertex; the few of one vertex are compared with each other.
-    const numerics::Buckets by_vertex(mesh.positions.size(),
-                                      [&](const auto& add)
-                                      {
-                                          for (std::uint32_t f = 0; f < mesh.triangles.size(); ++f)
-                                              add(std::ranges::min(mesh.triangles[f]), f);
-                                      });
-    std::vector<bool> duplicate(mesh.triangles.size(), false);
-    std::vector<std::uint32_t> around;
-    for (std::size_t v = 0; v < by_vertex.count(); ++v)
-    {
-        around.assign(by_vertex[v].begin(), by_vertex[v].end());
-        std::sort(around.begin(), around.end(),
-                  [&](auto a, auto b) { return std::pair(turned(a), a) < std::pair(turned(b), b); });
-        for (std::size_t i = 1; i < around.size(); ++i)
-            if (turned(around[i]) == turned(around[i - 1]))
-                duplicate[around[i]] = true;
-    }
-    return duplicate;
 }
 
 /// Opposite of each half of an edge (face * 3 + corner); `none` at borders.
@@ -172,7 +140,7 @@ Mesh repaired(const Mesh& input, RepairReport& report, const Progress& progress)
     mesh.triangles = input.triangles;
     report.vertices_welded = weld_zero_edges(mesh);
     report.degenerate_faces = remove_faces(mesh, [&](std::size_t f) { return !(length(area_vector(mesh, f)) > 0); });
-    const auto copies = duplicates(mesh);
+    const auto copies = duplicate_faces(mesh);
     report.duplicate_faces = remove_faces(mesh, [&](std::size_t f) { return copies[f]; });
     progress.check_canceled();
 
@@ -229,17 +197,33 @@ void drop_unused_vertices(Mesh& mesh)
         t = {index[t[0]], index[t[1]], index[t[2]]};
 }
 
-MeshFaults count_faults(const Mesh& mesh)
+std::vector<bool> duplicate_faces(const Mesh& mesh)
 {
-    MeshFaults faults;
-    const auto duplicate = duplicates(mesh);
-    faults.duplicate_faces = static_cast<std::size_t>(std::count(duplicate.begin(), duplicate.end(), true));
-    for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
-        faults.degenerate_faces += length(area_vector(mesh, f)) > 0 ? 0 : 1;
-    const auto counts = count_surface(mesh);
-    faults.complex_edges = counts.complex_edges;
-    faults.components = counts.components;
-    return faults;
+    const auto turned = [&](std::uint32_t f)
+    {
+        auto t = mesh.triangles[f];
+        std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
+        return t;
+    };
+    // Faces by their smallest vertex; the few of one vertex are compared with each other.
+    const numerics::Buckets by_vertex(mesh.positions.size(),
+                                      [&](const auto& add)
+                                      {
+                                          for (std::uint32_t f = 0; f < mesh.triangles.size(); ++f)
+                                              add(std::ranges::min(mesh.triangles[f]), f);
+                                      });
+    std::vector<bool> duplicate(mesh.triangles.size(), false);
+    std::vector<std::uint32_t> around;
+    for (std::size_t v = 0; v < by_vertex.count(); ++v)
+    {
+        around.assign(by_vertex[v].begin(), by_vertex[v].end());
+        std::sort(around.begin(), around.end(),
+                  [&](auto a, auto b) { return std::pair(turned(a), a) < std::pair(turned(b), b); });
+        for (std::size_t i = 1; i < around.size(); ++i)
+            if (turned(around[i]) == turned(around[i - 1]))
+                duplicate[around[i]] = true;
+    }
+    return duplicate;
 }
 
 }  // namespace fresco::geometry

@@ -421,39 +421,23 @@ std::string percent(double share)
     return fmt::format("{:.1f}%", 100 * share);
 }
 
-/// The axis that x, y, z, -x, -y or -z names.
-Vec3d named_axis(std::string_view name)
+struct NamedAxis
 {
-    const double sign = name.starts_with('-') ? -1 : 1;
-    switch (name.back())
-    {
-    case 'x':
-        return {sign, 0, 0};
-    case 'y':
-        return {0, sign, 0};
-    default:
-        return {0, 0, sign};
-    }
+    std::string_view name;
+    Vec3d direction;
+};
+
+constexpr std::array<NamedAxis, 6> named_axes{
+    {{"x", {1, 0, 0}}, {"y", {0, 1, 0}}, {"z", {0, 0, 1}}, {"-x", {-1, 0, 0}}, {"-y", {0, -1, 0}}, {"-z", {0, 0, -1}}}};
+
+/// The axis that `direction` is nearest to.
+std::string name_of(Vec3d direction)
+{
+    return std::string(
+        std::ranges::max_element(named_axes, {}, [&](const NamedAxis& axis) { return dot(axis.direction, direction); })->name);
 }
 
-std::string name_of(Vec3d axis)
-{
-    for (const char* name : {"x", "y", "z", "-x", "-y"})
-        if (dot(named_axis(name), axis) > 0.5)
-            return name;
-    return "-z";
-}
-
-std::string not_shown(const Upward& up)
-{
-    const std::string what = "the mesh does not clearly show which way is up ";
-    if (up.shape_share < least_shape_share)
-        return what + "(walls and level surfaces along its best direction are " + percent(up.shape_share) + " of it; " +
-               percent(least_shape_share) + " would do)";
-    if (up.next_share > most_next_share)
-        return what + "(two directions are as good: the next best has " + percent(up.next_share) + " of the evidence)";
-    return what + "(a ceiling or a wall may be missing, and too little furniture shows which side is the top)";
-}
+constexpr std::string_view not_shown = "the mesh does not clearly show which way is up";
 
 std::string sentence(const Upward& up)
 {
@@ -465,13 +449,13 @@ std::string sentence(const Upward& up)
     case UpEvidence::cameras:
         return "up: from the cameras; the mesh has no level plane near their direction";
     case UpEvidence::shape:
-        return "up: " + name_of(nearest_axis(up.direction)) +
+        return "up: " + name_of(up.direction) +
                ", from the mesh's walls, level surfaces and furniture, without cameras; the next best direction has " +
                percent(up.next_share) + " of the evidence; " + floor;
     case UpEvidence::nothing:
         break;
     }
-    return not_shown(up) + ": its axes are kept; wire 'frames', whose cameras show it, or set up: x, y, z, -x, -y or -z";
+    return std::string(not_shown) + ": its axes are kept; wire 'frames', whose cameras show it, or set up: x, y, z, -x, -y or -z";
 }
 
 /// Warns where the mesh by itself clearly stands another way than `up`, which `said` says.
@@ -480,36 +464,18 @@ void warn_of_other(const Mesh& mesh, Vec3d up, const std::string& said, RunConte
     const Upward found = find_up(mesh, std::nullopt);
     if (found.from != UpEvidence::shape || dot(found.direction, up) > cosine_deg(45))
         return;
-    const std::string other = name_of(nearest_axis(found.direction));
+    const std::string other = name_of(found.direction);
     run.warning(said + ", but by its walls, level surfaces and furniture the mesh stands along " + other +
                 " (the next best direction has " + percent(found.next_share) +
                 " of the evidence); if it comes out lying or upside down, set up: " + other);
 }
 
-}  // namespace
-
-Vec3d named_up(std::string_view name, const Mesh& mesh, RunContext& run)
+/// The axis that x, y, z, -x, -y or -z names. Warns where the mesh clearly stands another way.
+Vec3d named_up(const std::string& name, const Mesh& mesh, RunContext& run)
 {
-    const Vec3d up = named_axis(name);
-    warn_of_other(mesh, up, "up: " + std::string(name), run);
+    const Vec3d up = std::ranges::find(named_axes, name, &NamedAxis::name)->direction;
+    warn_of_other(mesh, up, "up: " + name, run);
     return up;
-}
-
-Option<std::string> up_option(Configurable* owner)
-{
-    return {owner, "up", "auto", one_of({"auto", "x", "y", "z", "-x", "-y", "-z"}),
-            "World axis that points up; auto: found from the frames' cameras and the mesh's walls and level surfaces"};
-}
-
-Vec3d shown_up(const std::string& name, const Mesh& mesh, const Input<Frames>& frames, RunContext& run)
-{
-    if (name != "auto")
-        return named_up(name, mesh, run);
-    const Upward up = found_up(mesh, frames, run);
-    if (up.from == UpEvidence::nothing)
-        run.warning("up: auto: " + not_shown(up) + ", so " + name_of(up.direction) +
-                    " is used; set up: x, y, z, -x, -y or -z, or wire 'frames', whose cameras show it");
-    return up.direction;
 }
 
 Upward found_up(const Mesh& mesh, const Input<Frames>& frames, RunContext& run)
@@ -531,8 +497,28 @@ Upward found_up(const Mesh& mesh, const Input<Frames>& frames, RunContext& run)
     // Notice recorders that were held upside down.
     if ((up.from == UpEvidence::cameras_and_plane || up.from == UpEvidence::cameras) &&
         ends_along(mesh, up.direction).inner_facing < 0)
-        warn_of_other(mesh, up.direction, "up: from the cameras, along " + name_of(nearest_axis(up.direction)), run);
+        warn_of_other(mesh, up.direction, "up: from the cameras, along " + name_of(up.direction), run);
     return up;
+}
+
+}  // namespace
+
+Option<std::string> up_option(Configurable* owner)
+{
+    return {owner, "up", "auto", one_of({"auto", "x", "y", "z", "-x", "-y", "-z"}),
+            "World axis that points up; auto: found from the frames' cameras and the mesh's walls and level surfaces"};
+}
+
+Vec3d shown_up(const std::string& name, const Mesh& mesh, const Input<Frames>& frames, RunContext& run)
+{
+    if (name != "auto")
+        return named_up(name, mesh, run);
+    const Upward up = found_up(mesh, frames, run);
+    if (up.from == UpEvidence::nothing)
+        run.warning(fmt::format("up: auto: {}, so {} is used; set up: x, y, z, -x, -y or -z, or wire 'frames', whose cameras "
+                                "show it",
+                                not_shown, name_of(up.direction)));
+    return up.direction;
 }
 
 UprightOption::UprightOption(Configurable* owner)

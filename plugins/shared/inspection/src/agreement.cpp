@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <span>
 
 namespace fresco::inspect
@@ -79,24 +80,6 @@ RigidTransform delayed(const PoseTrack& track, Reading reading, double lag)
     return share > 0 ? between(first, meant(track.poses[before + 1], reading), share) : first;
 }
 
-std::vector<Mat3> make_axis_rotations()
-{
-    std::vector<Mat3> all;
-    std::array<std::size_t, 3> axes{0, 1, 2};
-    do
-        for (const int signs : {0, 6, 1, 2, 3, 4, 5, 7})  // 6: y and z negated.
-        {
-            Mat3 turn;
-            turn.m.fill(0);
-            for (std::size_t column = 0; column < 3; ++column)
-                turn.m[3 * axes[column] + column] = (static_cast<unsigned>(signs) >> column & 1U) != 0 ? -1 : 1;
-            if (determinant(turn) > 0)
-                all.push_back(turn);
-        }
-    while (std::ranges::next_permutation(axes).found);
-    return all;
-}
-
 }  // namespace
 
 RigidTransform meant(const RigidTransform& recorded, Reading reading)
@@ -144,7 +127,23 @@ Intrinsics scaled(Intrinsics camera, double size, double focal)
 
 const std::vector<Mat3>& axis_rotations()
 {
-    static const std::vector<Mat3> all = make_axis_rotations();
+    static const std::vector<Mat3> all = []
+    {
+        std::vector<Mat3> turns;
+        std::array<std::size_t, 3> axes{0, 1, 2};
+        do
+            for (const int signs : {0, 6, 1, 2, 3, 4, 5, 7})  // 6: y and z negated.
+            {
+                Mat3 turn;
+                turn.m.fill(0);
+                for (std::size_t column = 0; column < 3; ++column)
+                    turn.m[3 * axes[column] + column] = (static_cast<unsigned>(signs) >> column & 1U) != 0 ? -1 : 1;
+                if (determinant(turn) > 0)
+                    turns.push_back(turn);
+            }
+        while (std::ranges::next_permutation(axes).found);
+        return turns;
+    }();
     return all;
 }
 
@@ -245,7 +244,7 @@ class MeasuredGrid
         for (const DepthSample& sample : view.samples)
         {
             const MeasuredRay ray = measured_ray(view, sample, assumption);
-            const Place place = place_of(ray.direction);
+            const Vec2d place = place_of(ray.direction);
             const auto x = static_cast<int>(std::lround(place.x));
             const auto y = static_cast<int>(std::lround(place.y));
             if (x >= 0 && y >= 0 && x < inverse_.width && y < inverse_.height)
@@ -258,7 +257,7 @@ class MeasuredGrid
     {
         if (!(direction.z > 0))
             return 0;
-        const Place place = place_of(direction * (1 / direction.z));
+        const Vec2d place = place_of(direction * (1 / direction.z));
         if (!(place.x >= 0 && place.y >= 0 && place.x < inverse_.width - 1 && place.y < inverse_.height - 1))
             return 0;
         const auto x = numerics::between(place.x);
@@ -267,32 +266,23 @@ class MeasuredGrid
                                 inverse_.at(x.second, y.second)};
         const auto [least, most] = std::ranges::minmax(around);
         if (!(least > 0))
-            return at_sample(place.x, place.y);
+        {
+            // Close to a sample, where those around it are missing.
+            constexpr double closely = 0.3;
+            const double column = std::round(place.x);
+            const double row = std::round(place.y);
+            if (std::abs(place.x - column) > closely || std::abs(place.y - row) > closely)
+                return 0;
+            return double{inverse_.at(static_cast<int>(column), static_cast<int>(row))};
+        }
         if (most > one_surface * least)
             return 0;
         return numerics::bilinear(x, y, [&](int column, int row) { return double{inverse_.at(column, row)}; });
     }
 
   private:
-    struct Place
-    {
-        double x = 0;
-        double y = 0;
-    };
-
-    /// Close to a sample, where those around it are missing.
-    double at_sample(double x, double y) const
-    {
-        const double column = std::round(x);
-        const double row = std::round(y);
-        constexpr double closely = 0.3;
-        if (std::abs(x - column) > closely || std::abs(y - row) > closely)
-            return 0;
-        return double{inverse_.at(static_cast<int>(column), static_cast<int>(row))};
-    }
-
     /// In the grid, of a direction whose z is 1.
-    Place place_of(Vec3d direction) const
+    Vec2d place_of(Vec3d direction) const
     {
         const double first = step_ / 2 + 0.5;
         return {(camera_.fx * direction.x + camera_.cx - first) / step_, (camera_.fy * direction.y + camera_.cy - first) / step_};
@@ -352,15 +342,20 @@ std::vector<FrameRatios> depth_ratios(const raycast::Scene* scene, const std::ve
     return frames;
 }
 
+namespace
+{
+
 double agreement_at(double ratio)
 {
     return std::clamp((no_agreement - std::abs(ratio - 1)) / (no_agreement - full_agreement), 0.0, 1.0);
 }
 
-Agreement& Agreement::operator+=(const Agreement& other)
+}  // namespace
+
+Agreement operator+(const Agreement& a, const Agreement& b)
 {
-    return *this = {samples + other.samples, agreeing + other.agreeing, in_front + other.in_front, behind + other.behind,
-                    seen_through + other.seen_through};
+    return {a.samples + b.samples, a.agreeing + b.agreeing, a.in_front + b.in_front, a.behind + b.behind,
+            a.seen_through + b.seen_through};
 }
 
 std::vector<Agreement> agreement(const std::vector<FrameRatios>& frames, double scale)
@@ -384,10 +379,7 @@ std::vector<Agreement> agreement(const std::vector<FrameRatios>& frames, double 
 
 Agreement total(const std::vector<Agreement>& frames)
 {
-    Agreement all;
-    for (const Agreement& frame : frames)
-        all += frame;
-    return all;
+    return std::accumulate(frames.begin(), frames.end(), Agreement{});
 }
 
 double best_scale(const std::vector<FrameRatios>& frames)
@@ -465,16 +457,8 @@ Agreement sum_of(const std::vector<Agreement>& frames, std::span<const std::size
 {
     Agreement sum;
     for (const std::size_t i : chosen)
-        sum += frames[i];
+        sum = sum + frames[i];
     return sum;
-}
-
-/// The low end of the 95 % interval of the gain in share over frames.
-double least_gain(const std::vector<Agreement>& before, const std::vector<Agreement>& after)
-{
-    const auto gain = [&](std::span<const std::size_t> chosen)
-    { return sum_of(after, chosen).share() - sum_of(before, chosen).share(); };
-    return evaluation::bootstrap_interval(before.size(), gain, bootstrap).low;
 }
 
 /// Too few frames have no interval: then nearly all must agree, and have disagreed.
@@ -484,7 +468,9 @@ bool beyond_chance(const std::vector<Agreement>& before, const std::vector<Agree
         std::ranges::count_if(after, [](const Agreement& frame) { return frame.covered() >= fewest_depths_of_frame; });
     if (static_cast<std::size_t>(telling) < fewest_frames)
         return total(before).share() < 0.3 && total(after).share() > 0.8;
-    return least_gain(before, after) > 0;
+    const auto gain = [&](std::span<const std::size_t> chosen)
+    { return sum_of(after, chosen).share() - sum_of(before, chosen).share(); };
+    return evaluation::bootstrap_interval(before.size(), gain, bootstrap).low > 0;
 }
 
 bool gains_most(const std::vector<Agreement>& before, const std::vector<Agreement>& after, double share, double left)

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
 namespace fresco::inspect
 {
@@ -18,19 +19,6 @@ namespace
 
 constexpr double clear_correlation = 0.3;
 constexpr std::size_t fewest_pixels = 200;
-
-struct Pairs
-{
-    std::vector<double> picture;
-    std::vector<double> mesh;
-
-    void add(double of_picture, double of_mesh)
-    {
-        picture.push_back(of_picture);
-        mesh.push_back(of_mesh);
-    }
-    double correlation() const { return evaluation::pearson(picture, mesh); }
-};
 
 std::array<double, 3> color_at(const Mesh& mesh, const raycast::Hit& hit)
 {
@@ -58,31 +46,32 @@ bool channels_exchanged(const raycast::Scene& scene, const std::vector<View>& vi
     const Mesh& mesh = scene.mesh();
     if (mesh.colors.empty())
         return false;
-    Pairs green;
-    Pairs red_minus_blue;
-    std::vector<double> as_recorded;
-    std::vector<double> exchanged;
+    // The pictures and the mesh have one value each per pixel.
+    std::vector<double> greens, mesh_greens, differences, mesh_differences, as_recorded, exchanged;
     for (std::size_t i = 0; i < views.size(); ++i)
     {
-        Pairs of_frame;
+        const std::size_t first = greens.size();
         for (const ColorSample& sample : views[i].colors)
         {
             const raycast::Hit hit = seen_at(scene, cameras[i], sample);
             if (!hit.found())
                 continue;
             const auto color = color_at(mesh, hit);
-            green.add(sample.color[1], color[1]);
-            red_minus_blue.add(sample.color[0] - sample.color[2], color[0] - color[2]);
-            of_frame.add(sample.color[0] - sample.color[2], color[0] - color[2]);
+            greens.push_back(sample.color[1]);
+            mesh_greens.push_back(color[1]);
+            differences.push_back(sample.color[0] - sample.color[2]);
+            mesh_differences.push_back(color[0] - color[2]);
         }
-        if (const double correlation = of_frame.correlation(); std::isfinite(correlation))
+        const double correlation =
+            evaluation::pearson(std::span(differences).subspan(first), std::span(mesh_differences).subspan(first));
+        if (std::isfinite(correlation))
         {
             as_recorded.push_back(correlation);
             exchanged.push_back(-correlation);
         }
     }
-    return green.picture.size() >= fewest_pixels && green.correlation() > clear_correlation &&
-           red_minus_blue.correlation() < -clear_correlation && gains(as_recorded, exchanged);
+    return greens.size() >= fewest_pixels && evaluation::pearson(greens, mesh_greens) > clear_correlation &&
+           evaluation::pearson(differences, mesh_differences) < -clear_correlation && gains(as_recorded, exchanged);
 }
 
 /// Edges at a wrong outline are as strong as anywhere.
@@ -150,7 +139,8 @@ class Judge
             judge_color();
         tell_figures(result_, by_depth, result_.findings);
         if (result_.channels_exchanged)
-            tell_channels(result_.findings);
+            tell(result_.findings, "red_and_blue_exchanged",
+                 "the color pictures have red and blue exchanged (BGR), judged by the colors of the mesh: exchange them");
         judge_rest();
         return std::move(result_);
     }
@@ -421,7 +411,7 @@ class Judge
             consider({.focal_scale = focal}, 1.05);
         const bool discrete = best.size_scale != 1 || best.upside_down || best.focal_scale == 0.5 || best.focal_scale == 2;
         if (!discrete)
-            consider(best_change(views, {}, progress_), 1.05);
+            consider(best_change(views, progress_), 1.05);
         bool by_depth_camera = false;
         std::vector<double> responses = edge_responses(views, best);
         if (!depths_.empty() && !shared_camera())
@@ -453,8 +443,11 @@ class Judge
             return;
         if (depths_.empty())
         {
-            if (scene_ != nullptr)
-                judge_sides();
+            const Look seen = scene_ != nullptr ? look(result_.assumption) : Look{};
+            if (seen.pixels > 0 && seen.seen == 0)
+                tell_uncovered(true, result_.findings);
+            else if (seen.fronts < 0.2 * seen.seen)
+                tell_inside_out(result_.findings);
         }
         else if (!fit.fits && fit.covered_share < hardly_covered)
             tell_uncovered(scene_ != nullptr, result_.findings);
@@ -467,16 +460,9 @@ class Judge
         else if (result_.front_share < 0.2 && determinant(result_.assumption.world_turn) > 0)
             tell_inside_out(result_.findings);
         if (result_.findings.empty() && result_.outline_points >= fair_outline_points && fit.edge_response < no_response)
-            tell_no_edges(result_.findings);
-    }
-
-    void judge_sides()
-    {
-        const Look seen = look(result_.assumption);
-        if (seen.pixels > 0 && seen.seen == 0)
-            tell_uncovered(true, result_.findings);
-        else if (seen.fronts < 0.2 * seen.seen)
-            tell_inside_out(result_.findings);
+            tell(result_.findings, "unexplained_edges",
+                 "the color pictures have no edges along the outlines, and no usual mistake explains it: look at the pictures",
+                 false);
     }
 
     const raycast::Scene* scene_;

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <functional>
 #include <numeric>
+#include <span>
 
 namespace fresco::inspect
 {
@@ -32,14 +33,21 @@ std::vector<Assumption> around(const Assumption& assumed, double reach, double s
     return variants;
 }
 
-Hypothesis conventions()
+/// Poses in usual units, inverted or not, with these camera axes.
+std::vector<Assumption> conventions(std::span<const Mat3> cameras)
 {
-    const auto& turns = axis_rotations();
-    Hypothesis all{.variants = {}, .any_depth_scale = true};
+    std::vector<Assumption> all;
     for (const double scale : usual_units)
         for (const Reading reading : {Reading::as_recorded, Reading::inverted})
-            for (const Mat3& camera : turns)
-                all.variants.push_back({.reading = reading, .pose_scale = scale, .camera_turn = camera});
+            for (const Mat3& camera : cameras)
+                all.push_back({.reading = reading, .pose_scale = scale, .camera_turn = camera});
+    return all;
+}
+
+Hypothesis all_conventions()
+{
+    const auto& turns = axis_rotations();
+    Hypothesis all{.variants = conventions(turns), .any_depth_scale = true};
     // The plain ones first: they win if others are as good.
     std::ranges::stable_partition(all.variants, [&](const Assumption& variant) { return variant.camera_turn == turns[1]; });
     std::ranges::stable_partition(all.variants, [&](const Assumption& variant) { return variant.camera_turn == turns[0]; });
@@ -139,20 +147,16 @@ std::vector<Hypothesis> small_hypotheses(const Assumption& assumed, const std::v
 std::vector<Hypothesis> large_hypotheses(double reach, bool with_mesh)
 {
     if (!with_mesh)
-        return {conventions(), rotations(), any_unit(reach), axes_and_sizes()};
-    return {conventions(), worlds(false), worlds(true), rotations(), any_unit(reach), axes_and_sizes()};
+        return {all_conventions(), rotations(), any_unit(reach), axes_and_sizes()};
+    return {all_conventions(), worlds(false), worlds(true), rotations(), any_unit(reach), axes_and_sizes()};
 }
 
 }  // namespace
 
 std::vector<Hypothesis> common_hypotheses(bool has_tracks)
 {
-    const auto& turns = axis_rotations();
     std::vector<Hypothesis> table(2);  // Conventions and mirrored meshes.
-    for (const double scale : usual_units)
-        for (const Reading reading : {Reading::as_recorded, Reading::inverted})
-            for (const Mat3& camera : {turns[0], turns[1]})
-                table[0].variants.push_back({.reading = reading, .pose_scale = scale, .camera_turn = camera});
+    table[0].variants = conventions(std::span(axis_rotations()).first(2));
     for (const int axis : {0, 1, 2})
         table[1].variants.emplace_back().world_turn(axis, axis) = -1;
     table.push_back(rotations());

@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 namespace fresco::inspect
 {
@@ -27,14 +26,6 @@ constexpr std::size_t most_points = 400;
 constexpr int around_px = 12;
 constexpr double strongest = 4;
 
-RasterF log_brightness(const Raster8& rgb)
-{
-    RasterF gray(rgb.width, rgb.height);
-    for (std::size_t i = 0; i < gray.values.size(); ++i)
-        gray.values[i] = static_cast<float>(std::log(luma(&rgb.values[3 * i]) + darkest));
-    return gray;
-}
-
 RasterF largest_of_nine(const RasterF& raster)
 {
     RasterF result(raster.width, raster.height);
@@ -45,33 +36,6 @@ RasterF largest_of_nine(const RasterF& raster)
                     result.at(x, y) = std::max(result.at(x, y), raster.at(nx, ny));
     return result;
 }
-
-/// Means over the windows of 2 * around_px + 1 pixels a side, smaller at the borders.
-class LocalMean
-{
-  public:
-    explicit LocalMean(const RasterF& raster) : sums_(raster.width + 1, raster.height + 1)
-    {
-        for (int y = 0; y < raster.height; ++y)
-            for (int x = 0; x < raster.width; ++x)
-                sums_.at(x + 1, y + 1) =
-                    static_cast<double>(raster.at(x, y)) + sums_.at(x, y + 1) + sums_.at(x + 1, y) - sums_.at(x, y);
-    }
-    double at(int x, int y) const
-    {
-        return mean(std::max(0, x - around_px), std::min(sums_.width - 1, x + around_px + 1), std::max(0, y - around_px),
-                    std::min(sums_.height - 1, y + around_px + 1));
-    }
-    double everywhere() const { return mean(0, sums_.width - 1, 0, sums_.height - 1); }
-
-  private:
-    double mean(int left, int right, int top, int bottom) const
-    {
-        return (sums_.at(right, bottom) - sums_.at(left, bottom) - sums_.at(right, top) + sums_.at(left, top)) /
-               ((right - left) * (bottom - top));
-    }
-    Raster<double> sums_;
-};
 
 bool steps_back(const RasterF& depth, bool ends, int x, int y, int dx, int dy)
 {
@@ -165,18 +129,34 @@ std::vector<DepthSample> silhouette(const RasterF& depth)
 
 RasterF edge_strength(const Raster8& rgb)
 {
-    const RasterF gray = log_brightness(rgb);
+    RasterF gray(rgb.width, rgb.height);
+    for (std::size_t i = 0; i < gray.values.size(); ++i)
+        gray.values[i] = static_cast<float>(std::log(luma(&rgb.values[3 * i]) + darkest));
     RasterF gradient(gray.width, gray.height);
     for (int y = 1; y < gray.height - 1; ++y)
         for (int x = 1; x < gray.width - 1; ++x)
             gradient.at(x, y) = std::hypot(gray.at(x + 1, y) - gray.at(x - 1, y), gray.at(x, y + 1) - gray.at(x, y - 1));
     RasterF strength = largest_of_nine(gradient);
-    const LocalMean mean(strength);
-    const double everywhere = mean.everywhere();
+    // Means over windows of 2 * around_px + 1 pixels a side, smaller at the borders, by sums from the corner.
+    Raster<double> sums(gray.width + 1, gray.height + 1);
+    for (int y = 0; y < gray.height; ++y)
+        for (int x = 0; x < gray.width; ++x)
+            sums.at(x + 1, y + 1) =
+                static_cast<double>(strength.at(x, y)) + sums.at(x, y + 1) + sums.at(x + 1, y) - sums.at(x, y);
+    const auto mean = [&](int left, int right, int top, int bottom)
+    {
+        left = std::max(0, left);
+        top = std::max(0, top);
+        right = std::min(gray.width, right);
+        bottom = std::min(gray.height, bottom);
+        return (sums.at(right, bottom) - sums.at(left, bottom) - sums.at(right, top) + sums.at(left, top)) /
+               ((right - left) * (bottom - top));
+    };
+    const double everywhere = mean(0, gray.width, 0, gray.height);
     for (int y = 0; y < gray.height; ++y)
         for (int x = 0; x < gray.width; ++x)
         {
-            const double usual = (mean.at(x, y) + everywhere) / 2;
+            const double usual = (mean(x - around_px, x + around_px + 1, y - around_px, y + around_px + 1) + everywhere) / 2;
             strength.at(x, y) =
                 everywhere > 0 ? static_cast<float>(std::min(strongest, static_cast<double>(strength.at(x, y)) / usual)) : 1;
         }
@@ -189,17 +169,6 @@ namespace
 /// Fewer tell nothing.
 constexpr std::size_t fewest_points = 20;
 constexpr std::size_t rough_stride = 4;
-
-/// Bilinear; nothing outside.
-std::optional<double> look_up(const RasterF& raster, double x, double y)
-{
-    x -= 0.5;
-    y -= 0.5;
-    if (!(x >= 0 && y >= 0 && x < raster.width - 1 && y < raster.height - 1))
-        return std::nullopt;
-    return numerics::bilinear(numerics::between(x), numerics::between(y),
-                              [&](int column, int row) { return static_cast<double>(raster.at(column, row)); });
-}
 
 double response(const EdgeView& view, const CameraChange& change, std::size_t stride = 1)
 {
@@ -217,8 +186,12 @@ double response(const EdgeView& view, const CameraChange& change, std::size_t st
             x = k.width - x;
             y = k.height - y;
         }
-        if (const auto strength = look_up(*view.edges, x, y))
-            sum += *strength - 1;
+        x -= 0.5;
+        y -= 0.5;
+        if (x >= 0 && y >= 0 && x < view.edges->width - 1 && y < view.edges->height - 1)
+            sum += numerics::bilinear(numerics::between(x), numerics::between(y),
+                                      [&](int column, int row) { return static_cast<double>(view.edges->at(column, row)); }) -
+                   1;
     }
     return sum / static_cast<double>((view.outline.size() + stride - 1) / stride);
 }
@@ -260,42 +233,30 @@ double edge_response(const std::vector<EdgeView>& views, const CameraChange& cha
     return views.empty() ? 0 : sum / std::max(static_cast<double>(telling), 0.5 * static_cast<double>(views.size()));
 }
 
-CameraChange best_change(const std::vector<EdgeView>& views, const CameraChange& start, const Progress& progress)
+CameraChange best_change(const std::vector<EdgeView>& views, const Progress& progress)
 {
-    CameraChange best = start;
+    CameraChange best;
     const auto search =
         [&](double furthest_focal, double focal_step, double furthest_shift, double shift_step, std::size_t stride)
     {
-        double most = edge_response(views, best, stride);
-        const CameraChange middle = best;
         const auto focal_steps = static_cast<int>(std::lround(furthest_focal / focal_step));
         const auto shift_steps = static_cast<int>(std::lround(furthest_shift / shift_step));
-        const auto focals = 2 * static_cast<std::size_t>(focal_steps) + 1;
-        std::vector<CameraChange> bests(focals);
-        std::vector<double> mosts(focals, -1);
-        parallel_items(focals, 1, progress,
-                       [&](std::size_t focal)
-                       {
-                           for (int y = -shift_steps; y <= shift_steps; ++y)
-                               for (int x = -shift_steps; x <= shift_steps; ++x)
-                               {
-                                   CameraChange change = middle;
-                                   change.focal_scale *= std::exp(focal_step * (static_cast<int>(focal) - focal_steps));
-                                   change.shift_x += shift_step * x;
-                                   change.shift_y += shift_step * y;
-                                   if (const double found = edge_response(views, change, stride); found > mosts[focal])
-                                   {
-                                       mosts[focal] = found;
-                                       bests[focal] = change;
-                                   }
-                               }
-                       });
-        for (std::size_t i = 0; i < focals; ++i)
-            if (mosts[i] > most)
-            {
-                most = mosts[i];
-                best = bests[i];
-            }
+        std::vector<CameraChange> changes;
+        for (int focal = -focal_steps; focal <= focal_steps; ++focal)
+            for (int y = -shift_steps; y <= shift_steps; ++y)
+                for (int x = -shift_steps; x <= shift_steps; ++x)
+                {
+                    CameraChange& change = changes.emplace_back(best);
+                    change.focal_scale *= std::exp(focal_step * focal);
+                    change.shift_x += shift_step * x;
+                    change.shift_y += shift_step * y;
+                }
+        std::vector<double> responses(changes.size());
+        parallel_items(changes.size(), 32, progress,
+                       [&](std::size_t i) { responses[i] = edge_response(views, changes[i], stride); });
+        const auto strongest_response = std::ranges::max_element(responses);
+        if (*strongest_response > edge_response(views, best, stride))
+            best = changes[static_cast<std::size_t>(strongest_response - responses.begin())];
     };
     search(color_focal_reach, 0.03, 0.04, 0.01, rough_stride);
     search(0.03, 0.01, 0.008, 0.004, 1);

@@ -16,6 +16,11 @@ std::string number(double value)
     return value == 1000 ? "1000" : fmt::format("{:.3g}", value);
 }
 
+void tell(std::vector<Finding>& findings, const char* cause, std::string text, bool certain)
+{
+    findings.push_back({cause, std::move(text), certain});
+}
+
 namespace
 {
 
@@ -27,11 +32,6 @@ using Findings = std::vector<Finding>;
 std::string percent(double share)
 {
     return std::to_string(std::lround(100 * share)) + " %";
-}
-
-void tell(Findings& findings, const char* cause, std::string text, bool certain = true)
-{
-    findings.push_back({cause, std::move(text), certain});
 }
 
 const char* const negate_columns = "negate the second and third columns of their rotations";
@@ -308,12 +308,6 @@ void tell_color(const Diagnosis& diagnosis, bool one_camera, Findings& findings)
                  ") % of the picture, or the color camera's position is wrong");
 }
 
-void tell_channels(Findings& findings)
-{
-    tell(findings, "red_and_blue_exchanged",
-         "the color pictures have red and blue exchanged (BGR), judged by the colors of the mesh: exchange them");
-}
-
 void tell_figures(const Diagnosis& diagnosis, std::size_t by_depth, Findings& findings)
 {
     for (std::size_t i = 0; i < findings.size(); ++i)
@@ -375,12 +369,6 @@ void tell_disagreement(const Fit& fit, bool by_mesh, bool certain, Findings& fin
              "mesh and frames agree in part: " + figures +
                  ". No usual mistake explains it: see the picture that scan.inspect draws",
              false);
-}
-
-void tell_no_edges(Findings& findings)
-{
-    tell(findings, "unexplained_edges",
-         "the color pictures have no edges along the outlines, and no usual mistake explains it: look at the pictures", false);
 }
 
 }  // namespace fresco::inspect

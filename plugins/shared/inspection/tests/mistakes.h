@@ -324,20 +324,20 @@ inline std::vector<Case> named()
     const auto turned = [](Vec3f p) { return Vec3f{p.x, p.z, -p.y}; };
     const auto mirrored = [](Vec3f p) { return Vec3f{-p.x, p.y, p.z}; };
     const auto on_principal = on_views([](View& view) { view.color.cx += 0.04 * view.color.width; });
+    const auto other_axes = [](RigidTransform& pose) { pose.rotation = pose.rotation * axis_rotations()[9]; };
+    const Vec3f off{0.1F, -0.12F, 0.12F};
+    const auto moved = [off](Vec3f p) { return p + off; };
+    const auto gl = on_poses(opengl);
     const auto depth_turned = on_depths(turn_depth), color_turned = on_views(turn_color);
-    return {{"OpenGL axes", on_poses(opengl), {"opengl_axes"}},
-            {"inverted poses with OpenGL axes",
-             both(on_poses(opengl), read_as(Reading::inverted)),
-             {"inverted_poses", "opengl_axes"}},
-            {"other camera axes",
-             on_poses([](RigidTransform& pose) { pose.rotation = pose.rotation * axis_rotations()[9]; }),
-             {"camera_axes"}},
+    return {{"OpenGL axes", gl, {"opengl_axes"}},
+            {"inverted poses with OpenGL axes", both(gl, read_as(Reading::inverted)), {"inverted_poses", "opengl_axes"}},
+            {"other camera axes", on_poses(other_axes), {"camera_axes"}},
             {"transposed rotations", read_as(Reading::transposed), {"transposed_rotations"}},
             {"quaternions w x y z taken for x y z w", read_as(Reading::scalar_last), {"quaternion_order"}},
             {"COLMAP's quaternions as x y z w", read_as(Reading::inverted_scalar_last), {"quaternion_order"}},
             {"poses in millimeters", scaled_poses(1000), {"millimeter_poses"}},
             {"poses in feet", scaled_poses(3.2808), {"pose_unit"}},
-            {"poses with OpenGL axes in any unit", both(on_poses(opengl), scaled_poses(7.4)), {"opengl_axes", "pose_unit"}},
+            {"poses with OpenGL axes in any unit", both(gl, scaled_poses(7.4)), {"opengl_axes", "pose_unit"}},
             {"a mesh in millimeters", scaled_mesh(1000), {"millimeter_mesh"}},
             {"a mesh in any unit", scaled_mesh(0.37F), {"mesh_unit"}},
             {"mesh and poses in millimeters", both(scaled_mesh(1000), scaled_poses(1000)), {"millimeter_world"}},
@@ -345,12 +345,7 @@ inline std::vector<Case> named()
             {"millimeters of depth taken for meters", scaled_depths(1000), {"millimeter_depth"}},
             {"a world turned", on_mesh(turned), {"world_axes"}},
             {"a mirrored mesh", on_mesh(mirrored), {"mirrored_mesh"}},
-            {"a mesh 20 cm off",
-             on_mesh(
-                 [](Vec3f p) {
-                     return p + Vec3f{0.1F, -0.12F, 0.12F};
-                 }),
-             {"mesh_moved"}},
+            {"a mesh 20 cm off", on_mesh(moved), {"mesh_moved"}},
             {"inside out", turn_faces, {"faces_inside_out"}},
             {"poses of the frame after", late_poses(-1), {"pose_lag"}},
             {"poses 2.4 frames late", late_poses(2.4), {"pose_lag"}},
@@ -368,9 +363,7 @@ inline std::vector<Case> named()
             {"color's focal length 10 % too small", intrinsics(1, 1, 0.9, 1), {"color_focal_length"}},
             {"depth's focal length 10 % too small", intrinsics(1, 1, 1, 0.9), {"depth_focal_length"}},
             {"both focal lengths 10 % too large", intrinsics(1, 1, 1.1, 1.1), {"focal_length"}},
-            {"OpenGL axes and a focal length",
-             both(on_poses(opengl), intrinsics(1, 1, 1, 1.1)),
-             {"opengl_axes", "depth_focal_length"}},
+            {"OpenGL axes and a focal length", both(gl, intrinsics(1, 1, 1, 1.1)), {"opengl_axes", "depth_focal_length"}},
             {"red and blue exchanged", on_views(exchange_channels), {"red_and_blue_exchanged"}},
             {"depth registered to color", register_depth, {"depth_by_color_camera"}}};
 }

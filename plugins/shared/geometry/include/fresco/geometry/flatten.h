@@ -3,8 +3,10 @@
 #include <fresco/geometry/charts.h>
 #include <fresco/geometry/topology.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <functional>
+#include <limits>
 #include <span>
 #include <utility>
 #include <vector>
@@ -16,6 +18,26 @@ namespace fresco::geometry
 
 /// Corner k of face f of a flattened mesh is at corners[3 * f + k].
 using Corners = std::vector<Vec2d>;
+
+/// The axis-parallel box of points that are added.
+struct FlatBox
+{
+    Vec2d low{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+    Vec2d high{-std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+
+    FlatBox() = default;
+    explicit FlatBox(std::span<const Vec2d> points)
+    {
+        for (const Vec2d p : points)
+            add(p);
+    }
+    void add(Vec2d p)
+    {
+        low = {std::min(low.x, p.x), std::min(low.y, p.y)};
+        high = {std::max(high.x, p.x), std::max(high.y, p.y)};
+    }
+    Vec2d size() const { return high - low; }
+};
 
 /// How deep two triangles reach into each other: the smallest shift that parts them (0 if they only touch or are apart). Any
 /// orientation; a triangle without area has depth 0 with everything it does not cross.

@@ -4,6 +4,7 @@
 #include <fresco/parallel.h>
 
 #include <cstddef>
+#include <vector>
 
 namespace fresco::geometry
 {
@@ -29,14 +30,7 @@ Mesh repaired(const Mesh& mesh, RepairReport& report, const Progress& progress);
 /// Removes the vertices that no face names. Keeps the order of the others, and their colors.
 void drop_unused_vertices(Mesh& mesh);
 
-/// Faults of a mesh, and its number of pieces.
-struct MeshFaults
-{
-    std::size_t duplicate_faces = 0;   ///< Faces with the corners of an earlier face in the same direction.
-    std::size_t degenerate_faces = 0;  ///< No area.
-    std::size_t complex_edges = 0;     ///< Edges of three or more faces, or of two that disagree about the outside.
-    std::size_t components = 0;        ///< Sets of faces connected through edges.
-};
-MeshFaults count_faults(const Mesh& mesh);
+/// F: the faces that have the same corners in the same direction as an earlier face.
+std::vector<bool> duplicate_faces(const Mesh& mesh);
 
 }  // namespace fresco::geometry

@@ -7,7 +7,6 @@
 #include <array>
 #include <optional>
 #include <string>
-#include <string_view>
 
 /// \file Which way is up in a mesh, how to turn it upright, and the option of the stages that ask.
 
@@ -49,18 +48,13 @@ std::array<double, 4> upright_turn(Vec3d up, Vec3d target);
 /// `v` turned by a unit quaternion (x, y, z, w).
 Vec3d turned(const std::array<double, 4>& turn, Vec3d v);
 
-/// The axis that x, y, z, -x, -y or -z names. Warns where the mesh clearly stands another way.
-Vec3d named_up(std::string_view name, const Mesh& mesh, RunContext& run);
-
-/// find_up for a stage: the frames' cameras are evidence where `frames` is wired. Reports `up` [x, y, z], which the run's page
-/// goes by, `up_from`, `up_plane_deg` and `up_plane_share`; without cameras `up_shape_share` and `up_next_share`. Warns where the
-/// mesh clearly hangs upside down by the cameras.
-Upward found_up(const Mesh& mesh, const Input<Frames>& frames, RunContext& run);
-
 /// The option `up` of a stage that needs to know which way is up.
 Option<std::string> up_option(Configurable* owner);
 
-/// Upward direction for that option: the axis named, or as found_up finds it. Warns where nothing clearly shows it.
+/// Upward direction for that option: the axis named, with a warning where the mesh clearly stands another way, or as find_up
+/// finds it, with a warning where nothing clearly shows it. The frames' cameras are evidence where `frames` is wired. Reports
+/// `up_from`, `up_plane_deg` and `up_plane_share`; without cameras `up_shape_share` and `up_next_share`. Warns where the mesh
+/// clearly hangs upside down by the cameras.
 Vec3d shown_up(const std::string& up, const Mesh& mesh, const Input<Frames>& frames, RunContext& run);
 
 /// The option `up` of a stage that writes a mesh for viewers, and the input `frames` that it looks at. Declared in the stage as
@@ -73,7 +67,7 @@ class UprightOption
     const Input<Frames>& frames() const { return frames_; }
 
     /// The rotation (x, y, z, w) that the mesh is to be turned by so that it stands with `target` up, +Y or +Z; {0, 0, 0, 1} for
-    /// none. Says what was found, and reports as found_up.
+    /// none. Says what was found; reports `up` [x, y, z], which the run's page goes by, and the figures of shown_up.
     std::array<double, 4> turn(const Mesh& mesh, Vec3d target, RunContext& run) const;
 
     /// A copy of the mesh that is turned so.

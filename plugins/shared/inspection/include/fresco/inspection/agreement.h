@@ -150,14 +150,11 @@ struct FrameRatios
 std::vector<FrameRatios> depth_ratios(const raycast::Scene* scene, const std::vector<DepthView>& views,
                                       const Assumption& assumption, std::size_t stride);
 
-/// How much a measured depth agrees with the mesh: fully within 1 %, not at all from 4 % on, linear between.
-double agreement_at(double ratio);
-
 /// How the measured depths of one or more frames agree with the mesh *where a ray meets it*.
 struct Agreement
 {
     double samples = 0;       ///< Measured depths.
-    double agreeing = 0;      ///< Sum of agreement_at.
+    double agreeing = 0;      ///< Each depth counts fully within 1 %, not at all from 4 % on, linear between.
     double in_front = 0;      ///< Disagreement where the mesh lies before the measured surface: the sensor saw through it.
     double behind = 0;        ///< Disagreement where it lies behind: the mesh may lack an object.
     double seen_through = 0;  ///< Number of depths that it lies before by more than noise.
@@ -166,7 +163,7 @@ struct Agreement
     double covered_share() const { return samples > 0 ? covered() / samples : 0; }
     /// From 0 to 1; 0 if nothing is covered. A depth in front of the mesh counts half: the mesh may be incomplete.
     double share() const { return covered() > 0 ? agreeing / (agreeing + in_front + 0.5 * behind) : 0; }
-    Agreement& operator+=(const Agreement& other);
+    friend Agreement operator+(const Agreement& a, const Agreement& b);
 };
 
 /// Per frame, with depths multiplied by `scale`.

@@ -77,8 +77,8 @@ double edge_response(const std::vector<EdgeView>& views, const CameraChange& cha
 /// best_change searches focal lengths up to this natural logarithm of their factor, and a little beyond in finer steps.
 inline constexpr double color_focal_reach = 0.3;
 
-/// The strongest response around `start`: focal lengths up to 35 % off, shifts up to 4 % of the picture. Throws Canceled.
-CameraChange best_change(const std::vector<EdgeView>& views, const CameraChange& start, const Progress& progress);
+/// The strongest response: focal lengths up to 35 % off, shifts up to 4 % of the picture. Throws Canceled.
+CameraChange best_change(const std::vector<EdgeView>& views, const Progress& progress);
 
 /// A pixel of a color picture.
 struct ColorSample

@@ -18,14 +18,15 @@ inline constexpr double largest_room = 150;
 /// Length of the diagonal of the mesh's box, in its unit.
 double mesh_extent(const Mesh& mesh);
 
+/// Appends a finding.
+void tell(std::vector<Finding>& findings, const char* cause, std::string text, bool certain = true);
+
 /// One finding for each assumption about poses, mesh and depth. `extent`: see mesh_extent; decides whether the mesh or the depth
 /// is probably in meters; 0 without a mesh. `one_camera`: depth and color were given the same camera.
 void tell_assumption(const Diagnosis& diagnosis, double extent, bool one_camera, std::vector<Finding>& findings);
 
 /// One finding for each assumption about the color camera.
 void tell_color(const Diagnosis& diagnosis, bool one_camera, std::vector<Finding>& findings);
-
-void tell_channels(std::vector<Finding>& findings);
 
 /// Appends the agreement with the mistake corrected and as recorded to each finding. The first `by_depth` findings were judged by
 /// depth, the others by edges.
@@ -36,7 +37,6 @@ void tell_inside_out(std::vector<Finding>& findings);
 void tell_uncovered(bool by_mesh, std::vector<Finding>& findings);
 void tell_equal_poses(bool positions, bool rotations, std::vector<Finding>& findings);
 void tell_disagreement(const Fit& fit, bool by_mesh, bool certain, std::vector<Finding>& findings);
-void tell_no_edges(std::vector<Finding>& findings);
 
 /// How well mesh and frames agree as recorded, in a line.
 std::string summary(const Diagnosis& diagnosis, bool by_mesh);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "raw_images.h"
+#include "uv_map_samples.h"
 
 #include <fresco/files.h>
 #include <fresco/frames.h>
@@ -11,13 +12,14 @@
 #include <fresco/testing_scenes.h>
 #include <fresco/uv_maps.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
 
 /// Three frames of 40 x 30 with noise for pictures and uv maps at 12 and 45 px, on disk below `folder`; the last has no depth
-/// picture. Left two columns of every map are invalid.
+/// picture. A tenth of the maps' pixels is invalid.
 class SmallRecording
 {
   public:
@@ -33,9 +35,9 @@ class SmallRecording
             fresco::UvMaps::View view{made.sequence, made.name, made.color, {}};
             for (const int height : index.heights_px)
             {
-                const auto map = noise_map(made.color.intrinsics.width_at(height), height);
+                const auto map = noise_uv_map(made.color.intrinsics.width_at(height), height, 0.9, maps_made_++);
                 fresco::UvMaps::write_map({folder / "maps", {}}, static_cast<std::size_t>(i), height, map);
-                view.valid_pixels.push_back((map.valid.width - 2) * height);
+                view.valid_pixels.push_back(std::ranges::count(map.valid.values, 1));
             }
             index.views.push_back(view);
         }
@@ -55,8 +57,6 @@ class SmallRecording
     std::shared_ptr<fresco::Mesh> mesh = std::make_shared<fresco::Mesh>();
 
   private:
-    float share() { return static_cast<float>(random_.uniform()); }
-
     fresco::Frame frame(int i)
     {
         fresco::Frame frame =
@@ -76,23 +76,9 @@ class SmallRecording
         return frame;
     }
 
-    fresco::UvMap noise_map(int width, int height)
-    {
-        fresco::UvMap map{{width, height, 2}, {width, height}, {width, height}, {width, height}};
-        for (int y = 0; y < height; ++y)
-            for (int x = 2; x < width; ++x)
-            {
-                map.uv.at(x, y, 0) = share();
-                map.uv.at(x, y, 1) = share();
-                map.depth.at(x, y) = 0.5F + share();
-                map.cosine.at(x, y) = share();
-                map.valid.at(x, y) = 1;
-            }
-        return map;
-    }
-
     std::filesystem::path folder_;
     fresco::Random random_{5};
+    std::uint64_t maps_made_ = 0;
 };
 
 /// Runs the stage: the names of its files, below `out`/files.

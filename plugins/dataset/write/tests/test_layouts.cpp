@@ -8,26 +8,13 @@
 #include <fresco/value.h>
 
 #include <cmath>
+#include <iterator>
 #include <set>
 #include <sstream>
 
 using namespace fresco;
 using Catch::Contains;
 namespace fs = std::filesystem;
-
-namespace
-{
-
-std::vector<double> numbers_of(const fs::path& file)
-{
-    std::istringstream text(read_text_file(file));
-    std::vector<double> numbers;
-    for (double number = 0; text >> number;)
-        numbers.push_back(number);
-    return numbers;
-}
-
-}  // namespace
 
 TEST_CASE("with pictures, transforms.json tells nerfstudio's world of the same cameras")
 {
@@ -133,8 +120,9 @@ TEST_CASE("layout stylemesh has the folders that the released code lists, with e
     // The last frame has no depth picture: all have the mesh's depth, at the smallest height.
     const Raster16 depth = dataset::raster_from<std::uint16_t>(read_file(scene / "depth/10.png"), 16, 12, 1, "depth");
     CHECK(depth.at(8, 5) == std::lround(1000 * coarse.depth.at(8, 5)));
-    const std::vector<double> pose = numbers_of(scene / "pose/10.txt");
-    CHECK(pose == std::vector<double>{1, 0, 0, 0.1, 0, 1, 0, 1.0 / 3, 0, 0, 1, -2, 0, 0, 0, 1});
+    std::istringstream pose(read_text_file(scene / "pose/10.txt"));
+    CHECK(std::vector<double>(std::istream_iterator<double>(pose), {}) ==
+          std::vector<double>{1, 0, 0, 0.1, 0, 1, 0, 1.0 / 3, 0, 0, 1, -2, 0, 0, 0, 1});
     const std::string intrinsics = read_text_file(scene / "scene0000_00.txt");
     CHECK_THAT(intrinsics, Contains("fx_color = 33.25\n") && Contains("my_color = 15.5\n") && Contains("colorWidth = 40\n") &&
                                Contains("depthHeight = 14\n"));

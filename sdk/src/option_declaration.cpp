@@ -17,24 +17,11 @@ namespace fresco
 namespace
 {
 
-using KindName = std::pair<std::string_view, OptionKind>;
-constexpr std::array kind_names{KindName{"bool", OptionKind::boolean},
-                                KindName{"int", OptionKind::integer},
-                                KindName{"number", OptionKind::number},
-                                KindName{"text", OptionKind::text},
-                                KindName{"ints", OptionKind::integers},
-                                KindName{"numbers", OptionKind::numbers},
-                                KindName{"input_file", OptionKind::input_file},
-                                KindName{"input_folder", OptionKind::input_folder},
-                                KindName{"input_path", OptionKind::input_path},
-                                KindName{"output_name", OptionKind::output_name},
-                                KindName{"component", OptionKind::component},
-                                KindName{"components", OptionKind::components},
-                                KindName{"input_files", OptionKind::input_files},
-                                KindName{"command_line", OptionKind::command_line},
-                                KindName{"input_ports", OptionKind::input_ports},
-                                KindName{"output_ports", OptionKind::output_ports},
-                                KindName{"rules", OptionKind::rules}};
+/// In the order of OptionKind.
+constexpr std::array<std::string_view, 17> kind_names{"bool",         "int",        "number",       "text",         "ints",
+                                                      "numbers",      "input_file", "input_folder", "input_path",   "output_name",
+                                                      "component",    "components", "input_files",  "command_line", "input_ports",
+                                                      "output_ports", "rules"};
 
 /// Bytes that JSON cannot hold as text: in hexadecimal.
 template <class Texts>
@@ -183,10 +170,10 @@ OptionDeclaration OptionDeclaration::from(const Value& description)
     OptionDeclaration option;
     option.name = description.at("name").as_string();
     const std::string& kind = description.at("kind").as_string();
-    const auto known = std::ranges::find(kind_names, kind, &KindName::first);
+    const auto known = std::ranges::find(kind_names, kind);
     if (known == kind_names.end())
         throw Error("option '" + option.name + "' is of the unknown kind '" + kind + "'");
-    option.kind = known->second;
+    option.kind = static_cast<OptionKind>(known - kind_names.begin());
     read_member(description, option);
     option.optional = option.kind == OptionKind::component && (option.default_value.is_null() || option.optional);
     if (option.kind == OptionKind::rules && !option.rule)
@@ -198,8 +185,7 @@ OptionDeclaration OptionDeclaration::from(const Value& description)
 
 Value OptionDeclaration::describe() const
 {
-    const auto known = std::ranges::find(kind_names, kind, &KindName::second);
-    Value description = Value::Map{{"name", name}, {"kind", known->first}};
+    Value description = Value::Map{{"name", name}, {"kind", kind_names.at(static_cast<std::size_t>(kind))}};
     static const Value unsaid = described(OptionDeclaration());
     const Value said = described(*this);
     for (const auto& [key, value] : said.as_map())

@@ -145,13 +145,11 @@ class AsciiCursor
 
     std::int64_t integer(PlyType type)
     {
-        static constexpr std::array<std::pair<std::int64_t, std::int64_t>, 6> limits{{{INT8_MIN, INT8_MAX},
-                                                                                      {0, UINT8_MAX},
-                                                                                      {INT16_MIN, INT16_MAX},
-                                                                                      {0, UINT16_MAX},
-                                                                                      {INT32_MIN, INT32_MAX},
-                                                                                      {0, UINT32_MAX}}};
-        const auto& [least, greatest] = limits[static_cast<std::size_t>(type)];
+        // Signed types have even numbers.
+        const bool is_signed = static_cast<unsigned>(type) % 2 == 0;
+        const std::size_t bits = 8 * size_of(type) - (is_signed ? 1 : 0);
+        const std::int64_t greatest = (std::int64_t{1} << bits) - 1;
+        const std::int64_t least = is_signed ? -greatest - 1 : 0;
         std::int64_t value = 0;
         const auto word = next(type);
         if (!parse_number(word, value) || value < least || value > greatest)
@@ -329,10 +327,16 @@ class BodyReader
                 else if (&property == layout_.chart || &property == layout_.picture || &property == layout_.face_integer)
                 {
                     const std::int64_t number = cursor_.integer(property.type);
+                    if (&property == layout_.chart && number < 0)
+                        cursor_.fail(fmt::format("chart {}; expected 0 or more", number));
                     if (&property == layout_.chart)
-                        chart = chart_of(number);
-                    if (&property == layout_.picture)
-                        picture_ = picture_of(number);
+                        chart = static_cast<std::uint32_t>(number);
+                    const auto pictures = static_cast<std::int64_t>(header_.pictures.size());
+                    if (&property == layout_.picture && number >= pictures && materials_ != nullptr)
+                        cursor_.fail(fmt::format("texnumber {}, but the header names {} pictures ('comment TextureFile NAME')",
+                                                 number, pictures));
+                    if (&property == layout_.picture)  // -1 stands for none.
+                        picture_ = number < 0 ? MeshMaterials::none : static_cast<std::uint32_t>(number);
                     if (&property == layout_.face_integer)
                         integer_ = number;
                 }
@@ -371,22 +375,6 @@ class BodyReader
             uv.x = finite(cursor_.real(layout_.texcoord->type), "the texture coordinate");
             uv.y = finite(cursor_.real(layout_.texcoord->type), "the texture coordinate");
         }
-    }
-
-    std::uint32_t chart_of(std::int64_t chart) const
-    {
-        if (chart < 0)
-            cursor_.fail(fmt::format("chart {}; expected 0 or more", chart));
-        return static_cast<std::uint32_t>(chart);
-    }
-
-    /// -1 stands for none.
-    std::uint32_t picture_of(std::int64_t number) const
-    {
-        if (number >= static_cast<std::int64_t>(header_.pictures.size()) && materials_ != nullptr)
-            cursor_.fail(fmt::format("texnumber {}, but the header names {} pictures ('comment TextureFile NAME')", number,
-                                     header_.pictures.size()));
-        return number < 0 ? MeshMaterials::none : static_cast<std::uint32_t>(number);
     }
 
     void add_face(std::uint32_t chart)

@@ -21,15 +21,10 @@ constexpr int largest_texture_px = 262144;
 constexpr std::size_t most_elements = 256;
 constexpr std::size_t most_properties = 1024;
 
-/// In the order of PlyType: the plain and the sized name.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 8> type_names{{{"char", "int8"},
-                                                                                   {"uchar", "uint8"},
-                                                                                   {"short", "int16"},
-                                                                                   {"ushort", "uint16"},
-                                                                                   {"int", "int32"},
-                                                                                   {"uint", "uint32"},
-                                                                                   {"float", "float32"},
-                                                                                   {"double", "float64"}}};
+/// In the order of PlyType: each type's plain and its sized name.
+constexpr std::array<std::string_view, 16> type_names{"char",   "int8",    "uchar",  "uint8",  "short", "int16",
+                                                      "ushort", "uint16",  "int",    "int32",  "uint",  "uint32",
+                                                      "float",  "float32", "double", "float64"};
 /// In the order of PlyFormat.
 constexpr std::array<std::string_view, 3> format_names{"ascii", "binary_little_endian", "binary_big_endian"};
 
@@ -131,9 +126,9 @@ class HeaderReader
 
     PlyType type(std::string_view word) const
     {
-        for (std::size_t i = 0; i < type_names.size(); ++i)
-            if (word == type_names[i].first || word == type_names[i].second)
-                return static_cast<PlyType>(i);
+        const auto known = std::ranges::find(type_names, word);
+        if (known != type_names.end())
+            return static_cast<PlyType>((known - type_names.begin()) / 2);
         lines_.fail("unknown type " + in_quotes(word) + "; expected char, uchar, short, ushort, int, uint, float or double");
     }
 
@@ -208,7 +203,7 @@ class HeaderReader
 
 std::string_view name_of(PlyType type)
 {
-    return type_names[static_cast<std::size_t>(type)].first;
+    return type_names[2 * static_cast<std::size_t>(type)];
 }
 
 bool is_index_list(const PlyElement& element, const PlyProperty& property)

@@ -146,11 +146,8 @@ class Chunks
     std::byte* take(std::size_t count)
     {
         const std::lock_guard lock(mutex_);
-        std::byte* place = nullptr;
-        if (const auto fitting = waiting_.lower_bound(count); fitting != waiting_.end())
-            place = cut(fitting, count);
-        else
-            place = gathered(count);
+        const auto fitting = waiting_.lower_bound(count);
+        std::byte* const place = fitting != waiting_.end() ? cut(fitting, count) : gathered(count);
         if (place != nullptr)
             taken_.emplace(place, count);
         return place;

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <mutex>
 #include <new>
+#include <regex>
 #include <stdexcept>
 #include <vector>
 
@@ -187,9 +188,8 @@ class Call
             c10::List<c10::optional<at::Tensor>> list;
             for (const auto& element : value.toListRef())
             {
-                const auto tensor = element.isNone() ? at::Tensor() : element.toTensor();
-                by_mask_ = by_mask_ || (tensor.defined() && tensor.scalar_type() == at::kBool);
-                list.push_back(element.isNone() ? c10::optional<at::Tensor>() : c10::optional<at::Tensor>(near_of(tensor)));
+                by_mask_ = by_mask_ || (element.isTensor() && element.toTensor().scalar_type() == at::kBool);
+                list.push_back(element.isNone() ? c10::nullopt : c10::make_optional(near_of(element.toTensor())));
             }
             return list;
         }
@@ -247,21 +247,11 @@ class Call
 
     void note_wait() const
     {
-        static const std::vector<std::string> sized_by_values{"aten::nonzero",
-                                                              "aten::masked_select",
-                                                              "aten::_unique",
-                                                              "aten::_unique2",
-                                                              "aten::unique_consecutive",
-                                                              "aten::unique_dim",
-                                                              "aten::equal",
-                                                              "aten::is_nonzero",
-                                                              "aten::bincount",
-                                                              "aten::_local_scalar_dense",
-                                                              "aten::is_set_to",
-                                                              "aten::histc",
-                                                              "aten::unique_dim_consecutive"};
+        static const std::regex sized_by_values(
+            "aten::(nonzero|masked_select|_unique2?|unique_consecutive|unique_dim|unique_dim_consecutive|equal|is_nonzero|"
+            "bincount|_local_scalar_dense|is_set_to|histc)");
         const auto& name = op_.schema().name();
-        if (far_seen_ && (by_mask_ || std::find(sized_by_values.begin(), sized_by_values.end(), name) != sized_by_values.end()))
+        if (far_seen_ && (by_mask_ || std::regex_match(name, sized_by_values)))
             count_wait(name);
     }
 

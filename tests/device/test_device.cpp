@@ -1,5 +1,6 @@
 #include "checkpoint.h"
 #include "fakes.h"
+#include "real_components.h"
 
 #include <far_device.h>
 #include <fresco/testing_scenes.h>
@@ -19,40 +20,12 @@ using fresco::optimize::LoopOptions;
 namespace
 {
 
-template <class Contract>
-std::shared_ptr<Contract> made(const std::string& type, const Value& options, ComponentFactory& factory)
-{
-    std::string file = type;
-    file.replace(file.find('.'), 1, "_");
-    auto component = testing::make_from_plugin<Contract>(std::filesystem::path(FRESCO_PLUGINS) / (file + ".so"), type);
-    component->configure(options, factory);
-    return component;
-}
-
-/// Weights of VGG-19 up to relu2_1, drawn so that activations keep their size.
-std::filesystem::path weights_in(const std::filesystem::path& folder)
-{
-    SafeTensors contents;
-    at::manual_seed(5);
-    std::int64_t inputs = 3;
-    for (const auto& [name, outputs] : {std::pair<const char*, std::int64_t>{"conv1_1", 64}, {"conv1_2", 64}, {"conv2_1", 128}})
-    {
-        const double deviation = std::sqrt(2.0 / (9.0 * static_cast<double>(inputs))) / (inputs == 3 ? 64 : 1);
-        contents.tensors[std::string(name) + ".weight"] = at::randn({outputs, inputs, 3, 3}) * deviation;
-        contents.tensors[std::string(name) + ".bias"] = at::zeros({outputs});
-        inputs = outputs;
-    }
-    contents.metadata = {{"scale", "raw"}};
-    write_safetensors(folder / "vgg.safetensors", contents);
-    return folder / "vgg.safetensors";
-}
-
 struct Room
 {
     testing::TemporaryFolder folder;
     Wall wall{folder.path() / "wall", 4, {20, 30}};
     Raster8 style = testing::picture(64, 64, [](int x, int y, int c) { return 40 + (3 * (64 * y + x) + c) * 37 % 150; });
-    std::filesystem::path weights = weights_in(folder.path());
+    std::filesystem::path weights = random_vgg19(folder.path(), 2);
 
     struct Result
     {

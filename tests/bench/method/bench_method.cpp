@@ -1,8 +1,10 @@
 // A whole step of the optimization: as texture.optimize runs it, and as the released code does (whole frames, the camera picture
 // encoded in every step, every texel updated), with the same loss.
 #include "evaluation.h"
+#include "real_components.h"
 
 #include <fresco/testing.h>
+#include <fresco/testing_scenes.h>
 #include <fresco/torch/loss.h>
 #include <fresco/torch/optimizer_rule.h>
 #include <fresco/torch/tensor.h>
@@ -39,47 +41,16 @@ using namespace fresco::optimize;
 
 // Parts of a step: the built plugins, VGG-19 with random weights, and a generated view.
 
-/// A component from the plugins of this build: type a.b is in a_b.so.
-template <class Contract>
-std::shared_ptr<Contract> made(const std::string& type, const fresco::Value& options, fresco::ComponentFactory& factory)
-{
-    std::string file = type;
-    file[file.find('.')] = '_';
-    auto component =
-        fresco::testing::make_from_plugin<Contract>(std::filesystem::path(FRESCO_PLUGIN_FOLDER) / (file + ".so"), type);
-    component->configure(options, factory);
-    return component;
-}
-
 constexpr double camera_height_m = 1.4;
 constexpr double wall_distance_m = 3;
 constexpr double field_of_view = 1.2;  ///< Vertical field of view: twice the tangent of half the angle.
 constexpr double texture_m = 12;       ///< One unit of uv.
 
-/// VGG-19 up to conv5_1 with random weights (He's deviation, so that responses keep their size) under Caffe's keys.
-void write_random_vgg19(const std::filesystem::path& file)
+/// A view of a wall and of the floor before it, made from formulas: uv and depth as a camera in a room sees them. The wall's
+/// lower edge and the floor's far edge are apart in the texture, and the outermost column of pixels is not valid. About a tenth
+/// of the texture is seen.
+fresco::UvMap generated_view(int width, int height_px)
 {
-    fresco::SafeTensors contents;
-    at::manual_seed(1);
-    std::int64_t inputs = 3;
-    for (const auto& [block, outputs, count] : {std::tuple{1, 64, 2}, {2, 128, 2}, {3, 256, 4}, {4, 512, 4}, {5, 512, 1}})
-        for (int number = 1; number <= count; ++number)
-        {
-            const std::string name = "conv" + std::to_string(block) + "_" + std::to_string(number);
-            const double deviation = std::sqrt(2.0 / (9 * static_cast<double>(inputs)));
-            contents.tensors[name + ".weight"] = at::randn({outputs, inputs, 3, 3}) * deviation;
-            contents.tensors[name + ".bias"] = at::randn({outputs}) * 0.1;
-            inputs = outputs;
-        }
-    fresco::write_safetensors(file, contents);
-}
-
-/// A view of a wall and of the floor before it, made from formulas: uv and depth as a camera in a room sees them, 4/3 as wide as
-/// high. The wall's lower edge and the floor's far edge are apart in the texture, and the outermost column of pixels is not
-/// valid. About a tenth of the texture is seen.
-fresco::UvMap generated_view(int height_px)
-{
-    const int width = height_px * 4 / 3;
     fresco::UvMap map{fresco::RasterF(width, height_px, 2), fresco::RasterF(width, height_px), fresco::RasterF(width, height_px),
                       fresco::Raster8(width, height_px)};
     for (int y = 0; y < height_px; ++y)
@@ -137,6 +108,19 @@ constexpr double repeats = 10;  ///< Consecutive steps on a view, as in the pape
 constexpr double lambda_r = 5000;
 constexpr std::array heights{256, 432, 608, 784};
 
+/// Makes the network encode whole frames, as the released code does, where the losses would let it encode crops.
+class WholeFrames final : public fresco::Loss
+{
+  public:
+    explicit WholeFrames(fresco::FeatureNetwork& network) : network_(network) {}
+    fresco::LossNeeds needs() const override { return {.features = {{.network = &network_, .names = {}, .whole = true}}}; }
+    void prepare(const fresco::PrepareContext&) override {}
+    std::vector<fresco::LossTerm> evaluate(fresco::Part&) override { return {}; }
+
+  private:
+    fresco::FeatureNetwork& network_;
+};
+
 /// Distances in meters from the picture's lower to its upper border, as far as depth levels are concerned.
 struct Room
 {
@@ -180,6 +164,8 @@ struct Studio
                                              factory);
         losses["content"] = made<fresco::Loss>(
             "loss.content", Map{{"weight", 70.0}, {"layers", "relu4_2"}, {"features", Map{{"type", "features.vgg19"}}}}, factory);
+        if (reference)
+            losses["whole frames"] = std::make_shared<WholeFrames>(*network);
         prepare(*network, losses, heights.front(), device);
         texture = made<fresco::TextureRepresentation>("texture.laplacian", Map{}, factory);
         texture->allocate(settings.size_px);
@@ -192,38 +178,30 @@ struct Studio
         move_to(view, device, !device.is_cpu());
     }
 
-    /// As load_view does it.
     void load_levels(const Room& room)
     {
-        std::vector<fresco::UvMap> maps;
+        const fresco::testing::TemporaryFolder folder;
+        const fresco::ArtifactFolder own{folder.path(), {}};
+        fresco::Frame frame = fresco::testing::frame("generated", fresco::testing::camera(1024, 768, 768 / field_of_view));
+        fresco::testing::set_color_picture(frame, folder.path(), fresco::testing::noise_picture(1024, 768, 2));
+        fresco::UvMaps written;
+        written.heights_px.assign(heights.begin(), heights.end());
+        written.views = {{frame.sequence, frame.name, frame.color, std::vector<std::int64_t>(heights.size(), 1)}};
         for (const int height : heights)
-            maps.push_back(generated_view(height));
-        fresco::RasterF depth = maps[0].depth;
-        for (int y = 0; y < depth.height; ++y)
-            for (int x = 0; x < depth.width; ++x)
-                depth.at(x, y) *= static_cast<float>((room.farthest - (room.farthest - room.nearest) * y / depth.height) /
-                                                     static_cast<double>(std::max(depth.at(x, y), 1e-3F)));
-        fresco::Raster<double> depths(depth.width, depth.height);
-        std::copy(depth.values.begin(), depth.values.end(), depths.values.begin());
-        const auto pixels = levels_of(maps, depths, {Protocol::paper, true, 0.25, 30, GradientScaling::angle});
-        const auto shares = level_shares(pixels);
-        for (std::size_t i = 0; i < maps.size(); ++i)
         {
-            if (!(shares[i] > 0))
-                continue;
-            LevelData level;
-            level.height_px = heights.at(i);
-            level.view = texture->make_view(maps[i]);
-            level.valid = maps[i].valid;
-            level.pixels = pixels[i];
-            level.factor = gradient_factor(maps[i], pixels[i], GradientScaling::angle);
-            level.share = shares[i];
-            // No loss here asks for masks as maps.
-            level.all = level.fine = at::ones({maps[i].valid.height, maps[i].valid.width}, at::kBool);
-            level.camera = generated_picture(maps[i].valid.width, maps[i].valid.height);
-            view.levels.push_back(std::move(level));
-            view.numbers.push_back(static_cast<int>(i));
+            fresco::UvMap map = generated_view(frame.color.intrinsics.width_at(height), height);
+            // The smallest map's depth decides on the levels.
+            for (int y = 0; y < height && height == heights.front(); ++y)
+                for (int x = 0; x < map.depth.width; ++x)
+                    map.depth.at(x, y) = static_cast<float>(room.farthest - (room.farthest - room.nearest) * y / height);
+            fresco::UvMaps::write_map(own, 0, height, map);
         }
+        written.save(own);
+        const auto maps = fresco::UvMaps::load(own);
+        fresco::Frames frames;
+        frames.frames = {frame};
+        const LevelRules rules{.by_depth = true, .angle_limit_deg = 30};
+        view = std::move(*load_view(ViewSource(*maps, frames, nullptr, {}), 0, *texture, rules));
     }
 
     double step(Evaluator& evaluator)
@@ -295,7 +273,7 @@ Figures measured(const Room& room, bool reference, const Settings& settings, con
     at::globalContext().setAllowTF32CuDNN(reference && settings.precision != "full");
     at::globalContext().setAllowTF32CuBLAS(false);
     Studio studio(room, reference, settings, weights);
-    Evaluator evaluator(studio.losses, ValueSpace(Values::network), studio.device, 0, !reference);
+    Evaluator evaluator(studio.losses, ValueSpace(Values::network), studio.device, 0);
     // The first step of a run sorts the filters and touches memory for the first time, either way.
     const double loss = studio.step(evaluator);
     const auto step = [&](bool forget)
@@ -346,8 +324,7 @@ Figures measured_alone(const Room& room, bool reference, const Settings& setting
 void print_steps(const Settings& settings)
 {
     const fresco::testing::TemporaryFolder folder;
-    const auto weights = folder.path() / "vgg19.safetensors";
-    write_random_vgg19(weights);
+    const auto weights = random_vgg19(folder.path(), 5);
     std::printf(
         "steps: a step of the paper's method at %d², heights 256 to 784 px, %d threads: as texture.optimize runs it (10 steps a "
         "view), and as the released code does; device %s, precision %s\n"

@@ -57,12 +57,6 @@ float mean_change(const Raster<std::int16_t>& gray, int left, int top, Step by)
 /// Height at which detail is measured; smaller pictures keep their size.
 constexpr int measured_height_px = 480;
 
-/// Pixels from one step to the next.
-double step_px(std::size_t direction)
-{
-    return direction < 2 ? 1 : std::numbers::sqrt2;
-}
-
 }  // namespace
 
 Detail detail_of(const Raster8& rgb)
@@ -315,7 +309,8 @@ std::optional<Line> line_of(const std::vector<Match>& matched, std::size_t direc
         }
     }
     // The mean of n pixels spreads as much as a line of √(n² - 1).
-    return Line{step_px(direction) * std::sqrt(steps * steps - 1), voters};
+    const double step_px = direction < 2 ? 1 : std::numbers::sqrt2;
+    return Line{step_px * std::sqrt(steps * steps - 1), voters};
 }
 
 /// Neighbors count by how much of the surface they share.

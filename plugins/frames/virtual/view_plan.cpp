@@ -409,20 +409,7 @@ constexpr const char* virtual_sequence = "virtual";
 
 std::string percent(double share)
 {
-    const auto hundredths = std::lround(std::floor(share * 10'000));
-    return fmt::format("{}.{:02} %", hundredths / 100, hundredths % 100);
-}
-
-Vec3d up_of(const Mesh& mesh, const Frames& frames, RunContext& run)
-{
-    std::vector<RigidTransform> poses;
-    for (const Frame& frame : frames.frames)
-        poses.push_back(frame.color.world_from_camera);
-    const geometry::Upward up = geometry::find_up(mesh, cameras_up(poses));
-    if (up.from == geometry::UpEvidence::nothing)
-        run.warning("neither the cameras nor the mesh clearly shows which way is up, so the file's axis is used: virtual "
-                    "pictures may be tilted");
-    return up.direction;
+    return fmt::format("{:.2f} %", std::floor(share * 10'000) / 100);
 }
 
 }  // namespace
@@ -459,8 +446,15 @@ Frames with_virtual_frames(const Mesh& mesh, const Frames& recorded, const Virtu
     const std::size_t painted = points.size() - wanted.size();
     const auto witness_of = witnesses(scene, points, places, wanted, run);
     std::erase_if(wanted, [&](std::uint32_t point) { return witness_of[point] == nobody; });
+    std::vector<RigidTransform> poses;
+    for (const Frame& frame : recorded.frames)
+        poses.push_back(frame.color.world_from_camera);
+    const geometry::Upward up = geometry::find_up(mesh, cameras_up(poses));
+    if (up.from == geometry::UpEvidence::nothing)
+        run.warning("neither the cameras nor the mesh clearly shows which way is up, so the file's axis is used: virtual "
+                    "pictures may be tilted");
     const PlanRules rules{.intrinsics = recorded.frames.front().color.intrinsics,
-                          .upright = upright_of(recorded, up_of(mesh, recorded, run)),
+                          .upright = upright_of(recorded, up.direction),
                           .distance_m = distance_m,
                           .most_unpainted =
                               static_cast<std::size_t>((1 - settings.target_coverage) * static_cast<double>(wanted.size())),

@@ -116,14 +116,6 @@ class MeshFuse final : public Stage
         return measured;
     }
 
-    void check_enough_depth(const std::vector<const Frame*>& measured, RunContext& run) const
-    {
-        if (measured.empty())
-            throw Error("no frame on port 'frames' has a depth picture: use a scan with depth, or wire a mesh to port 'mesh'");
-        if (const std::size_t lost = frames->frames.size() - measured.size(); lost > 0)
-            run.warning(fmt::format("{} of {} frames have no depth picture and are left out", lost, frames->frames.size()));
-    }
-
     /// Makes something of each frame, a few at once, and passes those on in order, with the number of the first. `pass`: of
     /// three.
     template <class Item>
@@ -202,14 +194,6 @@ class MeshFuse final : public Stage
         made.colors = colors.colors();
     }
 
-    /// Frames with depth if there are any.
-    Frames comparable_frames() const
-    {
-        Frames comparable = *frames;
-        std::erase_if(comparable.frames, [](const Frame& frame) { return frame.depth_picture.empty(); });
-        return comparable.frames.empty() ? *frames : comparable;
-    }
-
     /// Wrong conventions of poses would fuse into a heap, or paint the given mesh with the wrong pictures. Without depth, edges
     /// of the color pictures are compared with the mesh's outlines.
     void compare_poses(DepthPictures& depths, RunContext& run) const
@@ -221,7 +205,10 @@ class MeshFuse final : public Stage
             cast.emplace(*given);
         }
         const raycast::Scene* const scene = cast ? &*cast : nullptr;
-        const Frames comparable = comparable_frames();
+        Frames comparable = *frames;
+        std::erase_if(comparable.frames, [](const Frame& frame) { return frame.depth_picture.empty(); });
+        if (comparable.frames.empty())
+            comparable = *frames;
         const auto depth = [&](const Frame& frame) { return depths.of(frame); };
         std::vector<inspect::View> views;
         for (const inspect::Chosen& chosen : inspect::chosen_frames(comparable, checked_frames, given.has_value(), depth))
@@ -298,8 +285,10 @@ class MeshFuse final : public Stage
     {
         run.report("fused", !given.has_value());
         const std::vector<const Frame*> measured = frames_with_depth();
-        if (!given.has_value())
-            check_enough_depth(measured, run);
+        if (!given.has_value() && measured.empty())
+            throw Error("no frame on port 'frames' has a depth picture: use a scan with depth, or wire a mesh to port 'mesh'");
+        if (const std::size_t lost = frames->frames.size() - measured.size(); !given.has_value() && lost > 0)
+            run.warning(fmt::format("{} of {} frames have no depth picture and are left out", lost, frames->frames.size()));
         DepthPictures depths(codec(), limit_bytes() / 4);
         if (*check_poses && !frames->frames.empty())
             compare_poses(depths, run);

@@ -93,14 +93,10 @@ class ScanMesh final : public fresco::Stage
         run.report("degenerate_dropped", read.report.degenerate_dropped);
         run.report("materials", made.materials.size());
         run.report("pictures", made.pictures.size());
-        const std::string pictures = made.pictures.empty() ? "" : ", " + counted(made.pictures.size(), "picture");
+        const std::size_t count = made.pictures.size();
+        const std::string pictures = count == 0 ? "" : fmt::format(", {} picture{}", count, count == 1 ? "" : "s");
         run.message(fmt::format("{} faces, {} x {} x {} m{}", made.mesh.triangles.size(), meters(extent.x), meters(extent.y),
                                 meters(extent.z), pictures));
-    }
-
-    static std::string counted(std::size_t count, const std::string& what)
-    {
-        return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
     }
 
     static std::string meters(double length) { return fresco::to_json(std::round(length * 100) / 100); }

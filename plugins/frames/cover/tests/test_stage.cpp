@@ -191,10 +191,9 @@ TEST_CASE("frames that see little of the mesh are not chosen, nor what a mask ig
     CHECK(covering_views(wall(), frames, plain, run).back() == "end");
 
     const testing::TemporaryFolder folder;
-    const std::vector<std::size_t> shape{64, 64};
-    std::vector<std::uint8_t> mask(64 * 64, 255);
-    std::fill(mask.begin(), mask.begin() + 64 * 32, std::uint8_t{0});
-    write_npy(folder.path() / "mask.npy", shape, std::span<const std::uint8_t>(mask));
+    Raster8 mask(64, 64, 1, 255);
+    std::fill_n(mask.values.begin(), 64 * 32, std::uint8_t{0});
+    write_npy(folder.path() / "mask.npy", mask);
     for (auto& frame : frames.frames)
         frame.mask = {folder.path() / "mask.npy", ""};
     covering_views(wall(), frames, options, run);

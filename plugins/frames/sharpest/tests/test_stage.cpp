@@ -4,7 +4,6 @@
 
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
-#include <fresco/image_io.h>
 #include <fresco/images/sharpness.h>
 #include <fresco/npy.h>
 #include <fresco/stage.h>
@@ -118,12 +117,9 @@ TEST_CASE("the stage keeps sharp frames and reports", "[frames.sharpest]")
     CHECK(kept.frames[1].name == "frame-2");
     CHECK(kept.frames[1].color_picture.hash == input.frames[2].color_picture.hash);
     const fresco::Value& judged = run.reported.at("judged_frames");
-    CHECK(judged.at("kept") == fresco::Value::List{true, false, true, true, false});
-    CHECK(judged.at("beyond") == fresco::Value::List{false, true, false, false, true});
     CHECK(judged.at("names").as_list().at(4).as_string() == "seq-01/frame-4");
     CHECK(judged.at("values").as_list().at(4).as_double() == 0);
     CHECK(judged.at("values").as_list().at(0).as_double() > judged.at("least").as_double());
-    CHECK_THAT(run.messages.at(0), Contains("3 of 5 frames kept; dropped: 2 blurred"));
 }
 
 TEST_CASE("the stage refuses what it cannot use", "[frames.sharpest]")

@@ -36,17 +36,6 @@ std::vector<LayoutUnderTest> forms()
     return {text_layout, binary_layout};
 }
 
-TEST_CASE("a camera of the world's own axes at (1, 2, 3) is where its file says", "[layout.colmap]")
-{
-    // A point X is at R X + t in the camera: the identity and t = -(1, 2, 3) put the camera at (1, 2, 3).
-    const auto images = colmap::parse_images_text("1 1 0 0 0 -1 -2 -3 5 a b.png\n\n", "images.txt");
-    REQUIRE(images.size() == 1);
-    CHECK(images[0].world_from_camera.translation == Vec3d{1, 2, 3});
-    CHECK(images[0].world_from_camera.direction({0, 0, 1}) == Vec3d{0, 0, 1});
-    CHECK(images[0].name == "a b.png");
-    CHECK(images[0].camera == 5);
-}
-
 TEST_CASE("the models' parameters find their places", "[layout.colmap]")
 {
     const auto cameras =

@@ -61,12 +61,11 @@ TEST_CASE("pictures may be NPY files, and a mask may be either", "[layout.frames
     const auto& written = recording.frames.frames[1];
     const auto color = load_color(written, &recording.images);
     const auto steps = load_depth_steps(written, &recording.images);
-    const std::vector<std::size_t> color_shape{24, 32, 3}, depth_shape{12, 16}, mask_shape{24, 32};
-    std::vector<std::uint8_t> mask(24 * 32, 1);
-    mask[5 * 32 + 7] = 0;
-    write_npy(recording.path / "c.npy", color_shape, std::span(color.values));
-    write_npy(recording.path / "d.npy", depth_shape, std::span(steps.values));
-    write_npy(recording.path / "m.npy", mask_shape, std::span<const std::uint8_t>(mask));
+    Raster8 mask(32, 24, 1, 1);
+    mask.at(7, 5) = 0;
+    write_npy(recording.path / "c.npy", color);
+    write_npy(recording.path / "d.npy", steps);
+    write_npy(recording.path / "m.npy", mask);
     const auto own = [](const char* name) { return Value(Value::Map{{"ref", std::string("own:") + name}}); };
     recording.set_in_frame(list, 1, "color_picture", own("c.npy"));
     recording.set_in_frame(list, 1, "depth_picture", own("d.npy"));
@@ -77,13 +76,13 @@ TEST_CASE("pictures may be NPY files, and a mask may be either", "[layout.frames
     CHECK(std::ranges::count(read.values, 0) == 1);
     CHECK(read.at(7, 5) == 0);
     CHECK(frames[0].mask.empty());
-    write_npy(recording.path / "m.npy", depth_shape, std::span<const std::uint8_t>(mask).first(12 * 16));
+    write_npy(recording.path / "m.npy", Raster8(16, 12, 1, 1));
     CHECK_THAT(recording.error(), Contains("m.npy: the mask is 16x12; the picture of") && Contains("frame 1 is 32x24"));
-    write_npy(recording.path / "c.npy", mask_shape, std::span<const std::uint8_t>(mask));
+    write_npy(recording.path / "c.npy", mask);
     CHECK_THAT(recording.error(), Contains("c.npy: ") && Contains("uint8 of height x width x 3"));
 }
 
-TEST_CASE("the schema knows the entries that are written, and requires those that are needed", "[layout.frames]")
+TEST_CASE("the schema knows the entries that are written", "[layout.frames]")
 {
     const WrittenRecording recording(layout);
     const auto schema = parse_json(read_text_file(fs::path(FRESCO_SOURCE_FOLDER) / "sdk/docs/frames.schema.json"));
@@ -102,21 +101,6 @@ TEST_CASE("the schema knows the entries that are written, and requires those tha
         INFO(part);
         const Value& known = schema.at("$defs").at(part);
         CHECK(names(known.at("properties")) == names(written));
-        for (const auto& key : names(written))
-        {
-            const auto& required = known.at("required").as_list();
-            const bool is_required = std::ranges::any_of(required, [&](const Value& name) { return name.as_string() == key; });
-            WrittenRecording without(layout);
-            auto json = without.json(list);
-            auto& edited = json.find("frames")->as_list()[0];
-            auto& map = std::string_view(part) == "frame"    ? edited
-                        : std::string_view(part) == "camera" ? *edited.find("color_camera")
-                                                             : *edited.find("color_picture");
-            std::erase_if(map.as_map(), [&](const auto& entry) { return entry.first == key; });
-            without.write("frames.json", to_json(json));
-            INFO(key);
-            CHECK((without.error() != "no error") == is_required);
-        }
     }
 }
 

@@ -66,24 +66,8 @@ TEST_CASE("the mesh of the house may be the Poisson one", "[layout.matterport3d]
     CHECK(std::ranges::find(run.folders_read, house.path / "house_segmentations") != run.folders_read.end());
 }
 
-TEST_CASE("rows count from the bottom, axes are OpenGL's", "[layout.matterport3d]")
+TEST_CASE("the room of a panorama is in the house file, -1 where there is none", "[layout.matterport3d]")
 {
-    const auto house =
-        matterport3d::parse_cameras("dataset matterport\nn_images 1\n\nintrinsics_matrix 1076.45 0 631.116  0 1077.19 509.202  "
-                                    "0 0 1\nscan a_d0_0.png a_i0_0.jpg 1 0 0 4  0 0 -1 5  0 1 0 6  0 0 0 1\n",
-                                    "x.conf");
-    REQUIRE(house.views.size() == 1);
-    const auto& view = house.views[0];
-    CHECK(view.panorama == "a");
-    const auto k = matterport3d::camera_of(view, 1280, 1024);
-    CHECK(k.fx == 1076.45);
-    CHECK(k.cx == Approx(631.616));
-    CHECK(k.cy == Approx(1024 - 509.702));
-    // It looks along its own -z, which is the world's y, and the world's z is up in its picture.
-    CHECK(view.world_from_camera.point({0, 0, 1}) == Vec3d{4, 6, 6});
-    CHECK(view.world_from_camera.direction({0, -1, 0}) == Vec3d{0, 0, 1});
-    CHECK(view.source == "x.conf:5");
-
     const auto regions = matterport3d::parse_regions("ASCII 1.1\nH h - 3 2 0 0 0 0 0 4 1 1\nP 0 2 3 - 1 2 3 4 5 6 0 0 0 0\n"
                                                      "P aa 0 3 0 1 2 3 0 0 0 0 0\nP bb 1 -1 0 1 2 3 0 0 0 0 0\nI 0 0 aa\n",
                                                      "h.house");

@@ -5,12 +5,7 @@ namespace
 {
 
 const LayoutUnderTest layout{.type = "layout.polycam",
-                             .write =
-                                 [](const Frames& frames, const fs::path& folder, const ImageIo&)
-                             {
-                                 write_polycam(frames, folder);
-                                 return folder;
-                             },
+                             .write = write_polycam,
                              .color = "keyframes/corrected_images/999.jpg",
                              .depth = "keyframes/depth/999.png",
                              .pose_source = "corrected_cameras/999.json",
@@ -34,9 +29,10 @@ std::vector<LayoutUnderTest> forms()
 TEST_CASE("without corrected cameras ARKit's are taken, with a warning", "[layout.polycam]")
 {
     const WrittenRecording capture(layout);
-    fs::remove_all(capture.path / "keyframes" / "corrected_images");
+    const auto keyframes = capture.path / "keyframes";
+    fs::rename(keyframes / "corrected_images", keyframes / "images");
     CHECK_THAT(capture.error(), Contains("keyframes/cameras: no such folder; expected Polycam"));
-    write_polycam(capture.frames, capture.path, "");
+    fs::rename(keyframes / "corrected_cameras", keyframes / "cameras");
     TestRun run;
     CHECK(capture.read(run).frames->frames.size() == 3);
     CHECK_THAT(run.messages.front(), Contains("warning: the export has no corrected cameras"));

@@ -16,35 +16,19 @@ constexpr std::size_t at_count = at_shift + 4;
 constexpr std::size_t at_frames = at_count + 8;
 constexpr std::size_t at_color_bytes = at_frames + 64 + 16;
 
-/// With poses that `edit` may change.
-LayoutUnderTest layout_of(const std::function<void(std::size_t, std::vector<double>&)>& edit)
-{
-    return {.type = "layout.sens",
-            .write =
-                [edit](const Frames& frames, const fs::path& folder, const ImageIo& images)
-            {
-                write_sens(frames, folder / "scene0000_00.sens", images, edit);
-                return folder / "scene0000_00.sens";
-            },
-            .pose_source = "frame-000001",
-            // Cut within the count of motion data, which is not read, nothing is lost.
-            .damaged = {""},
-            .has_depth_camera = true,
-            .third = "scene frame-000002 2"};
-}
-
-const auto layout = layout_of({});
+const LayoutUnderTest layout{.type = "layout.sens",
+                             .write = write_sens,
+                             .pose_source = "frame-000001",
+                             // Cut within the count of motion data, which is not read, nothing is lost.
+                             .damaged = {""},
+                             .has_depth_camera = true,
+                             .third = "scene frame-000002 2"};
 
 template <class T>
 void set(const WrittenRecording& recording, std::size_t offset, T value)
 {
     const std::string_view bytes(reinterpret_cast<const char*>(&value), sizeof value);
     recording.write("", recording.text("").replace(offset, sizeof value, bytes));
-}
-
-void lose(std::vector<double>& pose)
-{
-    pose.assign(16, -std::numeric_limits<double>::infinity());
 }
 
 }  // namespace
@@ -65,20 +49,18 @@ TEST_CASE("the unit of depth is that of the file's head", "[layout.sens]")
 
 TEST_CASE("frames that the recorder had lost are left out", "[layout.sens]")
 {
-    const auto second_lost = layout_of(
-        [](std::size_t frame, std::vector<double>& pose)
-        {
-            if (frame == 1)
-                lose(pose);
-        });
+    constexpr double lost = -std::numeric_limits<double>::infinity();
+    const WrittenRecording recording(layout,
+                                     [](Frames& frames) { frames.frames[1].depth.world_from_camera.translation.x = lost; });
     TestRun run(1);
-    const auto frames = WrittenRecording(second_lost).read(run).frames->frames;
+    const auto frames = recording.read(run).frames->frames;
     REQUIRE(frames.size() == 2);
     CHECK(frames[1].number == 2);
     CHECK(run.reported.at("poses_not_tracked").as_int() == 1);
     CHECK(run.reported.at("recorded").as_int() == 3);
-    const auto all_lost = layout_of([](std::size_t, std::vector<double>& pose) { lose(pose); });
-    CHECK_THAT(WrittenRecording(all_lost).error(), Contains("none of the 3 poses is finite"));
+    set(recording, at_count, std::uint64_t{1});
+    set(recording, at_frames, static_cast<float>(lost));
+    CHECK_THAT(recording.error(), Contains("none of the 1 poses is finite"));
 }
 
 TEST_CASE("depth that zlib compressed is unpacked, and nothing beyond the picture", "[layout.sens]")

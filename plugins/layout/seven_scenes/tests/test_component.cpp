@@ -55,18 +55,6 @@ std::vector<LayoutUnderTest> forms()
     return {layout};
 }
 
-TEST_CASE("the color camera is where color_from_depth puts it", "[layout.seven_scenes]")
-{
-    const WrittenRecording scan(layout);
-    scan.write("seq-01/frame-000000.pose.txt", "0 -1 0 5\n1 0 0 6\n0 0 1 7\n0 0 0 1\n");
-    scan.write("color_from_depth.txt", "1 0 0 -0.026\n0 1 0 0\n0 0 1 0.002\n0 0 0 1\n");
-    // The pose turns by 90 degrees about z and is the depth camera's. The color camera's center, X_color = 0, lies at
-    // X_depth = (0.026, 0, -0.002), in the world at R X + t = (5, 6 + 0.026, 7 - 0.002).
-    const auto frame = scan.read().frames->frames[0];
-    CHECK(frame.depth.world_from_camera.translation == Vec3d{5, 6, 7});
-    CHECK(length(frame.color.world_from_camera.translation - Vec3d{5, 6.026, 6.998}) < 1e-12);
-}
-
 TEST_CASE("every name that was looked for is recorded", "[layout.seven_scenes]")
 {
     const WrittenRecording scan(layout, spread);

@@ -61,7 +61,7 @@ struct Capture
     }
     std::string error() const
     {
-        return error_text(
+        return error_of(
             [&]
             {
                 TestRun run;

@@ -2,11 +2,9 @@
 #include "decimate_openmesh.h"
 #include "known_simplifications.h"
 
-#include <fresco/geometry/topology.h>
 #include <fresco/testing.h>
 
 using fresco::Mesh;
-using fresco::geometry::count_surface;
 
 namespace
 {
@@ -30,24 +28,6 @@ TEST_CASE("a bump stays where it is: the surface moves less than its noise")
 {
     const auto mesh = simplification::two_colored_grid(60, simplification::bump);
     simplification::check_bump(decimate(mesh, 600), mesh);
-}
-
-TEST_CASE("every component survives any target")
-{
-    const Mesh square = shapes::grid(4, [](float, float) { return 0.0F; });
-    Mesh mesh;
-    for (int copy = 0; copy < 5; ++copy)
-    {
-        shapes::append(mesh, square);
-        for (std::size_t v = mesh.positions.size() - square.positions.size(); v < mesh.positions.size(); ++v)
-            mesh.positions[v].z = static_cast<float>(copy);
-    }
-    shapes::append(mesh, shapes::box({0, 0, 9}, {1, 1, 1}));  // and a closed one
-    const auto out = decimate(mesh, 4);
-    CHECK(count_surface(out).components == 6);
-    CHECK(out.triangles.size() >= 9);
-    CHECK(out.triangles.size() <= 18);
-    CHECK(count_surface(out).complex_edges == 0);
 }
 
 TEST_CASE("the stage reports, warns and can be stopped")

@@ -47,10 +47,11 @@ struct BumpyModel : TriangleSample
     }
 };
 
-inline scan_mesh::FileModel read_sample(const GltfSample& sample, const fresco::testing::TemporaryFolder& folder)
+inline scan_mesh::FileModel read_sample(const GltfSample& sample, const fresco::testing::TemporaryFolder& folder,
+                                        bool with_materials = true)
 {
     fresco::write_file(folder.path() / "a.glb", sample.glb());
-    return scan_mesh::read_file_model(folder.path() / "a.glb", true);
+    return scan_mesh::read_file_model(folder.path() / "a.glb", with_materials);
 }
 
 /// Every triangle as three rows of position and texture coordinate in steps of 1/512, the least first, sorted: equal for models

@@ -1,3 +1,4 @@
+#include "bumpy_model.h"
 #include "catch.h"
 #include "file_model.h"
 
@@ -5,7 +6,6 @@
 
 #include <fresco/testing.h>
 
-#include <cmath>
 
 using namespace fresco;
 using namespace model_samples;
@@ -15,26 +15,11 @@ using scan_mesh::FileModel;
 namespace
 {
 
-class Folder
+FileModel read_text(const std::string& json, const testing::TemporaryFolder& folder)
 {
-  public:
-    std::filesystem::path path() const { return folder_.path(); }
-
-    FileModel read(const GltfSample& sample, bool with_materials = true) const { return read(sample.glb(), with_materials); }
-    FileModel read(const std::vector<std::byte>& glb, bool with_materials = true) const
-    {
-        write_file(path() / "a.glb", glb);
-        return scan_mesh::read_file_model(path() / "a.glb", with_materials);
-    }
-    FileModel read_text(const std::string& json) const
-    {
-        write_file(path() / "a.gltf", json);
-        return scan_mesh::read_file_model(path() / "a.gltf", true);
-    }
-
-  private:
-    testing::TemporaryFolder folder_;
-};
+    write_file(folder.path() / "a.gltf", json);
+    return scan_mesh::read_file_model(folder.path() / "a.gltf", true);
+}
 
 /// An entry of the document beside its meshes, accessors and views.
 void set(GltfSample& sample, const char* key, const std::string& json)
@@ -67,33 +52,16 @@ void set_material(GltfSample& sample, const std::string& more_of_texture = "")
 
 }  // namespace
 
-TEST_CASE("a GLB of six materials gives six pictures, and texcoords from the lower left", "[scan.mesh]")
-{
-    const Folder folder;
-    const FileModel box = scan_mesh::read_file_model(write_glb_box(folder.path()), true);
-    REQUIRE(box.mesh.triangles.size() == 12);
-    REQUIRE(box.pictures.size() == 6);
-    CHECK(box.warnings.empty());
-    for (std::size_t side = 0; side < 6; ++side)
-    {
-        CHECK(box.material_of_face[2 * side + 1] == side);
-        CHECK(box.materials.at(side).picture == static_cast<int>(side));
-        CHECK(box.mesh.texcoords[6 * side] == Vec2f{0, 0});
-        CHECK(box.mesh.texcoords[6 * side + 2] == Vec2f{1, 1});
-        CHECK(box.pictures[side].bytes == stored_png::Codec().encode_png(Box::picture(side)));
-    }
-}
-
 TEST_CASE("nodes place their meshes; a mirrored one keeps its outside", "[scan.mesh]")
 {
-    const Folder folder;
+    const testing::TemporaryFolder folder;
     TriangleSample triangle;
     // A quarter turn about z, then twice as large, then moved; the child stands 1 along x.
     set(triangle.sample, "nodes", R"([
         {"children": [1], "translation": [10, 20, 30], "rotation": [0, 0, 0.7071067811865476, 0.7071067811865476], "scale": [2, 2, 2]},
         {"mesh": 0, "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 1, 0, 0, 1]}, {"mesh": 0, "scale": [-1, 1, 1]}, {"mesh": 0}])");
     set(triangle.sample, "scenes", R"([{"nodes": [0, 2]}])");
-    const FileModel model = folder.read(triangle.finished());
+    const FileModel model = read_sample(triangle.finished(), folder);
     REQUIRE(model.mesh.triangles.size() == 2);
     const auto near = [](Vec3f a, Vec3f b) { return length(a - b) < 1e-5F; };
     CHECK(near(model.mesh.positions[0], {10, 22, 30}));
@@ -104,23 +72,23 @@ TEST_CASE("nodes place their meshes; a mirrored one keeps its outside", "[scan.m
     CHECK(face_normals(model.mesh)[1].z == Approx(1));
     // Without scenes: every node that is nobody's child.
     set(triangle.sample, "scenes", "[]");
-    CHECK(folder.read(triangle.finished()).mesh.triangles.size() == 3);
+    CHECK(read_sample(triangle.finished(), folder).mesh.triangles.size() == 3);
 }
 
 TEST_CASE("strips, fans and vertices in their order are triangles; points are left out", "[scan.mesh]")
 {
-    const Folder folder;
+    const testing::TemporaryFolder folder;
     TriangleSample triangle;
     triangle.attributes.set("POSITION", triangle.sample.add_accessor(
                                             std::vector<float>{0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 1, 1, 0}, "VEC3", 5126, 5));
     triangle.primitive.set("indices", triangle.sample.add_accessor(std::vector<std::uint8_t>{0, 1, 2, 3, 3}, "SCALAR", 5121, 5));
     triangle.primitive.set("mode", 5);
-    const FileModel strip = folder.read(triangle.finished());
+    const FileModel strip = read_sample(triangle.finished(), folder);
     CHECK(strip.mesh.triangles == std::vector<Triangle>{{0, 1, 2}, {1, 3, 2}});
     CHECK(strip.report.degenerate_dropped == 1);
     triangle.primitive.set("mode", 6);
-    CHECK(folder.read(triangle.finished()).mesh.triangles == std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}});
-    CHECK(folder.read(TriangleSample().finished()).mesh.triangles == std::vector<Triangle>{{0, 1, 2}});
+    CHECK(read_sample(triangle.finished(), folder).mesh.triangles == std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}});
+    CHECK(read_sample(TriangleSample().finished(), folder).mesh.triangles == std::vector<Triangle>{{0, 1, 2}});
 
     GltfSample points = triangle.finished();
     Value meshes = points.rest.at("meshes");
@@ -128,29 +96,30 @@ TEST_CASE("strips, fans and vertices in their order are triangles; points are le
     primitives.as_list().push_back(primitives.as_list()[0]);
     primitives.as_list()[1].set("mode", 0);
     points.rest.set("meshes", meshes);
-    const FileModel mixed = folder.read(points);
+    const FileModel mixed = read_sample(points, folder);
     CHECK(mixed.mesh.triangles.size() == 2);
     CHECK_THAT(mixed.warnings.at(0), Contains("1 primitives of points or lines"));
     triangle.primitive.set("mode", 1);
-    CHECK_THROWS_WITH(folder.read(triangle.finished()), Contains("a.glb: the scene has no triangles, only points and lines"));
+    CHECK_THROWS_WITH(read_sample(triangle.finished(), folder),
+                      Contains("a.glb: the scene has no triangles, only points and lines"));
 }
 
 TEST_CASE("vertex colors are linear light in floats, bytes or shorts", "[scan.mesh]")
 {
-    const Folder folder;
+    const testing::TemporaryFolder folder;
     const std::vector<Rgb8> expected{{0, 188, 255}, {255, 0, 0}, {0, 0, 0}};
     TriangleSample floats;
     floats.attributes.set("COLOR_0",
                           floats.sample.add_accessor(std::vector<float>{0, 0.5F, 1, 1, 0, 0, 0, 0, 0}, "VEC3", 5126, 3));
-    CHECK(folder.read(floats.finished()).mesh.colors == expected);
-    CHECK(folder.read(floats.finished()).materials.at(0).vertex_colors);
+    CHECK(read_sample(floats.finished(), folder).mesh.colors == expected);
+    CHECK(read_sample(floats.finished(), folder).materials.at(0).vertex_colors);
     const std::vector<std::uint16_t> shorts{0, 32768, 65535, 9, 65535, 0, 0, 9, 0, 0, 0, 9};
     const std::vector<std::uint8_t> bytes{0, 128, 255, 9, 255, 0, 0, 9, 0, 0, 0, 9};
     const auto colors_of = [&](const auto& values, int type)
     {
         TriangleSample triangle;
         triangle.attributes.set("COLOR_0", triangle.sample.add_accessor(values, "VEC4", type, 3, true));
-        return folder.read(triangle.finished()).mesh.colors;
+        return read_sample(triangle.finished(), folder).mesh.colors;
     };
     CHECK(colors_of(shorts, 5123) == expected);
     CHECK(colors_of(bytes, 5121) == expected);
@@ -158,22 +127,22 @@ TEST_CASE("vertex colors are linear light in floats, bytes or shorts", "[scan.me
 
 TEST_CASE("materials: factor, wrap modes, second texcoords, transformed texcoords", "[scan.mesh]")
 {
-    const Folder folder;
+    const testing::TemporaryFolder folder;
     TriangleSample triangle = textured_triangle();
     set_material(triangle.sample);
-    const FileModel plain = folder.read(triangle.finished());
+    const FileModel plain = read_sample(triangle.finished(), folder);
     REQUIRE(plain.materials.size() == 1);
     CHECK(plain.materials[0].color == Vec3f{0.5F, 1, 0.25F});
     CHECK(plain.materials[0].picture == 0);
     CHECK(plain.materials[0].wrap_u == Wrap::mirror);
     CHECK(plain.materials[0].wrap_v == Wrap::clamp);
     CHECK(plain.mesh.texcoords == std::vector<Vec2f>{{0.25F, 1}, {1, 1}, {0, 0}});
-    CHECK(folder.read(triangle.finished(), false).materials.at(0).picture == ModelMaterial::no_picture);
+    CHECK(read_sample(triangle.finished(), folder, false).materials.at(0).picture == ModelMaterial::no_picture);
 
     // The specification's example: the lower left quarter of the picture, turned by 90 degrees.
     set_material(triangle.sample, R"(, "extensions": {"KHR_texture_transform":
         {"offset": [0, 1], "rotation": 1.5707963267948966, "scale": [0.5, 0.5]}})");
-    const auto turned = folder.read(triangle.finished()).mesh.texcoords;
+    const auto turned = read_sample(triangle.finished(), folder).mesh.texcoords;
     CHECK(length(turned[0] - Vec2f{0, 0.125F}) < 1e-6F);
     CHECK(length(turned[1] - Vec2f{0, 0.5F}) < 1e-6F);
     CHECK(length(turned[2] - Vec2f{0.5F, 0}) < 1e-6F);
@@ -184,16 +153,16 @@ TEST_CASE("materials: factor, wrap modes, second texcoords, transformed texcoord
     triangle.sample.binary.resize(triangle.sample.binary.size() + 8);
     triangle.sample.views.back().set("byteLength", 12);
     set_material(triangle.sample, R"(, "extensions": {"KHR_texture_transform": {"texCoord": 1}})");
-    CHECK(folder.read(triangle.finished()).mesh.texcoords.at(0) == Vec2f{1, 0});
+    CHECK(read_sample(triangle.finished(), folder).mesh.texcoords.at(0) == Vec2f{1, 0});
 
     set(triangle.sample, "materials", R"([{"extensions": {"KHR_materials_pbrSpecularGlossiness":
         {"diffuseFactor": [0.25, 0.5, 1, 1], "diffuseTexture": {"index": 0}}}}])");
-    const FileModel older = folder.read(triangle.finished());
+    const FileModel older = read_sample(triangle.finished(), folder);
     CHECK(older.materials.at(0).color == Vec3f{0.25F, 0.5F, 1});
     CHECK(older.materials.at(0).picture == 0);
 
     triangle.attributes = Value::Map{{"POSITION", triangle.position}};
-    const FileModel bare = folder.read(triangle.finished());
+    const FileModel bare = read_sample(triangle.finished(), folder);
     CHECK(bare.materials.at(0).picture == ModelMaterial::no_picture);
     CHECK(bare.mesh.texcoords.empty());
     CHECK_THAT(bare.warnings.at(0), Contains("a picture but no texture coordinates"));
@@ -201,7 +170,7 @@ TEST_CASE("materials: factor, wrap modes, second texcoords, transformed texcoord
 
 TEST_CASE("buffers and pictures lie in the file, beside it, or in its text", "[scan.mesh]")
 {
-    const Folder folder;
+    const testing::TemporaryFolder folder;
     TriangleSample triangle = textured_triangle();
     set_material(triangle.sample);
     GltfSample sample = triangle.finished();
@@ -216,7 +185,7 @@ TEST_CASE("buffers and pictures lie in the file, beside it, or in its text", "[s
         sample.rest.set("images", Value::List{Value::Map{{"uri", picture}}});
         return to_json(sample.document());
     };
-    const FileModel beside = folder.read_text(text("data%20files/a%20b.bin", "paper.png"));
+    const FileModel beside = read_text(text("data%20files/a%20b.bin", "paper.png"), folder);
     CHECK(beside.mesh.triangles.size() == 1);
     CHECK(beside.pictures.at(0).file == folder.path() / "paper.png");
     CHECK(beside.files_read ==
@@ -227,17 +196,17 @@ TEST_CASE("buffers and pictures lie in the file, beside it, or in its text", "[s
     GltfSample data = inside.finished();
     data.rest.set("buffers", Value::List{Value::Map{{"byteLength", 36},
                                                     {"uri", "data:application/octet-stream;base64," + std::string(48, 'A')}}});
-    CHECK(folder.read_text(to_json(data.document())).mesh.positions == std::vector<Vec3f>(3));
+    CHECK(read_text(to_json(data.document()), folder).mesh.positions == std::vector<Vec3f>(3));
     sample.rest.set("images", Value::List{});
-    CHECK_THROWS_WITH(folder.read_text(text("data%20files/a%20b.bin", "data:image/png;base64,AAAA")),
+    CHECK_THROWS_WITH(read_text(text("data%20files/a%20b.bin", "data:image/png;base64,AAAA"), folder),
                       Contains("images[0]: not PNG, JPEG, WebP or AVIF"));
-    CHECK_THROWS_WITH(folder.read_text(text("data%20files/a%20b.bin", "data:image/tiff;base64,AAAA")),
+    CHECK_THROWS_WITH(read_text(text("data%20files/a%20b.bin", "data:image/tiff;base64,AAAA"), folder),
                       Contains("images[0]: expected \"data:image/png;base64"));
 }
 
 TEST_CASE("a picture or buffer that many name is held once", "[scan.mesh]")
 {
-    const Folder folder;
+    const testing::TemporaryFolder folder;
     TriangleSample triangle = textured_triangle();
     GltfSample sample = triangle.finished();
     const Value::List primitives(3, sample.rest.at("meshes").as_list().at(0).at("primitives").as_list().at(0));
@@ -257,7 +226,7 @@ TEST_CASE("a picture or buffer that many name is held once", "[scan.mesh]")
     };
     sample.rest.set("images", of_views(picture, picture, picture + 1));
     sample.views.push_back(sample.views.back());
-    const FileModel once = folder.read(sample);
+    const FileModel once = read_sample(sample, folder);
     CHECK(once.pictures.size() == 1);
     CHECK(once.materials.size() == 3);
 
@@ -272,18 +241,18 @@ TEST_CASE("a picture or buffer that many name is held once", "[scan.mesh]")
             Value::Map{{"buffer", 0}, {"byteOffset", begin + 4 * i}, {"byteLength", 15 * begin - 4 * i}});
     const std::size_t last = overlapping.views.size() - 1;
     overlapping.rest.set("images", of_views(last - 2, last - 1, last));
-    CHECK_THROWS_WITH(folder.read(overlapping), Contains("images[1]: bufferView") && Contains("the pictures overlap"));
+    CHECK_THROWS_WITH(read_sample(overlapping, folder), Contains("images[1]: bufferView") && Contains("the pictures overlap"));
 
     write_file(folder.path() / "a.bin", sample.binary);
     const auto buffer = [&](const char* uri) { return Value::Map{{"byteLength", sample.binary.size()}, {"uri", uri}}; };
     sample.rest.set("buffers", Value::List{buffer("a.bin"), buffer("./a.bin")});
-    CHECK_THROWS_WITH(folder.read_text(to_json(sample.document())),
+    CHECK_THROWS_WITH(read_text(to_json(sample.document()), folder),
                       Contains("buffers[1]: uri: another buffer has the same file"));
 }
 
 TEST_CASE("nothing outside of the file's folder is opened", "[scan.mesh]")
 {
-    const Folder outside;
+    const testing::TemporaryFolder outside;
     write_file(outside.path() / "secret.bin", std::string(4096, 'x'));
     std::filesystem::create_directories(outside.path() / "model");
     const auto file = outside.path() / "model/a.gltf";

@@ -77,17 +77,19 @@ TEST_CASE("what cannot be moved is refused", "[scan.mesh]")
 {
     const MeshFile file;
     TestRun run;
-    CHECK_THROWS_WITH(read(file, run, Value::Map{{"transform", Value::List{2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1}}}),
-                      Contains("option \"transform\": the upper left 3x3 part is not a rotation"));
-    CHECK_THROWS_WITH(read(file, run, Value::Map{{"transform", Value::List{1}}}), Contains("option \"transform\": 1 numbers"));
-    CHECK_THROWS_WITH(read(file, run, Value::Map{{"transform", Value::List{1, 0, 0, 1e300, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}}}),
-                      Contains("out of range"));
-    CHECK_THROWS_WITH(read(file, run, Value::Map{{"unit_m", 1e5}}), Contains("mesh.ply in meters: vertex 1 is more than 1e7 m"));
+    const auto refused = [&](const char* option, const Value& value, const char* reason) {
+        CHECK_THROWS_WITH(read(file, run, Value::Map{{option, value}}), Contains(reason));
+    };
+    refused("transform", Value::List{2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1},
+            "option \"transform\": the upper left 3x3 part is not a rotation");
+    refused("transform", Value::List{1}, "option \"transform\": 1 numbers");
+    refused("transform", Value::List{1, 0, 0, 1e300, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, "out of range");
+    refused("unit_m", 1e5, "mesh.ply in meters: vertex 1 is more than 1e7 m");
     fresco::Mesh small;
     small.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
     small.triangles = {{0, 1, 2}};
     fresco::write_file(file.path(), fresco::to_ply(small));
-    CHECK_THROWS_WITH(read(file, run, Value::Map{{"unit_m", 1e-6}}), Contains("in meters: the faces have an area of 5e-13 m²"));
+    refused("unit_m", 1e-6, "in meters: the faces have an area of 5e-13 m²");
     fresco::write_file(file.path(), fresco::read_text_file(file.path()).substr(0, 200));
     CHECK_THROWS_WITH(read(file, run, Value::Map{}), Contains("mesh.ply"));
 }
@@ -135,8 +137,13 @@ TEST_CASE("a model goes on with its materials and pictures", "[scan.mesh]")
         CHECK(run.messages == std::vector<std::string>{"12 faces, 2.0 x 1.5 x 1.0 m, 6 pictures"});
         CHECK(run.files_read.size() == (file == glb ? 0 : 7));
         for (std::size_t side = 0; side < 6; ++side)
+        {
             CHECK(stored_png::Codec().read_rgb(model->loaded_from / model->pictures.at(side)) ==
                   model_samples::Box::picture(side));
+            CHECK(model->materials.at(model->material_of_face.at(2 * side + 1)).picture == static_cast<int>(side));
+            CHECK((file == obj || model->mesh.texcoords[6 * side] == fresco::Vec2f{0, 0}));
+            CHECK((file == obj || model->mesh.texcoords[6 * side + 2] == fresco::Vec2f{1, 1}));
+        }
         const auto mesh = fresco::Mesh::load({folder.path() / "out/mesh", folder.path()});
         CHECK(mesh->positions == model->mesh.positions);
         CHECK(mesh->positions.size() == (file == glb ? 8 : 24));

@@ -314,9 +314,7 @@ class FrameMaker
         const NpyArray array = read_npy(file);
         if (array.shape.size() != 2 || array.type != NpyType::uint8)
             throw Error(file.string() + ": expected a mask, uint8 of height x width");
-        Raster8 mask(static_cast<int>(array.shape[1]), static_cast<int>(array.shape[0]));
-        std::ranges::copy(array.as<std::uint8_t>(), mask.values.begin());
-        return mask;
+        return to_raster<std::uint8_t>(array, file.string());
     }
     /// 0 and 255, of the color picture: 0 where the view's mask is black or the picture transparent. Empty without either.
     Raster8 mask_of(const RecordedView& view, bool has_alpha) const
@@ -365,8 +363,7 @@ class FrameMaker
     {
         const auto file = folder_ / frame.sequence / (frame.name + ".mask.npy");
         fs::create_directories(file.parent_path());
-        const std::vector<std::size_t> shape{static_cast<std::size_t>(mask.height), static_cast<std::size_t>(mask.width)};
-        write_npy(file, shape, std::span(mask.values));
+        write_npy(file, mask);
         return {file, ""};
     }
     /// Takes out the depth of points that the color camera sees at ignored pixels.

@@ -13,7 +13,6 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -37,10 +36,10 @@ inline void write_pictures(const Frame& frame, const ImageIo& images, int number
 
 /// A recording of one camera whose pictures differ from frame to frame: color 32x24, depth 16x12, millimeters; the camera walks
 /// a quarter of a circle and looks inward and down.
-inline Frames tiny_recording(const std::filesystem::path& folder, const ImageIo& images, int count = 3)
+inline Frames tiny_recording(const std::filesystem::path& folder, const ImageIo& images)
 {
     Frames recording;
-    for (int i = 0; i < count; ++i)
+    for (int i = 0; i < 3; ++i)
     {
         Frame frame;
         frame.sequence = "seq-01";
@@ -219,7 +218,7 @@ inline void write_colmap(const Frames& frames, const std::filesystem::path& fold
 }
 
 /// TUM RGB-D: rgb.txt, depth.txt, groundtruth.txt, rgb/, depth/. Depth pictures 4 ms after color, poses 3 ms before.
-inline void write_tum(const Frames& frames, const std::filesystem::path& folder)
+inline std::filesystem::path write_tum(const Frames& frames, const std::filesystem::path& folder, const ImageIo&)
 {
     std::string rgb = "# color images\n# timestamp filename\n", depth = "# depth maps\n",
                 poses = "# timestamp tx ty tz qx qy qz qw\n";
@@ -245,6 +244,7 @@ inline void write_tum(const Frames& frames, const std::filesystem::path& folder)
     write_file(folder / "rgb.txt", rgb);
     write_file(folder / "depth.txt", depth);
     write_file(folder / "groundtruth.txt", poses);
+    return folder;
 }
 
 /// Matterport3D: undistorted_camera_parameters/tiny.conf, the two picture folders, and the room that each picture was taken in:
@@ -279,11 +279,12 @@ inline void write_matterport3d(const Frames& frames, const std::filesystem::path
     write_file(folder / "house_segmentations/tiny.house", house);
 }
 
-/// Polycam's raw data: keyframes/`prefix`cameras, keyframes/`prefix`images and keyframes/depth, at the times 998, 999, 1000, …
-inline void write_polycam(const Frames& frames, const std::filesystem::path& folder, const std::string& prefix = "corrected_")
+/// Polycam's raw data: keyframes/corrected_cameras, keyframes/corrected_images and keyframes/depth, at the times 998, 999, 1000,
+/// …
+inline std::filesystem::path write_polycam(const Frames& frames, const std::filesystem::path& folder, const ImageIo&)
 {
     const auto keyframes = folder / "keyframes";
-    std::filesystem::create_directories(keyframes / (prefix + "cameras"));
+    std::filesystem::create_directories(keyframes / "corrected_cameras");
     for (std::size_t i = 0; i < frames.frames.size(); ++i)
     {
         const auto& frame = frames.frames[i];
@@ -295,14 +296,15 @@ inline void write_polycam(const Frames& frames, const std::filesystem::path& fol
         for (std::size_t row = 0; row < 3; ++row)
             for (std::size_t column = 0; column < 4; ++column)
                 camera.set("t_" + std::to_string(row) + std::to_string(column), m[4 * row + column]);
-        write_file(keyframes / (prefix + "cameras") / (time + ".json"), to_json(camera));
-        copy_picture(frame.color_picture.path, keyframes / (prefix + "images") / (time + ".jpg"));
+        write_file(keyframes / "corrected_cameras" / (time + ".json"), to_json(camera));
+        copy_picture(frame.color_picture.path, keyframes / "corrected_images" / (time + ".jpg"));
         copy_picture(frame.depth_picture.path, keyframes / "depth" / (time + ".png"));
     }
+    return folder;
 }
 
 /// Replica as NICE-SLAM has it: results/, traj.txt, and cam_params.json beside the scene's folder.
-inline void write_replica(const Frames& frames, const std::filesystem::path& folder, double scale = 1000)
+inline void write_replica(const Frames& frames, const std::filesystem::path& folder)
 {
     const auto& k = frames.frames.front().color.intrinsics;
     std::string trajectory;
@@ -315,15 +317,13 @@ inline void write_replica(const Frames& frames, const std::filesystem::path& fol
     }
     write_file(folder / "traj.txt", trajectory);
     // Pixel centers count from 0 there.
-    const Value camera = Value::Map{{"w", k.width},     {"h", k.height},    {"fx", k.fx},    {"fy", k.fy},
-                                    {"cx", k.cx - 0.5}, {"cy", k.cy - 0.5}, {"scale", scale}};
+    const Value camera = Value::Map{{"w", k.width},     {"h", k.height},    {"fx", k.fx},   {"fy", k.fy},
+                                    {"cx", k.cx - 0.5}, {"cy", k.cy - 0.5}, {"scale", 1000}};
     write_file(folder.parent_path() / "cam_params.json", to_json(Value::Map{{"camera", camera}}, 1));
 }
 
-/// ScanNet's .sens, version 4: color as the frames' files are, called JPEG; depth packed.
-/// \param edit  may change the pose of a frame before it is written
-inline void write_sens(const Frames& frames, const std::filesystem::path& file, const ImageIo& images,
-                       const std::function<void(std::size_t frame, std::vector<double>& pose)>& edit = {})
+/// ScanNet's .sens, version 4, in `folder`: color as the frames' files are, called JPEG; depth packed.
+inline std::filesystem::path write_sens(const Frames& frames, const std::filesystem::path& folder, const ImageIo& images)
 {
     std::string out;
     const auto put = [&](auto value) { out.append(reinterpret_cast<const char*>(&value), sizeof value); };
@@ -355,10 +355,7 @@ inline void write_sens(const Frames& frames, const std::filesystem::path& file, 
     for (std::size_t i = 0; i < frames.frames.size(); ++i)
     {
         const auto& frame = frames.frames[i];
-        auto pose = matrix_of(frame.depth.world_from_camera);
-        if (edit)
-            edit(i, pose);
-        put_matrix(pose);
+        put_matrix(matrix_of(frame.depth.world_from_camera));
         put(std::uint64_t{1000 * i});
         put(std::uint64_t{1000 * i + 4});
         const auto steps = load_depth_steps(frame, &images);
@@ -371,8 +368,10 @@ inline void write_sens(const Frames& frames, const std::filesystem::path& file, 
         out.append(depth.begin(), depth.end());
     }
     put(std::uint64_t{0});
-    std::filesystem::create_directories(file.parent_path());
+    auto file = folder / "scene0000_00.sens";
+    std::filesystem::create_directories(folder);
     write_file(file, out);
+    return file;
 }
 
 }  // namespace fresco::testing

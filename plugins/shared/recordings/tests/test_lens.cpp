@@ -1,6 +1,5 @@
 #include "catch.h"
 
-#include <fresco/error.h>
 #include <fresco/recordings/lens.h>
 
 #include <cmath>
@@ -60,8 +59,6 @@ TEST_CASE("a fisheye's radius is the angle to its axis", "[recordings]")
     const auto bent = Lens{.k1 = 0.1, .k4 = 0.01, .is_fisheye = true}.distorted({1, 0});
     CHECK(bent.x == Approx(angle * (1 + 0.1 * std::pow(angle, 2) + 0.01 * std::pow(angle, 8))));
     CHECK(Lens{.k3 = 0.1, .is_fisheye = true}.distorted({1, 0}).x == Approx(angle * (1 + 0.1 * std::pow(angle, 6))));
-    CHECK_THROWS_WITH(pinhole_without({.k1 = -40, .is_fisheye = true}, camera, "cam.txt:3"),
-                      Contains("cam.txt:3: the lens' coefficients fold"));
 }
 
 TEST_CASE("a pinhole picture is what is left when the lens is undone", "[recordings]")
@@ -119,8 +116,7 @@ TEST_CASE("depth is that of the pixel that the lens shows there", "[recordings]"
 
 TEST_CASE("a lens that folds the picture is refused", "[recordings]")
 {
-    CHECK_THROWS_WITH(pinhole_without({.k1 = -40}, camera, "cam.txt:3"), Contains("cam.txt:3: the lens' coefficients fold"));
-    CHECK_THROWS_AS(pinhole_without({.p1 = 1e30}, camera, "x"), fresco::Error);
-    CHECK_THROWS_AS(pinhole_without({.k4 = -1e9}, camera, "x"), fresco::Error);
-    CHECK_THROWS_AS(pinhole_without({.k1 = 1e300, .k2 = 1e300}, camera, "x"), fresco::Error);
+    for (const Lens& lens : {Lens{.k1 = -40}, Lens{.k1 = -40, .is_fisheye = true}, Lens{.p1 = 1e30}, Lens{.k4 = -1e9},
+                             Lens{.k1 = 1e300, .k2 = 1e300}})
+        CHECK_THROWS_WITH(pinhole_without(lens, camera, "cam.txt:3"), Contains("cam.txt:3: the lens' "));
 }

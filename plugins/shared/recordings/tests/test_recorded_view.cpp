@@ -163,7 +163,7 @@ TEST_CASE("masks and transparent pictures that cannot be used are refused, also 
     CHECK_THAT(recording.error(), Contains("mask.png: the mask is 16x12; the picture of list.txt:") && Contains("is 32x24"));
 }
 
-TEST_CASE("a panorama gives six frames, with depth and masks, the same for any thread count", "[recordings]")
+TEST_CASE("a panorama gives six frames, with depth and masks", "[recordings]")
 {
     Recording recording;
     make_panoramas(recording.frames, recording.images);
@@ -177,10 +177,6 @@ TEST_CASE("a panorama gives six frames, with depth and masks, the same for any t
     const auto out = recording.folder.path() / "out";
     CHECK(read.frames[16].color_picture.path == out / "run_down/frame-000001.color.jpg");
     CHECK(read.frames[16].mask.empty());
-    const auto bytes = fresco::read_file(out / "run_up/frame-000001.color.jpg");
-    fs::remove_all(out);
-    recording.read(1);
-    CHECK(fresco::read_file(out / "run_up/frame-000001.color.jpg") == bytes);
 
     // The quarter to the right is ignored.
     fresco::Raster8 mask(64, 32, 3, 255);
@@ -235,21 +231,12 @@ TEST_CASE("views are named and ordered by their pictures", "[recordings]")
 TEST_CASE("views that cannot be used are refused by name", "[recordings]")
 {
     Recording recording;
-    SECTION("a name twice")
-    {
-        recording.views[2].name = recording.views[0].name;
-        CHECK_THAT(recording.error(), Contains("list.txt:3: the view run/frame-000000 appears twice, first at list.txt:1"));
-    }
-    SECTION("a picture of another size than its camera's")
-    {
-        recording.views[1].camera.width = 640;
-        CHECK_THAT(recording.error(), Contains("frame-000001.color.png: ") && Contains("(list.txt:2) is for pictures of 640x24"));
-    }
-    SECTION("depth of another shape, but for a pixel that is left to rounding")
-    {
-        fresco::write_file(recording.views[1].depth, recording.images.encode_png(fresco::Raster16(12, 16)));
-        CHECK_THAT(recording.error(), Contains("frame-000001.depth.png: ") && Contains("list.txt:2 is 32x24"));
-        fresco::write_file(recording.views[1].depth, recording.images.encode_png(fresco::Raster16(10, 7)));
-        CHECK(recording.error().empty());
-    }
+    recording.views[1].camera.width = 640;
+    CHECK_THAT(recording.error(), Contains("frame-000001.color.png: ") && Contains("(list.txt:2) is for pictures of 640x24"));
+    recording.views[1].camera.width = 32;
+    fresco::write_file(recording.views[1].depth, recording.images.encode_png(fresco::Raster16(12, 16)));
+    CHECK_THAT(recording.error(), Contains("frame-000001.depth.png: ") && Contains("list.txt:2 is 32x24"));
+    // A pixel is left to rounding.
+    fresco::write_file(recording.views[1].depth, recording.images.encode_png(fresco::Raster16(10, 7)));
+    CHECK(recording.error().empty());
 }

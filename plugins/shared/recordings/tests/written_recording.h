@@ -3,7 +3,6 @@
 #include "raw_images.h"
 #include "recording_checks.h"
 
-#include <fresco/error.h>
 #include <fresco/mesh.h>
 #include <fresco/recordings/layout.h>
 #include <fresco/testing.h>
@@ -37,6 +36,7 @@ struct LayoutUnderTest
     std::function<Value(const Frames& frames, const fs::path& path)> options{};
     double depth_step_m = 0.001;
     bool has_depth_camera = false;  ///< The layout has a depth camera of its own.
+    bool may_lack_depth = false;    ///< A view without its depth picture is a view without depth.
     std::string third{};            ///< Sequence, name and number of the third view.
     std::size_t mesh_faces = 0;     ///< Zero: the layout writes no mesh.
     std::size_t files_read = 0;     ///< Zero: not counted.
@@ -48,21 +48,6 @@ struct ReadScan
     std::shared_ptr<Frames> frames;
     std::shared_ptr<Mesh> mesh;  ///< Null where there is none.
 };
-
-/// The text of the fresco::Error that `work` throws, "no error" if it throws none.
-template <class Work>
-std::string error_text(const Work& work)
-{
-    try
-    {
-        work();
-    }
-    catch (const Error& error)
-    {
-        return error.what();
-    }
-    return "no error";
-}
 
 /// The tiny recording in a layout. `edit` may change its frames before they are written.
 class WrittenRecording
@@ -133,9 +118,11 @@ class WrittenRecording
         TestRun run;
         return read(run, more);
     }
+    /// "no error" where it is read.
     std::string error(const Value& more = Value::Map{}) const
     {
-        return error_text([&] { read(more); });
+        const std::string error = error_of([&] { read(more); });
+        return error.empty() ? "no error" : error;
     }
 
     /// A file of the recording, by its path below `path`; an empty one for `path` itself.

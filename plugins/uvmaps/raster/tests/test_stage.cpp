@@ -109,13 +109,12 @@ TEST_CASE("pixels that a mask ignores are not seen, at any height")
     testing::TestRun run;
     const auto frames = two_frames();
     // The left quarter of 64 x 48 and one pixel right of it.
-    std::vector<std::uint8_t> mask(64 * 48, 255);
-    for (std::size_t i = 0; i < mask.size(); ++i)
+    Raster8 mask(64, 48, 1, 255);
+    for (std::size_t i = 0; i < mask.values.size(); ++i)
         if (i % 64 < 16 || i == 47 * 64 + 63)
-            mask[i] = 0;
+            mask.values[i] = 0;
     frames->frames[0].mask = {folder.path() / "mask.npy", ""};
-    const std::vector<std::size_t> shape{48, 64};
-    write_npy(frames->frames[0].mask.path, shape, std::span<const std::uint8_t>(mask));
+    write_npy(frames->frames[0].mask.path, mask);
     const auto maps = maps_of(Value::Map{{"heights_px", Value::List{24, 96}}}, shared_wall(), frames, folder.path(), run);
     CHECK(maps->views[0].valid_pixels == std::vector<std::int64_t>{24 * 24 - 1, 96 * 96 - 4});
     CHECK(run.reported.at("masked_pixels").as_int() == 24 * 8 + 1 + 96 * 32 + 4);

@@ -30,6 +30,8 @@ Sources sources(std::int64_t count)
     return count > 1 ? Sources{2, count - 1} : Sources{1, 1};
 }
 
+/// 1 x C x H x W maps with one pixel more on each side: reflected, or repeated where a side has only one pixel. Of any type, on
+/// any device; channels are innermost in memory before and after, unlike with libtorch's own on CUDA. Differentiable once.
 struct Reflected : torch::autograd::Function<Reflected>
 {
     static at::Tensor forward(torch::autograd::AutogradContext*, const at::Tensor& maps)
@@ -64,16 +66,6 @@ struct Reflected : torch::autograd::Function<Reflected>
         return {framed.slice(2, 1, height + 1).slice(3, 1, width + 1)};
     }
 };
-
-}  // namespace
-
-torch::Tensor reflected(const torch::Tensor& maps)
-{
-    return Reflected::apply(maps);
-}
-
-namespace
-{
 
 using fresco::weights::Vgg19Padding;
 
@@ -289,7 +281,7 @@ torch::Tensor Vgg19::responses(std::size_t number, const torch::Tensor& input) c
     if (input.size(2) == 0 || input.size(3) == 0)
         return input.new_empty({1, convolutions_[number].weights.size(0), input.size(2), input.size(3)});
     const bool reflect = input_.padding == Vgg19Padding::reflect;
-    const auto bordered = reflect ? reflected(input) : input;
+    const auto bordered = reflect ? Reflected::apply(input) : input;
     const bool is_ready = !ready_.empty() && ready_[number].weights.device() == input.device() &&
                           ready_[number].weights.scalar_type() == input.scalar_type();
     const auto with = is_ready ? ready_[number] : filters(number, input.options());

@@ -82,8 +82,4 @@ struct Rescaled
 /// pictures or there are no pictures.
 Rescaled rescaled(const Vgg19& network, const std::vector<torch::Tensor>& pictures);
 
-/// 1 x C x H x W maps with one pixel more on each side: reflected, or repeated where a side has only one pixel. Of any type, on
-/// any device; channels are innermost in memory before and after, unlike with libtorch's own on CUDA. Differentiable once.
-torch::Tensor reflected(const torch::Tensor& maps);
-
 }  // namespace vgg19

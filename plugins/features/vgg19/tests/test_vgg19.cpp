@@ -54,13 +54,8 @@ TEST_CASE("Layers: stride, channels, reach, and the defaults for style and conte
     const vgg19::Vgg19 network(layers_of(three_layers()), {});
     const auto layers = network.layers();
     REQUIRE(layers.size() == 3);
-    CHECK(layers[0].name == "relu1_1");
-    CHECK(layers[0].margin_px == 1);
-    CHECK(layers[1].margin_px == 2);
-    CHECK(layers[2].name == "relu2_1");
-    CHECK(layers[2].stride == 2);
-    CHECK(layers[2].margin_px == 4);
-    CHECK(layers[2].channels == 128);
+    CHECK((layers[0].name == "relu1_1" && layers[0].margin_px == 1 && layers[1].margin_px == 2));
+    CHECK((layers[2].name == "relu2_1" && layers[2].stride == 2 && layers[2].margin_px == 4 && layers[2].channels == 128));
     CHECK((layers[0].style && !layers[1].style && layers[2].style));
     CHECK((!layers[0].content && !layers[1].content && layers[2].content));
     CHECK(network.encode(noise_picture(1, 1), {"relu2_1"}).at(0).sizes() == at::IntArrayRef({128, 0, 0}));

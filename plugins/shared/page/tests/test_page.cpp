@@ -105,19 +105,16 @@ TEST_CASE("a packed mesh of many faces in a wild order has all of them once, in 
     CHECK(room.bytes.size() <= 12 * room.vertices + 4 * room.triangles);
     const Unpacked found = unpacked(room);
     REQUIRE(found.values.size() == mesh.positions.size());
-    std::multiset<std::array<std::array<long, 3>, 3>> expected;
-    std::multiset<std::array<std::array<long, 3>, 3>> faces;
+    std::multiset<std::array<long, 9>> expected, faces;
     for (std::size_t face = 0; face < mesh.triangles.size(); ++face)
     {
-        std::array<std::array<long, 3>, 3> meant{};
-        std::array<std::array<long, 3>, 3> seen{};
-        for (std::size_t corner = 0; corner < 3; ++corner)
+        std::array<long, 9> meant{}, seen{};
+        for (std::size_t i = 0; i < 9; ++i)
         {
-            const Vec3f p = mesh.positions[mesh.triangles[face][corner]];
-            meant[corner] = {std::lround(p.x), std::lround(p.y), std::lround(p.z)};
-            for (std::size_t axis = 0; axis < 3; ++axis)
-                seen[corner][axis] = std::lround(room.low[axis] + found.values[found.corners[3 * face + corner]][axis] *
-                                                                      room.extent[axis] / 65535);
+            const Vec3f p = mesh.positions[mesh.triangles[face][i / 3]];
+            meant[i] = std::lround(std::array{p.x, p.y, p.z}[i % 3]);
+            seen[i] =
+                std::lround(room.low[i % 3] + found.values[found.corners[3 * face + i / 3]][i % 3] * room.extent[i % 3] / 65535);
         }
         expected.insert(meant);
         faces.insert(seen);

@@ -29,22 +29,6 @@ TEST_CASE("a lookup is sample_bilinear to the last bit")
     }
 }
 
-TEST_CASE("with corners the outermost texels lie on the border")
-{
-    UvMap map{RasterF(3, 1, 2), RasterF(3, 1), RasterF(3, 1), Raster8(3, 1, 1, 1)};
-    map.uv.values = {0.0F, 1.0F, 0.25F, 1.0F, 1.0F, 0.0F};
-    RasterF layer(3, 3, 3);
-    layer.at(0, 0, 0) = 4;
-    layer.at(1, 0, 0) = 6;
-    layer.at(2, 2, 0) = 9;
-    const LayerView view(valid_pixels(map), 3, TexelGrid::corners);
-    std::vector<float> out(9);
-    view.add_lookup(layer.values.data(), 0, 3, out.data());
-    CHECK(out[0] == 4);
-    CHECK(out[3] == 5);  // Halfway between the first two texels.
-    CHECK(out[6] == 9);
-}
-
 TEST_CASE("gather is the transpose of the lookup, and its texels are unique and ascending")
 {
     for (const auto& [size, grid] :

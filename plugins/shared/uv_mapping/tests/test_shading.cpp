@@ -42,14 +42,8 @@ TEST_CASE("a ray beside its face gets a point of the face")
     mesh.texcoords = {{0.25F, 0.25F}, {0.5F, 0.75F}, {0.75F, 0.25F}};
     const auto result = shaded(mesh, testing::camera(10, 10, 5), FaceMap(10, 10, 1, 0));
     CHECK(result.counts.valid == 100);
-    for (std::size_t i = 0; i < 100; ++i)
-    {
-        CHECK(result.map.uv.values[2 * i] >= 0.25F);
-        CHECK(result.map.uv.values[2 * i] <= 0.75F);
-        CHECK(result.map.uv.values[2 * i + 1] >= 0.25F);
-        CHECK(result.map.uv.values[2 * i + 1] <= 0.75F);
-        CHECK(result.map.depth.values[i] == Approx(2));
-    }
+    CHECK(std::ranges::all_of(result.map.uv.values, [](float v) { return v >= 0.25F && v <= 0.75F; }));
+    CHECK(std::ranges::all_of(result.map.depth.values, [](float v) { return v == Approx(2); }));
 }
 
 // The tests of rendering::RasterFinder compare the fastest one with plain geometry.

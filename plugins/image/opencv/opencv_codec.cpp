@@ -72,29 +72,6 @@ fresco::Raster8 to_rgba(const fresco::Raster<T>& picture, std::optional<std::uin
 template fresco::Raster8 to_rgba(const fresco::Raster8&, std::optional<std::uint16_t>);
 template fresco::Raster8 to_rgba(const fresco::Raster16&, std::optional<std::uint16_t>);
 
-fresco::Raster8 oriented(fresco::Raster8 picture, int orientation)
-{
-    if (orientation == 1)
-        return picture;
-    // Orientation 5 to 8: rows and columns change places; then each axis may be mirrored.
-    const bool swaps = orientation >= 5;
-    const bool mirrors_x = orientation == 2 || orientation == 3 || orientation == 7 || orientation == 8;
-    const bool mirrors_y = orientation == 3 || orientation == 4 || orientation == 6 || orientation == 7;
-    fresco::Raster8 result(swaps ? picture.height : picture.width, swaps ? picture.width : picture.height, picture.channels);
-    for (int y = 0; y < result.height; ++y)
-        for (int x = 0; x < result.width; ++x)
-        {
-            const int from_x = swaps ? y : x;
-            const int from_y = swaps ? x : y;
-            const auto from =
-                picture.index(mirrors_x ? picture.width - 1 - from_x : from_x, mirrors_y ? picture.height - 1 - from_y : from_y);
-            const auto to = result.index(x, y);
-            for (std::size_t c = 0; c < static_cast<std::size_t>(picture.channels); ++c)
-                result.values[to + c] = picture.values[from + c];
-        }
-    return result;
-}
-
 namespace
 {
 
@@ -163,6 +140,24 @@ std::vector<std::byte> encode(const fresco::Raster<T>& image, const char* extens
 }
 
 }  // namespace
+
+fresco::Raster8 oriented(fresco::Raster8 picture, int orientation)
+{
+    if (orientation == 1)
+        return picture;
+    // 5 to 8: rows and columns change places. Then rows (4, 8), columns (2, 6) or both (3, 7) are mirrored.
+    cv::Mat shown = view_of(picture);
+    if (orientation >= 5)
+        shown = shown.t();
+    fresco::Raster8 result(shown.cols, shown.rows, picture.channels);
+    cv::Mat target = view_of(result);
+    constexpr std::array codes{0, 0, 1, -1};
+    if (orientation == 5)
+        shown.copyTo(target);
+    else
+        cv::flip(shown, target, codes[static_cast<std::size_t>(orientation % 4)]);
+    return result;
+}
 
 DecodedPicture decode(std::span<const std::byte> bytes, std::string_view source)
 {

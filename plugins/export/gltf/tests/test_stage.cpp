@@ -95,22 +95,6 @@ Exported exported_from(const Value& options, const testing::Inputs& inputs, cons
     return exported_by("export.gltf", options, inputs, origin);
 }
 
-/// A floor that looks along `up`, and a frame whose camera stands on it, looks level, and is 10 degrees off around its axis.
-testing::Inputs leaning_floor(Vec3d up)
-{
-    const Vec3d right = normalized(cross(Vec3d{0.3, 0.5, 0.7}, up));
-    const Vec3d ahead = cross(up, right);
-    const auto textured = std::make_shared<TexturedMesh>(square());
-    textured->mesh.positions = {{}, vec_cast<float>(right), vec_cast<float>(right + ahead), vec_cast<float>(ahead)};
-    textured->mesh.triangles.pop_back();
-    textured->mesh.texcoords.resize(6);
-    const Vec3d x = right * std::cos(0.1745) + up * std::sin(0.1745);
-    const Vec3d y = cross(ahead, x);
-    const auto frames = std::make_shared<Frames>();
-    frames->frames.emplace_back().color.world_from_camera.rotation.m = {x.x, y.x, ahead.x, x.y, y.y, ahead.y, x.z, y.z, ahead.z};
-    return {{"textured_mesh", textured}, {"frames", frames}};
-}
-
 Exported exported(const Value& options, const TexturedMesh& textured = square())
 {
     return exported_from(options, {{"textured_mesh", std::make_shared<TexturedMesh>(textured)}});
@@ -169,20 +153,6 @@ Vec3d turned_by_node(const Exported& of, Vec3d p)
 }
 }  // namespace
 
-TEST_CASE("by default the node turns the floor's normal to +Y, the cameras tell floors from ceilings")
-{
-    for (const Vec3d up : {Vec3d{0, -1, 0}, normalized(Vec3d{0.1, -0.8, -0.5}), normalized(Vec3d{-0.6, 0.2, 0.7})})
-    {
-        const fresco::testing::Inputs inputs = leaning_floor(up);
-        const Exported result = exported_from(Value::Map{}, inputs);
-        CHECK(length(turned_by_node(result, up) - Vec3d{0, 1, 0}) < 1e-6);
-        CHECK(result.report.at("up_from").as_string() == "cameras and plane");
-        CHECK(result.report.at("up_plane_deg").as_double() == Approx(10).margin(0.01));
-        CHECK(result.report.at("up_plane_share").as_double() == Approx(1));
-        CHECK(std::abs(result.report.at("up").as_list().at(1).as_double() - up.y) < 1e-6);
-    }
-}
-
 TEST_CASE("the node turns the world's up to +Y and leaves the positions")
 {
     const auto turned = [](const char* up, Vec3d p) { return turned_by_node(exported(Value::Map{{"up", up}}), p); };
@@ -191,35 +161,21 @@ TEST_CASE("the node turns the world's up to +Y and leaves the positions")
     CHECK(length(turned("-y", {0, -1, 0}) - Vec3d{0, 1, 0}) < 1e-9);
     CHECK(length(turned("x", {1, 0, 0}) - Vec3d{0, 1, 0}) < 1e-9);
     CHECK(length(turned("keep", {0, 0, 1}) - Vec3d{0, 0, 1}) < 1e-9);
+    // The camera leans by 10 degrees; the floor corrects it.
+    const auto floor = std::make_shared<TexturedMesh>(square());
+    floor->mesh = testing::wall();
+    for (Vec3f& p : floor->mesh.positions)
+        p = {p.x, -p.y, -p.z};
+    const auto frames = std::make_shared<Frames>();
+    frames->frames.emplace_back().color.world_from_camera =
+        testing::looking_at({0, 0, 0}, {0, 1, 0}, {std::sin(0.1745), 0, std::cos(0.1745)});
+    const Exported upright = exported_from(Value::Map{}, {{"textured_mesh", floor}, {"frames", frames}});
+    CHECK(length(turned_by_node(upright, {0, 0, 1}) - Vec3d{0, 1, 0}) < 1e-6);
+    CHECK(upright.report.at("up_plane_deg").as_double() == Approx(10).margin(0.01));
     CHECK_FALSE(Glb(exported(Value::Map{}).file).json.at("nodes").at(0).contains("rotation"));
 }
 
-TEST_CASE("what cannot be exported is refused")
-{
-    CHECK_THROWS_WITH(exported(Value::Map{{"path", "room.gltf"}}), Contains("ending in .glb"));
-    TexturedMesh bare = square();
-    bare.mesh.texcoords.clear();
-    CHECK_THROWS_WITH(exported(Value::Map{}, bare), Contains("the mesh on port 'textured_mesh' has no texcoords"));
-    CHECK(exported(Value::Map{{"path", "deep/er/a b.glb"}}).names.at(0) == "deep/er/a b.glb");
-}
-
-TEST_CASE("asset.extras says how the file was made")
-{
-    const Value origin = Value::Map{
-        {"versions", Value::Map{{"fresco", "0.1"}}},
-        {"stages",
-         Value::List{Value::Map{
-             {"stage", "export.gltf"},
-             {"options", Value::Map{}},
-             {"figures",
-              Value::Map{{"bytes", std::int64_t{1} << 40U}, {"share", 0.1}, {"name", "\"é<"}, {"up", Value::List{}}}}}}}};
-    const testing::Inputs inputs{{"textured_mesh", std::make_shared<TexturedMesh>(square())}};
-    const Glb glb(exported_from(Value::Map{}, inputs, origin).file);
-    CHECK(glb.json.at("asset").at("extras") == nlohmann::json::parse(to_json(origin)));
-    CHECK_FALSE(Glb(exported_from(Value::Map{}, inputs).file).json.at("asset").contains("extras"));
-}
-
-TEST_CASE("origin.gltf reads that from the header, and refuses damage by name")
+TEST_CASE("asset.extras says how the file was made; origin.gltf reads it from the header, and refuses damage by name")
 {
     const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "origin.gltf");
     const auto* const reader = dynamic_cast<const FileOrigin*>(made.get());
@@ -227,9 +183,14 @@ TEST_CASE("origin.gltf reads that from the header, and refuses damage by name")
     CHECK(reader->extensions() == std::vector<std::string>{".glb"});
     const testing::TemporaryFolder folder;
     const auto file = folder.path() / "room.glb";
-    const Value origin = Value::Map{{"versions", Value::Map{{"fresco", "0.1"}}}, {"stages", Value::List{}}};
-    const std::string whole =
-        exported_from(Value::Map{}, {{"textured_mesh", std::make_shared<TexturedMesh>(square())}}, origin).file;
+    const Value figures = Value::Map{{"bytes", std::int64_t{1} << 40U}, {"share", 0.1}, {"name", "\"é<"}, {"up", Value::List{}}};
+    const Value origin = Value::Map{
+        {"versions", Value::Map{{"fresco", "0.1"}}},
+        {"stages", Value::List{Value::Map{{"stage", "export.gltf"}, {"options", Value::Map{}}, {"figures", figures}}}}};
+    const testing::Inputs inputs{{"textured_mesh", std::make_shared<TexturedMesh>(square())}};
+    const std::string whole = exported_from(Value::Map{}, inputs, origin).file;
+    CHECK(Glb(whole).json.at("asset").at("extras") == nlohmann::json::parse(to_json(origin)));
+    CHECK_FALSE(Glb(exported_from(Value::Map{}, inputs).file).json.at("asset").contains("extras"));
     const auto refused = [&](std::string bytes, const std::string& reason)
     {
         write_file(file, bytes);
@@ -243,7 +204,7 @@ TEST_CASE("origin.gltf reads that from the header, and refuses damage by name")
     refused(with(4, "\1"), "is not a binary glTF 2.0 file");
     refused(with(15, "\x70"), "more than 64 MiB");
     refused(with(20, "["), "JSON");
-    refused(exported_from(Value::Map{}, {{"textured_mesh", std::make_shared<TexturedMesh>(square())}}).file, "how it was made");
+    refused(exported_from(Value::Map{}, inputs).file, "how it was made");
     write_file(file, whole);
     CHECK(reader->origin(file) == origin);
     CHECK_THROWS_AS(reader->origin(folder.path() / "gone.glb"), MissingInput);
@@ -333,23 +294,23 @@ TEST_CASE("a relief brings tangents and two pictures")
     CHECK(glb.rows<Vec3f>("NORMAL") == welded.normals);
     const Glb small(exported_from(Value::Map{{"max_texture_px", 4}}, inputs).file);
     CHECK(holds_png(small.picture(2), Raster8(4, 4, 1, 99)));
-
-    testing::Inputs other = inputs;
-    const auto of_another = std::make_shared<Relief>(relief);
-    of_another->atlas = "0123";
-    other["relief"] = of_another;
-    CHECK_THROWS_WITH(exported_from(Value::Map{}, other), Contains("the relief on port 'relief'"));
-    other = {{"mesh", std::make_shared<Mesh>(square().mesh)}, {"relief", std::make_shared<Relief>(relief)}};
-    CHECK_THROWS_WITH(exported_from(Value::Map{}, other), Contains("needs port 'textured_mesh'"));
 }
 
-TEST_CASE("one of the two ports is wired")
+TEST_CASE("what cannot be exported is refused")
 {
-    const auto textured = std::make_shared<TexturedMesh>(square());
-    const auto mesh = std::make_shared<Mesh>(colored_square());
-    CHECK_THROWS_WITH(exported_from(Value::Map{}, {}), Contains("wire 'textured_mesh' (a texture.bake stage), or 'mesh'"));
-    CHECK_THROWS_WITH(exported_from(Value::Map{}, {{"textured_mesh", textured}, {"mesh", mesh}}),
-                      Contains("both 'textured_mesh' and 'mesh' are wired"));
-    Mesh empty;
-    CHECK_THROWS_WITH(exported_mesh(Value::Map{}, empty), Contains("the mesh on port 'mesh': the mesh has no faces"));
+    const auto textured = std::make_shared<TexturedMesh>(square()), bare = std::make_shared<TexturedMesh>(square());
+    bare->mesh.texcoords.clear();
+    const auto mesh = std::make_shared<Mesh>(colored_square()), empty = std::make_shared<Mesh>();
+    const auto relief = even_relief(square().mesh, {0, 0, 1}), other = even_relief(square().mesh, {0, 0, 1});
+    other->atlas = "0123";
+    const auto refused = [](const testing::Inputs& inputs, const char* why)
+    { CHECK_THROWS_WITH(exported_from(Value::Map{}, inputs), Contains(why)); };
+    refused({}, "wire 'textured_mesh' (a texture.bake stage), or 'mesh'");
+    refused({{"textured_mesh", textured}, {"mesh", mesh}}, "both 'textured_mesh' and 'mesh' are wired");
+    refused({{"textured_mesh", bare}}, "the mesh on port 'textured_mesh' has no texcoords");
+    refused({{"mesh", empty}}, "the mesh on port 'mesh': the mesh has no faces");
+    refused({{"textured_mesh", textured}, {"relief", other}}, "the relief on port 'relief'");
+    refused({{"mesh", mesh}, {"relief", relief}}, "needs port 'textured_mesh'");
+    CHECK_THROWS_WITH(exported(Value::Map{{"path", "room.gltf"}}), Contains("ending in .glb"));
+    CHECK(exported(Value::Map{{"path", "deep/er/a b.glb"}}).names.at(0) == "deep/er/a b.glb");
 }

@@ -1,8 +1,7 @@
 #include "catch.h"
+#include "exported_files.h"
 #include "mesh_files.h"
-#include "stored_png.h"
 
-#include <fresco/files.h>
 #include <fresco/files_io.h>
 #include <fresco/mesh.h>
 #include <fresco/npy.h>
@@ -16,6 +15,7 @@
 using namespace fresco;
 using namespace fresco::texturing;
 using Catch::Contains;
+using exported_files::Exported;
 namespace fs = std::filesystem;
 
 namespace
@@ -92,41 +92,19 @@ Mesh odd_square()
     return mesh;
 }
 
-/// Writes no real JPEG: the size and the quality.
-struct SizeCodec final : stored_png::Codec
+Exported exported_from(Value options, const testing::Inputs& inputs)
 {
-    std::vector<std::byte> encode_jpeg(const Raster8& image, int quality) const override
-    {
-        return {static_cast<std::byte>(image.width), static_cast<std::byte>(image.height), static_cast<std::byte>(quality)};
-    }
-};
-
-struct Exported
-{
-    testing::TemporaryFolder folder;
-    std::vector<std::string> names;
-    testing::TestRun run;
-
-    fs::path path(const std::string& name) const { return folder.path() / "files" / name; }
-};
-
-std::unique_ptr<Exported> exported_from(Value options, const testing::Inputs& inputs)
-{
-    auto result = std::make_unique<Exported>();
     if (!options.find("up"))
         options.set("up", "keep");
-    testing::run_stage(FRESCO_PLUGIN_FILE, "export.mesh", options, inputs, result->folder.path(), result->run,
-                       {{"image_io", std::make_shared<SizeCodec>()}});
-    result->names = Files::load({result->folder.path() / "files", result->folder.path()})->names;
-    return result;
+    return exported_files::exported_by("export.mesh", options, inputs);
 }
 
-std::unique_ptr<Exported> exported(const Value& options, const TexturedMesh& textured = two_squares())
+Exported exported(const Value& options, const TexturedMesh& textured = two_squares())
 {
     return exported_from(options, {{"textured_mesh", std::make_shared<TexturedMesh>(textured)}});
 }
 
-std::unique_ptr<Exported> exported_mesh(const Value& options, const Mesh& mesh)
+Exported exported_mesh(const Value& options, const Mesh& mesh)
 {
     return exported_from(options, {{"mesh", std::make_shared<Mesh>(mesh)}});
 }
@@ -148,11 +126,9 @@ void check_same_corners(const Mesh& found, const Mesh& meant)
     }
 }
 
-std::string header_of(const fs::path& file)
+std::string header_of(const Exported& exported)
 {
-    const auto bytes = read_file(file);
-    const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-    return text.substr(0, text.find("end_header\n"));
+    return exported.file.substr(0, exported.file.find("end_header\n"));
 }
 
 }  // namespace
@@ -162,29 +138,29 @@ TEST_CASE("obj, mtl and png stand beside each other and name each other")
     TexturedMesh textured = two_squares();
     textured.mesh.colors.assign(6, {1, 2, 3});  // They do not disturb.
     const auto result = exported(Value::Map{{"path", "scene/kitchen.obj"}}, textured);
-    CHECK(result->names == std::vector<std::string>{"scene/kitchen.obj", "scene/kitchen.mtl", "scene/kitchen.png"});
-    const std::string obj = read_text_file(result->path("scene/kitchen.obj"));
+    CHECK(result.names == std::vector<std::string>{"scene/kitchen.obj", "scene/kitchen.mtl", "scene/kitchen.png"});
+    const std::string& obj = result.file;
     CHECK(obj.starts_with("mtllib kitchen.mtl\n"));
     CHECK_THAT(obj, Contains("usemtl texture\n"));
-    const std::string mtl = read_text_file(result->path("scene/kitchen.mtl"));
+    const std::string mtl = read_text_file(result.path("scene/kitchen.mtl"));
     CHECK_THAT(mtl, Contains("newmtl texture\n") && Contains("map_Kd kitchen.png\n"));
-    CHECK(stored_png::Codec().read_rgb(result->path("scene/kitchen.png")) == textured.image.pixels);
-    check_same_corners(read_mesh(result->path("scene/kitchen.obj")), two_squares().mesh);
+    CHECK(stored_png::Codec().read_rgb(result.path("scene/kitchen.png")) == textured.image.pixels);
+    check_same_corners(read_mesh(result.path("scene/kitchen.obj")), two_squares().mesh);
     CHECK_THAT(obj, Contains("\nvt ") && !Contains("\nvt 0 0\nvt 0 0"));
 }
 
 TEST_CASE("a PLY is split along the atlas's seams, and nowhere else")
 {
     const auto result = exported(Value::Map{{"path", "a/wall.ply"}});
-    CHECK(result->names == std::vector<std::string>{"a/wall.ply", "a/wall.png"});
-    const std::string header = header_of(result->path("a/wall.ply"));
+    CHECK(result.names == std::vector<std::string>{"a/wall.ply", "a/wall.png"});
+    const std::string header = header_of(result);
     CHECK_THAT(header, Contains("comment TextureFile wall.png\n") && Contains("property float s\nproperty float t\n"));
     CHECK_THAT(header, !Contains("red"));
-    const Mesh read = read_mesh(result->path("a/wall.ply"));
+    const Mesh read = read_mesh(result.path("a/wall.ply"));
     CHECK(read.positions.size() == 8);  // Six, of which the two on the seam are there twice.
     CHECK(read.triangles.size() == 4);
     check_same_corners(read, two_squares().mesh);
-    CHECK(stored_png::Codec().read_rgb(result->path("a/wall.png")) == two_squares().image.pixels);
+    CHECK(stored_png::Codec().read_rgb(result.path("a/wall.png")) == two_squares().image.pixels);
 }
 
 TEST_CASE("the mesh is turned to stand with y up in an OBJ, with z up in a PLY")
@@ -192,8 +168,8 @@ TEST_CASE("the mesh is turned to stand with y up in an OBJ, with z up in a PLY")
     const Mesh mesh = two_squares().mesh;
     const auto obj = exported(Value::Map{{"up", "z"}});
     const auto ply = exported(Value::Map{{"up", "y"}, {"path", "room.ply"}, {"colors", true}});
-    const Mesh of_obj = read_mesh(obj->path("room.obj"));
-    const Mesh of_ply = read_mesh(ply->path("room.ply"));
+    const Mesh of_obj = read_mesh(obj.path("room.obj"));
+    const Mesh of_ply = read_mesh(ply.path("room.ply"));
     REQUIRE(of_obj.positions.size() == mesh.positions.size());
     REQUIRE(of_ply.positions.size() == mesh.positions.size());
     for (std::size_t v = 0; v < mesh.positions.size(); ++v)
@@ -215,8 +191,8 @@ TEST_CASE("colors at a PLY's vertices replace the picture")
                                                  return c == (left ? 0 : 2) ? 250 : 0;
                                              });
     const auto result = exported(Value::Map{{"path", "room.ply"}, {"colors", true}}, textured);
-    CHECK(result->names == std::vector<std::string>{"room.ply"});
-    const Mesh read = read_mesh(result->path("room.ply"));
+    CHECK(result.names == std::vector<std::string>{"room.ply"});
+    const Mesh read = read_mesh(result.path("room.ply"));
     CHECK(read.positions == textured.mesh.positions);
     CHECK(read.texcoords.empty());
     REQUIRE(read.colors.size() == 6);
@@ -241,27 +217,27 @@ TEST_CASE("a mesh without a picture is one file with vertex colors and texcoords
         for (const std::string name : {"room.obj", "room.ply"})
         {
             const auto result = exported_mesh(Value::Map{{"path", name}}, mesh);
-            CHECK(result->names == std::vector<std::string>{name});
-            const Mesh read = read_mesh(result->path(name));
+            CHECK(result.names == std::vector<std::string>{name});
+            const Mesh read = read_mesh(result.path(name));
             CHECK(read.triangles.size() == 2);
             check_same_corners(read, mesh);
-            CHECK_THAT(header_of(result->path(name)), !Contains("TextureFile") && !Contains("mtllib"));
+            CHECK_THAT(header_of(result), !Contains("TextureFile") && !Contains("mtllib"));
         }
     }
 }
 
 TEST_CASE("only the picture: PNG and NPY hold every texel, JPEG its size")
 {
-    CHECK(stored_png::Codec().read_rgb(exported(Value::Map{{"path", "room.png"}})->path("room.png")) ==
+    CHECK(stored_png::Codec().read_rgb(exported(Value::Map{{"path", "room.png"}}).path("room.png")) ==
           two_squares().image.pixels);
     const auto npy = exported(Value::Map{{"path", "a/b.npy"}});
-    CHECK(npy->names == std::vector<std::string>{"a/b.npy"});
-    const NpyArray array = read_npy(npy->path("a/b.npy"));
+    CHECK(npy.names == std::vector<std::string>{"a/b.npy"});
+    const NpyArray array = read_npy(npy.path("a/b.npy"));
     CHECK(array.shape == std::vector<std::size_t>{8, 8, 3});
     CHECK(std::ranges::equal(array.as<std::uint8_t>(), two_squares().image.pixels.values));
     const auto jpg = exported(Value::Map{{"path", "c.jpg"}, {"max_texture_px", 4}});
-    CHECK(read_file(jpg->path("c.jpg")) == std::vector<std::byte>{std::byte{4}, std::byte{4}, std::byte{92}});
-    CHECK(jpg->run.reported.at("texture_px").as_int() == 4);
+    CHECK(stored_png::Codec().read_rgb(jpg.path("c.jpg")).width == 4);
+    CHECK(jpg.report.at("texture_px").as_int() == 4);
 }
 
 TEST_CASE("what cannot be exported is refused")

@@ -153,10 +153,9 @@ TEST_CASE("image.opencv: depth is read as stored, other pictures are refused")
     const auto depth =
         codec.images->read_depth(codec.write(file_of(Png{.width = 2, .bits = 16, .rows = bytes_of({0, 1, 2, 0xFF, 0xFF})})));
     CHECK(depth.values == std::vector<std::uint16_t>{258, 65535});
-    Raster16 large(7, 5);
-    for (std::size_t i = 0; i < large.values.size(); ++i)
-        large.values[i] = static_cast<std::uint16_t>(i * 1873);
-    CHECK(codec.images->read_depth(codec.write(codec.images->encode_png(large))) == large);
+    Raster16 other(2, 1);
+    other.values = {3, 40'000};
+    CHECK(codec.images->read_depth(codec.write(codec.images->encode_png(other))) == other);
     const auto refused = [&](const Bytes& bytes)
     { CHECK_THROWS_WITH(codec.images->read_depth(codec.write(bytes)), Contains("expected a depth picture")); };
     refused(file_of(Png{.rows = bytes_of({0, 7})}));

@@ -11,7 +11,6 @@
 #include <bit>
 #include <cmath>
 #include <cstddef>
-#include <cstring>
 #include <fmt/format.h>
 #include <span>
 #include <unordered_map>
@@ -100,11 +99,7 @@ std::vector<std::byte> encoded_picture(const Raster8& picture, std::string_view 
     if (extension == ".jpg" || extension == ".jpeg")
         return images.encode_jpeg(picture, jpeg_quality);
     if (extension == ".npy")
-    {
-        const std::array shape{static_cast<std::size_t>(picture.height), static_cast<std::size_t>(picture.width),
-                               static_cast<std::size_t>(picture.channels)};
-        return to_npy(NpyType::uint8, shape, std::as_bytes(std::span(picture.values)));
-    }
+        return to_npy(picture);
     throw Error("unknown picture extension \"" + std::string(extension) + "\"; expected .png, .jpg or .npy");
 }
 
@@ -301,42 +296,6 @@ void add_tangents(WeldedMesh& mesh)
     }
 }
 
-namespace
-{
-/// Bytes as they lie in memory: fresco runs only on little-endian machines, like its NPY files.
-class Bytes
-{
-  public:
-    template <class T>
-    void put(T value)
-    {
-        const std::size_t at = bytes_.size();
-        bytes_.resize(at + sizeof(T));
-        std::memcpy(&bytes_[at], &value, sizeof(T));
-    }
-    void put_text(const std::string& text)
-    {
-        const auto raw = std::as_bytes(std::span(text));
-        bytes_.insert(bytes_.end(), raw.begin(), raw.end());
-    }
-    void reserve(std::size_t count) { bytes_.reserve(count); }
-    std::vector<std::byte> take() { return std::move(bytes_); }
-
-  private:
-    std::vector<std::byte> bytes_;
-};
-
-/// V: the texcoord that all corners of a vertex share.
-std::vector<Vec2f> vertex_texcoords(const Mesh& mesh)
-{
-    std::vector<Vec2f> result(mesh.positions.size());
-    for (std::size_t corner = 0; corner < mesh.texcoords.size(); ++corner)
-        result[mesh.triangles[corner / 3][corner % 3]] = mesh.texcoords[corner];
-    return result;
-}
-
-}  // namespace
-
 Mesh split_at_seams(const Mesh& mesh)
 {
     Mesh result;
@@ -366,28 +325,37 @@ std::vector<std::byte> textured_ply(const Mesh& mesh, const std::string& picture
     if (mesh.texcoords.empty())
         return to_ply(mesh);
     const std::string comment = picture.empty() ? "" : "comment TextureFile " + picture + "\n";
-    Bytes out;
-    out.put_text(fmt::format("ply\nformat binary_little_endian 1.0\n{}element vertex {}\n"
-                             "property float x\nproperty float y\nproperty float z\nproperty float s\nproperty float t\n{}"
-                             "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
-                             comment, mesh.positions.size(),
-                             mesh.colors.empty() ? "" : "property uchar red\nproperty uchar green\nproperty uchar blue\n",
-                             mesh.triangles.size()));
+    const std::string header = fmt::format(
+        "ply\nformat binary_little_endian 1.0\n{}element vertex {}\n"
+        "property float x\nproperty float y\nproperty float z\nproperty float s\nproperty float t\n{}"
+        "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+        comment, mesh.positions.size(),
+        mesh.colors.empty() ? "" : "property uchar red\nproperty uchar green\nproperty uchar blue\n", mesh.triangles.size());
+    std::vector<std::byte> out;
     out.reserve(1024 + mesh.positions.size() * 23 + mesh.triangles.size() * 13);
-    const std::vector<Vec2f> texcoords = vertex_texcoords(mesh);
+    // As they lie in memory: fresco runs only on little-endian machines, like its NPY files.
+    const auto put = [&](const auto& values)
+    {
+        const auto bytes = std::as_bytes(std::span(values));
+        out.insert(out.end(), bytes.begin(), bytes.end());
+    };
+    put(header);
+    std::vector<Vec2f> texcoords(mesh.positions.size());  // All corners of a vertex share one.
+    for (std::size_t corner = 0; corner < mesh.texcoords.size(); ++corner)
+        texcoords[mesh.triangles[corner / 3][corner % 3]] = mesh.texcoords[corner];
     for (std::size_t v = 0; v < mesh.positions.size(); ++v)
     {
-        out.put(mesh.positions[v]);
-        out.put(texcoords[v]);
+        put(std::span(&mesh.positions[v], 1));
+        put(std::span(&texcoords[v], 1));
         if (!mesh.colors.empty())
-            out.put(mesh.colors[v]);
+            put(mesh.colors[v]);
     }
     for (const Triangle& t : mesh.triangles)
     {
-        out.put(std::uint8_t{3});
-        out.put(t);
+        out.push_back(std::byte{3});
+        put(t);
     }
-    return out.take();
+    return out;
 }
 
 }  // namespace fresco::texturing

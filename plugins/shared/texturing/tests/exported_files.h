@@ -33,17 +33,24 @@ struct Exported
     std::vector<std::string> names;
     Value report;
     std::vector<std::string> messages;
+    std::shared_ptr<testing::TemporaryFolder> folder = std::make_shared<testing::TemporaryFolder>();
+
+    std::filesystem::path path(const std::string& name) const { return folder->path() / "files" / name; }
 };
 
 inline Exported exported_by(const char* type, const Value& options, const testing::Inputs& inputs,
                             const Value& origin = Value::Map{})
 {
-    const testing::TemporaryFolder folder;
+    Exported result;
+    const auto folder = result.folder->path();
     testing::TestRun run;
     run.origin_given = origin;
-    testing::run_stage(FRESCO_PLUGIN_FILE, type, options, inputs, folder.path(), run, {{"image_io", std::make_shared<Codec>()}});
-    const auto files = Files::load({folder.path() / "files", folder.path()});
-    return {read_text_file(folder.path() / "files" / files->names.at(0)), files->names, run.reported, run.messages};
+    testing::run_stage(FRESCO_PLUGIN_FILE, type, options, inputs, folder, run, {{"image_io", std::make_shared<Codec>()}});
+    result.names = Files::load({folder / "files", folder})->names;
+    result.file = read_text_file(result.path(result.names.at(0)));
+    result.report = run.reported;
+    result.messages = run.messages;
+    return result;
 }
 
 /// A relief of 8 x 8 texels with one normal everywhere.

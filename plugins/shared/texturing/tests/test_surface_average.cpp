@@ -46,12 +46,9 @@ double weight(const Sample& a, const Sample& b, double spacing)
     const auto hat = [&](float at, int node) { return std::max(0.0, 1 - std::abs(at / spacing - node)); };
     const auto common = [&](float x, float y)
     {
-        std::vector<double> products;
-        for (int node = 0; node * spacing < 1 + spacing; ++node)
-            products.push_back(hat(x, node) * hat(y, node));
         double sum = 0;
-        for (const double product : products)
-            sum += product;
+        for (int node = 0; node * spacing < 1 + spacing; ++node)
+            sum += hat(x, node) * hat(y, node);
         return sum;
     };
     double directions = 0;

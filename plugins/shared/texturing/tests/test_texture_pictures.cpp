@@ -76,7 +76,7 @@ TEST_CASE("the network's values become displayed RGB")
     CHECK(rgb.at(0, 0, 2) == Approx(1));
 }
 
-TEST_CASE("a texture that breaks its contract is refused")
+TEST_CASE("a texture that breaks its contract, and an atlas without a source, are refused")
 {
     testing::TestRun run;
     Texture texture = pyramid(8, 1);
@@ -94,6 +94,8 @@ TEST_CASE("a texture that breaks its contract is refused")
     texture = pyramid(8, 1);
     texture.layers[0].at(3, 2, 1) = std::numeric_limits<float>::quiet_NaN();
     CHECK_THROWS_WITH(collapse(texture, run), Catch::Contains("texel (3, 2)"));
+    Raster8 image(4, 4, 3);
+    CHECK_THROWS_WITH(fill_from_nearest(image, std::vector<std::uint8_t>(16, 0), run), Catch::Contains("cover no texel"));
 }
 
 TEST_CASE("every gutter texel has the color of a nearest source")
@@ -135,13 +137,6 @@ TEST_CASE("every gutter texel has the color of a nearest source")
     }
 }
 
-TEST_CASE("without any source the atlas is refused")
-{
-    Raster8 image(4, 4, 3);
-    testing::TestRun run;
-    CHECK_THROWS_WITH(fill_from_nearest(image, std::vector<std::uint8_t>(16, 0), run), Catch::Contains("cover no texel"));
-}
-
 namespace
 {
 
@@ -155,14 +150,6 @@ void add_chart(Mesh& mesh, int size, int left, int top, int right, int bottom)
     testing::append(mesh, chart);
 }
 
-void paint(Raster8& picture, int left, int top, int right, int bottom, std::uint8_t gray)
-{
-    for (int y = top; y < bottom; ++y)
-        for (int x = left; x < right; ++x)
-            for (int c = 0; c < 3; ++c)
-                picture.at(x, y, c) = gray;
-}
-
 /// Two charts of one color each that fill the halves of a picture of 32, but for a gutter of one texel on both sides of the
 /// middle, filled as texture.bake does it.
 TexturedMesh two_halves()
@@ -170,9 +157,7 @@ TexturedMesh two_halves()
     TexturedMesh textured;
     add_chart(textured.mesh, 32, 0, 0, 15, 32);
     add_chart(textured.mesh, 32, 17, 0, 32, 32);
-    textured.image = Image(Raster8(32, 32, 3));
-    paint(textured.image.pixels, 0, 0, 16, 32, 20);
-    paint(textured.image.pixels, 16, 0, 32, 32, 220);
+    textured.image = Image(testing::picture(32, 32, [](int x, int, int) { return x < 16 ? 20 : 220; }));
     return textured;
 }
 
@@ -180,8 +165,6 @@ TexturedMesh two_halves()
 
 TEST_CASE("sRGB's curve: known values, and every step comes back")
 {
-    CHECK(to_linear(0) == 0);
-    CHECK(to_linear(255) == Approx(1));
     CHECK(to_linear(188) == Approx(0.5028865).epsilon(1e-6));
     CHECK(to_linear(10) == Approx(10 / 255.0 / 12.92));
     for (int step = 0; step < 256; ++step)
@@ -203,11 +186,7 @@ TEST_CASE("a smaller picture averages light, not steps")
 {
     TexturedMesh textured;
     add_chart(textured.mesh, 8, 0, 0, 8, 8);
-    textured.image = Image(Raster8(8, 8, 3));
-    for (int y = 0; y < 8; ++y)
-        for (int x = 0; x < 8; ++x)
-            if ((x + y) % 2 == 0)
-                paint(textured.image.pixels, x, y, x + 1, y + 1, 255);
+    textured.image = Image(testing::checkerboard(8, 8, 1));
     testing::TestRun run;
     // Half the light is step 188; half the steps would be 128.
     for (const std::uint8_t value : smaller_picture(textured, 4, run).values)

@@ -107,14 +107,13 @@ class PictureLoss final : public Loss
 {
   public:
     using Function = std::function<torch::Tensor(Part&)>;
-    explicit PictureLoss(Function value, std::string layer = "") : value_(std::move(value)), layer_(std::move(layer)) {}
+    explicit PictureLoss(Function value) : value_(std::move(value)) {}
     LossNeeds needs() const override { return {{}, true}; }
     void prepare(const PrepareContext&) override {}
-    std::vector<LossTerm> evaluate(Part& part) override { return {{layer_, value_(part)}}; }
+    std::vector<LossTerm> evaluate(Part& part) override { return {{"", value_(part)}}; }
 
   private:
     Function value_;
-    std::string layer_;
 };
 
 /// The picture shall be the camera's: mean of squared differences over the mask.
@@ -127,13 +126,6 @@ inline std::shared_ptr<Loss> camera_loss()
             const auto difference = (part.image() - part.camera()) * mask;
             return ordered_sum(difference * difference) / static_cast<double>(3 * mask.sum().item<std::int64_t>());
         });
-}
-
-/// Becomes infinite at the third step.
-inline std::shared_ptr<Loss> exploding_loss()
-{
-    return std::make_shared<PictureLoss>([](Part& part) { return ordered_mean(part.image()) / (part.step() < 2 ? 1.0 : 0.0); },
-                                         "deep");
 }
 
 /// Wants the brightest picture, but breaks where one is brighter than 0.9.

@@ -15,6 +15,9 @@ using namespace fresco::recordings;
 
 // Points of a thousand pictures with ten thousand each, as text.
 constexpr std::size_t images_limit = std::size_t{1} << 32U;
+/// Folders of a reconstruction, below the recording's.
+constexpr std::array usual_folders{"",        "sparse/0/",        "sparse/",       "colmap/sparse/0/",
+                                   "colmap/", "colmap_sparse/0/", "colmap_sparse/"};
 
 class ColmapLayout final : public Layout
 {
@@ -22,8 +25,7 @@ class ColmapLayout final : public Layout
     fresco::Marks marks() const override
     {
         std::string models;
-        for (const char* folder :
-             {"", "sparse/0/", "sparse/", "colmap/sparse/0/", "colmap/", "colmap_sparse/0/", "colmap_sparse/"})
+        for (const char* folder : usual_folders)
             models += fmt::format("{}{}cameras.bin|{}cameras.txt", models.empty() ? "" : "|", folder, folder);
         return {.contains = {models}};
     }
@@ -57,9 +59,9 @@ class ColmapLayout final : public Layout
     std::array<fs::path, 2> find_model(fresco::RunContext& run) const
     {
         std::string names;
-        for (const char* place : {"", "sparse/0", "sparse", "colmap/sparse/0", "colmap", "colmap_sparse/0", "colmap_sparse"})
+        for (const char* place : usual_folders)
         {
-            const auto folder = *place == '\0' ? path() : path() / place;
+            const auto folder = path() / place;
             for (const char* ending : {".bin", ".txt"})
             {
                 const std::array files{folder / ("cameras" + std::string(ending)), folder / ("images" + std::string(ending))};

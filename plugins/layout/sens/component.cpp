@@ -19,8 +19,6 @@ namespace
 using namespace fresco::recordings;
 using namespace sens;
 
-namespace fs = std::filesystem;
-
 /// Packed data may exceed twice the size of the pixels by this; no packing enlarges them by more.
 constexpr std::uint64_t packing_loss = 65536;
 
@@ -54,37 +52,6 @@ fresco::Raster<T> raw(const std::vector<std::byte>& bytes, const SensCamera& cam
     fresco::Raster<T> picture(camera.width, camera.height, channels);
     std::memcpy(picture.values.data(), bytes.data(), bytes.size());
     return picture;
-}
-
-/// Writes the color picture of a frame to `folder`/`name`.color.jpg or .color.png: JPEG and PNG unchanged, raw ones as PNG.
-/// Throws Error naming file and byte for a picture that is too large for its size, or raw and of another size. Returns the file.
-fs::path write_color(const SensFile& file, const SensIndex& index, const SensFrame& frame, const fresco::ImageIo& images,
-                     const fs::path& folder, const std::string& name)
-{
-    const auto bytes = packed(file, frame.color_offset, frame.color_bytes, index.color, 3, name);
-    auto written = folder / (name + (index.color_form == ColorForm::jpeg ? ".color.jpg" : ".color.png"));
-    if (index.color_form == ColorForm::raw)
-    {
-        const auto picture = raw<std::uint8_t>(bytes, index.color, 3, place_of(file, frame.color_offset, name));
-        fresco::write_file(written, images.encode_png(picture));
-    }
-    else
-        fresco::write_file(written, bytes);
-    return written;
-}
-
-/// Writes the depth picture of a frame to `folder`/`name`.depth.png. Throws Error as write_color does, and for damaged packed
-/// values. Returns the file.
-fs::path write_depth(const SensFile& file, const SensIndex& index, const SensFrame& frame, const fresco::ImageIo& images,
-                     const fs::path& folder, const std::string& name)
-{
-    const auto bytes = packed(file, frame.depth_offset, frame.depth_bytes, index.depth, 2, name);
-    const auto place = place_of(file, frame.depth_offset, name);
-    auto written = folder / (name + ".depth.png");
-    fresco::write_file(written, images.encode_png(index.depth_form == DepthForm::raw
-                                                      ? raw<std::uint16_t>(bytes, index.depth, 1, place)
-                                                      : unpack_depth(bytes, index.depth.width, index.depth.height, place)));
-    return written;
 }
 
 class SensLayout final : public Layout
@@ -128,10 +95,23 @@ class SensLayout final : public Layout
         return pose.has_value();
     }
 
+    /// JPEG and PNG unchanged, raw pictures as PNG.
     bool unpack(RecordedView& view, const std::filesystem::path& folder) const override
     {
-        view.color = write_color(*file_, index_, frame_of(view), codec(), folder, view.name);
-        view.depth = write_depth(*file_, index_, frame_of(view), codec(), folder, view.name);
+        const SensFrame& frame = frame_of(view);
+        const auto color = packed(*file_, frame.color_offset, frame.color_bytes, index_.color, 3, view.name);
+        view.color = folder / (view.name + (index_.color_form == ColorForm::jpeg ? ".color.jpg" : ".color.png"));
+        const auto color_place = place_of(*file_, frame.color_offset, view.name);
+        fresco::write_file(view.color, index_.color_form == ColorForm::raw
+                                           ? codec().encode_png(raw<std::uint8_t>(color, index_.color, 3, color_place))
+                                           : color);
+        const auto depth = packed(*file_, frame.depth_offset, frame.depth_bytes, index_.depth, 2, view.name);
+        const auto depth_place = place_of(*file_, frame.depth_offset, view.name);
+        view.depth = folder / (view.name + ".depth.png");
+        fresco::write_file(view.depth,
+                           codec().encode_png(index_.depth_form == DepthForm::raw
+                                                  ? raw<std::uint16_t>(depth, index_.depth, 1, depth_place)
+                                                  : unpack_depth(depth, index_.depth.width, index_.depth.height, depth_place)));
         return true;
     }
 

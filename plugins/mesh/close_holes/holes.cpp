@@ -7,7 +7,6 @@
 #include <CGAL/Surface_mesh.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <map>
@@ -216,10 +215,9 @@ bool is_flat(const Mesh& mesh, const HalfEdges& edges, const Loop& loop, double 
 std::vector<std::size_t> faces_around(const HalfEdges& edges, const Loop& loop)
 {
     std::vector<std::size_t> faces;
-    const auto add_fan = [&](std::size_t boundary_halfedge)
+    for (const std::size_t h : loop)
     {
         // All faces around the vertex where it begins, from one side to the other.
-        std::size_t h = boundary_halfedge;
         faces.push_back(h / 3);
         for (std::size_t at = HalfEdges::previous(h); edges.twin(at) >= 0;)
         {
@@ -227,9 +225,7 @@ std::vector<std::size_t> faces_around(const HalfEdges& edges, const Loop& loop)
             faces.push_back(other / 3);
             at = HalfEdges::previous(other);
         }
-    };
-    for (const std::size_t h : loop)
-        add_fan(h);
+    }
     const std::size_t first_ring = faces.size();
     for (std::size_t i = 0; i < first_ring; ++i)
         for (std::size_t k = 0; k < 3; ++k)

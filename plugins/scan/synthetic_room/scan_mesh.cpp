@@ -20,7 +20,6 @@ namespace
 
 constexpr int padding = 2;
 constexpr int block_cells = 8;
-constexpr std::size_t most_nodes = 60'000'000;
 constexpr std::uint32_t no_vertex = 0xffffffffU;
 
 struct GridPoint
@@ -41,14 +40,33 @@ class DistanceGrid
         ny = nodes(scene.size.y);
         nz = nodes(scene.size.z);
         const auto count = static_cast<double>(nx) * ny * nz;
-        if (count > static_cast<double>(most_nodes))
+        if (count > 60e6)
             throw fresco::Error(fmt::format(
                 "option \"edge_m\": {:.0f} million grid nodes for this room; expected at most 60 million: set a longer edge",
                 count / 1e6));
         bx_ = (nx + block_cells - 1) / block_cells;
         by_ = (ny + block_cells - 1) / block_cells;
         bz_ = (nz + block_cells - 1) / block_cells;
-        list_solids();
+        near_.resize(static_cast<std::size_t>(bx_ * by_ * bz_));
+        const float reach = 3 * edge_;
+        for (int solid = 0; solid < static_cast<int>(scene_.solids.size()); ++solid)
+        {
+            const auto& body = scene_.solids[static_cast<std::size_t>(solid)];
+            const Vec3f half = half_extent(body) + Vec3f{reach, reach, reach};
+            const auto range = [&](float low, float high, float origin, int blocks)
+            {
+                const float size = edge_ * block_cells;
+                return std::pair{std::clamp(static_cast<int>(std::floor((low - origin) / size)), 0, blocks - 1),
+                                 std::clamp(static_cast<int>(std::floor((high - origin) / size)), 0, blocks - 1)};
+            };
+            const auto [x0, x1] = range(body.center.x - half.x, body.center.x + half.x, origin_.x, bx_);
+            const auto [y0, y1] = range(body.center.y - half.y, body.center.y + half.y, origin_.y, by_);
+            const auto [z0, z1] = range(body.center.z - half.z, body.center.z + half.z, origin_.z, bz_);
+            for (int z = z0; z <= z1; ++z)
+                for (int y = y0; y <= y1; ++y)
+                    for (int x = x0; x <= x1; ++x)
+                        near_[static_cast<std::size_t>((z * by_ + y) * bx_ + x)].push_back(solid);
+        }
     }
 
     Vec3f position(GridPoint p) const
@@ -96,30 +114,6 @@ class DistanceGrid
     std::size_t block(GridPoint p) const
     {
         return static_cast<std::size_t>(((p.z / block_cells) * by_ + p.y / block_cells) * bx_ + p.x / block_cells);
-    }
-
-    void list_solids()
-    {
-        near_.resize(static_cast<std::size_t>(bx_ * by_ * bz_));
-        const float reach = 3 * edge_;
-        for (int solid = 0; solid < static_cast<int>(scene_.solids.size()); ++solid)
-        {
-            const auto& body = scene_.solids[static_cast<std::size_t>(solid)];
-            const Vec3f half = half_extent(body) + Vec3f{reach, reach, reach};
-            const auto range = [&](float low, float high, float origin, int blocks)
-            {
-                const float size = edge_ * block_cells;
-                return std::pair{std::clamp(static_cast<int>(std::floor((low - origin) / size)), 0, blocks - 1),
-                                 std::clamp(static_cast<int>(std::floor((high - origin) / size)), 0, blocks - 1)};
-            };
-            const auto [x0, x1] = range(body.center.x - half.x, body.center.x + half.x, origin_.x, bx_);
-            const auto [y0, y1] = range(body.center.y - half.y, body.center.y + half.y, origin_.y, by_);
-            const auto [z0, z1] = range(body.center.z - half.z, body.center.z + half.z, origin_.z, bz_);
-            for (int z = z0; z <= z1; ++z)
-                for (int y = y0; y <= y1; ++y)
-                    for (int x = x0; x <= x1; ++x)
-                        near_[static_cast<std::size_t>((z * by_ + y) * bx_ + x)].push_back(solid);
-        }
     }
 
     const Scene& scene_;
@@ -283,16 +277,17 @@ fresco::Mesh noisy_mesh(const SurfaceNet& net, const Scene& scene, const LightMa
     return mesh;
 }
 
-void SeenVertices::add_view(const fresco::Raster<float>& exact_depth, const fresco::Camera& camera)
+void mark_seen(const std::vector<Vec3f>& positions, const fresco::Raster<float>& exact_depth, const fresco::Camera& camera,
+               SeenVertices& seen)
 {
-    for (std::size_t i = 0; i < positions_.size(); ++i)
+    for (std::size_t i = 0; i < positions.size(); ++i)
     {
-        const auto pixel = camera.project(fresco::vec_cast<double>(positions_[i]));
+        const auto pixel = camera.project(fresco::vec_cast<double>(positions[i]));
         if (!(pixel.z > 0.05 && pixel.x >= 0 && pixel.y >= 0 && pixel.x < exact_depth.width && pixel.y < exact_depth.height))
             continue;
         const auto depth = static_cast<double>(exact_depth.at(static_cast<int>(pixel.x), static_cast<int>(pixel.y)));
         if (depth > 0 && std::abs(depth - pixel.z) < 0.015 + 0.012 * pixel.z)
-            seen_[i].store(1, std::memory_order_relaxed);
+            seen[i].store(1, std::memory_order_relaxed);
     }
 }
 
@@ -301,7 +296,7 @@ fresco::Mesh seen_part(const fresco::Mesh& mesh, const SeenVertices& seen, std::
     std::vector<std::size_t> kept;
     fresco::numerics::DisjointSets pieces(mesh.positions.size());
     for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
-        if (const auto& t = mesh.triangles[f]; seen.seen(t[0]) || seen.seen(t[1]) || seen.seen(t[2]))
+        if (const auto& t = mesh.triangles[f]; seen[t[0]] != 0 || seen[t[1]] != 0 || seen[t[2]] != 0)
         {
             kept.push_back(f);
             pieces.join(t[0], t[1]);

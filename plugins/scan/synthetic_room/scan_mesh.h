@@ -37,18 +37,12 @@ SurfaceNet surface_net(const Scene& scene, float edge, fresco::Progress& progres
 fresco::Mesh noisy_mesh(const SurfaceNet& net, const Scene& scene, const LightMap& light, float edge, float noise_m,
                         std::uint32_t seed, fresco::Progress& progress);
 
-/// The vertices that the depth camera has seen. `add_view` may be called from several threads at once.
-class SeenVertices
-{
-  public:
-    explicit SeenVertices(const std::vector<Vec3f>& positions) : positions_(positions), seen_(positions.size()) {}
-    void add_view(const fresco::Raster<float>& exact_depth, const fresco::Camera& camera);
-    bool seen(std::size_t vertex) const { return seen_[vertex].load(std::memory_order_relaxed) != 0; }
+/// V: 1 once the depth camera has seen the vertex.
+using SeenVertices = std::vector<std::atomic<char>>;
 
-  private:
-    const std::vector<Vec3f>& positions_;
-    std::vector<std::atomic<char>> seen_;
-};
+/// Marks the vertices that a view shows. May be called from several threads at once.
+void mark_seen(const std::vector<Vec3f>& positions, const fresco::Raster<float>& exact_depth, const fresco::Camera& camera,
+               SeenVertices& seen);
 
 /// The scanned part of the mesh: faces with a seen vertex, without components of fewer than 40 faces. Throws Error if no face is
 /// left. `parts`: those of the mesh's faces; afterward those of the remaining faces.

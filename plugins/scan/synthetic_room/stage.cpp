@@ -69,9 +69,9 @@ class ScanSyntheticRoom final : public fresco::Stage
         const room::LightMap light(caster, run);
         const auto net = room::surface_net(scene, edge, run);
         const auto whole = room::noisy_mesh(net, scene, light, edge, noise, random, run);
-        room::SeenVertices seen(net.positions);
+        room::SeenVertices seen(net.positions.size());
 
-        frames = record(caster, light, random, seen, run);
+        frames = record(caster, light, random, net, seen, run);
         auto parts = room::parts_of_faces(net, scene);
         auto scanned = room::seen_part(whole, seen, parts);
         run.report("frames", *frames_count);
@@ -88,8 +88,8 @@ class ScanSyntheticRoom final : public fresco::Stage
         mesh = std::move(scanned);
     }
 
-    fresco::Frames record(const room::Caster& caster, const room::LightMap& light, std::uint32_t random, room::SeenVertices& seen,
-                          fresco::RunContext& run) const
+    fresco::Frames record(const room::Caster& caster, const room::LightMap& light, std::uint32_t random,
+                          const room::SurfaceNet& net, room::SeenVertices& seen, fresco::RunContext& run) const
     {
         const auto recorder = room::make_recorder(*color_width_px, *color_height_px, (*depth_px)[0], (*depth_px)[1]);
         const auto path = room::camera_path(caster.scene(), *frames_count, random);
@@ -104,17 +104,17 @@ class ScanSyntheticRoom final : public fresco::Stage
                                       frame.number = static_cast<long>(i);
                                       frame.depth = {recorder.depth, path[i]};
                                       frame.color = {recorder.color, path[i] * recorder.color_from_depth.inverse()};
-                                      write_pictures(caster, light, room::hash(random, static_cast<std::uint32_t>(i)), seen,
+                                      write_pictures(caster, light, room::hash(random, static_cast<std::uint32_t>(i)), net, seen,
                                                      frame);
                                   });
         return recorded;
     }
 
-    void write_pictures(const room::Caster& caster, const room::LightMap& light, std::uint32_t random, room::SeenVertices& seen,
-                        fresco::Frame& frame) const
+    void write_pictures(const room::Caster& caster, const room::LightMap& light, std::uint32_t random,
+                        const room::SurfaceNet& net, room::SeenVertices& seen, fresco::Frame& frame) const
     {
         const auto exact = room::render_depth(caster, frame.depth);
-        seen.add_view(exact, frame.depth);
+        room::mark_seen(net.positions, exact, frame.depth, seen);
         const auto depth = room::sense_depth(exact, static_cast<float>(*noise_m), random + 1);
         frame.depth_picture.path = frames.folder().path / (frame.name + ".depth.png");
         fresco::write_file(frame.depth_picture.path, images->encode_png(depth));

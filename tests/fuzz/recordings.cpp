@@ -4,9 +4,12 @@
 #include "plugins/layout/matterport3d/house.h"
 #include "plugins/layout/nerfstudio/transforms.h"
 #include "plugins/layout/polycam/keyframes.h"
+#include "plugins/layout/record3d/lzfse.h"
+#include "plugins/layout/record3d/metadata.h"
 #include "plugins/layout/replica/replica_scene.h"
 #include "plugins/layout/scannet/scene_calibration.h"
 #include "plugins/layout/sens/sens_file.h"
+#include "plugins/layout/stray_scanner/odometry.h"
 #include "plugins/layout/tum/tum.h"
 
 #include <fresco/error.h>
@@ -162,12 +165,36 @@ void read_matterport_cameras(Bytes bytes)
 
 void read_nerfstudio(Bytes bytes)
 {
+    testing::TestRun run(1);
     for (const bool original : {false, true})
-        for (const auto& view : nerfstudio::parse_transforms(text_of(bytes), name, {.original_world = original}))
+        for (const auto& view : nerfstudio::parse_transforms(text_of(bytes), name, {.original_world = original}, run))
         {
-            check(view.world_from_camera);
+            if (std::isfinite(view.world_from_camera.translation.x))
+                check(view.world_from_camera);
             check_lens(view.lens, view.camera);
         }
+}
+
+void read_lzfse(Bytes bytes)
+{
+    if (bytes.size() < 2)
+        throw Error("no size");
+    const auto size = std::to_integer<std::size_t>(bytes[0]) + 256 * std::to_integer<std::size_t>(bytes[1]);
+    require(record3d::unpack_lzfse(bytes.subspan(2), size, name).size() == size, "the size that was asked for");
+}
+
+void read_record3d(Bytes bytes)
+{
+    for (const auto& pose : record3d::parse_metadata(text_of(bytes), source).world_from_camera)
+        if (pose)
+            check(*pose);
+}
+
+void read_stray_scanner(Bytes bytes)
+{
+    for (const auto& row : stray_scanner::parse_odometry(text_of(bytes), source))
+        if (row.world_from_camera)
+            check(*row.world_from_camera);
 }
 
 void read_polycam(Bytes bytes)
@@ -202,6 +229,9 @@ const Registered registered{
     {"poses_nerfstudio", "plugins/layout/nerfstudio/transforms\\.cpp|plugins/shared/recordings/src/parsing\\.cpp",
      read_nerfstudio},
     {"poses_polycam", "plugins/layout/polycam/keyframes\\.cpp", read_polycam},
+    {"lzfse", "plugins/layout/record3d/lzfse\\.cpp", read_lzfse},
+    {"poses_record3d", "plugins/layout/record3d/metadata\\.cpp", read_record3d},
+    {"poses_stray_scanner", "plugins/layout/stray_scanner/odometry\\.cpp", read_stray_scanner},
     {"poses_replica", "plugins/layout/replica/replica_scene\\.cpp", read_replica}};
 
 }  // namespace

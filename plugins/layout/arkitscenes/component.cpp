@@ -3,6 +3,7 @@
 #include <fresco/image_io.h>
 #include <fresco/recordings/confidence.h>
 #include <fresco/recordings/layout.h>
+#include <fresco/recordings/listed_files.h>
 #include <fresco/recordings/parsing.h>
 
 #include <algorithm>
@@ -134,7 +135,7 @@ class ArkitScenesLayout final : public Layout
         for (const auto& entry : fs::directory_iterator(path() / folder, missing))
         {
             const auto stem = entry.path().stem().string();
-            if (entry.path().extension() != ending || stem.starts_with('.'))
+            if (entry.path().extension() != ending || is_system_file(entry.path()))
                 continue;
             files[number_of(stem.substr(stem.rfind('_') + 1), entry.path().string() + ": the time in the file's name")] =
                 entry.path();

@@ -4,6 +4,7 @@
 #include <fresco/files_io.h>
 #include <fresco/mesh.h>
 #include <fresco/recordings/layout.h>
+#include <fresco/recordings/listed_files.h>
 #include <fresco/recordings/parsing.h>
 
 #include <algorithm>
@@ -89,7 +90,7 @@ class FolderLayout final : public Layout
         for (const auto& entry : fs::directory_iterator(folder))
         {
             const auto& file = entry.path();
-            if (std::ranges::find(endings, file.extension()) == endings.end())
+            if (std::ranges::find(endings, file.extension()) == endings.end() || is_system_file(file))
                 continue;
             if (const auto [other, is_new] = files.try_emplace(file.stem().string(), file); !is_new)
                 throw fresco::Error(file.string() + ": a second file of this name, " + other->second.filename().string() +

@@ -1,6 +1,7 @@
 #include "house.h"
 
 #include <fresco/error.h>
+#include <fresco/recordings/listed_files.h>
 #include <fresco/recordings/parsing.h>
 #include <fresco/recordings/recorded_view.h>
 
@@ -86,7 +87,7 @@ fs::path camera_file(const fs::path& folder)
     std::vector<fs::path> found;
     if (fs::is_directory(parameters))
         for (const auto& entry : fs::directory_iterator(parameters))
-            if (entry.path().extension() == ".conf")
+            if (entry.path().extension() == ".conf" && !fresco::recordings::is_system_file(entry.path()))
                 found.push_back(entry.path());
     if (found.empty())
         throw fresco::MissingInput(parameters.string() +

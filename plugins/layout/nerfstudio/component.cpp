@@ -1,7 +1,12 @@
 #include "transforms.h"
 
 #include <fresco/files_io.h>
+#include <fresco/image_io.h>
 #include <fresco/recordings/layout.h>
+
+#include <cmath>
+#include <fmt/format.h>
+#include <utility>
 
 namespace
 {
@@ -42,8 +47,30 @@ class NerfstudioLayout final : public Layout
             reading.pictures = path() / "resized_images";
         if (file == scannetpp && masks->empty())
             reading.masks = path() / "resized_anon_masks";
-        return {.views = nerfstudio::parse_transforms(fresco::read_text_file(file), file, reading)};
+        reading.size_of = [this](const fs::path& picture) { return codec().header(picture); };
+        return {.views = nerfstudio::parse_transforms(fresco::read_text_file(file), file, reading, run)};
     }
+
+    bool locate(RecordedView& view, fresco::RunContext& run) override
+    {
+        if (!std::isfinite(view.world_from_camera.translation.x))
+            return false;
+        const auto size = codec().header(view.color);
+        const auto& k = view.camera;
+        // Pictures are often made smaller after the file was written.
+        if (!view.is_panorama && size.width != k.width && size.width * k.height == size.height * k.width)
+        {
+            if (!std::exchange(has_told_size_, true))
+                run.message(
+                    fmt::format("pictures have another size than their camera, such as {}: {}x{}, and the camera {}x{}; its "
+                                "intrinsics are scaled",
+                                view.color.string(), size.width, size.height, k.width, k.height));
+            view.camera = k.scaled_to(size.width, size.height);
+        }
+        return true;
+    }
+
+    bool has_told_size_ = false;
 };
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "transforms.h"
 
 #include <fresco/error.h>
+#include <fresco/recordings/listed_files.h>
 #include <fresco/recordings/parsing.h>
 #include <fresco/recordings/recorded_view.h>
 #include <fresco/value.h>
@@ -9,6 +10,7 @@
 #include <array>
 #include <cmath>
 #include <fmt/format.h>
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <set>
@@ -58,14 +60,50 @@ std::string model_of(const JsonPlace& record)
     return model ? model->text() : "OPENCV";
 }
 
-fresco::Intrinsics intrinsics_of(const Value& frame, const JsonPlace& record)
+/// world_from_camera of a frame; beyond all bounds where an entry is not finite: the recorder had lost track.
+fresco::RigidTransform pose_of(const JsonPlace& place)
+{
+    for (const JsonPlace& row : place.list())
+        for (const JsonPlace& entry : row.list())
+            if (entry.value().is_null())
+                return {{}, {std::numeric_limits<double>::quiet_NaN(), 0, 0}};
+    return fresco::recordings::opencv_pose(matrix(place), place.place());
+}
+
+/// A number of pixels; some programs write it as text.
+int pixels_of(const JsonPlace& place)
+{
+    return place.value().is_string() ? static_cast<int>(fresco::recordings::integer_of(place.text(), 1, 65536, place.place()))
+                                     : place.size();
+}
+
+fresco::Intrinsics intrinsics_of(const Value& frame, const JsonPlace& record, const RecordedView& view, const Reading& reading)
 {
     fresco::Intrinsics k;
-    k.width = record["w"].size();
-    k.height = record["h"].size();
+    if (reading.size_of && (!record.find("w") || !record.find("h")))
+    {
+        const auto size = reading.size_of(view.color);
+        k.width = size.width;
+        k.height = size.height;
+    }
+    else
+    {
+        k.width = pixels_of(record["w"]);
+        k.height = pixels_of(record["h"]);
+    }
     // Its fl_x … cy say nothing more: nerfstudio sets them to w / 2, h, and the middle.
     if (model_of(record) == panorama_model)
         return k;
+    for (const char* key : {"camera_intrinsics", "intrinsic_matrix", "K"})
+        if (const auto found = record.find(key); found && !record.find("fl_x"))
+        {
+            std::vector<double> entries;
+            for (const JsonPlace& row : found->list(3))
+                for (const double entry : row.numbers(3))
+                    entries.push_back(entry);
+            return fresco::recordings::intrinsics_from_matrix(entries, fresco::recordings::PixelCenter::half, k.width, k.height,
+                                                              found->place());
+        }
     // A frame's own angle goes before the file's focal lengths.
     const JsonPlace own(frame, record.place());
     const bool own_angle = !own.find("fl_x") && own.find("camera_angle_x");
@@ -193,9 +231,10 @@ Chosen chosen_frames(const JsonPlace& whole, const std::string& split)
 
 }  // namespace
 
-std::vector<RecordedView> parse_transforms(std::string_view text, const fs::path& file, const Reading& reading)
+std::vector<RecordedView> parse_transforms(std::string_view text, const fs::path& file, const Reading& reading,
+                                           fresco::RunContext& run)
 {
-    const Value root = fresco::parse_json(text, file.string());
+    const Value root = fresco::recordings::parse_recorded_json(text, file.string());
     const JsonPlace whole(root, file.string());
     auto chosen = chosen_frames(whole, reading.split);
     const std::vector<JsonPlace> frames = list_of(whole, chosen.key);
@@ -212,47 +251,51 @@ std::vector<RecordedView> parse_transforms(std::string_view text, const fs::path
         world.applied_scale = applied_scale_of(whole);
     }
 
-    std::vector<RecordedView> views;
-    std::size_t with_depth = 0;
+    std::vector<JsonPlace> records;
     for (std::size_t i = 0; i < frames.size(); ++i)
     {
-        const Value& own = frames[i].value();
-        const JsonPlace record(own, root,
+        const JsonPlace record(frames[i].value(), root,
                                fmt::format("{}: {} {}", file.string(), chosen.key == "frames" ? "frame" : "test frame", i));
-        if (chosen.names && chosen.names->erase(fs::path(path_text(record["file_path"])).lexically_normal()) == 0)
-            continue;
-        RecordedView view;
-        view.source = record.place();
-        const fs::path listed = path_text(record["file_path"]);
-        fresco::recordings::name_by_picture(view, listed);
-        view.color = (reading.pictures.empty() ? file.parent_path() : reading.pictures) / listed;
-        // The "transforms" of synthetic scenes name pictures without their ending.
-        if (listed.extension().empty())
-            view.color += ".png";
-        if (own.find("depth_file_path") != nullptr)
-        {
-            view.depth = file.parent_path() / path_text(record["depth_file_path"]);
-            if (view.depth.extension() != ".png")
-                record.fail("depth_file_path", "is " + view.depth.filename().string() +
-                                                   "; expected a 16-bit PNG: convert it, or remove the key from every frame");
-            view.depth_unit_m = depth_unit_of(record);
-            ++with_depth;
-        }
-        if (own.find("mask_path") != nullptr)
-            view.mask = (reading.masks.empty() ? file.parent_path() : reading.masks) / path_text(record["mask_path"]);
-        view.is_panorama = model_of(record) == panorama_model;
-        view.camera = intrinsics_of(own, record);
-        view.lens = lens_of(record);
-        view.world_from_camera =
-            world(fresco::recordings::opencv_pose(matrix(record["transform_matrix"]), record["transform_matrix"].place()));
-        views.push_back(std::move(view));
+        if (!chosen.names || chosen.names->erase(fs::path(path_text(record["file_path"])).lexically_normal()) > 0)
+            records.push_back(record);
     }
     if (chosen.names && !chosen.names->empty())
         whole.fail(reading.split + "_filenames",
                    "lists " + chosen.names->begin()->string() + ", which no frame has as file_path");
-    if (with_depth != 0 && with_depth != views.size())
-        throw fresco::Error(fmt::format("{}: {} of {} frames have a depth_file_path; expected all of them or none", file.string(),
-                                        with_depth, views.size()));
+    std::vector<RecordedView> views(records.size());
+    std::vector<fresco::recordings::ListedFile> files;
+    const auto folder_or = [&](const fs::path& folder) { return folder.empty() ? file.parent_path() : folder; };
+    for (std::size_t i = 0; i < records.size(); ++i)
+    {
+        const JsonPlace& record = records[i];
+        const auto own = [&](const char* key) { return record.value().find(key) != nullptr; };
+        files.push_back({folder_or(reading.pictures), path_text(record["file_path"]), &views[i].color});
+        if (own("depth_file_path"))
+        {
+            const std::string name = path_text(record["depth_file_path"]);
+            if (!name.ends_with(".png"))
+                record.fail("depth_file_path",
+                            "is " + fs::path(name).filename().string() + "; expected a 16-bit PNG: convert it, or remove the key from every frame");
+            files.push_back({file.parent_path(), name, &views[i].depth});
+            views[i].depth_unit_m = depth_unit_of(record);
+        }
+        if (own("mask_path"))
+            files.push_back({folder_or(reading.masks), path_text(record["mask_path"]), &views[i].mask});
+    }
+    fresco::recordings::find_listed_files(files, file.parent_path(), run);
+    for (std::size_t i = 0; i < records.size(); ++i)
+    {
+        RecordedView& view = views[i];
+        const JsonPlace& record = records[i];
+        view.source = record.place();
+        std::string listed = record["file_path"].text();
+        std::ranges::replace(listed, '\\', '/');
+        fresco::recordings::name_by_picture(view, listed);
+        view.is_panorama = model_of(record) == panorama_model;
+        view.camera = intrinsics_of(record.value(), record, view, reading);
+        view.lens = lens_of(record);
+        view.world_from_camera = world(pose_of(record["transform_matrix"]));
+    }
     fresco::recordings::order_by_name(views);
     return views;
 }

@@ -2,7 +2,12 @@
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
+#include <fresco/image_io.h>
 #include <fresco/recordings/layout.h>
+#include <fresco/recordings/listed_files.h>
+
+#include <algorithm>
+#include <fmt/format.h>
 
 namespace
 {
@@ -31,9 +36,12 @@ class PolycamLayout final : public Layout
             mesh_from_world_ = polycam::parse_alignment(recorded_text(file, run), file.string());
         }
         looks_for(cameras / "*.json", run);
+        looks_for(pictures / "*", run);
+        looks_for(path() / "keyframes/depth/*", run);
+        std::size_t without_depth = 0;
         for (const auto& entry : fs::directory_iterator(cameras))
         {
-            if (entry.path().extension() != ".json")
+            if (entry.path().extension() != ".json" || is_system_file(entry.path()))
                 continue;
             const auto stem = entry.path().stem().string();
             RecordedView view;
@@ -41,8 +49,19 @@ class PolycamLayout final : public Layout
             view.pose = entry.path();
             view.color = pictures / (stem + ".jpg");
             view.depth = path() / "keyframes/depth" / (stem + ".png");
+            without_depth += fs::exists(view.depth) ? 0 : 1;
             recording.views.push_back(std::move(view));
         }
+        // An export without any depth picture is incomplete, and refused.
+        for (auto& view : recording.views)
+            if (without_depth < recording.views.size() && !fs::exists(view.depth))
+                view.depth.clear();
+        std::error_code missing;
+        const auto pictures_count =
+            std::ranges::count_if(fs::directory_iterator(pictures, missing), [](const auto& entry)
+                                  { return entry.path().extension() == ".jpg" && !is_system_file(entry.path()); });
+        if (const auto without_camera = pictures_count - std::ssize(recording.views); without_camera > 0)
+            recording.note = fmt::format("; {} pictures have no camera and are left out", without_camera);
         order_by_name(recording.views);
         run.report("corrected", cameras.filename() != "cameras");
         return recording;
@@ -69,6 +88,12 @@ class PolycamLayout final : public Layout
     bool locate(RecordedView& view, fresco::RunContext& /*run*/) override
     {
         polycam::parse_camera(fresco::read_text_file(view.pose), view);
+        if (view.camera.width == 0 || view.camera.height == 0)
+        {
+            const auto size = codec().header(view.color);
+            view.camera.width = size.width;
+            view.camera.height = size.height;
+        }
         view.world_from_camera = mesh_from_world_ * view.world_from_camera;
         return true;
     }

@@ -17,8 +17,9 @@ void parse_camera(std::string_view text, RecordedView& view)
     view.source = view.pose.string();
     const auto root = fresco::parse_json(text, view.source);
     const fresco::JsonPlace record(root, view.source);
-    view.camera = {record["width"].size(), record["height"].size(), record["fx"].number(),
-                   record["fy"].number(),  record["cx"].number(),   record["cy"].number()};
+    const auto size = [&](const char* key) { return record.find(key) ? record[key].size() : 0; };
+    view.camera = {size("width"),         size("height"),        record["fx"].number(),
+                   record["fy"].number(), record["cx"].number(), record["cy"].number()};
     std::vector<double> matrix{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1};
     for (std::size_t entry = 0; entry < 12; ++entry)
         matrix[entry] = record[fmt::format("t_{}{}", entry / 4, entry % 4)].number();

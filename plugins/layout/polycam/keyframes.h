@@ -7,7 +7,7 @@
 namespace polycam
 {
 
-/// The camera in the file `view.pose`: width, height, fx, fy, cx, cy (pixels, the first one's center at (0.5, 0.5)) and t_00 to
+/// The camera in the file `view.pose`: width, height (0 where corrected cameras lack them), fx, fy, cx, cy (pixels, the first one's center at (0.5, 0.5)) and t_00 to
 /// t_23, the rows of world_from_camera with OpenGL's camera axes, turned to OpenCV's here. Throws Error naming the file and the
 /// key or byte.
 void parse_camera(std::string_view text, fresco::recordings::RecordedView& view);

@@ -26,7 +26,7 @@ using Bytes = std::span<const std::byte>;
 constexpr std::size_t literals_of_block = 40000;
 constexpr std::size_t matches_of_block = 10000;
 
-/// What was unpacked so far.
+/// The bytes that were unpacked so far.
 class Unpacked
 {
   public:

@@ -65,7 +65,7 @@ std::vector<Intrinsics> cameras_of(const JsonPlace& root, int width, int height,
 
 Metadata parse_metadata(std::string_view text, std::string_view source)
 {
-    const auto parsed = parse_json(text, source);
+    const auto parsed = recordings::parse_recorded_json(text, source);
     const JsonPlace root(parsed, std::string(source));
     const int width = root["w"].size(), height = root["h"].size();
     Metadata metadata{.depth_width = width < height ? 192 : 256, .depth_height = width < height ? 256 : 192};

@@ -3,6 +3,7 @@
 #include <fresco/error.h>
 #include <fresco/mesh.h>
 #include <fresco/recordings/layout.h>
+#include <fresco/recordings/listed_files.h>
 #include <fresco/run_context.h>
 
 #include <algorithm>
@@ -27,7 +28,7 @@ fs::path find_properties(const fs::path& path, fresco::RunContext& run)
     run.reads_folder(path, "*.txt");
     std::vector<fs::path> files;
     for (const auto& entry : fs::directory_iterator(path))
-        if (entry.is_regular_file() && entry.path().extension() == ".txt")
+        if (entry.is_regular_file() && entry.path().extension() == ".txt" && !is_system_file(entry.path()))
             files.push_back(entry.path());
     return files.size() == 1 ? files[0] : fs::path{};
 }

@@ -1,6 +1,7 @@
 #include "tum.h"
 
 #include <fresco/recordings/layout.h>
+#include <fresco/recordings/listed_files.h>
 #include <fresco/value.h>
 
 #include <fmt/format.h>
@@ -69,7 +70,8 @@ class TumLayout final : public Layout
         std::set<fs::path> unlisted;
         std::error_code missing;
         for (const auto& entry : fs::directory_iterator(folder, missing))
-            if (entry.path().extension() == listed.begin()->extension() && !listed.contains(entry.path().lexically_normal()))
+            if (entry.path().extension() == listed.begin()->extension() && !is_system_file(entry.path()) &&
+                !listed.contains(entry.path().lexically_normal()))
                 unlisted.insert(entry.path());
         if (!unlisted.empty())
             run.warning(fmt::format("rgb.txt does not list {} of the pictures in its folder, first {}; they are not used",

@@ -160,8 +160,8 @@ struct PlyIntegers
 /// (binary), what was expected and what to do; a file cut at any byte, text after the data, counts beyond the file's size,
 /// indices out of range, coordinates that are not finite, 0 faces are errors.
 ///
-/// Receive what the file says besides, if they are not null: `materials` about pictures, `integers` the values of the property
-/// that it names. Throws Error, too, if neither vertices nor faces have that property, naming those that they have.
+/// `materials` and `integers` may be null; they receive what the file says about pictures, and the values of the property that
+/// `integers` names. Throws Error, too, if neither vertices nor faces have that property, naming those that they have.
 Mesh parse_ply(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits = {},
                MeshReadReport* report = nullptr, MeshMaterials* materials = nullptr, PlyIntegers* integers = nullptr);
 

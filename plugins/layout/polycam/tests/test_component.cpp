@@ -11,6 +11,7 @@ const LayoutUnderTest layout{.type = "layout.polycam",
                              .pose_source = "corrected_cameras/999.json",
                              .damaged = {"keyframes/corrected_cameras/998.json"},
                              // By number, not by letters.
+                             .may_lack_depth = true,
                              .third = "keyframes 1000 1000",
                              .files_read = 3 * 3};
 
@@ -24,6 +25,25 @@ const char* const alignment = R"({"alignmentTransform": [1, 0, 0, 0,  0, 0, 1, 0
 std::vector<LayoutUnderTest> forms()
 {
     return {layout};
+}
+
+TEST_CASE("small differences of captures", "[layout.polycam]")
+{
+    const WrittenRecording capture(layout);
+    const auto said = [&]
+    {
+        TestRun run;
+        const auto frames = capture.read(run).frames->frames;
+        return std::to_string(frames.at(0).color.intrinsics.width) + ": " + run.messages.back();
+    };
+    capture.replace(camera_file, "\"width\"", "\"wide\"");
+    CHECK_THAT(said(), Contains("32: 3 frames"));
+    capture.remove("keyframes/depth/999.png");
+    CHECK_THAT(said(), Contains("3 frames, 1 of them without depth"));
+    capture.remove(camera_file);
+    CHECK_THAT(said(), Contains("2 frames; 1 pictures have no camera and are left out"));
+    capture.remove("keyframes/depth");
+    CHECK_THAT(capture.error(), Contains("2 files are missing"));
 }
 
 TEST_CASE("without corrected cameras ARKit's are taken, with a warning", "[layout.polycam]")

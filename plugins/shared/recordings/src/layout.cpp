@@ -2,6 +2,7 @@
 #include <fresco/files_io.h>
 #include <fresco/mesh.h>
 #include <fresco/recordings/layout.h>
+#include <fresco/recordings/listed_files.h>
 
 #include <algorithm>
 #include <array>
@@ -101,7 +102,8 @@ std::vector<fs::path> files_like(const fs::path& candidate)
     std::vector<fs::path> files;
     std::error_code missing;
     for (const auto& entry : fs::directory_iterator(candidate.parent_path(), missing))
-        if (entry.is_regular_file() && entry.path().filename().string().ends_with(name.substr(1)))
+        if (entry.is_regular_file() && entry.path().filename().string().ends_with(name.substr(1)) &&
+            !is_system_file(entry.path()))
             files.push_back(entry.path());
     std::ranges::sort(files);
     return files;
@@ -271,7 +273,8 @@ ReadRecording read_recording(Layout& layout, const ReadingOptions& options, cons
     const auto panoramas = std::ranges::count_if(views, &RecordedView::is_panorama);
     const auto undistorted = std::ranges::count_if(views, [](const auto& view) { return view.lens.distorts(); });
     const auto masked = std::ranges::count_if(made.frames, [](const auto& frame) { return !frame.mask.empty(); });
-    const bool has_depth = !made.frames.front().depth_picture.empty();
+    const auto without_depth = std::ranges::count_if(made.frames, [](const auto& frame) { return frame.depth_picture.empty(); });
+    const bool has_depth = without_depth < std::ssize(made.frames);
     run.report("frames", made.frames.size());
     run.report("panoramas", panoramas);
     run.report("poses_not_tracked", lost);
@@ -279,7 +282,10 @@ ReadRecording read_recording(Layout& layout, const ReadingOptions& options, cons
     run.report("masked", masked);
     run.report("transparent", transparent);
     run.report("has_depth", has_depth);
-    run.message(fmt::format("{} frames{}{}{}{}{}{}{}", made.frames.size(), has_depth ? "" : " without depth",
+    run.message(fmt::format("{} frames{}{}{}{}{}{}{}", made.frames.size(),
+                            !has_depth          ? " without depth"
+                            : without_depth > 0 ? fmt::format(", {} of them without depth", without_depth)
+                                                : "",
                             panoramas > 0 ? fmt::format(", cut from {} 360° pictures", panoramas) : "",
                             undistorted > 0 ? fmt::format(", {} undistorted", undistorted) : "",
                             masked > 0 ? fmt::format(", {} with a mask", masked) : "",

@@ -233,6 +233,29 @@ std::vector<double> read_matrix_text(const std::filesystem::path& file, int rows
     return parse_matrix_text(read_text_file(file, matrix_file_limit), rows, columns, file.string());
 }
 
+Value parse_recorded_json(std::string_view text, std::string_view source)
+{
+    std::string plain;
+    bool is_text = false;
+    for (std::size_t i = 0; i < text.size(); ++i)
+    {
+        if (text[i] == '"')
+            is_text = !is_text;
+        if (is_text && text[i] == '\\' && i + 1 < text.size())
+            plain += text[i++];
+        std::size_t length = 0;
+        for (const std::string_view word : {"NaN", "-NaN", "Infinity", "-Infinity"})
+            if (!is_text && text.substr(i).starts_with(word))
+                length = word.size();
+        if (length > 0)
+            plain += "null";
+        else
+            plain += text[i];
+        i += length > 0 ? length - 1 : 0;
+    }
+    return parse_json(plain, source);
+}
+
 std::vector<double> parse_numbers(std::string_view text, std::size_t count, std::string_view source)
 {
     auto values = parse_row(text, std::string(source));
@@ -267,7 +290,10 @@ RigidTransform rigid_transform(const std::vector<double>& matrix, std::string_vi
         throw Error(name + ": the transform has an entry that is not finite; leave this frame out");
     for (std::size_t i = 12; i < 16; ++i)
         if (std::abs(matrix[i] - (i == 15 ? 1.0 : 0.0)) > exactness)
-            throw Error(name + ": expected 0 0 0 1 as the last row of a rigid transform");
+            throw Error(name + ": expected 0 0 0 1 as the last row of a rigid transform" +
+                        (matrix[3] == 0 && matrix[7] == 0 && matrix[11] == 0
+                             ? ", and it is the last column: write the matrix row by row"
+                             : ""));
     RigidTransform transform;
     for (int row = 0; row < 3; ++row)
         for (int column = 0; column < 3; ++column)

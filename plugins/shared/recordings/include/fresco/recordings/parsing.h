@@ -74,6 +74,9 @@ std::vector<double> parse_matrix_text(std::string_view text, int rows, int colum
 /// Reads a matrix from a file. Throws MissingInput if it cannot be read.
 std::vector<double> read_matrix_text(const std::filesystem::path& file, int rows, int columns);
 
+/// As parse_json, but NaN and Infinity, which Python writes, are null.
+Value parse_recorded_json(std::string_view text, std::string_view source);
+
 /// Row-major numbers separated by blanks on one line, exactly `count` of them. Throws Error naming `source`.
 std::vector<double> parse_numbers(std::string_view text, std::size_t count, std::string_view source);
 

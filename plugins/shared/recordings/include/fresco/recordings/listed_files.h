@@ -1,0 +1,33 @@
+#pragma once
+
+#include <fresco/run_context.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+/// \file Files that a recording lists under names that are not quite theirs: written on Windows or another machine, by a program
+/// that ran elsewhere, or converted since.
+
+namespace fresco::recordings
+{
+
+/// A file as a recording names it.
+struct ListedFile
+{
+    std::filesystem::path folder;         ///< Folder that the name is relative to.
+    std::string name;                     ///< As listed, with '/' or '\'.
+    std::filesystem::path* to = nullptr;  ///< Place for the path; not owned.
+};
+
+/// Sets the paths of all files: folder/name where that is there. Where it is not, the first of these rules that finds a file
+/// holds for all that are missing: '/' for '\'; another ending of pictures; another case; the last parts of the path below
+/// `recording` or the folder. Then a message says how many were found so. What no rule finds has the path folder/name. Throws
+/// Error if a rule finds two files for a name.
+void find_listed_files(const std::vector<ListedFile>& files, const std::filesystem::path& recording, RunContext& run);
+
+/// Whether a system put the file there, not the recorder: "._a.png" and .DS_Store of macOS, Thumbs.db and desktop.ini of Windows,
+/// @eaDir of network disks.
+bool is_system_file(const std::filesystem::path& file);
+
+}  // namespace fresco::recordings

@@ -1,16 +1,20 @@
 #pragma once
 
+#include <fresco/frames.h>
 #include <fresco/random.h>
 #include <fresco/uv_maps.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
 #include <limits>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
-/// \file Uv maps of every sort that packing must bring back.
+/// \file Uv maps of every sort that packing must bring back, and those of a recording on disk.
 
 /// Everything noise; `valid_share` of the pixels valid, what the others hold must not matter.
 inline fresco::UvMap noise_uv_map(int width, int height, double valid_share, std::uint64_t seed)
@@ -88,4 +92,27 @@ inline std::vector<std::pair<std::string, fresco::UvMap>> all_uv_maps()
             {"one pixel", noise_uv_map(1, 1, 2, 7)},     {"charts", charts_uv_map(160, 120)},
             {"extremes", extreme_uv_map(40, 30)},        {"70 m", deep_uv_map(20, 15, 70)},
             {"3 km", deep_uv_map(20, 15, 3000)},         {"to the moon", deep_uv_map(20, 15, 3.844e8F)}};
+}
+
+/// Writes the maps map_of(frame's number, width, height) of all frames' color cameras into `folder`.
+template <class MapOf>
+std::shared_ptr<fresco::UvMaps> written_uv_maps(const std::filesystem::path& folder, const fresco::Frames& frames,
+                                                const std::vector<int>& heights, const MapOf& map_of)
+{
+    std::filesystem::create_directories(folder);
+    fresco::UvMaps index;
+    index.heights_px = heights;
+    for (const fresco::Frame& frame : frames.frames)
+    {
+        const std::size_t number = index.views.size();
+        auto& view = index.views.emplace_back(fresco::UvMaps::View{frame.sequence, frame.name, frame.color, {}});
+        for (const int height : heights)
+        {
+            const fresco::UvMap map = map_of(number, frame.color.intrinsics.width_at(height), height);
+            fresco::UvMaps::write_map({folder, {}}, number, height, map);
+            view.valid_pixels.push_back(std::ranges::count(map.valid.values, 1));
+        }
+    }
+    index.save({folder, {}});
+    return fresco::UvMaps::load({folder, {}});
 }

@@ -1,5 +1,6 @@
 #include "exposure.h"
 
+#include <fresco/numerics/bilinear.h>
 #include <fresco/numerics/noise.h>
 #include <fresco/numerics/numerics.h>
 #include <fresco/parallel.h>
@@ -46,16 +47,11 @@ struct Taps
 
 Taps taps_at(const std::array<float, 2>& at)
 {
-    const float x = std::clamp(at[0] * grid_columns - 0.5F, 0.0F, static_cast<float>(grid_columns - 1));
-    const float y = std::clamp(at[1] * grid_rows - 0.5F, 0.0F, static_cast<float>(grid_rows - 1));
-    const auto left = std::min(static_cast<std::size_t>(x), std::size_t{grid_columns - 2});
-    const auto top = std::min(static_cast<std::size_t>(y), std::size_t{grid_rows - 2});
-    const float right_share = x - static_cast<float>(left);
-    const float low_share = y - static_cast<float>(top);
-    const std::size_t first = top * grid_columns + left;
-    return {{first, first + 1, first + grid_columns, first + grid_columns + 1},
-            {(1 - right_share) * (1 - low_share), right_share * (1 - low_share), (1 - right_share) * low_share,
-             right_share * low_share}};
+    const auto x = numerics::between<float>(at[0] * grid_columns - 0.5F, grid_columns);
+    const auto y = numerics::between<float>(at[1] * grid_rows - 0.5F, grid_rows);
+    const auto node = [](int column, int row) { return static_cast<std::size_t>(row * grid_columns + column); };
+    return {{node(x.first, y.first), node(x.second, y.first), node(x.first, y.second), node(x.second, y.second)},
+            {(1 - x.share) * (1 - y.share), x.share * (1 - y.share), (1 - x.share) * y.share, x.share * y.share}};
 }
 
 /// The observations of all cells, cell by cell, each in the order of the views.

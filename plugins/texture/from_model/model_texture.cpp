@@ -107,23 +107,22 @@ struct RowFigures
 
 }  // namespace
 
-ModelTexture transfer_colors(const fresco::Model& model, const ModelColors& colors, const Mesh& atlas, const TransferRules& rules,
-                             fresco::Progress& progress)
+ModelTexture transfer_colors(const fresco::Model& model, const ModelColors& colors, const Mesh& atlas, int size_px,
+                             double max_distance_m, fresco::Progress& progress)
 {
-    const TexelFaces faces =
-        fresco::texturing::find_texel_faces(atlas, fresco::texturing::find_charts(atlas), rules.size_px, progress);
+    const TexelFaces faces = fresco::texturing::find_texel_faces(atlas, fresco::texturing::find_charts(atlas), size_px, progress);
     const SurfaceSearch search(model.mesh);
-    const auto size = static_cast<std::size_t>(rules.size_px);
+    const auto size = static_cast<std::size_t>(size_px);
     ModelTexture texture;
-    texture.picture = fresco::RasterF(rules.size_px, rules.size_px, 3);
-    texture.seen = fresco::Raster8(rules.size_px, rules.size_px, 1);
+    texture.picture = fresco::RasterF(size_px, size_px, 3);
+    texture.seen = fresco::Raster8(size_px, size_px, 1);
     std::vector<RowFigures> figures(size);
     std::atomic<std::size_t> done{0};
     fresco::parallel_for(size, rows_per_piece, progress,
                          [&](std::size_t begin, std::size_t end)
                          {
                              progress.check_canceled();
-                             TexelPainter painter(colors, search, atlas, faces, rules.max_distance_m);
+                             TexelPainter painter(colors, search, atlas, faces, max_distance_m);
                              for (std::size_t texel = begin * size; texel < end * size; ++texel)
                              {
                                  if (!faces.covered(texel))

@@ -23,16 +23,10 @@ struct ModelTexture
     double largest_distance_m = 0;
 };
 
-struct TransferRules
-{
-    int size_px;
-    double max_distance_m;  ///< Ignore points of the model farther away.
-};
-
 /// Moves a model's colors to an atlas of the same surface, decimated or not: each texel takes the mean color of the model at the
 /// nearest points to n x n places in it, n being the width of a texel in pixels of the model's picture (at most 6). Texels
 /// beyond reach continue the others smoothly. The same for any number of threads. Throws Canceled.
-ModelTexture transfer_colors(const fresco::Model& model, const ModelColors& colors, const fresco::Mesh& atlas,
-                             const TransferRules& rules, fresco::Progress& progress);
+ModelTexture transfer_colors(const fresco::Model& model, const ModelColors& colors, const fresco::Mesh& atlas, int size_px,
+                             double max_distance_m, fresco::Progress& progress);
 
 }  // namespace from_model

@@ -45,9 +45,9 @@ class TextureFromModel final : public Stage
         const int size = painted_size_px(*size_px, mesh->texture_px, "the mesh on port 'mesh'", run);
         const ColorSource source = color_source(*model);
         const ModelColors colors = source == ColorSource::shape ? ModelColors(*model) : ModelColors(*model, pictures(size, run));
-        const TransferRules rules{.size_px = size, .max_distance_m = reach_m()};
-        ModelTexture made = transfer_colors(*model, colors, *mesh, rules, run);
-        tell(source, made, rules, run);
+        const double max_distance_m = reach_m();
+        ModelTexture made = transfer_colors(*model, colors, *mesh, size, max_distance_m, run);
+        tell(source, made, max_distance_m, run);
         Texture result;
         result.atlas = atlas_id(*mesh);
         result.layers.push_back(std::move(made.picture));
@@ -122,10 +122,10 @@ class TextureFromModel final : public Stage
         return area > 0 ? std::sqrt(uv_area / area) * texturing::mean_texel_m(*mesh, size) : 0;
     }
 
-    void tell(ColorSource source, const ModelTexture& made, const TransferRules& rules, RunContext& run) const
+    void tell(ColorSource source, const ModelTexture& made, double max_distance_m, RunContext& run) const
     {
         if (made.far_texels == made.chart_texels)
-            throw Error("no part of the mesh on port 'mesh' is within " + to_json(rules.max_distance_m) +
+            throw Error("no part of the mesh on port 'mesh' is within " + to_json(max_distance_m) +
                         " m of the model: wire the atlas of the mesh that the same scan.mesh stage made");
         const auto total = static_cast<double>(made.chart_texels);
         const double seen_share = 1 - static_cast<double>(made.far_texels) / total;
@@ -136,7 +136,7 @@ class TextureFromModel final : public Stage
         run.report("pictures", model->pictures.size());
         run.report("chart_texels", made.chart_texels);
         run.report("seen_share", seen_share);
-        run.report("max_distance_m", rules.max_distance_m);
+        run.report("max_distance_m", max_distance_m);
         run.report("mean_distance_m", made.mean_distance_m);
         run.report("largest_distance_m", made.largest_distance_m);
         if (source == ColorSource::shape)
@@ -145,7 +145,7 @@ class TextureFromModel final : public Stage
             run.warning(
                 fmt::format("{:.0f} % of the atlas is farther than {:.2g} m from the model and takes the colors around it: "
                             "decimate less",
-                            100 * (1 - seen_share), rules.max_distance_m));
+                            100 * (1 - seen_share), max_distance_m));
     }
 };
 

@@ -53,8 +53,8 @@ double level_share(ViewData& data, std::size_t level, const LossTerm& term, cons
 }  // namespace
 
 Evaluator::Evaluator(const std::map<std::string, std::shared_ptr<Loss>>& losses, ValueSpace space, torch::Device device,
-                     std::uint64_t seed, bool crops)
-    : losses_(losses), space_(space), device_(device), seed_(seed), crops_(crops)
+                     std::uint64_t seed)
+    : losses_(losses), space_(space), device_(device), seed_(seed)
 {
 }
 
@@ -64,7 +64,7 @@ void Evaluator::each_level(std::int64_t step, const ScheduledStep& scheduled, co
 {
     // Not sooner: a loss knows its network's default layers only once that network is prepared.
     if (demands_.empty())
-        demands_ = demands_of(losses_, crops_);
+        demands_ = demands_of(losses_);
     summands_.clear();
     noted_.clear();
     for (std::size_t i = 0; i < data.levels.size(); ++i)
@@ -244,8 +244,9 @@ ViewSplit split_views(const std::vector<std::size_t>& views, int count)
     return split;
 }
 
-bool has_stopped_falling(const std::vector<HeldOutLoss>& history, double gain, std::size_t window)
+bool has_stopped_falling(const std::vector<HeldOutLoss>& history, double gain)
 {
+    constexpr std::size_t window = 3;
     if (gain <= 0 || history.size() <= window)
         return false;
     const auto smallest = [](auto begin, auto end)

@@ -36,9 +36,8 @@ class NotFinite : public Error
 class Evaluator
 {
   public:
-    /// With `crops` false networks encode whole frames, which gives the same for more work.
     Evaluator(const std::map<std::string, std::shared_ptr<Loss>>& losses, ValueSpace space, torch::Device device,
-              std::uint64_t seed, bool crops = true);
+              std::uint64_t seed);
 
     /// The loss of `step` on `data` and its gradients, `parameters` of them. Throws NotFinite naming the step, `view_name` and
     /// the loss.
@@ -90,7 +89,6 @@ class Evaluator
     ValueSpace space_;
     torch::Device device_;
     std::uint64_t seed_;
-    bool crops_;
     std::map<std::string, double> summands_;
     std::vector<Noted> noted_;
 };
@@ -122,8 +120,8 @@ struct HeldOutLoss
     std::optional<double> seconds{};
 };
 
-/// Whether the last `window` measurements are worth nothing: their smallest is not below (1 - gain) times the smallest before.
-bool has_stopped_falling(const std::vector<HeldOutLoss>& history, double gain, std::size_t window = 3);
+/// Whether the last three measurements are worth nothing: their smallest is not below (1 - gain) times the smallest before.
+bool has_stopped_falling(const std::vector<HeldOutLoss>& history, double gain);
 
 /// Mean of the losses, without the texture's regularizer, over `views` that are not optimized for. `load`
 /// gets a view ready; one is in memory at a time. Every view is measured with the losses' present state and with the draws of

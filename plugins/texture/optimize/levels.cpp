@@ -60,6 +60,21 @@ std::vector<Roles> assigned_roles(const Raster<double>& depth, std::span<const i
     return roles;
 }
 
+/// Keeps the pixels whose nine neighbors are all in the mask; outside of the picture none is.
+Raster8 eroded(const Raster8& mask)
+{
+    const auto and_three = [](std::uint8_t a, std::uint8_t b, std::uint8_t c) { return static_cast<std::uint8_t>(a & b & c); };
+    Raster8 across(mask.width, mask.height);
+    for (int y = 0; y < mask.height; ++y)
+        for (int x = 1; x + 1 < mask.width; ++x)
+            across.at(x, y) = and_three(mask.at(x - 1, y), mask.at(x, y), mask.at(x + 1, y));
+    Raster8 result(mask.width, mask.height);
+    for (int y = 1; y + 1 < mask.height; ++y)
+        for (int x = 0; x < mask.width; ++x)
+            result.at(x, y) = and_three(across.at(x, y - 1), across.at(x, y), across.at(x, y + 1));
+    return result;
+}
+
 /// The level of the smallest height's pixels: `all` eroded after the union of the roles, the weight per role.
 LevelPixels eroded_level(const Roles& roles)
 {
@@ -149,20 +164,6 @@ LevelChoice level_choice(double depth_m, std::span<const int> heights_px, double
 std::int64_t LevelPixels::count() const
 {
     return std::count_if(all.values.begin(), all.values.end(), [](auto v) { return v != 0; });
-}
-
-Raster8 eroded(const Raster8& mask)
-{
-    const auto and_three = [](std::uint8_t a, std::uint8_t b, std::uint8_t c) { return static_cast<std::uint8_t>(a & b & c); };
-    Raster8 across(mask.width, mask.height);
-    for (int y = 0; y < mask.height; ++y)
-        for (int x = 1; x + 1 < mask.width; ++x)
-            across.at(x, y) = and_three(mask.at(x - 1, y), mask.at(x, y), mask.at(x + 1, y));
-    Raster8 result(mask.width, mask.height);
-    for (int y = 1; y + 1 < mask.height; ++y)
-        for (int x = 0; x < mask.width; ++x)
-            result.at(x, y) = and_three(across.at(x, y - 1), across.at(x, y), across.at(x, y + 1));
-    return result;
 }
 
 int corner_pixel(int i, int to, int from)

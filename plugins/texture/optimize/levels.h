@@ -95,9 +95,6 @@ RasterF gradient_factor(const UvMap& map, const LevelPixels& pixels, GradientSca
 /// Pixel among `from` that the released code looks up for pixel `i` of `to` (PyTorch's nearest neighbor, in single precision).
 int corner_pixel(int i, int to, int from);
 
-/// 1 where `mask` and its eight neighbors are 1; outside the raster is 0.
-Raster8 eroded(const Raster8& mask);
-
 /// Pixels [x0, x1) x [y0, y1).
 struct PixelBox
 {

@@ -2,6 +2,7 @@
 
 #include <fresco/error.h>
 #include <fresco/image_io.h>
+#include <fresco/numerics/bilinear.h>
 #include <fresco/numerics/noise.h>
 #include <fresco/parallel.h>
 
@@ -11,7 +12,6 @@
 #include <fmt/format.h>
 #include <functional>
 #include <limits>
-#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -90,23 +90,13 @@ RasterF with_side(const RasterF& picture, int reference, int to)
 RasterF without_antialiasing(const RasterF& picture, int width, int height)
 {
     const auto place = [](int to, int to_count, int from_count)
-    { return std::clamp((to + 0.5) * from_count / to_count - 0.5, 0.0, static_cast<double>(from_count - 1)); };
+    { return numerics::between<float>((to + 0.5) * from_count / to_count - 0.5, from_count); };
     RasterF result(width, height, picture.channels);
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x)
-        {
-            const double column = place(x, width, picture.width);
-            const double row = place(y, height, picture.height);
-            const int left = static_cast<int>(column);
-            const int top = static_cast<int>(row);
-            const int right = std::min(left + 1, picture.width - 1);
-            const int bottom = std::min(top + 1, picture.height - 1);
-            const auto fx = static_cast<float>(column - left);
-            const auto fy = static_cast<float>(row - top);
             for (int c = 0; c < picture.channels; ++c)
-                result.at(x, y, c) = (picture.at(left, top, c) * (1 - fx) + picture.at(right, top, c) * fx) * (1 - fy) +
-                                     (picture.at(left, bottom, c) * (1 - fx) + picture.at(right, bottom, c) * fx) * fy;
-        }
+                result.at(x, y, c) = numerics::bilinear(place(x, width, picture.width), place(y, height, picture.height),
+                                                        [&](int column, int row) { return picture.at(column, row, c); });
     return result;
 }
 
@@ -310,8 +300,6 @@ void TexelGatherer::mark(const UvMap& map)
 
 void TexelGatherer::add(const UvMap& map, const RasterF& camera)
 {
-    if (camera.width != map.valid.width || camera.height != map.valid.height || camera.channels != 3 || sums_.empty())
-        throw std::invalid_argument("TexelGatherer::add takes an RGB picture of the map's size");
     each_texel(map,
                [&](std::size_t pixel, std::size_t texel, float weight)
                {

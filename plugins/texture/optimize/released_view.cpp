@@ -1,6 +1,7 @@
 #include "released_view.h"
 
 #include <fresco/images/filters.h>
+#include <fresco/numerics/bilinear.h>
 
 #include <algorithm>
 #include <cmath>
@@ -77,35 +78,20 @@ Raster8 resampled_and_turned(const Raster8& picture, int width)
     return result;
 }
 
-/// The two pixels of `from` around pixel `i` of `to`, and the second one's share, in single precision as OpenCV has it.
-struct Between
-{
-    Between(int i, int from, int to)
-    {
-        const auto place = static_cast<float>((i + 0.5) * (1 / (static_cast<double>(to) / from)) - 0.5);
-        low = static_cast<int>(std::floor(place));
-        share = place - static_cast<float>(low);
-        if (low < 0 || low >= from - 1)
-        {
-            low = std::clamp(low, 0, from - 1);
-            share = 0;
-        }
-        high = std::min(low + 1, from - 1);
-    }
-    int low = 0;
-    int high = 0;
-    float share = 0;
-};
-
-/// Depth at (x, y) of width x height pixels, by OpenCV's linear filter.
+/// Depth at (x, y) of width x height pixels, by OpenCV's linear filter, which finds its places in single precision.
 double resized_depth(const Raster<double>& depth, int x, int y, int width, int height)
 {
-    const Between column(x, depth.width, width);
-    const Between row(y, depth.height, height);
+    const auto place = [](int i, int from, int to)
+    {
+        const double at = (i + 0.5) * (1 / (static_cast<double>(to) / from)) - 0.5;
+        return numerics::between<float>(static_cast<float>(at), from);
+    };
+    const auto column = place(x, depth.width, width);
+    const auto row = place(y, depth.height, height);
     const auto mix = [](double a, double b, float share)
     { return a * static_cast<double>(1 - share) + b * static_cast<double>(share); };
-    const auto across = [&](int at) { return mix(depth.at(column.low, at), depth.at(column.high, at), column.share); };
-    return mix(across(row.low), across(row.high), row.share);
+    const auto across = [&](int at) { return mix(depth.at(column.first, at), depth.at(column.second, at), column.share); };
+    return mix(across(row.first), across(row.second), row.share);
 }
 
 /// The pixel of `from` under the middle of pixel `i` of `to`, as Pillow's nearest neighbor takes it.

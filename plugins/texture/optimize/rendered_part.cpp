@@ -133,7 +133,7 @@ torch::Tensor of_role(const torch::Tensor& features, std::int64_t fine_count, Pi
 
 }  // namespace
 
-Demands demands_of(const std::map<std::string, std::shared_ptr<Loss>>& losses, bool crops)
+Demands demands_of(const std::map<std::string, std::shared_ptr<Loss>>& losses)
 {
     Demands demands;
     for (const auto& [name, loss] : losses)
@@ -142,7 +142,7 @@ Demands demands_of(const std::map<std::string, std::shared_ptr<Loss>>& losses, b
             if (layers.network == nullptr)
                 throw Error("loss '" + name + "' needs features but names no network");
             auto& demand = demands[layers.network];
-            demand.whole = demand.whole || layers.whole || !crops;
+            demand.whole = demand.whole || layers.whole;
             add_missing(demand.image, layers.names);
             if (layers.camera)
                 add_missing(demand.camera, layers.names);

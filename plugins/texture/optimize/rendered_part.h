@@ -24,8 +24,7 @@ struct Demand
 };
 using Demands = std::map<const FeatureNetwork*, Demand>;
 
-/// With `crops` false every demand is for whole frames.
-Demands demands_of(const std::map<std::string, std::shared_ptr<Loss>>& losses, bool crops = true);
+Demands demands_of(const std::map<std::string, std::shared_ptr<Loss>>& losses);
 
 /// Finds the crops and the grids' cells of every level that parts will ask for, which they else find in a view's first step. On
 /// any thread.

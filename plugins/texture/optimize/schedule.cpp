@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
-#include <stdexcept>
 
 namespace fresco::optimize
 {
@@ -38,8 +37,6 @@ std::size_t spread_index(std::size_t position, std::size_t count, std::uint64_t 
 Schedule::Schedule(std::vector<std::size_t> views, std::uint64_t seed, const ScheduleOptions& options)
     : views_(std::move(views)), seed_(seed), options_(options)
 {
-    if (views_.empty() || options_.epochs < 1 || options_.repeats_count < 1)
-        throw std::invalid_argument("a schedule takes at least one view, epoch and repeat");
     steps_ = static_cast<std::int64_t>(views_.size()) * options_.epochs * options_.repeats_count;
     if (options_.max_steps > 0)
         steps_ = std::min(steps_, options_.max_steps);

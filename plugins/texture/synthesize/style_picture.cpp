@@ -314,23 +314,11 @@ float StylePicture::misalignment(Vec2f at, Vec2f turn) const
 void StylePicture::turned_patch(Vec2f at, Vec2f turn, float* values) const
 {
     const auto half = static_cast<float>(side_ / 2);
-    const auto right = static_cast<float>(lab_.width - 1);
-    const auto bottom = static_cast<float>(lab_.height - 1);
-    const std::size_t row = 3 * static_cast<std::size_t>(lab_.width);
     for (int j = 0; j < side_; ++j)
         for (int i = 0; i < side_; ++i, values += 3)
         {
-            const Vec2f p = at + turned({static_cast<float>(i) - half, static_cast<float>(j) - half}, turn);
-            const float x = std::clamp(p.x, 0.0F, right);
-            const float y = std::clamp(p.y, 0.0F, bottom);
-            const int x0 = std::min(static_cast<int>(x), lab_.width - 2);
-            const int y0 = std::min(static_cast<int>(y), lab_.height - 2);
-            const float fx = x - static_cast<float>(x0);
-            const float fy = y - static_cast<float>(y0);
-            const float* a = &lab_.at(x0, y0);
-            const float* b = a + row;
-            for (std::size_t c = 0; c < 3; ++c)
-                values[c] = (a[c] * (1 - fx) + a[c + 3] * fx) * (1 - fy) + (b[c] * (1 - fx) + b[c + 3] * fx) * fy;
+            const Vec3f own = color(at + turned({static_cast<float>(i) - half, static_cast<float>(j) - half}, turn));
+            std::ranges::copy(std::array{own.x, own.y, own.z}, values);
         }
 }
 

@@ -2,6 +2,7 @@
 
 #include <fresco/image.h>
 #include <fresco/math.h>
+#include <fresco/numerics/bilinear.h>
 #include <fresco/parallel.h>
 
 #include <algorithm>
@@ -26,20 +27,12 @@ inline Vec2f turned(Vec2f v, Vec2f turn)
 template <class T>
 Vec3f bilinear(const Raster<T>& picture, Vec2f at)
 {
-    const float x = std::clamp(at.x, 0.0F, static_cast<float>(picture.width - 1));
-    const float y = std::clamp(at.y, 0.0F, static_cast<float>(picture.height - 1));
-    const int x0 = static_cast<int>(x);
-    const int y0 = static_cast<int>(y);
-    const int x1 = std::min(x0 + 1, picture.width - 1);
-    const int y1 = std::min(y0 + 1, picture.height - 1);
-    const float fx = x - static_cast<float>(x0);
-    const float fy = y - static_cast<float>(y0);
-    const auto value = [&picture](int column, int row)
-    {
-        const T* v = &picture.at(column, row);
-        return Vec3f{static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
-    };
-    return (value(x0, y0) * (1 - fx) + value(x1, y0) * fx) * (1 - fy) + (value(x0, y1) * (1 - fx) + value(x1, y1) * fx) * fy;
+    return numerics::bilinear(numerics::between<float>(at.x, picture.width), numerics::between<float>(at.y, picture.height),
+                              [&picture](int column, int row)
+                              {
+                                  const T* v = &picture.at(column, row);
+                                  return Vec3f{static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
+                              });
 }
 
 /// The mean of `count` values, three per color.

@@ -1,6 +1,7 @@
 #include "catch.h"
 #include "painted_wall.h"
 #include "raw_images.h"
+#include "uv_map_samples.h"
 
 #include <fresco/files_io.h>
 #include <fresco/npy.h>
@@ -21,9 +22,6 @@ struct Recording
 {
     explicit Recording(const fs::path& folder, bool with_depth = false)
     {
-        fs::create_directories(folder / "maps");
-        UvMaps index;
-        index.heights_px = {30, 60};
         const auto cameras = five_cameras();
         for (std::size_t i = 0; i < cameras.size(); ++i)
         {
@@ -31,18 +29,10 @@ struct Recording
             testing::set_color_picture(frame, folder, picture_of(cameras[i], smooth_paint));
             if (with_depth)
                 write_depth(folder, frame);
-            UvMaps::View view{frame.sequence, frame.name, frame.color, {}};
-            for (const int height : index.heights_px)
-            {
-                const UvMap map = map_of(cameras[i], height);
-                UvMaps::write_map({folder / "maps", {}}, i, height, map);
-                view.valid_pixels.push_back(std::count(map.valid.values.begin(), map.valid.values.end(), 1));
-            }
-            index.views.push_back(view);
             frames->frames.push_back(frame);
         }
-        index.save({folder / "maps", {}});
-        maps = UvMaps::load({folder / "maps", {}});
+        maps = written_uv_maps(folder / "maps", *frames, {30, 60},
+                               [&](std::size_t view, int, int height) { return map_of(cameras[view], height); });
     }
 
     /// The wall's depth; in the left half of the first frame something 1 m away.

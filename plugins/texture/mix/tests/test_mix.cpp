@@ -145,26 +145,6 @@ TEST_CASE("mix: the mean along rows is that of each texel by itself")
     CHECK(steps < 0.51);
 }
 
-TEST_CASE("mix: nothing shows where the atlas is cut")
-{
-    // Smooth on the wall: without strokes it stays so, also across x = 1 m, whose sides lie at opposite ends of the atlas.
-    const RasterF photo = painted_by([](Vec3f) { return 0.5; });
-    const RasterF painting = painted_by([](Vec3f at) { return 0.5 + long_wave(at); });
-    const RasterF colors = mixed(photo, painting, 1, 0);
-    const auto at = [&](float u, float v)
-    {
-        float rgb[3];
-        sample_bilinear(colors, u, v, rgb);
-        return rgb[0];
-    };
-    for (float up = 0.05F; up < 1; up += 0.1F)
-    {
-        const float left = at(0.395F, 0.1F + 0.3F * up);
-        const float right = at(0.895F, 0.4F - 0.3F * up);
-        CHECK(std::abs(left - right) < 0.02F);
-    }
-}
-
 namespace
 {
 constexpr int side = 80;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "loop.h"
+#include "uv_map_samples.h"
 
 #include <fresco/frames.h>
 #include <fresco/testing.h>
@@ -69,10 +70,7 @@ struct Wall
 {
     Wall(const std::filesystem::path& folder, std::size_t views, const std::vector<int>& heights)
     {
-        const auto maps_folder = folder / "maps";
-        std::filesystem::create_directories(maps_folder);
-        UvMaps index;
-        index.heights_px = heights;
+        std::filesystem::create_directories(folder);
         for (std::size_t i = 0; i < views; ++i)
         {
             Frame frame = testing::frame("frame-" + std::to_string(i), testing::camera(40, 30, 30), static_cast<long>(i));
@@ -84,18 +82,10 @@ struct Wall
                 return 255 * (c == 0 ? rgb.x : c == 1 ? rgb.y : rgb.z);
             };
             testing::set_color_picture(frame, folder, testing::picture(40, 30, color));
-            UvMaps::View view{frame.sequence, frame.name, frame.color, {}};
-            for (const int height : heights)
-            {
-                const auto map = wall_map(i, views, frame.color.intrinsics.width_at(height), height);
-                UvMaps::write_map({maps_folder, {}}, i, height, map);
-                view.valid_pixels.push_back(std::ranges::count(map.valid.values, 1));
-            }
-            index.views.push_back(view);
             frames.frames.push_back(frame);
         }
-        index.save({maps_folder, {}});
-        maps = UvMaps::load({maps_folder, {}});
+        maps = written_uv_maps(folder / "maps", frames, heights,
+                               [&](std::size_t view, int width, int height) { return wall_map(view, views, width, height); });
     }
 
     std::shared_ptr<const UvMaps> maps;

@@ -228,30 +228,6 @@ class PartialNetwork final : public ConvolvedNetwork, public PartialFeatures
     }
 };
 
-/// Gram matrices and differences to the camera on both layers.
-class SelectedLoss final : public Loss
-{
-  public:
-    explicit SelectedLoss(FeatureNetwork& network) : network_(network) {}
-    LossNeeds needs() const override { return {{{&network_, {"fine", "deep"}, false, true}}, false}; }
-    void prepare(const PrepareContext&) override {}
-    std::vector<LossTerm> evaluate(Part& part) override
-    {
-        std::vector<LossTerm> terms;
-        for (const char* layer : {"fine", "deep"})
-            for (const auto pixels : {Pixels::all, Pixels::fine, Pixels::steep})
-            {
-                const auto seen = part.selected(network_, layer, pixels);
-                const auto difference = seen - part.camera_selected(network_, layer, pixels);
-                terms.push_back({layer, at::matmul(seen, seen.t()).pow(2).sum() / 1e3 + difference.pow(2).sum()});
-            }
-        return terms;
-    }
-
-  private:
-    FeatureNetwork& network_;
-};
-
 }  // namespace
 
 TEST_CASE("crops give the loss and the gradient of the whole frame, and encode less")
@@ -276,16 +252,21 @@ TEST_CASE("crops give the loss and the gradient of the whole frame, and encode l
     std::vector<std::int64_t> pixels;
     for (ConvolvedNetwork* const network : {&whole_network, &whole_network, static_cast<ConvolvedNetwork*>(&partial_network)})
     {
-        const Losses losses{{"selected", std::make_shared<SelectedLoss>(*network)}};
         LevelData level;
         level.camera = camera;
         level.pixels = level_pixels;
-        const auto demands = demands_of(losses, !values.empty());
+        const Demands demands{{network, {{"fine", "deep"}, {"fine", "deep"}, values.empty()}}};
         RenderedPart part({}, image, level, demands);
-        torch::Tensor sum;
+        // Gram matrices and differences to the camera.
+        auto sum = at::zeros({}, at::kDouble);
         network->pixels = 0;
-        for (const auto& term : losses.at("selected")->evaluate(part))
-            sum = sum.defined() ? sum + term.value : term.value;
+        for (const char* layer : {"fine", "deep"})
+            for (const auto role : {Pixels::all, Pixels::fine, Pixels::steep})
+            {
+                const auto seen = part.selected(*network, layer, role);
+                const auto difference = seen - part.camera_selected(*network, layer, role);
+                sum = sum + at::matmul(seen, seen.t()).pow(2).sum() / 1e3 + difference.pow(2).sum();
+            }
         pixels.push_back(network->pixels);
         values.push_back(sum.item<double>());
         gradients.push_back(torch::autograd::grad({sum}, {image})[0]);

@@ -63,26 +63,6 @@ TEST_CASE("a depth below, above, on and between heights goes to the levels that 
     CHECK(level_choice(300.0 / 256, heights, 0.125).first_weight == Approx(0.75));
 }
 
-TEST_CASE("erosion keeps pixels whose nine neighbors are in, and nothing at the border")
-{
-    Raster8 mask(19, 13);
-    for (std::size_t i = 0; i < mask.values.size(); ++i)
-        mask.values[i] = noise::unit(static_cast<std::uint32_t>(i), 3) < 0.9F ? 1 : 0;
-    const auto fast = eroded(mask);
-    int kept = 0;
-    for (int y = 0; y < 13; ++y)
-        for (int x = 0; x < 19; ++x)
-        {
-            bool all = true;
-            for (int dy = -1; dy <= 1; ++dy)
-                for (int dx = -1; dx <= 1; ++dx)
-                    all = all && x + dx >= 0 && y + dy >= 0 && x + dx < 19 && y + dy < 13 && mask.at(x + dx, y + dy) == 1;
-            CHECK(fast.at(x, y) == (all ? 1 : 0));
-            kept += all ? 1 : 0;
-        }
-    CHECK(kept > 20);
-}
-
 TEST_CASE("depth levels: union eroded for the masks, weights eroded per role, both resampled by nearest neighbor")
 {
     // Two heights, 8 and 16 px; R = 128 d. Columns 0..5 lie at R = 10 (level 0: 0.75, level 1: 0.25), the rest at R = 14 (level

@@ -59,7 +59,7 @@ TEST_CASE("A packed uv map comes back within half a step, and packs to the same 
             CHECK(fresco::pack_uv_map(map, uv_bits, "test") == bytes);
             CHECK(fresco::pack_uv_map(back, uv_bits, "test") == bytes);
         }
-    // What lies in front of the camera stays there.
+    // A surface in front of the camera stays there.
     UvMap map = noise_uv_map(3, 1, 2, 51);
     map.depth.values = {1e-5F, 0, -0.0F};
     CHECK(there_and_back(map, 16).depth.values == std::vector<float>{0.001F, 0, 0});

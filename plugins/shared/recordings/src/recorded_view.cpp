@@ -168,7 +168,7 @@ class FrameMaker
             return {frame_of(view, original)};
         try
         {
-            // What was not written stays where it is.
+            // Files that were not written stay where they are.
             return {frame_of(view,
                              [this](const fs::path& file) {
                                  return file.string().starts_with(folder_.string()) ? PictureFile{file, ""} : original(file);

@@ -207,7 +207,7 @@ inline void check_layout(const LayoutUnderTest& layout)
         if (layout.files_read > 0)
             CHECK(run.files_read.size() == layout.files_read);
 
-        // What systems leave beside a recorder's files changes nothing.
+        // Files that systems leave beside a recorder's change nothing.
         std::vector<fs::path> files;
         if (fs::is_directory(recording.path))
             for (const auto& entry : fs::recursive_directory_iterator(recording.path))

@@ -16,7 +16,6 @@
 #include <link.h>
 #include <list>
 #include <map>
-#include <regex>
 #include <tuple>
 #include <type_traits>
 #include <unistd.h>
@@ -176,8 +175,11 @@ PluginLibrary::PluginLibrary(const fs::path& file)
     catch (const std::exception& error)
     {
         // Only the loader's own words, without Boost's frame around them.
-        static const std::regex frame(".*dlerror system message: (.*)\\): .*");
-        throw Error("cannot be loaded: " + std::regex_replace(error.what(), frame, "$1"));
+        std::string text = error.what();
+        const std::string_view before = "dlerror system message: ";
+        if (const auto begin = text.find(before); begin != std::string::npos)
+            text = text.substr(begin + before.size(), text.rfind("): ") - begin - before.size());
+        throw Error("cannot be loaded: " + text);
     }
     stamp_ = required_symbol<fresco_plugin_info_function>(*library, FRESCO_INFO_SYMBOL)();
     const auto list_entries = required_symbol<fresco_plugin_entries_function>(*library, FRESCO_ENTRIES_SYMBOL);

@@ -65,7 +65,7 @@ std::span<const std::byte> ZipReader::contents(const std::string& name) const
 {
     const Entry& found = entry(name);
     if (found.is_deflated)
-        fail(found.header, "the entry '" + name + "' is compressed; expected it stored");
+        throw Error(source_ + ": the entry '" + name + "' is compressed; expected it stored");
     const auto data = bytes_.subspan(found.data, found.size);
     if (checksum_of(data) != found.checksum)
         fail(found.data, "the entry '" + name + "' is damaged: its checksum is wrong");
@@ -76,8 +76,8 @@ std::vector<std::byte> ZipReader::unpacked(const std::string& name, std::size_t 
 {
     const Entry& found = entry(name);
     if (found.unpacked_size > most_bytes)
-        fail(found.header,
-             fmt::format("the entry '{}' has {} bytes; expected at most {}", name, found.unpacked_size, most_bytes));
+        throw Error(
+            fmt::format("{}: the entry '{}' has {} bytes; expected at most {}", source_, name, found.unpacked_size, most_bytes));
     constexpr std::size_t most_ratio = 1100;  // Deflate gives at most 1032 times its bytes.
     if (found.is_deflated && found.unpacked_size / most_ratio > found.size)
         fail(found.header, "the entry '" + name + "' is damaged: it claims more than its data can hold");
@@ -86,16 +86,18 @@ std::vector<std::byte> ZipReader::unpacked(const std::string& name, std::size_t 
         const auto stored = contents(name);
         return {stored.begin(), stored.end()};
     }
-    std::vector<std::byte> result(found.unpacked_size);
+    // zlib wants a place to write to, also for nothing.
+    std::vector<std::byte> result(found.unpacked_size + 1);
     const auto packed = bytes_.subspan(found.data, found.size);
     z_stream stream{};
     stream.next_in = reinterpret_cast<Bytef*>(const_cast<std::byte*>(packed.data()));
     stream.avail_in = static_cast<uInt>(packed.size());
     stream.next_out = reinterpret_cast<Bytef*>(result.data());
-    stream.avail_out = static_cast<uInt>(result.size());
+    stream.avail_out = static_cast<uInt>(found.unpacked_size);
     const bool is_open = inflateInit2(&stream, -MAX_WBITS) == Z_OK;
-    const bool is_whole = is_open && inflate(&stream, Z_FINISH) == Z_STREAM_END && stream.avail_out == 0;
+    const bool is_whole = is_open && inflate(&stream, Z_FINISH) == Z_STREAM_END && stream.avail_out == 0 && stream.avail_in == 0;
     inflateEnd(&stream);
+    result.pop_back();
     if (!is_whole || checksum_of(result) != found.checksum)
         fail(found.data, "the entry '" + name + "' is damaged");
     return result;

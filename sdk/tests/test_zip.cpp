@@ -113,6 +113,7 @@ TEST_CASE("Files that are packed by deflate are read in full or refused")
     const std::string archive = deflated("rgbd/0.conf", text);
     const ZipReader reader = opened(archive);
     CHECK(text_of(reader.unpacked("rgbd/0.conf", text.size())) == text);
+    CHECK(opened(deflated("empty", "")).unpacked("empty", 10).empty());
     CHECK_THROWS_WITH(reader.unpacked("rgbd/0.conf", text.size() - 1), Contains("bytes; expected at most"));
     CHECK_THROWS_WITH(reader.contents("rgbd/0.conf"), Contains("is compressed; expected it stored"));
     for (std::size_t at = 0; at < archive.size(); ++at)

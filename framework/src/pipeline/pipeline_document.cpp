@@ -40,7 +40,8 @@ YamlNode section(const YamlNode& root, std::string_view key, const std::string& 
 }
 
 /// Returns nothing if the file cannot be read, which is reported.
-std::optional<std::string> text_on_disk(const fs::path& file, const Position& wanted_at, ProblemList& problems)
+std::optional<std::string> text_on_disk(const fs::path& file, const std::string& shown, const Position& wanted_at,
+                                        ProblemList& problems)
 {
     std::error_code failure;
     const fs::file_status status = fs::status(file, failure);
@@ -55,6 +56,11 @@ std::optional<std::string> text_on_disk(const fs::path& file, const Position& wa
                      exists ? ProblemKind::invalid : ProblemKind::missing_input);
         return std::nullopt;
     }
+    if (const auto size = fs::file_size(file); size > yaml_size_limit)
+    {
+        problems.add({shown, 0, 0}, fmt::format("the file has {} bytes; a pipeline file has at most {}", size, yaml_size_limit));
+        return std::nullopt;
+    }
     return read_text_file(file, yaml_size_limit);
 }
 
@@ -64,7 +70,7 @@ Layer read_layer(const fs::path& file, const std::vector<PipelineText>& texts, c
     problems.announce_file(shown);
     Layer layer;
     const auto given = std::ranges::find(texts, file, &PipelineText::file);
-    const std::optional<std::string> text = given != texts.end() ? given->text : text_on_disk(file, wanted_at, problems);
+    const std::optional<std::string> text = given != texts.end() ? given->text : text_on_disk(file, shown, wanted_at, problems);
     PipelineDocument& content = layer.content;
     content.complete = text.has_value();
     content.texts.push_back({file, text.value_or("")});

@@ -53,6 +53,9 @@ class Setter
             node.set(key, value_);
             return;
         }
+        // A type that is not known is reported elsewhere.
+        if (has_options && key != "input" && !type_of(node, kind))
+            return;
         const OptionDeclaration* slot = has_options ? slot_of(node, kind, key) : nullptr;
         YamlNode::Entry* entry = node.find(key);
         YamlNode& inner = entry ? entry->value : node.set(key, YamlNode(YamlNode::Kind::map, {0, 0, value_.source}));
@@ -72,11 +75,16 @@ class Setter
     }
 
   private:
+    KnownType type_of(const YamlNode& config, std::string_view kind)
+    {
+        const std::optional<std::string> name = type_named_by(config, "", nullptr);
+        return name ? types_.find(*name, kind) : KnownType{};
+    }
+
     /// The slot `key` of the type that `config` names, with its default written out.
     const OptionDeclaration* slot_of(YamlNode& config, std::string_view kind, const std::string& key)
     {
-        const std::optional<std::string> name = type_named_by(config, "", nullptr);
-        const KnownType type = name ? types_.find(*name, kind) : KnownType{};
+        const KnownType type = type_of(config, kind);
         const OptionDeclaration* option = type ? type.declaration->option(key) : nullptr;
         if (!option || !option->is_slot())
             return nullptr;
@@ -119,7 +127,7 @@ Settings::Settings(const std::vector<std::pair<std::string, std::string>>& sets,
         const auto source = std::make_shared<const YamlSource>(YamlSource{shown, working_directory, true});
         if (first_bad_byte(name + value))
         {
-            problems.add({shown, 0, 0}, "control characters are not allowed");
+            problems.add({shown, 0, 0}, "it has a control character, or bytes that are not UTF-8");
             continue;
         }
         Path path = split(name, '.');

@@ -150,8 +150,14 @@ class SweepBuilder
             for (const std::string& name : reached)
                 unused.erase(name);
         }
-        // Any group will do.
-        (groups_.empty() ? groups_[0] : groups_.begin()->second).unused_vars = std::move(unused);
+        for (const std::string& name : unused)
+        {
+            const std::set<std::string> reached = reached_from({name}, vars);
+            AxisSet axes;
+            for (std::size_t axis = 0; axis < matrix.size(); ++axis)
+                axes[axis] = reached.contains(matrix[axis].var);
+            groups_[axes.to_ulong()].unused_vars.insert(name);
+        }
     }
 
     void add(const Choices& choices)

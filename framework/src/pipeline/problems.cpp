@@ -36,13 +36,13 @@ std::vector<Problem> ProblemList::sorted() const
 std::vector<std::string> told(const std::vector<Problem>& problems)
 {
     constexpr std::size_t most_alike = 10;
-    std::map<Position, std::size_t> counts;
+    std::map<std::pair<Position, ProblemKind>, std::size_t> counts;
     std::vector<std::string> lines;
     for (const Problem& problem : problems)
-        if (++counts[problem.position] <= most_alike)
+        if (++counts[{problem.position, problem.kind}] <= most_alike)
             lines.push_back(to_string(problem));
     for (const Problem& problem : problems)
-        if (const std::size_t count = std::exchange(counts[problem.position], 0); count > most_alike)
+        if (const std::size_t count = std::exchange(counts[{problem.position, problem.kind}], 0); count > most_alike)
             lines.push_back(fmt::format("… and {} more like this: {}", count - most_alike, to_string(problem)));
     return lines;
 }

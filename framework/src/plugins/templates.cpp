@@ -54,7 +54,7 @@ std::vector<TextFile> new_plugin(const std::string& kind, const std::string& typ
 {
     // The folder, files and namespace are named after it.
     const auto are_separators = [](char a, char b) { return (a == '.' || a == '_') && (b == '.' || b == '_'); };
-    if (!is_type_name(type) || type.find('.') == std::string::npos || type.front() < 'a' ||
+    if (!is_type_name(type) || type.find('.') == std::string::npos || type.front() < 'a' || type.back() == '_' ||
         std::ranges::adjacent_find(type, are_separators) != type.end())
         throw Error("invalid type name '" + type +
                     "': use lowercase letters and digits, with a dot and '_' between, such as my." + kind);

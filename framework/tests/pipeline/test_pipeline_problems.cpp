@@ -277,8 +277,8 @@ TEST_CASE("Only the words of a program have several lines; control characters ar
                    StartsWith("p.yaml:5:12: error: stage 'a' (mesh.pass): option 'title': ") &&
                        Contains("an end of line or a tab"));
     for (const auto& [name, value, problem] :
-         std::vector<std::array<std::string, 3>>{{"a.title", "y\x1b", "control characters are not allowed"},
-                                                 {"a.ti\x01tle", "y", "control characters are not allowed"},
+         std::vector<std::array<std::string, 3>>{{"a.title", "y\x1b", "it has a control character"},
+                                                 {"a.ti\x01tle", "y", "it has a control character"},
                                                  {"a.title", R"("y\0")", "control character"},
                                                  {"a.title", "y\nz", "an end of line or a tab"}})
         CHECK_THAT(joined_lines(check({}, "version: 1\nstages:\n  a: {type: mesh.pass}\n", usual_catalog(), {{name, value}})),
@@ -326,4 +326,16 @@ TEST_CASE("A result that nobody reads is worth a warning in a pipeline that writ
     // Once for all combinations.
     CHECK(warnings(room + "  mixed: {type: mesh.pass, title: \"${weights}\"}\nmatrix: {weights: [vgg.st, pic.jpg]}\n").size() ==
           1);
+}
+
+TEST_CASE(
+    "A misspelled variable is found in every value of an axis, used or not; what --set means to an unknown type is not told")
+{
+    CHECK_THAT(joined_lines(
+                   check({}, "version: 1\nvars: {style: }\nmatrix: {style: [a, \"${typo}\"]}\nstages:\n  a: {type: mesh.pass}\n",
+                         usual_catalog())),
+               Contains("typo"));
+    const auto told = joined_lines(
+        check({}, "version: 1\nstages:\n  a: {type: no.such, part: some.part}\n", usual_catalog(), {{"a.part.size", "2"}}));
+    CHECK_THAT(told, Contains("no.such") && !Contains("set it as a whole"));
 }

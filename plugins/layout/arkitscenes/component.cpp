@@ -137,8 +137,12 @@ class ArkitScenesLayout final : public Layout
             const auto stem = entry.path().stem().string();
             if (entry.path().extension() != ending || is_system_file(entry.path()))
                 continue;
-            files[number_of(stem.substr(stem.rfind('_') + 1), entry.path().string() + ": the time in the file's name")] =
-                entry.path();
+            const double time =
+                number_of(stem.substr(stem.rfind('_') + 1), entry.path().string() + ": the time in the file's name");
+            if (const auto [other, is_new] = files.try_emplace(time, entry.path()); !is_new)
+                throw fresco::Error(
+                    fmt::format("{}: a second file of this time, {}: the folder has several videos; separate them",
+                                entry.path().string(), other->second.filename().string()));
         }
         return files;
     }

@@ -55,10 +55,13 @@ class NerfstudioLayout final : public Layout
     {
         if (!std::isfinite(view.world_from_camera.translation.x))
             return false;
+        if (view.color.extension() == ".npy")
+            return true;
         const auto size = codec().header(view.color);
         const auto& k = view.camera;
+        const auto product = [](int a, int b) { return std::int64_t{a} * b; };
         // Pictures are often made smaller after the file was written.
-        if (!view.is_panorama && size.width != k.width && size.width * k.height == size.height * k.width)
+        if (!view.is_panorama && size.width != k.width && product(size.width, k.height) == product(size.height, k.width))
         {
             if (!std::exchange(has_told_size_, true))
                 run.message(

@@ -274,8 +274,8 @@ std::vector<RecordedView> parse_transforms(std::string_view text, const fs::path
         {
             const std::string name = path_text(record["depth_file_path"]);
             if (!name.ends_with(".png"))
-                record.fail("depth_file_path",
-                            "is " + fs::path(name).filename().string() + "; expected a 16-bit PNG: convert it, or remove the key from every frame");
+                record.fail("depth_file_path", "is " + fs::path(name).filename().string() +
+                                                   "; expected a 16-bit PNG: convert it, or remove the key from every frame");
             files.push_back({file.parent_path(), name, &views[i].depth});
             views[i].depth_unit_m = depth_unit_of(record);
         }

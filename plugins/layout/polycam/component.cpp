@@ -36,8 +36,8 @@ class PolycamLayout final : public Layout
             mesh_from_world_ = polycam::parse_alignment(recorded_text(file, run), file.string());
         }
         looks_for(cameras / "*.json", run);
-        looks_for(pictures / "*", run);
-        looks_for(path() / "keyframes/depth/*", run);
+        looks_for(pictures / "*.jpg", run);
+        looks_for(path() / "keyframes/depth/*.png", run);
         std::size_t without_depth = 0;
         for (const auto& entry : fs::directory_iterator(cameras))
         {

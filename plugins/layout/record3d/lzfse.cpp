@@ -93,6 +93,7 @@ class BitsFromEnd
             word |= std::to_integer<std::uint64_t>(payload_[first + i]) << (8 * i);
         return static_cast<std::uint32_t>(bits_of(word, left_ % 8, count));
     }
+    void end() { is_short_ = true; }
     bool is_short() const { return is_short_; }  ///< More bits were pulled than are there.
 
   private:
@@ -160,7 +161,10 @@ class Decoder
     std::uint32_t next(std::uint32_t& state, BitsFromEnd& bits) const
     {
         if (state >= states_.size())
-            return bits.pull(64);
+        {
+            bits.end();
+            return 0;
+        }
         const State& at = states_[state];
         state = at.next + bits.pull(at.bits);
         return at.value.base + bits.pull(at.value.extra_bits);
@@ -213,7 +217,8 @@ void unpack_entropy_block(ByteCursor& from, Unpacked& to)
     const auto [literals_count, literal_bytes, matches_count] =
         std::array{bits_of(fields[0], 0, 20), bits_of(fields[0], 20, 20), bits_of(fields[0], 40, 20)};
     const auto header_bytes = bits_of(fields[2], 0, 32);
-    if (literals_count > literals_of_block || literals_count % 4 != 0 || matches_count > matches_of_block || header_bytes < 32)
+    if (literals_count > literals_of_block || literals_count % 4 != 0 || literals_count > raw_bytes + 3U ||
+        matches_count > matches_of_block || header_bytes < 32)
         to.fail(begin, "a block's header is out of range");
     std::array<std::uint32_t, 20 + 20 + 64 + 256> frequencies{};
     if (const auto codes = from.take(header_bytes - 32, "a block's frequencies");
@@ -231,7 +236,7 @@ void unpack_entropy_block(ByteCursor& from, Unpacked& to)
     for (unsigned i = 0; i < 4; ++i)
         states[i] = static_cast<std::uint32_t>(bits_of(fields[1], 10 * i, 10));
     std::vector<std::byte> literals;
-    for (std::size_t i = 0; i < literals_count; ++i)
+    for (std::size_t i = 0; i < literals_count && !literal_bits.is_short(); ++i)
         literals.push_back(static_cast<std::byte>(literal.next(states[i % 4], literal_bits)));
 
     BitsFromEnd match_bits(from.take(bits_of(fields[1], 40, 20), "a block's matches"),

@@ -71,8 +71,9 @@ Metadata parse_metadata(std::string_view text, std::string_view source)
     Metadata metadata{.depth_width = width < height ? 192 : 256, .depth_height = width < height ? 256 : 192};
     if (root.find("dw") || root.find("dh"))
     {
-        metadata.depth_width = root["dw"].size();
-        metadata.depth_height = root["dh"].size();
+        constexpr int most_px = 4096;
+        metadata.depth_width = static_cast<int>(root["dw"].integer(1, most_px));
+        metadata.depth_height = static_cast<int>(root["dh"].integer(1, most_px));
     }
     const auto poses = root["poses"];
     for (const auto& place : poses.list())

@@ -10,7 +10,7 @@
 #include <opencv2/videoio.hpp>
 
 #include <algorithm>
-#include <cmath>
+#include <exception>
 #include <fmt/format.h>
 #include <mutex>
 #include <utility>
@@ -22,8 +22,6 @@ namespace fs = std::filesystem;
 using namespace fresco::recordings;
 
 constexpr int jpeg_quality = 95;
-/// Half the time between two pictures at the highest rate, 60 a second.
-constexpr double time_tolerance_s = 1 / 120.0;
 
 cv::VideoCapture opened(const fs::path& file)
 {
@@ -56,8 +54,12 @@ class StrayScannerLayout final : public Layout
             camera, PixelCenter::half,
             {static_cast<int>(capture.get(cv::CAP_PROP_FRAME_WIDTH)), static_cast<int>(capture.get(cv::CAP_PROP_FRAME_HEIGHT))},
             video());
+        run_ = &run;
+        count_pictures();
         Recording recording{.files = "a row of odometry.csv, depth/N.png and confidence/N.png"};
-        for (std::size_t i = 0; i < rows_.size(); ++i)
+        for (const char* pictures : {"depth/*.png", "confidence/*.png"})
+            looks_for(path() / pictures, run);
+        for (std::size_t i = hidden_; i < rows_.size(); ++i)
         {
             RecordedView view;
             view.sequence = "scan";
@@ -65,11 +67,16 @@ class StrayScannerLayout final : public Layout
             view.number = static_cast<long>(i);
             view.depth = path() / "depth" / (view.name + ".png");
             view.source = rows_[i].source;
-            looks_for(confidence_of(view), run);
             if (fs::exists(confidence_of(view)))
                 run.reads_file(confidence_of(view));
             recording.views.push_back(std::move(view));
         }
+        // The phone has no depth for some pictures. A recording without any is incomplete, and refused.
+        const auto has_depth = [](const RecordedView& view) { return fs::exists(view.depth); };
+        if (std::ranges::any_of(recording.views, has_depth))
+            for (auto& view : recording.views)
+                if (!has_depth(view))
+                    view.depth.clear();
         return recording;
     }
 
@@ -88,8 +95,23 @@ class StrayScannerLayout final : public Layout
 
     bool unpack(RecordedView& view, const fs::path& folder) const override
     {
-        std::call_once(is_written_, [&] { write_pictures(folder); });
+        std::call_once(is_written_,
+                       [&]
+                       {
+                           try
+                           {
+                               write_pictures(folder);
+                           }
+                           catch (...)
+                           {
+                               failure_ = std::current_exception();
+                           }
+                       });
+        if (failure_)
+            std::rethrow_exception(failure_);
         view.color = color_of(view.name, folder);
+        if (view.depth.empty())
+            return true;
         auto depth = codec().read_depth(view.depth);
         if (const auto file = confidence_of(view); fs::exists(file))
             remove_unsure(depth, codec().read_rgb(file), *min_confidence, file.string());
@@ -98,34 +120,42 @@ class StrayScannerLayout final : public Layout
         return true;
     }
 
-    /// Writes the used pictures of the video, which is decoded once from its beginning: the pictures of a phone's video refer to
-    /// each other. A picture is known by its time: the phone leaves some out where it is busy.
+    /// The app writes a row with each picture, and counts pictures in the video's times, not seconds. Its first picture has a
+    /// time before the beginning, so players, and some versions of FFmpeg, hide it. Only counting shows which picture is whose.
+    void count_pictures()
+    {
+        auto capture = opened(video());
+        std::size_t count = 0;
+        for (; capture.grab(); ++count)
+            run_->check_canceled();
+        hidden_ = rows_.size() - count;
+        if (count == 0 || (hidden_ != 0 && hidden_ != 1))
+            throw fresco::Error(
+                fmt::format("{}: {} pictures, and odometry.csv has {} rows; expected one for each row, or without the "
+                            "first: the video is cut, or was converted; copy the recording again",
+                            video().string(), count, rows_.size()));
+    }
+
+    /// Writes the used pictures of the video, which is decoded from its beginning: the pictures of a phone's video refer to each
+    /// other.
     void write_pictures(const fs::path& folder) const
     {
         auto capture = opened(video());
         cv::Mat bgr, rgb;
         auto next = used_.begin();
-        for (std::size_t at = 0; next != used_.end() && capture.grab(); ++at)
+        for (auto at = static_cast<long>(hidden_); next != used_.end() && capture.grab(); ++at)
         {
-            const double time = capture.get(cv::CAP_PROP_POS_MSEC) / 1000;
-            const auto& row = rows_[static_cast<std::size_t>(*next)];
-            const double wanted = row.time_s - rows_.front().time_s;
-            if (time > wanted + time_tolerance_s)
-                throw fresco::Error(
-                    fmt::format("{}: no picture {:.3f} s after the first, as {} has it; the nearest is at {:.3f} s",
-                                video().string(), wanted, row.source, time));
-            if (time < wanted - time_tolerance_s)
+            run_->check_canceled();
+            if (at != *next)
                 continue;
             capture.retrieve(bgr);
             cv::cvtColor(bgr, rgb, cv::COLOR_BGR2RGB);
             fresco::Raster8 picture(rgb.cols, rgb.rows, 3);
             std::copy(rgb.datastart, rgb.dataend, picture.values.begin());
-            fresco::write_file(color_of(row.frame, folder), codec().encode_jpeg(picture, jpeg_quality));
+            fresco::write_file(color_of(rows_[static_cast<std::size_t>(at)].frame, folder),
+                               codec().encode_jpeg(picture, jpeg_quality));
             ++next;
         }
-        if (next != used_.end())
-            throw fresco::Error(fmt::format("{}: the video ends before {}: it is cut short; copy it again", video().string(),
-                                            rows_[static_cast<std::size_t>(*next)].source));
     }
 
     fs::path video() const { return path() / "rgb.mp4"; }
@@ -135,7 +165,10 @@ class StrayScannerLayout final : public Layout
     std::vector<stray_scanner::Row> rows_;
     fresco::Intrinsics camera_;
     std::vector<long> used_;
+    std::size_t hidden_ = 0;  ///< Rows before that of the video's first picture.
+    const fresco::RunContext* run_ = nullptr;
     mutable std::once_flag is_written_;
+    mutable std::exception_ptr failure_;
 };
 
 }  // namespace

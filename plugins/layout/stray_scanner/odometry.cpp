@@ -62,7 +62,7 @@ class Columns
 
 std::vector<Row> parse_odometry(std::string_view text, std::string_view source)
 {
-    LineReader lines(text, source, LastLine::any);
+    LineReader lines(text, source);
     const auto first = lines.next_record();
     const Columns columns(first.value_or(""), lines.place());
     std::array<std::size_t, 7> pose_columns{};

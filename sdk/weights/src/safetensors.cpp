@@ -72,7 +72,11 @@ class Reader
         entry.has_only({"dtype", "shape", "data_offsets"});
         TensorView result{name, type_of(entry["dtype"]), {}, {}};
         std::size_t size = size_of(result.type);
-        for (const JsonPlace& extent : entry["shape"].list())
+        constexpr std::size_t most_dimensions = 64;
+        const JsonPlace shape = entry["shape"];
+        if (shape.value().is_list() && shape.value().as_list().size() > most_dimensions)
+            shape.fail("has too many dimensions");
+        for (const JsonPlace& extent : shape.list())
         {
             result.shape.push_back(static_cast<std::size_t>(extent.integer(0)));
             // A product that overflows could fit the offsets by accident; strides multiply an empty tensor's other extents too.

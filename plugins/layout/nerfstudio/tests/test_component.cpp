@@ -63,6 +63,11 @@ TEST_CASE("files are found that are not where they are listed", "[layout.nerfstu
     fs::create_directory(doubled.path / "IMAGES");
     fs::copy(doubled.path / "images", doubled.path / "IMAGES");
     CHECK_THAT(doubled.error(), Contains("two files could be meant"));
+    const WrittenRecording taken(layout);
+    replace_all(taken, "images/frame_00002", "other/frame_00001");
+    fs::rename(taken.path / "images/frame_00001.png", taken.path / "frame_00001.png");
+    replace_all(taken, "images/frame_00001", "frame_00001");
+    CHECK_THAT(taken.error(), Contains("frame_00001.png already: correct the names"));
     replace_all(doubled, "Images/frame_", "pictures/x");
     CHECK_THAT(doubled.error(), Contains("3 files are missing"));
 }

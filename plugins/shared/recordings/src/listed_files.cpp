@@ -37,18 +37,35 @@ std::string with_slashes(std::string name)
 /// The files that a rule finds for a name; several paths to one file count once.
 using Found = std::set<fs::path>;
 
-Found by_ending(const ListedFile& file)
+Found by_slashes(const ListedFile& file, RunContext& run)
 {
+    const auto path = file.folder / with_slashes(file.name);
+    looks_for(path, run);
+    return is_file(path) ? Found{path} : Found{};
+}
+
+Found by_ending(const ListedFile& file, RunContext& run)
+{
+    constexpr std::array endings{".png", ".jpg", ".jpeg", ".webp", ".heic", ".avif"};
+    fs::path name = file.folder / with_slashes(file.name);
+    if (std::ranges::find(endings, name.extension()) != endings.end())
+        name.replace_extension();
+    const bool is_named_without = !fs::path(with_slashes(file.name)).has_extension();
     Found found;
-    const fs::path name = file.folder / with_slashes(file.name);
-    for (const char* ending : {".png", ".jpg", ".jpeg", ".webp", ".heic", ".avif"})
-        for (const auto& candidate : {fs::path(name).replace_extension(ending), fs::path(name.string() + ending)})
-            if (is_file(candidate))
-                found.insert(candidate);
+    for (const char* ending : endings)
+    {
+        const fs::path candidate = name.string() + ending;
+        looks_for(candidate, run);
+        if (is_file(candidate))
+            found.insert(candidate);
+        // Synthetic scenes name PNG pictures without their ending.
+        if (is_named_without && !found.empty() && candidate.extension() == ".png")
+            return found;
+    }
     return found;
 }
 
-Found by_case(const ListedFile& file)
+Found by_case(const ListedFile& file, RunContext& run)
 {
     std::vector<fs::path> places{file.folder};
     for (const auto& part : fs::path(with_slashes(file.name)))
@@ -57,7 +74,11 @@ Found by_case(const ListedFile& file)
         for (const auto& place : places)
         {
             if (part == "." || part == ".." || part == "/")
+            {
                 next.push_back(place / part);
+                continue;
+            }
+            looks_for(place / "*", run);
             std::error_code missing;
             for (const auto& entry : fs::directory_iterator(place, missing))
                 if (lower(entry.path().filename().string()) == lower(part.string()))
@@ -70,7 +91,7 @@ Found by_case(const ListedFile& file)
     return found;
 }
 
-Found by_last_parts(const ListedFile& file, const fs::path& recording)
+Found by_last_parts(const ListedFile& file, const fs::path& recording, RunContext& run)
 {
     const fs::path name = with_slashes(file.name);
     for (auto first = name.begin(); first != name.end(); ++first)
@@ -78,10 +99,17 @@ Found by_last_parts(const ListedFile& file, const fs::path& recording)
         fs::path rest;
         for (auto part = first; part != name.end(); ++part)
             rest /= *part;
+        if (rest.is_absolute())
+            continue;
         Found found;
         for (const auto& folder : {recording, file.folder})
-            if (rest.is_relative() && is_file(folder / rest))
-                found.insert(fs::canonical(folder / rest));
+        {
+            looks_for(folder / rest, run);
+            std::error_code ignored;
+            const auto is_same = [&](const fs::path& other) { return fs::equivalent(other, folder / rest, ignored); };
+            if (is_file(folder / rest) && std::ranges::none_of(found, is_same))
+                found.insert(folder / rest);
+        }
         if (!found.empty())
             return found;
     }
@@ -101,16 +129,16 @@ void find_listed_files(const std::vector<ListedFile>& files, const fs::path& rec
     }
     if (missing.empty())
         return;
-    const std::array<std::pair<const char*, std::function<Found(const ListedFile&)>>, 4> rules{
-        {{"with / for \\",
-          [](const ListedFile& file)
-          {
-              const auto path = file.folder / with_slashes(file.name);
-              return is_file(path) ? Found{path} : Found{};
-          }},
-         {"with another ending", by_ending},
-         {"with another case", by_case},
-         {"by the last parts of their paths", [&](const ListedFile& file) { return by_last_parts(file, recording); }}}};
+    using Rule = std::function<Found(const ListedFile&)>;
+    const auto with_run = [&](Found (*find)(const ListedFile&, RunContext&)) -> Rule
+    { return [&run, find](const ListedFile& file) { return find(file, run); }; };
+    const std::array<std::pair<const char*, Rule>, 4> rules{
+        {{"with / for \\", with_run(by_slashes)},
+         {"with another ending", with_run(by_ending)},
+         {"with another case", with_run(by_case)},
+         {"by the last parts of their paths", [&](const ListedFile& file) { return by_last_parts(file, recording, run); }}}};
+    for (const auto* file : missing)
+        looks_for(*file->to, run);
     for (const auto& [words, rule] : rules)
     {
         std::size_t count = 0;
@@ -123,8 +151,11 @@ void find_listed_files(const std::vector<ListedFile>& files, const fs::path& rec
                     (file->folder / file->name).string(), found.begin()->string(), std::next(found.begin())->string()));
             if (found.empty())
                 continue;
+            const auto is_taken = [&](const ListedFile& other) { return &other != file && *other.to == *found.begin(); };
+            if (const auto other = std::ranges::find_if(files, is_taken); other != files.end())
+                throw Error(fmt::format("{} is not there; {} could be meant, but that is {} already: correct the names",
+                                        (file->folder / file->name).string(), found.begin()->string(), other->name));
             *file->to = *found.begin();
-            looks_for(file->to->parent_path() / "*", run);
             ++count;
         }
         if (count > 0)

@@ -169,10 +169,11 @@ class FrameMaker
         try
         {
             // Files that were not written stay where they are.
-            return {frame_of(view,
-                             [this](const fs::path& file) {
-                                 return file.string().starts_with(folder_.string()) ? PictureFile{file, ""} : original(file);
-                             })};
+            return {
+                frame_of(view,
+                         [this](const fs::path& file) {
+                             return file.string().starts_with((folder_ / "").string()) ? PictureFile{file, ""} : original(file);
+                         })};
         }
         catch (const Error& error)
         {

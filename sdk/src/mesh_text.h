@@ -34,13 +34,14 @@ inline std::string in_quotes(std::string_view word)
     return text + (word.size() > 40 ? "...'" : "'");
 }
 
-/// Walks over the lines of a text held by the caller. A line ends in LF or CRLF; a last line without an end is an error, because
-/// it looks like a truncated one.
+/// Walks over the lines of a text held by the caller. A line ends in LF or CRLF, or in CR where the text has no LF. A last line
+/// without an end looks like a truncated one: it is an error, unless the caller judges it.
 class Lines
 {
   public:
-    Lines(std::string_view text, std::string_view source, std::size_t lines_before = 0)
-        : text_(text), source_(source), number_(lines_before)
+    Lines(std::string_view text, std::string_view source, std::size_t lines_before = 0, bool judges_last = false)
+        : text_(text), source_(source), number_(lines_before), judges_last_(judges_last),
+          end_(text.find('\n') == std::string_view::npos ? '\r' : '\n')
     {
     }
 
@@ -50,19 +51,24 @@ class Lines
         if (offset_ == text_.size())
             return false;
         ++number_;
-        const std::size_t end = text_.find('\n', offset_);
-        if (end == std::string_view::npos)
-            fail("the line is not ended by a newline: the file is cut; copy or export it again");
+        std::size_t end = text_.find(end_, offset_);
+        is_open_ = end == std::string_view::npos;
+        if (is_open_ && !judges_last_)
+            fail_open();
+        end = std::min(end, text_.size());
         line = text_.substr(offset_, end - offset_);
         if (!line.empty() && line.back() == '\r')
             line.remove_suffix(1);
-        offset_ = end + 1;
+        offset_ = std::min(end + 1, text_.size());
         return true;
     }
 
     std::size_t number() const { return number_; }  ///< Number of the last line, counted from 1.
     std::size_t offset() const { return offset_; }  ///< Offset of the next line.
 
+    bool is_open() const { return is_open_; }  ///< Whether the last line has no end.
+
+    [[noreturn]] void fail_open() const { fail("the line is not ended by a newline: the file is cut; copy or export it again"); }
     [[noreturn]] void fail(const std::string& what) const { fail_at(number_, what); }
     [[noreturn]] void fail_at(std::size_t line, const std::string& what) const
     {
@@ -74,6 +80,9 @@ class Lines
     std::string_view source_;
     std::size_t offset_ = 0;
     std::size_t number_;
+    bool judges_last_;
+    bool is_open_ = false;
+    char end_;
 };
 
 /// The words of a line, separated by spaces and tabs.

@@ -15,11 +15,11 @@ namespace
 
 using namespace detail;
 
-// Grouping, materials, display and what has no area. Free-form curves and surfaces are not among them: leaving them out would
-// change the shape.
-constexpr std::array<std::string_view, 16> skipped_statements{
-    "g", "o", "s",   "mg",    "usemtl",   "mtllib",   "usemap",     "maplib",
-    "l", "p", "lod", "bevel", "c_interp", "d_interp", "shadow_obj", "trace_obj"};
+// Grouping, materials, display, normals, and what has no area. Free-form curves and surfaces are not among them: leaving them out
+// would change the shape. Points of their parameter spaces (vp) and weights (vw) alone do not.
+constexpr std::array<std::string_view, 19> skipped_statements{
+    "vn",     "vp", "vw", "g",   "o",     "s",        "mg",       "usemtl",     "mtllib",   "usemap",
+    "maplib", "l",  "p",  "lod", "bevel", "c_interp", "d_interp", "shadow_obj", "trace_obj"};
 
 /// Index of something declared elsewhere in the file: checked once everything has been read, because a face may come first.
 struct Reference
@@ -34,8 +34,9 @@ class ObjReader
     /// `materials`: where names go; null if the caller wants none.
     ObjReader(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits, MeshReadReport& report,
               MeshMaterials* materials)
-        : lines_(as_text(bytes), source), max_vertices_(std::min<std::size_t>(limits.max_vertices, UINT32_MAX)),
-          max_faces_(limits.max_faces), fan_(report, false), materials_(materials)
+        : lines_(without_mark(as_text(bytes)), source, 0, true),
+          max_vertices_(std::min<std::size_t>(limits.max_vertices, UINT32_MAX)), max_faces_(limits.max_faces),
+          fan_(report, false), materials_(materials)
     {
     }
 
@@ -46,6 +47,7 @@ class ObjReader
         while (lines_.next(line))
             statement(continued(line, joined));
         check_references();
+        color_vertices();
         if (mesh_.triangles.empty())
             lines_.fail("the file ends here without a triangle; export the scan as a triangle mesh");
         spread_texcoords();
@@ -53,6 +55,13 @@ class ObjReader
     }
 
   private:
+    /// Without the mark that some programs for Windows begin UTF-8 with.
+    static std::string_view without_mark(std::string_view text)
+    {
+        constexpr std::string_view mark = "\xEF\xBB\xBF";
+        return text.starts_with(mark) ? text.substr(mark.size()) : text;
+    }
+
     /// The whole statement where a line ends in a backslash; `joined` holds its text then.
     std::string_view continued(std::string_view line, std::string& joined)
     {
@@ -74,12 +83,12 @@ class ObjReader
         const auto keyword = words_.next();
         if (keyword.empty())
             return;
+        if (lines_.is_open() && keyword.starts_with('v'))
+            lines_.fail_open();
         if (keyword == "v")
             vertex();
         else if (keyword == "vt")
             texcoord();
-        else if (keyword == "vn")
-            normal();
         else if (keyword == "f")
             face();
         else if (materials_ != nullptr && keyword == "mtllib")
@@ -130,24 +139,34 @@ class ObjReader
 
     void vertex()
     {
-        static constexpr const char* expected = "'v X Y Z', 'v X Y Z 1' or 'v X Y Z R G B'";
+        static constexpr const char* expected = "'v X Y Z', 'v X Y Z 1', 'v X Y Z R G B' or 'v X Y Z R G B A'";
         limit(mesh_.positions.size(), "vertices");
-        const std::size_t count = numbers(3, 6, expected);
+        const std::size_t count = numbers(3, 7, expected);
         if (count == 5 || (count == 4 && values_[3] != 1.0F))
             lines_.fail(std::string("expected ") + expected);
-        const bool colored = count == 6;
-        if (!mesh_.positions.empty() && colored == mesh_.colors.empty())
+        const bool colored = count >= 6;
+        if (!mesh_.positions.empty() && colored == colors_.empty())
             lines_.fail("some vertices have a color and some have none; expected all or none");
         mesh_.positions.push_back({values_[0], values_[1], values_[2]});
         if (colored)
-            mesh_.colors.push_back({channel(values_[3]), channel(values_[4]), channel(values_[5])});
+        {
+            colors_.push_back({values_[3], values_[4], values_[5]});
+            for (std::size_t i = 3; i < 6; ++i)
+            {
+                if (values_[i] < 0.0F || values_[i] > 255.0F)
+                    lines_.fail("a vertex color is outside 0 to 1, and 0 to 255");
+                greatest_color_ = std::max(greatest_color_, values_[i]);
+            }
+        }
     }
 
-    std::uint8_t channel(float value) const
+    /// Programs write colors from 0 to 1 or to 255.
+    void color_vertices()
     {
-        if (value < 0.0F || value > 1.0F)
-            lines_.fail("a vertex color is outside 0 to 1");
-        return static_cast<std::uint8_t>(std::lround(value * 255.0F));
+        const float steps = greatest_color_ > 1 ? 1.0F : 255.0F;
+        const auto channel = [&](float value) { return static_cast<std::uint8_t>(std::lround(value * steps)); };
+        for (const Vec3f& color : colors_)
+            mesh_.colors.push_back({channel(color.x), channel(color.y), channel(color.z)});
     }
 
     void texcoord()
@@ -155,13 +174,6 @@ class ObjReader
         limit(texcoords_.size(), "texture coordinates");
         numbers(1, 3, "'vt U', 'vt U V' or 'vt U V W'");
         texcoords_.push_back({values_[0], values_[1]});
-    }
-
-    void normal()
-    {
-        limit(normal_count_, "normals");
-        numbers(3, 3, "'vn X Y Z'");
-        ++normal_count_;
     }
 
     /// One part of a corner as an index from 0; a negative one counts back from what is declared so far.
@@ -182,27 +194,38 @@ class ObjReader
     {
         const auto first = text.find('/');
         const auto second = first == std::string_view::npos ? first : text.find('/', first + 1);
-        const bool has_texcoord = first != std::string_view::npos && second != first + 1;
-        const bool has_normal = second != std::string_view::npos;
-        const int form = (has_texcoord ? 1 : 0) + (has_normal ? 2 : 0);
-        if (!corners_.empty() && form != form_)
+        if (std::ranges::count(text, '/') > 2)
+            lines_.fail("wrong index in " + in_quotes(text) + "; expected V, V/VT, V//VN or V/VT/VN");
+        // "1/" and "1//" have none, either. Normals are not read.
+        const auto texcoord = first == std::string_view::npos ? "" : text.substr(first + 1, second - first - 1);
+        if (!corners_.empty() && texcoord.empty() != corner_texcoords_.empty())
             lines_.fail("the corners of a face must all be of one form: V, V/VT, V//VN or V/VT/VN");
-        form_ = form;
         corners_.push_back(index(text.substr(0, first), text, mesh_.positions.size(), used_vertices_));
-        if (has_texcoord)
-            corner_texcoords_.push_back(
-                index(text.substr(first + 1, second == std::string_view::npos ? second : second - first - 1), text,
-                      texcoords_.size(), used_texcoords_));
-        if (has_normal)
-            index(text.substr(second + 1), text, normal_count_, used_normals_);
+        if (!texcoord.empty())
+            corner_texcoords_.push_back(index(texcoord, text, texcoords_.size(), used_texcoords_));
+    }
+
+    /// Whether the last number of the last line could lack digits: with one more, it would still be an index. That of a normal
+    /// does not matter.
+    bool may_be_cut(std::string_view last) const
+    {
+        const auto slash = last.find('/');
+        if (slash != last.rfind('/'))
+            return false;
+        std::int64_t value = 0;
+        const auto declared = slash == std::string_view::npos ? mesh_.positions.size() : texcoords_.size();
+        return parse_number(last.substr(slash + 1), value) && 10 * std::abs(value) <= static_cast<std::int64_t>(declared);
     }
 
     void face()
     {
         corners_.clear();
         corner_texcoords_.clear();
+        std::string_view last;
         for (auto word = words_.next(); !word.empty(); word = words_.next())
-            corner(word);
+            corner(last = word);
+        if (lines_.is_open() && may_be_cut(last))
+            lines_.fail_open();
         if (corners_.size() < 3)
             lines_.fail(fmt::format("a face of {} corners; expected 3 or more", corners_.size()));
         const bool textured = !corner_texcoords_.empty();
@@ -236,7 +259,6 @@ class ObjReader
         };
         check(used_vertices_, mesh_.positions.size(), "vertex");
         check(used_texcoords_, texcoords_.size(), "texture coordinate");
-        check(used_normals_, normal_count_, "normal");
     }
 
     void spread_texcoords()
@@ -260,14 +282,15 @@ class ObjReader
 
     Lines lines_;
     Words words_;
-    std::array<float, 6> values_{};  ///< Numbers of the statement.
+    std::array<float, 7> values_{};  ///< Numbers of the statement.
     std::size_t max_vertices_;
     std::size_t max_faces_;
     TriangleFan fan_;
     Mesh mesh_;
     std::vector<Vec2f> texcoords_;
     std::vector<Triangle> triangle_texcoords_;  ///< Indices into texcoords_.
-    std::size_t normal_count_ = 0;
+    std::vector<Vec3f> colors_;                 ///< As written.
+    float greatest_color_ = 0;
     bool some_textured_ = false;
     bool some_bare_ = false;
     MeshMaterials* materials_;
@@ -275,10 +298,8 @@ class ObjReader
     std::uint32_t material_ = MeshMaterials::none;
     Reference used_vertices_;
     Reference used_texcoords_;
-    Reference used_normals_;
     std::vector<std::uint32_t> corners_;
     std::vector<std::uint32_t> corner_texcoords_;
-    int form_ = 0;
 };
 
 }  // namespace

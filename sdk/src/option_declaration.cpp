@@ -307,7 +307,7 @@ FileFormat ply_format()
 
 FileFormat obj_format()
 {
-    return {.name = "an OBJ mesh", .extensions = {".obj"}, .is_text = true, .holds = {"\nv ", "\nv\t"}, .ends = {"\n"}};
+    return {.name = "an OBJ mesh", .extensions = {".obj"}, .is_text = true, .holds = {"\nv ", "\nv\t", "\rv "}};
 }
 
 std::vector<FileFormat> picture_formats()

@@ -71,21 +71,19 @@ TEST_CASE("OBJ: errors name the line and what was expected", "[obj]")
     { CHECK_THROWS_WITH(parse(text), Contains("room.obj:" + std::to_string(line) + ": ") && Contains(reason)); };
     refused(square + "f 1 2 5\n", 5, "vertex 5, but only 4");
     refused(square + "f 1/1 2/2 3/3\n" + "vt 0 0\nvt 1 0\n", 5, "texture coordinate 3, but only 2");
-    refused(square + "f 1//1 2//1 3//1\n", 5, "normal 1, but only 0");
     refused(square + "f 0 1 2\n", 5, "wrong index in '0'");
     refused(square + "f 99999999999 1 2\n", 5, "wrong index");
-    for (const char* bad :
-         {"f 1/ 2/ 3/\n", "f 1// 2// 3//\n", "f 1/1/ 2/2/ 3/3/\n", "f 1/2/3/4 2 3\n", "f a b c\n", "f 1.0 2 3\n", "f / 2 3\n"})
+    for (const char* bad : {"f 1/2/3/4 2 3\n", "f a b c\n", "f 1.0 2 3\n", "f / 2 3\n"})
         refused(square + uvs + normals + bad, 11, "wrong index");
     refused(square + uvs + "f 1/1 2 3/3\n", 9, "one form");
     refused(square + uvs + "f 1/1 2/2 3/3\nf 1 2 3\n", 10, "all or none");
     refused(square + "f 1 2\n", 5, "a face of 2 corners");
     refused("v 0 0\n", 1, "after 2 numbers");
     refused("v 0 0 0 2\n", 1, "expected 'v X Y Z'");
-    refused("v 0 0 0 1 1 1 1\n", 1, "unexpected '1'");
+    refused("v 0 0 0 1 1 1 1 1\n", 1, "unexpected '1'");
     refused("v 0 0 nan\n", 1, "finite number instead of 'nan'");
     refused("v 0 0 0,5\n", 1, "instead of '0,5'");
-    refused("v 0 0 0 255 0 0\n", 1, "outside 0 to 1");
+    refused("v 0 0 0 256 0 0\n", 1, "outside 0 to 1");
     refused("v 0 0 0\nv 0 0 0 1 0 0\n", 2, "all or none");
     refused("vt\n", 1, "after 0 numbers");
     refused("curv 0 1 1 2\n", 1, "unknown statement 'curv'");
@@ -94,11 +92,33 @@ TEST_CASE("OBJ: errors name the line and what was expected", "[obj]")
     CHECK_THROWS_AS(parse(""), Error);
 }
 
-TEST_CASE("OBJ: a file cut anywhere is refused", "[obj]")
+TEST_CASE("OBJ: a file cut anywhere is refused, unless nothing of its last face can be missing", "[obj]")
 {
     // Between two faces nothing in the format could tell.
     const std::string text = square + uvs + normals + "f 1/1/1 2/2/1 3/3/1\n";
-    check_cuts_are_refused(bytes_of(text), "room.obj:", [](const auto& cut) { parse_obj(cut, "room.obj"); });
+    const std::string shorter = text.substr(0, text.size() - 4);
+    check_cuts_are_refused(bytes_of(shorter), "room.obj:", [](const auto& cut) { parse_obj(cut, "room.obj"); });
+    for (const auto* open : {"3", "3/", "3/1", "3/1\n# room"})
+        CHECK(same_mesh(parse(shorter + open), parse(text)));
+    std::string many;
+    for (int i = 0; i < 30; ++i)
+        many += "v " + std::to_string(i) + " 0 0\n";
+    CHECK_THROWS_WITH(parse(many + "f 4 5 3"), Contains("room.obj:31: the line is not ended by a newline"));
+    CHECK_THROWS_WITH(parse(many + "f 4 5 -2"), Contains("is not ended by a newline"));
+    CHECK(parse(many + "f 4 5 29").triangles.size() == 1);
+}
+
+TEST_CASE("OBJ: differences between the programs that write it", "[obj]")
+{
+    const std::vector<std::string> alike{
+        "\xEF\xBB\xBFv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "v 0 0 0\rv 1 0 0\rv 0 1 0\rf 1 2 3\r",
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn nan 0 1\nf 1//1 2//1 3//7\n", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1/ 2/ 3/\n",
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nvp 0.5 1\nvw 1\nf 1// 2// 3//\n"};
+    for (const auto& text : alike)
+        CHECK(same_mesh(parse(text), parse("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")));
+    const std::vector<Rgb8> colors{{255, 0, 0}, {0, 128, 0}, {0, 0, 255}};
+    CHECK(parse("v 0 0 0 255 0 0\nv 1 0 0 0 128 0\nv 0 1 0 0 0 255\nf 1 2 3\n").colors == colors);
+    CHECK(parse("v 0 0 0 1 0 0 1\nv 1 0 0 0 0.5 0 1\nv 0 1 0 0 0 1 1\nf 1 2 3\n").colors == colors);
 }
 
 TEST_CASE("OBJ: limits are kept", "[obj]")

@@ -166,8 +166,9 @@ Mesh parse_ply(std::span<const std::byte> bytes, std::string_view source, const 
                MeshReadReport* report = nullptr, MeshMaterials* materials = nullptr, PlyIntegers* integers = nullptr);
 
 /// Strict Wavefront OBJ reader: v (with optional color), vt, vn, f with all index forms (negative too); groups, materials and
-/// smoothing are skipped. Errors as above, by line. A file that does not end in a newline is taken as cut and refused.
-/// With `materials`, which receives what the file says about them, texture coordinates may be missing on some faces.
+/// smoothing are skipped, and so are normals. Colors go to 1 or to 255. Errors as above, by line. A last line without an end is
+/// taken as cut and refused, unless it is a face of which nothing can be missing. With `materials`, which receives what the file
+/// says about them, texture coordinates may be missing on some faces.
 Mesh parse_obj(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits = {},
                MeshReadReport* report = nullptr, MeshMaterials* materials = nullptr);
 

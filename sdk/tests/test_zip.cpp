@@ -52,7 +52,7 @@ std::string deflated(const std::string& name, const std::string& data)
     {
         std::string text;
         for (int i = 0; i < bytes; ++i)
-            text += static_cast<char>(value >> (8 * i));
+            text += static_cast<char>(i < 8 ? value >> (8 * i) : 0);
         return text;
     };
     const auto checksum = crc32(0, reinterpret_cast<const Bytef*>(data.data()), static_cast<uInt>(data.size()));

@@ -102,7 +102,7 @@ plain::Model true_room()
 
 using Picture = std::vector<plain::Pixel>;
 
-/// What a camera truly sees of the painted room.
+/// The painted room as a camera sees it in truth.
 Picture painted(const Camera& camera)
 {
     Picture pixels = plain::render(true_room(), {1, 1, {0, 0, 0}}, plain_view(camera), {});

@@ -33,7 +33,7 @@ void add_completion_commands(CLI::App& app);
 void add_internal_commands(CLI::App& app, int& exit_code);
 void add_manual_command(CLI::App& app);
 
-/// The command of the name directly below `app`; nullptr: there is none.
+/// The command of this name directly below `app`, or nullptr if there is none.
 const CLI::App* command_named(const CLI::App& app, const std::string& name);
 /// The commands that are programs of their own, sorted.
 std::vector<std::string> program_commands();

@@ -37,7 +37,7 @@ std::vector<MatrixAxis> read_matrix(PipelineDocument& document, ProblemList& pro
 /// label or text.
 void set_axis(MatrixAxis& axis, const YamlNode& value, ProblemList& problems);
 
-/// For each axis the number of its choice, the last axis running fastest: the chosen ones alone. Nothing if there are more than
+/// The chosen combinations: for each axis, the number of its choice; the last axis runs fastest. Nothing if there are more than
 /// `combination_limit`.
 std::optional<std::vector<std::vector<std::size_t>>> combinations(const std::vector<MatrixAxis>& axes);
 

@@ -18,7 +18,7 @@ struct StoredObject
     std::string type;
     std::string key;
     std::int64_t time_s = 0;  ///< Unix time of publishing.
-    double disk_mb = 0;       ///< Counts files whole that it shares with other results by hard links, such as the mesh of a bake.
+    double disk_mb = 0;       ///< Files that it shares with other results by hard links count in full.
     bool in_use = false;      ///< The last run of some pipeline uses it.
     bool whole = true;        ///< False: it has no readable manifest.
 };

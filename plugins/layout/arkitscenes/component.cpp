@@ -82,8 +82,7 @@ class ArkitScenesLayout final : public Layout
     }
 
   private:
-    fresco::Option<int> min_confidence{this, "min_confidence", 2, fresco::range(0, 2),
-                                       "Depth of less confidence than this counts as none"};
+    fresco::Option<int> min_confidence = min_confidence_option(this);
 
     Recording list(fresco::RunContext& run) override
     {
@@ -162,17 +161,7 @@ class ArkitScenesLayout final : public Layout
 
     bool unpack(RecordedView& view, const fs::path& folder) const override
     {
-        const auto file = confidence_of(view);
-        if (!fs::exists(file))
-            return false;
-        const auto confidence = codec().read_rgb(file);
-        if (std::ranges::none_of(confidence.values, [&](auto level) { return level < *min_confidence; }))
-            return false;
-        auto depth = codec().read_depth(view.depth);
-        remove_unsure(depth, confidence, *min_confidence, file.string());
-        view.depth = folder / (view.name + ".depth.png");
-        fresco::write_file(view.depth, codec().encode_png(depth));
-        return true;
+        return write_sure_depth(view, confidence_of(view), *min_confidence, codec(), folder);
     }
 
     fs::path confidence_of(const RecordedView& view) const { return path() / "confidence" / view.color.filename(); }

@@ -38,7 +38,6 @@ class PolycamLayout final : public Layout
         looks_for(cameras / "*.json", run);
         looks_for(pictures / "*.jpg", run);
         looks_for(path() / "keyframes/depth/*.png", run);
-        std::size_t without_depth = 0;
         for (const auto& entry : fs::directory_iterator(cameras))
         {
             if (entry.path().extension() != ".json" || is_system_file(entry.path()))
@@ -49,13 +48,9 @@ class PolycamLayout final : public Layout
             view.pose = entry.path();
             view.color = pictures / (stem + ".jpg");
             view.depth = path() / "keyframes/depth" / (stem + ".png");
-            without_depth += fs::exists(view.depth) ? 0 : 1;
             recording.views.push_back(std::move(view));
         }
-        // An export without any depth picture is incomplete, and refused.
-        for (auto& view : recording.views)
-            if (without_depth < recording.views.size() && !fs::exists(view.depth))
-                view.depth.clear();
+        forget_missing_depth(recording.views);
         std::error_code missing;
         const auto pictures_count =
             std::ranges::count_if(fs::directory_iterator(pictures, missing), [](const auto& entry)

@@ -53,8 +53,7 @@ class Record3dLayout final : public Layout
     }
 
   private:
-    fresco::Option<int> min_confidence{this, "min_confidence", 2, fresco::range(0, 2),
-                                       "Depth of less confidence than this counts as none"};
+    fresco::Option<int> min_confidence = min_confidence_option(this);
 
     Recording list(fresco::RunContext& run) override
     {

@@ -40,8 +40,7 @@ class StrayScannerLayout final : public Layout
     fresco::Marks marks() const override { return {.contains = {"odometry.csv", "camera_matrix.csv", "rgb.mp4"}}; }
 
   private:
-    fresco::Option<int> min_confidence{this, "min_confidence", 2, fresco::range(0, 2),
-                                       "Depth of less confidence than this counts as none"};
+    fresco::Option<int> min_confidence = min_confidence_option(this);
 
     Recording list(fresco::RunContext& run) override
     {
@@ -71,12 +70,7 @@ class StrayScannerLayout final : public Layout
                 run.reads_file(confidence_of(view));
             recording.views.push_back(std::move(view));
         }
-        // The phone has no depth for some pictures. A recording without any is incomplete, and refused.
-        const auto has_depth = [](const RecordedView& view) { return fs::exists(view.depth); };
-        if (std::ranges::any_of(recording.views, has_depth))
-            for (auto& view : recording.views)
-                if (!has_depth(view))
-                    view.depth.clear();
+        forget_missing_depth(recording.views);
         return recording;
     }
 
@@ -110,13 +104,7 @@ class StrayScannerLayout final : public Layout
         if (failure_)
             std::rethrow_exception(failure_);
         view.color = color_of(view.name, folder);
-        if (view.depth.empty())
-            return true;
-        auto depth = codec().read_depth(view.depth);
-        if (const auto file = confidence_of(view); fs::exists(file))
-            remove_unsure(depth, codec().read_rgb(file), *min_confidence, file.string());
-        view.depth = folder / (view.name + ".depth.png");
-        fresco::write_file(view.depth, codec().encode_png(depth));
+        write_sure_depth(view, confidence_of(view), *min_confidence, codec(), folder);
         return true;
     }
 

@@ -14,7 +14,7 @@
 namespace fresco::optimize
 {
 
-/// What is displayed of `stored` (3 x H x W): 0 where `valid` (H x W, bool) is false. On any device, as a few operators.
+/// The displayed values of `stored` (3 x H x W): 0 where `valid` (H x W, bool) is false. On any device, as a few operators.
 torch::Tensor displayed_values(const ValueSpace& space, const torch::Tensor& stored, const torch::Tensor& valid);
 /// The derivative of the above: `gradient` (3 x H x W, d loss / d displayed) times `factor` (H x W) to d loss / d stored. Inside
 /// the displayable range all of it passes; outside only where a step against the gradient leads back, so that no texel is stuck

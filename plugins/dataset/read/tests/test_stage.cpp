@@ -179,7 +179,7 @@ TEST_CASE("everything that a dataset holds is read as it was written, without a 
         CHECK(load_depth_steps(frames->frames[0], nullptr) == made.depths[0]);
         CHECK(frames->frames[0].depth_unit_m == 0.25);
         CHECK(frames->frames[1].depth_picture.empty());
-        CHECK(Image::load({out / "style", out})->pixels == made.style);  // Empty, and said to be so, if there is none.
+        CHECK(Image::load({out / "style", out})->pixels == made.style);  // An image without pixels, if there is none.
         CHECK(run.messages.size() == (has_style ? 0 : 1));
         const auto mesh = Mesh::load({out / "mesh", out});
         CHECK(mesh->triangles == made.mesh.triangles);

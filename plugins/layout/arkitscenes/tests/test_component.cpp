@@ -63,7 +63,7 @@ TEST_CASE("a video of ARKitScenes gives its frames and its mesh", "[layout.arkit
     check_damage(video, {"lowres_wide.traj", "confidence/41069021_305.477.png", "lowres_depth/41069021_305.477.png"});
 }
 
-TEST_CASE("depth of little confidence is none in ARKitScenes, too", "[layout.arkitscenes]")
+TEST_CASE("ARKitScenes: depth below min_confidence counts as none", "[layout.arkitscenes]")
 {
     const WrittenRecording video(layout);
     Raster8 confidence(16, 12, 3);

@@ -61,7 +61,7 @@ std::vector<LayoutUnderTest> forms()
     return {layout};
 }
 
-TEST_CASE("depth of little confidence is none", "[layout.record3d]")
+TEST_CASE("Record3D: depth below min_confidence counts as none", "[layout.record3d]")
 {
     const WrittenRecording recording(layout);
     std::string levels(16 * 12, '\2');

@@ -158,6 +158,7 @@ TEST_CASE("damaged LZFSE data are refused, or give the size that was asked for",
                          "bvx$",
                      3),
                Contains("does not give the bytes that it claims"));
+    CHECK_THAT(error(entropy_block(1, "abcdefgh", {{1, 0, 0}}) + "bvx$", 1), Contains("a block's header is out of range"));
     CHECK_THAT(error(entropy_block(4, "abcd", {{5, 0, 0}}) + "bvx$", 4), Contains("more literals than it has"));
 }
 

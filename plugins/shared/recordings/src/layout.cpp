@@ -82,6 +82,15 @@ std::vector<RecordedView> numbered_views(const NumberedFiles& color, const Numbe
     return list;
 }
 
+void forget_missing_depth(std::vector<RecordedView>& views)
+{
+    const auto has_depth = [](const RecordedView& view) { return fs::exists(view.depth); };
+    if (std::ranges::any_of(views, has_depth))
+        for (auto& view : views)
+            if (!has_depth(view))
+                view.depth.clear();
+}
+
 void looks_for(const fs::path& pattern, RunContext& run)
 {
     auto name = pattern;

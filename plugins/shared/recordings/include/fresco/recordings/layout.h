@@ -39,6 +39,10 @@ std::vector<RecordedView> numbered_views(const NumberedFiles& color, const Numbe
 /// be there.
 void looks_for(const std::filesystem::path& pattern, RunContext& run);
 
+/// Clears the depth of views whose depth picture is not there: phones leave some out. Where none is there, the recording lacks a
+/// folder, and all keep theirs, to be refused.
+void forget_missing_depth(std::vector<RecordedView>& views);
+
 /// The first of `candidates` that is there. Throws MissingInput that names them and says that `what` is missing.
 std::filesystem::path first_file(const std::vector<std::filesystem::path>& candidates, std::string_view what, RunContext& run);
 

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 // prove_never_stale shows that no result is stale and no stage runs in vain, and prove_kill tries kills.
 
 namespace
@@ -113,9 +115,9 @@ TEST_CASE("Stages side by side are expected to need no more memory together than
     const Words one_by_one{"begin one on 2", "end one", "begin two on 2", "end two"};
     CHECK(course("40", "300") == one_by_one);
     CHECK(course("5", "300") == one_by_one);
-    Words together = course("100", "2000");
-    together.resize(2);
-    CHECK(together == Words{"begin one on 1", "begin two on 1"});
+    const Words together = course("100", "2000");
+    CHECK(std::count(together.begin(), together.end(), "begin one on 1") == 1);
+    CHECK(std::count(together.begin(), together.end(), "begin two on 1") == 1);
 }
 
 TEST_CASE("A stage whose memory is unknown runs alone, and does not wait for those behind it")
@@ -128,11 +130,11 @@ TEST_CASE("A stage whose memory is unknown runs alone, and does not wait for tho
                     {"good", "note"});
     CHECK(course_of(place, {"--memory", "1000"}) ==
           Words{"begin first on 2", "end first", "begin unknown on 2", "end unknown", "begin last on 2", "end last"});
-    // Runs with other options have measured it.
-    Words begun =
+    // Runs with other options have measured it: the first two share the cores, whichever worker speaks first.
+    const Words course =
         course_of(place, {"--memory", "1000", "--set", "unknown.text=b", "--set", "first.value=3", "--set", "last.value=4"});
-    begun.resize(2);
-    CHECK(begun == Words{"begin first on 1", "begin unknown on 1"});
+    CHECK(std::count(course.begin(), course.end(), "begin first on 1") == 1);
+    CHECK(std::count(course.begin(), course.end(), "begin unknown on 1") == 1);
 }
 
 TEST_CASE("A wire from another output of the same stage is another input")

@@ -5,6 +5,7 @@
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
+#include <fresco/mesh.h>
 #include <fresco/run_context.h>
 #include <fresco/value.h>
 
@@ -151,14 +152,22 @@ void Frames::save(const ArtifactFolder& folder) const
                                      {"depth_picture", picture_to_value(frame.depth_picture, folder)},
                                      {"depth_unit_m", frame.depth_unit_m},
                                      {"mask", picture_to_value(frame.mask, folder)}});
-    write_file(folder.path / "frames.json", to_json(Value::Map{{"frames", std::move(list)}}, 1));
+    Value index = Value::Map{{"frames", std::move(list)}};
+    if (offset_m != Vec3d{})
+        index.set("offset_m", Value::List{offset_m.x, offset_m.y, offset_m.z});
+    write_file(folder.path / "frames.json", to_json(index, 1));
 }
 
 std::shared_ptr<Frames> Frames::load(const ArtifactFolder& folder)
 {
     const detail::JsonFile file(folder.path / "frames.json");
-    file->has_only({"frames"});
+    file->has_only({"frames", "offset_m"});
     auto result = std::make_shared<Frames>();
+    if (const auto offset = file->find("offset_m"))
+    {
+        const auto numbers = offset->numbers(3);
+        result->offset_m = {numbers[0], numbers[1], numbers[2]};
+    }
     std::set<std::pair<std::string, std::string>> names;
     for (const JsonPlace& place : file["frames"].list())
     {
@@ -309,6 +318,16 @@ void check_camera(const Camera& camera, std::string_view source)
     for (const double along : {at.x, at.y, at.z})
         if (!(std::abs(along) <= farthest_m))
             fail("the camera is more than 1e7 m from the world's origin; the pose is damaged, or of another unit");
+}
+
+void check_offset(const Frames& frames, const Mesh& mesh)
+{
+    const auto text = [](Vec3d v) { return fmt::format("({}, {}, {})", v.x, v.y, v.z); };
+    if (frames.offset_m != mesh.offset_m)
+        throw Error("coordinates of the frames are stored less " + text(frames.offset_m) + " m, those of the mesh less " +
+                    text(mesh.offset_m) +
+                    " m: if both are in one world, wire the frames to port 'frames' of the scan.mesh stage; if only one is in "
+                    "a map's coordinates, such as UTM, move the mesh by the option transform of scan.mesh");
 }
 
 Value to_value(const Camera& camera)

@@ -6,6 +6,7 @@
 #include <fresco/files_io.h>
 #include <fresco/mesh.h>
 #include <fresco/npy.h>
+#include <fresco/run_context.h>
 #include <fresco/wording.h>
 
 #include <algorithm>
@@ -26,11 +27,15 @@ namespace
 
 // Within these, algorithms may square areas in single precision: those of the largest mesh stay a billion times below the largest
 // number, those of a millionth of the smallest, of a face then, a billion times above the smallest. Maps reach to 1e7 m (UTM).
-constexpr float farthest_vertex_m = 1e7F;
+constexpr double farthest_vertex_m = 1e7;
 constexpr double smallest_m2 = 1e-8;
+// From here on, floats are more than 0.1 mm apart.
+constexpr double coarse_m = 1024;
+constexpr double offset_step_m = 100;
+constexpr double written_steps_per_m = 1e5;
 
 /// Whether no coordinate is larger than `most`, or NaN.
-bool are_within(Vec3f p, float most)
+bool are_within(Vec3d p, double most)
 {
     return std::abs(p.x) <= most && std::abs(p.y) <= most && std::abs(p.z) <= most;
 }
@@ -83,13 +88,16 @@ void check_mesh(const Mesh& mesh, std::string_view source)
     sizes("texcoords", mesh.texcoords.size(), mesh.triangles.size() * 3);
     sizes("charts", mesh.charts.size(), mesh.triangles.size());
     for (std::size_t i = 0; i < mesh.positions.size(); ++i)
-        if (!are_within(mesh.positions[i], std::numeric_limits<float>::max()))
+    {
+        const Vec3d p = vec_cast<double>(mesh.positions[i]) + mesh.offset_m;
+        if (!are_within(p, std::numeric_limits<double>::max()))
             fail(fmt::format("the position of vertex {} is not finite", i));
-        else if (!are_within(mesh.positions[i], farthest_vertex_m))
+        if (!are_within(p, farthest_vertex_m))
             fail(fmt::format(
                 "vertex {} is more than 1e7 m from the origin, at ({:g}, {:g}, {:g}): the mesh is damaged, or of another "
                 "unit",
-                i, mesh.positions[i].x, mesh.positions[i].y, mesh.positions[i].z));
+                i, p.x, p.y, p.z));
+    }
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
         for (const std::uint32_t index : mesh.triangles[i])
             if (index >= mesh.positions.size())
@@ -105,6 +113,51 @@ void check_mesh(const Mesh& mesh, std::string_view source)
     for (std::size_t i = 0; i < mesh.texcoords.size(); ++i)
         if (!std::isfinite(mesh.texcoords[i].x) || !std::isfinite(mesh.texcoords[i].y))
             fail(fmt::format("the texcoord of corner {} of face {} is not finite", i % 3, i / 3));
+}
+
+Vec3d offset_for(std::span<const Vec3d> points)
+{
+    Vec3d offset;
+    std::vector<double> along(points.size());
+    for (const auto axis : {&Vec3d::x, &Vec3d::y, &Vec3d::z})
+    {
+        std::ranges::transform(points, along.begin(), axis);
+        const auto median = along.begin() + std::ssize(along) / 2;
+        std::ranges::nth_element(along, median);
+        if (median != along.end() && std::abs(*median) >= coarse_m)
+            offset.*axis = std::round(*median / offset_step_m) * offset_step_m;
+    }
+    return offset;
+}
+
+void place(Mesh& mesh, std::span<const Vec3d> positions, Vec3d offset_m)
+{
+    mesh.offset_m = offset_m;
+    mesh.positions.resize(positions.size());
+    std::ranges::transform(positions, mesh.positions.begin(), [&](Vec3d p) { return vec_cast<float>(p - offset_m); });
+}
+
+std::vector<Vec3d> world_positions(const Mesh& mesh)
+{
+    std::vector<Vec3d> positions(mesh.positions.size());
+    const auto rounded = [](double m) { return std::round(m * written_steps_per_m) / written_steps_per_m; };
+    std::ranges::transform(mesh.positions, positions.begin(),
+                           [&](Vec3f stored)
+                           {
+                               const Vec3d p = vec_cast<double>(stored) + mesh.offset_m;
+                               return mesh.offset_m == Vec3d{} ? p : Vec3d{rounded(p.x), rounded(p.y), rounded(p.z)};
+                           });
+    return positions;
+}
+
+void tell_offset(Vec3d offset_m, RunContext& run)
+{
+    if (offset_m == Vec3d{})
+        return;
+    run.report("offset_m", Value::List{offset_m.x, offset_m.y, offset_m.z});
+    run.message(fmt::format("far from 0, where floats are more than 0.1 mm apart: ({}, {}, {}) m are taken off all coordinates; "
+                            "export.mesh puts them back with coordinates: original",
+                            offset_m.x, offset_m.y, offset_m.z));
 }
 
 std::vector<Vec3f> face_normals(const Mesh& mesh)

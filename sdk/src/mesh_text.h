@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <fmt/format.h>
@@ -13,7 +12,6 @@
 #include <string>
 #include <string_view>
 #include <system_error>
-#include <type_traits>
 
 /// \file Lines, words and numbers of the text mesh formats; nothing here looks at the locale.
 
@@ -119,7 +117,7 @@ class Words
 };
 
 /// The number that makes up the whole word. False if it is not a number or does not fit T; "nan" and "inf" are numbers of
-/// floating types, and what is too small for a float is 0.
+/// floating types.
 template <class T>
 bool parse_number(std::string_view word, T& value)
 {
@@ -127,15 +125,6 @@ bool parse_number(std::string_view word, T& value)
         word.remove_prefix(1);
     const char* const end = word.data() + word.size();
     const auto [stop, error] = std::from_chars(word.data(), end, value);
-    if constexpr (std::is_same_v<T, float>)
-    {
-        double wide = 0;
-        if (error == std::errc::result_out_of_range && parse_number(word, wide) && std::abs(wide) < 1)
-        {
-            value = static_cast<float>(wide);
-            return true;
-        }
-    }
     return error == std::errc{} && stop == end && !word.empty();
 }
 
@@ -169,7 +158,8 @@ class TriangleFan
     bool keeps_degenerate_;
 };
 
-/// parse_ply with a choice: the store's own files keep faces that name a vertex twice, so that face numbers stay what they were.
+/// parse_ply with a choice: the store's own files keep faces that name a vertex twice, so that face numbers stay what they were,
+/// and their offset.
 /// `materials`: empty, or null if the caller wants none.
 Mesh parse_ply_faces(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits, MeshReadReport* report,
                      bool keeps_degenerate, MeshMaterials* materials = nullptr, PlyIntegers* integers = nullptr);

@@ -35,7 +35,7 @@ class ObjReader
     ObjReader(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits, MeshReadReport& report,
               MeshMaterials* materials)
         : lines_(without_mark(as_text(bytes)), source, 0, true),
-          max_vertices_(std::min<std::size_t>(limits.max_vertices, UINT32_MAX)), max_faces_(limits.max_faces),
+          max_vertices_(std::min<std::size_t>(limits.max_vertices, UINT32_MAX)), max_faces_(limits.max_faces), report_(report),
           fan_(report, false), materials_(materials)
     {
     }
@@ -47,6 +47,7 @@ class ObjReader
         while (lines_.next(line))
             statement(continued(line, joined));
         check_references();
+        place(mesh_, report_.positions, offset_for(report_.positions));
         color_vertices();
         if (mesh_.triangles.empty())
             lines_.fail("the file ends here without a triangle; export the scan as a triangle mesh");
@@ -122,7 +123,7 @@ class ObjReader
         {
             if (count == most)
                 lines_.fail("unexpected " + in_quotes(word) + "; expected " + expected);
-            if (!parse_number(word, values_[count]) || !std::isfinite(values_[count]))
+            if (!parse_number(word, values_[count]) || !std::isfinite(static_cast<float>(values_[count])))
                 lines_.fail("expected a finite number instead of " + in_quotes(word));
             ++count;
         }
@@ -140,20 +141,20 @@ class ObjReader
     void vertex()
     {
         static constexpr const char* expected = "'v X Y Z', 'v X Y Z 1', 'v X Y Z R G B' or 'v X Y Z R G B A'";
-        limit(mesh_.positions.size(), "vertices");
+        limit(report_.positions.size(), "vertices");
         const std::size_t count = numbers(3, 7, expected);
-        if (count == 5 || (count == 4 && values_[3] != 1.0F))
+        if (count == 5 || (count == 4 && values_[3] != 1.0))
             lines_.fail(std::string("expected ") + expected);
         const bool colored = count >= 6;
-        if (!mesh_.positions.empty() && colored == colors_.empty())
+        if (!report_.positions.empty() && colored == colors_.empty())
             lines_.fail("some vertices have a color and some have none; expected all or none");
-        mesh_.positions.push_back({values_[0], values_[1], values_[2]});
+        report_.positions.push_back({values_[0], values_[1], values_[2]});
         if (colored)
         {
-            colors_.push_back({values_[3], values_[4], values_[5]});
+            colors_.push_back(vec_cast<float>(Vec3d{values_[3], values_[4], values_[5]}));
             for (std::size_t i = 3; i < 6; ++i)
             {
-                if (values_[i] < 0.0F || values_[i] > 255.0F)
+                if (values_[i] < 0 || values_[i] > 255)
                     lines_.fail("a vertex color is outside 0 to 1, and 0 to 255");
                 greatest_color_ = std::max(greatest_color_, values_[i]);
             }
@@ -173,7 +174,7 @@ class ObjReader
     {
         limit(texcoords_.size(), "texture coordinates");
         numbers(1, 3, "'vt U', 'vt U V' or 'vt U V W'");
-        texcoords_.push_back({values_[0], values_[1]});
+        texcoords_.push_back({static_cast<float>(values_[0]), static_cast<float>(values_[1])});
     }
 
     /// One part of a corner as an index from 0; a negative one counts back from what is declared so far.
@@ -200,7 +201,7 @@ class ObjReader
         const auto texcoord = first == std::string_view::npos ? "" : text.substr(first + 1, second - first - 1);
         if (!corners_.empty() && texcoord.empty() != corner_texcoords_.empty())
             lines_.fail("the corners of a face must all be of one form: V, V/VT, V//VN or V/VT/VN");
-        corners_.push_back(index(text.substr(0, first), text, mesh_.positions.size(), used_vertices_));
+        corners_.push_back(index(text.substr(0, first), text, report_.positions.size(), used_vertices_));
         if (!texcoord.empty())
             corner_texcoords_.push_back(index(texcoord, text, texcoords_.size(), used_texcoords_));
     }
@@ -213,7 +214,7 @@ class ObjReader
         if (slash != last.rfind('/'))
             return false;
         std::int64_t value = 0;
-        const auto declared = slash == std::string_view::npos ? mesh_.positions.size() : texcoords_.size();
+        const auto declared = slash == std::string_view::npos ? report_.positions.size() : texcoords_.size();
         return parse_number(last.substr(slash + 1), value) && 10 * std::abs(value) <= static_cast<std::int64_t>(declared);
     }
 
@@ -257,7 +258,7 @@ class ObjReader
                 lines_.fail_at(used.line, fmt::format("a face names {} {}, but only {} are declared: the file is cut or damaged",
                                                       what, used.greatest, declared));
         };
-        check(used_vertices_, mesh_.positions.size(), "vertex");
+        check(used_vertices_, report_.positions.size(), "vertex");
         check(used_texcoords_, texcoords_.size(), "texture coordinate");
     }
 
@@ -282,15 +283,16 @@ class ObjReader
 
     Lines lines_;
     Words words_;
-    std::array<float, 7> values_{};  ///< Numbers of the statement.
+    std::array<double, 7> values_{};  ///< Numbers of the statement.
     std::size_t max_vertices_;
     std::size_t max_faces_;
+    MeshReadReport& report_;
     TriangleFan fan_;
     Mesh mesh_;
     std::vector<Vec2f> texcoords_;
     std::vector<Triangle> triangle_texcoords_;  ///< Indices into texcoords_.
     std::vector<Vec3f> colors_;                 ///< As written.
-    float greatest_color_ = 0;
+    double greatest_color_ = 0;
     bool some_textured_ = false;
     bool some_bare_ = false;
     MeshMaterials* materials_;
@@ -312,7 +314,7 @@ Mesh parse_obj(std::span<const std::byte> bytes, std::string_view source, const 
     MeshReadReport counted;
     Mesh mesh = ObjReader(bytes, source, limits, counted, materials).read();
     if (report != nullptr)
-        *report = counted;
+        *report = std::move(counted);
     return mesh;
 }
 

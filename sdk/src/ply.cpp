@@ -157,18 +157,16 @@ class AsciiCursor
         return value;
     }
 
+    /// In full precision, also where a float is declared: programs write more digits than a float has.
     double real(PlyType type)
     {
         if (is_integer(type))
             return static_cast<double>(integer(type));
         const auto word = next(type);
-        float narrow = 0;
         double value = 0;
-        // Straight to float: by way of double some values would be rounded twice.
-        const bool good = type == PlyType::float32 ? parse_number(word, narrow) : parse_number(word, value);
-        if (!good)
+        if (!parse_number(word, value))
             wrong(type, word);
-        return type == PlyType::float32 ? static_cast<double>(narrow) : value;
+        return value;
     }
 
     void check_room(const PlyProperty& list, std::size_t items) const
@@ -208,9 +206,9 @@ class BodyReader
 {
   public:
     BodyReader(Cursor cursor, const PlyHeader& header, const PlyLayout& layout, std::size_t max_triangles, TriangleFan fan,
-               MeshMaterials* materials, PlyIntegers* integers)
+               std::vector<Vec3d>* positions, MeshMaterials* materials, PlyIntegers* integers)
         : cursor_(std::move(cursor)), header_(header), layout_(layout), max_triangles_(max_triangles), fan_(fan),
-          materials_(materials), integers_(integers)
+          positions_(positions), materials_(materials), integers_(integers)
     {
     }
 
@@ -295,8 +293,10 @@ class BodyReader
                 }
             }
             cursor_.end_row();
-            mesh_.positions.push_back(
-                {static_cast<float>(values[slot_x]), static_cast<float>(values[slot_y]), static_cast<float>(values[slot_z])});
+            const Vec3d position{values[slot_x], values[slot_y], values[slot_z]};
+            mesh_.positions.push_back(vec_cast<float>(position));
+            if (positions_ != nullptr)
+                positions_->push_back(position);
             if (layout_.has_colors)
                 mesh_.colors.push_back({static_cast<std::uint8_t>(values[slot_red]),
                                         static_cast<std::uint8_t>(values[slot_green]),
@@ -418,6 +418,7 @@ class BodyReader
     std::vector<Vec2f> vertex_texcoords_;
     std::vector<std::uint32_t> corners_;
     std::vector<Vec2f> corner_texcoords_;
+    std::vector<Vec3d>* positions_;
     MeshMaterials* materials_;
     std::uint32_t picture_ = MeshMaterials::none;
     PlyIntegers* integers_;
@@ -448,7 +449,10 @@ Mesh detail::parse_ply_faces(std::span<const std::byte> bytes, std::string_view 
     MeshReadReport counted;
     const TriangleFan fan(counted, keeps_degenerate);
     const auto read = [&](auto cursor)
-    { return BodyReader(std::move(cursor), header, layout, limits.max_faces, fan, materials, integers).read(); };
+    {
+        auto* const positions = keeps_degenerate ? nullptr : &counted.positions;
+        return BodyReader(std::move(cursor), header, layout, limits.max_faces, fan, positions, materials, integers).read();
+    };
     constexpr bool machine_is_little = std::endian::native == std::endian::little;
     Mesh mesh;
     if (header.format == PlyFormat::ascii)
@@ -462,8 +466,15 @@ Mesh detail::parse_ply_faces(std::span<const std::byte> bytes, std::string_view 
         throw Error(std::string(source) + ": every face names a vertex twice; no triangle is left");
     if (!mesh.texcoords.empty())
         mesh.texture_px = header.texture_px;
+    if (header.offset_m != Vec3d{})
+        for (Vec3d& position : counted.positions)
+            position += header.offset_m;
+    if (keeps_degenerate)
+        mesh.offset_m = header.offset_m;
+    else
+        place(mesh, counted.positions, offset_for(counted.positions));
     if (report != nullptr)
-        *report = counted;
+        *report = std::move(counted);
     if (materials != nullptr)
         materials->files = header.pictures;
     return mesh;
@@ -487,6 +498,8 @@ std::string header_of(const Mesh& mesh)
     std::string text = "ply\nformat binary_little_endian 1.0\n";
     if (!mesh.texcoords.empty() && mesh.texture_px > 0)
         text += fmt::format("comment texture_px {}\n", mesh.texture_px);
+    if (mesh.offset_m != Vec3d{})
+        text += fmt::format("comment offset_m {} {} {}\n", mesh.offset_m.x, mesh.offset_m.y, mesh.offset_m.z);
     text += fmt::format("element vertex {}\nproperty float x\nproperty float y\nproperty float z\n", mesh.positions.size());
     if (!mesh.colors.empty())
         text += "property uchar red\nproperty uchar green\nproperty uchar blue\n";

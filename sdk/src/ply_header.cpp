@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <fmt/format.h>
 #include <initializer_list>
 #include <utility>
@@ -77,6 +78,8 @@ class HeaderReader
                 header_.pictures.push_back({words_.rest(), lines_.number()});
             else if (about == "texture_px")
                 texture_px();
+            else if (about == "offset_m")
+                offset();
         }
         lines_.fail("the file ends before 'end_header': it is cut; copy or export it again");
     }
@@ -87,6 +90,13 @@ class HeaderReader
         if (!parse_number(word, header_.texture_px) || header_.texture_px < 1 || header_.texture_px > largest_texture_px)
             lines_.fail(
                 fmt::format("expected 'comment texture_px' and 1 to {} instead of {}", largest_texture_px, in_quotes(word)));
+    }
+
+    void offset()
+    {
+        for (const auto axis : {&Vec3d::x, &Vec3d::y, &Vec3d::z})
+            if (!parse_number(words_.next(), header_.offset_m.*axis) || !std::isfinite(header_.offset_m.*axis))
+                lines_.fail("expected 'comment offset_m' and three numbers, in meters");
     }
 
     void end_of_line()

@@ -66,6 +66,7 @@ struct PlyHeader
     std::vector<PlyElement> elements;
     std::vector<MeshFileName> pictures;  ///< Pictures of the `comment TextureFile NAME` lines.
     int texture_px = 0;                  ///< N of `comment texture_px N`.
+    Vec3d offset_m{};                    ///< X Y Z of `comment offset_m X Y Z`.
     std::size_t lines = 0;               ///< Lines of the header.
     std::size_t body_offset = 0;         ///< Bytes of the header.
 };

@@ -61,6 +61,22 @@ TEST_CASE("Frames keep their references when the store moves")
     CHECK_THROWS_WITH(referred_file("/mnt/scans/a.png", own), Contains("does not begin with own:, store: or file:"));
 }
 
+TEST_CASE("Frames keep their offset, and fit only meshes that have the same one")
+{
+    const testing::TemporaryFolder folder;
+    Frames frames;
+    frames.save({folder.path(), {}});
+    CHECK(read_text_file(folder.path() / "frames.json").find("offset") == std::string::npos);
+    frames.offset_m = {448'000, 5'411'000, -0.5};
+    frames.save({folder.path(), {}});
+    CHECK(Frames::load({folder.path(), {}})->offset_m == frames.offset_m);
+    Mesh mesh;
+    CHECK_THROWS_WITH(check_offset(frames, mesh),
+                      Catch::Contains("less (448000, 5411000, -0.5) m, those of the mesh less (0, 0, 0) m"));
+    mesh.offset_m = frames.offset_m;
+    CHECK_NOTHROW(check_offset(frames, mesh));
+}
+
 TEST_CASE("A mask at another size ignores what it covers in part")
 {
     Raster8 mask(6, 4, 1, 1);

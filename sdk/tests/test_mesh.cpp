@@ -103,6 +103,86 @@ TEST_CASE("Mesh: saved and loaded it is the same, faces that name a vertex twice
     CHECK_THROWS_AS(Mesh::load({folder.path(), {}}), MissingInput);
 }
 
+TEST_CASE("Mesh: coordinates that floats are too coarse for are stored less a rounded offset", "[mesh]")
+{
+    // By the median, along each axis: neither a stray vertex nor a height takes part.
+    CHECK(offset_for({}) == Vec3d{});
+    const std::vector<Vec3d> near{{1023, -1023, 0}, {1023, -1023, 1}, {9e6, 9e6, -9e6}};
+    CHECK(offset_for(near) == Vec3d{});
+    const std::vector<Vec3d> far{{448'001.234, -5'411'049.5, 112.25}, {448'003.5, -5'411'048, 112.5}, {448'002, 0, 1e6}};
+    const Vec3d offset = offset_for(far);
+    CHECK(offset == Vec3d{448'000, -5'411'000, 0});
+    Mesh mesh;
+    place(mesh, far, offset);
+    mesh.triangles = {{0, 1, 2}};
+    CHECK(mesh.positions[0] == Vec3f{1.234F, -49.5F, 112.25F});
+    CHECK(world_positions(mesh) == far);
+
+    const testing::TemporaryFolder folder;
+    mesh.save({folder.path(), {}});
+    const auto loaded = Mesh::load({folder.path(), {}});
+    CHECK(same_mesh(*loaded, mesh));
+    CHECK(loaded->offset_m == offset);
+    testing::TestRun run;
+    tell_offset(offset, run);
+    tell_offset({}, run);
+    REQUIRE(run.messages.size() == 1);
+    CHECK_THAT(run.messages[0], Contains("(448000, -5411000, 0) m are taken off"));
+    CHECK(run.reported.at("offset_m") == Value(Value::List{448'000.0, -5'411'000.0, 0.0}));
+
+    // Without one, nothing is written, and all of float is kept.
+    place(mesh, far, {});
+    CHECK(world_positions(mesh)[0] == vec_cast<double>(mesh.positions[0]));
+    const auto plain = to_ply(mesh);
+    CHECK_THAT(std::string(reinterpret_cast<const char*>(plain.data()), 200), !Contains("offset_m"));
+    mesh.offset_m.y = -5e6;
+    CHECK_THROWS_WITH(check_mesh(mesh, "floor"),
+                      Contains("vertex 0 is more than 1e7 m from the origin, at (448001, -1.0411e+07,"));
+}
+
+TEST_CASE("Mesh: files are read in double, whatever type they declare as text", "[mesh]")
+{
+    Mesh expected = folded_square();
+    const std::string vertices = "448001.234 5411002.5 1 0 127 255\n448002.5 5411002.5 1.25 1 2 3\n"
+                                 "448002.5 5411003.001 2 10 20 30\n448001.234 5411003.001 -1.5 255 0 7\n";
+    const std::vector<Vec3d> exact{{448'001.234, 5'411'002.5, 1},
+                                   {448'002.5, 5'411'002.5, 1.25},
+                                   {448'002.5, 5'411'003.001, 2},
+                                   {448'001.234, 5'411'003.001, -1.5}};
+    const Vec3d offset{448'000, 5'411'000, 0};
+    place(expected, exact, offset);
+    const auto check = [&](const Mesh& mesh, const MeshReadReport& report)
+    {
+        CHECK(same_mesh(mesh, expected));
+        CHECK(mesh.offset_m == offset);
+        CHECK(report.positions == exact);
+    };
+    MeshReadReport report;
+    for (const auto& [type, encoding] : {std::pair("float", all_encodings[0]),
+                                         {"double", all_encodings[0]},
+                                         {"double", all_encodings[1]},
+                                         {"double", all_encodings[2]}})
+    {
+        INFO(encoding << ' ' << type);
+        std::string text = ply_of(expected, "ascii", {.coordinate = type});
+        text.replace(text.find("end_header\n") + 11, text.find("3 0 1 2") - text.find("end_header\n") - 11, vertices);
+        const Mesh mesh = parse_ply(bytes_of(in_encoding(encoding, text)), "floor.ply", {}, &report);
+        check(mesh, report);
+    }
+    std::string text;
+    for (const Vec3d& p : exact)
+        text += fmt::format("v {} {} {}\n", p.x, p.y, p.z);
+    expected.colors.clear();
+    const Mesh mesh = parse_obj(bytes_of(text + "f 1 2 3\nf 1 3 4\n"), "floor.obj", {}, &report);
+    check(mesh, report);
+    // What was written less an offset is read with it.
+    const Mesh again = parse_ply(to_ply(mesh), "floor.ply", {}, &report);
+    CHECK(same_mesh(again, mesh));
+    CHECK(again.offset_m == offset);
+    CHECK_THROWS_WITH(parse_ply(bytes_of("ply\nformat ascii 1.0\ncomment offset_m 1 2 x\n"), "floor.ply"),
+                      Contains("floor.ply:3: expected 'comment offset_m' and three numbers"));
+}
+
 TEST_CASE("Mesh: read_mesh goes by the extension", "[mesh]")
 {
     const testing::TemporaryFolder folder;

@@ -13,7 +13,7 @@
  *   6  Texture::atlas, UvMaps::atlas, ImageIo::read_with_alpha
  *   7  Stage::memory_mb and chooses_device in place of Cost; Viewer; Parameter with an OptionDeclaration, virtual
  *      Artifact::save and write_exchange, ports with an ArtifactType; OptionDeclaration::extensions;
- *      ArtifactFolder::references, Mesh::saved_in, Mesh::texture_px,
+ *      ArtifactFolder::references, Mesh::saved_in, Mesh::texture_px, Mesh::offset_m, Frames::offset_m, MeshReadReport::positions,
  *      UvMaps::texture_px and uv_bits; outputs that may be left out, or name their parts; OptionDeclaration::rule and formats;
  *      FileReader::formats, FileOrigin; RunContext::origin; Part::fine_count; constructors of SlotBase and Value in the library;
  *      OptionDeclaration::of_pipeline and chosen_by, Component::marks, InputPath; one parse_ply, parse_obj and read_mesh

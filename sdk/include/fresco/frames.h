@@ -14,6 +14,7 @@ namespace fresco
 class ImageIo;
 class JsonPlace;
 class Value;
+struct Mesh;
 
 /// A picture on disk: a user's file, or a file of the frames' own folder. Its content hash is taken when it is first listed and
 /// compared when it is read.
@@ -48,6 +49,7 @@ class Frames : public Artifact
     static constexpr int artifact_version = 2;
 
     std::vector<Frame> frames;
+    Vec3d offset_m{};  ///< As Mesh::offset_m: to be added to the cameras' positions.
 
     void save(const ArtifactFolder& folder) const override;
     static std::shared_ptr<Frames> load(const ArtifactFolder& folder);
@@ -77,6 +79,9 @@ Raster8 mask_at(const Raster8& mask, int width, int height);
 /// longer side (from 178 degrees to 20 arc seconds), the center no more than 10 000 times the longer side away, finite entries, a
 /// pose that turns (rotation_error <= 1e-2, determinant positive) and stays within 1e7 m of the world's origin along each axis.
 void check_camera(const Camera& camera, std::string_view source);
+
+/// Throws Error unless both have one offset: otherwise the cameras are elsewhere than the mesh says.
+void check_offset(const Frames& frames, const Mesh& mesh);
 
 /// A camera in JSON: `width`, `height`, `fx`, `fy`, `cx`, `cy` in pixels, `world_from_camera` as 3 x 4 numbers, row by row.
 Value to_value(const Camera& camera);

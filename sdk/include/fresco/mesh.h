@@ -17,14 +17,15 @@ namespace fresco
 {
 
 struct FileFormat;
+class RunContext;
 
 using Triangle = std::array<std::uint32_t, 3>;
 
-/// An indexed triangle mesh, world frame, meters. Faces are counter-clockwise seen from outside.
+/// An indexed triangle mesh, world frame less offset_m, meters. Faces are counter-clockwise seen from outside.
 /// It need not be manifold: edges may have more than two faces, a vertex may join fans that share no edge, and faces may be
 /// duplicate, without area or turned over, as in scans. `fresco::geometry` repairs what an algorithm cannot take.
 /// On disk: `mesh.ply`, binary little-endian, with `list uchar float texcoord` and `int chart` per face where present, and
-/// `comment texture_px N` where the texture's size is known.
+/// `comment texture_px N` where the texture's size is known, `comment offset_m X Y Z` where there is an offset.
 struct Mesh : Artifact
 {
     static constexpr std::string_view artifact_name = "mesh";
@@ -39,6 +40,9 @@ struct Mesh : Artifact
     /// Texels per side of the texture that the texcoords are laid out for; 0: unknown. The one source of that size: uv maps pass
     /// it on, and what paints takes it.
     int texture_px = 0;
+    /// Position in the world of the point (0, 0, 0), where floats would be too coarse for the world's coordinates (offset_for).
+    /// Meshes and frames that belong together have one offset; exports may put it back.
+    Vec3d offset_m{};
     /// The folder of a mesh artifact in the store that is equal to this one, such as Input::folder: save links its file instead
     /// of writing the mesh again. Empty: save writes it. Not loaded.
     std::filesystem::path saved_in{};
@@ -49,9 +53,19 @@ struct Mesh : Artifact
 };
 
 /// Throws Error naming `source` and the first offence: no faces, an index out of range, a position that is not finite or more
-/// than 1e7 m from the origin along an axis, faces of less than 1e-8 m² in all, arrays whose sizes do not match, a texcoord that
-/// is not finite.
+/// than 1e7 m from the world's origin along an axis, faces of less than 1e-8 m² in all, arrays whose sizes do not match, a
+/// texcoord that is not finite.
 void check_mesh(const Mesh& mesh, std::string_view source);
+
+/// The offset that float needs for these points of the world: zero, or along each axis on which floats at the points' median are
+/// more than 0.1 mm apart (from 1024 m), the median rounded to 100 m.
+Vec3d offset_for(std::span<const Vec3d> points);
+/// Gives the mesh these positions of the world, V, and this offset.
+void place(Mesh& mesh, std::span<const Vec3d> positions, Vec3d offset_m);
+/// V positions in the world. With an offset rounded to 10 µm, about a step of float, so that short decimals come back.
+std::vector<Vec3d> world_positions(const Mesh& mesh);
+/// Says and reports (`offset_m`) an offset that a reader took off; nothing for zero.
+void tell_offset(Vec3d offset_m, RunContext& run);
 
 /// Identifies an atlas: a hash of the triangles and texcoords, 32 hexadecimal digits. Textures and uv maps carry
 /// it, so that a stage can refuse a texture that was made for another atlas.
@@ -119,9 +133,10 @@ struct MeshLimits
     std::size_t max_faces = 400'000'000;
 };
 
-/// Counts of what a reader left out or changed; 0 everywhere for a clean file.
+/// Positions in full precision, and counts of what a reader left out or changed: 0 everywhere for a clean file.
 struct MeshReadReport
 {
+    std::vector<Vec3d> positions;        ///< V, as the file has them; the mesh has them as offset_for says.
     std::size_t polygons_split = 0;      ///< Faces with more than three corners, fanned into triangles.
     std::size_t degenerate_dropped = 0;  ///< Triangles that name a vertex twice.
 };

@@ -1,5 +1,4 @@
 #include "catch.h"
-#include "plain_viewer.h"
 #include "stored_png.h"
 
 #include <fresco/files.h>
@@ -11,8 +10,12 @@
 #include <fresco/texture.h>
 #include <fresco/uv_maps.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 
 using namespace fresco;
@@ -77,38 +80,133 @@ void run(const char* library, const char* type, const Value& options, const test
     testing::run_stage(library, type, options, inputs, folder, test_run, {{"image_io", std::make_shared<stored_png::Codec>()}});
 }
 
-plain::View plain_view(const Camera& camera)
+// A viewer that shares no code and no convention with fresco's stages: numbers by the formulas of glTF and of pinhole cameras.
+
+/// A GLB of one mesh. Its texcoords have their origin at the upper left.
+struct GlbModel
 {
-    const auto& r = camera.world_from_camera.rotation.m;
-    const Vec3d t = camera.world_from_camera.translation;
-    const Intrinsics& i = camera.intrinsics;
-    return {i.width, i.height, i.fx, i.fy, i.cx, i.cy, {r[0], r[1], r[2], t.x, r[3], r[4], r[5], t.y, r[6], r[7], r[8], t.z}};
+    Mesh mesh;
+    Raster8 picture;
+};
+
+template <class T>
+T number(const std::string& bytes, std::size_t at)
+{
+    T value{};
+    REQUIRE(bytes.copy(reinterpret_cast<char*>(&value), sizeof value, at) == sizeof value);
+    return value;
 }
 
-/// The room's own geometry for the renderer, to know which point each pixel truly sees.
-plain::Model true_room()
+GlbModel read_glb(const std::filesystem::path& file)
 {
-    const Mesh mesh = box_room();
-    plain::Model model;
-    for (const Triangle& t : mesh.triangles)
+    using nlohmann::json;
+    const std::string bytes = read_text_file(file);
+    REQUIRE((bytes.starts_with("glTF") && number<std::uint32_t>(bytes, 4) == 2));
+    const auto json_size = number<std::uint32_t>(bytes, 12);
+    const json root = json::parse(bytes.substr(20, json_size));
+    const std::string binary = bytes.substr(28 + json_size);
+    const json& primitive = root.at("meshes").at(0).at("primitives").at(0);
+    REQUIRE(primitive.value("mode", 4) == 4);
+    const auto accessor = [&](const json& index) -> const json& { return root.at("accessors").at(index.get<std::size_t>()); };
+    const auto view = [&](const json& of) -> const json&
+    { return root.at("bufferViews").at(of.at("bufferView").get<std::size_t>()); };
+    /// Offset of the elements of an accessor, which must be of this form.
+    const auto begin_of = [&](const json& index, const char* type, int component)
     {
-        auto& triangle = model.triangles.emplace_back();
-        for (std::size_t i = 0; i < 3; ++i)
-            triangle[i].position = {double{mesh.positions[t[i]].x}, double{mesh.positions[t[i]].y},
-                                    double{mesh.positions[t[i]].z}};
+        const json& of = accessor(index);
+        REQUIRE((of.at("type") == type && of.at("componentType") == component && !view(of).contains("byteStride")));
+        return view(of).value("byteOffset", std::size_t{0}) + of.value("byteOffset", std::size_t{0});
+    };
+    constexpr int of_uint16 = 5123;
+    constexpr int of_float = 5126;
+    const std::size_t indices = begin_of(primitive.at("indices"), "SCALAR", of_uint16);
+    const std::size_t positions = begin_of(primitive.at("attributes").at("POSITION"), "VEC3", of_float);
+    const std::size_t texcoords = begin_of(primitive.at("attributes").at("TEXCOORD_0"), "VEC2", of_float);
+    GlbModel model;
+    for (std::uint32_t i = 0; i < accessor(primitive.at("indices")).at("count").get<std::uint32_t>(); ++i)
+    {
+        const std::size_t vertex = number<std::uint16_t>(binary, indices + 2 * i);
+        model.mesh.positions.push_back(number<Vec3f>(binary, positions + 12 * vertex));
+        model.mesh.texcoords.push_back(number<Vec2f>(binary, texcoords + 8 * vertex));
+        if (i % 3 == 0)
+            model.mesh.triangles.push_back({i, i + 1, i + 2});
     }
+    const json& picture = view(root.at("images").at(0));
+    const std::string png =
+        binary.substr(picture.value("byteOffset", std::size_t{0}), picture.at("byteLength").get<std::size_t>());
+    model.picture = stored_png::decode({png.begin(), png.end()});
     return model;
 }
 
-using Picture = std::vector<plain::Pixel>;
+/// Mistakes of a viewer with another convention.
+struct Wrong
+{
+    bool flipped_v = false;
+    bool half_texel = false;     ///< Texel centers at whole numbers.
+    bool mirrored_axis = false;  ///< Pixel columns from right to left.
+};
+
+/// A texture lookup as OpenGL defines it: linear, clamped to the edge.
+std::array<double, 3> lookup(const Raster8& picture, Vec2d uv, const Wrong& wrong)
+{
+    const double shift = wrong.half_texel ? 0 : 0.5;
+    const double x = uv.x * picture.width - shift;
+    const double y = (wrong.flipped_v ? 1 - uv.y : uv.y) * picture.height - shift;
+    const double left = std::floor(x);
+    const double top = std::floor(y);
+    std::array<double, 3> result{};
+    for (const int dy : {0, 1})
+        for (const int dx : {0, 1})
+        {
+            const int tx = std::clamp(static_cast<int>(left) + dx, 0, picture.width - 1);
+            const int ty = std::clamp(static_cast<int>(top) + dy, 0, picture.height - 1);
+            const double share = (dx != 0 ? x - left : 1 - x + left) * (dy != 0 ? y - top : 1 - y + top);
+            for (int c = 0; c < 3; ++c)
+                result[static_cast<std::size_t>(c)] += share * picture.at(tx, ty, c);
+        }
+    return result;
+}
+
+struct Pixel
+{
+    bool found = false;
+    Vec3d position;
+    std::array<double, 3> rgb{};  ///< 0..255
+};
+using Picture = std::vector<Pixel>;
+
+/// The nearest face at every pixel center, row-major; a pixel that sees its back is not found.
+Picture render(const GlbModel& model, const Camera& camera, const Wrong& wrong = {})
+{
+    const Intrinsics& i = camera.intrinsics;
+    const auto& m = camera.world_from_camera.rotation.m;
+    Picture pixels;
+    for (int row = 0; row < i.height; ++row)
+        for (int column = 0; column < i.width; ++column)
+        {
+            const double x = ((wrong.mirrored_axis ? i.width - column - 0.5 : column + 0.5) - i.cx) / i.fx;
+            const double y = (row + 0.5 - i.cy) / i.fy;
+            const Vec3d ray{m[0] * x + m[1] * y + m[2], m[3] * x + m[4] * y + m[5], m[6] * x + m[7] * y + m[8]};
+            const Vec3d eye = camera.world_from_camera.translation;
+            const testing::RayHit hit = testing::cast(model.mesh, eye, ray);
+            Vec2d uv;
+            for (std::size_t corner = 0; corner < 3 && hit.found(); ++corner)
+            {
+                const Vec2f at = model.mesh.texcoords[3 * hit.triangle + corner];
+                uv = uv + Vec2d{double{at.x}, double{at.y}} * hit.weights[corner];
+            }
+            pixels.push_back({hit.front, eye + ray * hit.distance, lookup(model.picture, uv, wrong)});
+        }
+    return pixels;
+}
 
 /// The painted room as a camera sees it in truth.
 Picture painted(const Camera& camera)
 {
-    Picture pixels = plain::render(true_room(), {1, 1, {0, 0, 0}}, plain_view(camera), {});
-    for (plain::Pixel& pixel : pixels)
+    Picture pixels = render({box_room(), Raster8(1, 1, 3)}, camera);
+    for (Pixel& pixel : pixels)
         for (std::size_t c = 0; c < 3; ++c)
-            pixel.rgb[c] = 255 * paint_at(pixel.position[0], pixel.position[1], pixel.position[2])[c];
+            pixel.rgb[c] = 255 * paint_at(pixel.position.x, pixel.position.y, pixel.position.z)[c];
     return pixels;
 }
 
@@ -164,63 +262,52 @@ class Chain
     std::shared_ptr<const TexturedMesh> baked_;
 };
 
-/// A GLB as the independent code reads it.
-struct Loaded
-{
-    plain::Model model;
-    plain::Picture picture;
-
-    explicit Loaded(const std::filesystem::path& file) : model(plain::read_glb(file))
-    {
-        const Raster8 decoded = stored_png::decode(model.picture);
-        picture = {decoded.width, decoded.height, decoded.values};
-    }
-};
-
-/// Mean difference (of 255) between what the GLB shows and what is expected of each view; a pixel that shows nothing counts 255.
-double difference(const Loaded& loaded, const std::vector<plain::View>& views, const std::vector<Picture>& expected,
-                  const plain::Wrong& wrong)
+/// Mean difference (of 255) between what is shown and what is expected; a pixel that shows nothing counts 255.
+double difference(const std::vector<Picture>& shown, const std::vector<Picture>& expected)
 {
     double sum = 0;
     std::size_t count = 0;
-    for (std::size_t f = 0; f < views.size(); ++f)
-    {
-        const Picture shown = plain::render(loaded.model, loaded.picture, views[f], wrong);
-        for (std::size_t i = 0; i < shown.size(); ++i)
+    for (std::size_t f = 0; f < shown.size(); ++f)
+        for (std::size_t i = 0; i < shown[f].size(); ++i)
             for (std::size_t c = 0; c < 3; ++c, ++count)
-                sum += shown[i].found && expected[f][i].found ? std::abs(shown[i].rgb[c] - expected[f][i].rgb[c]) : 255;
-    }
+                sum += shown[f][i].found && expected[f][i].found ? std::abs(shown[f][i].rgb[c] - expected[f][i].rgb[c]) : 255;
     return sum / static_cast<double>(count);
 }
-
-constexpr plain::Wrong right_viewer{};
-constexpr plain::Wrong flipped_v{.flipped_v = true};
-constexpr plain::Wrong half_texel{.half_texel = true};
-constexpr plain::Wrong mirrored_axis{.mirrored_axis = true};
 }  // namespace
 
 TEST_CASE("what is painted through the uv maps is what a viewer of the GLB sees")
 {
     const Chain chain;
-    const Loaded loaded(chain.glb());
-    std::vector<plain::View> color_views, depth_views;
+    const GlbModel model = read_glb(chain.glb());
+    REQUIRE(model.mesh.triangles.size() == box_room().triangles.size());
+    std::vector<Camera> color_cameras, depth_cameras;
     std::vector<Picture> paint;
     for (const Frame& frame : chain.frames().frames)
     {
-        color_views.push_back(plain_view(frame.color));
-        Camera depth = frame.depth;
-        depth.intrinsics = depth.intrinsics.scaled_to(color_views.back().width, color_views.back().height);
-        depth_views.push_back(plain_view(depth));
+        color_cameras.push_back(frame.color);
+        depth_cameras.push_back(frame.depth);
+        depth_cameras.back().intrinsics =
+            frame.depth.intrinsics.scaled_to(frame.color.intrinsics.width, frame.color.intrinsics.height);
         paint.push_back(painted(frame.color));
     }
     const std::vector<Picture> rendered = chain.rendered_views();
-    REQUIRE(loaded.model.triangles.size() == box_room().triangles.size());
     REQUIRE(rendered.size() == paint.size());
-    CHECK(difference(loaded, color_views, paint, right_viewer) <= limit);
-    CHECK(difference(loaded, color_views, rendered, right_viewer) <= limit);
+    const auto shown = [&](const std::vector<Camera>& cameras, const Wrong& wrong = {})
+    {
+        std::vector<Picture> pictures;
+        for (const Camera& camera : cameras)
+            pictures.push_back(render(model, camera, wrong));
+        return pictures;
+    };
+    const std::vector<Picture> right = shown(color_cameras);
+    CHECK(difference(right, paint) <= limit);
+    CHECK(difference(right, rendered) <= limit);
     // A viewer of any other convention is detected.
-    for (const plain::Wrong& wrong : {flipped_v, half_texel, mirrored_axis})
-        for (const auto& expected : {paint, rendered})
-            CHECK(difference(loaded, color_views, expected, wrong) > limit);
-    CHECK(difference(loaded, depth_views, paint, right_viewer) > limit);
+    for (const Wrong& wrong : {Wrong{.flipped_v = true}, Wrong{.half_texel = true}, Wrong{.mirrored_axis = true}})
+    {
+        const std::vector<Picture> other = shown(color_cameras, wrong);
+        CHECK(difference(other, paint) > limit);
+        CHECK(difference(other, rendered) > limit);
+    }
+    CHECK(difference(shown(depth_cameras), paint) > limit);
 }

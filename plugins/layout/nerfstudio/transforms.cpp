@@ -188,7 +188,8 @@ double depth_unit_of(const JsonPlace& record)
 {
     const double unit = number(record, "depth_unit_scale_factor", 0.001);
     if (!(unit > 0 && unit <= 1))
-        record.fail("depth_unit_scale_factor", "must be meters per step of the depth pictures, above 0, at most 1");
+        record.fail("depth_unit_scale_factor",
+                    "must be meters per step of the depth pictures, above 0, at most 1; for steps of a millimeter, 0.001");
     return unit;
 }
 

@@ -27,7 +27,8 @@ class PolycamLayout final : public Layout
     Recording list(fresco::RunContext& run) override
     {
         const auto cameras = camera_folder(run);
-        const auto pictures = cameras.parent_path() / (cameras.filename() == "cameras" ? "images" : "corrected_images");
+        const bool is_corrected = cameras.filename() != "cameras";
+        const auto pictures = cameras.parent_path() / (is_corrected ? "corrected_images" : "images");
         Recording recording{.files = "keyframes/" + cameras.filename().string() + "/N.json, " + pictures.filename().string() +
                                      "/N.jpg and depth/N.png"};
         if (*world == "mesh")
@@ -36,7 +37,6 @@ class PolycamLayout final : public Layout
             mesh_from_world_ = polycam::parse_alignment(recorded_text(file, run), file.string());
         }
         looks_for(cameras / "*.json", run);
-        looks_for(pictures / "*.jpg", run);
         looks_for(path() / "keyframes/depth/*.png", run);
         for (const auto& entry : fs::directory_iterator(cameras))
         {
@@ -51,15 +51,22 @@ class PolycamLayout final : public Layout
             recording.views.push_back(std::move(view));
         }
         forget_missing_depth(recording.views);
-        std::error_code missing;
-        const auto pictures_count =
-            std::ranges::count_if(fs::directory_iterator(pictures, missing), [](const auto& entry)
-                                  { return entry.path().extension() == ".jpg" && !is_system_file(entry.path()); });
-        if (const auto without_camera = pictures_count - std::ssize(recording.views); without_camera > 0)
-            recording.note = fmt::format("; {} pictures have no camera and are left out", without_camera);
+        // Polycam corrects no keyframe that it cannot place.
+        const auto without_camera = std::max(count_pictures(pictures, run), count_pictures(path() / "keyframes/images", run)) -
+                                    std::ssize(recording.views);
+        if (without_camera > 0)
+            recording.note = fmt::format("; left out {} without a {}camera", without_camera, is_corrected ? "corrected " : "");
         order_by_name(recording.views);
-        run.report("corrected", cameras.filename() != "cameras");
+        run.report("corrected", is_corrected);
         return recording;
+    }
+
+    static std::ptrdiff_t count_pictures(const fs::path& folder, fresco::RunContext& run)
+    {
+        looks_for(folder / "*.jpg", run);
+        std::error_code missing;
+        return std::ranges::count_if(fs::directory_iterator(folder, missing), [](const auto& entry)
+                                     { return entry.path().extension() == ".jpg" && !is_system_file(entry.path()); });
     }
 
     /// The corrected ones where both of their folders are there, else those as recorded.

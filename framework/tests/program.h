@@ -108,10 +108,19 @@ class Workplace
     int count_ = 0;
 };
 
+/// A source, a stage and an export, each with a line in the file "log" for every run.
+inline const std::string chain = R"(version: 1
+vars: {start: 4}
+stages:
+  source: {type: test.source, value: "${start}", log: log}
+  add:    {type: test.add, input: {left: source}, plus: 1, log: log}
+  text:   {type: test.sink, input: add, path: x.txt, log: log}
+)";
+
 /// A workplace with room.yaml: these stages, or a whole text with its version.
 struct RoomPlace : Workplace
 {
-    explicit RoomPlace(const std::string& text, const Words& plugins = {"good"}) : Workplace(plugins)
+    explicit RoomPlace(const std::string& text = chain, const Words& plugins = {"good"}) : Workplace(plugins)
     {
         write("room.yaml", text.starts_with("version") ? text : "version: 1\nstages:" + text);
     }

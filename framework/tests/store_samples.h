@@ -12,8 +12,6 @@
 namespace fresco::host
 {
 
-namespace fs = std::filesystem;
-
 inline void write(const fs::path& file, const std::string& text)
 {
     fs::create_directories(file.parent_path());
@@ -76,11 +74,7 @@ inline void in_processes(int count, const Work& work)
             }
         }
     for (const pid_t child : children)
-    {
-        int status = 0;
-        waitpid(child, &status, 0);
-        CHECK(status == 0);
-    }
+        CHECK(code_of(child) == 0);
 }
 
 }  // namespace fresco::host

@@ -8,8 +8,8 @@
 
 /// \file For tests of what the program shows on a terminal.
 
-/// Lines of a terminal of this width after all that was written to it.
-inline Words shown(const std::string& written, std::size_t width)
+/// Text on a terminal of this width after all that was written to it.
+inline std::string shown(const std::string& written, std::size_t width)
 {
     Words rows{""};
     std::size_t y = 0;
@@ -50,7 +50,10 @@ inline Words shown(const std::string& written, std::size_t width)
         }
     }
     rows.resize(std::max(rows.size(), y + 1));
-    return rows;
+    std::string text;
+    for (const std::string& row : rows)
+        text += row + "\n";
+    return text;
 }
 
 /// The program on a terminal of its own, or in the background of one.
@@ -61,32 +64,24 @@ class Terminal
         : width_(width)
     {
         winsize size{height, width, 0, 0};
-        Words texts{(place.root() / "bin" / "fresco").string()};
-        texts.insert(texts.end(), arguments.begin(), arguments.end());
-        std::vector<char*> argv;
-        for (auto& text : texts)
-            argv.push_back(text.data());
-        argv.push_back(nullptr);
         pid_ = forkpty(&fd_, nullptr, nullptr, &size);
         REQUIRE(pid_ >= 0);
         if (pid_ != 0)
             return;
-        for (const auto& [name, value] : place.environment)
-            setenv(name.c_str(), value.c_str(), 1);
-        setenv("TERM", "xterm", 1);
-        setenv("LC_ALL", "C", 1);
         if (background)
             run_in_background();
-        if (chdir(place.work().c_str()) == 0)
-            execv(argv[0], argv.data());
-        _exit(127);
+        Words words = arguments;
+        words.insert(words.begin(), place.root() / "bin/fresco");
+        auto environment = place.environment;
+        environment.insert({{"TERM", "xterm"}, {"LC_ALL", "C"}});
+        become(words, environment, place.work());
     }
     Terminal(const Terminal&) = delete;
     Terminal& operator=(const Terminal&) = delete;
     ~Terminal()
     {
         close(fd_);
-        if (!ended_)
+        if (pid_ > 0)
         {
             kill(pid_, SIGKILL);
             waitpid(pid_, nullptr, 0);
@@ -111,31 +106,18 @@ class Terminal
     {
         while (read_some())
             continue;
-        int status = 0;
-        waitpid(pid_, &status, 0);
-        ended_ = true;
-        return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+        return code_of(std::exchange(pid_, -1));
     }
-    Words screen() const { return shown(written_, width_); }
-    std::string text() const
-    {
-        std::string all;
-        for (const std::string& row : screen())
-            all += row + "\n";
-        return all;
-    }
+    std::string text() const { return shown(written_, width_); }
     const std::string& written() const { return written_; }
 
   private:
     /// Returns in a process of another group, whose exit code becomes this process's.
     static void run_in_background()
     {
-        const pid_t job = fork();
-        int status = 0;
-        if (job == 0)
-            setpgid(0, 0);
-        else
-            _exit(waitpid(job, &status, 0) == job ? WEXITSTATUS(status) : 126);
+        if (const pid_t job = fork(); job != 0)
+            _exit(code_of(job));
+        setpgid(0, 0);
     }
     bool read_some()
     {
@@ -149,7 +131,6 @@ class Terminal
 
     int fd_ = -1;
     pid_t pid_ = -1;
-    bool ended_ = false;
     unsigned short width_;
     std::string written_;
 };

@@ -23,3 +23,7 @@ inline Matchers::StringContainsMatcher Contains(const std::string& part)
 #else
 #include <catch2/catch.hpp>
 #endif
+
+using Catch::Contains;
+using Catch::EndsWith;
+using Catch::StartsWith;

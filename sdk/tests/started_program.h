@@ -14,6 +14,7 @@
 #include <sys/wait.h>
 #include <thread>
 #include <unistd.h>
+#include <utility>
 #include <vector>
 
 /// \file For tests that run programs.
@@ -27,31 +28,46 @@ struct Finished
     std::string err;
 };
 
+/// Exit code of a child of this process, or minus the signal, when it has ended.
+inline int code_of(pid_t child)
+{
+    int status = 0;
+    REQUIRE(waitpid(child, &status, 0) == child);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+}
+
+/// Becomes a program: its path, and its arguments.
+[[noreturn]] inline void become(std::vector<std::string> words, const std::map<std::string, std::string>& environment,
+                                const fs::path& folder)
+{
+    std::vector<char*> argv;
+    for (auto& word : words)
+        argv.push_back(word.data());
+    argv.push_back(nullptr);
+    for (const auto& [name, value] : environment)
+        setenv(name.c_str(), value.c_str(), 1);
+    if (chdir(folder.c_str()) == 0)
+        execv(argv[0], argv.data());
+    _exit(127);
+}
+
 /// A program that runs beside the test, at most as long as this object lives.
 class Background
 {
   public:
     /// `words`: its path, and its arguments. Its streams go to the files `out` and `err`.
-    Background(std::vector<std::string> words, const std::map<std::string, std::string>& environment, const fs::path& folder,
-               fs::path out, fs::path err)
+    Background(const std::vector<std::string>& words, const std::map<std::string, std::string>& environment,
+               const fs::path& folder, fs::path out, fs::path err)
         : out_(std::move(out)), err_(std::move(err))
     {
-        std::vector<char*> argv;
-        for (auto& word : words)
-            argv.push_back(word.data());
-        argv.push_back(nullptr);
         std::fflush(nullptr);
         pid_ = fork();
         REQUIRE(pid_ >= 0);
         if (pid_ > 0)
             return;
-        if (chdir(folder.c_str()) != 0 || freopen(out_.c_str(), "w", stdout) == nullptr ||
-            freopen(err_.c_str(), "w", stderr) == nullptr)
+        if (freopen(out_.c_str(), "w", stdout) == nullptr || freopen(err_.c_str(), "w", stderr) == nullptr)
             _exit(126);
-        for (const auto& [name, value] : environment)
-            setenv(name.c_str(), value.c_str(), 1);
-        execv(argv[0], argv.data());
-        _exit(127);
+        become(words, environment, folder);
     }
     Background(const Background&) = delete;
     Background& operator=(const Background&) = delete;
@@ -78,10 +94,8 @@ class Background
     }
     Finished wait()
     {
-        int status = 0;
-        waitpid(pid_, &status, 0);
-        pid_ = -1;
-        return {WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status), out(), err()};
+        const int code = code_of(std::exchange(pid_, -1));
+        return {code, out(), err()};
     }
 
   private:

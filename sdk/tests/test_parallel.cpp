@@ -1,4 +1,4 @@
-#include "catch.h"
+#include "started_program.h"
 
 #include <fresco/error.h>
 #include <fresco/parallel.h>
@@ -9,7 +9,6 @@
 #include <mutex>
 #include <numeric>
 #include <set>
-#include <sys/wait.h>
 #include <thread>
 #include <unistd.h>
 
@@ -54,9 +53,7 @@ TEST_CASE("parallel_for covers every item when calls are nested, made by several
     const pid_t child = ::fork();
     if (child == 0)
         ::_exit(nested() ? 7 : 8);
-    int state = 0;
-    REQUIRE(::waitpid(child, &state, 0) == child);
-    CHECK((WIFEXITED(state) && WEXITSTATUS(state) == 7));
+    CHECK(code_of(child) == 7);
 }
 
 TEST_CASE("parallel_items calls work for every item once, and stops at a failure or before the next piece once canceled")

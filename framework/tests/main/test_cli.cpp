@@ -6,14 +6,6 @@ using fresco::host::split;
 namespace
 {
 
-const char* const simple = R"(version: 1
-vars: {start: 4}
-stages:
-  source: {type: test.source, value: "${start}", log: log}
-  add:    {type: test.add, input: {left: source}, plus: 1, log: log}
-  text:   {type: test.sink, input: add, path: x.txt, log: log}
-)";
-
 /// Output of `fresco plan room.yaml` with more words.
 std::string plan_text(Workplace& place, Words more = {})
 {
@@ -27,12 +19,6 @@ fresco::Value planned(Workplace& place, Words more = {})
     return fresco::parse_json(plan_text(place, more));
 }
 
-/// A workplace with the simple pipeline.
-struct Simple : Workplace
-{
-    Simple() { write("room.yaml", simple); }
-};
-
 std::string reason(const fresco::Value& plan, const std::string& stage)
 {
     for (const auto& entry : plan.at("stages").as_list())
@@ -45,7 +31,7 @@ std::string reason(const fresco::Value& plan, const std::string& stage)
 
 TEST_CASE("plan says what would run and why")
 {
-    Simple place;
+    RoomPlace place;
     auto plan = planned(place);
     CHECK(reason(plan, "source") == "run: not stored yet");
     CHECK(reason(plan, "add") == "run: runs after source");
@@ -73,9 +59,9 @@ TEST_CASE("plan says what would run and why")
     CHECK(contains(reason(planned(place), "source"), "removed from the store"));
 }
 
-TEST_CASE("Exit codes; what the command line names must be there, and the nearest name is given")
+TEST_CASE("Exit codes; a command line that is refused gets the nearest name, and where help is; without a command it is the help")
 {
-    Simple place;
+    RoomPlace place;
     place.write("bad.yaml", "version: 1\nstages:\n  source: {type: test.source, valu: 3}\n");
     place.write("missing.yaml", "version: 1\nstages:\n  source: {type: test.source, file: nowhere.bin}\n");
     place.write("notastore", "text");
@@ -86,11 +72,24 @@ TEST_CASE("Exit codes; what the command line names must be there, and the neares
                "doctor --json"},
               ""},
              {2,
-              {"check bad.yaml", "run", "run room.yaml --cores 0", "run room.yaml --set nonsense", "run room.yaml --out ",
+              {"check bad.yaml", "run room.yaml --cores 0", "run room.yaml --set nonsense", "run room.yaml --out ",
                "run room.yaml --store notastore", "describe test.sorce"},
               ""},
              {3, {"plan missing.yaml", "run nowhere.yaml"}, ""},
              {2, {"run room.yaml --until sorce", "plan room.yaml --until sorce"}, until},
+             {2, {"run"}, "error: pipeline is required\n    fresco run --help lists what it accepts\n"},
+             {2, {"run --prevew=1 room.yaml"}, "error: unknown option '--prevew=1' (did you mean '--preview'?)\n"},
+             {2, {"store verfy"}, "unknown command 'verfy' (did you mean 'verify'?)\n"},
+             {2, {"plan room.yaml more"}, "more\n    fresco plan --help"},
+             {2, {"run room.yaml --isolate sorce"}, "--isolate sorce: unknown stage 'sorce' (did you mean 'source'?)"},
+             {2, {"run room.yaml --isolate-time 10m"}, "--isolate"},
+             {2, {"run room.yaml --isolate add --isolate-time soon"}, "--isolate-time soon: expected a time such as"},
+             {2, {"run room.yaml --isolate add --isolate-memory 4"}, "--isolate-memory 4: expected an amount of memory such as"},
+             {2,
+              {"run room.yaml --isolate add --isolate-memory text=4G"},
+              "the stage 'text' is not isolated: add --isolate text"},
+             {2, {"run room.yaml --jobs 2"}, "--jobs: error: only for pipelines with a 'matrix'"},
+             {2, {"run room.yaml --keep-going"}, "--keep-going: error: "},
              {3, {"store ls --store nowhere", "store verify --store nowhere", "store gc --store nowhere"}, "not a store"}})
         for (const std::string& command : commands)
         {
@@ -102,6 +101,8 @@ TEST_CASE("Exit codes; what the command line names must be there, and the neares
     CHECK(place.logged("source") == 1);
     CHECK(!fs::exists(place.file("nowhere")));
     CHECK(contains(place.run({"graph", "room.yaml"}).out, "digraph"));
+    CHECK(place.run({}, 2).out.starts_with("fresco paints"));
+    CHECK(contains(place.run({"store"}, 2).out, "Usage: fresco store"));
     // No library is taken from the folder that the program is run in.
     place.write("libstdc++.so.6", "no library");
     CHECK(place.run({"version"}).err.empty());
@@ -110,7 +111,7 @@ TEST_CASE("Exit codes; what the command line names must be there, and the neares
 TEST_CASE("A preview has its own options and its own folder")
 {
     Workplace place;
-    place.write("room.yaml", std::string(simple) + "preview: {add: {plus: 2}}\n");
+    place.write("room.yaml", chain + "preview: {add: {plus: 2}}\n");
     place.make();
     const std::string full = place.read("out/x.txt");
     CHECK(contains(reason(planned(place, {"--preview"}), "add"), "run: option plus was 1"));
@@ -128,7 +129,7 @@ TEST_CASE("A preview has its own options and its own folder")
 
 TEST_CASE("Output that cannot be written is an error, but a reader may go away")
 {
-    Simple place;
+    RoomPlace place;
     const Finished full = place.in_shell("$F schema --json > /dev/full");
     CHECK(full.code == 1);
     CHECK(contains(full.err, "standard output could not be written"));
@@ -143,7 +144,7 @@ TEST_CASE("Output that cannot be written is an error, but a reader may go away")
 
 TEST_CASE("Where results cannot go is said before anything runs")
 {
-    Simple place;
+    RoomPlace place;
     place.write("file.txt", "");
     fs::create_symlink("nowhere", place.file("link"));
     for (const std::string option : {"--out", "--store"})
@@ -161,7 +162,7 @@ TEST_CASE("Where results cannot go is said before anything runs")
     place.make({"--out", "o\xc3\xa4/b"});
 }
 
-TEST_CASE("Problems of a pipeline are JSON where JSON was asked for")
+TEST_CASE("Problems of a pipeline are JSON where JSON was asked for; a quiet run says nothing")
 {
     Workplace place;
     place.write("bad.yaml", "version: 1\nstages:\n  source: {type: test.source, valu: 3}\n");
@@ -171,30 +172,9 @@ TEST_CASE("Problems of a pipeline are JSON where JSON was asked for")
     REQUIRE(run.size() == 1);
     CHECK(run[0].at("exit_code").as_int() == 2);
     CHECK(run[0].at("problems") == problems);
-}
-
-TEST_CASE("What a run prints: files and a table, nothing when quiet, JSON lines for machines")
-{
-    Simple place;
-    const auto all = events(place.make({"--json-log"}).out);
-    CHECK(all.front().at("event").as_string() == "begin");
-    CHECK(all.back().at("event").as_string() == "summary");
-    CHECK(all.back().at("files").as_list().size() == 1);
-    CHECK(contains(place.make().out, "out/x.txt  (unchanged)"));
+    place.write("room.yaml", chain);
     const Finished quiet = place.make({"--quiet", "--store", "other"});
     CHECK((quiet.out + quiet.err).empty());
-}
-
-TEST_CASE("gc keeps what the last runs used and removes the rest")
-{
-    Simple place;
-    place.make();
-    place.make({"--set", "add.plus=2"});
-    place.run({"store", "gc", "--dry-run", "--keep-days", "0"}, 0);
-    place.run({"store", "gc"}, 0);
-    CHECK(place.objects().size() == 5);
-    place.run({"store", "gc", "--keep-days", "0"}, 0);
-    CHECK(contains(place.run({"store", "ls"}).out, "3 results"));
 }
 
 TEST_CASE("A file's name begins no line of a message")
@@ -237,7 +217,7 @@ TEST_CASE("describe says how a file was made, and which run a report is of")
     place.run({"describe", "odd.note"}, 1);
     place.run({"describe", "gone.note"}, 3);
 
-    place.write("room.yaml", simple);
+    place.write("room.yaml", chain);
     place.make();
     CHECK(contains(place.run({"describe", "out/run.json"}).out,
                    "out/run.json: report of a run of " + place.file("room.yaml").string()));
@@ -276,16 +256,4 @@ TEST_CASE("A program fresco-NAME is the command NAME, beside fresco and in PATH"
     program(place.root() / "bin", "fresco-asked", "echo \"$*\"\n");
     CHECK(place.run({"internal-complete", "3", "--", "fresco", "asked", "a", "b"}).out == "internal-complete a b\n");
     CHECK(place.run({"internal-complete", "2", "--", "fresco", "far-off", ""}).out.empty());
-}
-
-TEST_CASE("A command line that is refused gets lines, the nearest word, and where help is; without a command it is the help")
-{
-    Simple place;
-    CHECK(place.run({}, 2).out.starts_with("fresco paints"));
-    CHECK(contains(place.run({"store"}, 2).out, "Usage: fresco store"));
-    CHECK(place.run({"run"}, 2).err == "error: pipeline is required\n    fresco run --help lists what it accepts\n");
-    CHECK(place.run({"run", "--prevew=1", "room.yaml"}, 2)
-              .err.starts_with("error: unknown option '--prevew=1' (did you mean '--preview'?)\n"));
-    CHECK(contains(place.run({"store", "verfy"}, 2).err, "unknown command 'verfy' (did you mean 'verify'?)\n"));
-    CHECK(contains(place.run({"plan", "room.yaml", "more"}, 2).err, "more\n    fresco plan --help"));
 }

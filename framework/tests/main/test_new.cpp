@@ -4,7 +4,6 @@
 
 #include <fresco/error.h>
 
-using Catch::Contains;
 using namespace fresco::host;
 
 namespace
@@ -28,7 +27,7 @@ void install_pictures(const Workplace& place)
 
 }  // namespace
 
-TEST_CASE("a new plugin has its own names everywhere")
+TEST_CASE("a new plugin has its own names everywhere, and names that no plugin can have are refused")
 {
     for (const auto& kind : plugin_kinds())
     {
@@ -47,15 +46,9 @@ TEST_CASE("a new plugin has its own names everywhere")
         CHECK_THAT(text_of(files, "pipeline.yaml"),
                    Contains(kind == "layout" ? "type: scan.recording" : "type: paint.dark_dots"));
     }
-}
-
-TEST_CASE("names that no plugin can have are refused")
-{
-    for (const char* type : {"", "dots", "Paint.dots", "paint.", "paint..dots", "paint/../dots", "1paint.dots", "paint__a.dots"})
-    {
-        CAPTURE(type);
+    for (const std::string type :
+         {"", "dots", "Paint.dots", "paint.", "paint..dots", "paint/../dots", "1paint.dots", "paint__a.dots"})
         CHECK_THROWS_AS(new_plugin("loss", type), fresco::Error);
-    }
 }
 
 TEST_CASE("fresco new writes a folder, whole or not at all, and never over one")

@@ -10,14 +10,6 @@ using namespace fresco::host;
 namespace
 {
 
-const char* const two = R"(version: 1
-vars: {start: 4}
-stages:
-  source: {type: test.source, value: "${start}", log: log}
-  add:    {type: test.add, input: {left: source}, plus: 1}
-  text:   {type: test.sink, input: add, path: x.txt}
-)";
-
 /// run.json, which the page holds too.
 fresco::Value data_of(const Workplace& place, const std::string& folder = "out")
 {
@@ -77,13 +69,13 @@ std::string said_of(const std::string& script, std::chrono::milliseconds limit)
 
 TEST_CASE("a run leaves a report, and does not write it again where nothing changed")
 {
-    RoomPlace place(two);
+    RoomPlace place;
     CHECK(contains(place.make().out, "\nout/report.html\n"));
     const auto data = data_of(place);
     CHECK(data.at("format").as_string() == "fresco-run");
     CHECK(data.at("outcome").as_string() == "done");
     CHECK(data.at("command").as_list().at(2) == fresco::Value("room.yaml"));
-    CHECK(data.at("pipeline").at("texts").as_list().at(0).at("text") == fresco::Value(two));
+    CHECK(data.at("pipeline").at("texts").as_list().at(0).at("text") == fresco::Value(chain));
     CHECK(states_of(data) == "source ran, add ran, text ran");
     const auto& add = data.at("stages").as_list().at(1);
     CHECK(add.at("options").at("plus") == fresco::Value(1.0));
@@ -133,14 +125,14 @@ TEST_CASE("nothing in a run's names and texts can leave the page's data")
 TEST_CASE("a stage's own report.html stays, and so does what lies in a report's place")
 {
     Workplace place;
-    std::string own = two;
+    std::string own = chain;
     own.replace(own.find("x.txt"), 5, "report.html");
     place.write("own.yaml", own);
     CHECK(contains(place.run({"run", "own.yaml"}, 0).err, "the stage text writes report.html itself"));
     place.run({"run", "own.yaml", "--set", "source.value=7"}, 0);
     CHECK(place.read("out/report.html").find("<html") == std::string::npos);
 
-    place.write("room.yaml", two);
+    place.write("room.yaml", chain);
     fs::create_directories(place.file("other/report.html"));
     CHECK(contains(place.run({"run", "room.yaml", "--out", "other"}, 1).err, "report.html: is a folder"));
     CHECK(contains(place.run({"run", "room.yaml", "--out", "other", "--replace"}, 1).err, "move it away"));
@@ -158,7 +150,7 @@ TEST_CASE("a stage's own report.html stays, and so does what lies in a report's 
 TEST_CASE("a report whose pictures could not be made is made again by the next run")
 {
     Workplace place({"good", "pictures"});
-    std::string crashing = two;
+    std::string crashing = chain;
     crashing.replace(crashing.find("x.txt"), 5, "x.png");
     place.write("room.yaml", crashing);
     // The picture of 13 ends the process that opens it.
@@ -208,7 +200,7 @@ TEST_CASE("metrics of a stage are drawn over its progress, through an interrupti
 TEST_CASE("each combination of a matrix has its own report, which names what went wrong and what did not run")
 {
     Workplace place;
-    std::string matrix = two;
+    std::string matrix = chain;
     matrix.replace(matrix.find("vars: {start: 4}"), 16, "vars: {start: }\nmatrix: {start: [4, 7]}");
     place.write("room.yaml", matrix);
     place.make();

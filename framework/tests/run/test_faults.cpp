@@ -10,18 +10,6 @@
 namespace
 {
 
-const char* const chain = R"(
-  source: {type: test.source, file: extra, value: 0, log: log}
-  add:    {type: test.add, input: {left: source}, plus: 1, log: log}
-  text:   {type: test.sink, input: add, path: x.txt, log: log}
-)";
-
-/// A workplace with the chain.
-struct ChainPlace : RoomPlace
-{
-    ChainPlace() : RoomPlace(chain) { write("extra", "123"); }
-};
-
 std::vector<std::string> names_below(const fs::path& folder)
 {
     std::vector<std::string> names;
@@ -70,7 +58,7 @@ TEST_CASE("Without a home nothing is written to the working directory")
 
 TEST_CASE("A run that waits for a clean-up says so and can be stopped")
 {
-    ChainPlace place;
+    RoomPlace place;
     place.make();
     fresco::host::FileLock lock(place.file(".fresco/locks/store"));
     REQUIRE(lock.try_exclusive());
@@ -87,7 +75,7 @@ TEST_CASE("A run that waits for a clean-up says so and can be stopped")
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 TEST_CASE("A clean-up needs no room for another file, and nothing but locks is called a lack of locks")
 {
-    ChainPlace place;
+    RoomPlace place;
     place.make();
     place.make({"--set", "source.value=2"});
     REQUIRE(place.objects().size() == 6);
@@ -102,7 +90,7 @@ TEST_CASE("A clean-up needs no room for another file, and nothing but locks is c
 
 TEST_CASE("A file system without locks, permissions, or all characters in names is an error that says what to do")
 {
-    ChainPlace place;
+    RoomPlace place;
     const auto [lack, words] = GENERATE(table<std::string, std::string>(
         {{"LACKING_FLOCK", "locks/store: cannot be locked: Function not implemented"},
          {"LACKING_PERMISSIONS", "permissions cannot be set: Operation not permitted; choose a store on another file system with "
@@ -115,7 +103,7 @@ TEST_CASE("A file system without locks, permissions, or all characters in names 
 
 TEST_CASE("What the machine refuses is not called a bug")
 {
-    ChainPlace place;
+    RoomPlace place;
     const auto [commands, words] =
         GENERATE(table<std::string, std::string>({{"mkdir gone; cd gone; rmdir ../gone; $F run ../room.yaml", "current path"},
                                                   {"$F check room.yaml; ulimit -n 8; $F run room.yaml", "Too many open files"},
@@ -129,20 +117,19 @@ TEST_CASE("What the machine refuses is not called a bug")
 }
 #endif
 
-TEST_CASE("A full temporary folder is not called a full store")
+TEST_CASE("A full temporary folder is not called a full store; a stage that cannot start a thread has failed by the limit")
 {
-    Workplace place({"misbehaving"});
+    RoomPlace place("\n  bad: {type: test.misbehave}\n", {"misbehaving"});
     place.environment["TMPDIR"] = place.root();
-    place.write_stages("\n  bad: {type: test.misbehave, how: full_scratch}\n");
-    CHECK(contains(place.run({"run", "room.yaml"}, 1).err,
-                   "free some space in " + place.root().string() + ", or set TMPDIR to another folder"));
-}
-
-TEST_CASE("A stage that cannot start a thread has failed by the limit, and the run does not ask to be run again")
-{
-    RoomPlace place("\n  bad: {type: test.misbehave, how: nothing}\n", {"misbehaving"});
-    const std::string how = GENERATE("interrupt_itself", "say_no_thread", "throw_no_thread");
-    const Finished finished = place.run({"run", "room.yaml", "--set", "bad.how=" + how}, 1);
-    CHECK(contains(finished.err, "raise the limit (ulimit -u)"));
-    CHECK_FALSE(contains(finished.err, "report it to the author"));
+    const std::string full = "free some space in " + place.root().string() + ", or set TMPDIR to another folder";
+    const char* const limit = "raise the limit (ulimit -u)";
+    for (const auto& [how, words] : {std::pair<std::string, std::string>{"full_scratch", full},
+                                     {"interrupt_itself", limit},
+                                     {"say_no_thread", limit},
+                                     {"throw_no_thread", limit}})
+    {
+        const Finished finished = place.run({"run", "room.yaml", "--set", "bad.how=" + how}, 1);
+        CHECK(contains(finished.err, words));
+        CHECK_FALSE(contains(finished.err, "report it to the author"));
+    }
 }

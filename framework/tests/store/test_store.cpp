@@ -17,28 +17,20 @@ TEST_CASE("A published result is found by its key, whole, and damage to it is na
     umask(before);
     CHECK(fs::status(store.object(result.object)).permissions() == fs::perms(0755));
     const auto found = store.lookup("key");
-    REQUIRE(found);
-    CHECK(found->object == result.object);
-    CHECK(store.present(*found));
+    REQUIRE((found && found->object == result.object && store.present(*found)));
     CHECK(!store.verify(result.object, 2));
     CHECK(fs::is_empty(store.root() / "tmp"));
 
     const fs::path file = store.object(result.object) / "out" / "a.json";
     const auto damage = [&](const std::string& output = "")
     { return store.verify(result.object, 2, output).value_or(Damage{}).text; };
-    SECTION("a flipped bit")
+    SECTION("a file that is flipped, cut or missing")
     {
         write(file, "[2]");
         CHECK(contains(damage(), "a.json"));
         CHECK(!store.verify(publish_text(store, "other", "[1]").object, 2));
-    }
-    SECTION("a cut file")
-    {
         fs::resize_file(file, 1);
         CHECK(contains(damage(), "has 1 bytes, 3 were written"));
-    }
-    SECTION("a missing file")
-    {
         fs::remove(file);
         CHECK(!damage().empty());
     }
@@ -148,7 +140,7 @@ TEST_CASE("Files read next to an input do not stand for those next to an equal i
     CHECK(contains(why, other.string()));
 }
 
-TEST_CASE("A key keeps its last eight results")
+TEST_CASE("A key keeps its last eight results; results refer to others, and are there only if those are")
 {
     const OwnStore store;
     for (int i = 0; i < 10; ++i)
@@ -156,16 +148,11 @@ TEST_CASE("A key keeps its last eight results")
     CHECK(store.lookup("key").value().object == object_prefix("key") + "9");
     const auto record = fresco::parse_json(fresco::read_text_file(store.key_file("key")));
     CHECK(record.at("results").as_list().size() == 8);
-}
 
-TEST_CASE("Results refer to other results, and are there only if those are")
-{
-    const OwnStore store;
     const auto below = publish_text(store, "below", "[1]");
     const auto middle = publish_text(store, "middle", "[2]", {}, {below.object});
-    CHECK(middle.references == std::vector<std::string>{below.object});
     const auto top = publish_text(store, "top", "[3]", {}, {middle.object});
-    CHECK(top.references.size() == 2);
+    CHECK((middle.references == std::vector{below.object} && top.references.size() == 2));
     CHECK(store.present(top));
     store.discard(below.object);
     CHECK(!store.present(top));
@@ -184,6 +171,6 @@ TEST_CASE("What cannot be stored is refused by name and nothing is published")
         mkfifo(file.c_str(), 0600);
     else
         write(file, "1");
-    CHECK_THROWS_WITH(publish(store, made, {"key", {"out"}, {}, fresco::Value::Map{}}), Catch::Contains(name));
+    CHECK_THROWS_WITH(publish(store, made, {"key", {"out"}, {}, fresco::Value::Map{}}), Contains(name));
     CHECK(!store.lookup("key"));
 }

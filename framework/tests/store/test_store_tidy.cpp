@@ -20,10 +20,10 @@ TEST_CASE("A store of another format is refused with both and with what to do")
     const TemporaryFolder folder;
     const fs::path format = folder.path() / "format";
     fresco::write_checked(format, "fresco store 7\n");
-    CHECK_THROWS_WITH(Store(folder.path()), Catch::Contains("\"fresco store 7\"") && Catch::Contains("\"fresco store 2\"") &&
-                                                Catch::Contains("remove " + folder.path().string()));
+    CHECK_THROWS_WITH(Store(folder.path()), Contains("\"fresco store 7\"") && Contains("\"fresco store 2\"") &&
+                                                Contains("remove " + folder.path().string()));
     write(format, "A4");
-    CHECK_THROWS_WITH(Store(folder.path()), Catch::Contains("format: is not the file of a store"));
+    CHECK_THROWS_WITH(Store(folder.path()), Contains("format: is not the file of a store"));
     CHECK(names_in(folder.path()) == Words{"format"});
 }
 
@@ -162,7 +162,7 @@ TEST_CASE("Tidying up keeps what is in use, and leaves nothing that serves nobod
     {
         fs::remove_all(stages);
         write(stages, "no folder");
-        CHECK_THROWS_WITH(tidy_store(store, 0, false), Catch::Contains("stages: is a file in place of a folder: remove it"));
+        CHECK_THROWS_WITH(tidy_store(store, 0, false), Contains("stages: is a file in place of a folder: remove it"));
         CHECK(store.present(unused));
     }
     SECTION("a pipeline that may not be looked at may be there")
@@ -197,7 +197,7 @@ TEST_CASE("The only process in a store removes what killed ones left there, and 
     FileLock other = store_lock(store);
     REQUIRE(other.try_shared());
     CHECK(enter_store(store, run));
-    CHECK_THROWS_WITH(tidy_store(store, 0, false), Catch::Contains("a run is using the store"));
+    CHECK_THROWS_WITH(tidy_store(store, 0, false), Contains("a run is using the store"));
     CHECK(names_in(store.root() / "tmp").size() == 3);
     other = FileLock();
     const bool by_run = GENERATE(false, true);

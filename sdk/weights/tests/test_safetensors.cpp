@@ -34,7 +34,7 @@ const std::string one = R"({"a":{"dtype":"F32","shape":[2],"data_offsets":[0,8]}
 
 }  // namespace
 
-TEST_CASE("Tensors and metadata of a safetensors file by hand")
+TEST_CASE("Tensors and metadata of a safetensors file by hand, and written from where they lie as they are copied together")
 {
     const std::string header =
         R"({"b":{"dtype":"BOOL","shape":[1],"data_offsets":[6,7]},"__metadata__":{"step":"7"},)"
@@ -50,20 +50,12 @@ TEST_CASE("Tensors and metadata of a safetensors file by hand")
     CHECK((a->bytes.data() == bytes.data() + 8 + header.size() && a->bytes.size() == 6));
     CHECK(contents.find("b")->bytes.data() == a->bytes.data() + 6);
     CHECK(contents.find("e")->bytes.empty());
-}
 
-TEST_CASE("Tensors are written from where they lie as they are copied together")
-{
-    const std::string header =
-        R"({"b":{"dtype":"U8","shape":[1],"data_offsets":[0,1]},"a":{"dtype":"I16","shape":[3],"data_offsets":[1,7]}} )";
-    const auto bytes = bytes_of(file_text(header, "7123456"));
-    const auto contents = parse_safetensors(bytes, "t.safetensors");
     const fresco::testing::TemporaryFolder folder;
-    const auto file = folder.path() / "t.safetensors";
-    write_safetensors(file, contents.tensors, {{"step", "7"}});
-    const auto together = to_safetensors(contents.tensors, {{"step", "7"}});
-    CHECK(read_file(file) == together);
-    CHECK(parse_safetensors(together, "t.safetensors").tensors.size() == 2);
+    write_safetensors(folder.path() / "t.safetensors", contents.tensors, contents.metadata);
+    const auto together = to_safetensors(contents.tensors, contents.metadata);
+    CHECK(read_file(folder.path() / "t.safetensors") == together);
+    CHECK(parse_safetensors(together, "t.safetensors").tensors.size() == 3);
 }
 
 TEST_CASE("Damaged safetensors files are refused by name and place")
@@ -72,14 +64,14 @@ TEST_CASE("Damaged safetensors files are refused by name and place")
     const auto refused = [&](const std::string& bytes, const std::string& what)
     {
         CAPTURE(bytes);
-        CHECK_THROWS_WITH(parsed(bytes), Catch::Contains("t.safetensors: ") && Catch::Contains(what));
+        CHECK_THROWS_WITH(parsed(bytes), Contains("t.safetensors: ") && Contains(what));
     };
     CHECK(parsed(file_text(one, eight)) == 1);
     refused("", "header length");
     refused(file_text(one, eight, std::int64_t{1} << 40), "4 MiB");
     const std::string largest = one + std::string((std::size_t{4} << 20U) - one.size(), ' ');
     CHECK(parsed(file_text(largest, eight)) == 1);
-    CHECK_THROWS_WITH(parsed(file_text(largest + ' ', eight)), Catch::Contains("4194305 bytes is more than the 4 MiB allowed"));
+    CHECK_THROWS_WITH(parsed(file_text(largest + ' ', eight)), Contains("4194305 bytes is more than the 4 MiB allowed"));
     refused(file_text(one, "", 70), "byte 0: a header of 70 bytes");
     refused(file_text(" " + one, eight), "'{'");
     refused(file_text(one.substr(0, 20), ""), "header");

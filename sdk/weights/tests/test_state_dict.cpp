@@ -48,7 +48,7 @@ TEST_CASE("What no state dict needs is refused by name, and nothing is executed"
     const auto refused = [](const std::string& name, const std::string& what)
     {
         CAPTURE(name);
-        CHECK_THROWS_WITH(read_weights(made_weights() / name), Catch::Contains(name) && Catch::Contains(what));
+        CHECK_THROWS_WITH(read_weights(made_weights() / name), Contains(name) && Contains(what));
     };
     refused("bad_evil.pth", "eval");
     refused("bad_type.pth", "torch.OtherStorage");
@@ -73,15 +73,15 @@ TEST_CASE("Wrong bytes in the elements of a zip archive are found")
     const auto place = std::search(bytes.begin() + 2000, bytes.end(), pattern.begin(), pattern.end());
     REQUIRE(place != bytes.end());
     *place ^= std::byte{1};
-    CHECK_THAT(state_dict_error(bytes), Catch::Contains("checksum"));
+    CHECK_THAT(state_dict_error(bytes), Contains("checksum"));
 }
 
 TEST_CASE("The format is recognized by the first bytes")
 {
-    CHECK_THAT(state_dict_error({}), Catch::Contains("safetensors"));
-    CHECK_THAT(state_dict_error(bytes_of("PK")), Catch::Contains("zip"));
-    CHECK_THAT(state_dict_error(bytes_of("\x80\x02")), Catch::Contains("pickle ends"));
-    CHECK_THAT(state_dict_error(bytes_of(std::string(257, 'x') + "ustar")), Catch::Contains("tar archive"));
+    CHECK_THAT(state_dict_error({}), Contains("safetensors"));
+    CHECK_THAT(state_dict_error(bytes_of("PK")), Contains("zip"));
+    CHECK_THAT(state_dict_error(bytes_of("\x80\x02")), Contains("pickle ends"));
+    CHECK_THAT(state_dict_error(bytes_of(std::string(257, 'x') + "ustar")), Contains("tar archive"));
     // A safetensors header of 128 bytes begins like a pickle.
     std::string header = R"({"a":{"dtype":"U8","shape":[1],"data_offsets":[0,1]}})";
     header.resize(128, ' ');
@@ -101,10 +101,9 @@ TEST_CASE("Half precision, the other types and what is not finite")
     CHECK(value(ElementType::float16, std::string("\x01\x00", 2)) == std::ldexp(1.0F, -24));
     CHECK(value(ElementType::float16, std::string("\xff\x7b", 2)) == 65504.0F);
     CHECK(value(ElementType::bfloat16, std::string("\x20\x40", 2)) == 2.5F);
-    CHECK_THROWS_WITH(value(ElementType::float16, std::string("\x00\x7c", 2)),
-                      Catch::Contains("finite") && Catch::Contains("'t'"));
-    CHECK_THROWS_WITH(value(ElementType::float32, std::string("\x00\x00\xc0\x7f", 4)), Catch::Contains("finite"));
-    CHECK_THROWS_WITH(value(ElementType::int32, "abcd"), Catch::Contains("floating-point"));
+    CHECK_THROWS_WITH(value(ElementType::float16, std::string("\x00\x7c", 2)), Contains("finite") && Contains("'t'"));
+    CHECK_THROWS_WITH(value(ElementType::float32, std::string("\x00\x00\xc0\x7f", 4)), Contains("finite"));
+    CHECK_THROWS_WITH(value(ElementType::int32, "abcd"), Contains("floating-point"));
 }
 
 TEST_CASE("Every number of half precision comes back, and others become the nearest")
@@ -126,5 +125,5 @@ TEST_CASE("Every number of half precision comes back, and others become the near
     CHECK(to_half(std::vector<float>{1 + 1 / 2048.0F, 1 + 3 / 2048.0F}, "w") == std::vector<std::uint16_t>{0x3c00, 0x3c02});
     CHECK(to_half(std::vector<float>{std::ldexp(1.0F, -25), std::ldexp(3.0F, -25)}, "w") == std::vector<std::uint16_t>{0, 2});
     CHECK(to_half(std::vector<float>{2047.7F / 2048}, "w") == std::vector<std::uint16_t>{0x3c00});
-    CHECK_THROWS_WITH(to_half(std::vector<float>{70000.0F}, "w.pth: tensor 'a'"), Catch::Contains("w.pth: tensor 'a'"));
+    CHECK_THROWS_WITH(to_half(std::vector<float>{70000.0F}, "w.pth: tensor 'a'"), Contains("w.pth: tensor 'a'"));
 }

@@ -46,45 +46,36 @@ Vgg19Weights recognized(const Contents& contents)
     return recognize_vgg19(contents.dict, "w.pth");
 }
 
+/// The last layer, and what the weights are for.
+std::string described(const Contents& contents)
+{
+    const auto said = vgg19_metadata(recognized(contents));
+    CHECK(said.at("architecture").starts_with("VGG-19, conv1_1 to conv"));
+    return said.at("architecture").substr(19) + ", " + said.at("input").substr(0, 3) + ", " + said.at("padding") + ", " +
+           said.at("scale");
+}
+
 }  // namespace
 
-TEST_CASE("Layers are found by torchvision's names and by Caffe's")
+TEST_CASE("Layers are found by torchvision's names and by Caffe's, as long as they are there, and say what they are for")
 {
+    CHECK(described(Contents()) == "conv2_1, RGB, zero, other");
+    CHECK(described(Contents({"conv1_1", "conv1_2"})) == "conv1_2, BGR, zero, raw");
     Contents torchvision;
     torchvision.add("classifier.0.weight", {2, 2});
     const auto first = recognized(torchvision);
-    CHECK(first.keys == Vgg19Keys::torchvision);
+    CHECK((first.keys == Vgg19Keys::torchvision && !first.layers[1].pooled && first.layers[2].pooled));
     CHECK(first.ignored == std::vector<std::string>{"classifier.0.weight"});
-    REQUIRE(first.layers.size() == 3);
-    CHECK(first.layers[2].name == "2_1");
-    CHECK((!first.layers[1].pooled && first.layers[2].pooled));
-    CHECK_FALSE(first.raw);
-    CHECK_FALSE(first.input.bgr);
-    CHECK(first.input.padding == Vgg19Padding::zero);
 
-    const auto second = recognized(Contents({"conv1_1", "conv1_2"}));
-    CHECK(second.keys == Vgg19Keys::caffe);
-    CHECK(second.layers.size() == 2);
-    CHECK(second.raw);
-    CHECK(second.input.bgr);
-    CHECK(second.input.padding == Vgg19Padding::zero);
-}
-
-TEST_CASE("All sixteen layers, as long as they are there")
-{
-    std::vector<std::string> names, keys;
+    std::vector<std::string> keys;
     for (const auto& [block, layers] : {std::pair{1, 2}, {2, 2}, {3, 4}, {4, 4}, {5, 4}})
         for (int layer = 1; layer <= layers; ++layer)
-        {
-            names.push_back(fmt::format("{}_{}", block, layer));
-            keys.push_back("conv" + names.back());
-        }
-    const Contents contents(keys);
-    const auto weights = recognized(contents);
-    REQUIRE(weights.layers.size() == 16);
+            keys.push_back(fmt::format("conv{}_{}", block, layer));
+    const auto whole = recognized(Contents(keys));
+    CHECK(whole.keys == Vgg19Keys::caffe);
+    REQUIRE(whole.layers.size() == 16);
     for (std::size_t i = 0; i < 16; ++i)
-        CHECK(weights.layers[i].name == names[i]);
-    CHECK(vgg19_metadata(weights).at("architecture") == "VGG-19, conv1_1 to conv5_4");
+        CHECK("conv" + whole.layers[i].name == keys[i]);
 }
 
 TEST_CASE("Metadata decides over names")
@@ -92,28 +83,27 @@ TEST_CASE("Metadata decides over names")
     Contents contents;
     auto& metadata = contents.dict.metadata;
     metadata["input"] = "BGR in 0..255 minus (103.939, 116.779, 123.68)";
-    CHECK(recognized(contents).input.bgr);
-    CHECK(recognized(contents).input.padding == Vgg19Padding::zero);
+    CHECK(described(contents) == "conv2_1, BGR, zero, other");
     metadata["padding"] = "reflect";
-    CHECK(recognized(contents).input.padding == Vgg19Padding::reflect);
     metadata["normalized"] = "weights rescaled to unit mean activation (Gatys)";
-    CHECK_FALSE(recognized(contents).raw);
+    CHECK(described(contents) == "conv2_1, BGR, reflect, other");
     metadata["scale"] = "raw";
-    CHECK(recognized(contents).raw);
+    CHECK(described(contents) == "conv2_1, BGR, reflect, raw");
     Contents caffe({"conv1_1"});
-    caffe.dict.metadata["normalized"] = "unit mean activation";
-    CHECK_FALSE(recognized(caffe).raw);
-    caffe.dict.metadata = {{"scale", "other"}};
-    CHECK_FALSE(recognized(caffe).raw);
+    for (const auto& own : {std::map<std::string, std::string>{{"normalized", "unit mean activation"}}, {{"scale", "other"}}})
+    {
+        caffe.dict.metadata = own;
+        CHECK(described(caffe) == "conv1_1, BGR, zero, other");
+    }
     // Written weights are read back unchanged.
     Contents again;
     again.dict.metadata = vgg19_metadata(recognized(contents));
-    CHECK(vgg19_metadata(recognized(again)) == again.dict.metadata);
+    CHECK(described(again) == described(contents));
 
     const auto refused = [](Contents changed, const char* key, const char* value)
     {
         changed.dict.metadata[key] = value;
-        CHECK_THROWS_WITH(recognized(changed), Catch::Contains("w.pth") && Catch::Contains(key) && Catch::Contains(value));
+        CHECK_THROWS_WITH(recognized(changed), Contains("w.pth") && Contains(key) && Contains(value));
     };
     refused(contents, "padding", "circular");
     refused(contents, "input", "YUV");
@@ -128,7 +118,7 @@ TEST_CASE("What is not VGG-19 is refused with the tensor's name")
     {
         Contents contents;
         change(contents);
-        CHECK_THROWS_WITH(recognized(contents), Catch::Contains("w.pth") && Catch::Contains(tensor));
+        CHECK_THROWS_WITH(recognized(contents), Contains("w.pth") && Contains(tensor));
     };
     refused([](Contents& c) { c.add("features.2.weight", {64, 32, 3, 3}); }, "'features.2.weight' is 64 x 32 x 3 x 3");
     refused([](Contents& c) { c.add("features.5.bias", {64}); }, "features.5.bias");

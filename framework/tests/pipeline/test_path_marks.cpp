@@ -7,8 +7,6 @@
 
 using namespace fresco::host;
 using namespace fresco::host::testing;
-using Catch::Contains;
-using Catch::StartsWith;
 using fresco::Marks;
 using fresco::Value;
 
@@ -39,15 +37,10 @@ Catalog catalog_of_forms()
     return catalog;
 }
 
-const Catalog& forms()
-{
-    static const Catalog catalog = catalog_of_forms();
-    return catalog;
-}
-
 PipelineResult check_scan(const TemporaryFolder& folder, const std::string& options, const Sets& sets = {})
 {
-    return check(folder, "version: 1\nstages:\n  scan: {type: scan.any, " + options + "}\n", forms(), sets);
+    static const Catalog catalog = catalog_of_forms();
+    return check(folder, "version: 1\nstages:\n  scan: {type: scan.any, " + options + "}\n", catalog, sets);
 }
 
 }  // namespace

@@ -8,8 +8,6 @@
 
 using namespace fresco::host;
 using namespace fresco::host::testing;
-using Catch::Contains;
-using Catch::StartsWith;
 using fresco::Value;
 
 namespace

@@ -7,7 +7,6 @@
 
 using namespace fresco::host;
 using namespace fresco::host::testing;
-using Catch::Contains;
 
 TEST_CASE("every type has a page, made of its declaration", "[reference]")
 {

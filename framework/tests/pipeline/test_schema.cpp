@@ -54,7 +54,7 @@ TEST_CASE("The editor schema says what every type takes", "[schema]")
     const Value schema = pipeline_schema(hand_made_catalog());
     CHECK(fresco::to_json(schema.at("$defs").at("type.mesh.decimate").at("properties").at("max_faces")) ==
           R"json({"anyOf":[{"type":"integer","minimum":4.0,"maximum":5e+07},{"$ref":"#/$defs/var"}],)json"
-          R"json("description":"Stop at this many triangles (an integer from 4 to 50000000, count)","default":500000})json");
+          R"json("description":"Stop at this many triangles (an integer from 4 to 50000000)","default":500000})json");
 }
 
 TEST_CASE("The textures that rules name are inputs of their stage", "[pipeline]")
@@ -82,11 +82,11 @@ TEST_CASE("Rules that do not fit are refused before a run, with their place", "[
     {
         CAPTURE(rules);
         CHECK_THAT(joined_lines(ruled("regions: planes, dark: night", rules)),
-                   Catch::StartsWith("p.yaml:" + place + ": error: stage 'm' (texture.regions)") && Catch::Contains(words));
+                   StartsWith("p.yaml:" + place + ": error: stage 'm' (texture.regions)") && Contains(words));
     }
     // Names that are only known when the stage has run.
     CHECK(joined_lines(ruled("regions: files, dark: night", "{flor: dark}")).empty());
     // For every combination.
     CHECK_THAT(joined_lines(ruled("regions: planes", "'${rules}'", "matrix: {rules: {a: {floor: keep}, b: {roof: keep}}}\n")),
-               Catch::Contains("makes no 'roof'") && Catch::Contains("(with rules 'b')"));
+               Contains("makes no 'roof'") && Contains("(with rules 'b')"));
 }

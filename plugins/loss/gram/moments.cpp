@@ -266,21 +266,6 @@ torch::Tensor relative_square_difference(const torch::Tensor& a, const torch::Te
     return sum_of_squares(a - target) / at::where(scale > 0, scale, at::ones_like(scale));
 }
 
-namespace
-{
-
-constexpr std::int64_t parts_per_entry = 3;
-
-torch::Tensor entry(const fresco::TensorMap& state, const std::string& name)
-{
-    const auto found = state.find(name);
-    if (found == state.end())
-        throw fresco::Error("loss.gram: the checkpoint lacks '" + name + "'; remove the checkpoint folder and run again");
-    return found->second;
-}
-
-}  // namespace
-
 Moments ViewAverage::average(const std::string& name, const Visit& visit, const Moments& current)
 {
     auto& kept = kept_[name];
@@ -321,7 +306,6 @@ fresco::TensorMap ViewAverage::state() const
 void ViewAverage::restore(const fresco::TensorMap& state)
 {
     kept_.clear();
-    std::int64_t taken = 0;
     const std::string first = ".0.visit";
     for (const auto& [key, unused] : state)
     {
@@ -331,21 +315,12 @@ void ViewAverage::restore(const fresco::TensorMap& state)
         for (int number = 0; state.contains(fmt::format("{}.{}.visit", name, number)); ++number)
         {
             const auto prefix = fmt::format("{}.{}", name, number);
-            const auto visit = entry(state, prefix + ".visit");
-            if (visit.numel() != 2 || visit.scalar_type() != at::kLong)
-                throw fresco::Error("loss.gram: the checkpoint's '" + prefix +
-                                    ".visit' is not two whole numbers; remove the checkpoint folder and run again");
+            const auto visit = state.at(prefix + ".visit");
             kept_[name].push_back({visit[0].item<std::int64_t>(),
                                    visit[1].item<std::int64_t>(),
-                                   {entry(state, prefix + ".mean").clone(), entry(state, prefix + ".second").clone()}});
-            taken += parts_per_entry;
+                                   {state.at(prefix + ".mean").clone(), state.at(prefix + ".second").clone()}});
         }
-        if (kept_[name].size() > static_cast<std::size_t>(count_))
-            throw fresco::Error(
-                "loss.gram: the checkpoint was made with a larger `average_views_count`; remove its folder and run again");
     }
-    if (taken != static_cast<std::int64_t>(state.size()))
-        throw fresco::Error("loss.gram: the checkpoint holds entries of another loss; remove its folder and run again");
 }
 
 }  // namespace gram

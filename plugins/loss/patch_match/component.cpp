@@ -85,10 +85,6 @@ class LossPatchMatch final : public fresco::Loss
             if (scale > 0)
                 picture = pm::halved(picture);
             const auto& style = style_[scale];
-            if (matches.nearest.at(scale).numel() != grid(picture).count())
-                throw fresco::Error(
-                    "loss.patch_match: the checkpoint was made for pictures of another size; remove its folder and "
-                    "run again");
             const auto value = pm::robust_distance(picture, grid(picture), matches.nearest.at(scale), style.patches,
                                                    std::max(style.total_variance, 1e-6), exponent, progress_->threads());
             if (value.defined())
@@ -120,44 +116,21 @@ class LossPatchMatch final : public fresco::Loss
         matches_.clear();
         if (state.empty())
             return;
-        view_ = entry(state, "view").item<std::int64_t>();
+        view_ = state.at("view").item<std::int64_t>();
         for (int level = 0; level < most_levels; ++level)
         {
             const auto name = fmt::format("level{}", level);
             if (!state.contains(name + ".step"))
                 continue;
-            Matches matches{entry(state, name + ".step").item<std::int64_t>(), {}};
+            Matches matches{state.at(name + ".step").item<std::int64_t>(), {}};
             for (int scale = 0; scale < scales; ++scale)
-                matches.nearest.push_back(
-                    checked(entry(state, fmt::format("{}.scale{}", name, scale)), static_cast<std::size_t>(scale)));
+                matches.nearest.push_back(state.at(fmt::format("{}.scale{}", name, scale)));
             matches_[level] = std::move(matches);
         }
     }
 
   private:
     static constexpr int most_levels = 64;  ///< More than any render pyramid has.
-
-    static const torch::Tensor& entry(const fresco::TensorMap& state, const std::string& name)
-    {
-        const auto found = state.find(name);
-        if (found == state.end())
-            throw fresco::Error("loss.patch_match: the checkpoint lacks '" + name +
-                                "'; remove the checkpoint folder and run again");
-        return found->second;
-    }
-
-    /// Numbers of style patches, or -1.
-    torch::Tensor checked(const torch::Tensor& stored, std::size_t scale) const
-    {
-        auto nearest = stored.to(at::kInt).contiguous();
-        const auto count = static_cast<int>(style_.at(scale).patches.size(0));
-        for (std::int64_t i = 0; i < nearest.numel(); ++i)
-            if (nearest.data_ptr<int>()[i] < -1 || nearest.data_ptr<int>()[i] >= count)
-                throw fresco::Error(
-                    "loss.patch_match: the checkpoint was made for another style picture; remove its folder and run "
-                    "again");
-        return nearest;
-    }
 
     pm::PatchGrid grid(const torch::Tensor& picture) const { return {picture.size(2), picture.size(1), stride_px}; }
 

@@ -5,9 +5,11 @@
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
+#include <fresco/images/filters.h>
 #include <fresco/rendering/view_renderer.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
+#include <fresco/uv_mapping/uv_mapper.h>
 
 #include <algorithm>
 #include <cmath>
@@ -23,20 +25,8 @@ using namespace fresco;
 namespace
 {
 
-/// On a plain background: a video has no alpha.
-Raster8 on_background(const Raster8& rgba)
-{
-    constexpr int background = 32;
-    Raster8 rgb(rgba.width, rgba.height, 3);
-    for (std::size_t pixel = 0; 4 * pixel < rgba.values.size(); ++pixel)
-    {
-        const int alpha = rgba.values[4 * pixel + 3];
-        for (std::size_t c = 0; c < 3; ++c)
-            rgb.values[3 * pixel + c] =
-                static_cast<std::uint8_t>((rgba.values[4 * pixel + c] * alpha + background * (255 - alpha) + 127) / 255);
-    }
-    return rgb;
-}
+/// A video has no alpha.
+constexpr int background = 32;
 
 class RenderFlythrough final : public Stage
 {
@@ -108,7 +98,7 @@ class RenderFlythrough final : public Stage
 
     void run(RunContext& run) override
     {
-        rendering::check_showable(*mesh, *frames);
+        check_viewed(mesh->mesh, *frames, "what texture.bake made");
         const Intrinsics size = intrinsics();
         const rendering::ViewRenderer renderer(*mesh, {.filter = rendering::TextureFilter::trilinear});
         const std::vector<RigidTransform> way = poses(size, renderer, run);
@@ -133,10 +123,10 @@ class RenderFlythrough final : public Stage
                 made.names.push_back(fmt::format("{}/{:06}.png", name->path, i));
             renderer.render_each(cameras, run,
                                  [&](std::size_t i, const Raster8& picture)
-                                 { write_file(folder / made.names[i], images->encode_png(on_background(picture))); });
+                                 { write_file(folder / made.names[i], images->encode_png(on_gray(picture, background))); });
         }
         else
-            renderer.render_in_order(cameras, run, [&](const Raster8& picture) { file->add(on_background(picture)); });
+            renderer.render_in_order(cameras, run, [&](const Raster8& picture) { file->add(on_gray(picture, background)); });
         if (file)
         {
             file->close();

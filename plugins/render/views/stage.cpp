@@ -6,6 +6,7 @@
 #include <fresco/rendering/view_renderer.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
+#include <fresco/uv_mapping/uv_mapper.h>
 
 #include <algorithm>
 #include <atomic>
@@ -138,7 +139,7 @@ class RenderViews final : public Stage
 
     void run(RunContext& run) override
     {
-        rendering::check_showable(*mesh, *frames);
+        check_viewed(mesh->mesh, *frames, "what texture.bake made");
         std::vector<const Frame*> list = chosen();
         Frame from_above;
         if (*above)

@@ -77,21 +77,6 @@ RasterF along_y(const RasterF& picture, const std::vector<float>& kernel)
     }
     return result;
 }
-
-/// The least of `count` values `stride` apart and their neighbors up to `radius` away.
-void erode_line(const std::uint8_t* from, std::uint8_t* to, int count, std::size_t stride, int radius)
-{
-    int clear = -radius - 1;  // The last place without a value.
-    for (int i = 0; i < std::min(radius, count); ++i)
-        if (from[static_cast<std::size_t>(i) * stride] == 0)
-            clear = i;
-    for (int i = 0; i < count; ++i)
-    {
-        if (i + radius < count && from[static_cast<std::size_t>(i + radius) * stride] == 0)
-            clear = i + radius;
-        to[static_cast<std::size_t>(i) * stride] = clear >= i - radius ? 0 : 1;
-    }
-}
 }  // namespace
 
 RasterF blurred(const RasterF& picture, double sigma_px)
@@ -122,15 +107,15 @@ Gradient sobel(const RasterF& plane)
     return {along_y(along_x(plane, slope), smooth), along_y(along_x(plane, smooth), slope)};
 }
 
-Raster8 eroded(const Raster8& mask, int radius_px)
+Raster8 on_gray(const Raster8& rgba, int level)
 {
-    Raster8 rows(mask.width, mask.height);
-    for (int y = 0; y < mask.height; ++y)
-        erode_line(&mask.at(0, y), &rows.at(0, y), mask.width, 1, radius_px);
-    Raster8 result(mask.width, mask.height);
-    for (int x = 0; x < mask.width; ++x)
-        erode_line(&rows.at(x, 0), &result.at(x, 0), mask.height, static_cast<std::size_t>(mask.width), radius_px);
-    return result;
+    Raster8 rgb(rgba.width, rgba.height, 3);
+    for (std::size_t i = 0; i < rgb.values.size(); ++i)
+    {
+        const int alpha = rgba.values[i / 3 * 4 + 3];
+        rgb.values[i] = static_cast<std::uint8_t>((rgba.values[i / 3 * 4 + i % 3] * alpha + level * (255 - alpha) + 127) / 255);
+    }
+    return rgb;
 }
 
 RasterF channel(const RasterF& picture, int index)

@@ -80,27 +80,6 @@ TEST_CASE("the gradient of a slope is eight times its steps")
     CHECK(g.y.at(0, 2) == -24);
 }
 
-TEST_CASE("erosion keeps what is set all around")
-{
-    Random random(2);
-    Raster8 mask(23, 17);
-    for (std::uint8_t& v : mask.values)
-        v = random.uniform() < 0.97 ? 1 : 0;
-    for (const int radius : {1, 2, 6, 30})
-    {
-        const Raster8 found = eroded(mask, radius);
-        for (int y = 0; y < mask.height; ++y)
-            for (int x = 0; x < mask.width; ++x)
-            {
-                std::uint8_t expected = 1;
-                for (int ny = std::max(0, y - radius); ny <= std::min(mask.height - 1, y + radius); ++ny)
-                    for (int nx = std::max(0, x - radius); nx <= std::min(mask.width - 1, x + radius); ++nx)
-                        expected = std::min(expected, mask.at(nx, ny));
-                REQUIRE(found.at(x, y) == expected);
-            }
-    }
-}
-
 TEST_CASE("push_pull keeps what is covered and fills the rest between its extremes, near ones first")
 {
     RasterF picture(13, 9, 1);

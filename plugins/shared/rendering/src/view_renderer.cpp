@@ -1,4 +1,3 @@
-#include <fresco/error.h>
 #include <fresco/parallel.h>
 #include <fresco/rendering/raster_finder.h>
 #include <fresco/rendering/view_renderer.h>
@@ -7,10 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <condition_variable>
 #include <cstddef>
-#include <fmt/format.h>
-#include <map>
 #include <mutex>
 #include <string>
 #include <utility>
@@ -34,17 +30,6 @@ Choice<TextureFilter> filter_option(Configurable* owner)
 Option<std::string> shading_option(Configurable* owner, std::string help)
 {
     return {owner, "shading", "none", one_of({"none", "scannet", "matterport3d"}), std::move(help)};
-}
-
-void check_showable(const TexturedMesh& mesh, const Frames& frames)
-{
-    check_mesh(mesh.mesh, "the mesh on port 'mesh'");
-    if (mesh.mesh.texcoords.empty())
-        throw Error("the mesh on port 'mesh' has no texcoords: wire what texture.bake made");
-    if (frames.frames.empty())
-        throw Error("port 'frames' has no frames: check the scan's path and the stages that drop frames");
-    for (const Frame& frame : frames.frames)
-        check_camera(frame.color, "the color camera of " + frame.sequence + "/" + frame.name);
 }
 
 Lights lights_of(std::string_view shading)
@@ -472,56 +457,25 @@ void ViewRenderer::render_in_order(std::span<const Camera> cameras, Progress& pr
                                    const std::function<void(const Raster8&)>& take) const
 {
     const Alone alone(progress);
-    std::mutex mutex;
-    std::condition_variable changed;
-    std::map<std::size_t, Raster8> rendered;
-    std::size_t next = 0;  // To be taken.
-    bool taking = false;
-    bool failed = false;
-    const auto take_ready = [&](std::unique_lock<std::mutex>& lock)
+    const std::size_t together = 2 * static_cast<std::size_t>(std::max(1, progress.threads()));
+    std::vector<Raster8> before;
+    std::size_t taken = 0;
+    for (std::size_t first = 0; taken < cameras.size(); first += together)
     {
-        while (!taking && !failed && rendered.contains(next))
+        const auto next = cameras.subspan(std::min(first, cameras.size()));
+        std::vector<Raster8> pictures(std::min(together, next.size()));
+        const auto take_before = [&]
         {
-            taking = true;
-            const Raster8 picture = std::move(rendered.extract(next).mapped());
-            lock.unlock();
-            take(picture);
-            progress.progress(static_cast<double>(next + 1), static_cast<double>(cameras.size()), "views");
-            lock.lock();
-            taking = false;
-            ++next;
-            changed.notify_all();
-        }
-    };
-    parallel_for(cameras.size(), 1, progress,
-                 [&](std::size_t i, std::size_t)
-                 {
-                     std::unique_lock lock(mutex);
-                     const auto may_begin = [&]
-                     {
-                         // Whoever has the next one does not wait.
-                         return failed || i < next + 2 * static_cast<std::size_t>(std::max(1, progress.threads()));
-                     };
-                     changed.wait(lock, may_begin);
-                     if (failed)
-                         return;
-                     lock.unlock();
-                     try
-                     {
-                         Raster8 picture = render(cameras[i], alone);
-                         lock.lock();
-                         rendered.emplace(i, std::move(picture));
-                         take_ready(lock);
-                     }
-                     catch (...)
-                     {
-                         if (!lock.owns_lock())
-                             lock.lock();
-                         failed = true;
-                         changed.notify_all();
-                         throw;
-                     }
-                 });
+            for (const Raster8& picture : before)
+            {
+                take(picture);
+                progress.progress(static_cast<double>(++taken), static_cast<double>(cameras.size()), "views");
+            }
+        };
+        parallel_items(pictures.size() + 1, 1, progress,
+                       [&](std::size_t i) { i == 0 ? take_before() : void(pictures[i - 1] = render(next[i - 1], alone)); });
+        before = std::move(pictures);
+    }
 }
 
 }  // namespace fresco::rendering

@@ -80,21 +80,27 @@ const std::vector<CountedUvMap>& UvMapper::make(const Camera& camera, std::span<
     return maps_;
 }
 
-void check_uv_mapping_inputs(const Mesh& mesh, const Frames& frames)
+void check_viewed(const Mesh& mesh, const Frames& frames, std::string_view wire)
 {
     check_mesh(mesh, "the mesh on port 'mesh'");
+    check_offset(frames, mesh);
     if (mesh.texcoords.empty())
-        throw Error("the mesh on port 'mesh' has no texcoords: wire an atlas.* stage");
+        throw Error(fmt::format("the mesh on port 'mesh' has no texcoords: wire {}", wire));
+    if (frames.frames.empty())
+        throw Error("port 'frames' has no frames: check the scan's path and the stages that drop frames");
+    for (const Frame& frame : frames.frames)
+        check_camera(frame.color, "the color camera of " + frame.sequence + "/" + frame.name);
+}
+
+void check_uv_mapping_inputs(const Mesh& mesh, const Frames& frames)
+{
+    check_viewed(mesh, frames, "an atlas.* stage");
     // A packed map takes as much for rounding.
     const auto within = [](float share) { return share >= -1e-5F && share <= 1 + 1e-5F; };
     const auto outside = [&](const Vec2f& texcoord) { return !within(texcoord.x) || !within(texcoord.y); };
     if (const auto bad = std::ranges::find_if(mesh.texcoords, outside); bad != mesh.texcoords.end())
         throw Error(fmt::format("face {} of the mesh on port 'mesh' has texcoords outside [0,1]: wire an atlas.* stage",
                                 (bad - mesh.texcoords.begin()) / 3));
-    if (frames.frames.empty())
-        throw Error("port 'frames' has no frames: check the scan's path and the stages that drop frames");
-    for (const Frame& frame : frames.frames)
-        check_camera(frame.color, "the color camera of " + frame.sequence + "/" + frame.name);
 }
 
 }  // namespace fresco

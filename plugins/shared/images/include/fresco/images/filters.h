@@ -45,8 +45,8 @@ struct Gradient
 };
 Gradient sobel(const RasterF& plane);
 
-/// 1 where every pixel of the picture within `radius_px` along both axes (a square) is set, else 0. Beyond the border all are.
-Raster8 eroded(const Raster8& mask, int radius_px);
+/// An RGBA picture of straight alpha on a gray of this level: RGB.
+Raster8 on_gray(const Raster8& rgba, int level);
 
 /// One channel of a picture.
 RasterF channel(const RasterF& picture, int index);

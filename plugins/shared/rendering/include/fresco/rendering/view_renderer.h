@@ -61,10 +61,6 @@ struct RenderOptions
     bool through_backs = false;  ///< Faces seen from their back hide nothing.
 };
 
-/// Throws Error unless a stage with these on its ports `mesh` and `frames` can show the mesh as the frames' color cameras do: a
-/// valid mesh with texcoords, and frames whose color cameras are usable.
-void check_showable(const TexturedMesh& mesh, const Frames& frames);
-
 class RasterFinder;
 
 /// Draws a textured mesh as cameras see it, by rasterization (RasterFinder) of several samples per pixel.

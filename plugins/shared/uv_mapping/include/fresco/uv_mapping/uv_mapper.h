@@ -7,6 +7,7 @@
 
 #include <memory>
 #include <span>
+#include <string_view>
 #include <vector>
 
 namespace fresco
@@ -64,8 +65,11 @@ class UvMapper
     std::vector<PixelCounts> block_counts_;
 };
 
-/// Checks the inputs of stages that make uv maps, named 'mesh' and 'frames'. Throws Error: a mesh that check_mesh refuses,
-/// without texcoords or with some outside [0,1] (the face is named); no frames; a color camera that check_camera refuses.
+/// Checks the inputs of stages that show a mesh as color cameras see it, named 'mesh' and 'frames'. Throws Error: a mesh that
+/// check_mesh refuses, or without texcoords (`wire`: what to wire); no frames; a color camera that check_camera refuses.
+void check_viewed(const Mesh& mesh, const Frames& frames, std::string_view wire);
+
+/// check_viewed for stages that make uv maps. Throws Error also for texcoords outside [0,1] (the face is named).
 void check_uv_mapping_inputs(const Mesh& mesh, const Frames& frames);
 
 }  // namespace fresco

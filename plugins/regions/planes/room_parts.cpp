@@ -449,24 +449,11 @@ class RoomFinder
     std::vector<const WallColumns*> walls_;
 };
 
-/// One vertex for each position, so that the surface is not cut along the atlas's seams.
-Mesh welded(const Mesh& mesh)
-{
-    const auto first = texturing::welded_vertices(mesh);
-    Mesh result;
-    result.positions = mesh.positions;
-    result.triangles = mesh.triangles;
-    for (Triangle& triangle : result.triangles)
-        for (std::uint32_t& corner : triangle)
-            corner = first[corner];
-    return result;
-}
-
 }  // namespace
 
 RoomParts find_room_parts(const Mesh& upright, const Progress& progress)
 {
-    const Mesh mesh = welded(upright);
+    const Mesh mesh = texturing::welded(upright);
     const geometry::Surface surface(mesh);
     const std::vector<Vec3d> normals = geometry::smoothed_normals(surface, progress);
     const std::vector<PlaneSegment> segments = plane_segments(surface, normals, progress);

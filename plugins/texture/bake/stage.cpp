@@ -1,6 +1,7 @@
 #include <fresco/mesh.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
+#include <fresco/texturing/texel_faces.h>
 
 #include "bake.h"
 
@@ -24,9 +25,7 @@ class TextureBake final : public Stage
 
     void run(RunContext& run) override
     {
-        check_mesh(*mesh, "the mesh on port 'mesh'");
-        if (mesh->texcoords.empty())
-            throw Error("the mesh on port 'mesh' has no texcoords: wire the atlas.* stage that the uv maps were made with");
+        texturing::check_has_atlas(*mesh, "the mesh on port 'mesh'", "the atlas.* stage that the uv maps were made with");
         check_atlas(texture->atlas, *mesh, "the texture on port 'texture'");
         BakeCounts counts;
         TexturedMesh result;

@@ -1,4 +1,5 @@
 #include <fresco/texturing/enlarge.h>
+#include <fresco/texturing/texel_faces.h>
 
 #include <fresco/stage.h>
 #include <fresco/texture.h>
@@ -28,9 +29,7 @@ class TextureEnlarge final : public Stage
 
     void check() const
     {
-        check_mesh(*mesh, "the mesh on port 'mesh'");
-        if (mesh->texcoords.empty())
-            throw Error("the mesh on port 'mesh' has no texcoords: wire the atlas.* stage that was painted");
+        texturing::check_has_atlas(*mesh, "the mesh on port 'mesh'", "the atlas.* stage that was painted");
         check_atlas(source->atlas, *mesh, "the source map on port 'source'");
         enlarge::check_picture(*source, style->pixels);
     }

@@ -3,6 +3,7 @@
 #include <fresco/geometry/topology.h>
 #include <fresco/numerics/bilinear.h>
 #include <fresco/numerics/numerics.h>
+#include <fresco/texturing/face_frame.h>
 #include <fresco/texturing/texture_pictures.h>
 
 #include <algorithm>
@@ -239,26 +240,11 @@ Vec3d ModelColors::at(std::uint32_t face, const std::array<double, 3>& weights) 
 double ModelColors::pixels_per_meter(std::uint32_t face) const
 {
     const int picture = corner_lights_.empty() ? model_.materials[model_.material_of_face[face]].picture : -1;
-    const double area = twice_area(model_.mesh, face);
+    const double area = length(fresco::geometry::area_vector(model_.mesh, face));
     if (picture == fresco::ModelMaterial::no_picture || !(area > 0))
         return 0;
     const Raster8& pixels = pictures_[static_cast<std::size_t>(picture)];
-    return std::sqrt(twice_uv_area(model_.mesh, face) / area * pixels.width * pixels.height);
-}
-
-double twice_area(const fresco::Mesh& mesh, std::uint32_t face)
-{
-    return length(fresco::geometry::area_vector(mesh, face));
-}
-
-double twice_uv_area(const fresco::Mesh& mesh, std::uint32_t face)
-{
-    const auto corner = [&](std::size_t i)
-    {
-        const fresco::Vec2f uv = mesh.texcoords[3 * std::size_t{face} + i];
-        return Vec2d{uv.x, uv.y};
-    };
-    return std::abs(cross(corner(1) - corner(0), corner(2) - corner(0)));
+    return std::sqrt(std::abs(fresco::texturing::FaceFrame(model_.mesh, face, 1).area) / area * pixels.width * pixels.height);
 }
 
 }  // namespace from_model

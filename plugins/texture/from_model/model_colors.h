@@ -49,10 +49,6 @@ class ModelColors
     std::vector<float> corner_lights_;  ///< 3F or empty: the shape's.
 };
 
-/// Twice the area of a face in square meters, and in texcoords.
-double twice_area(const fresco::Mesh& mesh, std::uint32_t face);
-double twice_uv_area(const fresco::Mesh& mesh, std::uint32_t face);
-
 /// Shades a mesh by its shape: 3F linear lights, one per corner. A lamp stands obliquely above the mesh, at the distance of the
 /// mesh's size from its middle; lightness depends on the angle to it all the way to the back, so that adjacent sides differ and
 /// large sides are not flat. Convex places are a little lighter, concave ones darker. Corner normals average the adjacent faces

@@ -1,11 +1,13 @@
 #include "model_texture.h"
 
+#include <fresco/geometry/topology.h>
 #include <fresco/image_io.h>
 #include <fresco/mesh.h>
 #include <fresco/numerics/numerics.h>
 #include <fresco/recordings/recorded_view.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
+#include <fresco/texturing/face_frame.h>
 #include <fresco/texturing/texel_faces.h>
 
 #include <cmath>
@@ -38,9 +40,7 @@ class TextureFromModel final : public Stage
     void run(RunContext& run) override
     {
         check_model(*model, "the model on port 'model'");
-        check_mesh(*mesh, "the mesh on port 'mesh'");
-        if (mesh->texcoords.empty())
-            throw Error("the mesh on port 'mesh' has no texcoords: wire an atlas.* stage");
+        texturing::check_has_atlas(*mesh, "the mesh on port 'mesh'", "an atlas.* stage");
         texturing::check_layout(*mesh, "the mesh on port 'mesh'", run);
         const int size = painted_size_px(*size_px, mesh->texture_px, "the mesh on port 'mesh'", run);
         const ColorSource source = color_source(*model);
@@ -89,7 +89,7 @@ class TextureFromModel final : public Stage
         const std::filesystem::path file = model->loaded_from / model->pictures[number];
         try
         {
-            picture = read_picture(*images, file);
+            picture = images->read_with_alpha(file);
         }
         catch (const Error& error)
         {
@@ -114,8 +114,8 @@ class TextureFromModel final : public Stage
             if (model->materials[model->material_of_face[face]].picture != picture)
                 continue;
             is_used = true;
-            area += twice_area(model->mesh, face);
-            uv_area += twice_uv_area(model->mesh, face);
+            area += length(geometry::area_vector(model->mesh, face));
+            uv_area += std::abs(texturing::FaceFrame(model->mesh, face, 1).area);
         }
         if (!is_used)
             return -1;

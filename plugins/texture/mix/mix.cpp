@@ -70,24 +70,13 @@ Mix mix(const RasterF& photo, const RasterF& painted, const Mesh& mesh, const Te
                                     const float* const to = &painted.values[3 * texel];
                                     return Vec3f{to[0] - from[0], to[1] - from[1], to[2] - from[2]};
                                 });
-    const SurfaceAverage average = difference.averaged(split_m, "split_cm", progress);
     const auto size = static_cast<std::size_t>(faces.size);
     Mix result{RasterF(faces.size, faces.size, 3), to_bytes(photo, progress), Raster8(faces.size, faces.size, 3),
                to_bytes(painted, progress)};
     std::vector<Distances> sums(size);
-    constexpr std::size_t rows_per_block = 16;
-    parallel_for(size, rows_per_block, progress,
-                 [&](std::size_t begin, std::size_t end)
-                 {
-                     progress.check_canceled();
-                     SurfaceAverage::Lookup lookup(average);
-                     std::vector<float> colors(3 * size);
-                     for (std::size_t row = begin; row < end; ++row)
-                     {
-                         difference.mean_of_row(row, lookup, colors);
-                         sums[row] = mix_row(photo, painted, faces, shares, row, colors, result);
-                     }
-                 });
+    difference.each_row(split_m, "split_cm", progress,
+                        [&](std::size_t row, std::vector<float>& colors)
+                        { sums[row] = mix_row(photo, painted, faces, shares, row, colors, result); });
     const auto texels = std::count(faces.inside.begin(), faces.inside.end(), std::uint8_t{1});
     const double scale = texels == 0 ? 0 : 255 / (3.0 * static_cast<double>(texels));
     for (const Distances& sum : sums)

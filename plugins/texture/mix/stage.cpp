@@ -49,9 +49,7 @@ class TextureMix final : public Stage
 
     void run(RunContext& run) override
     {
-        check_mesh(*mesh, "the mesh on port 'mesh'");
-        if (mesh->texcoords.empty())
-            throw Error("the mesh on port 'mesh' has no texcoords: wire the atlas.* stage that the textures were made with");
+        check_has_atlas(*mesh, "the mesh on port 'mesh'", "the atlas.* stage that the textures were made with");
         check_input(*photo, "photo");
         check_input(*painted, "painted");
         if (photo->size_px() != painted->size_px())

@@ -156,9 +156,7 @@ class TextureRegions final : public Stage
 
     void check() const
     {
-        check_mesh(*mesh, "the mesh on port 'mesh'");
-        if (mesh->texcoords.empty())
-            throw Error("the mesh on port 'mesh' has no texcoords: wire the atlas.* stage that the textures were made with");
+        check_has_atlas(*mesh, "the mesh on port 'mesh'", "the atlas.* stage that the textures were made with");
         check_regions(*regions, *mesh, "the regions on port 'regions'", "the mesh on port 'mesh'");
         check_input(*photo, "photo");
         for (const auto& [name, input] : rules.textures())

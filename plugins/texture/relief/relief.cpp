@@ -27,33 +27,19 @@ constexpr double canvas_roughness = 0.85;
 constexpr double paint_roughness = 0.4;
 constexpr std::size_t texels_per_block = 1U << 16U;
 
-/// Calls visit(texel, mean) for each texel of a row that a face covers; rows are shared among threads.
+/// Calls visit(texel, mean) for each texel that a face covers; rows are shared among threads.
 template <class Visit>
-void visit_means(const TexelMeans& means, const SurfaceAverage& average, const TexelFaces& faces, const Progress& progress,
+void visit_means(const TexelMeans& means, double wavelength_m, const TexelFaces& faces, const Progress& progress,
                  const Visit& visit)
 {
-    const auto size = static_cast<std::size_t>(faces.size);
-    constexpr std::size_t rows_per_block = 16;
-    parallel_for(size, rows_per_block, progress,
-                 [&](std::size_t begin, std::size_t end)
-                 {
-                     progress.check_canceled();
-                     SurfaceAverage::Lookup lookup(average);
-                     std::vector<float> mean(3 * size);
-                     for (std::size_t row = begin; row < end; ++row)
-                     {
-                         means.mean_of_row(row, lookup, mean);
-                         for (std::size_t x = 0; x < size; ++x)
-                             if (faces.covered(row * size + x))
-                                 visit(row * size + x, &mean[3 * x]);
-                     }
-                 });
+    means.each_row(wavelength_m, "stroke_cm", progress,
+                   [&](std::size_t row, const std::vector<float>& mean)
+                   {
+                       for (std::size_t at = 0; at < mean.size(); at += 3)
+                           if (const std::size_t texel = (row * mean.size() + at) / 3; faces.covered(texel))
+                               visit(texel, &mean[at]);
+                   });
 }
-
-}  // namespace
-
-namespace
-{
 
 /// The largest value of the covered texels beside this one; 0 without any.
 float largest_around(const RasterF& values, const TexelFaces& faces, std::size_t texel)
@@ -74,11 +60,10 @@ RasterF paint_height(const Raster8& rgb, const Mesh& mesh, const TexelFaces& fac
 {
     const auto light = [&](std::size_t texel) { return static_cast<float>(luma(&rgb.values[3 * texel])); };
     const TexelMeans means(mesh, faces, [&](std::size_t texel) { return Vec3f{light(texel), 0, 0}; });
-    const SurfaceAverage average = means.averaged(strokes_per_wavelength * stroke_m, "stroke_cm", progress);
     RasterF height(faces.size, faces.size);
     const auto size = static_cast<std::size_t>(faces.size);
     std::vector<double> squares(size, 0);
-    visit_means(means, average, faces, progress,
+    visit_means(means, strokes_per_wavelength * stroke_m, faces, progress,
                 [&](std::size_t texel, const float* mean)
                 {
                     const float detail = light(texel) - mean[0];
@@ -123,7 +108,7 @@ RasterF strokes_shown(const Raster8& painting, const Raster8& copied, const Sour
     const TexelMeans means(mesh, faces, lights);
     RasterF details(size, size, 3);
     visit_means(
-        means, means.averaged(strokes_per_wavelength * stroke_m, "stroke_cm", progress), faces, progress,
+        means, strokes_per_wavelength * stroke_m, faces, progress,
         [&](std::size_t texel, const float* mean)
         {
             const Vec3f light = lights(texel);
@@ -137,7 +122,7 @@ RasterF strokes_shown(const Raster8& painting, const Raster8& copied, const Sour
                                   return Vec3f{v[0], v[1], v[2]};
                               });
     RasterF shown(size, size);
-    visit_means(products, products.averaged(2 * strokes_per_wavelength * stroke_m, "stroke_cm", progress), faces, progress,
+    visit_means(products, 2 * strokes_per_wavelength * stroke_m, faces, progress,
                 [&](std::size_t texel, const float* mean)
                 {
                     const double picture = double{mean[0] + noise}, painted = double{mean[1] + noise};

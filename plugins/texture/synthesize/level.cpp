@@ -1,6 +1,5 @@
 #include "level.h"
 
-#include <fresco/error.h>
 #include <fresco/images/lab.h>
 #include <fresco/numerics/noise.h>
 #include <fresco/parallel.h>
@@ -52,13 +51,7 @@ Vec2f texcoord_of(const SurfaceGrid& grid, std::uint32_t chart, const SurfaceGri
 template <class Work>
 void for_each_texel(const SurfaceGrid& grid, const Progress& progress, const Work& work)
 {
-    parallel_for(grid.texels().size(), texels_per_piece, progress,
-                 [&](std::size_t begin, std::size_t end)
-                 {
-                     progress.check_canceled();
-                     for (std::size_t t = begin; t < end; ++t)
-                         work(t);
-                 });
+    parallel_items(grid.texels().size(), texels_per_piece, progress, work);
 }
 
 }  // namespace
@@ -253,18 +246,6 @@ void Level::begin(const Level* coarser, const Progress& progress)
 
 void Level::resume(std::vector<Match> matches, std::vector<float> crowding, const Progress& progress)
 {
-    if (matches.size() != patches_.count() || crowding.size() != picture_.key_count())
-        throw Error("it belongs to another surface or picture");
-    const auto is_finite = [](Vec3f v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); };
-    const auto is_match = [&](const Match& match)
-    {
-        return is_finite({match.at.x, match.at.y, match.distance}) && picture_.inside(match.at) == match.at &&
-               picture_.has_patch(match.at) && match.distance >= 0 && std::abs(length(match.turn) - 1) < 1e-3F &&
-               length(match.shift) < 1.001F * most_shift;
-    };
-    if (!std::all_of(matches.begin(), matches.end(), is_match) ||
-        !std::all_of(crowding.begin(), crowding.end(), [](float v) { return std::isfinite(v) && v >= 1; }))
-        throw Error("it has values that no painting has");
     crowding_ = std::move(crowding);
     set_matches(std::move(matches), progress);
 }

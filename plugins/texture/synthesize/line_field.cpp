@@ -27,11 +27,6 @@ Vec3f middle(const Mesh& mesh, std::size_t face)
     return (mesh.positions[t[0]] + mesh.positions[t[1]] + mesh.positions[t[2]]) * (1.0F / 3);
 }
 
-double area(const Mesh& mesh, std::size_t face)
-{
-    return length(geometry::area_vector(mesh, face)) / 2;
-}
-
 /// At most 1.
 Complex limited(Complex hint)
 {
@@ -74,7 +69,7 @@ std::vector<Complex> LineHints::curvature(double radius_m) const
     for (std::size_t f = 0; f < hints.size(); ++f)
     {
         const Vec3f normal = surface_.normals[f];
-        const double around = area(surface_.mesh, f);
+        const double around = surface_.areas[f];
         // How the normal changes along the face: means over its edges, times their outward normals (the divergence theorem).
         double xx = 0, xy = 0, yy = 0;
         for (std::size_t corner = 0; corner < 3; ++corner)
@@ -162,7 +157,7 @@ std::vector<Vec3f> LineHints::smoothed(const std::vector<Complex>& hints, double
         if (f % 4096 == 0)
             progress.check_canceled();
         const auto row = static_cast<Eigen::Index>(f);
-        const double a = area(mesh, f) / (reach_m * reach_m);
+        const double a = surface_.areas[f] / (reach_m * reach_m);
         double diagonal = a * (std::abs(hints[f]) + least_hold) + 1e-12;
         right[row] = a * hints[f];
         for (std::size_t corner = 0; corner < 3; ++corner)

@@ -36,6 +36,7 @@ struct PaintedSurface
     texturing::Charts charts;
     std::vector<double> uv_per_m;   ///< Per chart: texcoords along a meter, from the areas; 0 for a chart without area.
     geometry::Neighbors neighbors;  ///< F x 3, also across the atlas's seams and between vertices at one position.
+    std::vector<double> areas;      ///< F, square meters.
     std::vector<Vec3f>
         normals;  ///< F, unit, smoothed over about ten rings of faces but not across edges; zero for a face without area.
 

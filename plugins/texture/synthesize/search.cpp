@@ -133,13 +133,12 @@ Variety::Variety(const Patches& patches, const SurfaceGrid& grid, const StylePic
     const auto waves = static_cast<float>(1 / (strokes_per_wave * stroke_px * grid.spacing_m()));
     const auto scale = static_cast<float>(amount) / deviation;
     const auto salt = [seed](std::size_t field) { return noise::hash(seed, static_cast<std::uint32_t>(field)); };
-    parallel_for(patches.count(), 4096, progress,
-                 [&](std::size_t begin, std::size_t end)
-                 {
-                     for (std::size_t i = begin; i < end; ++i)
-                         for (std::size_t f = 0; f < fields; ++f)
-                             of_patch_[i * fields + f] = scale * smooth_noise(patches[i].center * waves, salt(f));
-                 });
+    parallel_items(patches.count(), 4096, progress,
+                   [&](std::size_t i)
+                   {
+                       for (std::size_t f = 0; f < fields; ++f)
+                           of_patch_[i * fields + f] = scale * smooth_noise(patches[i].center * waves, salt(f));
+                   });
     const auto picture_waves = static_cast<float>(1 / (picture_strokes_per_wave * stroke_px));
     for (std::size_t k = 0; k < picture.key_count(); ++k)
         for (std::size_t f = 0; f < fields; ++f)

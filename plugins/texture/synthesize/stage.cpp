@@ -7,6 +7,7 @@
 #include <fresco/mesh.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
+#include <fresco/texturing/texel_faces.h>
 #include <fresco/texturing/texture_pictures.h>
 
 #include <algorithm>
@@ -67,9 +68,7 @@ class TextureSynthesize final : public Stage
     /// Returns the texels per side to paint.
     int check(RunContext& run) const
     {
-        check_mesh(*mesh, "the mesh on port 'mesh'");
-        if (mesh->texcoords.empty())
-            throw Error("the mesh on port 'mesh' has no texcoords: wire the atlas.* stage that the start was made with");
+        texturing::check_has_atlas(*mesh, "the mesh on port 'mesh'", "the atlas.* stage that the start was made with");
         check_atlas(start->atlas, *mesh, "the texture on port 'start'");
         if (lines.has_value() != (*direction == "drawn"))
             throw Error(lines.has_value()

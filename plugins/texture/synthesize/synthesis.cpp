@@ -7,6 +7,7 @@
 #include <fresco/geometry/topology.h>
 #include <fresco/images/lab.h>
 #include <fresco/images/stroke_width.h>
+#include <fresco/numerics/numerics.h>
 #include <fresco/parallel.h>
 #include <fresco/texturing/texel_faces.h>
 #include <fresco/texturing/texture_pictures.h>
@@ -26,7 +27,6 @@ namespace fresco::synthesize
 namespace
 {
 
-constexpr std::size_t rows_per_piece = 16;
 constexpr float heaviest_share = 0.75F;  // Share of the luminance.
 
 /// RGB in [0,1]: the mean's color, lightened or darkened toward the heaviest patch's luminance (Rec. 709, of displayed values).
@@ -133,20 +133,12 @@ Painting paint(const Task& task, const Level& level, int size_px, Progress& prog
                                  static_cast<float>(of(*vote.level).pixels_per_texel / pixels_per_texel),
                                  color - copied});
     };
-    constexpr int rows_per_step = 256;
-    for (int first = 0; first < size_px; first += rows_per_step)
-    {
-        const int rows = std::min(rows_per_step, size_px - first);
-        parallel_for(static_cast<std::size_t>(rows), rows_per_piece, progress,
-                     [&](std::size_t begin, std::size_t end)
-                     {
-                         progress.check_canceled();
-                         for (std::size_t y = begin; y < end; ++y)
-                             for (int x = 0; x < size_px; ++x)
-                                 paint_texel(x, first + static_cast<int>(y));
-                     });
-        progress.progress(first + rows, size_px, "rows");
-    }
+    parallel_for_each(static_cast<std::size_t>(size_px), "rows", progress,
+                      [&](std::size_t y)
+                      {
+                          for (int x = 0; x < size_px; ++x)
+                              paint_texel(x, static_cast<int>(y));
+                      });
     return result;
 }
 
@@ -158,16 +150,12 @@ constexpr const char* check_unit = "; if the mesh is not in meters, read it with
 
 double longest_side_m(const Mesh& mesh)
 {
-    Vec3f low = mesh.positions[mesh.triangles[0][0]];
-    Vec3f high = low;
+    numerics::Bounds<float> box;
     for (const Triangle& triangle : mesh.triangles)
         for (const std::uint32_t corner : triangle)
-        {
-            const Vec3f p = mesh.positions[corner];
-            low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-            high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-        }
-    return double{std::max({high.x - low.x, high.y - low.y, high.z - low.z})};
+            box.add(mesh.positions[corner]);
+    const Vec3f sides = box.high - box.low;
+    return double{std::max({sides.x, sides.y, sides.z})};
 }
 
 }  // namespace
@@ -232,7 +220,7 @@ class Synthesis
             level = std::move(next);
             number = found.level;
         };
-        if (const int done = resumed(finest_, number, options_.rounds_count, take_up); done > 0)
+        if (const int done = resumed(finest_, take_up); done > 0)
             paint_rounds(*level, number--, done, options_.rounds_count);
         for (; number >= finest_; --number)
         {
@@ -263,7 +251,7 @@ class Synthesis
                 break;
             const auto take_up = [&](Checkpoint& found)
             { next->resume(std::move(found.matches), std::move(found.crowding), run_); };
-            const int done = resumed(-halvings, -halvings, detail_rounds, take_up);
+            const int done = resumed(-halvings, take_up);
             if (done == 0)
                 next->begin(nullptr, run_);
             paint_rounds(*next, -halvings, done, detail_rounds);
@@ -350,18 +338,16 @@ class Synthesis
         return run_.checkpoint_folder() / (level < 0 ? fmt::format("detail_{}.bin", -level) : "round.bin");
     }
 
-    /// Takes up the checkpoint of a level from `lowest` to `highest`; the rounds that were done, 0: begin. Warns of a checkpoint
+    /// Takes up the checkpoint of a level from `lowest` on; the rounds that were done, 0: begin. Warns of a checkpoint
     /// that cannot be used.
     template <class TakeUp>
-    int resumed(int lowest, int highest, int rounds_count, const TakeUp& take_up) const
+    int resumed(int lowest, const TakeUp& take_up) const
     {
         try
         {
             auto found = read_checkpoint(file_of(lowest));
             if (!found)
                 return 0;
-            if (found->level < lowest || found->level > highest || found->rounds < 1 || found->rounds > rounds_count)
-                throw Error(file_of(lowest).string() + ": belongs to another run");
             take_up(*found);
             run_.message(fmt::format("going on after round {} of an interrupted run", found->rounds));
             return found->rounds;

@@ -299,21 +299,14 @@ Enlarged enlarged(const SourceMap& source, const Raster8& rgb, const Mesh& mesh,
                 is_painted[result.picture.index(column, row) / 3] = 1;
             }
     };
-    constexpr int rows_per_step = 64;
-    for (int first = 0; first < map_px; first += rows_per_step)
-    {
-        const int rows = std::min(rows_per_step, map_px - first);
-        parallel_for(static_cast<std::size_t>(rows), 1, progress,
-                     [&](std::size_t row, std::size_t)
-                     {
-                         progress.check_canceled();
-                         const int y = first + static_cast<int>(row);
-                         for (int x = 0; x < map_px; ++x)
-                             if (copies.has(x, y))
-                                 paint_texel_of_map(x, y);
-                     });
-        progress.progress(first + rows, map_px, "rows");
-    }
+    parallel_for_each(static_cast<std::size_t>(map_px), "rows", progress,
+                      [&](std::size_t row)
+                      {
+                          const int y = static_cast<int>(row);
+                          for (int x = 0; x < map_px; ++x)
+                              if (copies.has(x, y))
+                                  paint_texel_of_map(x, y);
+                      });
     result.painted_share = static_cast<double>(std::count(is_painted.begin(), is_painted.end(), std::uint8_t{1})) /
                            static_cast<double>(is_painted.size());
     texturing::fill_from_nearest(result.picture, is_painted, progress);

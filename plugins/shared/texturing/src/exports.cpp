@@ -20,9 +20,7 @@ namespace fresco::texturing
 
 void check_textured_mesh(const TexturedMesh& textured, std::string_view source)
 {
-    check_mesh(textured.mesh, source);
-    if (textured.mesh.texcoords.empty())
-        throw Error(std::string(source) + " has no texcoords: wire what texture.bake made");
+    check_has_atlas(textured.mesh, source, "what texture.bake made");
     const Raster8& picture = textured.image.pixels;
     if (picture.empty() || picture.width != picture.height || picture.channels != 3)
         throw Error(fmt::format(

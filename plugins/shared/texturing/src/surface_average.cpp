@@ -234,6 +234,26 @@ SurfaceAverage TexelMeans::averaged(double wavelength_m, std::string_view option
     return average;
 }
 
+void TexelMeans::each_row(double wavelength_m, std::string_view option, const Progress& progress,
+                          const std::function<void(std::size_t, std::vector<float>&)>& visit) const
+{
+    const SurfaceAverage average = averaged(wavelength_m, option, progress);
+    const auto size = static_cast<std::size_t>(faces_.size);
+    constexpr std::size_t rows_per_block = 16;
+    parallel_for(size, rows_per_block, progress,
+                 [&](std::size_t begin, std::size_t end)
+                 {
+                     progress.check_canceled();
+                     SurfaceAverage::Lookup lookup(average);
+                     std::vector<float> mean(3 * size);
+                     for (std::size_t row = begin; row < end; ++row)
+                     {
+                         mean_of_row(row, lookup, mean);
+                         visit(row, mean);
+                     }
+                 });
+}
+
 void TexelMeans::mean_of_row(std::size_t row, SurfaceAverage::Lookup& mean, std::vector<float>& result) const
 {
     std::ranges::fill(result, 0.0F);

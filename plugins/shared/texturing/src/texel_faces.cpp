@@ -20,6 +20,41 @@ namespace fresco::texturing
 
 namespace
 {
+/// V: the lowest index of the vertices at the same position.
+std::vector<std::uint32_t> welded_vertices(const Mesh& mesh)
+{
+    std::vector<std::uint32_t> order(mesh.positions.size());
+    std::iota(order.begin(), order.end(), 0U);
+    const auto key = [&](std::uint32_t v)
+    {
+        const Vec3f p = mesh.positions[v];
+        return std::tuple(p.x, p.y, p.z);
+    };
+    std::sort(order.begin(), order.end(),
+              [&](std::uint32_t a, std::uint32_t b)
+              { return std::tuple_cat(key(a), std::tuple(a)) < std::tuple_cat(key(b), std::tuple(b)); });
+    std::vector<std::uint32_t> welded(order.size());
+    std::uint32_t first = 0;
+    for (std::size_t i = 0; i < order.size(); ++i)
+    {
+        if (i == 0 || key(order[i]) != key(order[i - 1]))
+            first = order[i];
+        welded[order[i]] = first;
+    }
+    return welded;
+}
+
+Mesh joined(const Mesh& mesh, const std::vector<std::uint32_t>& first)
+{
+    Mesh result;
+    result.positions = mesh.positions;
+    result.triangles = mesh.triangles;
+    for (Triangle& triangle : result.triangles)
+        for (std::uint32_t& corner : triangle)
+            corner = first[corner];
+    return result;
+}
+
 /// A face's side, its ends ordered by vertex.
 struct Side
 {
@@ -57,41 +92,17 @@ std::vector<Side> sorted_sides(const Mesh& mesh)
 
 }  // namespace
 
-std::vector<std::uint32_t> welded_vertices(const Mesh& mesh)
+Mesh welded(const Mesh& mesh)
 {
-    std::vector<std::uint32_t> order(mesh.positions.size());
-    std::iota(order.begin(), order.end(), 0U);
-    const auto key = [&](std::uint32_t v)
-    {
-        const Vec3f p = mesh.positions[v];
-        return std::tuple(p.x, p.y, p.z);
-    };
-    std::sort(order.begin(), order.end(),
-              [&](std::uint32_t a, std::uint32_t b)
-              { return std::tuple_cat(key(a), std::tuple(a)) < std::tuple_cat(key(b), std::tuple(b)); });
-    std::vector<std::uint32_t> welded(order.size());
-    std::uint32_t first = 0;
-    for (std::size_t i = 0; i < order.size(); ++i)
-    {
-        if (i == 0 || key(order[i]) != key(order[i - 1]))
-            first = order[i];
-        welded[order[i]] = first;
-    }
-    return welded;
+    return joined(mesh, welded_vertices(mesh));
 }
 
 std::vector<Vec3f> smooth_normals(const Mesh& mesh)
 {
-    const auto welded = welded_vertices(mesh);
-    Mesh joined;
-    joined.positions = mesh.positions;
-    joined.triangles = mesh.triangles;
-    for (Triangle& triangle : joined.triangles)
-        for (std::uint32_t& corner : triangle)
-            corner = welded[corner];
-    std::vector<Vec3f> normals = vertex_normals(joined);
+    const auto first = welded_vertices(mesh);
+    std::vector<Vec3f> normals = vertex_normals(joined(mesh, first));
     for (std::size_t v = 0; v < normals.size(); ++v)
-        normals[v] = normals[welded[v]];
+        normals[v] = normals[first[v]];
     return normals;
 }
 
@@ -352,6 +363,13 @@ void adopt_small_charts(const Charts& charts, TexelFaces& result)
 }
 }  // namespace
 
+void check_has_atlas(const Mesh& mesh, std::string_view source, std::string_view wire)
+{
+    check_mesh(mesh, source);
+    if (mesh.texcoords.empty())
+        throw Error(fmt::format("{} has no texcoords: wire {}", source, wire));
+}
+
 void check_layout(const Mesh& mesh, std::string_view source, RunContext& run)
 {
     constexpr double most = 0.05;
@@ -478,16 +496,11 @@ double mean_texel_m(const Mesh& mesh, int size_px)
 {
     double area = 0;
     double uv_area = 0;
-    for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
+    for (std::uint32_t f = 0; f < mesh.triangles.size(); ++f)
     {
-        const auto at = [&](std::size_t i) { return vec_cast<double>(mesh.positions[mesh.triangles[f][i]]); };
-        const auto uv = [&](std::size_t i)
-        {
-            const Vec2f t = mesh.texcoords[3 * f + i];
-            return Vec2d{double{t.x}, double{t.y}};
-        };
-        area += length(cross(at(1) - at(0), at(2) - at(0)));
-        uv_area += std::abs(cross(uv(1) - uv(0), uv(2) - uv(0)));
+        const FaceFrame frame(mesh, f, 1);
+        area += length(cross(frame.points[1] - frame.points[0], frame.points[2] - frame.points[0]));
+        uv_area += std::abs(frame.area);
     }
     return area > 0 && uv_area > 0 ? std::sqrt(area / uv_area) / size_px : 0;
 }

@@ -1,5 +1,6 @@
 #include <fresco/error.h>
 #include <fresco/image_io.h>
+#include <fresco/numerics/bilinear.h>
 #include <fresco/parallel.h>
 #include <fresco/texturing/texel_faces.h>
 #include <fresco/texturing/texture_pictures.h>
@@ -22,24 +23,14 @@ namespace
 {
 constexpr std::array<float, 3> network_mean_bgr{103.939F, 116.779F, 123.68F};
 
-/// The two source texels of a full-size texel center along one axis.
-struct Tap
-{
-    int low = 0;
-    int high = 0;
-    float share = 0;  ///< Weight of `high`.
-};
+using Tap = numerics::Between<float>;
 
+/// The two source texels of each full-size texel center along one axis.
 std::vector<Tap> taps(int size, int layer_size)
 {
-    std::vector<Tap> result(static_cast<std::size_t>(size));
+    std::vector<Tap> result;
     for (int i = 0; i < size; ++i)
-    {
-        const double at = std::clamp((i + 0.5) * layer_size / size - 0.5, 0.0, layer_size - 1.0);
-        const int low = static_cast<int>(at);
-        const auto share = static_cast<float>(at - low);
-        result[static_cast<std::size_t>(i)] = {low, share > 0 ? low + 1 : low, share};
-    }
+        result.push_back(numerics::between<float>((i + 0.5) * layer_size / size - 0.5, layer_size));
     return result;
 }
 
@@ -55,12 +46,8 @@ void add_row(const RasterF& layer, const std::vector<Tap>& taps, int y, std::vec
     const Tap& vertical = taps[static_cast<std::size_t>(y)];
     for (std::size_t x = 0; x < taps.size(); ++x)
         for (int c = 0; c < 3; ++c)
-        {
-            const Tap& t = taps[x];
-            const float top = layer.at(t.low, vertical.low, c) * (1 - t.share) + layer.at(t.high, vertical.low, c) * t.share;
-            const float bottom = layer.at(t.low, vertical.high, c) * (1 - t.share) + layer.at(t.high, vertical.high, c) * t.share;
-            row[3 * x + static_cast<std::size_t>(c)] += top * (1 - vertical.share) + bottom * vertical.share;
-        }
+            row[3 * x + static_cast<std::size_t>(c)] +=
+                numerics::bilinear(taps[x], vertical, [&](int column, int line) { return layer.at(column, line, c); });
 }
 
 /// BGR around the network's mean to RGB in 0..1.

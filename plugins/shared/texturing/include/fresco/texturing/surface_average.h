@@ -85,10 +85,10 @@ class TexelMeans
     /// `value`: of a texel that a chart covers; called from several threads.
     TexelMeans(const Mesh& mesh, const TexelFaces& faces, std::function<Vec3f(std::size_t texel)> value);
 
-    SurfaceAverage averaged(double wavelength_m, std::string_view option, const Progress& progress) const;
-
-    /// The mean at the texels of one row, S x 3; 0 outside the faces.
-    void mean_of_row(std::size_t row, SurfaceAverage::Lookup& mean, std::vector<float>& result) const;
+    /// Calls visit(row, mean) for each row with the mean at its texels over waves longer than the wavelength, S x 3, 0 outside
+    /// the faces, which it may change; from several threads. The rest as SurfaceAverage has it. Throws Canceled.
+    void each_row(double wavelength_m, std::string_view option, const Progress& progress,
+                  const std::function<void(std::size_t row, std::vector<float>& mean)>& visit) const;
 
   private:
     struct Place
@@ -96,6 +96,8 @@ class TexelMeans
         Vec3f point, normal;
     };
 
+    SurfaceAverage averaged(double wavelength_m, std::string_view option, const Progress& progress) const;
+    void mean_of_row(std::size_t row, SurfaceAverage::Lookup& mean, std::vector<float>& result) const;
     void mean_of(std::size_t first, std::size_t end, SurfaceAverage::Lookup& mean, float* result) const;
     Place place(std::size_t texel) const;
 

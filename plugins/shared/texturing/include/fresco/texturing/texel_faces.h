@@ -18,8 +18,8 @@
 namespace fresco::texturing
 {
 
-/// V: the lowest index of the vertices at the same position.
-std::vector<std::uint32_t> welded_vertices(const Mesh& mesh);
+/// Positions and triangles, these on the lowest of the vertices at one position: not cut along the seams of an atlas.
+Mesh welded(const Mesh& mesh);
 
 /// V normals that vertices at the same position share, so that they are smooth across seams; 0 where faces cancel or have no
 /// area.
@@ -46,6 +46,9 @@ struct Charts
 /// mesh that was split along its seams is joined again; of three or more faces at an edge each is joined with the next. The mesh
 /// needs texcoords.
 Charts find_charts(const Mesh& mesh);
+
+/// check_mesh, and that there are texcoords. Throws Error naming `source`, and what to `wire` where it has none.
+void check_has_atlas(const Mesh& mesh, std::string_view source, std::string_view wire);
 
 /// Checks what painting in an atlas relies on: every place of the texture shows one place of the surface, and all of the surface
 /// has a place there. Throws Error naming `source`, the share of the surface without, and the way out if it is more than a

@@ -81,13 +81,15 @@ struct Areas
     double worth(std::size_t f) const { return (atlas[f] / atlas_sum) / (surface[f] / surface_sum); }
 };
 
-void measure_scale(const Mesh& mesh, const Areas& areas, AtlasFigures& figures)
+void report_scale(RunContext& run, const Mesh& mesh, const Areas& areas)
 {
     double stretch = 0;
     double largest = 0;
     double stretched_area = 0;
     double density = 0;
     double squares = 0;
+    double squeezed = 0;
+    std::size_t lost = 0;
     for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
     {
         const double area = areas.surface[f];
@@ -96,10 +98,10 @@ void measure_scale(const Mesh& mesh, const Areas& areas, AtlasFigures& figures)
         const double worth = areas.worth(f);
         density += area * std::sqrt(worth);
         squares += area * worth;
-        figures.squeezed_share += worth < 0.25 ? area / areas.surface_sum : 0;
+        squeezed += worth < 0.25 ? area / areas.surface_sum : 0;
         if (worth < lost_below)
         {
-            ++figures.lost_faces;
+            ++lost;
             continue;
         }
         const auto of_face = square_stretch(mesh, f, flat_face(mesh, f));
@@ -107,18 +109,21 @@ void measure_scale(const Mesh& mesh, const Areas& areas, AtlasFigures& figures)
         largest = std::max(largest, of_face.largest);
         stretched_area += area;
     }
-    figures.stretch_l2 = std::sqrt(stretch / stretched_area * areas.atlas_sum / areas.surface_sum);
-    figures.stretch_linf = std::sqrt(largest * areas.atlas_sum / areas.surface_sum);
     density /= areas.surface_sum;
     squares /= areas.surface_sum;
-    figures.density_variation = std::sqrt(std::max(squares - density * density, 0.0)) / density;
+    run.report("stretch_l2", std::sqrt(stretch / stretched_area * areas.atlas_sum / areas.surface_sum));
+    run.report("stretch_linf", std::sqrt(largest * areas.atlas_sum / areas.surface_sum));
+    run.report("density_variation", std::sqrt(std::max(squares - density * density, 0.0)) / density);
+    run.report("squeezed_share", squeezed);
+    run.report("lost_faces", lost);
 }
 
 /// An edge between two faces is a seam unless both have the same texcoords at its ends.
-void measure_seams(const Mesh& mesh, AtlasFigures& figures)
+void report_seams(RunContext& run, const Mesh& mesh)
 {
     numerics::DisjointSets charts(mesh.triangles.size());
     double inner = 0;
+    double seams = 0;
     for_each_edge(mesh.triangles, mesh.positions.size(),
                   [&](std::uint32_t low, std::uint32_t high, std::span<const EdgeUse> uses)
                   {
@@ -137,40 +142,24 @@ void measure_seams(const Mesh& mesh, AtlasFigures& figures)
                       if (same(a[0], b[0]) && same(a[1], b[1]))
                           charts.join(uses[0].face, uses[1].face);
                       else
-                          figures.seam_length_m += edge;
+                          seams += edge;
                   });
-    figures.charts = charts.count();
-    figures.seam_length_share = inner > 0 ? figures.seam_length_m / inner : 0;
+    run.report("charts", charts.count());
+    run.report("seam_length_m", seams);
+    run.report("seam_length_share", inner > 0 ? seams / inner : 0);
 }
 
 }  // namespace
 
-AtlasFigures atlas_figures(const Mesh& mesh, int size_px)
+void report_atlas(RunContext& run, const Mesh& mesh, int size_px)
 {
     const Areas areas(mesh);
-    AtlasFigures figures;
-    figures.used_share = areas.atlas_sum;
-    figures.texels_per_cm = size_px * std::sqrt(areas.atlas_sum / areas.surface_sum) / 100;
-    measure_scale(mesh, areas, figures);
-    measure_seams(mesh, figures);
-    for (const auto& uv : mesh.texcoords)
-        figures.outside_corners += uv.x >= 0 && uv.x <= 1 && uv.y >= 0 && uv.y <= 1 ? 0 : 1;
-    return figures;
-}
-
-void report_atlas(RunContext& run, const AtlasFigures& figures)
-{
-    run.report("charts", figures.charts);
-    run.report("used_share", figures.used_share);
-    run.report("texels_per_cm", figures.texels_per_cm);
-    run.report("stretch_l2", figures.stretch_l2);
-    run.report("stretch_linf", figures.stretch_linf);
-    run.report("density_variation", figures.density_variation);
-    run.report("squeezed_share", figures.squeezed_share);
-    run.report("lost_faces", figures.lost_faces);
-    run.report("seam_length_m", figures.seam_length_m);
-    run.report("seam_length_share", figures.seam_length_share);
-    run.report("outside_corners", figures.outside_corners);
+    run.report("used_share", areas.atlas_sum);
+    run.report("texels_per_cm", size_px * std::sqrt(areas.atlas_sum / areas.surface_sum) / 100);
+    report_scale(run, mesh, areas);
+    report_seams(run, mesh);
+    run.report("outside_corners", std::ranges::count_if(mesh.texcoords, [](Vec2f uv)
+                                                        { return !(uv.x >= 0 && uv.x <= 1 && uv.y >= 0 && uv.y <= 1); }));
 }
 
 }  // namespace fresco::geometry

@@ -56,7 +56,7 @@ void AtlasStage::run(RunContext& run)
     result.charts = flat.chart_of_face;
     numerics::number_by_first(result.charts, flat.axes.size());
     result.texture_px = *size_px_;
-    report_atlas(run, atlas_figures(result, *size_px_));
+    report_atlas(run, result, *size_px_);
     run.report("largest_angle_deg", largest_angle_deg(surface, flat));
     run.report("joined_faces", flat.unfolded_faces);
     atlas_ = std::move(result);

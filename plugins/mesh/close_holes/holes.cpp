@@ -5,6 +5,7 @@
 #include <CGAL/Polygon_mesh_processing/triangulate_hole.h>
 #include <CGAL/Simple_cartesian.h>
 #include <CGAL/Surface_mesh.h>
+#include <fresco/geometry/topology.h>
 
 #include <algorithm>
 #include <cmath>
@@ -47,36 +48,15 @@ class HalfEdges
 
     explicit HalfEdges(const Mesh& mesh) : mesh_(mesh), twins_(3 * mesh.triangles.size(), boundary)
     {
-        struct Edge
-        {
-            std::uint32_t low;
-            std::uint32_t high;
-            std::uint32_t halfedge;
-            auto operator<=>(const Edge&) const = default;
-        };
-        std::vector<Edge> edges;
-        edges.reserve(twins_.size());
-        for (std::size_t h = 0; h < twins_.size(); ++h)
-        {
-            const auto [low, high] = std::minmax({from(h), to(h)});
-            edges.push_back({low, high, static_cast<std::uint32_t>(h)});
-        }
-        std::ranges::sort(edges);
-        for (std::size_t begin = 0, end = 0; begin < edges.size(); begin = end)
-        {
-            while (end < edges.size() && edges[end].low == edges[begin].low && edges[end].high == edges[begin].high)
-                ++end;
-            const std::uint32_t a = edges[begin].halfedge;
-            const std::uint32_t b = edges[end - 1].halfedge;
-            if (end - begin == 2 && from(a) == to(b))
-            {
-                twins_[a] = b;
-                twins_[b] = a;
-            }
-            else if (end - begin > 1)
-                for (std::size_t i = begin; i < end; ++i)
-                    twins_[edges[i].halfedge] = many_faces;
-        }
+        const auto halfedge = [](const geometry::EdgeUse& use) { return 3 * std::int64_t{use.face} + use.corner; };
+        geometry::for_each_edge(mesh.triangles, mesh.positions.size(),
+                                [&](std::uint32_t, std::uint32_t, std::span<const geometry::EdgeUse> uses)
+                                {
+                                    const bool are_twins = uses.size() == 2 && uses[0].forward != uses[1].forward;
+                                    for (std::size_t i = 0; uses.size() > 1 && i < uses.size(); ++i)
+                                        twins_[static_cast<std::size_t>(halfedge(uses[i]))] =
+                                            are_twins ? halfedge(uses[1 - i]) : many_faces;
+                                });
     }
 
     std::size_t size() const { return twins_.size(); }

@@ -122,7 +122,7 @@ std::array<float, 3> KeptSample::rgb() const
             static_cast<float>(rgb_[2]) / packed_steps};
 }
 
-Blend blended(std::span<const KeptSample> samples, const BlendRules& rules)
+Blend blended(std::span<const KeptSample> samples, float nearest)
 {
     // Samples heavier than the last place take part; if all are equally heavy, all do.
     const float threshold = samples.front().heavier_than(samples.back()) ? samples.back().weight() : 0;
@@ -136,7 +136,7 @@ Blend blended(std::span<const KeptSample> samples, const BlendRules& rules)
     Blend result;
     result.used = static_cast<int>(count);
     const Color center = geometric_median(used);
-    const float limit = std::max(rules.least_distance, median_factor * median_distance(used, center));
+    const float limit = std::max(nearest, median_factor * median_distance(used, center));
     Color sum{};
     float total = 0;
     for (const Weighted& sample : used)
@@ -251,10 +251,9 @@ Survey survey(std::size_t count, const ViewReader& read, const TextureRules& rul
                            const View view = read(i, true);
                            result.sequences[i] = view.sequence;
                            result.sharpness[i] = sharpness(view.picture, sharpness_width, sharpness_height);
-                           result.rejected[i] = rejected_pixels(view.map, view.measured, rules.weights);
+                           result.rejected[i] = rejected_pixels(view.map, view.measured);
                            const PixelLinks links(view.map, view.camera);
-                           auto weights =
-                               view_weights(view.map, links, view.camera, result.rejected[i], rules.size_px, rules.weights);
+                           auto weights = view_weights(view.map, links, view.camera, result.rejected[i], rules.size_px);
                            for (std::size_t pixel = 0; pixel < weights.trust.values.size(); ++pixel)
                                if (weights.trust.values[pixel] == 0)
                                    weights.weight.values[pixel] = 0;
@@ -268,8 +267,8 @@ Survey survey(std::size_t count, const ViewReader& read, const TextureRules& rul
 }
 
 /// Solves the gains and keeps them where they lower the local error of the blend: in each group of views that see each other,
-/// all or none. Also finds how far apart colors of one point may lie, which the blend must not take for outliers.
-void solve_exposure(Survey& found, const TextureRules& rules, BlendRules& blend, FramesTexture& result, const Progress& progress)
+/// all or none. Returns how far apart colors of one point may lie, which the blend must not take for outliers.
+float solve_exposure(Survey& found, const TextureRules& rules, FramesTexture& result, const Progress& progress)
 {
     for (std::size_t v = 0; v < found.colors.size(); ++v)
         for (CellColor& color : found.colors[v])
@@ -281,7 +280,7 @@ void solve_exposure(Survey& found, const TextureRules& rules, BlendRules& blend,
         for (const TexelSample& sample : samples)
             best.add({&sample, 1}, 1, nullptr);
         std::array<KeptSample, most_places> kept;
-        return blended(best.of(0, kept), blend).rgb;
+        return blended(best.of(0, kept)).rgb;
     };
     const auto quality = [&](const std::vector<Gains>& gains)
     { return blend_quality(found.colors, found.side, gains, blend_cell); };
@@ -300,7 +299,7 @@ void solve_exposure(Survey& found, const TextureRules& rules, BlendRules& blend,
             result.gains[v] = std::move(gains[v]);
     used = quality(result.gains);
     result.error = used.total_error;
-    blend.least_distance = std::max(blend.least_distance, outlier_factor * used.median_distance);
+    return std::max(least_distance, outlier_factor * used.median_distance);
 }
 
 struct Gathered
@@ -314,7 +313,7 @@ struct Gathered
 Gathered gathered(const View& view, const RejectedPixels& rejected, const TextureRules& rules)
 {
     const PixelLinks links(view.map, view.camera);
-    const auto weights = view_weights(view.map, links, view.camera, rejected, rules.size_px, rules.weights);
+    const auto weights = view_weights(view.map, links, view.camera, rejected, rules.size_px);
     Gathered result;
     result.pixels = static_cast<std::size_t>(
         std::count_if(view.map.valid.values.begin(), view.map.valid.values.end(), [](auto v) { return v != 0; }));
@@ -354,7 +353,7 @@ void fill(std::vector<BestSamples>& best, FramesTexture& result, const ViewReade
     }
 }
 
-void blend(const std::vector<BestSamples>& best, FramesTexture& result, const BlendRules& rules, const Progress& progress)
+void blend(const std::vector<BestSamples>& best, FramesTexture& result, float nearest, const Progress& progress)
 {
     const int size = result.seen.width;
     const auto rows = static_cast<std::size_t>(size);
@@ -371,7 +370,7 @@ void blend(const std::vector<BestSamples>& best, FramesTexture& result, const Bl
                          const auto samples = here.of(texel, kept);
                          if (samples.empty())
                              continue;
-                         const Blend color = blended(samples, rules);
+                         const Blend color = blended(samples, nearest);
                          result.seen.values[texel] = 1;
                          std::ranges::copy(color.rgb, &result.picture.values[3 * texel]);
                          blended_in_row[texel / rows] += static_cast<std::size_t>(color.used);
@@ -387,8 +386,7 @@ void blend(const std::vector<BestSamples>& best, FramesTexture& result, const Bl
 
 }  // namespace
 
-std::vector<double> sharpness_factors(const std::vector<double>& sharpness, const std::vector<std::string>& sequences,
-                                      double power)
+std::vector<double> sharpness_factors(const std::vector<double>& sharpness, const std::vector<std::string>& sequences)
 {
     std::vector<double> factors;
     for (std::size_t i = 0; i < sharpness.size(); ++i)
@@ -399,7 +397,7 @@ std::vector<double> sharpness_factors(const std::vector<double>& sharpness, cons
                 around.push_back(sharpness[j]);
         const double usual = numerics::median(std::move(around));
         const double ratio = usual > 0 ? sharpness[i] / usual : 1;
-        factors.push_back(std::clamp(std::pow(ratio, power), least_sharpness_factor, most_sharpness_factor));
+        factors.push_back(std::clamp(std::pow(ratio, 2), least_sharpness_factor, most_sharpness_factor));
     }
     return factors;
 }
@@ -408,12 +406,12 @@ FramesTexture frames_texture(std::size_t count, const ViewReader& read, const Te
 {
     FramesTexture result;
     result.gains.assign(count, no_gains());
-    BlendRules blend_rules = rules.blend;
+    float nearest = 0;
     std::vector<RejectedPixels> rejected;
     {
         Survey found = survey(count, read, rules, progress);
-        result.sharpness = sharpness_factors(found.sharpness, found.sequences, rules.sharpness_power);
-        solve_exposure(found, rules, blend_rules, result, progress);
+        result.sharpness = sharpness_factors(found.sharpness, found.sequences);
+        nearest = solve_exposure(found, rules, result, progress);
         rejected = std::move(found.rejected);
     }
     {
@@ -428,7 +426,7 @@ FramesTexture frames_texture(std::size_t count, const ViewReader& read, const Te
 #endif
         result.picture = RasterF(rules.size_px, rules.size_px, 3);
         result.seen = Raster8(rules.size_px, rules.size_px);
-        blend(best, result, blend_rules, progress);
+        blend(best, result, nearest, progress);
     }
     if (result.blended_samples == 0)
         throw Error("no view shows a texel: wire uv maps of these frames, and use pictures with opaque parts");

@@ -42,10 +42,8 @@ class KeptSample
     std::array<std::uint16_t, 3> rgb_{};
 };
 
-struct BlendRules
-{
-    float least_distance = 0.15F;  ///< Samples this near to the others are never rejected.
-};
+/// Samples this near to the others are never rejected.
+constexpr float least_distance = 0.15F;
 
 struct Blend
 {
@@ -59,9 +57,9 @@ struct Blend
 /// If no place is empty, the last one's weight is subtracted from all weights, so that a view's share is zero where it enters or
 /// leaves the best ones and the texture has no steps (Buehler et al., "Unstructured lumigraph rendering", SIGGRAPH 2001, section
 /// 4). The rest is averaged by Tukey's biweight around the geometric median: a sample's share falls with
-/// its distance, and is zero beyond three times the weighted median distance or `least_distance`, whichever is more. Up to half
+/// its distance, and is zero beyond three times the weighted median distance or `nearest`, whichever is more. Up to half
 /// of the weight may be wrong. Distances are root mean squares over the channels.
-Blend blended(std::span<const KeptSample> samples, const BlendRules& rules);
+Blend blended(std::span<const KeptSample> samples, float nearest = least_distance);
 
 /// The heaviest samples of a range of texels. Its memory does not grow with the views: a texel takes some once a view shows it,
 /// and twice as much once half of its places are full.
@@ -127,10 +125,6 @@ struct TextureRules
 {
     int size_px;
     int views_count;  ///< Per texel, 1 to 63.
-    /// Favors the sharper of two pictures of a place, but leaves a blurred one its share where it is nearest.
-    double sharpness_power = 2;
-    WeightRules weights{};
-    BlendRules blend{};
 };
 
 struct FramesTexture
@@ -154,9 +148,9 @@ struct FramesTexture
 FramesTexture frames_texture(std::size_t count, const ViewReader& read, const TextureRules& rules, Progress& progress);
 
 /// The factor of each view's weights: its sharpness over the median of the views of its sequence from four before to four after
-/// it, to the given power, within [0.1, 4]. Only pictures of one surface from about one place are compared, since sharpness
+/// it, squared, within [0.1, 4]: it favors the sharper of two pictures of a place, but leaves a blurred one its share where it is
+/// nearest. Only pictures of one surface from about one place are compared, since sharpness
 /// depends on the subject. `sequences`: per view.
-std::vector<double> sharpness_factors(const std::vector<double>& sharpness, const std::vector<std::string>& sequences,
-                                      double power);
+std::vector<double> sharpness_factors(const std::vector<double>& sharpness, const std::vector<std::string>& sequences);
 
 }  // namespace fresco::from_frames

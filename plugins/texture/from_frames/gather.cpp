@@ -179,7 +179,11 @@ constexpr float last_resort = 1e-3F;
 /// A picture is fine enough where its pixels are at most two texels wide. More resolution does not make up for a lesser angle:
 /// near views would outweigh all others together where they are out of place.
 constexpr double enough_pixels = 0.25;
+/// Difference of measured depth and mesh that something makes which the mesh does not have, in meters and per meter of depth.
+constexpr double sensor_tolerance_m = 0.1;
 constexpr double sensor_share = 0.05;
+/// Pixels of the camera's picture beside a depth step that do not count: as far as poses and meshes are usually off.
+constexpr double edge_margin_px = 3;
 /// Over this share of the height a view fades out toward the picture's border.
 constexpr double border_share = 0.1;
 /// Beyond the margin beside a depth step trust rises over so many margins.
@@ -220,21 +224,20 @@ RasterF distance_to(const Raster8& marked)
     return distance;
 }
 
-RejectedPixels rejected_pixels(const UvMap& map, const RasterF& measured, const WeightRules& rules)
+RejectedPixels rejected_pixels(const UvMap& map, const RasterF& measured)
 {
     RejectedPixels rejected(measured.values.size());
     for (std::size_t i = 0; i < rejected.size(); ++i)
     {
         const auto depth = static_cast<double>(map.depth.values[i]);
         const auto seen = static_cast<double>(measured.values[i]);
-        rejected[i] =
-            map.valid.values[i] != 0 && seen > 0 && std::abs(seen - depth) > rules.sensor_tolerance_m + sensor_share * depth;
+        rejected[i] = map.valid.values[i] != 0 && seen > 0 && std::abs(seen - depth) > sensor_tolerance_m + sensor_share * depth;
     }
     return rejected;
 }
 
 ViewWeights view_weights(const UvMap& map, const PixelLinks& links, const Camera& camera, const RejectedPixels& rejected,
-                         int size_px, const WeightRules& rules)
+                         int size_px)
 {
     const int width = map.valid.width;
     const int height = map.valid.height;
@@ -248,7 +251,7 @@ ViewWeights view_weights(const UvMap& map, const PixelLinks& links, const Camera
             doubtful.values[i] = 1;
     const RasterF distance = distance_to(doubtful);
 
-    const auto margin = static_cast<float>(rules.edge_margin_px * height / camera.intrinsics.height);
+    const auto margin = static_cast<float>(edge_margin_px * height / camera.intrinsics.height);
     const auto border = static_cast<float>(border_share * height);
     const double texels_per_m2 = std::pow(links.texture_per_m() * size_px, 2);
     const double focal_squared = camera.intrinsics.fx * camera.intrinsics.fy;
@@ -258,12 +261,8 @@ ViewWeights view_weights(const UvMap& map, const PixelLinks& links, const Camera
             if (map.valid.at(x, y) == 0)
                 continue;
             const bool is_rejected = !rejected.empty() && rejected[map.valid.index(x, y)];
-            float trust = 1;
-            if (margin > 0)
-            {
-                trust = std::clamp((distance.at(x, y) - margin) / (rise_margins * margin), 0.0F, 1.0F);
-                result.edge_pixels += distance.at(x, y) <= margin && !is_rejected;
-            }
+            float trust = std::clamp((distance.at(x, y) - margin) / (rise_margins * margin), 0.0F, 1.0F);
+            result.edge_pixels += distance.at(x, y) <= margin && !is_rejected;
             const int inside = std::min(std::min(x, width - 1 - x), std::min(y, height - 1 - y));
             trust *= std::min(1.0F, (static_cast<float>(inside) + 0.5F) / border);
             if (is_rejected)

@@ -80,19 +80,11 @@ class PixelLinks
     double texture_per_m_ = 1;
 };
 
-struct WeightRules
-{
-    /// Ignore pixels of the camera's picture this close to a depth step: as far as poses and meshes are usually off.
-    double edge_margin_px = 3;
-    /// Maximum difference of measured depth and mesh, plus 5 % of the depth: more is something that the mesh does not have.
-    double sensor_tolerance_m = 0.1;
-};
-
 /// Per pixel of a map: whether its measured depth differs from the mesh's. Empty: no pixel's does.
 using RejectedPixels = std::vector<bool>;
 
 /// \param measured  measured depth at each pixel of the map, meters, 0 = none; empty: no depth picture
-RejectedPixels rejected_pixels(const UvMap& map, const RasterF& measured, const WeightRules& rules);
+RejectedPixels rejected_pixels(const UvMap& map, const RasterF& measured);
 
 /// The weight of each pixel of a view.
 struct ViewWeights
@@ -110,7 +102,7 @@ struct ViewWeights
 /// \param camera   the color camera at full size
 /// \param size_px  texels a side of the texture
 ViewWeights view_weights(const UvMap& map, const PixelLinks& links, const Camera& camera, const RejectedPixels& rejected,
-                         int size_px, const WeightRules& rules);
+                         int size_px);
 
 /// Distance in pixels from each pixel to the nearest marked one, along steps to the eight neighbors (1 or √2; at most 8 % too
 /// long); a large number where none is marked. After Borgefors, "Distance transformations in digital images" (1986).

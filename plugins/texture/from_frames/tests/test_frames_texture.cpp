@@ -18,7 +18,7 @@ namespace
 
 TextureRules rules_of(int size)
 {
-    return {.size_px = size, .views_count = 16, .weights = {.edge_margin_px = 2}};
+    return {.size_px = size, .views_count = 16};
 }
 
 /// Everything at once, kept in memory and sorted: what the streaming, blocked and threaded way must give.
@@ -31,8 +31,7 @@ RasterF slow_texture(const std::vector<View>& views, const std::vector<Gains>& g
     {
         const View& view = views[v];
         const PixelLinks links(view.map, view.camera);
-        const auto weights = view_weights(view.map, links, view.camera, rejected_pixels(view.map, view.measured, rules.weights),
-                                          rules.size_px, rules.weights);
+        const auto weights = view_weights(view.map, links, view.camera, rejected_pixels(view.map, view.measured), rules.size_px);
         for (const auto& block :
              gather(view.map, links, weights.weight, PicturePyramid(view.picture), {rules.size_px, rules.size_px, false}))
             for (const auto& s : block)
@@ -50,7 +49,7 @@ RasterF slow_texture(const std::vector<View>& views, const std::vector<Gains>& g
             continue;
         std::stable_sort(all[i].begin(), all[i].end(), [](const auto& a, const auto& b) { return a.heavier_than(b); });
         all[i].resize(static_cast<std::size_t>(rules.views_count) + 1);
-        const auto color = blended(all[i], rules.blend).rgb;
+        const auto color = blended(all[i]).rgb;
         std::copy(color.begin(), color.end(), picture.values.begin() + static_cast<std::ptrdiff_t>(3 * i));
         seen.values[i] = 1;
     }
@@ -93,12 +92,11 @@ TEST_CASE("the streamed texture is the one that sorting every sample gives, equa
     for (int y = 30; y < 60; ++y)
         for (int x = 20; x < 60; ++x)
             views[6].picture.at(x, y, 0) = views[8].picture.at(x, y, 1) = 10;
-    for (const auto& [views_count, sharpness_power] : {std::pair{3, 0.0}, {1, 2.0}, {16, 0.0}})
+    for (const int views_count : {3, 1, 16})
     {
         CAPTURE(views_count);
         TextureRules rules = rules_of(70);  // No whole number of blocks.
         rules.views_count = views_count;
-        rules.sharpness_power = sharpness_power;
         testing::TestRun one(1);
         const auto made = texture_of(views, rules, one);
         Raster8 seen;
@@ -112,15 +110,15 @@ TEST_CASE("the streamed texture is the one that sorting every sample gives, equa
 TEST_CASE("blurred pictures count less than their neighbors")
 {
     const std::vector<std::string> walk(7, "walk");
-    const auto factors = sharpness_factors({100, 100, 25, 100, 100, 400, 100}, walk, 1);
+    const auto factors = sharpness_factors({100, 100, 50, 100, 100, 200, 100}, walk);
     CHECK(factors == std::vector<double>{1, 1, 0.25, 1, 1, 4, 1});
-    CHECK(sharpness_factors({100, 100, 25, 100, 100, 400, 100}, walk, 2)[2] == 0.1);
-    CHECK(sharpness_factors({1, 100, 100}, {"a", "b", "b"}, 1) == std::vector<double>{1, 1, 1});
-    CHECK(sharpness_factors({0, 0, 0}, {"a", "a", "a"}, 1) == std::vector<double>{1, 1, 1});
+    CHECK(sharpness_factors({100, 100, 25, 100, 100, 400, 100}, walk)[2] == 0.1);
+    CHECK(sharpness_factors({1, 100, 100}, {"a", "b", "b"}) == std::vector<double>{1, 1, 1});
+    CHECK(sharpness_factors({0, 0, 0}, {"a", "a", "a"}) == std::vector<double>{1, 1, 1});
     // Not compared with what was recorded long before.
     std::vector<double> recorded(20, 10.0);
     std::fill(recorded.begin() + 10, recorded.end(), 90.0);
-    CHECK(sharpness_factors(recorded, std::vector<std::string>(20, "walk"), 1)[19] == 1);
+    CHECK(sharpness_factors(recorded, std::vector<std::string>(20, "walk"))[19] == 1);
 }
 
 namespace
@@ -131,8 +129,7 @@ KeptSample sample(float weight, float value)
     return {weight, {value, value, value}};
 }
 
-constexpr BlendRules keep_all{.least_distance = 100};
-constexpr BlendRules reject{};
+constexpr float keep_all = 100;
 
 }  // namespace
 
@@ -154,7 +151,7 @@ TEST_CASE("colors are weighted means, from which the last of all places is taken
 TEST_CASE("what disagrees with most of the weight does not count")
 {
     std::vector<KeptSample> samples{sample(1, 0.95F), sample(0.9F, 0.41F), sample(0.9F, 0.4F), sample(0.9F, 0.39F), {}};
-    const Blend blend = blended(samples, reject);
+    const Blend blend = blended(samples);
     CHECK(blend.rgb[0] == Approx(0.4).margin(1e-3));
     CHECK(blend.rejected == 1);
     CHECK(blend.used == 4);
@@ -162,11 +159,11 @@ TEST_CASE("what disagrees with most of the weight does not count")
     CHECK(blended(samples, keep_all).rejected == 0);
     // One channel is enough to disagree.
     samples[0] = {1, {0.4F, 0.4F, 0.9F}};
-    CHECK(blended(samples, reject).rgb[2] == Approx(0.4).margin(1e-3));
+    CHECK(blended(samples).rgb[2] == Approx(0.4).margin(1e-3));
     // Small differences are averaged: 0.44 and 0.36 are as far from the middle on both sides.
     samples = {sample(1, 0.44F), sample(1, 0.36F), {}};
-    CHECK(blended(samples, reject).rgb[0] == Approx(0.4).margin(1e-3));
-    CHECK(blended(samples, reject).rejected == 0);
+    CHECK(blended(samples).rgb[0] == Approx(0.4).margin(1e-3));
+    CHECK(blended(samples).rejected == 0);
 }
 
 TEST_CASE("what is saturated stays white and gives way to what is not")

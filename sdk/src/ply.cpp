@@ -11,6 +11,7 @@
 #include <cstring>
 #include <fmt/format.h>
 #include <limits>
+#include <map>
 #include <string>
 #include <utility>
 
@@ -36,6 +37,7 @@ class BinaryCursor
 
     void begin_row() {}
     void end_row() {}
+    void judge_last(std::int64_t /*value*/, std::int64_t /*greatest*/) {}
     void end()
     {
         last_ = offset_;
@@ -114,12 +116,13 @@ class BinaryCursor
     std::size_t last_;
 };
 
-/// Values of the text format: one row per line.
+/// Values of the text format: one row per line, whose other numbers at the end are ignored. A last line without an end is taken
+/// as cut if its last value could go on.
 class AsciiCursor
 {
   public:
     AsciiCursor(std::span<const std::byte> bytes, const PlyHeader& header, std::string_view source)
-        : lines_(as_text(bytes).substr(header.body_offset), source, header.lines)
+        : lines_(as_text(bytes).substr(header.body_offset), source, header.lines, true)
     {
     }
 
@@ -132,9 +135,18 @@ class AsciiCursor
     }
     void end_row()
     {
-        if (const auto word = words_.next(); !word.empty())
-            fail("unexpected " + in_quotes(word) + " after the last value of the line");
+        double ignored = 0;
+        for (auto word = words_.next(); !word.empty(); word = words_.next())
+        {
+            if (!parse_number(word, ignored))
+                fail("unexpected " + in_quotes(word) + " after the last value of the line");
+            may_go_on_ = false;
+        }
+        if (lines_.is_open() && may_go_on_)
+            lines_.fail_open();
     }
+    /// `value`, the last number read, could go on if with one digit more it would not be above `greatest`.
+    void judge_last(std::int64_t value, std::int64_t greatest) { may_go_on_ = value != 0 && std::abs(value) <= greatest / 10; }
     void end()
     {
         std::string_view line;
@@ -154,6 +166,7 @@ class AsciiCursor
         const auto word = next(type);
         if (!parse_number(word, value) || value < least || value > greatest)
             wrong(type, word);
+        judge_last(value, greatest);
         return value;
     }
 
@@ -166,6 +179,7 @@ class AsciiCursor
         double value = 0;
         if (!parse_number(word, value))
             wrong(type, word);
+        may_go_on_ = true;
         return value;
     }
 
@@ -180,6 +194,7 @@ class AsciiCursor
     {
         for (std::size_t i = 0; i < items; ++i)
             real(type);
+        may_go_on_ = false;
     }
 
     [[noreturn]] void fail(const std::string& what) const { lines_.fail(what); }
@@ -199,6 +214,7 @@ class AsciiCursor
 
     Lines lines_;
     Words words_;
+    bool may_go_on_ = false;  ///< Whether a cut file could have a longer number there.
 };
 
 template <class Cursor>
@@ -208,7 +224,8 @@ class BodyReader
     BodyReader(Cursor cursor, const PlyHeader& header, const PlyLayout& layout, std::size_t max_triangles, TriangleFan fan,
                std::vector<Vec3d>* positions, MeshMaterials* materials, PlyIntegers* integers)
         : cursor_(std::move(cursor)), header_(header), layout_(layout), max_triangles_(max_triangles), fan_(fan),
-          positions_(positions), materials_(materials), integers_(integers)
+          positions_(positions), materials_(materials), integers_(integers),
+          colors_faces_(materials != nullptr && layout.face_colors[0] != nullptr && header.pictures.empty() && !layout.has_colors)
     {
     }
 
@@ -288,7 +305,9 @@ class BodyReader
                         finite(values[slot], "the coordinate");
                     else if (slot >= slot_u)
                         finite(values[slot], "the texture coordinate");
-                    else if (is_wanted)
+                    else
+                        check_color(values[slot]);
+                    if (is_wanted)
                         integers_->of_vertex.push_back(static_cast<std::int64_t>(values[slot]));
                 }
             }
@@ -297,13 +316,33 @@ class BodyReader
             mesh_.positions.push_back(vec_cast<float>(position));
             if (positions_ != nullptr)
                 positions_->push_back(position);
-            if (layout_.has_colors)
+            if (layout_.has_colors && layout_.color_type != PlyType::uint8)
+                colors_.push_back(vec_cast<float>(Vec3d{values[slot_red], values[slot_green], values[slot_blue]}));
+            else if (layout_.has_colors)
                 mesh_.colors.push_back({static_cast<std::uint8_t>(values[slot_red]),
                                         static_cast<std::uint8_t>(values[slot_green]),
                                         static_cast<std::uint8_t>(values[slot_blue])});
             if (layout_.has_vertex_texcoords)
                 vertex_texcoords_.push_back({static_cast<float>(values[slot_u]), static_cast<float>(values[slot_v])});
         }
+        convert_colors();
+    }
+
+    void check_color(double value)
+    {
+        const int greatest = layout_.color_type == PlyType::uint16 ? 65535 : 255;
+        if (!(value >= 0 && value <= greatest))
+            cursor_.fail(fmt::format("the color is outside 0 to {}", greatest));
+        greatest_color_ = std::max(greatest_color_, value);
+    }
+
+    /// Programs write floats to 1 or to 255, and shorts to 255 or to 65535.
+    void convert_colors()
+    {
+        const double one = !is_integer(layout_.color_type) && greatest_color_ <= 1 ? 1 : greatest_color_ > 255 ? 65535 : 255;
+        const auto channel = [&](float value) { return static_cast<std::uint8_t>(std::lround(double{value} / one * 255)); };
+        for (const Vec3f& color : colors_)
+            mesh_.colors.push_back({channel(color.x), channel(color.y), channel(color.z)});
     }
 
     void faces()
@@ -318,9 +357,13 @@ class BodyReader
         {
             cursor_.begin_row();
             std::uint32_t chart = 0;
+            Rgb8 color{};
             for (const auto& property : layout_.face->properties)
             {
-                if (&property == layout_.indices)
+                const auto channel = std::ranges::find(layout_.face_colors, &property);
+                if (colors_faces_ && channel != layout_.face_colors.end())
+                    color[static_cast<std::size_t>(channel - layout_.face_colors.begin())] = face_channel(property);
+                else if (&property == layout_.indices)
                     indices();
                 else if (&property == layout_.texcoord)
                     texcoords();
@@ -344,23 +387,47 @@ class BodyReader
                     skip(property);
             }
             cursor_.end_row();
-            add_face(chart);
+            if (colors_faces_)
+                picture_ = number_of(color);
+            layout_.is_strips ? add_strip(chart) : add_face(chart);
         }
+    }
+
+    /// Floats go to 1: one face does not tell whether others go to 255.
+    std::uint8_t face_channel(const PlyProperty& property)
+    {
+        const double value = cursor_.real(property.type);
+        const int greatest = !is_integer(property.type) ? 1 : property.type == PlyType::uint16 ? 65535 : 255;
+        if (!(value >= 0 && value <= greatest))
+            cursor_.fail(fmt::format("the color of the face is outside 0 to {}", greatest));
+        return static_cast<std::uint8_t>(std::lround(value / greatest * 255));
+    }
+
+    /// The index of a color of faces in MeshMaterials::names.
+    std::uint32_t number_of(Rgb8 color)
+    {
+        auto& names = materials_->names;
+        const auto [found, is_new] = color_numbers_.try_emplace(color, static_cast<std::uint32_t>(names.size()));
+        if (is_new)
+            names.push_back({fmt::format("#{:02x}{:02x}{:02x}", color[0], color[1], color[2]), 0});
+        return found->second;
     }
 
     void indices()
     {
         const std::size_t size = list_size(*layout_.indices);
-        if (size < least_corners)
+        if (size < least_corners && !layout_.is_strips)
             cursor_.fail(fmt::format("a face of {} corners; expected 3 or more", size));
         corners_.resize(size);
         const auto vertex_count = static_cast<std::int64_t>(layout_.vertex->count);
         for (auto& corner : corners_)
         {
             const std::int64_t index = cursor_.integer(layout_.indices->type);
-            if (index < 0 || index >= vertex_count)
+            const bool is_restart = layout_.is_strips && index == -1;
+            if (!is_restart && (index < 0 || index >= vertex_count))
                 cursor_.fail(fmt::format("the face names vertex {}; expected 0 to {}", index, vertex_count - 1));
-            corner = static_cast<std::uint32_t>(index);
+            corner = is_restart ? restart : static_cast<std::uint32_t>(index);
+            cursor_.judge_last(is_restart ? 0 : index, vertex_count - 1);
         }
     }
 
@@ -392,13 +459,30 @@ class BodyReader
                                mesh_.texcoords.push_back(corner_texcoords_[corner]);
                        if (layout_.chart != nullptr)
                            mesh_.charts.push_back(chart);
-                       if (layout_.picture != nullptr && materials_ != nullptr)
+                       if (colors_faces_ || (layout_.picture != nullptr && materials_ != nullptr))
                            materials_->of_face.push_back(picture_);
                        if (layout_.face_integer != nullptr)
                            integers_->of_face.push_back(integer_);
                    });
         if (mesh_.triangles.size() > max_triangles_)
             cursor_.fail(fmt::format("more than {} triangles, the limit", max_triangles_));
+    }
+
+    /// Every other triangle of a strip is turned.
+    void add_strip(std::uint32_t chart)
+    {
+        const std::vector<std::uint32_t> strip = std::move(corners_);
+        std::size_t begin = 0;
+        for (std::size_t i = 0; i < strip.size(); ++i)
+        {
+            if (strip[i] == restart)
+                begin = i + 1;
+            if (i < begin + 2)
+                continue;
+            const bool is_turned = (i - begin) % 2 == 1;
+            corners_ = {strip[i - 2], strip[is_turned ? i : i - 1], strip[is_turned ? i - 1 : i]};
+            add_face(chart);
+        }
     }
 
     void spread_vertex_texcoords()
@@ -416,13 +500,18 @@ class BodyReader
     TriangleFan fan_;
     Mesh mesh_;
     std::vector<Vec2f> vertex_texcoords_;
+    static constexpr std::uint32_t restart = UINT32_MAX;  ///< In place of a vertex: -1.
     std::vector<std::uint32_t> corners_;
     std::vector<Vec2f> corner_texcoords_;
+    std::vector<Vec3f> colors_;  ///< As written, unless they are bytes.
+    double greatest_color_ = 0;
     std::vector<Vec3d>* positions_;
     MeshMaterials* materials_;
     std::uint32_t picture_ = MeshMaterials::none;
     PlyIntegers* integers_;
     std::int64_t integer_ = 0;
+    bool colors_faces_;
+    std::map<Rgb8, std::uint32_t> color_numbers_;
 };
 
 void check_limits(const PlyLayout& layout, const MeshLimits& limits, std::string_view source)

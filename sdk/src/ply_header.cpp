@@ -177,7 +177,8 @@ class HeaderReader
         std::size_t bytes = 0;
         for (const auto& property : element.properties)
         {
-            const std::size_t items = !property.is_list ? 1 : is_index_list(element, property) ? least_corners : 0;
+            const bool is_face = element.name == "face" && is_index_list(element, property);
+            const std::size_t items = !property.is_list ? 1 : is_face ? least_corners : 0;
             if (property.is_list)
                 bytes += ascii ? 2 : size_of(property.count_type);
             bytes += items * (ascii ? 2 : size_of(property.type));
@@ -188,6 +189,8 @@ class HeaderReader
     void check_counts() const
     {
         std::size_t left = text_.size() - header_.body_offset;
+        // The last line of a text may lack its end.
+        const std::size_t missing = header_.format == PlyFormat::ascii ? 1 : 0;
         for (const auto& element : header_.elements)
         {
             if (element.count == 0)
@@ -195,11 +198,11 @@ class HeaderReader
             const std::size_t row = least_row_bytes(element);
             if (row == 0)
                 lines_.fail_at(element.line, "element " + in_quotes(element.name) + " has no properties");
-            if (element.count > left / row)
+            if (element.count > (left + missing) / row)
                 lines_.fail_at(element.line, fmt::format("{} elements {} of at least {} bytes each do not fit into the {} bytes "
                                                          "that are left: the file is cut, or the count is wrong",
                                                          element.count, in_quotes(element.name), row, left));
-            left -= element.count * row;
+            left -= std::min(left, element.count * row);
         }
     }
 
@@ -218,7 +221,8 @@ std::string_view name_of(PlyType type)
 
 bool is_index_list(const PlyElement& element, const PlyProperty& property)
 {
-    return element.name == "face" && property.is_list && (property.name == "vertex_indices" || property.name == "vertex_index");
+    return (element.name == "face" || element.name == "tristrips") && property.is_list &&
+           (property.name == "vertex_indices" || property.name == "vertex_index");
 }
 
 PlyHeader parse_ply_header(std::span<const std::byte> bytes, std::string_view source)
@@ -231,6 +235,9 @@ namespace
 constexpr std::array<std::pair<std::string_view, std::string_view>, 4> texcoord_names{
     {{"s", "t"}, {"u", "v"}, {"texture_u", "texture_v"}, {"texture_s", "texture_t"}}};
 
+constexpr std::array<std::array<std::string_view, 3>, 3> color_names{
+    {{"red", "green", "blue"}, {"diffuse_red", "diffuse_green", "diffuse_blue"}, {"r", "g", "b"}}};
+
 class LayoutReader
 {
   public:
@@ -239,7 +246,10 @@ class LayoutReader
     PlyLayout read(const std::string* integer)
     {
         layout_.vertex = &element("vertex");
-        layout_.face = &element("face");
+        layout_.is_strips = has_rows("tristrips");
+        if (layout_.is_strips && has_rows("face"))
+            fail("both elements 'face' and 'tristrips' hold triangles; export the scan with faces only");
+        layout_.face = &element(layout_.is_strips ? "tristrips" : "face");
         vertex();
         face();
         if (integer != nullptr)
@@ -256,6 +266,12 @@ class LayoutReader
         if (found == header_.elements.end())
             fail("missing element " + in_quotes(name) + "; export the scan as a triangle mesh");
         return *found;
+    }
+
+    bool has_rows(std::string_view name) const
+    {
+        const auto found = std::ranges::find(header_.elements, name, &PlyElement::name);
+        return found != header_.elements.end() && found->count > 0;
     }
 
     static const PlyProperty* find(const PlyElement& element, std::string_view name)
@@ -292,7 +308,12 @@ class LayoutReader
         layout_.slots.assign(vertex.properties.size(), slot_none);
         if (!take(slot_x, {"x", "y", "z"}))
             fail("element 'vertex' has no properties x, y, z");
-        layout_.has_colors = take(slot_red, {"red", "green", "blue"});
+        // A property 'r' without 'g' is not a color.
+        layout_.has_colors = std::ranges::any_of(
+            color_names,
+            [&](const auto& names) {
+                return (names[0] == "red" || find(vertex, names[1])) && take(slot_red, {names[0], names[1], names[2]});
+            });
         layout_.has_vertex_texcoords = std::ranges::any_of(texcoord_names,
                                                            [&](const auto& names) {
                                                                return take(slot_u, {names.first, names.second});
@@ -310,10 +331,15 @@ class LayoutReader
             const PlyProperty* const property = find(*layout_.vertex, name);
             if (property == nullptr)
                 fail("the vertex property " + in_quotes(name) + " is missing, though others of its group are there");
-            const bool fits = first == slot_red ? property->type == PlyType::uint8 : !is_integer(property->type);
+            if (slot == slot_red)
+                layout_.color_type = property->type;
+            const bool fits =
+                first == slot_red ? property->type == layout_.color_type : first == slot_x || !is_integer(property->type);
             if (property->is_list || !fits)
-                fail("the vertex property " + in_quotes(name) + " must be of type " +
-                     (first == slot_red ? "uchar" : "float or double"));
+                fail("the vertex property " + in_quotes(name) + " must be " +
+                     (first == slot_red ? "a number of the type of the other colors"
+                      : first == slot_x ? "a number"
+                                        : "of type float or double"));
             layout_.slots[static_cast<std::size_t>(property - layout_.vertex->properties.data())] =
                 static_cast<VertexSlot>(slot++);
         }
@@ -322,6 +348,12 @@ class LayoutReader
 
     void face()
     {
+        const PlyElement& face = *layout_.face;
+        for (const auto& names : color_names)
+            if (const auto* const red = find(face, names[0]); red != nullptr && !layout_.face_colors[0])
+                layout_.face_colors = {red, find(face, names[1]), find(face, names[2])};
+        if (!std::ranges::all_of(layout_.face_colors, [](const auto* each) { return each != nullptr && !each->is_list; }))
+            layout_.face_colors = {};
         for (const auto& property : layout_.face->properties)
         {
             const auto need = [&](bool fits, const char* what)
@@ -332,7 +364,7 @@ class LayoutReader
             if (is_index_list(*layout_.face, property))
             {
                 if (layout_.indices != nullptr)
-                    fail("element 'face' has both vertex_indices and vertex_index");
+                    fail("element " + in_quotes(layout_.face->name) + " has both vertex_indices and vertex_index");
                 need(is_integer(property.type), "a list of an integer type");
                 layout_.indices = &property;
             }
@@ -350,7 +382,7 @@ class LayoutReader
                 layout_.picture = &property;
         }
         if (layout_.indices == nullptr)
-            fail("element 'face' has no list vertex_indices");
+            fail("element " + in_quotes(layout_.face->name) + " has no list vertex_indices");
     }
 
     const PlyHeader& header_;

@@ -2,6 +2,7 @@
 
 #include <fresco/mesh.h>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -77,7 +78,7 @@ PlyHeader parse_ply_header(std::span<const std::byte> bytes, std::string_view so
 
 /// A triangle's list of indices has at least this many items.
 inline constexpr std::size_t least_corners = 3;
-/// The face property that holds the vertex indices (two names are in use).
+/// The property of faces or strips that holds the vertex indices (two names are in use).
 bool is_index_list(const PlyElement& element, const PlyProperty& property);
 
 // Destination of a vertex property; others are skipped.
@@ -99,7 +100,8 @@ enum VertexSlot : std::size_t
 struct PlyLayout
 {
     const PlyElement* vertex = nullptr;
-    const PlyElement* face = nullptr;
+    const PlyElement* face = nullptr;  ///< Faces or triangle strips.
+    bool is_strips = false;
     std::vector<VertexSlot> slots;  ///< One per vertex property.
     const PlyProperty* indices = nullptr;
     const PlyProperty* texcoord = nullptr;
@@ -107,7 +109,9 @@ struct PlyLayout
     const PlyProperty* picture = nullptr;         ///< The face property `texnumber`, if the caller wants it.
     const PlyProperty* vertex_integer = nullptr;  ///< Property that PlyIntegers names.
     const PlyProperty* face_integer = nullptr;
+    std::array<const PlyProperty*, 3> face_colors{};  ///< Red, green, blue of faces, or nullptr.
     bool has_colors = false;
+    PlyType color_type = PlyType::uint8;
     bool has_vertex_texcoords = false;
 };
 

@@ -58,7 +58,8 @@ struct Mesh : Artifact
 void check_mesh(const Mesh& mesh, std::string_view source);
 
 /// The offset that float needs for these points of the world: zero, or along each axis on which floats at the points' median are
-/// more than 0.1 mm apart (from 1024 m), the median rounded to 100 m.
+/// more than 0.1 mm apart (from 1024 m) and 0 is farther off than the points are from each other, but for a tenth of them: the
+/// median rounded to 100 m.
 Vec3d offset_for(std::span<const Vec3d> points);
 /// Gives the mesh these positions of the world, V, and this offset.
 void place(Mesh& mesh, std::span<const Vec3d> positions, Vec3d offset_m);
@@ -154,8 +155,8 @@ struct MeshMaterials
     static constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
 
     std::vector<MeshFileName> files;  ///< OBJ: the text after each `mtllib`; PLY: the picture after each `comment TextureFile`.
-    std::vector<MeshFileName> names;  ///< OBJ: the materials by first use; PLY: empty.
-    /// F or empty; `none` for faces without. OBJ: index into names; PLY: the face property `texnumber`, an index into files.
+    std::vector<MeshFileName> names;  ///< By first use. OBJ: the materials; PLY: the colors of faces, as "#ff8000".
+    /// F or empty; `none` for faces without. Index into names; PLY with files: the face property `texnumber`, index into files.
     std::vector<std::uint32_t> of_face;
     std::vector<std::uint8_t>
         has_texcoords;  ///< F, if only some faces have texcoords, those of the others being (0, 0); else empty.
@@ -169,11 +170,12 @@ struct PlyIntegers
     std::vector<std::int64_t> of_face;    ///< F, or empty.
 };
 
-/// Strict PLY reader: ASCII, binary of both byte orders, float and double coordinates, any integer index and count type, vertex
-/// colors (uchar red/green/blue), corner texcoords (face list `texcoord`) or vertex ones (s,t / u,v / texture_u,texture_v), face
-/// `chart`; unknown elements and properties are skipped. Throws Error naming `source`, the line (header, ASCII) or byte offset
-/// (binary), what was expected and what to do; a file cut at any byte, text after the data, counts beyond the file's size,
-/// indices out of range, coordinates that are not finite, 0 faces are errors.
+/// Strict PLY reader: ASCII, binary of both byte orders, coordinates, indices and counts of any type, faces or `tristrips`,
+/// vertex colors (red/green/blue, diffuse_red/…, r/g/b) of any type, corner texcoords (face list `texcoord`) or vertex ones
+/// (s,t / u,v / texture_u,texture_v), face `chart`; unknown elements and properties are skipped, as are more numbers on a line.
+/// Throws Error naming `source`, the line (header, ASCII) or byte offset (binary), what was expected and what to do; a file cut
+/// at any byte except for a last newline behind a whole number, text after the data, counts beyond the file's size, indices out
+/// of range, coordinates that are not finite, 0 faces are errors.
 ///
 /// `materials` and `integers` may be null; they receive what the file says about pictures, and the values of the property that
 /// `integers` names. Throws Error, too, if neither vertices nor faces have that property, naming those that they have.

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# run.sh FRESCO SOURCE: a recording of one's own, listed by the examples of sdk/examples/recordings, and in plain folders.
+# run.sh FRESCO SOURCE: a recording of one's own, listed by the examples of sdk/examples/recordings, and in plain folders; as the apps
+# of phones write it; and lenses, as OpenCV has them.
 source "$(dirname "$0")/../program_test.sh"
 fresco=$1 source=$2
 cd "$work"
@@ -86,5 +87,31 @@ if schema_python=$(python_with jsonschema); then
     done
 else
     skip "the schema of frames.json: python3 has no jsonschema"
+fi
+
+if opencv_python=$(python_with numpy, zstandard, cv2); then
+    "$opencv_python" "$source/tests/recordings/phones.py" write
+    {
+        echo "version: 1"
+        echo "stages:"
+        for recording in record3d room.r3d stray_scanner arkitscenes; do
+            layout=${recording#room.}
+            echo "  $layout: {type: scan.recording, path: $recording}"
+            echo "  of_$layout: {type: mesh.fuse, input: {frames: $layout}, voxel_m: 0.05}"
+        done
+    } >phones.yaml
+    run phones
+    "$opencv_python" "$source/tests/recordings/phones.py" check
+    "$opencv_python" "$source/tests/recordings/lenses.py" write
+    cat >lenses.yaml <<'YAML'
+version: 1
+stages:
+  colmap: {type: scan.recording, path: colmap, layout: {type: layout.colmap, depth: colmap/depth}}
+  nerf: {type: scan.recording, path: nerf}
+YAML
+    run lenses
+    "$opencv_python" "$source/tests/recordings/lenses.py" check
+else
+    skip "recordings of phones, and lenses: there is no python3 with cv2, numpy and zstandard"
 fi
 echo "recordings: done"

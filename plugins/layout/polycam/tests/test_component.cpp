@@ -42,7 +42,7 @@ TEST_CASE("small differences of captures", "[layout.polycam]")
     CHECK_THAT(said(), Contains("3 frames, 1 of them without depth"));
     capture.remove(camera_file);
     CHECK_THAT(said(), Contains("2 frames; left out 1 without a corrected camera"));
-    // Of what was recorded, Polycam may correct only a part.
+    // Polycam may correct only a part of what was recorded.
     for (const char* time : {"998", "999", "1000", "1001", "1002"})
         capture.write(fs::path("keyframes/images") / (std::string(time) + ".jpg"), "");
     CHECK_THAT(said(), Contains("2 frames; left out 3 without a corrected camera"));

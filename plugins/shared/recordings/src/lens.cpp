@@ -14,6 +14,8 @@ namespace
 
 constexpr double smallest_zoom = 0.5;
 constexpr double greatest_zoom = 4;
+/// Farther from the middle, a picture without a fisheye's distortion has ever fewer details on ever more pixels: tan 50°.
+constexpr double widest_slope = 1.19175;
 constexpr int samples_per_side = 64;
 
 double radial_factor(const Lens& lens, double r2)
@@ -108,6 +110,8 @@ Intrinsics pinhole_without(const Lens& lens, const Intrinsics& camera, std::stri
             ": the lens' coefficients fold the picture or displace it by more than its size; expected those of OpenCV's model "
             "(k1, k2, p1, p2, k3, …) for this camera: recalibrate, or undistort the pictures with the recorder's own tool");
     double low = smallest_zoom, high = greatest_zoom;
+    if (lens.is_fisheye)
+        low = std::max(low, std::max(camera.width / camera.fx, camera.height / camera.fy) / 2 / widest_slope);
     if (sees_nothing_else(zoomed(camera, low), camera, lens))
         return zoomed(camera, low);
     for (int step = 0; step < 40; ++step)

@@ -25,7 +25,8 @@ struct Lens
 };
 
 /// The pinhole camera of the same size and principal point that sees only what the camera with the lens sees: its focal lengths
-/// are those of `camera` times the smallest factor (0.5 to 4) that leaves no pixel without a source.
+/// are those of `camera` times the smallest factor (0.5 to 4) that leaves no pixel without a source. Of a fisheye, the pinhole
+/// camera sees at most 100° across.
 /// Throws Error naming `source` if there is none, or if the lens folds the picture within it (the coefficients are wrong, or
 /// those of another model).
 Intrinsics pinhole_without(const Lens& lens, const Intrinsics& camera, std::string_view source);

@@ -19,22 +19,22 @@ namespace fs = std::filesystem;
 namespace
 {
 
-/// A dataset of two views of 20 x 16 at 8 and 20 px, made of noise; the second view has no depth picture. Kept in memory too, to
-/// be compared with what is read.
-class MadeDataset
+/// A dataset of two views of 20 x 16 at 8 and 20 px, made of noise; the second view has no depth picture. It has a style picture
+/// only with texcoords of float32. Kept in memory too, to be compared with what is read.
+struct MadeDataset
 {
-  public:
-    MadeDataset(const fs::path& folder, dataset::UvType uv, bool with_style) : folder_(folder)
+    explicit MadeDataset(dataset::UvType uv = dataset::UvType::float32)
     {
         manifest.uv = uv;
         manifest.heights_px = {8, 20};
-        manifest.has_style = with_style;
+        manifest.has_style = uv == dataset::UvType::float32;
         mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
         mesh.triangles = {{0, 1, 2}, {0, 1, 1}};
         mesh.texcoords = {{0, 0}, {1, 0}, {0, 1}, {0, 0}, {1, 0}, {1, 0}};
         mesh.texture_px = 512;
+        mesh.offset_m.x = manifest.has_style ? 448'000 : 0;
         write("mesh.ply", to_ply(mesh));
-        if (with_style)
+        if (manifest.has_style)
             write("style.npy", dataset::to_npy(style = noise<std::uint8_t>(9, 7, 3, 256)));
         for (std::size_t i = 0; i < 2; ++i)
             add_view(i);
@@ -42,15 +42,26 @@ class MadeDataset
     }
 
     /// Writes the manifest as it now is.
-    void save() const { write_file(folder_ / "dataset.json", dataset::to_text(manifest)); }
+    void save() const { write_file(root / "dataset.json", dataset::to_text(manifest)); }
 
-    /// Replaces a file and its stamp: what is wrong with it then is not its hash.
-    void replace(const std::string& name, const std::vector<std::byte>& bytes)
+    /// Writes a file, and its stamp to the manifest.
+    void write(const std::string& name, const std::vector<std::byte>& bytes)
     {
-        write(name, bytes);
-        save();
+        fs::create_directories((root / name).parent_path());
+        manifest.files[name] = dataset::write_stamped(root / name, bytes);
     }
 
+    void read() { testing::run_stage(FRESCO_PLUGIN_FILE, "dataset.read", Value::Map{{"path", root.string()}}, {}, out, run); }
+    std::string error()
+    {
+        return fresco::testing::error_of([&] { read(); });
+    }
+
+    testing::TemporaryFolder folder;
+    fs::path root = folder.path() / "room";
+    fs::path out = folder.path() / "out";
+    testing::TestRun run;
+    Random random{3};
     dataset::Manifest manifest;
     Mesh mesh;
     Raster8 style;
@@ -58,20 +69,13 @@ class MadeDataset
     std::vector<Raster16> depths;
     std::vector<RasterF> uvs;  ///< Per view and height, as read back.
 
-  private:
     template <class T>
     Raster<T> noise(int width, int height, int channels, std::int64_t below)
     {
         Raster<T> raster(width, height, channels);
         for (T& value : raster.values)
-            value = static_cast<T>(random_.below(below));
+            value = static_cast<T>(random.below(below));
         return raster;
-    }
-
-    void write(const std::string& name, const std::vector<std::byte>& bytes)
-    {
-        fs::create_directories((folder_ / name).parent_path());
-        manifest.files[name] = dataset::write_stamped(folder_ / name, bytes);
     }
 
     void add_view(std::size_t i)
@@ -96,7 +100,7 @@ class MadeDataset
             const int width = view.color.intrinsics.width_at(height);
             RasterF uv(width, height, 2);
             for (float& u : uv.values)
-                u = static_cast<float>(random_.uniform());
+                u = static_cast<float>(random.uniform());
             const bool is_uint16 = manifest.uv == dataset::UvType::uint16;
             write(dataset::map_name(i, "uv", height), is_uint16 ? dataset::to_npy(dataset::quantized(uv)) : dataset::to_npy(uv));
             uvs.push_back(is_uint16 ? dataset::restored(dataset::quantized(uv)) : uv);
@@ -107,28 +111,6 @@ class MadeDataset
             view.valid_pixels.push_back(width * height);
         }
         manifest.views.push_back(view);
-    }
-
-    fs::path folder_;
-    Random random_{3};
-};
-
-void read_dataset(const fs::path& folder, const fs::path& out, testing::TestRun& run)
-{
-    testing::run_stage(FRESCO_PLUGIN_FILE, "dataset.read", Value::Map{{"path", folder.string()}}, {}, out, run);
-}
-
-/// A small dataset, and what is said of it once `damage` was done to it.
-struct Damaged
-{
-    testing::TemporaryFolder folder;
-    MadeDataset dataset{folder.path() / "room", dataset::UvType::float32, true};
-    fs::path path(const char* name) const { return folder.path() / "room" / name; }
-
-    std::string error() const
-    {
-        testing::TestRun run;
-        return fresco::testing::error_of([&] { read_dataset(folder.path() / "room", folder.path() / "out", run); });
     }
 };
 
@@ -143,12 +125,9 @@ TEST_CASE("everything that a dataset holds is read as it was written, without a 
 {
     for (const auto uv : {dataset::UvType::float32, dataset::UvType::uint16})
     {
-        const testing::TemporaryFolder folder;
-        const bool has_style = uv == dataset::UvType::float32;
-        const MadeDataset made(folder.path() / "room", uv, has_style);
-        const fs::path out = folder.path() / "out";
-        testing::TestRun run;
-        read_dataset(folder.path() / "room", out, run);
+        MadeDataset made(uv);
+        const fs::path& out = made.out;
+        made.read();
 
         const auto maps = UvMaps::load({out / "uvmaps", out});
         CHECK(maps->heights_px == std::vector<int>{8, 20});
@@ -172,6 +151,7 @@ TEST_CASE("everything that a dataset holds is read as it was written, without a 
         }
         const auto frames = Frames::load({out / "frames", out});
         REQUIRE(frames->frames.size() == 2);
+        CHECK(frames->offset_m == made.mesh.offset_m);
         CHECK(frames->frames[1].name == "frame-1");
         CHECK(frames->frames[1].depth == made.manifest.views[1].depth);
         CHECK(load_color(frames->frames[0], nullptr) == made.pictures[0]);
@@ -180,12 +160,12 @@ TEST_CASE("everything that a dataset holds is read as it was written, without a 
         CHECK(frames->frames[0].depth_unit_m == 0.25);
         CHECK(frames->frames[1].depth_picture.empty());
         CHECK(Image::load({out / "style", out})->pixels == made.style);  // An image without pixels, if there is none.
-        CHECK(run.messages.size() == (has_style ? 0 : 1));
+        CHECK(made.run.messages.size() == (made.manifest.has_style ? 0 : 1));
         const auto mesh = Mesh::load({out / "mesh", out});
         CHECK(mesh->triangles == made.mesh.triangles);
         CHECK(mesh->texcoords == made.mesh.texcoords);
         // The manifest stamps all files: only it decides whether the result is still the right one.
-        CHECK(run.files_read == std::vector<fs::path>{folder.path() / "room/dataset.json"});
+        CHECK(made.run.files_read == std::vector<fs::path>{made.root / "dataset.json"});
     }
 }
 
@@ -194,35 +174,35 @@ TEST_CASE("files that are not as the manifest lists them are named")
     // Its files after `damage`, in a dataset of its own.
     const auto error_after = [](const auto& damage)
     {
-        Damaged damaged;
-        damage(damaged);
-        return damaged.error();
+        MadeDataset made;
+        damage(made);
+        return made.error();
     };
     const char* name = "views/000001/cosine_20.npy";
-    CHECK_THAT(error_after([&](const Damaged& it) { fs::remove(it.path(name)); }),
+    CHECK_THAT(error_after([&](const MadeDataset& it) { fs::remove(it.root / name); }),
                Contains(name) && Contains("is missing; copy the dataset again"));
-    CHECK_THAT(error_after([&](const Damaged& it) { fs::resize_file(it.path(name), 1000); }),
+    CHECK_THAT(error_after([&](const MadeDataset& it) { fs::resize_file(it.root / name, 1000); }),
                Contains(name) && Contains("has 1000 bytes; dataset.json lists"));
     // A single bit, in each kind of file, those that are not copied too.
     for (const char* file :
          {"mesh.ply", "style.npy", "views/000000/uv_8.npy", "views/000000/depth_20.npy", "views/000001/valid_8.npy",
           "views/000001/color_8.npy", "views/000001/color.npy", "views/000000/sensor_depth.npy"})
     {
-        const auto change_a_bit = [&](const Damaged& it)
+        const auto change_a_bit = [&](const MadeDataset& it)
         {
-            auto bytes = read_file(it.path(file));
+            auto bytes = read_file(it.root / file);
             bytes[bytes.size() - 3] ^= std::byte{1};
-            write_file(it.path(file), bytes);
+            write_file(it.root / file, bytes);
         };
         CHECK_THAT(error_after(change_a_bit), Contains(file) && Contains("its contents differ from dataset.json"));
     }
-    CHECK_THAT(error_after([](const Damaged& it) { fs::remove(it.path("dataset.json")); }),
+    CHECK_THAT(error_after([](const MadeDataset& it) { fs::remove(it.root / "dataset.json"); }),
                Contains("room: dataset.json is missing"));
     CHECK_THAT(error_after(
-                   [](Damaged& it)
+                   [](MadeDataset& it)
                    {
-                       it.dataset.manifest.files["extra/notes.txt"] = {4, content_hash(std::string_view("note"))};
-                       it.dataset.save();
+                       it.manifest.files["extra/notes.txt"] = {4, content_hash(std::string_view("note"))};
+                       it.save();
                    }),
                Contains("extra/notes.txt: file is missing"));
 }
@@ -231,9 +211,10 @@ TEST_CASE("files of the wrong kind, shape or range are named though their stamps
 {
     const auto refused = [](const std::string& name, const std::vector<std::byte>& bytes, const char* word)
     {
-        Damaged damaged;
-        damaged.dataset.replace(name, bytes);
-        CHECK_THAT(damaged.error(), Contains(name) && Contains(word));
+        MadeDataset made;
+        made.write(name, bytes);
+        made.save();
+        CHECK_THAT(made.error(), Contains(name) && Contains(word));
     };
     const char* uv = "views/000001/uv_20.npy";
     refused(uv, dataset::to_npy(RasterF(20, 25, 2)), "25 x 20 x 2; expected 20 x 25 x 2");
@@ -261,16 +242,16 @@ TEST_CASE("files of the wrong kind, shape or range are named though their stamps
 
 TEST_CASE("a manifest that is cut or changed is refused or gives a dataset that can be used")
 {
-    const Damaged damaged;
-    const std::string whole = read_text_file(damaged.path("dataset.json"));
+    MadeDataset made;
+    const std::string whole = read_text_file(made.root / "dataset.json");
     Random random(9);
     for (std::size_t i = 0; i < 20; ++i)
     {
-        write_file(damaged.path("dataset.json"), whole.substr(0, i * whole.size() / 20));
-        CHECK_FALSE(damaged.error().empty());
+        write_file(made.root / "dataset.json", whole.substr(0, i * whole.size() / 20));
+        CHECK_FALSE(made.error().empty());
         std::string changed = whole;
         changed[static_cast<std::size_t>(random.below(std::ssize(whole)))] ^= static_cast<char>(1 + random.below(127));
-        write_file(damaged.path("dataset.json"), changed);
-        CHECK_NOTHROW(damaged.error());
+        write_file(made.root / "dataset.json", changed);
+        CHECK_NOTHROW(made.error());
     }
 }

@@ -16,16 +16,13 @@ using namespace fresco;
 using Catch::Contains;
 namespace fs = std::filesystem;
 
-TEST_CASE("with pictures, transforms.json tells nerfstudio's world of the same cameras")
+TEST_CASE_METHOD(Recorded, "with pictures, transforms.json tells nerfstudio's world of the same cameras")
 {
-    const testing::TemporaryFolder folder;
-    SmallRecording recording(folder.path());
     // A quarter turn about z: columns of the camera's axes that are easy to distinguish.
     recording.frames->frames[1].color.world_from_camera.rotation.m = {0, -1, 0, 1, 0, 0, 0, 0, 1};
     recording.maps->views[1].camera = recording.frames->frames[1].color;
-    testing::TestRun run;
-    const auto names = write_dataset(folder.path() / "out", recording.inputs(), run, Value::Map{{"pictures", true}});
-    const fs::path made = folder.path() / "out/files/dataset";
+    const auto names = recording.write(Value::Map{{"pictures", true}});
+    const fs::path made = recording.out / "files/dataset";
     CHECK(std::ranges::count(names, "dataset/images/000001.png") == 1);
     const Value root = parse_json(read_text_file(made / "transforms.json"));
     CHECK(root.at("depth_unit_scale_factor").as_double() == 0.001);
@@ -84,15 +81,11 @@ TEST_CASE("pictures that are JPEG or 8-bit RGB already are copied byte for byte,
           std::vector<std::uint16_t>{0, 1234, 65534, 0});
 }
 
-TEST_CASE("layout stylemesh has the folders that the released code lists, with equally many files in each")
+TEST_CASE_METHOD(Recorded, "layout stylemesh has the folders that the released code lists, with equally many files in each")
 {
-    const testing::TemporaryFolder folder;
-    const SmallRecording recording(folder.path());
-    testing::TestRun run;
-    const auto names =
-        write_dataset(folder.path() / "out", recording.inputs(), run, Value::Map{{"layout", "stylemesh"}, {"path", "data"}});
+    const auto names = recording.write(Value::Map{{"layout", "stylemesh"}, {"path", "data"}});
     CHECK(names.back() == "data/manifest.json");
-    const fs::path root = folder.path() / "out/files/data";
+    const fs::path root = recording.out / "files/data";
     const fs::path scene = root / "train/images/scene0000_00";
     // Files are named by the recorder's numbers; the released code lists each folder.
     std::set<std::string> expected{"scene0000_00.txt"};
@@ -137,16 +130,14 @@ TEST_CASE("layout stylemesh has the folders that the released code lists, with e
     CHECK(manifest.at("views").as_list()[2].at("number").as_int() == 20);
 }
 
-TEST_CASE("layout stylemesh takes the sensor's depth where every frame has it, and positions where numbers repeat")
+TEST_CASE_METHOD(Recorded,
+                 "layout stylemesh takes the sensor's depth where every frame has it, and positions where numbers repeat")
 {
-    const testing::TemporaryFolder folder;
-    const SmallRecording recording(folder.path());
     recording.frames->frames.pop_back();
     recording.maps->views.pop_back();
     recording.frames->frames[1].number = 0;
-    testing::TestRun run;
-    write_dataset(folder.path() / "out", recording.inputs(), run, Value::Map{{"layout", "stylemesh"}, {"scene", "kitchen_1"}});
-    const fs::path scene = folder.path() / "out/files/dataset/train/images/kitchen_1";
+    recording.write(Value::Map{{"layout", "stylemesh"}, {"scene", "kitchen_1"}});
+    const fs::path scene = recording.out / "files/dataset/train/images/kitchen_1";
     CHECK(fs::exists(scene / "color/1.png"));
     const Raster16 depth = dataset::raster_from<std::uint16_t>(read_file(scene / "depth/1.png"), 320, 240, 1, "depth");
     const Raster16 steps = load_depth_steps(recording.frames->frames[1], nullptr);
@@ -159,44 +150,38 @@ TEST_CASE("layout stylemesh takes the sensor's depth where every frame has it, a
         }
 }
 
-TEST_CASE("layout stylemesh refuses what it has no place for")
+TEST_CASE_METHOD(Recorded, "layout stylemesh refuses what it has no place for")
 {
-    const testing::TemporaryFolder folder;
-    SmallRecording recording(folder.path());
-    testing::TestRun run;
     for (const char* scene : {"kitchen", "a_b_c", "_a", "a_", "a/b_c"})
-        CHECK_THROWS_WITH(
-            write_dataset(folder.path() / "out", recording.inputs(), run, Value::Map{{"layout", "stylemesh"}, {"scene", scene}}),
-            Contains("expected two parts of letters and digits"));
+        CHECK_THROWS_WITH(recording.write(Value::Map{{"layout", "stylemesh"}, {"scene", scene}}),
+                          Contains("expected two parts of letters and digits"));
     recording.frames->frames[2].color.intrinsics.fx += 1;
     recording.maps->views[2].camera = recording.frames->frames[2].color;
-    CHECK_THROWS_WITH(write_dataset(folder.path() / "out", recording.inputs(), run, Value::Map{{"layout", "stylemesh"}}),
+    CHECK_THROWS_WITH(recording.write(Value::Map{{"layout", "stylemesh"}}),
                       Contains("seq-01/frame-20 has other color intrinsics than seq-01/frame-0"));
 }
 
 TEST_CASE("what an interrupted run had finished is not made again, and the result is the same")
 {
-    const testing::TemporaryFolder folder;
-    const SmallRecording recording(folder.path());
     const Value options = Value::Map{{"pictures", true}};
-    testing::TestRun whole;
-    const auto names = write_dataset(folder.path() / "whole", recording.inputs(), whole, options);
+    SmallRecording whole;
+    const auto names = whole.write(options);
 
-    testing::TestRun run(1);
-    run.cancel_after(3);
+    SmallRecording recording(1);
+    recording.run.cancel_after(3);
     const auto codec = std::make_shared<testing::RawImages>();
-    CHECK_THROWS_AS(write_dataset(folder.path() / "again", recording.inputs(), run, options, codec), Canceled);
+    CHECK_THROWS_AS(recording.write(options, codec), Canceled);
     CHECK(codec->encoded == 4);  // two views
-    run.cancel_after(-1);
-    CHECK(write_dataset(folder.path() / "again", recording.inputs(), run, options, codec) == names);
+    recording.run.cancel_after(-1);
+    CHECK(recording.write(options, codec) == names);
     CHECK(codec->encoded == 6);
-    CHECK_THAT(run.messages.back(), Contains("2 of 3 views were there from an interrupted run"));
+    CHECK_THAT(recording.run.messages.back(), Contains("2 of 3 views were there from an interrupted run"));
     for (const std::string& name : names)
-        CHECK(read_file(folder.path() / "whole/files" / name) == read_file(folder.path() / "again/files" / name));
+        CHECK(read_file(whole.out / "files" / name) == read_file(recording.out / "files" / name));
 
     // Killed while the result was published: nothing is lost.
-    std::filesystem::remove_all(folder.path() / "again/files");
-    CHECK(write_dataset(folder.path() / "again", recording.inputs(), run, options, codec) == names);
+    fs::remove_all(recording.out / "files");
+    CHECK(recording.write(options, codec) == names);
     CHECK(codec->encoded == 6);
-    CHECK_THAT(run.messages.back(), Contains("3 of 3 views were there from an interrupted run"));
+    CHECK_THAT(recording.run.messages.back(), Contains("3 of 3 views were there from an interrupted run"));
 }

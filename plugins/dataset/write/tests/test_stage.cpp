@@ -23,19 +23,15 @@ dataset::Manifest manifest_at(const fs::path& folder)
 
 }  // namespace
 
-TEST_CASE("the folder holds every view's maps and pictures, and the manifest lists and stamps each file")
+TEST_CASE_METHOD(Recorded, "the folder holds every view's maps and pictures, and the manifest lists and stamps each file")
 {
-    const testing::TemporaryFolder folder;
-    const SmallRecording recording(folder.path());
-    testing::TestRun run;
-    testing::Inputs inputs = recording.inputs();
-    inputs["style"] = std::make_shared<Image>(Raster8(9, 7, 4, 200));
+    recording.inputs["style"] = std::make_shared<Image>(Raster8(9, 7, 4, 200));
     const auto agreement = std::make_shared<Table>();
     agreement->columns = {"error_before", "error_after", "median_moved_px", "most_moved_px"};
     agreement->rows = {{0.25, 0.125, 7.0, 11.5}};
-    inputs["agreement"] = agreement;
-    const auto names = write_dataset(folder.path() / "out", inputs, run);
-    const fs::path made = folder.path() / "out/files/dataset";
+    recording.inputs["agreement"] = agreement;
+    const auto names = recording.write();
+    const fs::path made = recording.out / "files/dataset";
     const auto manifest = manifest_at(made);
 
     CHECK(manifest.uv == dataset::UvType::float32);
@@ -82,14 +78,10 @@ TEST_CASE("the folder holds every view's maps and pictures, and the manifest lis
     CHECK(view.valid_pixels == recording.maps->views[1].valid_pixels);
 }
 
-TEST_CASE("texcoords as uint16 are round(65535 u); the path is the folder's name")
+TEST_CASE_METHOD(Recorded, "texcoords as uint16 are round(65535 u); the path is the folder's name")
 {
-    const testing::TemporaryFolder folder;
-    const SmallRecording recording(folder.path());
-    testing::TestRun run;
-    const auto names =
-        write_dataset(folder.path() / "out", recording.inputs(), run, Value::Map{{"uv", "uint16"}, {"path", "a/b"}});
-    const fs::path made = folder.path() / "out/files/a/b";
+    const auto names = recording.write(Value::Map{{"uv", "uint16"}, {"path", "a/b"}});
+    const fs::path made = recording.out / "files/a/b";
     CHECK(names.back() == "a/b/dataset.json");
     CHECK(manifest_at(made).uv == dataset::UvType::uint16);
     CHECK_FALSE(manifest_at(made).has_style);
@@ -99,17 +91,13 @@ TEST_CASE("texcoords as uint16 are round(65535 u); the path is the folder's name
         CHECK(stored.values[i] == std::lround(65535.0 * static_cast<double>(uv.values[i])));
 }
 
-TEST_CASE("frames without a uv map are left out, uv maps without their frame are refused")
+TEST_CASE_METHOD(Recorded, "frames without a uv map are left out, uv maps without their frame are refused")
 {
-    const testing::TemporaryFolder folder;
-    const SmallRecording recording(folder.path());
     recording.frames->frames.push_back(recording.frames->frames[0]);
     recording.frames->frames.back().name = "other";
-    testing::TestRun run;
-    write_dataset(folder.path() / "out", recording.inputs(), run);
-    CHECK(manifest_at(folder.path() / "out/files/dataset").views.size() == 3);
-    REQUIRE(run.messages.size() == 1);
-    CHECK(run.messages[0] == "1 of 4 frames have no uv map and are left out");
+    recording.write();
+    CHECK(manifest_at(recording.out / "files/dataset").views.size() == 3);
+    CHECK(recording.run.messages == std::vector<std::string>{"1 of 4 frames have no uv map and are left out"});
 
     Frames frames = *recording.frames;
     frames.frames[1].name = "frame-11";
@@ -123,18 +111,14 @@ TEST_CASE("frames without a uv map are left out, uv maps without their frame are
     CHECK(checked_frames(*recording.maps, *recording.frames) == std::vector<std::size_t>{0, 1, 2});
 }
 
-TEST_CASE("what the reader would refuse is not written")
+TEST_CASE_METHOD(Recorded, "what the reader would refuse is not written")
 {
-    const testing::TemporaryFolder folder;
-    const SmallRecording recording(folder.path());
-    const auto refused = [&](const testing::Inputs& other, const char* why)
+    const testing::Inputs right = recording.inputs;
+    const auto refused = [&](testing::Inputs other, const char* why)
     {
-        testing::Inputs inputs = recording.inputs();
-        for (const auto& [port, artifact] : other)
-            inputs[port] = artifact;
-        const testing::TemporaryFolder out;
-        testing::TestRun run;
-        CHECK_THROWS_WITH(write_dataset(out.path(), inputs, run, Value::Map{{"uv", "uint16"}}), Contains(why));
+        other.insert(right.begin(), right.end());
+        recording.inputs = other;
+        CHECK_THROWS_WITH(recording.write(Value::Map{{"uv", "uint16"}}), Contains(why));
     };
     refused({{"style", std::make_shared<Image>()}}, "the picture on port 'style': a picture of 0 x 0");
     const auto bare = std::make_shared<Mesh>(*recording.mesh);
@@ -149,9 +133,10 @@ TEST_CASE("what the reader would refuse is not written")
     const auto maps = std::make_shared<UvMaps>(*recording.maps);
     renamed->frames[0].sequence = maps->views[0].sequence = "a/b";
     refused({{"frames", renamed}, {"uvmaps", maps}}, "views[0].sequence: \"a/b\" cannot be part");
-    UvMap map = recording.maps->load_map(2, 0);
+    SmallRecording hole;
+    UvMap map = hole.maps->load_map(2, 0);
     map.depth.at(5, 3) = 0;
     map.valid.at(5, 3) = 1;
-    UvMaps::write_map({folder.path() / "maps", {}}, 2, 12, map);
-    refused({}, "seq-01/frame-20 at 12 px, depth: pixel (5, 3) is valid");
+    UvMaps::write_map({hole.folder.path() / "maps", {}}, 2, 12, map);
+    CHECK_THROWS_WITH(hole.write(), Contains("seq-01/frame-20 at 12 px, depth: pixel (5, 3) is valid"));
 }

@@ -11,7 +11,7 @@
 namespace fresco::testing
 {
 
-/// What most tests of stages need, for TEST_CASE_METHOD.
+/// A fixture for TEST_CASE_METHOD: a run and a folder.
 struct StageTest
 {
     TestRun run;

@@ -3,9 +3,9 @@
 #include "atlas_check.h"
 #include "catch.h"
 #include "known_meshes.h"
+#include "plugin_under_test.h"
 
 #include <fresco/geometry/topology.h>
-#include <fresco/testing.h>
 
 /// Result of the atlas stage under test.
 struct MadeAtlas
@@ -16,10 +16,8 @@ struct MadeAtlas
     MadeAtlas(const char* type, const fresco::Mesh& from, const fresco::Value& options = fresco::Value::Map{}, int threads = 2)
         : run(threads)
     {
-        const fresco::testing::TemporaryFolder folder;
-        fresco::testing::run_stage(FRESCO_PLUGIN_FILE, type, options, {{"mesh", std::make_shared<fresco::Mesh>(from)}},
-                                   folder.path(), run);
-        mesh = fresco::Mesh::load({folder.path() / "atlas", {}});
+        mesh = fresco::testing::output_of<fresco::Mesh>(type, "atlas", options, {{"mesh", std::make_shared<fresco::Mesh>(from)}},
+                                                        run);
     }
 
     double reported(const char* key) const { return run.reported.at(key).as_double(); }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fresco/mesh.h>
+#include <fresco/random.h>
 #include <fresco/testing_scenes.h>
 
 #include <algorithm>
@@ -53,14 +54,8 @@ inline Mesh sphere(std::uint32_t rings, std::uint32_t segments)
 /// Moves every vertex by up to `amount` in each direction, the same for the same seed.
 inline void shake(Mesh& mesh, float amount, std::uint64_t seed)
 {
-    const auto next = [&]
-    {
-        seed += 0x9e3779b97f4a7c15u;
-        auto z = seed;
-        z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-        z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-        return static_cast<float>((z ^ (z >> 31)) >> 40) / static_cast<float>(1u << 24) * 2 - 1;
-    };
+    fresco::Random random(seed);
+    const auto next = [&] { return static_cast<float>(2 * random.uniform() - 1); };
     for (auto& p : mesh.positions)
         p += Vec3f{next(), next(), next()} * amount;
 }
@@ -69,33 +64,19 @@ inline void shake(Mesh& mesh, float amount, std::uint64_t seed)
 /// an edge.
 inline Mesh noisy_corner(std::uint32_t n)
 {
-    const auto floor =
-        grid(n, [](float x, float y) { return 0.15F * std::exp(-30 * ((x - 0.6F) * (x - 0.6F) + (y - 0.5F) * (y - 0.5F))); });
-    Mesh mesh = floor;
-    for (int wall = 0; wall < 2; ++wall)
-    {
-        auto side = grid(n, [](float, float) { return 0.0F; });
-        for (auto& p : side.positions)
-            p = wall == 0 ? Vec3f{0, p.x, p.y} : Vec3f{p.y, 0, p.x};
-        append(mesh, side);
-    }
-    // Weld the shared edges by place.
-    std::vector<std::uint32_t> first(mesh.positions.size());
-    for (std::uint32_t i = 0; i < first.size(); ++i)
-    {
-        first[i] = i;
-        const auto& p = mesh.positions[i];
-        if (std::min({std::abs(p.x) + std::abs(p.y), std::abs(p.x) + std::abs(p.z), std::abs(p.y) + std::abs(p.z)}) < 0.02F)
-            for (std::uint32_t j = 0; j < i; ++j)
-                if (length(mesh.positions[j] - p) < 0.2F / static_cast<float>(n))
-                {
-                    first[i] = first[j];
-                    break;
-                }
-    }
+    // Unfolded: the floor, a wall to its left and one below it, whose common edge is there twice.
+    const std::uint32_t row = 2 * n + 1;
+    Mesh mesh = fresco::testing::rectangle({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}, 2 * n, 2 * n);
+    std::erase_if(mesh.triangles, [=](const auto& t)
+                  { return std::ranges::all_of(t, [=](std::uint32_t v) { return v % row <= n && v / row <= n; }); });
     for (auto& t : mesh.triangles)
         for (auto& v : t)
-            v = first[v];
+            if (v % row == n && v / row < n)
+                v = n * row + v / row;
+    const auto bump = [](float x, float y)
+    { return 0.15F * std::exp(-30 * ((x - 0.6F) * (x - 0.6F) + (y - 0.5F) * (y - 0.5F))); };
+    for (auto& p : mesh.positions)
+        p = p.x < 0 ? Vec3f{0, p.y, -p.x} : p.y < 0 ? Vec3f{p.x, 0, -p.y} : Vec3f{p.x, p.y, bump(p.x, p.y)};
     shake(mesh, 0.33F / static_cast<float>(n), 7);
     return mesh;
 }
@@ -116,15 +97,13 @@ inline Mesh bent_sheet(std::uint32_t n)
 inline Mesh holed_sheet()
 {
     auto mesh = grid(9, [](float x, float y) { return 0.1F * x * y; });
-    std::vector<fresco::Triangle> kept;
-    for (const auto& t : mesh.triangles)
-    {
-        const auto c = (mesh.positions[t[0]] + mesh.positions[t[1]] + mesh.positions[t[2]]) * (1.0F / 3);
-        const auto in = [&](float low) { return c.x > low && c.x < low + 0.2F && c.y > low && c.y < low + 0.2F; };
-        if (!in(0.2F) && !in(0.6F))
-            kept.push_back(t);
-    }
-    mesh.triangles = kept;
+    std::erase_if(mesh.triangles,
+                  [&](const auto& t)
+                  {
+                      const auto c = (mesh.positions[t[0]] + mesh.positions[t[1]] + mesh.positions[t[2]]) * (1.0F / 3);
+                      const auto in = [&](float low) { return c.x > low && c.x < low + 0.2F && c.y > low && c.y < low + 0.2F; };
+                      return in(0.2F) || in(0.6F);
+                  });
     return mesh;
 }
 

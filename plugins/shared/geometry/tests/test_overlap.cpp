@@ -50,19 +50,9 @@ TEST_CASE("the grid finds exactly the pairs that trying all pairs finds")
 TEST_CASE("a helix that passes over itself is cut")
 {
     // A ramp of two and a half turns: every face looks up, so one cone holds all, but the turns lie above each other.
-    fresco::Mesh mesh;
-    const std::uint32_t steps = 100;
-    for (std::uint32_t i = 0; i <= steps; ++i)
-    {
-        const float angle = 0.157F * static_cast<float>(i);
-        for (const float radius : {1.0F, 2.0F})
-            mesh.positions.push_back({radius * std::cos(angle), radius * std::sin(angle), 0.02F * static_cast<float>(i)});
-    }
-    for (std::uint32_t i = 0; i < steps; ++i)
-    {
-        mesh.triangles.push_back({2 * i, 2 * i + 1, 2 * i + 2});
-        mesh.triangles.push_back({2 * i + 1, 2 * i + 3, 2 * i + 2});
-    }
+    auto mesh = fresco::testing::rectangle({1, 0, 0}, {1, 0, 0}, {0, 15.7F, 0}, 1, 100);
+    for (auto& [radius, angle, z] : mesh.positions)
+        std::tie(radius, angle, z) = std::tuple(radius * std::cos(angle), radius * std::sin(angle), angle / 7.85F);
     const Surface surface(mesh);
     fresco::Progress progress;
     const FlattenOptions usual{.charts = {.angle_limit_deg = 70, .merge_limit_deg = 80}, .texel_m = 0.001};

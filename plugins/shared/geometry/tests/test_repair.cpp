@@ -39,12 +39,6 @@ bool is_manifold(const Mesh& mesh)
     return counts.complex_edges == 0 && corners.count() == counts.vertices;
 }
 
-Mesh repair(const Mesh& mesh, RepairReport& report)
-{
-    report = {};
-    return repaired(mesh, report, fresco::Progress{});
-}
-
 }  // namespace
 
 TEST_CASE("duplicate and degenerate faces and unused vertices go, with a count")
@@ -57,7 +51,7 @@ TEST_CASE("duplicate and degenerate faces and unused vertices go, with a count")
     mesh.triangles.push_back({0, 1, 4});  // on a line
     mesh.positions.push_back({9, 9, 9});
     RepairReport report;
-    const auto out = repair(mesh, report);
+    const auto out = repaired(mesh, report, fresco::Progress{});
     CHECK(report.duplicate_faces == 1);
     CHECK(report.degenerate_faces == 2);
     CHECK(report.vertices_unused == 2);
@@ -74,7 +68,7 @@ TEST_CASE("an edge without length is welded, so that no crack opens")
     mesh.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {1, 0, 0}};
     mesh.triangles = {{0, 1, 3}, {1, 4, 3}, {4, 2, 3}};
     RepairReport report;
-    const auto out = repair(mesh, report);
+    const auto out = repaired(mesh, report, fresco::Progress{});
     CHECK(report.vertices_welded == 1);
     CHECK(report.degenerate_faces == 1);
     CHECK(report.vertices_unused == 0);
@@ -98,7 +92,7 @@ TEST_CASE("a hundred thousand faces on one edge come apart into the planes they 
         mesh.triangles.push_back({1, 0, 3 + 2 * k});
     }
     RepairReport report;
-    const auto out = repair(mesh, report);
+    const auto out = repaired(mesh, report, fresco::Progress{});
     CHECK(report.complex_edges == 1);
     CHECK(report.vertices_added == 2 * (planes - 1));
     REQUIRE(out.triangles.size() == 2 * planes);

@@ -64,12 +64,4 @@ inline std::map<std::int64_t, double> slow_weights(double u, double v, int size,
     return weights;
 }
 
-inline std::unique_ptr<TextureRepresentation> made(const char* plugin_file, const char* type, const Value& options)
-{
-    auto texture = testing::make_from_plugin<TextureRepresentation>(plugin_file, type);
-    testing::TestFactory factory;
-    texture->configure(options, factory);
-    return texture;
-}
-
 }  // namespace texture_samples

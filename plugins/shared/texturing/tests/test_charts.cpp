@@ -23,12 +23,10 @@ TEST_CASE("charts end where the texcoords are cut, and seams join them, also whe
     CHECK(charts.of_face == std::vector<std::uint32_t>{0, 0, 1, 1});
     REQUIRE(charts.seams.size() == 1);
     const Seam& seam = charts.seams[0];
-    CHECK(seam.first_face == 0);
-    CHECK(seam.second_face == 3);
-    CHECK(seam.first[0] == Vec2f{0.4F, 0.1F});   // vertex 1 in the left chart
-    CHECK(seam.second[0] == Vec2f{0.9F, 0.4F});  // and in the right one
-    CHECK(seam.first[1] == Vec2f{0.4F, 0.4F});
-    CHECK(seam.second[1] == Vec2f{0.9F, 0.1F});
+    CHECK(std::pair(seam.first_face, seam.second_face) == std::pair(0U, 3U));
+    // Vertices 1 and 4 in the left chart, and in the right one.
+    CHECK(std::ranges::equal(seam.first, std::array{Vec2f{0.4F, 0.1F}, Vec2f{0.4F, 0.4F}}));
+    CHECK(std::ranges::equal(seam.second, std::array{Vec2f{0.9F, 0.4F}, Vec2f{0.9F, 0.1F}}));
 
     mesh.positions.push_back(mesh.positions[1]);
     mesh.positions.push_back(mesh.positions[4]);
@@ -45,8 +43,7 @@ TEST_CASE("a texel that a face touches has its center's place on the face's plan
     mesh.triangles = {{0, 1, 2}};
     // Corners at texel coordinates (1.2, 8.8), (6.2, 8.8), (1.2, 3.8) of a 10 x 10 texture, y down.
     mesh.texcoords = {{0.12F, 0.12F}, {0.62F, 0.12F}, {0.12F, 0.62F}};
-    testing::TestRun run;
-    const TexelFaces faces = find_texel_faces(mesh, find_charts(mesh), 10, run);
+    const TexelFaces faces = find_texel_faces(mesh, find_charts(mesh), 10, Progress());
     CHECK(texel_position(mesh, faces, 85).x == Approx((5.5 - 1.2) / 5));  // texel (5, 8)
     CHECK(texel_position(mesh, faces, 85).y == Approx((8.8 - 8.5) / 5));
 }
@@ -129,10 +126,8 @@ TEST_CASE("faces of any shape own the texels that testing every texel gives them
 TEST_CASE("links cross a seam at the same surface points, in both directions")
 {
     const Mesh mesh = testing::two_chart_wall();
-    testing::TestRun run;
     const Charts charts = find_charts(mesh);
-    const int size = 40;
-    const TexelFaces faces = find_texel_faces(mesh, charts, size, run);
+    const TexelFaces faces = find_texel_faces(mesh, charts, 40, Progress());
     const auto links = seam_links(charts, faces);
     CHECK(links.size() >= 2 * 12);
     for (const auto& [a, b] : links)
@@ -154,15 +149,8 @@ std::string layout_problem(const std::function<Vec2f(Vec2f)>& place)
     for (std::size_t corner = 6; corner < 12; ++corner)
         mesh.texcoords[corner] = place(mesh.texcoords[corner]);
     testing::TestRun run;
-    try
-    {
-        check_layout(mesh, "the test's mesh", run);
-    }
-    catch (const Error& error)
-    {
-        return std::string("error: ") + error.what();
-    }
-    return run.messages.empty() ? "" : run.messages.front();
+    const std::string error = testing::error_of([&] { check_layout(mesh, "the test's mesh", run); });
+    return !error.empty() ? "error: " + error : run.messages.empty() ? "" : run.messages.front();
 }
 
 }  // namespace

@@ -14,20 +14,11 @@ using namespace fresco::texturing;
 
 namespace
 {
-constexpr double split_m = 0.2;
 
 struct Sample
 {
     Vec3f point, normal, color;
 };
-
-SurfaceAverage averaged(const std::vector<Sample>& samples)
-{
-    SurfaceAverage average({0, 0, 0}, {1, 1, 1}, split_m, "split_cm");
-    for (const Sample& s : samples)
-        average.add(s.point, s.normal, s.color);
-    return average;
-}
 
 std::vector<Sample> random_samples(std::size_t count)
 {
@@ -63,7 +54,9 @@ double weight(const Sample& a, const Sample& b, double spacing)
 TEST_CASE("surface average: equals the weighted mean over all samples")
 {
     const auto samples = random_samples(300);
-    const SurfaceAverage average = averaged(samples);
+    SurfaceAverage average({0, 0, 0}, {1, 1, 1}, 0.2, "split_cm");
+    for (const Sample& s : samples)
+        average.add(s.point, s.normal, s.color);
     for (const Sample& at : random_samples(40))
     {
         Vec3d sum;

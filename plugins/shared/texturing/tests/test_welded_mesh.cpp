@@ -9,21 +9,10 @@
 using namespace fresco;
 using namespace fresco::texturing;
 
-namespace
-{
-/// Two squares of one wall; `cut`: they lie apart in the atlas.
-Mesh wall(bool cut)
-{
-    Mesh mesh = testing::two_chart_wall();
-    if (!cut)
-        testing::set_texcoords(mesh, [](Vec3f p) { return Vec2f{p.x / 4, p.y / 4}; });
-    return mesh;
-}
-}  // namespace
-
 TEST_CASE("a mesh that was split along a seam is welded by position")
 {
-    Mesh mesh = wall(false);
+    Mesh mesh = testing::two_chart_wall();
+    testing::set_texcoords(mesh, [](Vec3f p) { return Vec2f{p.x / 4, p.y / 4}; });
     mesh.positions.push_back(mesh.positions[1]);
     mesh.positions.push_back(mesh.positions[4]);
     mesh.triangles[2] = {6, 2, 5};
@@ -33,7 +22,7 @@ TEST_CASE("a mesh that was split along a seam is welded by position")
 
 TEST_CASE("normals are smooth across seams, of unit length, and defined where faces have no area")
 {
-    Mesh mesh = wall(true);
+    Mesh mesh = testing::two_chart_wall();
     mesh.positions[2] = {1, 0, 1};  // bend the right square by 90 degrees
     mesh.positions[5] = {1, 1, 1};
     mesh.positions.push_back({9, 9, 9});
@@ -54,7 +43,7 @@ TEST_CASE("normals are smooth across seams, of unit length, and defined where fa
 
 TEST_CASE("tangents run along u, square to the normal, and say which charts are mirrored")
 {
-    Mesh mesh = wall(true);
+    Mesh mesh = testing::two_chart_wall();
     // The left square's u along -y and v along x, the right one seen in a mirror.
     for (std::size_t corner = 0; corner < mesh.texcoords.size(); ++corner)
     {

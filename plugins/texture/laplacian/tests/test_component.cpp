@@ -1,3 +1,4 @@
+#include "plugin_under_test.h"
 #include "texture_samples.h"
 
 #include <fresco/error.h>
@@ -11,7 +12,7 @@ namespace
 
 std::unique_ptr<TextureRepresentation> made(const Value& options)
 {
-    return texture_samples::made(FRESCO_PLUGIN_FILE, "texture.laplacian", options);
+    return testing::configured<TextureRepresentation>("texture.laplacian", options);
 }
 
 /// Pixel (x, y) looks at the center of texel (x, y).

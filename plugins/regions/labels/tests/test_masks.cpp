@@ -1,11 +1,11 @@
 #include "catch.h"
 #include "masks.h"
+#include "plugin_under_test.h"
 #include "raw_images.h"
 
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
 #include <fresco/regions/regions.h>
-#include <fresco/testing.h>
 #include <fresco/testing_scenes.h>
 
 #include <functional>
@@ -35,9 +35,8 @@ std::vector<Frame> frames()
 
 }  // namespace
 
-TEST_CASE("mask folder: a folder for each region, a picture for each frame")
+TEST_CASE_METHOD(testing::StageTest, "mask folder: a folder for each region, a picture for each frame")
 {
-    const testing::TemporaryFolder folder;
     for (const char* file : {"tv/frame-000001.png", "tv/seq-02_frame-000000.jpg", "tv/.hidden.png", "tv/notes.txt",
                              "plant/seq-01_frame-000000.png", "readme.png"})
         put(folder.path() / file);
@@ -99,22 +98,20 @@ std::shared_ptr<Regions> masked(const fs::path& folder, testing::TestRun& run, c
     testing::Inputs inputs{{"mesh", std::make_shared<Mesh>(wall())}, {"frames", std::make_shared<Frames>(one_frame())}};
     if (base != nullptr)
         inputs["regions"] = std::make_shared<Regions>(*base);
-    testing::TemporaryFolder out;
-    testing::run_stage(FRESCO_PLUGIN_FILE, "regions.labels", Value::Map{{"masks", folder.string()}}, inputs, out.path(), run,
-                       {{"image_io", std::make_shared<testing::RawImages>()}});
-    return Regions::load({out.path() / "regions", out.path()});
+    return testing::output_of<Regions>("regions.labels", "regions", Value::Map{{"masks", folder.string()}}, inputs, run,
+                                       {{"image_io", std::make_shared<testing::RawImages>()}});
 }
 
 }  // namespace
 
-TEST_CASE("regions.labels: faces take the region that most of their pixels are in; hidden ones take none", "[regions.labels]")
+TEST_CASE_METHOD(testing::StageTest,
+                 "regions.labels: faces take the region that most of their pixels are in; hidden ones take none",
+                 "[regions.labels]")
 {
-    const testing::TemporaryFolder folder;
     // The first two columns of squares are 10 pixels wide. Each mask has a bit of other columns: less than the other's, or than
     // half.
     draw(folder.path() / "window/frame-000000.png", width, height, [](int x, int) { return x < 12; });
     draw(folder.path() / "door/frame-000000.png", width, height, [](int x, int) { return x >= 8 && x < 22; });
-    testing::TestRun run;
     const auto regions = masked(folder.path(), run);
     CHECK(regions->names == std::vector<std::string>{"door", "window", "other"});
     for (std::size_t f = 0; f < regions->label_of_face.size(); ++f)
@@ -131,9 +128,9 @@ TEST_CASE("regions.labels: faces take the region that most of their pixels are i
     CHECK(over->names[over->label_of_face[47]] == "floor");
 }
 
-TEST_CASE("regions.labels: masks of another size, or that mark nothing, are refused by name", "[regions.labels]")
+TEST_CASE_METHOD(testing::StageTest, "regions.labels: masks of another size, or that mark nothing, are refused by name",
+                 "[regions.labels]")
 {
-    testing::TestRun run;
     const testing::TemporaryFolder small;
     draw(small.path() / "tv/frame-000000.png", width / 2, height / 2, [](int, int) { return true; });
     CHECK_THROWS_WITH(masked(small.path(), run), Contains("tv/frame-000000.png: 20 x 15 pixels"));

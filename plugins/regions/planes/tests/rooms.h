@@ -2,6 +2,7 @@
 
 #include "room_parts.h"
 
+#include <fresco/geometry/topology.h>
 #include <fresco/mesh.h>
 #include <fresco/random.h>
 #include <fresco/testing_scenes.h>
@@ -72,8 +73,7 @@ struct KnownRoom
         double either = 0;
         for (std::size_t f = 0; f < parts.size(); ++f)
         {
-            const auto& [a, b, c] = mesh.triangles[f];
-            const double area = length(cross(mesh.positions[b] - mesh.positions[a], mesh.positions[c] - mesh.positions[a]));
+            const double area = length(fresco::geometry::area_vector(mesh, f));
             both += found[f] == part && parts[f] == part ? area : 0;
             either += found[f] == part || parts[f] == part ? area : 0;
         }

@@ -1,8 +1,8 @@
 #include "catch.h"
+#include "plugin_under_test.h"
 #include "rooms.h"
 
 #include <fresco/regions/regions.h>
-#include <fresco/testing.h>
 
 #include <algorithm>
 
@@ -13,21 +13,17 @@ namespace
 
 std::shared_ptr<Regions> divided(const Mesh& mesh, const Value& options, testing::TestRun& run)
 {
-    testing::TemporaryFolder folder;
-    testing::run_stage(FRESCO_PLUGIN_FILE, "regions.planes", options, {{"mesh", std::make_shared<Mesh>(mesh)}}, folder.path(),
-                       run);
-    return Regions::load({folder.path() / "regions", folder.path()});
+    return testing::output_of<Regions>("regions.planes", "regions", options, {{"mesh", std::make_shared<Mesh>(mesh)}}, run);
 }
 
 }  // namespace
 
-TEST_CASE("regions.planes finds the parts of a room that stands upright or lies", "[regions.planes]")
+TEST_CASE_METHOD(testing::StageTest, "regions.planes finds the parts of a room that stands upright or lies", "[regions.planes]")
 {
     KnownRoom room;
     room.noise_m = 0.003;
     room.shell({4, 3, 2.4F});
     room.table(1, 1);
-    testing::TestRun run;
     const auto upright = divided(room.mesh, Value::Map{}, run);
     CHECK(upright->names == std::vector<std::string>{"floor", "ceiling", "walls", "furniture"});
     CHECK(upright->atlas == atlas_id(room.mesh));
@@ -43,11 +39,11 @@ TEST_CASE("regions.planes finds the parts of a room that stands upright or lies"
         CHECK(divided(lying, Value::Map{{"up", up}}, run)->label_of_face == upright->label_of_face);
 }
 
-TEST_CASE("regions.planes says where there is no floor, and refuses what is no mesh", "[regions.planes]")
+TEST_CASE_METHOD(testing::StageTest, "regions.planes says where there is no floor, and refuses what is no mesh",
+                 "[regions.planes]")
 {
     KnownRoom wall;
     wall.sheet(RoomPart::walls, {}, {4, 0, 0}, {0, 0, 2.5F});
-    testing::TestRun run;
     const auto regions = divided(wall.mesh, Value::Map{{"up", "z"}}, run);
     CHECK(run.reported.at("floors").as_int() == 0);
     const auto told = [&](const char* text)

@@ -1,10 +1,9 @@
 #include "catch.h"
-#include <fresco/texturing/enlarge.h>
+#include "plugin_under_test.h"
 
 #include <fresco/random.h>
-#include <fresco/stage.h>
-#include <fresco/testing.h>
 #include <fresco/testing_scenes.h>
+#include <fresco/texturing/enlarge.h>
 #include <fresco/texturing/texel_faces.h>
 
 #include <algorithm>
@@ -265,14 +264,13 @@ TEST_CASE("every texel is what the plain method gives, at whole and odd factors"
     }
 }
 
-TEST_CASE("no color crosses from chart to chart, and the gutter continues the nearest")
+TEST_CASE_METHOD(testing::StageTest, "no color crosses from chart to chart, and the gutter continues the nearest")
 {
     Mesh mesh = fresco::testing::two_chart_wall();
     // The charts touch.
     for (Vec2f& uv : mesh.texcoords)
         uv.x = uv.x < 0.5F ? uv.x + 0.12F : uv.x - 0.08F;
     const Raster8 picture = fresco::testing::picture(64, 64, [](int x, int, int c) { return c == (x < 32 ? 0 : 2) ? 200 : 0; });
-    testing::TestRun run;
     const texturing::Charts charts = texturing::find_charts(mesh);
     const texturing::TexelFaces faces = texturing::find_texel_faces(mesh, charts, 16, run);
     std::vector<int> chart_of(256, -1);
@@ -310,13 +308,11 @@ struct Enlarging
 
     std::shared_ptr<TexturedMesh> run(testing::TestRun& run) const
     {
-        testing::TemporaryFolder folder;
-        testing::run_stage(FRESCO_PLUGIN_FILE, "texture.enlarge", Value::Map{{"size_px", size_px}},
-                           {{"source", std::make_shared<SourceMap>(source)},
-                            {"style", std::make_shared<Image>(picture)},
-                            {"mesh", std::make_shared<Mesh>(mesh)}},
-                           folder.path(), run);
-        return TexturedMesh::load({folder.path() / "textured_mesh", folder.path()});
+        return testing::output_of<TexturedMesh>("texture.enlarge", "textured_mesh", Value::Map{{"size_px", size_px}},
+                                                {{"source", std::make_shared<SourceMap>(source)},
+                                                 {"style", std::make_shared<Image>(picture)},
+                                                 {"mesh", std::make_shared<Mesh>(mesh)}},
+                                                run);
     }
 };
 
@@ -342,10 +338,9 @@ TEST_CASE("size_px 0: as large as the picture allows, and never smaller than wha
     CHECK(made(detailed_picture(128, 96), 0.4F) == 64);
 }
 
-TEST_CASE("the stage gives the mesh its picture, of which transparent pixels show nothing")
+TEST_CASE_METHOD(testing::StageTest, "the stage gives the mesh its picture, of which transparent pixels show nothing")
 {
     Enlarging enlarging;
-    testing::TestRun run;
     const auto result = enlarging.run(run);
     CHECK(result->mesh.texcoords == enlarging.mesh.texcoords);
     CHECK(run.reported.at("painted_share").as_double() == Approx(0.18).margin(0.03));

@@ -1,11 +1,11 @@
 #include "catch.h"
 #include "painted_wall.h"
+#include "plugin_under_test.h"
 #include "raw_images.h"
 #include "uv_map_samples.h"
 
 #include <fresco/files_io.h>
 #include <fresco/npy.h>
-#include <fresco/testing.h>
 #include <fresco/texture.h>
 
 #include <filesystem>
@@ -52,20 +52,16 @@ struct Recording
 
 std::shared_ptr<const Texture> made(const Recording& recording, Value::Map options, testing::TestRun& run)
 {
-    testing::TemporaryFolder folder;
-    testing::run_stage(FRESCO_PLUGIN_FILE, "texture.from_frames", options,
-                       {{"uvmaps", recording.maps}, {"frames", recording.frames}}, folder.path(), run,
-                       {{"image_io", std::make_shared<testing::RawImages>()}});
-    return Texture::load({folder.path() / "texture", folder.path()});
+    return testing::output_of<Texture>("texture.from_frames", "texture", options,
+                                       {{"uvmaps", recording.maps}, {"frames", recording.frames}}, run,
+                                       {{"image_io", std::make_shared<testing::RawImages>()}});
 }
 
 }  // namespace
 
-TEST_CASE("the stage makes a texture that texture.bake takes, and reports")
+TEST_CASE_METHOD(testing::StageTest, "the stage makes a texture that texture.bake takes, and reports")
 {
-    testing::TemporaryFolder folder;
     const Recording recording(folder.path());
-    testing::TestRun run;
     const auto texture = made(recording, {{"size_px", 64}}, run);
     REQUIRE(texture->size_px() == 64);
     const Vec3f truth = smooth_paint(20.5 / 64, 1 - 40.5 / 64);
@@ -85,9 +81,8 @@ TEST_CASE("the stage makes a texture that texture.bake takes, and reports")
     CHECK_THROWS_WITH(made(recording, {{"size_px", 16}, {"height_px", 45}}, run), Contains("45 px; found 30, 60"));
 }
 
-TEST_CASE("pictures of a folder take the place of the cameras'")
+TEST_CASE_METHOD(testing::StageTest, "pictures of a folder take the place of the cameras'")
 {
-    testing::TemporaryFolder folder;
     const Recording recording(folder.path());
     const fs::path styled = folder.path() / "styled";
     fs::create_directories(styled);
@@ -100,7 +95,6 @@ TEST_CASE("pictures of a folder take the place of the cameras'")
         }
     };
     const Value::Map options{{"size_px", 32}, {"pictures", styled.string()}};
-    testing::TestRun run;
     write_all(213, 160);  // 4 : 3, to a pixel.
     const auto texture = made(recording, options, run);
     CHECK(texture->layers[0].at(16, 16, 0) == Approx(200 / 255.0).margin(1e-3));

@@ -1,10 +1,9 @@
 #include "catch.h"
 #include "model_colors.h"
 #include "model_samples.h"
+#include "plugin_under_test.h"
 
 #include <fresco/mesh.h>
-#include <fresco/stage.h>
-#include <fresco/testing.h>
 #include <fresco/testing_scenes.h>
 #include <fresco/texture.h>
 #include <fresco/texturing/texture_pictures.h>
@@ -148,11 +147,9 @@ Mesh atlas()
 
 Texture textured(const Model& model, const Mesh& mesh, testing::TestRun& run, int size_px = 192)
 {
-    const testing::TemporaryFolder folder;
-    testing::run_stage(FRESCO_PLUGIN_FILE, "texture.from_model", Value::Map{{"size_px", size_px}},
-                       {{"model", std::make_shared<Model>(model)}, {"mesh", std::make_shared<Mesh>(mesh)}}, folder.path(), run,
-                       {{"image_io", std::make_shared<stored_png::Codec>()}});
-    return std::move(*Texture::load({folder.path() / "texture", folder.path()}));
+    return *testing::output_of<Texture>("texture.from_model", "texture", Value::Map{{"size_px", size_px}},
+                                        {{"model", std::make_shared<Model>(model)}, {"mesh", std::make_shared<Mesh>(mesh)}}, run,
+                                        {{"image_io", std::make_shared<stored_png::Codec>()}});
 }
 
 /// The box with a picture per side in `folder`.
@@ -203,10 +200,8 @@ Model colored(const Mesh& mesh)
 
 }  // namespace
 
-TEST_CASE("six pictures come out on their sides, the right way up", "[texture.from_model]")
+TEST_CASE_METHOD(testing::StageTest, "six pictures come out on their sides, the right way up", "[texture.from_model]")
 {
-    const testing::TemporaryFolder folder;
-    testing::TestRun run;
     const Texture texture = textured(painted_box(folder), atlas(), run);
     CHECK(texture.atlas == atlas_id(atlas()));
     for (std::size_t side = 0; side < Box::sides; ++side)
@@ -221,13 +216,12 @@ TEST_CASE("six pictures come out on their sides, the right way up", "[texture.fr
     CHECK(texture.seen.at(32, 160) == 1);
 }
 
-TEST_CASE("pixels count whatever their alpha is, without a warning; a damaged picture is named by its model",
-          "[texture.from_model]")
+TEST_CASE_METHOD(testing::StageTest,
+                 "pixels count whatever their alpha is, without a warning; a damaged picture is named by its model",
+                 "[texture.from_model]")
 {
-    const testing::TemporaryFolder folder;
     const Model model = painted_box(folder);
     const Mesh mesh = atlas();
-    testing::TestRun run;
     const Texture opaque = textured(model, mesh, run);
     CHECK(run.messages.empty());
     const Raster8 rgb = Box::picture(0);
@@ -258,9 +252,8 @@ TEST_CASE("where the picture is finer than the texture, a texel takes the mean l
     }
 }
 
-TEST_CASE("each side of a thin wall keeps its colors", "[texture.from_model]")
+TEST_CASE_METHOD(testing::StageTest, "each side of a thin wall keeps its colors", "[texture.from_model]")
 {
-    testing::TestRun run;
     Mesh thin = wall();
     // The atlas's wall lies a little beside the model's: each of its sides is nearer to the other color.
     for (Vec3f& p : thin.positions)
@@ -277,9 +270,8 @@ TEST_CASE("each side of a thin wall keeps its colors", "[texture.from_model]")
     CHECK(std::abs(bytes_at(textured(colored(ramp), wall(), run), {0.2F, 0.5F})[1] - 188) <= 1);
 }
 
-TEST_CASE("a bare model is shaded by its shape", "[texture.from_model]")
+TEST_CASE_METHOD(testing::StageTest, "a bare model is shaded by its shape", "[texture.from_model]")
 {
-    testing::TestRun run;
     Mesh bare = atlas();
     const Texture texture = textured(colored(bare), atlas(), run);
     CHECK(run.reported.at("colors_from").as_string() == "shape");
@@ -293,9 +285,10 @@ TEST_CASE("a bare model is shaded by its shape", "[texture.from_model]")
                 CHECK(std::abs(tone(side) - tone(other)) >= 12);
 }
 
-TEST_CASE("what is out of reach is not seen and continues the rest; a mesh of another model is refused", "[texture.from_model]")
+TEST_CASE_METHOD(testing::StageTest,
+                 "what is out of reach is not seen and continues the rest; a mesh of another model is refused",
+                 "[texture.from_model]")
 {
-    testing::TestRun run;
     Mesh far = wall();
     for (std::size_t i = 4; i < 8; ++i)
         far.positions[i].z = -0.5F;

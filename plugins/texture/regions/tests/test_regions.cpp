@@ -1,7 +1,7 @@
 #include "catch.h"
+#include "plugin_under_test.h"
 
 #include <fresco/regions/regions.h>
-#include <fresco/testing.h>
 #include <fresco/testing_scenes.h>
 
 #include <algorithm>
@@ -44,7 +44,6 @@ struct Given
 
 std::shared_ptr<const Texture> put_together(const Value& rules, testing::TestRun& run, const Given& given = {})
 {
-    testing::TemporaryFolder folder;
     testing::Inputs inputs{{"photo", std::make_shared<Texture>(given.photo)},
                            {"mesh", std::make_shared<Mesh>(given.mesh)},
                            {"regions", std::make_shared<Regions>(given.regions)}};
@@ -55,8 +54,7 @@ std::shared_ptr<const Texture> put_together(const Value& rules, testing::TestRun
         if (name != "keep")
             inputs[name] = std::make_shared<Texture>(name == "night" ? given.night : given.waves);
     }
-    testing::run_stage(FRESCO_PLUGIN_FILE, "texture.regions", Value::Map{{"regions", rules}}, inputs, folder.path(), run);
-    return Texture::load({folder.path() / "texture", folder.path()});
+    return testing::output_of<Texture>("texture.regions", "texture", Value::Map{{"regions", rules}}, inputs, run);
 }
 
 /// Texels of one half of the atlas that differ.
@@ -72,12 +70,16 @@ int differing(const Texture& a, const Texture& b, bool right)
     return count;
 }
 
+struct RegionsTest : testing::StageTest
+{
+    Given given;
+};
+
 }  // namespace
 
-TEST_CASE("texture.regions: kept regions are the photo bit for bit, others their texture", "[texture.regions]")
+TEST_CASE_METHOD(RegionsTest, "texture.regions: kept regions are the photo bit for bit, others their texture",
+                 "[texture.regions]")
 {
-    testing::TestRun run;
-    const Given given;
     const auto result = put_together(Value::Map{{"floor", "keep"}, {"*", "night"}}, run);
     CHECK(result->atlas == atlas_id(given.mesh));
     CHECK(differing(*result, given.photo, false) == 0);
@@ -90,10 +92,8 @@ TEST_CASE("texture.regions: kept regions are the photo bit for bit, others their
     CHECK(differing(*put_together(Value::Map{{"walls", "waves"}}, run), given.photo, false) == 0);
 }
 
-TEST_CASE("texture.regions: strength mixes with the photo", "[texture.regions]")
+TEST_CASE_METHOD(RegionsTest, "texture.regions: strength mixes with the photo", "[texture.regions]")
 {
-    testing::TestRun run;
-    const Given given;
     const auto result =
         put_together(Value::Map{{"floor", Value::Map{{"texture", "waves"}, {"strength", 0.25}}}, {"walls", "night"}}, run);
     const auto at = [&](const Texture& texture, int x) { return texture.layers.front().at(x, 3 * side / 4, 2); };
@@ -101,10 +101,9 @@ TEST_CASE("texture.regions: strength mixes with the photo", "[texture.regions]")
     CHECK(at(*result, 3 * side / 4) == at(given.night, 3 * side / 4));
 }
 
-TEST_CASE("texture.regions: what the photo lacks is filled from the photo, not from its neighbors' paint", "[texture.regions]")
+TEST_CASE_METHOD(RegionsTest, "texture.regions: what the photo lacks is filled from the photo, not from its neighbors' paint",
+                 "[texture.regions]")
 {
-    testing::TestRun run;
-    Given given;
     given.photo = striped({0.2F, 0.4F, 0.6F}, true);
     given.regions = regions_from(given.mesh, {"floor", "walls"}, {1, 1, 1, 0});
     const auto kept = put_together(Value::Map{{"*", "keep"}}, run, given);
@@ -118,12 +117,10 @@ TEST_CASE("texture.regions: what the photo lacks is filled from the photo, not f
     CHECK(blue > 50);
 }
 
-TEST_CASE("texture.regions: refuses what does not belong together, by name", "[texture.regions]")
+TEST_CASE_METHOD(RegionsTest, "texture.regions: refuses what does not belong together, by name", "[texture.regions]")
 {
-    testing::TestRun run;
     const Value rules = Value::Map{{"floor", "keep"}, {"*", "night"}};
     CHECK_THROWS_WITH(put_together(Value::Map{{"flor", "keep"}, {"*", "night"}}, run), Contains("(did you mean 'floor'?)"));
-    Given given;
     given.night = testing::blank_texture(side / 2, 0);
     CHECK_THROWS_WITH(put_together(rules, run, given), Contains("the one on port 'night' 40"));
     given = {};
@@ -145,10 +142,8 @@ TEST_CASE("texture.regions: refuses what does not belong together, by name", "[t
                       Contains("'strength' of 'floor'"));
 }
 
-TEST_CASE("texture.regions: a rule for a region that no face has warns", "[texture.regions]")
+TEST_CASE_METHOD(RegionsTest, "texture.regions: a rule for a region that no face has warns", "[texture.regions]")
 {
-    testing::TestRun run;
-    Given given;
     given.regions.names.emplace_back("ceiling");
     put_together(Value::Map{{"ceiling", "night"}}, run, given);
     REQUIRE(!run.messages.empty());

@@ -1,9 +1,8 @@
 #include "catch.h"
+#include "plugin_under_test.h"
 #include "relief.h"
 
 #include <fresco/random.h>
-#include <fresco/stage.h>
-#include <fresco/testing.h>
 #include <fresco/testing_scenes.h>
 #include <fresco/texture.h>
 #include <fresco/texturing/exports.h>
@@ -117,10 +116,9 @@ double angle_deg(Vec3d a, Vec3d b)
 
 }  // namespace
 
-TEST_CASE("decoded normals are those of the height, to a degree, also beside a seam")
+TEST_CASE_METHOD(testing::StageTest, "decoded normals are those of the height, to a degree, also beside a seam")
 {
     const Sheet sheet;
-    testing::TestRun run;
     const Charts charts = find_charts(sheet.bent);
     REQUIRE(charts.count == 2);
     const TexelFaces faces = find_texel_faces(sheet.bent, charts, size_px, run);
@@ -182,7 +180,8 @@ std::pair<double, double> heights_mm(int texels, double period_m, double amplitu
 
 }  // namespace
 
-TEST_CASE("lighter strokes are thicker, at every texture size alike, and patterns wider than two strokes add nothing")
+TEST_CASE_METHOD(testing::StageTest,
+                 "lighter strokes are thicker, at every texture size alike, and patterns wider than two strokes add nothing")
 {
     // The crest of a sine is sqrt(2) times its root mean square, so the height there is 1 + 1.41 / sqrt(1.41^2 + 2^2) mm. The
     // margin is for the grid of the mean, which changes waves of its own size a little.
@@ -196,7 +195,6 @@ TEST_CASE("lighter strokes are thicker, at every texture size alike, and pattern
         CHECK(high_over == Approx(high).margin(0.05));
         CHECK(low_over == Approx(low).margin(0.05));
     }
-    testing::TestRun run;
     const Mesh mesh = testing::wall(1);
     const TexelFaces faces = find_texel_faces(mesh, find_charts(mesh), 64, run);
     const RasterF flat = paint_height(Raster8(64, 64, 3, 77), mesh, faces, 0.002, 0.04, run);
@@ -237,9 +235,7 @@ namespace
 
 Relief made(const testing::Inputs& inputs, double stroke_cm, testing::TestRun& run)
 {
-    const testing::TemporaryFolder folder;
-    testing::run_stage(FRESCO_PLUGIN_FILE, "texture.relief", Value::Map{{"stroke_cm", stroke_cm}}, inputs, folder.path(), run);
-    return std::move(*Relief::load({folder.path() / "relief", folder.path()}));
+    return *testing::output_of<Relief>("texture.relief", "relief", Value::Map{{"stroke_cm", stroke_cm}}, inputs, run);
 }
 
 Relief made(const testing::Inputs& inputs, double stroke_cm = 1)

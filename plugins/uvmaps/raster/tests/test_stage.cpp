@@ -1,4 +1,5 @@
 #include "catch.h"
+#include "plugin_under_test.h"
 #include "view_cases.h"
 
 #include <fresco/files_io.h>
@@ -40,34 +41,30 @@ std::shared_ptr<UvMaps> maps_of(const Value& options, const std::shared_ptr<Mesh
     return UvMaps::load({folder / "uvmaps", folder});
 }
 
-std::string error_of(const Value& options, std::shared_ptr<Mesh> mesh, std::shared_ptr<Frames> frames)
+void refused(const Value& options, const std::shared_ptr<Mesh>& mesh, const std::shared_ptr<Frames>& frames, const char* reason)
 {
     testing::TemporaryFolder folder;
     testing::TestRun run;
-    return testing::error_of([&] { maps_of(options, mesh, frames, folder.path(), run); });
+    CHECK_THROWS_WITH(maps_of(options, mesh, frames, folder.path(), run), Catch::Contains(reason));
 }
 
 }  // namespace
 
-TEST_CASE("the stage streams a map per frame and height and counts what it saw")
+TEST_CASE_METHOD(testing::StageTest, "the stage streams a map per frame and height and counts what it saw")
 {
-    testing::TemporaryFolder folder;
-    testing::TestRun run;
     const auto maps = maps_of(Value::Map{{"heights_px", Value::List{24, 16}}}, shared_wall(), two_frames(), folder.path(), run);
     CHECK(maps->heights_px == std::vector<int>{16, 24});
     REQUIRE(maps->views.size() == 2);
-    CHECK(maps->views[0].frame == "frame-000000");
-    CHECK(maps->views[0].sequence == "seq-01");
+    CHECK(maps->views[0].sequence + "/" + maps->views[0].frame == "seq-01/frame-000000");
     CHECK(maps->views[0].camera == two_frames()->frames[0].color);
     CHECK(maps->views[0].valid_pixels == std::vector<std::int64_t>{336, 768});
     CHECK(maps->views[1].valid_pixels == std::vector<std::int64_t>{0, 0});
     const UvMap map = maps->load_map(0, 1);
     CHECK(map.uv.width == 32);
     CHECK(map.depth.at(31, 23) == Approx(2).epsilon(1e-3));
-    CHECK(run.reported.at("blind_frames").as_int() == 1);
-    CHECK(run.reported.at("maps").as_int() == 4);
-    CHECK(run.reported.at("valid_pixels").as_int() == 21 * 16 + 32 * 24);
-    CHECK(run.reported.at("empty_pixels").as_int() == 21 * 16 + 32 * 24);
+    constexpr int half = 21 * 16 + 32 * 24;
+    for (const auto& [key, value] : {std::pair{"blind_frames", 1}, {"maps", 4}, {"valid_pixels", half}, {"empty_pixels", half}})
+        CHECK(run.reported.at(key).as_int() == value);
     REQUIRE(run.messages.size() == 1);
     CHECK(run.messages[0].find("1 of 2 frames") != std::string::npos);
 }
@@ -103,10 +100,8 @@ TEST_CASE("frames that an interrupted run had finished are not looked at again, 
         CHECK(read_file(entry.path()) == read_file(pieces.path() / "uvmaps" / entry.path().filename()));
 }
 
-TEST_CASE("pixels that a mask ignores are not seen, at any height")
+TEST_CASE_METHOD(testing::StageTest, "pixels that a mask ignores are not seen, at any height")
 {
-    testing::TemporaryFolder folder;
-    testing::TestRun run;
     const auto frames = two_frames();
     // The left quarter of 64 x 48 and one pixel right of it.
     Raster8 mask(64, 48, 1, 255);
@@ -124,7 +119,7 @@ TEST_CASE("pixels that a mask ignores are not seen, at any height")
     CHECK(map.valid.at(8, 5) == 1);
     CHECK(map.valid.at(31, 23) == 0);
     frames->frames[0].color.intrinsics.width = 63;
-    CHECK_THAT(error_of(Value::Map{}, shared_wall(), frames), Catch::Contains("mask.npy: is 64x48"));
+    refused(Value::Map{}, shared_wall(), frames, "mask.npy: is 64x48");
 }
 
 TEST_CASE("angles are those of the vertices' normals or of the faces'")
@@ -149,8 +144,6 @@ TEST_CASE("angles are those of the vertices' normals or of the faces'")
 
 TEST_CASE("what the stage cannot use is refused with the way out")
 {
-    const auto refused = [](const Value& options, std::shared_ptr<Mesh> mesh, std::shared_ptr<Frames> frames, const char* reason)
-    { CHECK_THAT(error_of(options, std::move(mesh), std::move(frames)), Catch::Contains(reason)); };
     auto bare = shared_wall();
     bare->texcoords.clear();
     refused(Value::Map{}, bare, two_frames(), "wire an atlas.* stage");

@@ -1,4 +1,5 @@
 #include "catch.h"
+#include "plugin_under_test.h"
 #include "stored_png.h"
 
 #include <fresco/files.h>
@@ -32,6 +33,13 @@ void show(const T& artifact, PageEntry& entry)
     viewer->show(artifact, entry);
 }
 
+template <class T>
+PageEntry shown(const T& artifact, PageEntry entry = {})
+{
+    show(artifact, entry);
+    return entry;
+}
+
 std::vector<std::string> names_of(const PageEntry& entry)
 {
     std::vector<std::string> names;
@@ -45,9 +53,8 @@ using Names = std::vector<std::string>;
 
 }  // namespace
 
-TEST_CASE("frames show what the cameras saw where others made pictures, files the pictures asked for")
+TEST_CASE_METHOD(testing::StageTest, "frames show what the cameras saw where others made pictures, files the pictures asked for")
 {
-    const testing::TemporaryFolder folder;
     const auto write = [&](const std::string& name) { write_file(folder.path() / name, Codec().encode_png(Raster8(4, 2, 3))); };
     Frames frames;
     for (const char* name : {"a", "b", "c"})
@@ -58,52 +65,35 @@ TEST_CASE("frames show what the cameras saw where others made pictures, files th
         frames.frames.back().color.intrinsics = {4, 2, 1, 1, 0, 0};
         frames.frames.back().color_picture.path = folder.path() / (std::string(name) + ".png");
     }
-    PageEntry seen;
-    seen.last = false;
-    seen.names = {"views/s_b.png", "other/s_b.jpg", "views/x.png"};
-    show(frames, seen);
+    const PageEntry seen = shown(frames, {.names = {"views/s_b.png", "other/s_b.jpg", "views/x.png"}, .last = false});
     CHECK(names_of(seen) == Names{"s_b"});
     CHECK(seen.value.at("pictures").as_list()[0].at("pose").at("forward") == parse_json("[0.0, 0.0, 1.0]"));
     CHECK(seen.value.find("cameras") != nullptr);
     // Earlier frames that nobody made pictures of show nothing.
-    PageEntry earlier;
-    earlier.last = false;
-    show(frames, earlier);
-    CHECK(earlier.value == Value(Value::Map{}));
+    CHECK(shown(frames, {.last = false}).value == Value(Value::Map{}));
 
     Files files;
     files.loaded_from = folder.path();
     files.names = {"a.png", "b.png", "c.png", "note.txt"};
-    PageEntry all;
-    show(files, all);
-    CHECK(names_of(all) == Names{"a.png", "b.png", "c.png"});
-    PageEntry some;
-    some.most_pictures = 1;
-    show(files, some);
-    CHECK(names_of(some) == Names{"b.png"});
-    PageEntry chosen;
-    chosen.names = {"c.png"};
-    show(files, chosen);
-    CHECK(names_of(chosen) == Names{"c.png"});
+    CHECK(names_of(shown(files)) == Names{"a.png", "b.png", "c.png"});
+    CHECK(names_of(shown(files, {.most_pictures = 1})) == Names{"b.png"});
+    CHECK(names_of(shown(files, {.names = {"c.png"}})) == Names{"c.png"});
     auto compressed = Codec().encode_png(Raster8(4, 2, 3));
     compressed.at(43) = std::byte{2};
     write_file(folder.path() / "b.png", compressed);
-    PageEntry broken;
-    show(files, broken);
+    const PageEntry broken = shown(files);
     CHECK(names_of(broken) == Names{"a.png", "c.png"});
     CHECK(broken.value.at("notes").as_list().size() == 1);
 }
 
-TEST_CASE("a page holds videos up to a limit, and says which others there are")
+TEST_CASE_METHOD(testing::StageTest, "a page holds videos up to a limit, and says which others there are")
 {
-    const testing::TemporaryFolder folder;
     Files files;
     files.loaded_from = folder.path();
     files.names = {"a.mp4", "b.webm", "c.mp4", "d.mp4", "e.mp4"};
     for (const std::string& name : files.names)
         write_file(folder.path() / name, std::vector<std::byte>(name == "e.mp4" ? 9'000'000 : 7'000'000));
-    PageEntry page;
-    show(files, page);
+    const PageEntry page = shown(files);
     CHECK(names_of(page) == Names{"a.mp4", "b.webm", "c.mp4"});
     CHECK(page.value.at("pictures").as_list()[1].at("uri").as_string().starts_with("data:video/webm;base64,"));
     CHECK(page.value.at("notes") ==
@@ -121,14 +111,10 @@ TEST_CASE("the last textured mesh shows its atlas and its room, one without texc
     CHECK_THROWS_WITH(show(room, without), Catch::Contains("no texcoords"));
     CHECK(names_of(without) == Names{"8 × 8 texels"});
     room.mesh.texcoords = {{0, 0}, {1, 0}, {0, 1}};
-    PageEntry page;
-    show(room, page);
+    const PageEntry page = shown(room);
     CHECK(page.scripts != nullptr);
     CHECK(page.value.at("room").at("triangles") == Value(1));
     CHECK(page.value.at("room").at("geometry").as_string().size() % 4 == 0);
     CHECK(page.value.at("room").at("texture").as_string().starts_with("data:image/jpeg;base64,"));
-    PageEntry earlier;
-    earlier.last = false;
-    show(room, earlier);
-    CHECK(earlier.value == Value(Value::Map{}));
+    CHECK(shown(room, {.last = false}).value == Value(Value::Map{}));
 }

@@ -1,7 +1,7 @@
 #include "catch.h"
+#include "plugin_under_test.h"
 
 #include <fresco/error.h>
-#include <fresco/testing.h>
 #include <fresco/torch/optimizer_rule.h>
 
 #include <ATen/Parallel.h>
@@ -17,10 +17,7 @@ namespace
 
 std::unique_ptr<OptimizerRule> made(const Value& options)
 {
-    auto rule = testing::make_from_plugin<OptimizerRule>(FRESCO_PLUGIN_FILE, "optimizer.lbfgs");
-    testing::TestFactory factory;
-    rule->configure(options, factory);
-    return rule;
+    return testing::configured<OptimizerRule>("optimizer.lbfgs", options);
 }
 
 std::vector<TextureParameter> parameters()

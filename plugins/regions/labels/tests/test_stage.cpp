@@ -1,5 +1,6 @@
 #include "catch.h"
 #include "labeled_surface.h"
+#include "plugin_under_test.h"
 #include "shapes.h"
 
 #include <fresco/files_io.h>
@@ -8,7 +9,6 @@
 #include <fresco/mesh.h>
 #include <fresco/random.h>
 #include <fresco/regions/regions.h>
-#include <fresco/testing.h>
 
 #include <algorithm>
 #include <cmath>
@@ -179,20 +179,16 @@ std::string labels()
 
 std::shared_ptr<Regions> divided(const Value& options, const testing::Inputs& inputs, testing::TestRun& run)
 {
-    testing::TemporaryFolder out;
-    testing::run_stage(FRESCO_PLUGIN_FILE, "regions.labels", options, inputs, out.path(), run);
-    return Regions::load({out.path() / "regions", out.path()});
+    return testing::output_of<Regions>("regions.labels", "regions", options, inputs, run);
 }
 
 }  // namespace
 
-TEST_CASE("regions.labels: labels of a PLY reach a mesh that was made from it", "[regions.labels]")
+TEST_CASE_METHOD(testing::StageTest, "regions.labels: labels of a PLY reach a mesh that was made from it", "[regions.labels]")
 {
-    const testing::TemporaryFolder folder;
     write_file(folder.path() / "a.labels.ply", labels());
     const Value options = Value::Map{{"path", (folder.path() / "a.labels.ply").string()}};
     const auto finer = std::make_shared<Mesh>(shapes::grid(3 * squares, [](float, float) { return 0.01F; }));
-    testing::TestRun run;
     const auto regions = divided(options, {{"mesh", finer}}, run);
     CHECK(run.reported.at("covered_share").as_double() == Approx(1));
     CHECK(run.reported.at("mean_distance_m").as_double() == Approx(0.01));
@@ -207,12 +203,11 @@ TEST_CASE("regions.labels: labels of a PLY reach a mesh that was made from it", 
     }
 }
 
-TEST_CASE("regions.labels: labels of another mesh are refused by how much they cover", "[regions.labels]")
+TEST_CASE_METHOD(testing::StageTest, "regions.labels: labels of another mesh are refused by how much they cover",
+                 "[regions.labels]")
 {
-    const testing::TemporaryFolder folder;
     write_file(folder.path() / "a.labels.ply", labels());
     const std::string file = (folder.path() / "a.labels.ply").string();
-    testing::TestRun run;
     Mesh mesh = square();
     for (Vec3f& p : mesh.positions)
         p.z = p.y > 0.24F ? 1.0F : 0.0F;
@@ -224,9 +219,9 @@ TEST_CASE("regions.labels: labels of another mesh are refused by how much they c
     CHECK(regions->names == std::vector<std::string>{"floor", "wall"});
 }
 
-TEST_CASE("regions.labels: materials of a model, ScanNet's segments, and what they need", "[regions.labels]")
+TEST_CASE_METHOD(testing::StageTest, "regions.labels: materials of a model, ScanNet's segments, and what they need",
+                 "[regions.labels]")
 {
-    testing::TestRun run;
     const auto mesh = std::make_shared<Mesh>(square());
     Model model;
     model.mesh = *mesh;
@@ -238,7 +233,6 @@ TEST_CASE("regions.labels: materials of a model, ScanNet's segments, and what th
     model.materials[0].name.clear();
     CHECK_THROWS_WITH(surface_from_materials(model), Contains("no material of the model on port 'model' has a name"));
 
-    const testing::TemporaryFolder folder;
     const std::string groups = (folder.path() / "a.aggregation.json").string();
     const std::string segments = (folder.path() / "a.segs.json").string();
     write_file(groups, R"({"segGroups": [{"label": "rug", "segments": [3]}]})");

@@ -106,12 +106,7 @@ class OptimizerLbfgs final : public fresco::OptimizerRule
     }
 
     fresco::TensorMap state() const override { return {}; }
-    void restore(const fresco::TensorMap& state) override
-    {
-        if (!state.empty())
-            throw fresco::Error("the checkpoint holds '" + state.begin()->first +
-                                "', which optimizer.lbfgs does not have; remove the checkpoint folder");
-    }
+    void restore(const fresco::TensorMap&) override {}
 
   private:
     /// The sparse gradients and the regularizer's as those of the parameters; returns the regularizer.

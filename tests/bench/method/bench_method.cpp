@@ -2,6 +2,7 @@
 // encoded in every step, every texel updated), with the same loss.
 #include "evaluation.h"
 #include "real_components.h"
+#include "uv_map_samples.h"
 
 #include <fresco/testing.h>
 #include <fresco/testing_scenes.h>
@@ -171,8 +172,7 @@ struct Studio
         texture->allocate(settings.size_px);
         texture->move_to(device);
         // As the preset has it.
-        rule = made<fresco::OptimizerRule>("optimizer.adam", Map{{"mode", "dense"}, {"untouched", reference ? "step" : "skip"}},
-                                           factory);
+        rule = made<fresco::OptimizerRule>("optimizer.adam", Map{{"mode", "dense"}}, factory);
         rule->attach(texture->parameters());
         load_levels(room);
         move_to(view, device, !device.is_cpu());
@@ -181,25 +181,20 @@ struct Studio
     void load_levels(const Room& room)
     {
         const fresco::testing::TemporaryFolder folder;
-        const fresco::ArtifactFolder own{folder.path(), {}};
-        fresco::Frame frame = fresco::testing::frame("generated", fresco::testing::camera(1024, 768, 768 / field_of_view));
-        fresco::testing::set_color_picture(frame, folder.path(), fresco::testing::noise_picture(1024, 768, 2));
-        fresco::UvMaps written;
-        written.heights_px.assign(heights.begin(), heights.end());
-        written.views = {{frame.sequence, frame.name, frame.color, std::vector<std::int64_t>(heights.size(), 1)}};
-        for (const int height : heights)
-        {
-            fresco::UvMap map = generated_view(frame.color.intrinsics.width_at(height), height);
-            // The smallest map's depth decides on the levels.
-            for (int y = 0; y < height && height == heights.front(); ++y)
-                for (int x = 0; x < map.depth.width; ++x)
-                    map.depth.at(x, y) = static_cast<float>(room.farthest - (room.farthest - room.nearest) * y / height);
-            fresco::UvMaps::write_map(own, 0, height, map);
-        }
-        written.save(own);
-        const auto maps = fresco::UvMaps::load(own);
         fresco::Frames frames;
-        frames.frames = {frame};
+        frames.frames = {fresco::testing::frame("generated", fresco::testing::camera(1024, 768, 768 / field_of_view))};
+        fresco::testing::set_color_picture(frames.frames[0], folder.path(), fresco::testing::noise_picture(1024, 768, 2));
+        const auto maps = written_uv_maps(folder.path(), frames, {heights.begin(), heights.end()},
+                                          [&](std::size_t, int width, int height)
+                                          {
+                                              fresco::UvMap map = generated_view(width, height);
+                                              // The smallest map's depth decides on the levels.
+                                              for (int y = 0; y < height && height == heights.front(); ++y)
+                                                  for (int x = 0; x < width; ++x)
+                                                      map.depth.at(x, y) = static_cast<float>(
+                                                          room.farthest - (room.farthest - room.nearest) * y / height);
+                                              return map;
+                                          });
         const LevelRules rules{.by_depth = true, .angle_limit_deg = 30};
         view = std::move(*load_view(ViewSource(*maps, frames, nullptr, {}), 0, *texture, rules));
     }
@@ -370,19 +365,14 @@ int main(int argc, char** argv)
     app.add_option("--device", settings.device, "cpu or cuda")->check(CLI::IsMember({"cpu", "cuda"}))->capture_default_str();
     app.add_option("--precision", settings.precision, "Of the convolutions, as features.vgg19 has it")->capture_default_str();
     app.add_option("--threads", settings.threads, "Threads")->check(CLI::Range(1, 1024))->capture_default_str();
+    CLI11_PARSE(app, argc, argv);
     try
     {
-        app.parse(argc, argv);
         bench::print_steps(settings);
-    }
-    catch (const CLI::ParseError& error)
-    {
-        return app.exit(error) == 0 ? 0 : 2;
     }
     catch (const std::exception& error)
     {
         std::fprintf(stderr, "error: %s\n", error.what());
         return 1;
     }
-    return 0;
 }

@@ -35,7 +35,7 @@ stages:
   mesh: {{max_faces: 20000}}
   atlas: {{size_px: {size}}}
   dataset: {{type: dataset.write, input: {{uvmaps: uvmaps, frames: frames, mesh: atlas}}, layout: stylemesh}}
-  texture: {{theta_d_m: {theta_d_m}, optimizer: {{untouched: step}}, checkpoint_steps: 1}}
+  texture: {{theta_d_m: {theta_d_m}, checkpoint_steps: 1}}
 """
 
 

@@ -13,7 +13,6 @@
 #include <cmath>
 
 using namespace fresco;
-using Catch::Contains;
 namespace fs = std::filesystem;
 
 namespace

@@ -13,7 +13,6 @@
 #include <sstream>
 
 using namespace fresco;
-using Catch::Contains;
 namespace fs = std::filesystem;
 
 TEST_CASE_METHOD(Recorded, "with pictures, transforms.json tells nerfstudio's world of the same cameras")

@@ -10,7 +10,6 @@
 #include <cmath>
 
 using namespace fresco;
-using Catch::Contains;
 namespace fs = std::filesystem;
 
 namespace

@@ -11,7 +11,6 @@
 #include <functional>
 
 using namespace fresco;
-using Catch::Contains;
 namespace fs = std::filesystem;
 
 namespace

@@ -8,7 +8,6 @@
 #include <cmath>
 
 using namespace fresco;
-using Catch::Contains;
 
 namespace
 {

@@ -11,7 +11,6 @@
 #include <filesystem>
 
 using namespace painted_wall;
-using Catch::Contains;
 namespace fs = std::filesystem;
 
 namespace

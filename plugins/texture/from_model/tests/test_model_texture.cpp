@@ -13,7 +13,6 @@
 
 using namespace fresco;
 using namespace from_model;
-using Catch::Contains;
 using fresco::texturing::displayed;
 using model_samples::Box;
 

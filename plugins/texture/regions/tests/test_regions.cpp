@@ -8,7 +8,6 @@
 #include <span>
 
 using namespace fresco;
-using Catch::Contains;
 
 namespace
 {

@@ -18,7 +18,6 @@
 #include <span>
 
 using namespace fresco;
-using Catch::Contains;
 
 namespace
 {

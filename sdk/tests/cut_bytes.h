@@ -20,6 +20,6 @@ void check_cuts_are_refused(std::span<const std::byte> whole, const std::string&
         INFO("the first " << size << " of " << whole.size() << " bytes");
         // A copy of exactly this size, so that a sanitizer sees a read beyond it.
         const std::vector<std::byte> cut(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size));
-        CHECK_THROWS_WITH(parse(cut), Catch::Contains(source));
+        CHECK_THROWS_WITH(parse(cut), Contains(source));
     }
 }

@@ -17,7 +17,6 @@
 #include <span>
 
 using namespace fresco;
-using Catch::Contains;
 
 TEST_CASE("Frames keep their references when the store moves")
 {
@@ -71,8 +70,7 @@ TEST_CASE("Frames keep their offset, and fit only meshes that have the same one"
     frames.save({folder.path(), {}});
     CHECK(Frames::load({folder.path(), {}})->offset_m == frames.offset_m);
     Mesh mesh;
-    CHECK_THROWS_WITH(check_offset(frames, mesh),
-                      Catch::Contains("less (448000, 5411000, -0.5) m, those of the mesh less (0, 0, 0) m"));
+    CHECK_THROWS_WITH(check_offset(frames, mesh), Contains("less (448000, 5411000, -0.5) m, those of the mesh less (0, 0, 0) m"));
     mesh.offset_m = frames.offset_m;
     CHECK_NOTHROW(check_offset(frames, mesh));
 }

@@ -3,8 +3,6 @@
 #include <fresco/camera.h>
 #include <fresco/frames.h>
 
-using Catch::Contains;
-
 TEST_CASE("A camera that cannot be is refused by file and reason, and the limits are accepted")
 {
     const auto check = [](const auto& change)

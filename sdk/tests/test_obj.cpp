@@ -5,14 +5,13 @@
 #include <fresco/mesh.h>
 
 using namespace fresco;
-using Catch::Contains;
 
 namespace
 {
 
-Mesh parse(const std::string& text, MeshReadReport* report = nullptr, const MeshLimits& limits = {})
+Mesh parse(const std::string& text)
 {
-    return parse_obj(bytes_of(text), "room.obj", limits, report);
+    return parse_obj(bytes_of(text), "room.obj");
 }
 
 const std::string square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
@@ -42,16 +41,6 @@ TEST_CASE("OBJ: all index forms", "[obj]")
     CHECK(parse("v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 0 0 1\nf -4 -2 -1\n").triangles ==
           std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}});
     CHECK(parse("f 1/1 2/2 3/3\n" + square + uvs).texcoords == std::vector<Vec2f>{{0, 0}, {1, 0}, {1, 1}});
-}
-
-TEST_CASE("OBJ: polygons are fanned and faces that name a vertex twice are dropped", "[obj]")
-{
-    MeshReadReport report;
-    const Mesh mesh = parse(square + uvs + "f 1/1 2/2 3/3 4/4\nf 1/1 1/2 3/3\n", &report);
-    CHECK(mesh.triangles == std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}});
-    CHECK(mesh.texcoords == std::vector<Vec2f>{{0, 0}, {1, 0}, {1, 1}, {0, 0}, {1, 1}, {0, 1}});
-    CHECK(report.polygons_split == 1);
-    CHECK(report.degenerate_dropped == 1);
 }
 
 TEST_CASE("OBJ: colors, weights, comments, groups, line ends and continued lines", "[obj]")
@@ -119,14 +108,6 @@ TEST_CASE("OBJ: differences between the programs that write it", "[obj]")
     const std::vector<Rgb8> colors{{255, 0, 0}, {0, 128, 0}, {0, 0, 255}};
     CHECK(parse("v 0 0 0 255 0 0\nv 1 0 0 0 128 0\nv 0 1 0 0 0 255\nf 1 2 3\n").colors == colors);
     CHECK(parse("v 0 0 0 1 0 0 1\nv 1 0 0 0 0.5 0 1\nv 0 1 0 0 0 1 1\nf 1 2 3\n").colors == colors);
-}
-
-TEST_CASE("OBJ: limits are kept", "[obj]")
-{
-    const auto text = square + uvs + normals + "f 1 2 3 4\n";
-    CHECK_NOTHROW(parse(text, nullptr, {.max_vertices = 4, .max_faces = 2}));
-    CHECK_THROWS_WITH(parse(text, nullptr, {.max_vertices = 3, .max_faces = 2}), Contains("more than 3 vertices"));
-    CHECK_THROWS_WITH(parse(text, nullptr, {.max_vertices = 4, .max_faces = 1}), Contains("more than 1 triangles"));
 }
 
 TEST_CASE("OBJ: materials are named with their lines, and some faces may have no texture coordinates", "[obj]")

@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cstring>
 
-using Catch::Contains;
 using fresco::UvMap;
 
 namespace

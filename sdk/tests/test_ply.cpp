@@ -1,6 +1,6 @@
+#include "comma_locale.h"
 #include "cut_bytes.h"
 #include "ply_samples.h"
-#include "shared_data.h"
 
 #include <fresco/error.h>
 #include <fresco/mesh.h>
@@ -8,20 +8,17 @@
 #include <fresco/testing.h>
 #include <fresco/testing_scenes.h>
 
-#include <clocale>
 #include <cmath>
-#include <locale>
 #include <regex>
 
 using namespace fresco;
-using Catch::Contains;
 
 namespace
 {
 
-Mesh parse(const std::string& text, MeshReadReport* report = nullptr, const MeshLimits& limits = {})
+Mesh parse(const std::string& text, const MeshLimits& limits = {})
 {
-    return parse_ply(bytes_of(text), "room.ply", limits, report);
+    return parse_ply(bytes_of(text), "room.ply", limits);
 }
 
 std::string text_of(const std::vector<std::byte>& bytes)
@@ -131,14 +128,23 @@ TEST_CASE("PLY: the texture's size is kept, in a comment", "[ply]")
     }
 }
 
-TEST_CASE("PLY: polygons are fanned, faces that name a vertex twice are dropped, both are counted", "[ply]")
+TEST_CASE("PLY and OBJ: polygons are fanned, faces that name a vertex twice are dropped, both are counted, and limits are kept")
 {
-    MeshReadReport report;
-    const auto text = triangle_ply(xyz, three, index_list, "4 0 1 2 1\n3 0 0 1\n3 2 1 0\n", 3);
-    const Mesh mesh = parse(text, &report);
-    CHECK(mesh.triangles == std::vector<Triangle>{{0, 1, 2}, {0, 2, 1}, {2, 1, 0}});
-    CHECK(report.polygons_split == 1);
-    CHECK(report.degenerate_dropped == 1);
+    const std::string ply = triangle_ply(xyz, three, index_list, "4 0 1 2 1\n3 0 0 1\n4 2 1 0 1\n", 3);
+    for (const std::string& text : {ply, std::string("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3 2\nf 1 1 2\nf 3 2 1 2\n")})
+    {
+        MeshReadReport report;
+        const auto read = [&](std::size_t vertices, std::size_t faces)
+        {
+            const MeshLimits limits{.max_vertices = vertices, .max_faces = faces};
+            return text == ply ? parse_ply(bytes_of(text), "room", limits, &report)
+                               : parse_obj(bytes_of(text), "room", limits, &report);
+        };
+        CHECK(read(3, 4).triangles == std::vector<Triangle>{{0, 1, 2}, {0, 2, 1}, {2, 1, 0}, {2, 0, 1}});
+        CHECK((report.polygons_split == 2 && report.degenerate_dropped == 1));
+        CHECK_THROWS_WITH(read(2, 4), Contains(text == ply ? "3 vertices; the limit is 2" : "more than 2 vertices"));
+        CHECK_THROWS_WITH(read(3, 3), Contains("more than 3 triangles"));
+    }
     CHECK_THROWS_WITH(parse(triangle_ply(xyz, three, index_list, "3 0 0 1\n")), Contains("no triangle is left"));
 }
 
@@ -340,34 +346,12 @@ TEST_CASE("PLY: damaged files and headers are refused by place and reason", "[pl
     faces(index_list + "property float chart\n", "3 0 1 2 1\n", "integer type");
 }
 
-TEST_CASE("PLY: limits are kept", "[ply]")
-{
-    const auto text = triangle_ply(xyz, three, index_list, "4 0 1 2 1\n");
-    CHECK_NOTHROW(parse(text, nullptr, {.max_vertices = 3, .max_faces = 2}));
-    CHECK_THROWS_WITH(parse(text, nullptr, {.max_vertices = 2, .max_faces = 2}), Contains("3 vertices; the limit is 2"));
-    CHECK_THROWS_WITH(parse(text, nullptr, {.max_vertices = 3, .max_faces = 1}), Contains("more than 1 triangles"));
-}
-
 TEST_CASE("PLY and OBJ: numbers do not depend on the locale", "[ply][obj]")
 {
-    struct Comma : std::numpunct<char>
-    {
-        char do_decimal_point() const override { return ','; }
-    };
-    const std::locale before = std::locale::global(std::locale(std::locale::classic(), new Comma));
-    const char* const c_locale = std::setlocale(LC_NUMERIC, "de_DE.UTF-8");
-    const Mesh expected = folded_square();
-    const Mesh ply = parse(ply_of(expected, "ascii"));
-    const Mesh obj = parse_obj(bytes_of("v 0.5 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), "room.obj");
-    const std::string refusal =
-        testing::error_of([] { parse_obj(bytes_of("v 0,5 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), "room.obj"); });
-    std::setlocale(LC_NUMERIC, "C");
-    std::locale::global(before);
-    if (c_locale == nullptr)
-        skipped("PLY and OBJ where a comma is the decimal point: there is no locale de_DE.UTF-8");
-    CHECK(same_mesh(ply, expected));
-    CHECK(obj.positions[0].x == 0.5F);
-    CHECK_FALSE(refusal.empty());
+    const CommaLocale comma("PLY and OBJ");
+    CHECK(same_mesh(parse(ply_of(folded_square(), "ascii")), folded_square()));
+    CHECK(parse_obj(bytes_of("v 0.5 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), "room.obj").positions[0].x == 0.5F);
+    CHECK_THROWS_AS(parse_obj(bytes_of("v 0,5 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), "room.obj"), Error);
 }
 
 TEST_CASE("PLY: pictures are named with their lines, and faces choose one by texnumber", "[ply]")
@@ -413,7 +397,7 @@ TEST_CASE("PLY damage: counts and lists beyond the file's size are refused befor
     const std::string huge = "100000000000000000";
     const MeshLimits no_limits{.max_vertices = SIZE_MAX, .max_faces = SIZE_MAX};
     const auto refused = [&](const std::string& text, const std::string& reason)
-    { CHECK_THROWS_WITH(parse(text, nullptr, no_limits), Contains("room.ply:") && Contains(reason)); };
+    { CHECK_THROWS_WITH(parse(text, no_limits), Contains("room.ply:") && Contains(reason)); };
     for (const std::string& encoding : all_encodings)
     {
         const std::string begin = "ply\nformat " + encoding + " 1.0\n";

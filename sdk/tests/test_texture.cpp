@@ -51,7 +51,7 @@ TEST_CASE("a map that is not square or has no picture is refused by name")
         SourceMap map = small_map();
         change(map);
         map.save({folder.path(), {}});
-        CHECK_THROWS_WITH(SourceMap::load({folder.path(), {}}), Catch::Contains(reason));
+        CHECK_THROWS_WITH(SourceMap::load({folder.path(), {}}), Contains(reason));
     };
     refused([](SourceMap& map) { map.places = Raster16(4, 3, 4); }, "places.packed: is 4x3; expected 4 texels a side");
     refused([](SourceMap& map) { map.shifts = Raster8(3, 3, 3); }, "shifts.packed: is 3x3; expected 4 texels a side");
@@ -70,8 +70,7 @@ TEST_CASE("an atlas is known by its triangles and texcoords, and an unknown one 
     other.texcoords[0].x = 0.5F;
     CHECK_NOTHROW(check_atlas(id, mesh, "the texture on port 'start'"));
     CHECK_NOTHROW(check_atlas("", other, "the texture on port 'start'"));
-    CHECK_THROWS_WITH(check_atlas(id, other, "the texture on port 'start'"),
-                      Catch::Contains("port 'start' was made for another atlas"));
+    CHECK_THROWS_WITH(check_atlas(id, other, "the texture on port 'start'"), Contains("port 'start' was made for another atlas"));
 }
 
 TEST_CASE("stored normals are exact to a hundredth of a degree, and texels outside charts have none")
@@ -92,5 +91,5 @@ TEST_CASE("stored normals are exact to a hundredth of a degree, and texels outsi
     CHECK(length(loaded->normal(2) - normal) < 1e-4F);
     relief.roughness = Raster8(2, 1);
     relief.save({folder.path(), {}});
-    CHECK_THROWS_WITH(Relief::load({folder.path(), {}}), Catch::Contains("roughness.packed: is 2x1; expected 2 texels"));
+    CHECK_THROWS_WITH(Relief::load({folder.path(), {}}), Contains("roughness.packed: is 2x1; expected 2 texels"));
 }

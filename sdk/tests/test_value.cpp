@@ -24,7 +24,6 @@ TEST_CASE("JSON reads back what was written, kinds and order included")
 
 TEST_CASE("Bad JSON is refused with the byte")
 {
-    using Catch::Contains;
     CHECK_THROWS_WITH(fresco::parse_json("{\"a\": 1, \"b\": 2, \"a\": 3}", "f.json"),
                       "f.json: not valid JSON: the key \"a\" appears twice");
     CHECK_THROWS_WITH(fresco::parse_json("{\"a: b\": [[N", "f.json"),
@@ -39,7 +38,6 @@ TEST_CASE("Bad JSON is refused with the byte")
 
 TEST_CASE("A value of another kind is named in the error")
 {
-    using Catch::Contains;
     CHECK_THROWS_WITH(Value("x").as_int(), Contains("whole number") && Contains("\"x\""));
     CHECK_THROWS_WITH(Value(Value::Map{}).at("faces"), Contains("faces"));
     CHECK(Value(3).as_double() == 3.0);
@@ -47,7 +45,6 @@ TEST_CASE("A value of another kind is named in the error")
 
 TEST_CASE("A place in a JSON file gives what it has, and names where something is missing, unknown or of another kind")
 {
-    using Catch::Contains;
     const Value value = fresco::parse_json(R"({"a": 1, "b": [{"c": "x"}, {"d": [1, 2.5]}], "w": 640.0})");
     const fresco::JsonPlace whole(value, "f.json");
     CHECK(whole["a"].integer(0, 1) == 1);

@@ -358,22 +358,4 @@ inline void set_depth_picture(Frame& frame, const std::filesystem::path& folder,
     write_npy(frame.depth_picture.path, steps);
 }
 
-/// A recording of `mesh` in `folder`, frame-0, frame-1 …: what each camera sees, painted by a function of the point and the
-/// channel.
-template <class F>
-Frames recording_of(const Mesh& mesh, const std::vector<Camera>& cameras, const std::filesystem::path& folder, const F& paint)
-{
-    std::filesystem::create_directories(folder);
-    Frames frames;
-    for (const Camera& camera : cameras)
-    {
-        const auto number = static_cast<long>(frames.frames.size());
-        Frame made = frame("frame-" + std::to_string(number), camera, number);
-        set_color_picture(made, folder, picture_of(mesh, camera, paint));
-        set_depth_picture(made, folder, depth_of(mesh, camera));
-        frames.frames.push_back(std::move(made));
-    }
-    return frames;
-}
-
 }  // namespace fresco::testing

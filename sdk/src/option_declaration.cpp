@@ -323,7 +323,9 @@ std::vector<FileFormat> picture_formats()
              .length_at = 4,
              .length_bytes = 4,
              .length_from = 8},
-            {.name = "a HEIC or AVIF picture", .extensions = extensions, .begins = {"ftyp"}, .begins_at = 4}};
+            {.name = "a HEIC or AVIF picture", .extensions = extensions, .begins = {"ftyp"}, .begins_at = 4},
+            {.name = "a KTX2 texture, which is not read: ktx extract --transcode rgba8 FILE.ktx2 FILE.png makes a picture of it",
+             .begins = {"\xabKTX 20\xbb"}}};
 }
 
 }  // namespace fresco

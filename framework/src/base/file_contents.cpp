@@ -144,6 +144,9 @@ std::string file_problem(const fs::path& path, const std::vector<std::string>& e
     if (!file.is_readable())
         return "";
     const std::string shown = "'" + path.string() + "'";
+    for (const FileFormat& format : formats)
+        if (format.extensions.empty() && file.size() > 0 && begins(file, format))
+            return shown + " is " + format.name;
     const std::string extension = lower_extension(path);
     if (std::ranges::find(extensions, extension) == extensions.end())
         return shown + (extension.empty() ? " has no extension" : " is a " + extension + " file") + "; expected " +

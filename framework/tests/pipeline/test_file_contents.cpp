@@ -96,6 +96,10 @@ TEST_CASE("A file that does not match its name is recognized by its beginning an
     CHECK_THAT(file_problem(folder.write("a.stl", "x"), {".ply", ".obj"}, {}),
                EndsWith("' is a .stl file; expected .ply or .obj"));
     CHECK_THAT(file_problem(folder.write("a", "x"), {".ply"}, {}), EndsWith("' has no extension; expected .ply"));
+    for (const char* name : {"a.ktx2", "a.png"})
+        CHECK_THAT(file_problem(folder.write(name, "\xabKTX 20\xbb\r\n"), {".png"}, known_formats()),
+                   EndsWith("' is a KTX2 texture, which is not read: ktx extract --transcode rgba8 FILE.ktx2 FILE.png makes a "
+                            "picture of it"));
 }
 
 TEST_CASE("Files of options and inputs are looked at when the pipeline is checked", "[pipeline]")

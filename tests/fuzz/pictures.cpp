@@ -39,7 +39,7 @@ void read_picture(Bytes bytes)
     require(whole.orientation >= 1 && whole.orientation <= 8, "an orientation that EXIF has");
 }
 
-const Registered registered{{"picture", "plugins/image/opencv/(picture|webp)_info\\.cpp", read_picture}};
+const Registered registered{{"picture", "plugins/image/opencv/(bmp|picture|webp)_info\\.cpp", read_picture}};
 
 }  // namespace
 }  // namespace fresco::fuzz

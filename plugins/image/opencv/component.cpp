@@ -89,6 +89,10 @@ class OpenCvImages final : public fresco::ImageIo
         if (!std::visit(has_size, picture))
             throw fresco::Error(file.string() +
                                 ": the picture's size differs from its header: the file is damaged; copy it again");
+        // The fourth byte of BMP pixels has no meaning.
+        if (auto* const raster = std::get_if<fresco::Raster8>(&picture); raster != nullptr && !info.has_alpha)
+            for (std::size_t i = 3; i < (raster->channels == 4 ? raster->values.size() : 0); i += 4)
+                raster->values[i] = 255;
         return {std::move(info), std::move(picture)};
     }
 };
@@ -96,5 +100,5 @@ class OpenCvImages final : public fresco::ImageIo
 }  // namespace
 
 FRESCO_COMPONENT("image.opencv", OpenCvImages, fresco::ImageIo,
-                 "PNG, JPEG, WebP, HEIC and AVIF files through OpenCV and libheif, validated before decoding")
+                 "PNG, JPEG, WebP, HEIC, AVIF and BMP files through OpenCV and libheif, validated before decoding")
 FRESCO_LIBRARY("OpenCV", image_opencv::opencv_version())

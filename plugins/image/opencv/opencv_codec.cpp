@@ -165,6 +165,15 @@ DecodedPicture decode(std::span<const std::byte> bytes, std::string_view source)
     { throw fresco::Error(std::string(source) + ": the picture cannot be decoded (" + why + "): it is damaged"); };
     if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
         fail("more than 2 GiB");
+    // OpenCV takes no WebP picture of fewer bytes, which those of one color may have.
+    constexpr std::size_t least_bytes = 32;
+    std::vector<std::byte> padded;
+    if (bytes.size() < least_bytes)
+    {
+        padded.assign(bytes.begin(), bytes.end());
+        padded.resize(least_bytes);
+        bytes = padded;
+    }
     cv::Mat mat;
     try
     {

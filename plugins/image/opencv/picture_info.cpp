@@ -1,6 +1,7 @@
 #include "picture_bytes.h"
 
 #include <fresco/files_io.h>
+#include <fresco/image_io.h>
 
 #include <fmt/format.h>
 #include <zlib.h>
@@ -447,7 +448,12 @@ PictureInfo check_picture(std::span<const std::byte> bytes, std::string_view sou
         return check_webp(bytes, source, walk);
     if (picture.has(4, "ftyp"))
         return check_heif(bytes, source, walk);
-    picture.fail(0, "not a PNG, JPEG, WebP, HEIC or AVIF file; convert the picture to one of them");
+    if (picture.has(0, "BM"))
+        return check_bmp(bytes, source, walk);
+    for (const auto& format : fresco::picture_formats())
+        if (format.extensions.empty() && picture.has(format.begins_at, format.begins.front()))
+            picture.fail(0, format.name);
+    picture.fail(0, "not a PNG, JPEG, WebP, HEIC, AVIF or BMP file; ImageMagick makes one of most others: convert FILE FILE.png");
 }
 
 PictureInfo picture_size(const std::filesystem::path& file)

@@ -49,9 +49,10 @@ class CutPicture final : public fresco::Error
 PictureInfo check_png(std::span<const std::byte> bytes, std::string_view source, Walk walk);
 PictureInfo check_jpeg(std::span<const std::byte> bytes, std::string_view source, Walk walk);
 PictureInfo check_webp(std::span<const std::byte> bytes, std::string_view source, Walk walk);
+PictureInfo check_bmp(std::span<const std::byte> bytes, std::string_view source, Walk walk);
 /// Through libheif, whose errors know no offset; where it is missing, the Error says so. Turned as the file says: orientation 1.
 PictureInfo check_heif(std::span<const std::byte> bytes, std::string_view source, Walk walk);
-/// Any of these, told apart by the first bytes. Throws Error for another format.
+/// Any of these, told apart by the first bytes. Throws Error for another format, which it names where it knows it.
 PictureInfo check_picture(std::span<const std::byte> bytes, std::string_view source, Walk walk);
 
 /// Size of a file's picture; reads no more of the file than it needs. Throws MissingInput if it cannot be read.

@@ -130,6 +130,10 @@ class MaterialReader
         if (named_.files.size() > 1 && named_.of_face.empty())
             model_.warnings.push_back(fmt::format(
                 "the file names {} pictures but has no face property texnumber: the first is used", named_.files.size()));
+        if (named_.names.size() > most_face_colors)
+            throw fresco::Error(fmt::format("{}: the faces have {} colors; expected at most {}: give the colors to the vertices "
+                                            "(MeshLab: Transfer Color: Face to Vertex){}",
+                                            file_.string(), named_.names.size(), most_face_colors, shape_only));
         std::map<std::uint32_t, std::uint32_t> numbers;
         for (std::size_t face = 0; face < model_.mesh.triangles.size(); ++face)
         {
@@ -143,6 +147,8 @@ class MaterialReader
     }
 
   private:
+    static constexpr std::size_t most_face_colors = 4096;
+
     std::string place_of(const fresco::MeshFileName& name, const std::string& keyword) const
     {
         return fmt::format("{}:{}: {}", file_.string(), name.line, keyword);
@@ -210,7 +216,13 @@ class MaterialReader
     ModelMaterial ply_material(std::uint32_t picture)
     {
         ModelMaterial material;
-        if (picture != MeshMaterials::none && !model_.mesh.texcoords.empty())
+        if (!named_.names.empty())
+        {
+            material.name = named_.names[picture].name;
+            const auto rgb = static_cast<unsigned>(std::stoul(material.name.substr(1), nullptr, 16));
+            material.color = linear_color({(rgb >> 16U) / 255.0, (rgb >> 8U & 255U) / 255.0, (rgb & 255U) / 255.0});
+        }
+        else if (picture != MeshMaterials::none && !model_.mesh.texcoords.empty())
         {
             const auto& name = named_.files.at(picture);
             material.name = name.name;
@@ -256,7 +268,32 @@ std::string_view suffix_of(std::span<const std::byte> picture)
         return ".jpg";
     if (has(0, "RIFF") && has(8, "WEBP"))
         return ".webp";
+    if (has(0, "BM"))
+        return ".bmp";
     return has(4, "ftyp") ? ".heic" : "";
+}
+
+std::vector<std::byte> without_profile(std::vector<std::byte> picture)
+{
+    const std::string_view kind = suffix_of(picture);
+    const std::string_view text(reinterpret_cast<const char*>(picture.data()), picture.size());
+    if (const auto at = text.find("iCCP"); kind == ".png" && at < text.find("IDAT"))
+    {
+        std::size_t length = 0;
+        for (std::size_t i = at - 4; i < at; ++i)
+            length = length << 8U | std::to_integer<std::size_t>(picture[i]);
+        if (length < text.size() - at - 4)
+            picture.erase(picture.begin() + static_cast<std::ptrdiff_t>(at - 4),
+                          picture.begin() + static_cast<std::ptrdiff_t>(std::min(at + 8 + length, text.size())));
+    }
+    // Segments and chunks of other kinds are skipped.
+    constexpr std::string_view mark("ICC_PROFILE\0", 12);
+    for (auto at = text.find(mark, 4); kind == ".jpg" && at != std::string_view::npos; at = text.find(mark, at + 1))
+        if (text.substr(at - 4, 2) == "\xFF\xE2")
+            picture[at - 3] = std::byte{0xEF};
+    if (kind == ".webp" && text.size() > 34 && text.substr(12, 4) == "VP8X" && text.substr(30, 4) == "ICCP")
+        picture[30] = std::byte{'i'};
+    return picture;
 }
 
 FileModel read_file_model(const fs::path& file, bool with_materials)

@@ -28,8 +28,11 @@ struct FilePicture
     std::vector<std::byte> bytes;  ///< If `file` is empty.
 };
 
-/// Extension of a picture with these bytes: ".png", ".jpg", ".webp" or ".heic" (AVIF too); empty for anything else.
+/// Extension of a picture with these bytes: ".png", ".jpg", ".webp", ".bmp" or ".heic" (AVIF too); empty for anything else.
 std::string_view suffix_of(std::span<const std::byte> picture);
+
+/// A picture without its ICC profile: PNG, JPEG or WebP. Others, and damaged ones, stay as they are.
+std::vector<std::byte> without_profile(std::vector<std::byte> picture);
 
 /// A model as read, in the file's axes and unit.
 struct FileModel
@@ -42,6 +45,7 @@ struct FileModel
     std::vector<std::string> warnings;
     fresco::MeshReadReport report;
     bool split_vertices = false;  ///< The format splits vertices with several texcoords.
+    bool is_gltf = false;         ///< Color profiles of the pictures do not count.
 };
 
 /// Reads PLY, OBJ, GLB or glTF by the extension. Without materials: the shape, texcoords and vertex colors, and one material.

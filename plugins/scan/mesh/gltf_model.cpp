@@ -41,6 +41,7 @@ struct GltfLook
     int image = -1;  ///< -1: none.
     int texcoord_set = 0;
     std::array<double, 6> picture_from_uv{1, 0, 0, 0, 1, 0};  ///< Rows of a 2 x 3 matrix (KHR_texture_transform).
+    bool is_emission = false;                                 ///< Vertex colors do not count.
 };
 
 /// An element of one of the file's lists. Throws Error that begins with `what`.
@@ -165,6 +166,32 @@ void take_specular_glossiness(const GltfFile& gltf, const tinygltf::Value& exten
     take_texture(gltf, use, place, look);
 }
 
+/// Some models keep all colors in the emission, such as rooms with baked light: take it in place of a black color, and its
+/// picture in place of a plain white.
+void take_emission(const GltfFile& gltf, const tinygltf::Material& source, const std::string& place, GltfLook& look)
+{
+    double strength = 1;
+    if (const auto* const extension = find(source.extensions, "KHR_materials_emissive_strength"))
+        if (const auto& value = extension->Get("emissiveStrength"); value.IsNumber())
+            strength = value.GetNumberAsDouble();
+    std::array<double, 3> light{};
+    std::ranges::transform(source.emissiveFactor, light.begin(), [&](double factor) { return factor * strength; });
+    const fresco::Vec3f black{0, 0, 0};
+    const fresco::Vec3f emission = color_of(light.data());
+    const bool has_picture = source.emissiveTexture.index != -1;
+    const bool is_plain = look.image == -1 && look.material.color == fresco::Vec3f{1, 1, 1};
+    if (emission == black || !(look.material.color == black || (is_plain && has_picture)))
+        return;
+    look.is_emission = true;
+    look.material.color = emission;
+    look.image = -1;
+    if (has_picture)
+        take_texture(gltf,
+                     {source.emissiveTexture.index, source.emissiveTexture.texCoord,
+                      find(source.emissiveTexture.extensions, "KHR_texture_transform")},
+                     place, look);
+}
+
 /// The color and, if wanted, picture of a material; white for -1. Throws Error naming the material or texture for invalid numbers
 /// and indices.
 GltfLook look_of(const GltfFile& gltf, int material, bool with_pictures)
@@ -178,15 +205,19 @@ GltfLook look_of(const GltfFile& gltf, int material, bool with_pictures)
     if (const auto* const older = find(source.extensions, "KHR_materials_pbrSpecularGlossiness"))
     {
         take_specular_glossiness(gltf, *older, place, with_pictures, look);
-        return look;
     }
-    const auto& pbr = source.pbrMetallicRoughness;
-    look.material.color = color_of(pbr.baseColorFactor.data());
-    if (with_pictures && pbr.baseColorTexture.index != -1)
-        take_texture(gltf,
-                     {pbr.baseColorTexture.index, pbr.baseColorTexture.texCoord,
-                      find(pbr.baseColorTexture.extensions, "KHR_texture_transform")},
-                     place, look);
+    else
+    {
+        const auto& pbr = source.pbrMetallicRoughness;
+        look.material.color = color_of(pbr.baseColorFactor.data());
+        if (with_pictures && pbr.baseColorTexture.index != -1)
+            take_texture(gltf,
+                         {pbr.baseColorTexture.index, pbr.baseColorTexture.texCoord,
+                          find(pbr.baseColorTexture.extensions, "KHR_texture_transform")},
+                         place, look);
+    }
+    if (with_pictures)
+        take_emission(gltf, source, place, look);
     return look;
 }
 
@@ -317,6 +348,37 @@ Affine place_of(const tinygltf::Node& node)
     return place;
 }
 
+/// The copies of a node's mesh that EXT_mesh_gpu_instancing makes, within the node; one without it. Throws Error.
+std::vector<Affine> copies_of(const GltfFile& gltf, const tinygltf::Node& node)
+{
+    const auto* const instancing = find(node.extensions, "EXT_mesh_gpu_instancing");
+    const auto attributes = instancing != nullptr ? instancing->Get("attributes") : tinygltf::Value();
+    constexpr std::array names{"TRANSLATION", "ROTATION", "SCALE"};
+    std::array<AccessorRows, 3> rows;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < names.size(); ++i)
+    {
+        if (!attributes.Has(names[i]))
+            continue;
+        const std::size_t components = i == 1 ? 4 : 3;
+        rows[i] = accessor_rows(gltf.model, attributes.Get(names[i]).GetNumberAsInt(), components, components);
+        if (count > 0 && rows[i].count != count)
+            throw Error(fmt::format("{} of {} copies; expected {}", names[i], rows[i].count, count));
+        count = rows[i].count;
+    }
+    std::vector<Affine> copies(std::max<std::size_t>(count, 1));
+    for (std::size_t copy = 0; copy < count; ++copy)
+    {
+        tinygltf::Node place;
+        const std::array values{&place.translation, &place.rotation, &place.scale};
+        for (std::size_t i = 0; i < rows.size(); ++i)
+            for (std::size_t k = 0; k < (rows[i].first != nullptr ? rows[i].components : 0); ++k)
+                values[i]->push_back(rows[i].at(copy, k));
+        copies[copy] = place_of(place);
+    }
+    return copies;
+}
+
 class SceneReader
 {
   public:
@@ -396,10 +458,20 @@ class SceneReader
         const auto& primitives =
             element(gltf_.model.meshes, gltf_.model.nodes[node].mesh, entry("nodes", node) + "mesh").primitives;
         is_posed_ = is_posed_ || gltf_.model.nodes[node].skin >= 0;
+        std::vector<Affine> places;
+        try
+        {
+            for (const Affine& copy : copies_of(gltf_, gltf_.model.nodes[node]))
+                places.push_back(place * copy);
+        }
+        catch (const Error& error)
+        {
+            throw Error(entry("nodes", node) + "EXT_mesh_gpu_instancing: " + error.what());
+        }
         for (std::size_t i = 0; i < primitives.size(); ++i)
             try
             {
-                add_primitive(primitives[i], place);
+                add_primitive(primitives[i], places);
             }
             catch (const fresco::MissingInput&)
             {
@@ -411,7 +483,7 @@ class SceneReader
             }
     }
 
-    void add_primitive(const tinygltf::Primitive& primitive, const Affine& place)
+    void add_primitive(const tinygltf::Primitive& primitive, const std::vector<Affine>& places)
     {
         const auto attribute = [&](const std::string& name)
         {
@@ -427,14 +499,11 @@ class SceneReader
             return;
         }
         const fresco::MeshLimits limits;
-        if (model_.mesh.positions.size() + positions.count > limits.max_vertices ||
-            model_.mesh.triangles.size() + corners.size() / 3 > limits.max_faces)
+        if (positions.count > (limits.max_vertices - model_.mesh.positions.size()) / places.size() ||
+            corners.size() / 3 > (limits.max_faces - model_.mesh.triangles.size()) / places.size())
             throw Error(fmt::format("more than {} vertices or {} triangles, the limit", limits.max_vertices, limits.max_faces));
-        const auto first = static_cast<std::uint32_t>(model_.mesh.positions.size());
-        add_positions(positions, place);
         const bool colored = attribute("COLOR_0") != -1;
-        add_colors(colored ? accessor_rows(gltf_.model, attribute("COLOR_0"), 3, 4) : AccessorRows{}, positions.count);
-
+        const AccessorRows colors = colored ? accessor_rows(gltf_.model, attribute("COLOR_0"), 3, 4) : AccessorRows{};
         const GltfLook& look =
             looks_.try_emplace(primitive.material, look_of(gltf_, primitive.material, with_materials_)).first->second;
         const int texcoords = attribute(fmt::format("TEXCOORD_{}", look.texcoord_set));
@@ -443,21 +512,27 @@ class SceneReader
         if (texcoords != -1 && uv.count != positions.count)
             throw Error(fmt::format("texture coordinates of {} vertices; expected {}", uv.count, positions.count));
         has_texcoords_ = has_texcoords_ || texcoords != -1;
-        const bool mirrored = fresco::determinant(place.linear) < 0;
-        for (std::size_t i = 0; i < corners.size(); i += 3)
+        for (const Affine& place : places)
         {
-            std::array<std::uint32_t, 3> t{corners[i], corners[i + 1], corners[i + 2]};
-            if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0])
+            const auto first = static_cast<std::uint32_t>(model_.mesh.positions.size());
+            add_positions(positions, place);
+            add_colors(colors, positions.count);
+            const bool mirrored = fresco::determinant(place.linear) < 0;
+            for (std::size_t i = 0; i < corners.size(); i += 3)
             {
-                ++model_.report.degenerate_dropped;
-                continue;
+                std::array<std::uint32_t, 3> t{corners[i], corners[i + 1], corners[i + 2]};
+                if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0])
+                {
+                    ++model_.report.degenerate_dropped;
+                    continue;
+                }
+                if (mirrored)
+                    std::swap(t[1], t[2]);
+                model_.mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+                model_.material_of_face.push_back(material);
+                for (const std::uint32_t vertex : t)
+                    model_.mesh.texcoords.push_back(texcoords == -1 ? fresco::Vec2f{} : texcoord(uv, vertex, look));
             }
-            if (mirrored)
-                std::swap(t[1], t[2]);
-            model_.mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
-            model_.material_of_face.push_back(material);
-            for (const std::uint32_t vertex : t)
-                model_.mesh.texcoords.push_back(texcoords == -1 ? fresco::Vec2f{} : texcoord(uv, vertex, look));
         }
     }
 
@@ -466,6 +541,7 @@ class SceneReader
         for (std::size_t i = 0; i < rows.count; ++i)
         {
             const Vec3d p = place.linear * Vec3d{rows.at(i, 0), rows.at(i, 1), rows.at(i, 2)} + place.origin;
+            model_.report.positions.push_back(p);
             model_.mesh.positions.push_back(fresco::vec_cast<float>(p));
             const auto& stored = model_.mesh.positions.back();
             if (!std::isfinite(stored.x) || !std::isfinite(stored.y) || !std::isfinite(stored.z))
@@ -515,7 +591,7 @@ class SceneReader
         if (is_new)
         {
             fresco::ModelMaterial material = look.material;
-            material.vertex_colors = has_colors;
+            material.vertex_colors = has_colors && !look.is_emission;
             if (has_picture)
                 material.picture = pictures_.number_of(look.image);
             model_.materials.push_back(std::move(material));
@@ -556,6 +632,7 @@ FileModel read_gltf_model(const fs::path& file, bool with_materials)
 {
     FileModel model;
     model.split_vertices = true;
+    model.is_gltf = true;
     try
     {
         std::set<fs::path> buffers;
@@ -583,7 +660,14 @@ FileModel read_gltf_model(const fs::path& file, bool with_materials)
 
 std::vector<fresco::FileFormat> model_formats()
 {
-    return {fresco::ply_format(), fresco::obj_format(), fresco::gltf::glb_format(), fresco::gltf::gltf_format()};
+    // PDAL reads these, with .laz among them.
+    const std::string points =
+        "a point cloud without faces: pdal translate FILE mesh.ply normal poisson --writers.ply.faces=true makes a mesh of it";
+    return {fresco::ply_format(),
+            fresco::obj_format(),
+            fresco::gltf::glb_format(),
+            fresco::gltf::gltf_format(),
+            {.name = points, .begins = {"ASTM-E57", "LASF"}}};
 }
 
 }  // namespace scan_mesh

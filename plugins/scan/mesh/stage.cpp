@@ -55,7 +55,7 @@ class ScanMesh final : public fresco::Stage
 
         fresco::Model textured;
         for (const auto& picture : read.pictures)
-            textured.pictures.push_back(store(picture, textured.pictures.size()));
+            textured.pictures.push_back(store(picture, textured.pictures.size(), read.is_gltf));
         textured.mesh = surface;
         textured.materials = std::move(read.materials);
         textured.material_of_face = std::move(read.material_of_face);
@@ -65,16 +65,19 @@ class ScanMesh final : public fresco::Stage
     }
 
     /// Checks a picture and copies it into the model's folder. Returns its name there.
-    std::string store(const scan_mesh::FilePicture& picture, std::size_t number) const
+    std::string store(const scan_mesh::FilePicture& picture, std::size_t number, bool is_gltf) const
     {
-        const auto bytes = picture.file.empty() ? picture.bytes : fresco::read_file(picture.file);
+        auto bytes = picture.file.empty() ? picture.bytes : fresco::read_file(picture.file);
+        if (is_gltf)
+            bytes = scan_mesh::without_profile(std::move(bytes));
         std::string name = fmt::format("picture_{}{}", number, scan_mesh::suffix_of(bytes));
         const auto file = model.folder().path / name;
         fresco::write_file(file, bytes);
         try
         {
-            if (images.has_value())
-                fresco::recordings::check_not_turned(file, images->check(file), "a model");
+            const auto header = images.has_value() ? images->check(file) : fresco::ImageHeader();
+            if (!is_gltf)
+                fresco::recordings::check_not_turned(file, header, "a model");
         }
         catch (const fresco::Error& error)
         {

@@ -130,6 +130,54 @@ TEST_CASE("image.opencv: pictures cut at any byte are refused")
     refuses_every_beginning(codec, codec.images->encode_jpeg(pattern(19, 9, 3), 80));
 }
 
+TEST_CASE("image.opencv: BMP of 24, 32 and 8 bits, upward and downward; the fourth byte of a pixel is no alpha")
+{
+    Codec codec;
+    const Raster8 image = pattern(5, 3, 3);
+    const auto bmp = [&](int bits, bool down, std::uint32_t compression = 0)
+    {
+        Bytes file;
+        const auto little = [&](std::uint32_t value, int size)
+        {
+            for (int i = 0; i < size; ++i)
+                put(file, value >> 8U * static_cast<unsigned>(i) & 255U, 1);
+        };
+        const std::uint32_t head = 54 + (bits == 8 ? 1024 : compression == 3 ? 12 : 0);
+        put(file, "BM");
+        for (const std::uint32_t value : {head + 60, 0U, head, 40U, 5U, down ? static_cast<std::uint32_t>(-3) : 3U})
+            little(value, 4);
+        little(1, 2);
+        little(static_cast<std::uint32_t>(bits), 2);
+        for (const std::uint32_t value : {compression, 0U, 0U, 0U, 0U, 0U})
+            little(value, 4);
+        for (const std::uint32_t mask : {0xFF0000U, 0xFF00U, 0xFFU})
+            little(mask, compression == 3 ? 4 : 0);
+        for (std::uint32_t color = 0; color < (bits == 8 ? 256U : 0U); ++color)
+            little(color * 0x10101U, 4);
+        for (int row = 0; row < 3; ++row)
+        {
+            for (int x = 0; x < 5; ++x)
+                for (int c = 0; c < bits / 8; ++c)
+                    put(file, c == 3 ? 7 : image.at(x, down ? row : 2 - row, bits == 8 ? 0 : 2 - c), 1);
+            while ((file.size() - head) % 4 != 0)
+                put(file, 0, 1);
+        }
+        return file;
+    };
+    for (const int bits : {24, 32})
+        for (const bool down : {false, true})
+            CHECK(codec.rgb(bmp(bits, down)) == image.values);
+    CHECK(codec.rgb(bmp(32, false, 3)) == image.values);
+    CHECK(codec.images->read_rgb(codec.write(bmp(8, false))).at(4, 2, 1) == image.at(4, 2, 0));
+    refuses_every_beginning(codec, bmp(24, false));
+    CHECK_THROWS_WITH(codec.rgb(bmp(16, false)), Contains("byte 28: a BMP picture of 16 bits, compression 0; save it as PNG"));
+    CHECK_THROWS_WITH(codec.rgb(bmp(8, false, 1)), Contains("compression 1"));
+    Bytes inside = bmp(8, false);
+    inside[11] = std::byte{0};
+    CHECK_THROWS_WITH(codec.rgb(inside), Contains("byte 10: the pixels begin inside the header"));
+    CHECK_THROWS_WITH(codec.rgb(to_bytes({0xAB, 'K', 'T', 'X', ' ', '2', '0', 0xBB})), Contains("byte 0: a KTX2 texture"));
+}
+
 TEST_CASE("image.opencv: errors name the file and what to do")
 {
     Codec codec;
@@ -138,8 +186,8 @@ TEST_CASE("image.opencv: errors name the file and what to do")
     CHECK_THROWS_AS(codec.images->header(codec.folder()), Error);
     const auto gif = codec.write(bytes_of({'G', 'I', 'F', '8', '9', 'a'}), "picture.gif");
     CHECK_THROWS_WITH(codec.images->read_rgb(gif),
-                      Contains("picture.gif") && Contains("not a PNG, JPEG, WebP, HEIC or AVIF file"));
-    CHECK_THROWS_WITH(codec.images->header(gif), Contains("not a PNG, JPEG, WebP, HEIC or AVIF file"));
+                      Contains("picture.gif") && Contains("not a PNG, JPEG, WebP, HEIC, AVIF or BMP file"));
+    CHECK_THROWS_WITH(codec.images->header(gif), Contains("not a PNG, JPEG, WebP, HEIC, AVIF or BMP file"));
     CHECK_THROWS_AS(codec.images->read_rgb(codec.write({})), Error);
     CHECK_THROWS_WITH(codec.rgb(file_of(Png{.width = 30'000, .height = 30'000})), Contains("at most 300 megapixels"));
     // Damage that no checksum shows: two rows are claimed, one is there; a filter that does not exist.

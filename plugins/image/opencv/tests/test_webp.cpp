@@ -37,6 +37,10 @@ TEST_CASE("image.opencv: WebP has the pixels of the PNG, with and without alpha,
     CHECK(codec.images->check(codec.write(webp_of(clear))).alpha);
     CHECK_FALSE(codec.images->check(codec.write(webp_of(colors))).alpha);
     CHECK(codec.images->check(codec.write(extended_webp(0x10, 7, 5, {}, webp_of(clear)))).alpha);
+    // This picture of 100 x 100 transparent pixels has fewer bytes than OpenCV takes.
+    const auto tiny = codec.images->read_with_alpha(
+        codec.write(riff(riff_chunk("VP8L", bytes_of({0x2F, 0x63, 0xC0, 0x18, 0x10, 0x88, 0x88, 0x08})))));
+    CHECK(tiny == Raster8(100, 100, 4, 0));
     for (const bool with_mark : {false, true})
     {
         Bytes exif = with_mark ? bytes_of({'E', 'x', 'i', 'f', 0, 0}) : Bytes{};

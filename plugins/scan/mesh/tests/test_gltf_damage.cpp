@@ -53,15 +53,85 @@ TEST_CASE("glTF: what is not supported is refused by name, with a way out", "[sc
     CHECK(needing("KHR_materials_variants").empty());
     CHECK_THAT(needing("KHR_texture_basisu"), Contains("KHR_texture_basisu") && Contains("PNG or JPEG pictures"));
     CHECK_THAT(needing("ACME_soup"), Contains("ACME_soup, which is not supported; export the model without it"));
-    CHECK_THAT(error_after(
-                   [](TriangleSample& t)
-                   {
-                       t.sample.accessors[0].set("sparse",
-                                                 Value::Map{{"count", 1},
-                                                            {"indices", Value::Map{{"bufferView", 0}, {"componentType", 5125}}},
-                                                            {"values", Value::Map{{"bufferView", 0}}}});
+}
+
+TEST_CASE("glTF: sparse accessors that are wrong are refused before anything is allocated", "[scan.mesh]")
+{
+    /// One row of the triangle replaced, after a change to the accessor, its part `sparse` and the indices.
+    const auto error_of = [](const std::vector<std::uint32_t>& indices, const auto& change)
+    {
+        return error_after(
+            [&](TriangleSample& t)
+            {
+                Value sparse = Value::Map{
+                    {"count", indices.size()},
+                    {"indices", Value::Map{{"bufferView", t.sample.add_view(indices)}, {"componentType", 5125}}},
+                    {"values", Value::Map{{"bufferView", t.sample.add_view(std::vector<float>(3 * indices.size(), 2))}}}};
+                change(t.sample.accessors[0], sparse);
+                t.sample.accessors[0].set("sparse", sparse);
+            });
+    };
+    const auto nothing = [](Value&, Value&) {};
+    CHECK(error_of({1}, nothing).empty());
+    const std::string place = "meshes[0]: primitives[0]: accessors[0]: sparse: ";
+    CHECK_THAT(error_of({1, 1}, nothing), Contains(place + "index 1 is 1; expected increasing ones below 3"));
+    CHECK_THAT(error_of({3}, nothing), Contains(place + "index 0 is 3"));
+    CHECK_THAT(error_of({1}, [](Value&, Value& sparse) { sparse.find("indices")->set("componentType", 5126); }),
+               Contains(place + "expected unsigned integers as indices"));
+    CHECK_THAT(error_of({1}, [](Value&, Value& sparse) { sparse.find("indices")->set("byteOffset", 1); }),
+               Contains(place + "indices: 1 rows of 4 bytes at byte 1 do not fit"));
+    CHECK_THAT(error_of({1}, [](Value&, Value& sparse) { sparse.find("values")->set("bufferView", 7); }),
+               Contains(place + "values: it has no valid bufferView"));
+    CHECK_THAT(error_of({1}, [](Value&, Value& sparse) { sparse.set("count", 2); }), Contains("indices: 2 rows of 4 bytes"));
+    CHECK_THAT(error_of({1}, [](Value&, Value& sparse) { sparse.find("values")->set("byteOffset", std::int64_t{1} << 32U); }),
+               Contains("accessors[0].sparse.values.byteOffset: expected a whole number from 0 to 2147483647, not 4294967296"));
+    CHECK_THAT(error_of({1},
+                        [](Value& accessor, Value&)
+                        {
+                            std::erase_if(accessor.as_map(), [](const auto& each) { return each.first == "bufferView"; });
+                            accessor.set("count", 4'000'000'000'000);
+                        }),
+               Contains(place + "4000000000000 rows in a file of 52 bytes"));
+}
+
+TEST_CASE("glTF: copies of a mesh that are wrong or too many are refused with their node", "[scan.mesh]")
+{
+    const auto error_of = [](const auto& attributes)
+    {
+        return error_after(
+            [&](TriangleSample& t)
+            {
+                const Value instancing = Value::Map{{"attributes", attributes(t)}};
+                t.sample.rest.set(
+                    "nodes",
+                    Value::List{Value::Map{{"mesh", 0}, {"extensions", Value::Map{{"EXT_mesh_gpu_instancing", instancing}}}}});
+            });
+    };
+    const std::string place = "nodes[0]: EXT_mesh_gpu_instancing: ";
+    CHECK_THAT(error_of([](TriangleSample&) { return Value::Map{{"TRANSLATION", 3}}; }), Contains(place + "accessor 3 of 1"));
+    CHECK_THAT(error_of([](TriangleSample&) { return Value::Map{{"ROTATION", 0}}; }), Contains("expected 4 to 4 components"));
+    CHECK_THAT(error_of([](TriangleSample&) { return Value::Map{{"SCALE", -1}}; }), Contains(".SCALE: expected a whole number"));
+    const auto more = [](TriangleSample& t, std::size_t count)
+    { return t.sample.add_accessor(std::vector<float>(3 * count, 1), "VEC3", 5126, count); };
+    CHECK_THAT(error_of(
+                   [&](TriangleSample& t) {
+                       return Value::Map{{"TRANSLATION", 0}, {"SCALE", more(t, 2)}};
                    }),
-               Contains("meshes[0]: primitives[0]: accessors[0]: sparse accessors are not supported"));
+               Contains(place + "SCALE of 2 copies; expected 3"));
+    CHECK_THAT(error_of(
+                   [&](TriangleSample& t)
+                   {
+                       const int turns = t.sample.add_accessor(std::vector<std::int8_t>(12, 0), "VEC4", 5120, 3, true);
+                       return Value::Map{{"ROTATION", turns}};
+                   }),
+               Contains(place + "rotation: expected a quaternion"));
+    CHECK_THAT(error_of(
+                   [&](TriangleSample& t)
+                   {
+                       t.attributes.set("POSITION", more(t, 3000));
+                       return Value::Map{{"TRANSLATION", more(t, 70'000)}};
+                   }),
+               Contains("meshes[0]: primitives[0]: more than 200000000 vertices"));
 }
 
 TEST_CASE("glTF: JSON that is nested deep never reaches the recursive parser", "[scan.mesh]")

@@ -6,7 +6,6 @@
 
 #include <fresco/testing.h>
 
-
 using namespace fresco;
 using namespace model_samples;
 using Catch::Contains;
@@ -73,6 +72,79 @@ TEST_CASE("nodes place their meshes; a mirrored one keeps its outside", "[scan.m
     // Without scenes: every node that is nobody's child.
     set(triangle.sample, "scenes", "[]");
     CHECK(read_sample(triangle.finished(), folder).mesh.triangles.size() == 3);
+}
+
+TEST_CASE("a node's mesh is copied as EXT_mesh_gpu_instancing says, within the node", "[scan.mesh]")
+{
+    const testing::TemporaryFolder folder;
+    TriangleSample triangle;
+    GltfSample& sample = triangle.sample;
+    const int at = sample.add_accessor(std::vector<float>{1, 0, 0, 0, 5, 0}, "VEC3", 5126, 2);
+    const int size = sample.add_accessor(std::vector<float>{2, 2, 2, -1, 1, 1}, "VEC3", 5126, 2);
+    // The second copy is turned by a quarter about z.
+    const int turn = sample.add_accessor(std::vector<std::int8_t>{0, 0, 0, 127, 0, 0, 90, 90}, "VEC4", 5120, 2, true);
+    const auto read = [&](const Value& attributes)
+    {
+        const Value extensions = Value::Map{{"EXT_mesh_gpu_instancing", Value::Map{{"attributes", attributes}}}};
+        sample.rest.set("nodes",
+                        Value::List{Value::Map{{"mesh", 0}, {"translation", Value::List{0, 0, 10}}, {"extensions", extensions}}});
+        sample.rest.set("extensionsRequired", Value::List{"EXT_mesh_gpu_instancing"});
+        return read_sample(triangle.finished(), folder).mesh;
+    };
+    const Mesh mesh = read(Value::Map{{"TRANSLATION", at}, {"ROTATION", turn}, {"SCALE", size}, {"_ID", 0}});
+    CHECK(mesh.triangles == std::vector<Triangle>{{0, 1, 2}, {3, 5, 4}});
+    const std::vector<Vec3f> expected{{1, 0, 10}, {3, 0, 10}, {1, 2, 10}, {0, 5, 10}, {0, 4, 10}, {-1, 5, 10}};
+    for (std::size_t v = 0; v < expected.size(); ++v)
+        CHECK(length(mesh.positions[v] - expected[v]) < 1e-5F);
+    CHECK(face_normals(mesh)[1].z == Approx(1));
+    CHECK(read(Value::Map{{"TRANSLATION", at}}).positions[4] == Vec3f{1, 5, 10});
+    CHECK(read(Value::Map{{"_ID", 0}}).triangles.size() == 1);
+}
+
+TEST_CASE("sparse accessors replace rows, of zeros where they have no others", "[scan.mesh]")
+{
+    const testing::TemporaryFolder folder;
+    TriangleSample triangle;
+    GltfSample& sample = triangle.sample;
+    const int indices = sample.add_view(std::vector<std::uint16_t>{0, 2});
+    const int values = sample.add_view(std::vector<float>{9, 9, 9, 5, 6, 7, 0, 8, 0});
+    sample.accessors[0].set("sparse", Value::Map{{"count", 2},
+                                                 {"indices", Value::Map{{"bufferView", indices}, {"componentType", 5123}}},
+                                                 {"values", Value::Map{{"bufferView", values}, {"byteOffset", 12}}}});
+    CHECK(read_sample(triangle.finished(), folder).mesh.positions == std::vector<Vec3f>{{5, 6, 7}, {1, 0, 0}, {0, 8, 0}});
+    std::erase_if(sample.accessors[0].as_map(), [](const auto& each) { return each.first == "bufferView"; });
+    CHECK(read_sample(triangle.finished(), folder).mesh.positions == std::vector<Vec3f>{{5, 6, 7}, {0, 0, 0}, {0, 8, 0}});
+}
+
+TEST_CASE("emission stands for colors that are black, and its picture for a plain white", "[scan.mesh]")
+{
+    const testing::TemporaryFolder folder;
+    TriangleSample triangle = textured_triangle();
+    triangle.attributes.set("COLOR_0", triangle.position);
+    const auto material = [&](const std::string& entries)
+    {
+        set(triangle.sample, "materials", "[{" + entries + "}]");
+        return read_sample(triangle.finished(), folder).materials.at(0);
+    };
+    const std::string light = R"("emissiveFactor": [1, 0.25, 0.125], "emissiveTexture": {"index": 0})";
+    const std::string strong = light + R"(, "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 2}})";
+    const auto base = [](const char* inside) { return std::string(R"(, "pbrMetallicRoughness": {)") + inside + "}"; };
+    for (const std::string& taken : {strong, strong + base(R"("baseColorFactor": [0, 0, 0, 1])"),
+                                     strong + base(R"("baseColorFactor": [0, 0, 0, 1], "baseColorTexture": {"index": 0})")})
+    {
+        CHECK(material(taken).color == Vec3f{1, 0.5F, 0.25F});
+        CHECK(material(taken).picture == 0);
+        CHECK_FALSE(material(taken).vertex_colors);
+    }
+    CHECK(material(light + base(R"("baseColorTexture": {"index": 0})")).color == Vec3f{1, 1, 1});
+    const ModelMaterial gray = material(light + base(R"("baseColorFactor": [0.5, 0.5, 0.5, 1])"));
+    CHECK(gray.color == Vec3f{0.5F, 0.5F, 0.5F});
+    CHECK(gray.picture == ModelMaterial::no_picture);
+    CHECK(gray.vertex_colors);
+    const std::string lamp = R"("emissiveFactor": [0, 0, 1])";
+    CHECK(material(lamp).color == Vec3f{1, 1, 1});
+    CHECK(material(lamp + base(R"("baseColorFactor": [0, 0, 0, 1])")).color == Vec3f{0, 0, 1});
+    CHECK(material(R"("emissiveTexture": {"index": 0})").picture == ModelMaterial::no_picture);
 }
 
 TEST_CASE("strips, fans and vertices in their order are triangles; points are left out", "[scan.mesh]")

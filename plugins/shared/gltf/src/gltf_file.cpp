@@ -50,9 +50,13 @@ constexpr std::array<std::string_view, 4> size_keys{"byteLength", "byteOffset", 
 /// Lists and maps of indices.
 constexpr std::array<std::string_view, 4> index_lists{"attributes", "children", "nodes", "targets"};
 /// Entries of other extensions are unknown.
-constexpr std::array<std::string_view, 6> read_extensions{
-    "KHR_materials_pbrSpecularGlossiness", "KHR_texture_transform", "EXT_meshopt_compression",
-    "KHR_draco_mesh_compression",          "EXT_texture_webp",      "EXT_texture_avif"};
+constexpr std::array<std::string_view, 7> read_extensions{"KHR_materials_pbrSpecularGlossiness",
+                                                          "KHR_texture_transform",
+                                                          "EXT_meshopt_compression",
+                                                          "KHR_draco_mesh_compression",
+                                                          "EXT_texture_webp",
+                                                          "EXT_texture_avif",
+                                                          "EXT_mesh_gpu_instancing"};
 
 /// Others that a file may require, because they change nothing here.
 constexpr std::array<std::string_view, 15> passed_extensions{"KHR_materials_unlit",
@@ -161,9 +165,13 @@ void check_numbers(const Value& value, std::string_view key, const std::string& 
             check_numbers(value.as_list()[i], key, fmt::format("{}[{}]", place, i));
     else if (value.is_map())
         for (const auto& [name, inner] : value.as_map())
-            if (name != "extras" && name != "sparse" && !(key == meshopt && name == "mode") &&
+            if (name != "extras" && !(key == meshopt && name == "mode") &&
                 (key != "extensions" || contains(read_extensions, name)))
-                check_numbers(inner, key == "attributes" || key == "targets" ? key : std::string_view(name), place + "." + name);
+            {
+                const bool is_list = key == "attributes" || key == "targets" || (key == "sparse" && inner.is_map());
+                // tinygltf has 32 bits for all numbers of sparse accessors.
+                check_numbers(inner, is_list ? key : key == "sparse" ? "index" : std::string_view(name), place + "." + name);
+            }
 }
 
 std::string text_or_none(const Value& map, std::string_view key)
@@ -540,6 +548,69 @@ double AccessorRows::at(std::size_t row, std::size_t component) const
                           });
 }
 
+namespace
+{
+
+/// Returns where `count` rows of `packed` bytes begin in a view; sets `stride` to the bytes from one to the next. Throws Error
+/// beginning with `place` if they do not fit.
+const unsigned char* rows_in_view(const tinygltf::Model& model, int view, std::size_t offset, std::size_t count,
+                                  std::size_t packed, const std::string& place, std::size_t& stride)
+{
+    if (view < 0 || static_cast<std::size_t>(view) >= model.bufferViews.size())
+        throw Error(place + "it has no valid bufferView, so no data");
+    const auto number = static_cast<std::size_t>(view);
+    const std::size_t of_view = model.bufferViews[number].byteStride;
+    stride = of_view == 0 ? packed : of_view;
+    const auto bytes = view_bytes(model, number);
+    const bool fits = count > 0 && stride >= packed && offset <= bytes.size() && packed <= bytes.size() - offset &&
+                      count - 1 <= (bytes.size() - offset - packed) / stride;
+    if (!fits)
+        throw Error(fmt::format("{}{} rows of {} bytes at byte {} do not fit into the bufferView of {} bytes", place, count,
+                                packed, offset, bytes.size()));
+    return bytes.data() + offset;
+}
+
+/// Gives `rows` a copy of its rows, zeros where it has none, in which those of a sparse accessor are replaced.
+void replace_rows(const tinygltf::Model& model, const tinygltf::Accessor& source, std::size_t packed, const std::string& place,
+                  AccessorRows& rows)
+{
+    const auto& sparse = source.sparse;
+    AccessorRows indices;
+    indices.component_type = sparse.indices.componentType;
+    if (indices.component_type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE &&
+        indices.component_type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT &&
+        indices.component_type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT)
+        throw Error(place + "expected unsigned integers as indices");
+    const auto count = static_cast<std::size_t>(sparse.count);
+    indices.first = rows_in_view(model, sparse.indices.bufferView, static_cast<std::size_t>(sparse.indices.byteOffset), count,
+                                 size_of_component(indices.component_type), place + "indices: ", indices.stride);
+    std::size_t stride = 0;
+    const auto* const values = rows_in_view(model, sparse.values.bufferView, static_cast<std::size_t>(sparse.values.byteOffset),
+                                            count, packed, place + "values: ", stride);
+    std::size_t file_bytes = 0;
+    for (const auto& buffer : model.buffers)
+        file_bytes += buffer.data.size();
+    if (rows.count > file_bytes)
+        throw Error(fmt::format("{}{} rows in a file of {} bytes", place, rows.count, file_bytes));
+    const auto all = std::make_shared<std::vector<unsigned char>>(rows.count * packed);
+    for (std::size_t i = 0; i < rows.count && rows.first != nullptr; ++i)
+        std::memcpy(all->data() + i * packed, rows.first + i * rows.stride, packed);
+    double before = -1;
+    for (std::size_t i = 0; i < count; ++i)
+    {
+        const double index = indices.at(i, 0);
+        if (index <= before || index >= static_cast<double>(rows.count))
+            throw Error(fmt::format("{}index {} is {}; expected increasing ones below {}", place, i, index, rows.count));
+        std::memcpy(all->data() + static_cast<std::size_t>(index) * packed, values + i * stride, packed);
+        before = index;
+    }
+    rows.first = all->data();
+    rows.stride = packed;
+    rows.copy = all;
+}
+
+}  // namespace
+
 AccessorRows accessor_rows(const tinygltf::Model& model, int accessor, std::size_t least, std::size_t most)
 {
     if (accessor < 0 || static_cast<std::size_t>(accessor) >= model.accessors.size())
@@ -551,9 +622,6 @@ AccessorRows accessor_rows(const tinygltf::Model& model, int accessor, std::size
         if (!good)
             throw Error(entry("accessors", number) + what);
     };
-    expect(!source.sparse.isSparse, "sparse accessors are not supported; export the model without them");
-    expect(source.bufferView >= 0 && static_cast<std::size_t>(source.bufferView) < model.bufferViews.size(),
-           "it has no valid bufferView, so no data");
     const int components = tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(source.type));
     AccessorRows rows;
     rows.components = static_cast<std::size_t>(std::max(components, 0));
@@ -564,16 +632,11 @@ AccessorRows accessor_rows(const tinygltf::Model& model, int accessor, std::size
     expect(packed > 0, fmt::format("componentType {} is not supported", source.componentType));
     rows.normalized = source.normalized;
     rows.count = source.count;
-    const auto view_number = static_cast<std::size_t>(source.bufferView);
-    const std::size_t stride = model.bufferViews[view_number].byteStride;
-    rows.stride = stride == 0 ? packed : stride;
-    const auto bytes = view_bytes(model, view_number);
-    const bool fits = rows.count > 0 && rows.stride >= packed && source.byteOffset <= bytes.size() &&
-                      packed <= bytes.size() - source.byteOffset &&
-                      rows.count - 1 <= (bytes.size() - source.byteOffset - packed) / rows.stride;
-    expect(fits, fmt::format("{} rows of {} bytes at byte {} do not fit into the bufferView of {} bytes", rows.count, packed,
-                             source.byteOffset, bytes.size()));
-    rows.first = bytes.data() + source.byteOffset;
+    if (!source.sparse.isSparse || source.bufferView >= 0)
+        rows.first = rows_in_view(model, source.bufferView, source.byteOffset, rows.count, packed, entry("accessors", number),
+                                  rows.stride);
+    if (source.sparse.isSparse)
+        replace_rows(model, source, packed, entry("accessors", number) + "sparse: ", rows);
     return rows;
 }
 

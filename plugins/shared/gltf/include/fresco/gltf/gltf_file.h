@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -84,13 +85,14 @@ struct AccessorRows
     std::size_t components = 0;
     int component_type = 0;
     bool normalized = false;
+    std::shared_ptr<const std::vector<unsigned char>> copy;  ///< A sparse accessor's rows; others lie in the model.
 
     /// The number, from 0 to 1 (-1 to 1 if signed) for normalized integers.
     double at(std::size_t row, std::size_t component) const;
 };
 
-/// Throws Error naming the accessor: one that does not exist, is sparse or without a view, has other than `least` to `most`
-/// components, or does not fit its view.
+/// Throws Error naming the accessor: one that does not exist, has neither a view nor sparse rows, has other than `least` to
+/// `most` components, or does not fit its view; sparse rows that are not in order, or more rows than the file has bytes.
 AccessorRows accessor_rows(const tinygltf::Model& model, int accessor, std::size_t least, std::size_t most);
 
 /// The triangles of a primitive: three numbers each. `indices` < 0: the vertices in their order. Strips and fans are taken apart;

@@ -28,17 +28,8 @@ namespace
 Mesh box_room()
 {
     testing::ChartedMesh room(4, 4, 0.075F);
-    room.rectangle({0, 0, 0}, {4, 0, 0}, {0, 3, 0});      // floor
-    room.rectangle({0, 3, 2.5F}, {4, 0, 0}, {0, -3, 0});  // ceiling
-    room.rectangle({0, 3, 0}, {4, 0, 0}, {0, 0, 2.5F});   // walls
-    room.rectangle({4, 0, 0}, {-4, 0, 0}, {0, 0, 2.5F});
-    room.rectangle({0, 0, 0}, {0, 3, 0}, {0, 0, 2.5F});
-    room.rectangle({4, 3, 0}, {0, -3, 0}, {0, 0, 2.5F});
-    room.rectangle({1.4F, 1.2F, 0.7F}, {1.2F, 0, 0}, {0, 0.8F, 0});  // the block's top and sides
-    room.rectangle({1.4F, 1.2F, 0}, {1.2F, 0, 0}, {0, 0, 0.7F});
-    room.rectangle({2.6F, 2.0F, 0}, {-1.2F, 0, 0}, {0, 0, 0.7F});
-    room.rectangle({1.4F, 2.0F, 0}, {0, -0.8F, 0}, {0, 0, 0.7F});
-    room.rectangle({2.6F, 1.2F, 0}, {0, 0.8F, 0}, {0, 0, 0.7F});
+    room.box({}, {4, 3, 2.5F}, false);
+    room.box({1.4F, 1.2F, 0}, {1.2F, 0.8F, 0.7F}, true);
     return room.mesh;
 }
 constexpr int box_room_texture_px = 160;

@@ -5,12 +5,13 @@
 #include "shared_data.h"
 
 #include <fresco/mesh.h>
-#include <fresco/random.h>
 #include <fresco/raycast/scene.h>
 #include <fresco/rendering/raster_finder.h>
 #include <fresco/rendering/view_renderer.h>
+#include <fresco/testing_scenes.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <utility>
@@ -23,13 +24,8 @@ constexpr double texels = 4096;
 
 void add_texcoords(Mesh& mesh)
 {
-    mesh.texcoords.clear();
-    for (const auto& t : mesh.triangles)
-        for (const auto v : t)
-        {
-            const auto wrapped = [](float meters) { return std::abs(std::fmod(meters, 1.0F)); };
-            mesh.texcoords.push_back({wrapped(mesh.positions[v].x), wrapped(mesh.positions[v].z)});
-        }
+    const auto wrapped = [](float meters) { return std::abs(std::fmod(meters, 1.0F)); };
+    testing::set_texcoords(mesh, [&](Vec3f p) { return Vec2f{wrapped(p.x), wrapped(p.z)}; });
 }
 
 /// Comparison of both in all pixels of all views.
@@ -169,10 +165,7 @@ void check_views(const Mesh& mesh, const std::vector<Camera>& cameras)
 {
     TexturedMesh textured;
     textured.mesh = mesh;
-    textured.image.pixels = Raster8(512, 512, 3);
-    Random random(3);
-    for (std::uint8_t& value : textured.image.pixels.values)
-        value = static_cast<std::uint8_t>(random.below(256));
+    textured.image.pixels = testing::noise_picture(512, 512, 3);
     for (const auto& [filter, shading] :
          {std::pair{rendering::TextureFilter::trilinear, "scannet"}, std::pair{rendering::TextureFilter::trilinear, "none"},
           std::pair{rendering::TextureFilter::bilinear, "none"}})
@@ -214,17 +207,12 @@ TEST_CASE("drawn and cast uv maps and views of a real scan agree")
     for (const char* frame : {"frame-000000", "frame-000400"})
     {
         std::ifstream text(file.parent_path() / "seq-01" / (std::string(frame) + ".pose.txt"));
-        Camera camera;
-        camera.intrinsics = {640, 480, 525, 525, 320, 240};
-        Vec3d& origin = camera.world_from_camera.translation;
-        for (const auto& [row, place] : {std::pair{0, &origin.x}, {1, &origin.y}, {2, &origin.z}})
-        {
-            for (int column = 0; column < 3; ++column)
-                text >> camera.world_from_camera.rotation(row, column);
-            text >> *place;
-        }
+        std::array<double, 12> m{};
+        for (double& value : m)
+            text >> value;
         REQUIRE(text.good());
-        cameras.push_back(camera);
+        const RigidTransform pose{{{m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]}}, {m[3], m[7], m[11]}};
+        cameras.push_back({{640, 480, 525, 525, 320, 240}, pose});
     }
     check_agreement(mesh, cameras, {256, 784});
     check_views(mesh, cameras);

@@ -47,5 +47,5 @@ TEST_CASE("every type that is written is read back")
     CHECK((read_file(file) == first));
     // Every kind of damage is tested where the bytes are read: sdk/weights.
     write_file(file, std::span(first).first(first.size() - 1));
-    CHECK_THROWS_WITH(read_safetensors(file), Catch::Contains("t.safetensors: "));
+    CHECK_THROWS_WITH(read_safetensors(file), Contains("t.safetensors: "));
 }

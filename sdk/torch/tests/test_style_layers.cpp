@@ -40,11 +40,11 @@ TEST_CASE("layers of a style loss: the named ones, or the network's, each with i
     CHECK(named[1].factor == 3);
     CHECK((owner.options.needs({}).features.at(0).names == std::vector<std::string>{"b", "a"}));
     CHECK((Owner("{}").options.needs(named).features.at(0).names == std::vector<std::string>{"b", "a"}));
-    CHECK_THROWS_WITH(Owner(R"({"layers": "d"})").options.compared("loss.x"), Catch::Contains("a, b"));
+    CHECK_THROWS_WITH(Owner(R"({"layers": "d"})").options.compared("loss.x"), Contains("a, b"));
     CHECK_THROWS_WITH(Owner(R"({"layer_weights": [1, 2]})").options.compared("loss.x"),
-                      Catch::Contains("loss.x: `layer_weights` has 2 entries for 1"));
+                      Contains("loss.x: `layer_weights` has 2 entries for 1"));
     CHECK_THROWS_WITH(style_features(*owner.options.features, at::zeros({3, 4, 1}), named, "loss.x"),
-                      Catch::Contains("1 x 4") && Catch::Contains("layer b"));
+                      Contains("1 x 4") && Contains("layer b"));
     const auto features = style_features(*owner.options.features, at::zeros({3, 4, 4}), named, "loss.x");
     CHECK((features[0].sizes() == at::IntArrayRef({3, 4}) && features[1].sizes() == at::IntArrayRef({3, 16})));
 }

@@ -119,13 +119,18 @@ Vec3d offset_for(std::span<const Vec3d> points)
 {
     Vec3d offset;
     std::vector<double> along(points.size());
+    const auto ranked = [&](std::size_t rank)
+    {
+        std::ranges::nth_element(along, along.begin() + static_cast<std::ptrdiff_t>(rank));
+        return along[rank];
+    };
+    const std::size_t strays = points.size() / 8;
     for (const auto axis : {&Vec3d::x, &Vec3d::y, &Vec3d::z})
     {
         std::ranges::transform(points, along.begin(), axis);
-        const auto median = along.begin() + std::ssize(along) / 2;
-        std::ranges::nth_element(along, median);
-        if (median != along.end() && std::abs(*median) >= coarse_m)
-            offset.*axis = std::round(*median / offset_step_m) * offset_step_m;
+        const double median = along.empty() ? 0 : ranked(along.size() / 2);
+        if (std::abs(median) >= coarse_m && std::abs(median) > ranked(along.size() - 1 - strays) - ranked(strays))
+            offset.*axis = std::round(median / offset_step_m) * offset_step_m;
     }
     return offset;
 }

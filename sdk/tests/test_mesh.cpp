@@ -105,11 +105,17 @@ TEST_CASE("Mesh: saved and loaded it is the same, faces that name a vertex twice
 
 TEST_CASE("Mesh: coordinates that floats are too coarse for are stored less a rounded offset", "[mesh]")
 {
-    // By the median, along each axis: neither a stray vertex nor a height takes part.
     CHECK(offset_for({}) == Vec3d{});
-    const std::vector<Vec3d> near{{1023, -1023, 0}, {1023, -1023, 1}, {9e6, 9e6, -9e6}};
-    CHECK(offset_for(near) == Vec3d{});
-    const std::vector<Vec3d> far{{448'001.234, -5'411'049.5, 112.25}, {448'003.5, -5'411'048, 112.5}, {448'002, 0, 1e6}};
+    CHECK(offset_for(std::vector<Vec3d>{{1023, -1023, 0}, {1023, -1023, 1}, {9e6, 9e6, -9e6}}) == Vec3d{});
+    // A room in millimeters is not far from 0.
+    CHECK(offset_for(std::vector<Vec3d>{{0, 0, 0}, {1000, 5000, 0}, {4000, 5000, 0}, {4000, 6000, 0}}) == Vec3d{});
+    // Neither stray vertices nor a height take part.
+    std::vector<Vec3d> strayed(8, {448'049, -5'411'051, 1000});
+    strayed[2] = {0, 9e6, -9e6};
+    CHECK(offset_for(strayed) == Vec3d{448'000, -5'411'100, 0});
+    strayed[5] = {0, 0, 0};
+    CHECK(offset_for(strayed) == Vec3d{});
+    const std::vector<Vec3d> far{{448'001.234, -5'411'049.5, 112.25}, {448'003.5, -5'411'048, 112.5}, {448'002, -5'411'040, 112}};
     const Vec3d offset = offset_for(far);
     CHECK(offset == Vec3d{448'000, -5'411'000, 0});
     Mesh mesh;

@@ -148,9 +148,10 @@ class DatasetRead final : public Stage
         return {};
     }
 
-    void read_views(const Source& source, UvMaps maps, RunContext& run)
+    void read_views(const Source& source, UvMaps maps, Vec3d offset_m, RunContext& run)
     {
         Frames read;
+        read.offset_m = offset_m;
         read.frames.resize(source.manifest.views.size());
         std::vector<int> uv_bits(read.frames.size());
         parallel_for_each(read.frames.size(), "views", run,
@@ -188,9 +189,10 @@ class DatasetRead final : public Stage
         UvMaps maps;
         maps.atlas = atlas_id(atlas);
         maps.texture_px = atlas.texture_px;
+        const Vec3d offset_m = atlas.offset_m;
         mesh = std::move(atlas);
         style = style_picture(source, run);
-        read_views(source, std::move(maps), run);
+        read_views(source, std::move(maps), offset_m, run);
         run.report("views", source.manifest.views.size());
         run.report("heights_px", Value::List(source.manifest.heights_px.begin(), source.manifest.heights_px.end()));
         run.report("files", source.manifest.files.size());

@@ -51,6 +51,7 @@ class DatasetWrite final : public Stage
     void check_inputs() const
     {
         check_mesh(*mesh, "the mesh on port 'mesh'");
+        check_offset(*frames, *mesh);
         if (mesh->texcoords.empty())
             throw Error("the mesh on port 'mesh' has no texcoords: wire the mesh that the uv maps were made from");
         if (uvmaps->views.empty() || uvmaps->heights_px.empty())

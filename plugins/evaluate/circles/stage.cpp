@@ -122,6 +122,7 @@ class EvaluateCircles final : public Stage
     {
         const Mesh& shown =
             evaluation::shown_mesh(textured_mesh.has_value() ? &*textured_mesh : nullptr, mesh.has_value() ? &*mesh : nullptr);
+        check_offset(*frames, shown);
         auto pictures = evaluation::posed_pictures(*frames, views.has_value() ? &*views : nullptr, folder->path, run);
         std::erase_if(pictures, [&, i = 0](const PosedPicture&) mutable { return i++ % *every != 0; });
         const raycast::Scene scene(shown);

@@ -197,6 +197,7 @@ class EvaluateReprojection final : public Stage
     {
         const Mesh& shown =
             evaluation::shown_mesh(textured_mesh.has_value() ? &*textured_mesh : nullptr, mesh.has_value() ? &*mesh : nullptr);
+        check_offset(*frames, shown);
         const auto pictures = evaluation::posed_pictures(*frames, views.has_value() ? &*views : nullptr, folder->path, run);
         const SurfacePaint paint = floor_paint();
         std::array<Gap, 2> all = paired(pictures);

@@ -49,8 +49,10 @@ std::vector<std::uint32_t> number_texcoords(const std::vector<Vec2f>& texcoords,
 }
 }  // namespace
 
-std::string obj_text(const Mesh& mesh, std::string_view material_file, std::string_view material)
+std::string obj_text(const Mesh& mesh, std::string_view material_file, std::string_view material, bool in_world)
 {
+    const bool is_double = in_world && mesh.offset_m != Vec3d{};
+    const std::vector<Vec3d> world = is_double ? world_positions(mesh) : std::vector<Vec3d>{};
     std::vector<Vec2f> unique;
     const std::vector<std::uint32_t> number = number_texcoords(mesh.texcoords, unique);
     const bool has_material = !material_file.empty();
@@ -59,9 +61,9 @@ std::string obj_text(const Mesh& mesh, std::string_view material_file, std::stri
     text += "o room\n";
     for (std::size_t v = 0; v < mesh.positions.size(); ++v)
     {
-        const Vec3f p = mesh.positions[v];
+        const auto append_point = [&text](auto p) { append(text, ' ', p.x, p.y, p.z); };
         text += 'v';
-        append(text, ' ', p.x, p.y, p.z);
+        is_double ? append_point(world[v]) : append_point(mesh.positions[v]);
         for (std::size_t c = 0; c < 3 && has_colors; ++c)
             append(text, ' ', static_cast<float>(mesh.colors[v][c]) / 255);
         text += '\n';

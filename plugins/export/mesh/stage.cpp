@@ -25,11 +25,17 @@ class ExportMesh final : public Stage
         "Output path below --out: a mesh (.obj, .ply; without spaces) or only its picture (.png, .jpg, .npy)"};
     Option<bool> colors{this, "colors", false, "PLY: the picture's colors at the vertices instead of the picture and texcoords"};
     geometry::UprightOption up{this};
+    Option<std::string> coordinates{
+        this, "coordinates", "local", one_of({"local", "original"}),
+        "Of a scan far from 0, local: less the offset that its reader took off, as programs with floats want it; original: as "
+        "the scan has them, unturned, in double"};
     PictureOptions picture{this};
 
     void run(RunContext& run) override
     {
         exported.check();
+        if (is_original() && !up.names_no_axis())
+            throw Error("coordinates: original leaves the mesh as the scan has it: remove option \"up\", or set up: keep");
         const std::string extension = std::filesystem::path(path->path).extension().string();
         Files result;
         result.names = {path->path};
@@ -49,6 +55,13 @@ class ExportMesh final : public Stage
         files = std::move(result);
     }
 
+    bool is_original() const { return *coordinates == "original"; }
+
+    Mesh placed(Vec3d target, RunContext& run) const
+    {
+        return is_original() ? exported.mesh() : up.standing(exported.mesh(), target, run);
+    }
+
     /// Writes the picture beside the mesh. Returns its name in that folder.
     std::string write_picture(Files& result, RunContext& run)
     {
@@ -60,7 +73,7 @@ class ExportMesh final : public Stage
     void write_obj(Files& result, RunContext& run)
     {
         check_path_for_names(path->path);
-        Mesh standing = up.standing(exported.mesh(), {0, 1, 0}, run);
+        Mesh standing = placed({0, 1, 0}, run);
         std::string material_file;
         if (exported.has_picture())
         {
@@ -70,7 +83,7 @@ class ExportMesh final : public Stage
             write_file(files.folder().path / mtl, mtl_text("texture", write_picture(result, run)));
             material_file = std::filesystem::path(mtl).filename().string();
         }
-        write_file(files.folder().path / path->path, obj_text(standing, material_file, "texture"));
+        write_file(files.folder().path / path->path, obj_text(standing, material_file, "texture", is_original()));
         tell(standing, run);
     }
 
@@ -79,7 +92,7 @@ class ExportMesh final : public Stage
         check_path_for_names(path->path);
         const bool has_picture = exported.has_picture() && !*colors;
         const std::string picture_name = has_picture ? write_picture(result, run) : "";
-        Mesh standing = up.standing(exported.mesh(), {0, 0, 1}, run);
+        Mesh standing = placed({0, 0, 1}, run);
         if (exported.has_picture())
             standing.colors.clear();
         if (exported.has_picture() && *colors)
@@ -89,7 +102,7 @@ class ExportMesh final : public Stage
         }
         const Mesh split = split_at_seams(standing);
         run.check_canceled();
-        write_file(files.folder().path / path->path, textured_ply(split, picture_name));
+        write_file(files.folder().path / path->path, textured_ply(split, picture_name, is_original()));
         run.report("vertices", split.positions.size());
         tell(split, run);
     }
@@ -101,6 +114,8 @@ class ExportMesh final : public Stage
                     grouped(mesh.positions.size()) + " vertices");
         run.report("triangles", mesh.triangles.size());
         run.report("bytes", bytes);
+        if (mesh.offset_m != Vec3d{} && !is_original())
+            tell_offset(mesh.offset_m, run);
     }
 };
 }  // namespace

@@ -69,6 +69,7 @@ class FramesAlign final : public Stage
     void run(RunContext& run) override
     {
         check_mesh(*mesh, "the mesh on port 'mesh'");
+        check_offset(*frames, *mesh);
         const auto& all = frames->frames;
         if (all.empty())
             throw Error("port 'frames' has no frames: check the scan's path and the stages that drop frames");

@@ -74,6 +74,7 @@ class Covering
             kept[i] = order[i].frame;
         std::ranges::sort(kept);
         Frames result;
+        result.offset_m = frames_.offset_m;
         for (const std::size_t i : kept)
             result.frames.push_back(frames_.frames[i]);
         report(seen, order, picks, run);

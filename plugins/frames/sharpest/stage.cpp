@@ -52,6 +52,7 @@ class FramesSharpest final : public fresco::Stage
         if (*hold_out_every > 0)
             split(selection, run);
         fresco::Frames kept;
+        kept.offset_m = frames->offset_m;
         for (const auto i : selection.kept)
             kept.frames.push_back(frames->frames[i]);
         report(measured, selection, run);

@@ -284,6 +284,8 @@ class MeshFuse final : public Stage
     void run(RunContext& run) override
     {
         run.report("fused", !given.has_value());
+        if (given.has_value())
+            check_offset(*frames, *given);
         const std::vector<const Frame*> measured = frames_with_depth();
         if (!given.has_value() && measured.empty())
             throw Error("no frame on port 'frames' has a depth picture: use a scan with depth, or wire a mesh to port 'mesh'");
@@ -308,6 +310,7 @@ class MeshFuse final : public Stage
         }
         Mesh made = extract(fuse_frames(measured, depths, run), run);
         color(made, measured, depths, run);
+        made.offset_m = frames->offset_m;
         check_mesh(made, "the fused mesh");
         run.report("frames", measured.size());
         run.report("depth_bytes", depths.bytes());

@@ -58,6 +58,8 @@ class RegionsLabels final : public Stage
             throw Error("set either 'path' to a file with labels, 'masks' to a folder of masks, or the input 'model'");
         if (!masks->empty() && !frames.has_value())
             throw Error("'masks' needs the frames that they were drawn on: wire them to the input 'frames'");
+        if (!masks->empty())
+            check_offset(*frames, *mesh);
         const bool is_json = path->path.extension() == ".json";
         if (is_json && (segments->empty() || !labeled.has_value()))
             throw Error(path->path.string() +
@@ -87,7 +89,8 @@ class RegionsLabels final : public Stage
 
     Regions from_labels(RunContext& run) const
     {
-        const LabeledSurface from = surface();
+        LabeledSurface from = surface();
+        place(from.mesh, world_positions(from.mesh), mesh->offset_m);
         run.check_canceled();
         const CarriedLabels carried = carried_labels(from, *mesh, within_m, run);
         run.report("covered_share", carried.covered_share);

@@ -40,6 +40,7 @@ class ScanInspect final : public Stage
         {
             check_mesh(*mesh, "the mesh on port 'mesh'");
             cast.emplace(*mesh);
+            check_offset(*frames, *mesh);
         }
         const raycast::Scene* const scene = cast ? &*cast : nullptr;
         std::filesystem::path json = path->path;

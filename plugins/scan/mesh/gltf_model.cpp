@@ -542,6 +542,7 @@ class SceneReader
         {
             const Vec3d p = place.linear * Vec3d{rows.at(i, 0), rows.at(i, 1), rows.at(i, 2)} + place.origin;
             model_.report.positions.push_back(p);
+            model_.report.positions.push_back(p);
             model_.mesh.positions.push_back(fresco::vec_cast<float>(p));
             const auto& stored = model_.mesh.positions.back();
             if (!std::isfinite(stored.x) || !std::isfinite(stored.y) || !std::isfinite(stored.z))

@@ -35,6 +35,8 @@ class ScanMesh final : public fresco::Stage
                                           "skip: ignore the materials and pictures that the file names"};
     fresco::Slot<fresco::ImageIo> images{this, fresco::optional, "Checks the pictures of a model; none: no check"};
 
+    fresco::Input<fresco::Frames> frames{this, "frames", fresco::optional,
+                                         "Frames of the same world: far from 0, the mesh is stored less the same offset"};
     fresco::Output<fresco::Mesh> mesh{this, "mesh", "The surface in the world"};
     fresco::Output<fresco::Model> model{this, "model", "The same surface with its materials and pictures"};
 
@@ -49,7 +51,18 @@ class ScanMesh final : public fresco::Stage
         for (const std::string& warning : read.warnings)
             run.warning(path->path.filename().string() + ": " + warning);
         fresco::Mesh& surface = read.mesh;
-        scan_mesh::move_mesh(surface, *unit_m, rotation, world_from_file);
+        auto& positions = read.report.positions;
+        const bool are_floats = std::ranges::all_of(
+            positions, [](fresco::Vec3d p) { return fresco::vec_cast<double>(fresco::vec_cast<float>(p)) == p; });
+        scan_mesh::to_world(positions, *unit_m, rotation, world_from_file);
+        place(surface, positions,
+              frames.has_value() ? fresco::recordings::offset_beside(frames->offset_m, positions, path->path.string())
+                                 : fresco::offset_for(positions));
+        fresco::tell_offset(surface.offset_m, run);
+        if (are_floats && surface.offset_m != fresco::Vec3d{})
+            run.warning(path->path.filename().string() +
+                        ": all its coordinates are floats, which are more than 0.1 mm apart so far from 0: export it in double "
+                        "(a PLY of type double, an OBJ with all digits) or nearer to 0");
         check_mesh(surface, path->path.string() + " in meters");
         run.report("vertices_joined", read.split_vertices ? scan_mesh::join_vertices(surface) : 0);
 

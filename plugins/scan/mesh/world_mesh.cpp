@@ -130,12 +130,14 @@ fresco::Mat3 axes_rotation(std::string_view axes)
     return rotation;
 }
 
-void move_mesh(fresco::Mesh& mesh, double unit_m, const fresco::Mat3& axes, const fresco::RigidTransform& world_from_file)
+void to_world(std::vector<fresco::Vec3d>& positions, double unit_m, const fresco::Mat3& axes,
+              const fresco::RigidTransform& world_from_file)
 {
-    for (auto& position : mesh.positions)
+    for (auto& position : positions)
     {
-        position = fresco::vec_cast<float>(world_from_file.point(axes * (fresco::vec_cast<double>(position) * unit_m)));
-        if (!std::isfinite(position.x) || !std::isfinite(position.y) || !std::isfinite(position.z))
+        position = world_from_file.point(axes * (position * unit_m));
+        const auto stored = fresco::vec_cast<float>(position);
+        if (!std::isfinite(stored.x) || !std::isfinite(stored.y) || !std::isfinite(stored.z))
             throw fresco::Error("a transformed vertex is out of range; check unit_m and transform");
     }
 }

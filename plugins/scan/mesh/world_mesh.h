@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <string_view>
+#include <vector>
 
 /// \file Turns the mesh of a file into one of the world, for the stage: joins the vertices that the format split, and applies
 /// unit, axes and transform.
@@ -21,9 +22,9 @@ std::size_t join_vertices(fresco::Mesh& mesh);
 /// "x -z y" turns y up into z up. Throws Error for any other text, for an axis that occurs twice and for a reflection.
 fresco::Mat3 axes_rotation(std::string_view axes);
 
-/// Transforms the vertices: world = world_from_file(axes * (unit_m * p)), in double precision. Throws Error if a vertex leaves
-/// float's range.
-void move_mesh(fresco::Mesh& mesh, double unit_m, const fresco::Mat3& axes, const fresco::RigidTransform& world_from_file);
+/// Transforms positions: world = world_from_file(axes * (unit_m * p)). Throws Error if one leaves float's range.
+void to_world(std::vector<fresco::Vec3d>& positions, double unit_m, const fresco::Mat3& axes,
+              const fresco::RigidTransform& world_from_file);
 
 /// Edges of the box around the vertices, along the axes; meters. \pre vertices
 fresco::Vec3d extent_of(const fresco::Mesh& mesh);

@@ -200,6 +200,14 @@ TEST_CASE_METHOD(testing::StageTest, "regions.labels: labels of a PLY reach a me
         if (x < 0.37F || x > 0.5F)
             CHECK(name == (x < 0.45F ? "floor" : "wall"));
     }
+    // Stored less another offset than the labels' mesh.
+    const auto moved = std::make_shared<Mesh>(*finer);
+    moved->offset_m = {128, 0, -64};
+    for (Vec3f& p : moved->positions)
+        p = p - Vec3f{128, 0, -64};
+    divided(options, {{"mesh", moved}}, run);
+    CHECK(run.reported.at("covered_share").as_double() == Approx(1));
+    CHECK(run.reported.at("mean_distance_m").as_double() == Approx(0.01).epsilon(1e-3));
 }
 
 TEST_CASE_METHOD(testing::StageTest, "regions.labels: labels of another mesh are refused by how much they cover",

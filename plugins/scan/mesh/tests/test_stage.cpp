@@ -3,6 +3,7 @@
 #include "world_mesh.h"
 
 #include <fresco/files_io.h>
+#include <fresco/frames.h>
 #include <fresco/mesh.h>
 #include <fresco/stage.h>
 #include <fresco/testing.h>
@@ -58,6 +59,55 @@ TEST_CASE("a mesh is brought into the world: unit, axes, transform", "[scan.mesh
                    Contains("0.01 if it is in centimeters (30 m long), 0.001 if it is in millimeters (3 m long)"));
     read(file, run, Value::Map{{"unit_m", 1e-5}});
     CHECK_THAT(run.messages.at(3), Contains("warning: the mesh is 0.03 m long; set unit_m"));
+}
+
+TEST_CASE("a file is read in double: far from 0, its mesh is stored less an offset, the frames' where they are wired",
+          "[scan.mesh]")
+{
+    const fresco::testing::TemporaryFolder folder;
+    const auto file = folder.path() / "floor.obj";
+    fresco::write_file(file, "v 448001.234 5411002.5 112\nv 448005 5411002.501 112\nv 448001.25 5411006.75 112.5\nf 1 2 3\n");
+    const auto read_far = [&](TestRun& run, const Value::Map& more, const fresco::testing::Inputs& inputs = {})
+    {
+        Value options = Value::Map{{"path", file.string()}};
+        for (const auto& [name, value] : more)
+            options.set(name, value);
+        fresco::testing::run_stage(FRESCO_PLUGIN_FILE, "scan.mesh", options, inputs, folder.path(), run);
+        CHECK(fresco::Model::load({folder.path() / "model", folder.path()})->mesh.offset_m ==
+              fresco::Mesh::load({folder.path() / "mesh", folder.path()})->offset_m);
+        return *fresco::Mesh::load({folder.path() / "mesh", folder.path()});
+    };
+    const std::vector<fresco::Vec3f> expected{{1.234F, 2.5F, 112}, {5, 2.501F, 112}, {1.25F, 6.75F, 112.5F}};
+    const fresco::Vec3d offset{448'000, 5'411'000, 0};
+    TestRun run;
+    const auto mesh = read_far(run, {});
+    CHECK(mesh.positions == expected);
+    CHECK(mesh.offset_m == offset);
+    REQUIRE(run.messages.size() == 2);
+    CHECK_THAT(run.messages[0], Contains("(448000, 5411000, 0) m are taken off all coordinates"));
+    CHECK(run.reported.at("offset_m").as_list().at(1).as_double() == 5'411'000);
+    TestRun moving;
+    const auto moved =
+        read_far(moving, {{"transform", Value::List{1, 0, 0, -448'000, 0, 1, 0, -5'411'000, 0, 0, 1, 0, 0, 0, 0, 1}}});
+    CHECK(moved.positions == expected);
+    CHECK(moved.offset_m == fresco::Vec3d{});
+    CHECK(moving.reported.find("offset_m") == nullptr);
+    CHECK(read_far(run,
+                   {{"unit_m", 1000}, {"transform", Value::List{1, 0, 0, -448e6, 0, 1, 0, -5411e6, 0, 0, 1, -112e3, 0, 0, 0, 1}}})
+              .positions[0] == fresco::Vec3f{1234, 2500, 0});
+
+    const auto frames = std::make_shared<fresco::Frames>();
+    frames->offset_m = {448'100, 5'411'000, 0};
+    const auto beside = read_far(run, {}, {{"frames", frames}});
+    CHECK(beside.offset_m == frames->offset_m);
+    CHECK(beside.positions[1] == fresco::Vec3f{-95, 2.501F, 112});
+    fresco::write_file(file, "v 448001.25 5411002.5 112\nv 448005 5411002.5 112\nv 448001.25 5411006.5 112.5\nf 1 2 3\n");
+    TestRun coarse;
+    read_far(coarse, {});
+    CHECK_THAT(coarse.messages.at(1), Contains("warning: floor.obj: all its coordinates are floats"));
+    frames->offset_m = {};
+    CHECK_THROWS_WITH(read_far(run, {}, {{"frames", frames}}),
+                      Contains("floor.obj: the mesh is 5430 km from the cameras, around (448000, 5411000, 0) and (0, 0, 0) m"));
 }
 
 TEST_CASE("axes turn and never mirror", "[scan.mesh]")

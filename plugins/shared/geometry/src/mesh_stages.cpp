@@ -113,6 +113,7 @@ void SimplifyingStage::run(RunContext& run)
         run.warning(fmt::format(
             "stopped at {} faces instead of {}: the {} components cannot be simplified further without losing or folding some",
             after.faces, target, clean.components));
+    result.offset_m = mesh_->offset_m;
     simplified_ = std::move(result);
 }
 

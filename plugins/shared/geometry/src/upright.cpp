@@ -552,9 +552,11 @@ Mesh UprightOption::standing(const Mesh& mesh, Vec3d target, RunContext& run) co
 {
     const std::array<double, 4> by = turn(mesh, target, run);
     Mesh result = mesh;
-    if (by != no_turn)
-        for (Vec3f& position : result.positions)
-            position = vec_cast<float>(turned(by, vec_cast<double>(position)));
+    if (by == no_turn)
+        return result;
+    result.offset_m = turned(by, mesh.offset_m);
+    for (Vec3f& position : result.positions)
+        position = vec_cast<float>(turned(by, vec_cast<double>(position)));
     return result;
 }
 

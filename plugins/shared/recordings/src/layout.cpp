@@ -208,7 +208,8 @@ void refuse_missing_files(const std::vector<RecordedView>& views, const std::str
                     files.empty() ? source + (is_one ? " lists it" : " lists the first") : "each view needs " + files));
 }
 
-std::optional<Mesh> read_recorded_mesh(const InputFile& given, const std::vector<fs::path>& candidates, RunContext& run)
+std::optional<Mesh> read_recorded_mesh(const InputFile& given, const std::vector<fs::path>& candidates, Vec3d offset_m,
+                                       RunContext& run)
 {
     const auto file = given.empty() ? find_file(candidates, run) : given.path;
     if (!file)
@@ -218,7 +219,9 @@ std::optional<Mesh> read_recorded_mesh(const InputFile& given, const std::vector
                         ", or set option \"mesh\". mesh.fuse makes one from the depth pictures");
         return std::nullopt;
     }
-    Mesh surface = read_mesh(*file);
+    MeshReadReport report;
+    Mesh surface = read_mesh(*file, {}, &report);
+    place(surface, report.positions, offset_beside(offset_m, report.positions, file->string()));
     check_mesh(surface, file->string());
     run.report("mesh", file->filename().string());
     return surface;
@@ -232,6 +235,22 @@ void apply_units(RecordedView& view, const ReadingOptions& options)
         view.depth_camera->world_from_camera.translation = view.depth_camera->world_from_camera.translation * options.unit_m;
     if (options.depth_unit_m > 0)
         view.depth_unit_m = options.depth_unit_m;
+}
+
+/// Moves the cameras by the offset that they need.
+Vec3d take_offset(std::vector<RecordedView>& views)
+{
+    std::vector<Vec3d> places;
+    for (const auto& view : views)
+        places.push_back(view.world_from_camera.translation);
+    const Vec3d offset_m = offset_for(places);
+    for (auto& view : views)
+    {
+        view.world_from_camera.translation += -offset_m;
+        if (view.depth_camera)
+            view.depth_camera->world_from_camera.translation += -offset_m;
+    }
+    return offset_m;
 }
 
 }  // namespace
@@ -254,7 +273,6 @@ ReadRecording read_recording(Layout& layout, const ReadingOptions& options, cons
     layout.path_ = options.path;
     layout.codec_ = &images;
     auto recording = layout.list(run);
-    auto mesh = read_recorded_mesh(options.mesh, recording.meshes, run);
     if (recording.views.empty())
         throw MissingInput(options.path.string() + ": the recording holds no views; each needs " + recording.files);
     auto chosen = every_nth(std::move(recording.views), options.every, recording.every_of_sequence);
@@ -274,10 +292,14 @@ ReadRecording read_recording(Layout& layout, const ReadingOptions& options, cons
     if (views.empty())
         throw Error(fmt::format("{}: none of the {} poses is finite: the recorder lost tracking; use another recording",
                                 options.path.string(), chosen.size()));
+    const Vec3d offset_m = take_offset(views);
+    tell_offset(offset_m, run);
+    auto mesh = read_recorded_mesh(options.mesh, recording.meshes, offset_m, run);
     std::size_t transparent = 0;
     auto made = recorded_frames(
         views, images, folder, run, [&](RecordedView& view, const fs::path& into) { return layout.unpack(view, into); },
         &transparent);
+    made.offset_m = offset_m;
 
     const auto panoramas = std::ranges::count_if(views, &RecordedView::is_panorama);
     const auto undistorted = std::ranges::count_if(views, [](const auto& view) { return view.lens.distorts(); });

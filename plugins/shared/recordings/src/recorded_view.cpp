@@ -1,5 +1,6 @@
 #include <fresco/error.h>
 #include <fresco/files_io.h>
+#include <fresco/mesh.h>
 #include <fresco/npy.h>
 #include <fresco/parallel.h>
 #include <fresco/recordings/panorama.h>
@@ -410,6 +411,20 @@ void order_by_name(std::vector<RecordedView>& views)
     const bool all_differ = numbers.size() == views.size();
     for (std::size_t i = 0; i < views.size(); ++i)
         views[i].number = all_differ ? *last_number(views[i].name) : static_cast<long>(i);
+}
+
+Vec3d offset_beside(Vec3d frames_offset_m, std::span<const Vec3d> mesh, const std::string& source)
+{
+    constexpr double most_apart_m = 1e5;  // A room in millimeters is not that far off, maps are.
+    const Vec3d own = offset_for(mesh);
+    const double apart_m = length(own - frames_offset_m);
+    if (apart_m > most_apart_m)
+        throw Error(
+            fmt::format("{}: the mesh is {:.0f} km from the cameras, around ({}, {}, {}) and ({}, {}, {}) m: one of them "
+                        "is in a map's coordinates, such as UTM, and the other is not; move the mesh to the poses' world, "
+                        "as scan.mesh does by its option transform",
+                        source, apart_m / 1000, own.x, own.y, own.z, frames_offset_m.x, frames_offset_m.y, frames_offset_m.z));
+    return frames_offset_m;
 }
 
 Frames recorded_frames(const std::vector<RecordedView>& views, const ImageIo& images, const fs::path& folder, Progress& progress,

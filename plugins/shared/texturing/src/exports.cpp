@@ -297,6 +297,7 @@ void add_tangents(WeldedMesh& mesh)
 Mesh split_at_seams(const Mesh& mesh)
 {
     Mesh result;
+    result.offset_m = mesh.offset_m;
     if (mesh.texcoords.empty())
     {
         result.positions = mesh.positions;
@@ -318,19 +319,22 @@ Mesh split_at_seams(const Mesh& mesh)
     return result;
 }
 
-std::vector<std::byte> textured_ply(const Mesh& mesh, const std::string& picture)
+std::vector<std::byte> textured_ply(const Mesh& mesh, const std::string& picture, bool in_world)
 {
-    if (mesh.texcoords.empty())
+    const bool is_double = in_world && mesh.offset_m != Vec3d{};
+    const std::vector<Vec3d> world = is_double ? world_positions(mesh) : std::vector<Vec3d>{};
+    if (mesh.texcoords.empty() && !is_double)
         return to_ply(mesh);
     const std::string comment = picture.empty() ? "" : "comment TextureFile " + picture + "\n";
     const std::string header = fmt::format(
-        "ply\nformat binary_little_endian 1.0\n{}element vertex {}\n"
-        "property float x\nproperty float y\nproperty float z\nproperty float s\nproperty float t\n{}"
-        "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
-        comment, mesh.positions.size(),
+        "ply\nformat binary_little_endian 1.0\n{0}element vertex {1}\n"
+        "property {2} x\nproperty {2} y\nproperty {2} z\n{3}{4}"
+        "element face {5}\nproperty list uchar int vertex_indices\nend_header\n",
+        comment, mesh.positions.size(), is_double ? "double" : "float",
+        mesh.texcoords.empty() ? "" : "property float s\nproperty float t\n",
         mesh.colors.empty() ? "" : "property uchar red\nproperty uchar green\nproperty uchar blue\n", mesh.triangles.size());
     std::vector<std::byte> out;
-    out.reserve(1024 + mesh.positions.size() * 23 + mesh.triangles.size() * 13);
+    out.reserve(1024 + mesh.positions.size() * 35 + mesh.triangles.size() * 13);
     // As they lie in memory: fresco runs only on little-endian machines, like its NPY files.
     const auto put = [&](const auto& values)
     {
@@ -343,8 +347,9 @@ std::vector<std::byte> textured_ply(const Mesh& mesh, const std::string& picture
         texcoords[mesh.triangles[corner / 3][corner % 3]] = mesh.texcoords[corner];
     for (std::size_t v = 0; v < mesh.positions.size(); ++v)
     {
-        put(std::span(&mesh.positions[v], 1));
-        put(std::span(&texcoords[v], 1));
+        is_double ? put(std::span(&world[v], 1)) : put(std::span(&mesh.positions[v], 1));
+        if (!mesh.texcoords.empty())
+            put(std::span(&texcoords[v], 1));
         if (!mesh.colors.empty())
             put(mesh.colors[v]);
     }

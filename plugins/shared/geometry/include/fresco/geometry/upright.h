@@ -65,6 +65,8 @@ class UprightOption
     explicit UprightOption(Configurable* owner);
 
     const Input<Frames>& frames() const { return frames_; }
+    /// Whether the option leaves it to the stage to turn the mesh: `auto` or `keep`.
+    bool names_no_axis() const { return *up_ == "auto" || *up_ == "keep"; }
 
     /// The rotation (x, y, z, w) that the mesh is to be turned by so that it stands with `target` up, +Y or +Z; {0, 0, 0, 1} for
     /// none. Says what was found; reports `up` [x, y, z], which the run's page goes by, and the figures of shown_up.

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -50,6 +51,10 @@ void order_by_name(std::vector<RecordedView>& views);
 /// Writes the pictures of a view that lie within a larger file into `folder`, and sets their paths; false: they are files of
 /// their own. Called from several threads.
 using UnpackView = std::function<bool(RecordedView& view, const std::filesystem::path& folder)>;
+
+/// The offset of the frames, for a mesh with these positions of the world. Throws Error naming `source`, the mesh's file, if the
+/// two are more than 100 km apart.
+Vec3d offset_beside(Vec3d frames_offset_m, std::span<const Vec3d> mesh, const std::string& source);
 
 /// Frames of the views, in their order. Pictures without a lens to undo stay where they are: paths and content hashes, their
 /// files walked to the end. Others are undistorted into `folder`: <sequence>/<name>.color.jpg (quality 95) and .depth.png; each

@@ -130,8 +130,8 @@ void add_tangents(WeldedMesh& mesh);
 Mesh split_at_seams(const Mesh& mesh);
 
 /// Binary little-endian PLY of a mesh of split_at_seams. PLY has no standard for texcoords: here they are `s` and `t` of each
-/// vertex, as Blender reads them. `picture`: the name for `comment TextureFile`, empty for none. Throws Error for more vertices
-/// than PLY's int counts.
-std::vector<std::byte> textured_ply(const Mesh& mesh, const std::string& picture);
+/// vertex, as Blender reads them. `picture`: the name for `comment TextureFile`, empty for none. `in_world`: of a mesh with an
+/// offset the world_positions, as `double`. Throws Error for more vertices than PLY's int counts.
+std::vector<std::byte> textured_ply(const Mesh& mesh, const std::string& picture, bool in_world = false);
 
 }  // namespace fresco::texturing

@@ -116,7 +116,7 @@ class Wiring
 {
   public:
     Wiring(std::vector<StageDraft>& stages, const std::set<std::string>& dropped, ProblemList& problems)
-        : stages_(stages), dropped_(dropped), problems_(problems)
+        : stages_(stages), dropped_(dropped), readers_(stages.size()), problems_(problems)
     {
         for (std::size_t i = 0; i < stages.size(); ++i)
             index_.emplace(stages[i].name, i);
@@ -124,6 +124,9 @@ class Wiring
 
     void wire_all()
     {
+        for (StageDraft& stage : stages_)
+            if (const YamlNode::Entry* input = stage.config.find("input"); input && !input->value.is_null())
+                note_sources(stage, input->value);
         for (StageDraft& stage : stages_)
             wire(stage);
         for (const StageDraft& stage : stages_)
@@ -147,8 +150,6 @@ class Wiring
         if (input && input->value.is_null())
             return report(stage, *input, ": 'input' has no value: set a stage's name, or {port: stage, …}");
         gave_up_ = stage.files_failed;
-        if (input)
-            note_sources(stage, input->value);
         if (!stage.type)
             return;
         if (input)
@@ -175,7 +176,10 @@ class Wiring
         const std::string name = node.text.substr(0, node.text.find('.'));
         const auto found = index_.find(name);
         if (found != index_.end())
+        {
             stage.sources.emplace_back(found->second, node);
+            readers_[found->second].push_back(index_.at(stage.name));
+        }
         else if (dropped_.contains(name))
             problems_.add({"--without " + name, 0, 0},
                           stage.title() + " reads it: leave that out, too (--without " + stage.name + "), or set its input");
@@ -281,17 +285,36 @@ class Wiring
         if (!problems_.takes_hints())
             return {};
         std::vector<std::string> makers;
-        for (const StageDraft& stage : stages_)
-            if (stage.type && &stage != &user)
-                for (const PortDeclaration& output : stage.type.declaration->outputs)
+        const std::vector<bool> closes_cycle = later_than(user);
+        for (std::size_t i = 0; i < stages_.size(); ++i)
+            if (stages_[i].type && !closes_cycle[i])
+                for (const PortDeclaration& output : stages_[i].type.declaration->outputs)
                     if (fits(output, port) && makers.size() < 6)
-                        makers.push_back(stage.name + "." + output.name);
-        return makers.empty() ? "; no stage of this pipeline makes " + port.artifact_text() : "; it is made by " + join(makers);
+                        makers.push_back(stages_[i].name + "." + output.name);
+        return makers.empty() ? "; no other stage of this pipeline makes " + port.artifact_text() + " before it"
+                              : "; it is made by " + join(makers);
+    }
+
+    /// Per stage, whether it is `first` or reads of it, also by others.
+    std::vector<bool> later_than(const StageDraft& first) const
+    {
+        std::vector<bool> later(stages_.size());
+        std::vector<std::size_t> open{index_.at(first.name)};
+        while (!open.empty())
+        {
+            const std::size_t at = open.back();
+            open.pop_back();
+            if (!later[at])
+                open.insert(open.end(), readers_[at].begin(), readers_[at].end());
+            later[at] = true;
+        }
+        return later;
     }
 
     std::vector<StageDraft>& stages_;
     const std::set<std::string>& dropped_;
     std::map<std::string, std::size_t, std::less<>> index_;
+    std::vector<std::vector<std::size_t>> readers_;  ///< Per stage, those whose inputs name it.
     ProblemList& problems_;
     bool gave_up_ = false;  ///< An input of the current stage could not be resolved: missing ones are not reported.
 };

@@ -180,7 +180,7 @@ class TreeBuilder final : public YAML::EventHandler
             report(mark, "this quote is never closed");
             throw Stop{};
         }
-        if (first_bad_byte(text))
+        if (first_bad_byte(text) || text.find('\r') != std::string::npos)
         {
             report(mark, "'" + shortened(text, shown_columns) + "' has a control character: leave it out");
             node.kind = YamlNode::Kind::invalid;

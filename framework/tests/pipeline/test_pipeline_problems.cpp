@@ -105,7 +105,9 @@ TEST_CASE("A value or an input that does not fit is named with what is accepted"
              {"a: {type: mesh.pass, input: {file: x.ply, type: read.image}}", "'read.image' makes no mesh"},
              {"a: {type: mesh.pass, input: {file: x.ply, depth: 1}}", "has no option 'depth'"},
              {"a: {type: mesh.decimate, input: {file: ''}}",
-              "needs the input 'mesh' (mesh); no stage of this pipeline makes mesh"}})
+              "needs the input 'mesh' (mesh); no other stage of this pipeline makes mesh before it"},
+             {"a: {type: mesh.decimate}\n  b: {type: mesh.pass, input: a}\n  c: {type: mesh.pass, input: b}\n  d: {type: mesh.two}",
+              "needs the input 'mesh' (mesh); it is made by d.left and d.right"}})
         CHECK_THAT(problem_of(stages), Contains(problem));
 }
 

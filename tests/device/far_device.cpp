@@ -1,6 +1,7 @@
 #include "far_device.h"
 
 #include <ATen/ATen.h>
+#include <ATen/EmptyTensor.h>
 #include <ATen/core/dispatch/Dispatcher.h>
 #include <ATen/core/stack.h>
 #include <c10/core/impl/DeviceGuardImplInterface.h>
@@ -59,17 +60,14 @@ struct Block
     void* near = nullptr;
 };
 
-void free_block(void* block)
-{
-    delete static_cast<Block*>(block);
-}
-
 void keep_block(void*) {}
 
 c10::Storage far_storage(std::size_t bytes)
 {
     auto* block = new Block(bytes);
-    return {c10::Storage::use_byte_size_t(), bytes, at::DataPtr(block->far, block, &free_block, c10::Device(far_type, 0)),
+    return {c10::Storage::use_byte_size_t(), bytes,
+            at::DataPtr(
+                block->far, block, [](void* own) { delete static_cast<Block*>(own); }, c10::Device(far_type, 0)),
             nullptr, false};
 }
 
@@ -78,22 +76,12 @@ at::Tensor with_storage(c10::Storage storage, c10::DispatchKey key, caffe2::Type
     return at::detail::make_tensor<c10::TensorImpl>(std::move(storage), c10::DispatchKeySet(key), type);
 }
 
-std::size_t bytes_of(at::IntArrayRef sizes, at::IntArrayRef strides, std::size_t item)
-{
-    std::int64_t last = 0;
-    for (std::size_t i = 0; i < sizes.size(); ++i)
-    {
-        if (sizes[i] == 0)
-            return 0;
-        last += (sizes[i] - 1) * strides[i];
-    }
-    return static_cast<std::size_t>(last + 1) * item;
-}
-
-at::Tensor far_empty_strided(at::IntArrayRef sizes, at::IntArrayRef strides, c10::optional<at::ScalarType> type)
+at::Tensor empty_strided(at::IntArrayRef sizes, at::IntArrayRef strides, c10::optional<at::ScalarType> type,
+                         c10::optional<at::Layout> = {}, c10::optional<at::Device> = {}, c10::optional<bool> = {})
 {
     const auto meta = c10::scalarTypeToTypeMeta(type.value_or(at::kFloat));
-    auto tensor = with_storage(far_storage(bytes_of(sizes, strides, meta.itemsize())), c10::DispatchKey::PrivateUse1, meta);
+    auto tensor = with_storage(far_storage(at::detail::computeStorageNbytes(sizes, strides, meta.itemsize())),
+                               c10::DispatchKey::PrivateUse1, meta);
     tensor.unsafeGetTensorImpl()->set_sizes_and_strides(sizes, strides);
     return tensor;
 }
@@ -123,7 +111,7 @@ at::Tensor near_view(const at::Tensor& tensor)
 
 at::Tensor to_far(const at::Tensor& near)
 {
-    auto tensor = far_empty_strided(near.sizes(), near.strides(), near.scalar_type());
+    auto tensor = empty_strided(near.sizes(), near.strides(), near.scalar_type());
     near_view(tensor).copy_(near);
     return tensor;
 }
@@ -146,17 +134,11 @@ class Call
         kernel_.callBoxed(stack);
         for (std::size_t i = stack->size() - op_.schema().returns().size(); i < stack->size(); ++i)
             (*stack)[i] = taken_far((*stack)[i]);
-        for (const auto& pair : pairs_)
-            follow(pair);
+        for (const auto& [far, near] : pairs_)
+            follow(near, far.unsafeGetTensorImpl());
     }
 
   private:
-    struct Pair
-    {
-        at::Tensor far;
-        at::Tensor near;
-    };
-
     at::Tensor near_of(const at::Tensor& tensor)
     {
         if (!is_far(tensor))
@@ -166,8 +148,7 @@ class Call
             return tensor;
         }
         far_seen_ = true;
-        pairs_.push_back({tensor, near_view(tensor)});
-        return pairs_.back().near;
+        return pairs_.emplace_back(tensor, near_view(tensor)).second;
     }
 
     c10::IValue taken_near(const c10::IValue& value)
@@ -181,15 +162,13 @@ class Call
                 list.push_back(near_of(tensor));
             return list;
         }
-        if (value.isList() && value.toListRef().size() > 0 &&
-            std::all_of(value.toListRef().begin(), value.toListRef().end(),
-                        [](const c10::IValue& v) { return v.isTensor() || v.isNone(); }))
+        if (value.isOptionalTensorList())
         {
             c10::List<c10::optional<at::Tensor>> list;
-            for (const auto& element : value.toListRef())
+            for (const auto& tensor : value.toOptionalTensorVector())
             {
-                by_mask_ = by_mask_ || (element.isTensor() && element.toTensor().scalar_type() == at::kBool);
-                list.push_back(element.isNone() ? c10::nullopt : c10::make_optional(near_of(element.toTensor())));
+                by_mask_ = by_mask_ || (tensor && tensor->scalar_type() == at::kBool);
+                list.push_back(tensor ? c10::make_optional(near_of(*tensor)) : c10::nullopt);
             }
             return list;
         }
@@ -230,19 +209,15 @@ class Call
     }
 
     /// An argument that was resized or moved is so on the device too.
-    static void follow(const Pair& pair)
+    static void follow(const at::Tensor& near, c10::TensorImpl* far)
     {
-        auto* impl = pair.far.unsafeGetTensorImpl();
-        if (pair.near.storage().data_ptr().get_deleter() != &keep_block)
-        {
-            const auto moved = to_far(pair.near);
-            impl->set_storage_keep_dtype(moved.storage());
-            impl->set_storage_offset(0);
-        }
-        else if (pair.near.storage_offset() != pair.far.storage_offset())
-            impl->set_storage_offset(pair.near.storage_offset());
-        if (pair.near.sizes() != pair.far.sizes() || pair.near.strides() != pair.far.strides())
-            impl->set_sizes_and_strides(pair.near.sizes(), pair.near.strides());
+        const bool moved = near.storage().data_ptr().get_deleter() != &keep_block;
+        if (moved)
+            far->set_storage_keep_dtype(to_far(near).storage());
+        if (const auto offset = moved ? 0 : near.storage_offset(); offset != far->storage_offset())
+            far->set_storage_offset(offset);
+        if (near.sizes() != far->sizes() || near.strides() != far->strides())
+            far->set_sizes_and_strides(near.sizes(), near.strides());
     }
 
     void note_wait() const
@@ -257,7 +232,7 @@ class Call
 
     const c10::OperatorHandle& op_;
     const c10::OperatorHandle& kernel_;
-    std::vector<Pair> pairs_;
+    std::vector<std::pair<at::Tensor, at::Tensor>> pairs_;  ///< Far arguments, and their memory on the processor.
     bool far_seen_ = false;
     bool mixed_ = false;
     bool by_mask_ = false;
@@ -290,13 +265,7 @@ at::Tensor empty(at::IntArrayRef sizes, c10::optional<at::ScalarType> type, c10:
                  c10::optional<bool>, c10::optional<at::MemoryFormat> format)
 {
     const auto meta = at::empty(sizes, at::TensorOptions(at::kMeta).dtype(type.value_or(at::kFloat)), format);
-    return far_empty_strided(meta.sizes(), meta.strides(), type);
-}
-
-at::Tensor empty_strided(at::IntArrayRef sizes, at::IntArrayRef strides, c10::optional<at::ScalarType> type,
-                         c10::optional<at::Layout>, c10::optional<at::Device>, c10::optional<bool>)
-{
-    return far_empty_strided(sizes, strides, type);
+    return empty_strided(meta.sizes(), meta.strides(), type);
 }
 
 at::Tensor copy_from(const at::Tensor& from, const at::Tensor& to, bool non_blocking)
@@ -345,11 +314,7 @@ class Guard final : public c10::impl::DeviceGuardImplInterface
         const std::lock_guard lock(traffic_mutex);
         ++traffic.events_awaited;
     }
-    bool queryEvent(void*) const override { return true; }
-    void destroyEvent(void*, const c10::DeviceIndex) const noexcept override {}
-    bool queryStream(const c10::Stream&) const override { return true; }
     void synchronizeStream(const c10::Stream&) const override { count_wait("synchronizeStream"); }
-    void recordDataPtrOnStream(const c10::DataPtr&, const c10::Stream&) const override {}
 
   private:
     static c10::StreamId& current()

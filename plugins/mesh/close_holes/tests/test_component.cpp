@@ -1,7 +1,8 @@
 #include "catch.h"
+#include "plugin_under_test.h"
 
 #include <fresco/hole_closer.h>
-#include <fresco/testing.h>
+
 #include <fresco/testing_scenes.h>
 
 using namespace fresco;
@@ -15,17 +16,15 @@ TEST_CASE("the component reports what it closed, by the depth of the frames that
     int reads = 0;
     const auto run_with = [&](double width_cm, testing::TestRun& run)
     {
-        testing::TestFactory factory;
-        const auto closer = testing::make_from_plugin<HoleCloser>(FRESCO_PLUGIN_FILE, "mesh.close_holes");
-        closer->configure(Value::Map{{"max_width_cm", width_cm}}, factory);
-        return closer->closed(
-            open, measured,
-            [&](const Frame&)
-            {
-                ++reads;
-                return RasterF(64, 48, 1, 1.0F);
-            },
-            run);
+        return testing::configured<HoleCloser>("mesh.close_holes", Value::Map{{"max_width_cm", width_cm}})
+            ->closed(
+                open, measured,
+                [&](const Frame&)
+                {
+                    ++reads;
+                    return RasterF(64, 48, 1, 1.0F);
+                },
+                run);
     };
     testing::TestRun closing;
     CHECK(run_with(150, closing).triangles.size() > 11);

@@ -50,12 +50,18 @@ Mesh closed_mesh(const Mesh& mesh, double max_width_m, HoleFigures& figures)
 
 const auto in_middle = [](Vec3f p) { return std::abs(p.x - 0.5F) < 0.1F && std::abs(p.y - 0.5F) < 0.1F; };
 
+/// A plane with a hole in its middle.
+struct HolesTest
+{
+    Mesh holed = without(testing::grid(40, [](float, float) { return 0.0F; }), in_middle);
+    HoleFigures figures;
+};
+
 }  // namespace
 
-TEST_CASE("a hole in a plane is closed flat, with faces as large as those around, and the plane's own border stays")
+TEST_CASE_METHOD(HolesTest,
+                 "a hole in a plane is closed flat, with faces as large as those around, and the plane's own border stays")
 {
-    const Mesh holed = without(testing::grid(40, [](float, float) { return 0.0F; }), in_middle);
-    HoleFigures figures;
     const Mesh closed = closed_mesh(holed, 0.3, figures);
     CHECK(figures.closed == 1);
     CHECK(figures.too_large == 1);
@@ -68,10 +74,9 @@ TEST_CASE("a hole in a plane is closed flat, with faces as large as those around
     CHECK(std::equal(holed.triangles.begin(), holed.triangles.end(), closed.triangles.begin()));
 }
 
-TEST_CASE("a patch bends on as the surface around it")
+TEST_CASE_METHOD(HolesTest, "a patch bends on as the surface around it")
 {
     const Mesh holed = without(vault(60), [](Vec3f p) { return p.z > 0.97F && std::abs(p.y - 1) < 0.2F; });
-    HoleFigures figures;
     const Mesh closed = closed_mesh(holed, 1, figures);
     REQUIRE(figures.closed == 1);
     CHECK(border_edges(closed) == border_edges(vault(60)));
@@ -81,9 +86,8 @@ TEST_CASE("a patch bends on as the surface around it")
     CHECK(apart < 0.003);  // A flat one would lie 0.03 below.
 }
 
-TEST_CASE("wide holes, loops around small pieces and edges of many faces stay as they are")
+TEST_CASE_METHOD(HolesTest, "wide holes, loops around small pieces and edges of many faces stay as they are")
 {
-    const Mesh holed = without(testing::grid(40, [](float, float) { return 0.0F; }), in_middle);
     HoleFigures wide;
     CHECK(closed_mesh(holed, 0.2, wide).triangles.size() == holed.triangles.size());
     CHECK(wide.too_large == 2);
@@ -102,7 +106,7 @@ TEST_CASE("wide holes, loops around small pieces and edges of many faces stay as
     CHECK(many.closed == 0);
 }
 
-TEST_CASE("two holes that meet at a vertex are closed each, with colors from around")
+TEST_CASE_METHOD(HolesTest, "two holes that meet at a vertex are closed each, with colors from around")
 {
     Mesh holed =
         without(testing::grid(10, [](float, float) { return 0.0F; }),
@@ -113,7 +117,6 @@ TEST_CASE("two holes that meet at a vertex are closed each, with colors from aro
                 });
     for (const Vec3f& p : holed.positions)
         holed.colors.push_back({static_cast<std::uint8_t>(std::lround(200 * p.x)), 90, 0});
-    HoleFigures figures;
     const Mesh closed = closed_mesh(holed, 0.35, figures);
     CHECK(figures.closed == 2);
     CHECK(border_edges(closed) == 40);
@@ -125,9 +128,8 @@ TEST_CASE("two holes that meet at a vertex are closed each, with colors from aro
     }
 }
 
-TEST_CASE("a hole that cameras looked through stays open, one that they did not look into is closed")
+TEST_CASE_METHOD(HolesTest, "a hole that cameras looked through stays open, one that they did not look into is closed")
 {
-    const Mesh holed = without(testing::grid(40, [](float, float) { return 0.0F; }), in_middle);
     Camera camera = testing::camera(64, 64, 64, {0.5, 0.5, -1});
     const auto figures_at = [&](float depth_m)
     {

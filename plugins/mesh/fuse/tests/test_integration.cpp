@@ -19,13 +19,6 @@ namespace
 constexpr int width = 64;
 constexpr int height = 48;
 
-Camera camera()
-{
-    Camera camera;
-    camera.intrinsics = {width, height, 60, 61, 31, 25};
-    return camera;
-}
-
 std::size_t believed(const fuse::DepthView& view)
 {
     std::size_t count = 0;
@@ -38,6 +31,7 @@ std::size_t believed(const fuse::DepthView& view)
 
 TEST_CASE("invalid depth, or depth too far or at the border, is ignored")
 {
+    const Camera camera{{width, height, 60, 61, 31, 25}, {}};
     RasterF depth(width, height, 1, 2);
     const float infinite = std::numeric_limits<float>::infinity();
     depth.at(20, 20) = 0;
@@ -45,7 +39,7 @@ TEST_CASE("invalid depth, or depth too far or at the border, is ignored")
     depth.at(40, 20) = infinite;
     depth.at(50, 20) = std::numeric_limits<float>::quiet_NaN();
     depth.at(20, 30) = 5.1F;
-    const fuse::DepthView view = fuse::depth_view(depth, camera(), 5);
+    const fuse::DepthView view = fuse::depth_view(depth, camera, 5);
     // Pixels without depth are bridged, those around them count less.
     CHECK(believed(view) == static_cast<std::size_t>((width - 2) * (height - 2)));
     for (const int x : {20, 30, 40, 50})
@@ -55,7 +49,7 @@ TEST_CASE("invalid depth, or depth too far or at the border, is ignored")
     }
     CHECK(view.depth.at(0, 20) == 0);
     CHECK(view.depth.at(1, 20) == 2);
-    CHECK(believed(fuse::depth_view(depth, camera(), 1.9)) == 0);
+    CHECK(believed(fuse::depth_view(depth, camera, 1.9)) == 0);
 }
 
 namespace

@@ -1,4 +1,5 @@
 #include "catch.h"
+#include "plugin_under_test.h"
 #include "raw_images.h"
 #include "recordings.h"
 #include "room.h"
@@ -9,7 +10,6 @@
 #include <fresco/mesh.h>
 #include <fresco/npy.h>
 #include <fresco/random.h>
-#include <fresco/testing.h>
 
 #include <functional>
 #include <map>
@@ -17,37 +17,49 @@
 #include <utility>
 
 using namespace fresco;
-using Catch::Contains;
 
 namespace
 {
 
-/// A depth picture and a gray picture of one camera, written below `folder`.
-Frame written(const std::filesystem::path& folder, const std::string& name, const Camera& camera, const RasterF& depth)
+/// Depth pictures and gray pictures of a room of `size`, with relative noise of `noise` times the depth.
+std::shared_ptr<Frames> recorded(
+    const std::filesystem::path& folder, const std::vector<Camera>& cameras, Vec3d size = test_room::size,
+    const std::function<double(double)>& noise = [](double) { return 0.0; })
 {
-    Frame frame = testing::frame(name, camera);
-    testing::set_depth_picture(frame, folder, depth);
-    testing::set_color_picture(frame, folder, Raster8(depth.width, depth.height, 3, 90));
-    return frame;
+    auto frames = std::make_shared<Frames>();
+    Random random(5);
+    for (const Camera& camera : cameras)
+    {
+        Frame frame = testing::frame("frame-" + std::to_string(frames->frames.size()), camera);
+        RasterF depth = test_room::depth_of(camera, size);
+        for (float& value : depth.values)
+            value *= static_cast<float>(1 + random.normal() * noise(static_cast<double>(value)));
+        testing::set_depth_picture(frame, folder, depth);
+        testing::set_color_picture(frame, folder, Raster8(depth.width, depth.height, 3, 90));
+        frames->frames.push_back(frame);
+    }
+    return frames;
+}
+
+/// Cameras in the room's middle, each turned by `step` more than the one before.
+std::vector<Camera> turning(int count, double step, int width)
+{
+    std::vector<Camera> cameras;
+    for (int i = 0; i < count; ++i)
+        cameras.push_back(test_room::camera_at(i * step, width));
+    return cameras;
 }
 
 /// Six frames around.
 std::shared_ptr<Frames> room_frames(const std::filesystem::path& folder)
 {
-    auto frames = std::make_shared<Frames>();
-    for (int i = 0; i < 6; ++i)
-    {
-        const Camera camera = test_room::camera_at(i * std::numbers::pi / 3);
-        frames->frames.push_back(written(folder, "frame-" + std::to_string(i), camera, test_room::depth_of(camera)));
-    }
-    return frames;
+    return recorded(folder, turning(6, std::numbers::pi / 3, 160));
 }
 
 std::shared_ptr<Mesh> fuse_frames(const std::shared_ptr<Frames>& frames, const Value& options, testing::TestRun& run,
                                   const std::shared_ptr<Mesh>& given = nullptr, const std::shared_ptr<ImageIo>& images = nullptr,
                                   const std::shared_ptr<HoleCloser>& holes = nullptr)
 {
-    const testing::TemporaryFolder folder;
     testing::Inputs inputs{{"frames", frames}};
     if (given)
         inputs["mesh"] = given;
@@ -56,8 +68,7 @@ std::shared_ptr<Mesh> fuse_frames(const std::shared_ptr<Frames>& frames, const V
         components["image_io"] = images;
     if (holes)
         components["holes"] = holes;
-    testing::run_stage(FRESCO_PLUGIN_FILE, "mesh.fuse", options, inputs, folder.path(), run, components);
-    return Mesh::load({folder.path() / "mesh", folder.path()});
+    return testing::output_of<Mesh>("mesh.fuse", "mesh", options, inputs, run, components);
 }
 
 /// Looks at every frame's depth, and adds a face.
@@ -90,13 +101,15 @@ double inward_share(const Mesh& mesh)
     return inward / area;
 }
 
+struct FuseTest : testing::StageTest
+{
+    std::shared_ptr<Frames> frames = room_frames(folder.path());
+};
+
 }  // namespace
 
-TEST_CASE("a room is fused from what was recorded in its middle, alike for any number of threads")
+TEST_CASE_METHOD(FuseTest, "a room is fused from what was recorded in its middle, alike for any number of threads")
 {
-    const testing::TemporaryFolder folder;
-    const auto frames = room_frames(folder.path());
-    testing::TestRun run;
     const auto mesh = fuse_frames(frames, Value::Map{{"voxel_m", 0.03}}, run);
     CHECK(run.reported.at("fused").as_bool());
     CHECK(run.reported.at("frames").as_int() == 6);
@@ -119,21 +132,17 @@ TEST_CASE("a room is fused from what was recorded in its middle, alike for any n
     }
 }
 
-TEST_CASE("a depth picture is decoded once, unless too little memory is left to keep it, with the same mesh")
+TEST_CASE_METHOD(testing::StageTest,
+                 "a depth picture is decoded once, unless too little memory is left to keep it, with the same mesh")
 {
-    const testing::TemporaryFolder folder;
-    const auto frames = std::make_shared<Frames>();
-    for (int i = 0; i < 3; ++i)
+    const auto frames = recorded(folder.path(), turning(3, 0.3, 960));
+    for (Frame& frame : frames->frames)
     {
-        const Camera camera = test_room::camera_at(i * 0.3, 960);
-        Frame frame = written(folder.path(), "frame-" + std::to_string(i), camera, test_room::depth_of(camera));
         const auto npy = std::exchange(frame.depth_picture.path, folder.path() / (frame.name + ".png"));
         std::filesystem::rename(npy, frame.depth_picture.path);
-        frames->frames.push_back(frame);
     }
     constexpr std::int64_t picture_bytes = std::int64_t{2} * 960 * 720;
     const auto images = std::make_shared<testing::RawImages>();
-    testing::TestRun run;
     const auto mesh = fuse_frames(frames, Value::Map{{"voxel_m", 0.1}}, run, nullptr, images);
     CHECK(images->depths == 3);
     images->depths = 0;
@@ -150,28 +159,21 @@ TEST_CASE("a depth picture is decoded once, unless too little memory is left to 
     CHECK(to_ply(*same) == to_ply(*mesh));
 }
 
-TEST_CASE("a mesh that is given is passed on as it is")
+TEST_CASE_METHOD(FuseTest, "a mesh that is given is passed on as it is")
 {
-    const testing::TemporaryFolder folder;
-    auto frames = room_frames(folder.path());
     for (Frame& frame : frames->frames)
         frame.depth_picture = {};
-    auto given = std::make_shared<Mesh>();
-    given->positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
-    given->colors = {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}};
-    given->triangles = {{0, 1, 2}};
-    given->texcoords = {{0, 0}, {1, 0}, {0, 1}};
-    testing::TestRun run;
+    const auto given = std::make_shared<Mesh>(testing::wall());
+    given->colors = {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}, {10, 11, 12}};
     const auto passed = fuse_frames(frames, Value::Map{}, run, given);
     CHECK(to_json(run.reported) == R"({"fused":false})");
     CHECK(to_ply(*passed) == to_ply(*given));
-    CHECK(fuse_frames(frames, Value::Map{}, run, given, nullptr, std::make_shared<OneMoreFace>())->triangles.size() == 2);
+    CHECK(fuse_frames(frames, Value::Map{}, run, given, nullptr, std::make_shared<OneMoreFace>())->triangles.size() == 3);
 }
 
-TEST_CASE("the share of depths that agree is what it is by hand, and decides between silence, a warning and an error")
+TEST_CASE_METHOD(FuseTest,
+                 "the share of depths that agree is what it is by hand, and decides between silence, a warning and an error")
 {
-    const testing::TemporaryFolder folder;
-    const auto frames = room_frames(folder.path());
     // All frames but the first see the walls at 0.7 times the distance, from one place. Of the four that are compared, each of
     // n depths meets three others: 6 n agree, 3 n are seen through, and 3 n lie behind, which counts half.
     frames->frames.assign(5, frames->frames[0]);
@@ -245,58 +247,35 @@ TEST_CASE("wrong conventions of poses are refused by name, right poses pass sile
 namespace
 {
 
-/// A recording of a room of `size`, with relative noise of `noise` times the depth.
-std::shared_ptr<Frames> recorded(const std::filesystem::path& folder, const std::vector<std::pair<Vec3d, double>>& poses,
-                                 Vec3d size = test_room::size, const std::function<double(double)>& noise = {})
+/// Twelve places of a camera that moves without turning.
+std::vector<Camera> on_slider(Vec3d from)
 {
-    auto frames = std::make_shared<Frames>();
-    Random random(5);
-    for (const auto& [at, turn] : poses)
-    {
-        const Camera camera = testing::camera(64, 48, 68.6, at, turn);
-        RasterF depth = test_room::depth_of(camera, size);
-        if (noise)
-            for (float& value : depth.values)
-                value *= static_cast<float>(1 + random.normal() * noise(static_cast<double>(value)));
-        frames->frames.push_back(written(folder, "frame-" + std::to_string(frames->frames.size()), camera, depth));
-    }
-    return frames;
-}
-
-/// A camera that moves without turning.
-std::vector<std::pair<Vec3d, double>> on_slider(std::size_t count, Vec3d from)
-{
-    std::vector<std::pair<Vec3d, double>> poses;
-    for (std::size_t i = 0; i < count; ++i)
-        poses.emplace_back(from + Vec3d{0.05 * static_cast<double>(i), 0, 0}, 0.2);
-    return poses;
+    std::vector<Camera> cameras;
+    for (int i = 0; i < 12; ++i)
+        cameras.push_back(testing::camera(64, 48, 68.6, from + Vec3d{0.05 * i, 0, 0}, 0.2));
+    return cameras;
 }
 
 }  // namespace
 
-TEST_CASE("frames that overlap too little are neither refused nor warned of")
+TEST_CASE_METHOD(testing::StageTest, "frames that overlap too little are neither refused nor warned of")
 {
-    const testing::TemporaryFolder folder;
-    std::vector<std::pair<Vec3d, double>> on_tripod;
+    std::vector<Camera> on_tripod;
     for (int i = 0; i < 5; ++i)
-        on_tripod.emplace_back(test_room::middle, i * 2 * std::numbers::pi / 5);
-    testing::TestRun run;
+        on_tripod.push_back(testing::camera(64, 48, 68.6, test_room::middle, i * 2 * std::numbers::pi / 5));
     fuse_frames(recorded(folder.path(), on_tripod), Value::Map{{"voxel_m", 0.1}}, run);
     CHECK(run.messages == std::vector<std::string>{"depth pictures overlap too little to tell whether the poses are right"});
 }
 
-TEST_CASE("noise is not taken for wrong poses, and that of depths that are not fused is not told")
+TEST_CASE_METHOD(testing::StageTest, "noise is not taken for wrong poses, and that of depths that are not fused is not told")
 {
-    const testing::TemporaryFolder folder;
     testing::TestRun hall;
     // Most walls are far beyond max_depth_m, the noise is a Kinect's.
-    const auto far =
-        recorded(folder.path(), on_slider(12, {10, 3, 10}), {20, 4.5, 20}, [](double depth) { return 0.0028 * depth; });
+    const auto far = recorded(folder.path(), on_slider({10, 3, 10}), {20, 4.5, 20}, [](double depth) { return 0.0028 * depth; });
     fuse_frames(far, Value::Map{{"voxel_m", 0.1}}, hall);
     CHECK(hall.messages.empty());
     CHECK(hall.reported.at("agreement").as_double() > 0.7);
-    testing::TestRun run;
-    const auto noisy = recorded(folder.path(), on_slider(12, {1, 1, 0.5}), test_room::size, [](double) { return 0.05; });
+    const auto noisy = recorded(folder.path(), on_slider({1, 1, 0.5}), test_room::size, [](double) { return 0.05; });
     fuse_frames(noisy, Value::Map{{"voxel_m", 0.1}}, run);
     CHECK_THAT(run.messages.at(0), Contains("warning: the frames agree in part"));
 }
@@ -304,7 +283,7 @@ TEST_CASE("noise is not taken for wrong poses, and that of depths that are not f
 TEST_CASE("a mesh that the frames contradict may have been edited")
 {
     const testing::TemporaryFolder folder;
-    const auto frames = recorded(folder.path(), on_slider(12, {1, 1, 0.5}));
+    const auto frames = recorded(folder.path(), on_slider({1, 1, 0.5}));
     const auto fuse = [&](Vec3f low, Vec3f size, bool check, testing::TestRun& run) {
         fuse_frames(frames, Value::Map{{"check_poses", check}}, run, std::make_shared<Mesh>(testing::box(low, size)));
     };
@@ -321,11 +300,8 @@ TEST_CASE("a mesh that the frames contradict may have been edited")
     CHECK(unchecked.messages.size() == 1);
 }
 
-TEST_CASE("what cannot be fused is refused with a way out")
+TEST_CASE_METHOD(FuseTest, "what cannot be fused is refused with a way out")
 {
-    const testing::TemporaryFolder folder;
-    testing::TestRun run;
-    auto frames = room_frames(folder.path());
     CHECK_THROWS_WITH(fuse_frames(frames, Value::Map{{"max_memory_gb", 0.01}}, run),
                       Contains("of 6 frames, the volume needs more than max_memory_gb (0.01)") &&
                           Contains("raise max_memory_gb or voxel_m"));

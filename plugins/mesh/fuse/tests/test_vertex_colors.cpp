@@ -22,12 +22,6 @@ Mesh wall()
     return mesh;
 }
 
-/// Red is ten times the column.
-Raster8 columns(int width)
-{
-    return testing::picture(width, width * 3 / 4, [](int x, int, int c) { return c == 0 ? 5 * x : 0; });
-}
-
 std::vector<Rgb8> colors_of(const Mesh& mesh, std::span<const fuse::ColorView> views)
 {
     const Progress progress;
@@ -42,7 +36,8 @@ TEST_CASE("colors are those that the color camera sees, from where it is")
 {
     const Mesh mesh = wall();
     // Seen 0.2 m from the right, in a picture of twice the size.
-    const fuse::ColorView view{camera(16), RasterF(16, 12, 1, 1), camera(32, 0.2), columns(32)};
+    const Raster8 columns = testing::picture(32, 24, [](int x, int, int c) { return c == 0 ? 5 * x : 0; });
+    const fuse::ColorView view{camera(16), RasterF(16, 12, 1, 1), camera(32, 0.2), columns};
     const std::vector<Rgb8> result = colors_of(mesh, {&view, 1});
     for (std::size_t x = 2; x <= 8; ++x)
     {
